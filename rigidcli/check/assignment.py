@@ -37,14 +37,8 @@ if TYPE_CHECKING:
 LONGEST_KEY = 500
 """Characters of a key that is shown to those who are told all."""
 
-DIGITS = 6
-"""Of the numbers in it."""
-
 DECIMALS = re.compile(r"[0-9]*\.(?:[0-9]{7,}|0(?![0-9]))(?:e[-+]?[0-9]+)?")
 """Numbers in a key that are shown in fewer digits, or without a decimal point."""
-
-WIDE = 0.2
-"""A relative tolerance above this may have been meant in per cent, and is noted."""
 
 KIND_BY_NAME = {
     "axes": "axes",
@@ -162,7 +156,7 @@ def _notes(question: Question, item: Item, name: str) -> Iterator[tuple[Keys, st
     """What in a question does nothing, or is probably not meant, with its place."""
     for option in sorted(question.model_fields_set - EVERYWHERE - item.kind.options):
         yield (option,), f"this means nothing to the kind `{name}`"
-    if (question.tolerance.relative or 0.0) > WIDE:
+    if (question.tolerance.relative or 0.0) > 0.2:  # it may be meant in per cent
         share = f"{question.tolerance.relative:.0%}"
         yield ("tolerance", "relative"), f"it is {share} of the value: per cent meant?"
     used = [item.kind.names(key) for key in (item.key, *(other.key for other in item.accepted))]
@@ -184,7 +178,7 @@ def _item(kind: Kind, asked: Asked, folder: Path) -> Item:
         key_of_it = _key(kind, also, folder, "accept", place, "answer")
         accepted.append(Accepted(key_of_it, other.credit, other.message))
     typed = kind.typed(key)
-    words = DECIMALS.sub(lambda number: f"{float(number[0]):.{DIGITS}g}", as_typed(typed))
+    words = DECIMALS.sub(lambda number: f"{float(number[0]):.6g}", as_typed(typed))
     reference = words if len(words) <= LONGEST_KEY else ""
     changes = tuple(_changes(kind, key, typed))
     return Item(

@@ -4,14 +4,15 @@ from __future__ import annotations
 
 import contextlib
 from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
 from typing import TypeAlias
 
 from rigidcli.check.base import Outcome, Unreadable
 from rigidcli.check.files import read_file, safe_name
-from rigidcli.check.judge import Item, judge, same_for_all
-from rigidcli.check.records import Judgement, Sheet
+from rigidcli.check.judge import Item, Seen, judge, same_for_all
+from rigidcli.check.records import Judgement
 from rigidcli.check.roster import Paper
 from rigidcli.check.workers import Ended, each
 from rigidcli.sandbox import LIMITS, Limits, usable_cores
@@ -33,23 +34,21 @@ def run(
     """
     files = [paper.file for paper in papers if paper.file is not None and paper.outcome is None]
     _warm_up(items)
-    results = each(partial(judge_file, dict(items)), files, jobs or usable_cores(), limits, progress)
+    results = each(partial(judge_file, dict(items), {}), files, jobs or usable_cores(), limits, progress)
     for paper in papers:
         result = paper.outcome or next(results)
         if isinstance(result, Ended):
             result = Unreadable(result.code, result.detail).outcome
-        sheet = same_for_all(items, result) if isinstance(result, Outcome) else Sheet.from_bytes(result)
-        student = safe_name(paper.student)
-        yield Judgement(student, paper.source, sheet.questions, sheet.notes, sheet.files)
+        found = same_for_all(items, result) if isinstance(result, Outcome) else Judgement.from_bytes(result)
+        yield replace(found, student=safe_name(paper.student), source=paper.source)
 
 
-def judge_file(items: Mapping[str, Item], path: Path) -> bytes:
-    """The judged sheet of the answer file at `path`."""
+def judge_file(items: Mapping[str, Item], seen: Seen, path: Path) -> bytes:
+    """The judgement of the answer file at `path`, whose student is known elsewhere."""
     try:
-        sheet = judge(read_file(path), path, items)
+        return judge(read_file(path), path, items, seen).to_bytes()
     except Unreadable as unreadable:
-        sheet = same_for_all(items, unreadable.outcome)
-    return sheet.to_bytes()
+        return same_for_all(items, unreadable.outcome).to_bytes()
 
 
 def _warm_up(items: Mapping[str, Item]) -> None:

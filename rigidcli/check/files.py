@@ -38,15 +38,6 @@ GRADESCOPE = "submission_metadata.yml"
 ELSEWHERE = frozenset("/\\:\0")
 """Characters by which a name leads out of its folder, on one system or another."""
 
-_FORMS = {
-    stat.S_IFLNK: "a link",
-    stat.S_IFDIR: "a folder",
-    stat.S_IFIFO: "a pipe",
-    stat.S_IFSOCK: "a socket",
-    stat.S_IFCHR: "a device",
-    stat.S_IFBLK: "a device",
-}
-
 _NOT_THERE = (errno.ENOENT, errno.ENOTDIR, errno.ENAMETOOLONG)
 
 # Windows has no links to follow or pipes to wait for in opening, and its text mode would change bytes.
@@ -250,8 +241,7 @@ def read_file(path: Path, place: str = "", *, table: bool = False) -> str:
 
 def _require_regular(found: os.stat_result, place: str) -> None:
     if not stat.S_ISREG(found.st_mode):
-        form = _FORMS.get(stat.S_IFMT(found.st_mode), "something else")
-        raise Unreadable("not_allowed", f"read {form}, expected a file", place=place)
+        raise Unreadable("not_allowed", "it is a link, a folder, a pipe or a device", place=place)
 
 
 # --- files that an answer names

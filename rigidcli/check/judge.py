@@ -6,12 +6,12 @@ from collections.abc import Iterable, Iterator, Mapping
 from contextlib import suppress
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeAlias
 
 from rigidcli.check.answers import as_typed, folded, read_answers
 from rigidcli.check.base import Finding, Kind, Outcome, Tree, Unreadable, earning, review
 from rigidcli.check.files import beside, is_contested, read_file, safe_name
-from rigidcli.check.records import MISSING, Judged, Sheet, judged
+from rigidcli.check.records import MISSING, Judged, Judgement, judged
 from rigidcli.errors import nearest, shortened, shown
 from rigidcli.sandbox import ForbiddenError, LateError, timed
 
@@ -23,6 +23,9 @@ MOST_STRANGERS = 5
 
 LONGEST_ANSWER = 2000
 """Characters of an answer that reports repeat."""
+
+MOST_SEEN = 5000
+"""Judged answers that are kept: with texts of 2,000 characters they take some 30 MB."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -52,8 +55,16 @@ class Item:
     changes: tuple[tuple[str, Any], ...] = ()
 
 
-def judge(text: str, path: Path, items: Mapping[str, Item]) -> Sheet:
-    """Judge the text of the answer file at `path`; files that it names are looked for beside it."""
+Seen: TypeAlias = dict[tuple[str, str], Judged]
+"""Questions with answers that were judged before, for the many who answer alike."""
+
+
+def judge(text: str, path: Path, items: Mapping[str, Item], seen: Seen | None = None) -> Judgement:
+    """Judge the text of the answer file at `path`; files that it names are looked for beside it.
+
+    What is `seen` is not judged again: the outcome follows from the question and the answer alone.
+    """
+    seen = {} if seen is None else seen
     try:
         answers, notes = read_answers(text, items)
     except Unreadable as unreadable:
@@ -67,6 +78,10 @@ def judge(text: str, path: Path, items: Mapping[str, Item]) -> Sheet:
         answer = answers[names[0]] if names else None
         if len(names) > 1:
             answer = Unreadable("duplicate_key")
+        asked = id, repr(answer)
+        if asked in seen:
+            questions.append(seen[asked])
+            continue
         found, read_as = outcome(item, answer, path)
         if item.kind.name == "trajectory" and isinstance(answer, dict) and "file" in answer:
             with suppress(Unreadable):
@@ -78,12 +93,16 @@ def judge(text: str, path: Path, items: Mapping[str, Item]) -> Sheet:
         questions.append(
             judged(id, item.title, item.points, found, typed, shortened(read_as, LONGEST_ANSWER))
         )
-    return Sheet(tuple(questions), (*notes, *_strangers(answers, items)), tuple(sorted(files)))
+        # A table lies beside one file only, and what cannot be read may be so for want of time or memory.
+        is_lasting = item.kind.name != "trajectory" and found.verdict != "invalid"
+        if is_lasting and len(asked[1]) <= LONGEST_ANSWER and len(seen) < MOST_SEEN:
+            seen[asked] = questions[-1]
+    return Judgement("", "", tuple(questions), (*notes, *_strangers(answers, items)), tuple(sorted(files)))
 
 
-def same_for_all(items: Mapping[str, Item], found: Outcome) -> Sheet:
+def same_for_all(items: Mapping[str, Item], found: Outcome) -> Judgement:
     """A hand-in whose questions are not judged one by one."""
-    return Sheet(tuple(judged(id, item.title, item.points, found) for id, item in items.items()))
+    return Judgement("", "", tuple(judged(id, item.title, item.points, found) for id, item in items.items()))
 
 
 def _strangers(answers: Iterable[str], items: Mapping[str, Item]) -> Iterator[str]:

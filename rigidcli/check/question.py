@@ -20,34 +20,17 @@ NotNegative = Annotated[float, Quantity(DIMENSIONLESS, "nonnegative")]
 Names = Annotated[tuple[str, ...], AsList]
 
 KindName = Literal[
-    "number",
-    "quantity",
-    "vector",
-    "moments",
-    "matrix",
-    "tensor",
-    "axes",
-    "expression",
-    "equations",
-    "trajectory",
-    "choice",
-]
+    "number", "quantity", "vector", "moments", "matrix", "tensor", "axes", "expression", "equations",
+    "trajectory", "choice",
+]  # fmt: skip
 
 RELATIVE = 0.01
 """The tolerance of a question that names none: an answer of three figures may be wrong by half a percent."""
 
 CREDITED = (
-    "unit_missing",
-    "sign_error",
-    "products_of_inertia_sign",
-    "wrong_order",
-    "axis_not_normalised",
-    "additive_constant",
-    "power_of_ten",
-    "degrees_radians",
-    "too_few_sig_figs",
-    "second_order_form",
-)
+    "unit_missing", "sign_error", "products_of_inertia_sign", "wrong_order", "axis_not_normalised",
+    "additive_constant", "power_of_ten", "degrees_radians", "too_few_sig_figs", "second_order_form",
+)  # fmt: skip
 """The codes that mean `right but for this`: a question may give a share of its points for them."""
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 from decimal import ROUND_HALF_UP, Decimal
-from typing import Any, Literal
+from typing import Literal
 
 import orjson
 
@@ -27,7 +27,7 @@ URGENT: tuple[Verdict, ...] = ("review", "invalid")
 
 
 @dataclass(frozen=True, slots=True)
-class Judged:
+class _Marked:
     """One question of a hand-in: the `answer` as it was typed, and `read_as`, how it was read."""
 
     id: str
@@ -37,6 +37,12 @@ class Judged:
     verdict: Verdict
     score: float
     max_score: float
+
+
+@dataclass(frozen=True, slots=True)
+class Judged(_Marked):
+    """One question as it was judged."""
+
     findings: tuple[Finding, ...] = ()
 
     @property
@@ -54,37 +60,30 @@ def judged(
 
 
 @dataclass(frozen=True, slots=True)
-class Sheet:
-    """A judged answer file, `notes` on it for the instructor, and the `files` beside it that it names."""
-
-    questions: tuple[Judged, ...]
-    notes: tuple[str, ...] = ()
-    files: tuple[str, ...] = ()
-
-    def to_bytes(self) -> bytes:
-        """The sheet as one process hands it to another: plain JSON, never objects."""
-        return orjson.dumps(self)
-
-    @classmethod
-    def from_bytes(cls, data: bytes) -> Sheet:
-        """A sheet from another process."""
-        tree = orjson.loads(data)
-        return cls(tuple(map(_judged, tree["questions"])), tuple(tree["notes"]), tuple(tree["files"]))
-
-
-def _judged(entry: dict[str, Any]) -> Judged:
-    return Judged(**entry | {"findings": tuple(Finding(**finding) for finding in entry["findings"])})
-
-
-@dataclass(frozen=True, slots=True)
 class Judgement:
-    """What a student has handed in, judged; `source` is the answer file, empty where there is none."""
+    """What a student has handed in, judged; `source` is the answer file, empty where there is none.
+
+    `notes` are for the instructor, and `files` lie beside the answer file, which names them.
+    """
 
     student: str
     source: str
     questions: tuple[Judged, ...]
     notes: tuple[str, ...] = ()
     files: tuple[str, ...] = ()
+
+    def to_bytes(self) -> bytes:
+        """The judgement as one process hands it to another: plain JSON, never objects."""
+        return orjson.dumps(self)
+
+    @classmethod
+    def from_bytes(cls, data: bytes) -> Judgement:
+        """A judgement from another process."""
+        tree = orjson.loads(data)
+        for entry in tree["questions"]:
+            entry["findings"] = tuple(Finding(**finding) for finding in entry["findings"])
+        questions = tuple(Judged(**entry) for entry in tree["questions"])
+        return cls(tree["student"], tree["source"], questions, tuple(tree["notes"]), tuple(tree["files"]))
 
     @property
     def score(self) -> float:
@@ -110,16 +109,9 @@ class Remark:
 
 
 @dataclass(frozen=True, slots=True)
-class Told:
+class Told(_Marked):
     """One question as students and reports see it."""
 
-    id: str
-    title: str
-    answer: str
-    read_as: str
-    verdict: Verdict
-    score: float
-    max_score: float
     feedback: tuple[Remark, ...]
 
     @property

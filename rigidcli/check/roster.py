@@ -8,8 +8,8 @@ import os
 import re
 import unicodedata
 from collections import Counter, defaultdict
-from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from itertools import takewhile
 from pathlib import Path
 
@@ -58,7 +58,8 @@ class Paper:
 
 def papers(found: Found, roster: Roster | None = None) -> tuple[list[Paper], list[str]]:
     """The hand-in of every student, also of those on the roster without one; and notes on who is who."""
-    hands: dict[str, _Hand] = {}
+    names: dict[str, str] = {}
+    answers, others = defaultdict[str, list[Place]](list), defaultdict[str, list[Place]](list)
     notes, unknown, doubtful = list[str](), list[str](), list[str]()
     everything = [*found.answers, *found.others]
     for place, plain in zip(everything, _students(everything), strict=True):
@@ -70,44 +71,29 @@ def papers(found: Found, roster: Roster | None = None) -> tuple[list[Paper], lis
                 student = roster.labels[min(keys)] if len(keys) == 1 else name
                 if is_judged and len(keys) != 1:
                     (doubtful if keys else unknown).append(name)
-            hand = hands.setdefault(_folded(student), _Hand(student))
-            (hand.answers if is_judged else hand.others).append(place)
+            names.setdefault(_folded(student), student)
+            (answers if is_judged else others)[_folded(student)].append(place)
     notes += noted("not found in the roster", unknown)
     notes += noted("more than one student of the roster may be meant by", doubtful)
     rows, double = list[Paper](), list[str]()
-    for hand in hands.values():
-        if len(hand.answers) > 1:
-            hand.answers, earlier = _latest(hand.answers)
-            notes += noted(f"handed in again by {printable(hand.student)}, and the earlier left out", earlier)
-        if len(hand.answers) > 1:
-            double.append(hand.student)
-        rows += hand.paper()
+    for key, student in names.items():
+        last, earlier = _latest(answers[key])
+        notes += noted(f"handed in again by {printable(student)}, and the earlier left out", earlier)
+        scans = [each for each in others[key] if each.way or _is_hand_in(each.file.name)]
+        if len(last) == 1:
+            rows.append(Paper(student, last[0].file, last[0].source))
+        elif last:
+            double.append(student)
+            detail = f"{len(last)} answer files are this student's: {listed([each.source for each in last])}"
+            rows.append(Paper(student, outcome=Unreadable("duplicate_key", detail).outcome))
+        elif scans:
+            detail = f"read {listed([each.file.name for each in scans])}, which is no answer file"
+            rows.append(Paper(student, outcome=review(detail)))
     notes += noted("more than one answer file, and none of them judged", double)
     if roster is not None:
         given = {_folded(paper.student) for paper in rows}
         rows += [Paper(label, outcome=MISSING) for label in roster.present() if _folded(label) not in given]
     return rows, notes
-
-
-@dataclass(slots=True)
-class _Hand:
-    """What a student has handed in: answer files, and files that are none."""
-
-    student: str
-    answers: list[Place] = field(default_factory=list)
-    others: list[Place] = field(default_factory=list)
-
-    def paper(self) -> Iterator[Paper]:
-        """The row of the student, if the files make one."""
-        if len(self.answers) == 1:
-            yield Paper(self.student, self.answers[0].file, self.answers[0].source)
-        elif self.answers:
-            files = listed([place.source for place in self.answers])
-            detail = f"{len(self.answers)} answer files are this student's: {files}"
-            yield Paper(self.student, outcome=Unreadable("duplicate_key", detail).outcome)
-        elif hands := [each for each in self.others if each.way or _is_hand_in(each.file.name)]:
-            names = listed([each.file.name for each in hands])
-            yield Paper(self.student, outcome=review(f"read {names}, which is no answer file"))
 
 
 def _is_hand_in(name: str) -> bool:
@@ -124,7 +110,7 @@ def _latest(places: Sequence[Place]) -> tuple[list[Place], list[str]]:
     forms = [CANVAS.fullmatch(place.file.name) for place in places]
     numbered = [(int(form["number"]), place) for form, place in zip(forms, places, strict=True) if form]
     names = {uncounted(form["own"]) for form in forms if form}
-    if len(numbered) < len(places) or len(names) > 1 or len({place.way for place in places}) > 1:
+    if not places or len(numbered) < len(places) or len(names) > 1 or len({each.way for each in places}) > 1:
         return list(places), []
     *earlier, (_, last) = sorted(numbered, key=lambda each: each[0])
     return [last], [place.file.name for _, place in earlier]
@@ -217,21 +203,17 @@ class Roster:
         """The cells about each student by the names of their columns."""
         self.labels: dict[int, str] = {}
         self._names: dict[int, str] = {}
-        self._known: dict[str, set[int]] = defaultdict(set)
-        self._spelled: dict[str, set[int]] = defaultdict(set)
-        self._numbers: dict[str, set[int]] = defaultdict(set)
+        self._meant: dict[str, set[int]] = defaultdict(set)
         for key, raw in students.items():
             cells = {column: printable(cell.strip()) for column, cell in raw.items()}
             name = cells.get("Student") or ", ".join(filter(None, map(cells.get, NAMES[1:])))
-            logins = [cells[column].casefold() for column in LOGINS if cells.get(column)]
-            self._names[key] = name
-            self.labels[key] = next((cells[column] for column in LOGINS if cells.get(column)), name)
-            self._numbers[cells.get("ID", "")].add(key)
+            logins = [cells[column] for column in LOGINS if cells.get(column)]
+            self._names[key], self.labels[key] = name, next(iter(logins), name)
             for login in logins:
-                self._known[login].add(key)
-                self._known[login.partition("@")[0]].add(key)
+                self._meant[login.casefold()].add(key)
+                self._meant[login.casefold().partition("@")[0]].add(key)
             for spelling in _spellings(name):
-                self._spelled[spelling].add(key)
+                self._meant[spelling].add(key)
         alike = Counter(self._names.values())
         self.labels |= {key: name for key, name in self._names.items() if name and alike[name] == 1}
 
@@ -246,14 +228,13 @@ class Roster:
 
     def find(self, name: str) -> set[int]:
         """The students that a name may mean, by the first way that leads to any."""
-        if keys := self._known.get(name.casefold()) or self._spelled.get(" ".join(sorted(_words(name)))):
+        if keys := self._meant.get(name.casefold()) or self._meant.get(_sorted(name)):
             return keys
         joined = submitted(name)[0]
         found = _STUDENT.fullmatch(joined or name)
         if found is None:
             return set()
-        numbered = self._numbers.get(found["id"], set())
-        called = self._spelled.get(" ".join(sorted(_words(found["name"]))), set())
+        numbered, called = (self._meant.get(key, set()) for key in (found["id"], _sorted(found["name"])))
         if not called and not joined:
             return set()  # any name may end in a number
         # The number may be another's, of Moodle: a name that does not fit it leaves the student in doubt.
@@ -284,8 +265,13 @@ def _words(name: str) -> list[str]:
     return _WORD.findall("".join(char for char in plain if not unicodedata.combining(char)))
 
 
+def _sorted(name: str) -> str:
+    """The words of a name in the order of the alphabet."""
+    return " ".join(sorted(_words(name)))
+
+
 def _spellings(name: str) -> set[str]:
     """A name as its words in any order, and written as one word with either name first."""
     last, _, first = name.partition(",")
     both = ["".join(_words(part)) for part in (last, first)]
-    return {" ".join(sorted(_words(name))), "".join(both), "".join(reversed(both))} - {""}
+    return {_sorted(name), "".join(both), "".join(reversed(both))} - {""}

@@ -10,9 +10,6 @@ from rigidcli.check.judge import Item, outcome
 from rigidcli.check.question import RELATIVE, Question, Tolerance
 from rigidcli.errors import printable, shortened
 
-LONGEST_KEY = 200
-"""Characters of a key that is shown."""
-
 
 def selftest(items: Mapping[str, Item], questions: Mapping[str, Question]) -> Iterator[tuple[str, bool]]:
     """For each question what it would do, in words, and whether its own key is judged to be right."""
@@ -22,7 +19,7 @@ def selftest(items: Mapping[str, Item], questions: Mapping[str, Question]) -> It
         named = ", ".join(dict.fromkeys(code for code, _ in item.changes))
         lines = [
             f"{printable(id)}: {item.kind.name}, {item.points:.12g} point{'s' * (item.points != 1)}",
-            f"  key        {printable(shortened(item.reference or read_as, LONGEST_KEY))}",
+            f"  key        {printable(shortened(item.reference or read_as))}",
             f"  judged     {', '.join([found.verdict, *(CODES[each.code] for each in found.findings)])}",
             "" if item.kind.name == "choice" else f"  tolerance  {_tolerance(questions[id].tolerance)}",
             f"  mistakes   {named}" if named else "",

@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import contextlib
 import gc
-import math
 import os
 import signal
 import sys
@@ -34,9 +33,6 @@ METHOD = "fork" if sys.platform == "linux" else "spawn"
 PATIENCE = {"fork": 0.5, "spawn": 60.0}
 """Seconds beyond the limit after which a process is ended from outside: a new one loads the program first."""
 
-_FRESH, _WHOLE = b"f", b"="
-"""Marks before what is handed over: bytes, because pickled objects of a process in doubt are not opened."""
-
 WORN = 8
 """A process that has kept a WORNth of its memory after some work serves no more: the next has room."""
 
@@ -51,7 +47,6 @@ class Ended:
 
 _LATE = Ended("timeout")
 _NO_MEMORY = Ended("too_large", "it takes too much memory")
-_TOO_MUCH = Ended("too_large", "there is too much to say of it")
 _STOPPED = Ended("not_allowed", "the process that judged it was stopped")
 
 _SIGNALS = {
@@ -62,6 +57,13 @@ _SIGNALS = {
     "SIGSEGV": Ended("too_large", "the process that judged it broke down"),
 }
 """What it means when a signal ends a process; the system kills one when memory runs out for all."""
+
+_BY_NUMBER = {getattr(signal, name, None): ended for name, ended in _SIGNALS.items()}
+
+_FRESH, _WORN, _MEMORY, _LONG = b"f", b"w", b"m", b"l"
+"""Marks before what is handed over: bytes, because pickled objects of a process in doubt are not opened."""
+
+_NOTHING = {_MEMORY: _NO_MEMORY, _LONG: Ended("too_large", "there is too much to say of it")}
 
 Result: TypeAlias = bytes | Ended
 """What comes of work: what it hands over, or why that is nothing."""
@@ -85,21 +87,24 @@ def each(
     try:
         for index in range(len(tasks)):
             while index not in done:
-                for worker in workers:
-                    if worker.is_free and begun < len(tasks):
-                        worker.give(begun, tasks[begun], limits)
-                        begun += 1
                 while begun < len(tasks) and len(workers) < jobs:
-                    if not _start(workers, work, limits):
-                        break
+                    try:
+                        workers.append(_Worker(work, limits))
+                    except OSError as error:
+                        if workers:
+                            break  # the system has no room for more
+                        message = f"no process can be started: {error.strerror or error}"
+                        raise ComputationError(message) from None
                     workers[-1].give(begun, tasks[begun], limits)
                     begun += 1
                 for worker in _ready(workers):
-                    ended = worker.index
-                    done[ended] = worker.take()
+                    done[worker.index], serves = worker.take()
                     finished += 1
                     progress(finished / len(tasks))
-                    if not worker.is_free:
+                    if serves and begun < len(tasks):
+                        worker.give(begun, tasks[begun], limits)
+                        begun += 1
+                    else:
                         workers.remove(worker)
                         worker.end()
             yield done.pop(index)
@@ -110,39 +115,37 @@ def each(
 
 
 class _Worker:
-    """A process, and the task that it works on; its `index` is negative while it is free."""
+    """A process, and the `index` of the task that it works on until the `deadline`."""
 
-    def __init__(self, process: Any, line: Connection) -> None:
-        self._process = process
-        self.line = line
-        self.index = -1
-        self.deadline = math.inf
-
-    @property
-    def is_free(self) -> bool:
-        """Whether it waits for work."""
-        return self.index < 0
+    def __init__(self, work: Callable[[_Task], bytes], limits: Limits) -> None:
+        """Start the process. Raises OSError where the system has no room for it."""
+        self.index, self.deadline = -1, 0.0
+        context: Any = get_context(METHOD)
+        with _interrupts_held(), warnings.catch_warnings():
+            # Threads of a library for matrices do nothing at this moment.
+            warnings.filterwarnings("ignore", ".*multi-?threaded.*", DeprecationWarning)
+            self.line, its_end = context.Pipe()
+            with its_end:
+                self._process = context.Process(target=_serve, args=(its_end, work, limits), daemon=True)
+                self._process.start()
 
     def give(self, index: int, task: object, limits: Limits) -> None:
         """Give it the task of this index."""
-        self.index = index
-        self.deadline = time.monotonic() + limits.seconds + PATIENCE[METHOD]
+        self.index, self.deadline = index, time.monotonic() + limits.seconds + PATIENCE[METHOD]
         with contextlib.suppress(OSError):  # it has ended, which is seen when it is read from
             self.line.send(task)
 
-    def take(self) -> Result:
-        """What has come of its task; it is free afterwards, unless it has ended or is worn."""
+    def take(self) -> tuple[Result, bool]:
+        """What has come of its task, and whether it may have another."""
         try:
             if not self.line.poll():
-                return _LATE
+                return _LATE, False
             message = self.line.recv_bytes()
         except (EOFError, OSError):
             self._process.kill()
             self._process.join()
-            return _reason(self._process.exitcode)
-        if message[:1] == _FRESH:
-            self.index, self.deadline = -1, math.inf
-        return message[2:] if message[1:2] == _WHOLE else _TOO_MUCH if message[2:] else _NO_MEMORY
+            return _BY_NUMBER.get(-self._process.exitcode, _STOPPED), False
+        return _NOTHING.get(message[:1], message[1:]), message[:1] == _FRESH
 
     def end(self) -> None:
         """End the process, and leave nothing of it behind."""
@@ -160,37 +163,9 @@ def _ready(workers: Sequence[_Worker]) -> list[_Worker]:
     return [worker for worker in workers if worker.line in ready or worker.deadline <= now]
 
 
-def _reason(exitcode: int | None) -> Ended:
-    """Why a process ended before all was handed over."""
-    try:
-        return _SIGNALS.get(signal.Signals(-(exitcode or 0)).name, _STOPPED)
-    except ValueError:
-        return _STOPPED
-
-
-def _start(workers: list[_Worker], work: Callable[[_Task], bytes], limits: Limits) -> bool:
-    """Start one more worker, where the system has room. Raises ComputationError where it has none for any."""
-    context: Any = get_context(METHOD)
-    with _interrupts_held(), warnings.catch_warnings():
-        # Threads of a library for matrices do nothing at this moment.
-        warnings.filterwarnings("ignore", ".*multi-?threaded.*", DeprecationWarning)
-        try:
-            line, its_end = context.Pipe()
-            with its_end:
-                process = context.Process(target=_serve, args=(its_end, work, limits), daemon=True)
-                process.start()
-        except OSError as error:
-            if workers:
-                return False
-            message = f"no process can be started: {error.strerror or error}"
-            raise ComputationError(message) from None
-        workers.append(_Worker(process, line))
-    return True
-
-
 @contextlib.contextmanager
 def _interrupts_held() -> Iterator[None]:
-    """A context that no interrupt leaves half way: a process that is started is known to be running."""
+    """A context in which no interrupt reaches this process, nor one that begins before it is confined."""
     if sys.platform == "win32":
         yield
         return
@@ -213,20 +188,16 @@ def _serve(line: Connection, work: Callable[[_Task], bytes], limits: Limits) -> 
         while True:
             task = line.recv()
             start_clock(limits.seconds)
-            result = _done(work, task, limits)
+            try:
+                data = work(task)
+                mark = _FRESH if len(data) <= limits.handed else _LONG
+            except MemoryError:
+                mark = _MEMORY
             stop_clock()
-            grown = (address_space() or 0) - start
-            line.send_bytes((_FRESH if WORN * grown < limits.memory else b" ") + result)
+            if mark == _FRESH and WORN * ((address_space() or 0) - start) >= limits.memory:
+                mark = _WORN
+            line.send_bytes(mark + data if mark in (_FRESH, _WORN) else mark)
     except EOFError:
         code = 0
     finally:
         os._exit(code)
-
-
-def _done(work: Callable[[_Task], bytes], task: _Task, limits: Limits) -> bytes:
-    """The result of work behind a mark, or the mark of why there is none."""
-    try:
-        data = work(task)
-    except MemoryError:
-        return b"-"
-    return _WHOLE + data if len(data) <= limits.handed else b"-+"

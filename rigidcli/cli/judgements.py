@@ -118,8 +118,9 @@ def view_of(
         return lambda judgements, style: again.TEXTS[format](again.changes(old, judgements), style)
     if canvas is not None:
         from rigidcli.check.reports import canvas as gradebook
+        from rigidcli.check.reports import read
 
-        text, source = gradebook.read(canvas), canvas
+        text, source = read(canvas)
 
         def fill(judgements: Iterator[Judgement], style: Style) -> Iterator[str]:
             # Who has handed in nothing gets no score.

@@ -63,6 +63,7 @@ def question(kind: str, key: str, options: str = "") -> str:
     vector | [0, 3, 4] | direction: sign_free | 0 | components_permuted | [0, 4, 3]
     vector | [0, 3, 4] | direction: sense | 0 | sign_error | [0, -3, -4]
     vector | [0, 3, 4] | direction: sense | 0 | outside_tolerance | [0, 0, 0]  [1, 3, 4]
+    vector | [0, 3, 4] | direction: parallel | 0 | outside_tolerance | [0, 0, 0]
     vector | [0, 3, 4] | direction: sense, normalized: required | 1 | | [0, 0.6, 0.8]
     vector | [0, 3, 4] | direction: parallel, normalized: required | 1 | | [0, -0.6, -0.8]
     vector | [0, 3, 4] | direction: sense, normalized: required | 0 | axis_not_normalised | [0, 3, 4]

@@ -11,7 +11,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from rigidcli.check.records import Judgement
-from rigidcli.check.reports import canvas
+from rigidcli.check.reports import read
 from rigidcli.check.reports.canvas import fill
 from rigidcli.errors import DocumentError, UsageError
 from tests.check.standins import mark
@@ -208,10 +208,10 @@ def test_other_files_are_refused(text: str) -> None:
 def test_a_file_is_read_as_it_is_or_refused(tmp_path: Path) -> None:
     path = tmp_path / "book.csv"
     path.write_bytes(("\ufeff" + BOOK.replace("\n", "\r\n")).encode())
-    assert canvas.read(path) == "\ufeff" + BOOK.replace("\n", "\r\n")
+    assert read(path)[0] == "\ufeff" + BOOK.replace("\n", "\r\n")
     path.write_bytes("Zoë".encode("latin-1"))
     with pytest.raises(DocumentError, match="not UTF-8 text: byte 2 is 0xeb"):
-        canvas.read(path)
+        read(path)
 
 
 # Python's own writer leaves a lone carriage return without quotes.

@@ -12,9 +12,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from rigidcli.check.base import Finding, Outcome, Unreadable, correct, earning
-from rigidcli.check.judge import Accepted, Item, judge
+from rigidcli.check.judge import Accepted, Item, Seen, judge
 from rigidcli.check.kinds import KINDS
-from rigidcli.check.records import Judged, Judgement, Sheet, sentence
+from rigidcli.check.records import Judged, Judgement, sentence
 from rigidcli.sandbox import ForbiddenError
 from tests.check.standins import Same, mark
 
@@ -157,8 +157,8 @@ QUESTIONS = st.builds(
 @given(st.lists(QUESTIONS, max_size=5).map(tuple))
 @settings(max_examples=100, deadline=None)
 def test_what_goes_through_a_pipe_comes_out_the_same(questions: tuple[Judged, ...]) -> None:
-    sheet = Sheet(questions, ("a note",), ("a file",))
-    assert Sheet.from_bytes(sheet.to_bytes()) == sheet
+    sheet = Judgement("ada", "ada.yaml", questions, ("a note",), ("a file",))
+    assert Judgement.from_bytes(sheet.to_bytes()) == sheet
 
 
 def test_scores_add_up_and_are_rounded_as_a_gradebook_has_them() -> None:
@@ -172,3 +172,16 @@ def test_scores_add_up_and_are_rounded_as_a_gradebook_has_them() -> None:
 def test_an_item_is_pickled_with_its_kind() -> None:
     copy = pickle.loads(pickle.dumps(Item(KINDS["choice"], {"any": 1.0}, 2.0)))
     assert (copy.kind.name, copy.points, copy.key) == ("choice", 2.0, {"any": 1.0})
+
+
+def test_the_same_answer_to_a_question_is_judged_once() -> None:
+    seen: Seen = {}
+    first = judge("answers: {b: 42, c: [42, 1]}", Path("a.yaml"), ITEMS, seen)
+    # A key that fails would show that the kind is asked again.
+    broken = {id: replace(item, kind=Failing(), key=None) for id, item in ITEMS.items()}
+    assert judge("answers: {b: 42, c: [42, 1]}", Path("b.yaml"), broken, seen) == first
+    assert judge("answers: {b: 42}", Path("b.yaml"), broken).questions != first.questions
+    assert (
+        judge("answers: {b: '42', c: '[42, 1]'}", Path("c.yaml"), ITEMS, seen).questions[2]
+        != first.questions[2]
+    )

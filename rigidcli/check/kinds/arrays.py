@@ -1,14 +1,14 @@
-"""Answers of many numbers, entry by entry: vectors and matrices, and what tensors and moments share."""
+"""Answers of many numbers, judged entry by entry: vectors, matrices, and what tensors share."""
 
 from __future__ import annotations
 
 import math
 import re
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from itertools import permutations
 from pathlib import Path
-from typing import Any, ClassVar
+from typing import Any, ClassVar, TypeAlias
 
 import numpy as np
 
@@ -28,13 +28,13 @@ from rigidcli.check.entries import (
     EXACT,
     MOST_ENTRIES,
     NOISE,
-    Cell,
     Entry,
     Layout,
     Right,
     Ruler,
     Same,
     computed,
+    filled,
     is_constant,
     literal,
     opened,
@@ -54,12 +54,19 @@ MOST_PLACES = 6
 AXES = {name: k for names in ("xyz", "123456789") for k, name in enumerate(names)}
 """The ends of the names of components, in their order: `x`, `L_x`, `omega1`."""
 
+Triples: TypeAlias = Sequence[tuple[str, Entry, Right]]
+"""Names of places, each with the entry of an answer and the right one."""
+
+Mistaken: TypeAlias = Iterator[tuple[str, Array]]
+"""Codes of mistakes, each with what the mistake leads to."""
+
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Key:
     """The right `entries`: floats in SI units, or trees. `mistaken` has others, with the codes of mistakes.
 
-    `labels` name the entries; those that are `counted` earn points.
+    `labels` name the entries. Entries of one name are one component, which is right if all of them are, and
+    those that are `counted` earn points.
     """
 
     question: Question
@@ -67,26 +74,29 @@ class Key:
     ruler: Ruler
     entries: Array
     labels: tuple[str, ...] = ()
-    counted: tuple[bool, ...] = ()
+    counted: frozenset[str] = frozenset()
     mistaken: tuple[tuple[str, Array], ...] = ()
 
     @property
     def right(self) -> list[Right]:
         """The entries one after the other."""
-        found: list[Right] = self.entries.ravel().tolist()
-        return found
+        right: list[Right] = self.entries.ravel().tolist()
+        return right
 
-    @property
-    def needs_units(self) -> bool:
-        """Whether numbers must have a unit."""
-        return self.question.unit == "required" and self.ruler.has_units
+    def named(self, *values: int) -> frozenset[str]:
+        """The names of the entries that have one of these whole numbers as their value."""
+        has = np.any([self.ruler.are_zero(self.right, besides=value) for value in values], axis=0)
+        return frozenset(label for label, plain in zip(self.labels, has, strict=True) if plain)
 
 
 class Arrays(Kind):
-    """A kind of many numbers. `word` names an entry in a message."""
+    """A kind of many numbers in `dimensions` (1 for a list, 2 for rows). `word` names an entry."""
 
     options: ClassVar[frozenset[str]] = frozenset({"symbols", "unit", "numbers"})
-    word: ClassVar[str] = "entry"
+    word: ClassVar[str]
+    dimensions: ClassVar[int] = 1
+    uncounted: ClassVar[tuple[int, ...]] = ()
+    """Numbers that stand in a key by themselves, and so earn no points."""
 
     def layout(self, answer: Tree) -> Layout:
         """The shape of an answer, and its cells row by row. Raises Unreadable."""
@@ -95,13 +105,20 @@ class Arrays(Kind):
     def _laid_out(self, answer: Tree) -> Layout:
         return self.layout(opened(answer))
 
+    def labels(self, shape: tuple[int, ...]) -> Iterator[str]:
+        """The names of the entries."""
+        return (f"{self.word} {k + 1}" for k in range(shape[0]))
+
     def key(self, asked: Asked) -> Key:
         """The key of a question, literal or computed. Raises ValueProblem."""
         is_literal = asked.report is None
         ruler, entries = literal(asked, self._laid_out) if is_literal else computed(asked, asked.value)
-        size = entries.size
-        labels = tuple(f"{self.word} {k + 1}" for k in range(size))
-        return Key(asked.question, asked.path, ruler, entries, labels, (True,) * size)
+        if entries.ndim != self.dimensions or not entries.size:
+            raise ValueProblem(f"this is no {self.name}: a vector is a list, a matrix a list of rows")
+        labels = tuple(self.labels(entries.shape))
+        key = Key(asked.question, asked.path, ruler, entries, labels, frozenset(labels))
+        counted = key.counted - key.named(*self.uncounted) if self.uncounted else key.counted
+        return replace(key, counted=counted or key.counted)
 
     def read(self, key: Key, answer: Tree, folder: Path) -> Reading:
         """The entries of an answer of the shape that is asked. Raises Unreadable."""
@@ -110,62 +127,65 @@ class Arrays(Kind):
             sizes = (" by ".join(map(str, each)) for each in (shape, key.entries.shape))
             raise Unreadable("wrong_shape", "read {} entries, expected {}".format(*sizes))
         entries = read_cells(key.ruler, cells)
-        return Reading(entries, _shown(self.arranged(shown_as(entries), shape)))
+        return Reading(entries, _shown(filled(shown_as(entries), shape).tolist()))
 
     def fits(self, key: Key, shape: tuple[int, ...]) -> bool:
         """Whether an answer of this shape can be judged."""
         return shape == key.entries.shape
 
-    def arranged(self, entries: list[Any], shape: tuple[int, ...]) -> list[Any]:
-        """Entries in rows, where there are rows."""
-        return nested(entries, shape)
-
     def judge(self, key: Key, value: Sequence[Entry]) -> Outcome:
-        """The outcome of an answer, entry by entry."""
-        found = self.compared(key, value)
-        if False not in found:
-            return settled(key, value, found)
-        right = [same is True for same in found]
-        zero = key.ruler.are_zero(key.right)
-        earned = sum(same and counts for same, counts in zip(right, key.counted, strict=True))
-        earned -= sum(same is False and not counts for same, counts in zip(found, key.counted, strict=True))
-        if not any(same and not nothing for same, nothing in zip(right, zero, strict=True)):
-            earned *= all(zero)  # where only zeros are right, nothing is
-        wrong = [k for k, same in enumerate(found) if same is False]
-        return earning(earned / sum(key.counted), *self.said(key, value, wrong, partly=earned > 0))
+        """The outcome of an answer: its right components, less wrong ones that earn nothing if right."""
+        found = compared(key, value)
+        wrong = [name for name, same in found.items() if same is False]
+        if not wrong:
+            return settled(key, value, found.values())
+        right, zero = {name for name, same in found.items() if same is True}, key.named(0)
+        earned = len(right & key.counted) - len(set(wrong) - key.counted)
+        if right <= zero != set(found):
+            earned = 0  # where only zeros are right, nothing is
+        triples = list(zip(key.labels, value, key.right, strict=True))
+        return earning(earned / len(key.counted), *self.said(key, triples, wrong, partly=earned > 0))
 
-    def compared(self, key: Key, entries: Sequence[Entry]) -> list[Same]:
-        """Whether each entry of an answer is right."""
-        return [key.ruler.same(own, right) for own, right in zip(entries, key.right, strict=True)]
-
-    def said(self, key: Key, entries: Sequence[Entry], wrong: list[int], *, partly: bool) -> list[Finding]:
-        """What is said of an answer with wrong entries, of which others are right `partly`."""
-        right = key.right
-        if all(_is_short(key, entries[k], right[k]) for k in wrong):
-            return [Finding("too_few_sig_figs", named(key, wrong) if partly else "")]
-        plain = [k for k in wrong if is_constant(entries[k]) and not is_constant(right[k])]
+    def said(self, key: Key, triples: Triples, wrong: Sequence[str], *, partly: bool) -> list[Finding]:
+        """What is said of an answer of which these places are wrong, and others right `partly`."""
+        off = [(name, own, right) for name, own, right in triples if name in wrong]
+        if all(_is_short(key.ruler, own, right) for _, own, right in off):
+            return [Finding("too_few_sig_figs", listed(wrong) if partly else "")]
+        plain = [name for name, own, right in off if is_constant(own) and not is_constant(right)]
         if plain and not key.ruler.numbers_allowed:
-            return [Finding("number_for_symbol", named(key, plain))]
+            return [Finding("number_for_symbol", listed(plain))]
         if partly:
-            return [Finding("component_wrong", named(key, wrong))]
-        code = factor(key.ruler, key.path, key.ruler.numbers(entries), key.ruler.numbers(right))
+            return [Finding("component_wrong", listed(wrong))]
+        _, entries, expected = zip(*triples, strict=True)
+        code = factor(key.ruler, key.path, key.ruler.numbers(entries), key.ruler.numbers(expected))
         return [Finding(code or "outside_tolerance")]
 
     def typed(self, key: Key) -> Tree:
         """The key with all digits, each entry with its unit."""
-        return nested([typed_as(key.ruler, entry) for entry in key.right], key.entries.shape)
+        typed: Tree = filled([typed_as(key.ruler, each) for each in key.right], key.entries.shape).tolist()
+        return typed
 
     def names(self, key: Key) -> frozenset[str]:
         """The symbols of the key."""
         return key.ruler.symbols(key.right)
 
 
-def settled(key: Key, entries: Sequence[Entry], found: Sequence[Same]) -> Outcome:
+def compared(key: Key, entries: Sequence[Entry]) -> dict[str, Same]:
+    """Whether the components of an answer are right, by their names."""
+    found: dict[str, Same] = {}
+    for name, own, right in zip(key.labels, entries, key.right, strict=True):
+        same = key.ruler.same(own, right)
+        found[name] = same if found.get(name, True) is True or same is False else found[name]
+    return found
+
+
+def settled(key: Key, entries: Sequence[Entry], found: Iterable[Same]) -> Outcome:
     """The outcome of an answer in which no entry is wrong."""
     for same in found:
         if isinstance(same, str):
             return review(same)
-    return earning(0.0, Finding("unit_missing")) if key.needs_units and are_bare(entries) else correct()
+    needs_units = key.question.unit == "required" and key.ruler.has_units
+    return earning(0.0, Finding("unit_missing")) if needs_units and are_bare(entries) else correct()
 
 
 def are_bare(entries: Sequence[Entry]) -> bool:
@@ -173,9 +193,9 @@ def are_bare(entries: Sequence[Entry]) -> bool:
     return any(isinstance(each, Number) and each.unit is None and each.value != 0 for each in entries)
 
 
-def named(key: Key, places: Sequence[int]) -> str:
+def listed(names: Sequence[str]) -> str:
     """Places in a message: the first few, and how many more."""
-    names = [key.labels[place] for place in places]
+    names = sorted(set(names), key=lambda name: (len(name), name))
     more = f" and {len(names) - MOST_PLACES} more" if len(names) > MOST_PLACES else ""
     return ("; " if "," in names[0] else ", ").join(names[:MOST_PLACES]) + more
 
@@ -198,20 +218,13 @@ def factor(ruler: Ruler, path: tuple[str, ...], own: Floats, expected: Floats) -
     return common_factor(middle, ruler.unit, path, slack) or ("constant_factor" if differ else None)
 
 
-def _is_short(key: Key, entry: Entry, right: Right) -> bool:
+def _is_short(ruler: Ruler, entry: Entry, right: Right) -> bool:
     """Whether a number is that of the key, rounded to one figure less than is asked."""
-    figures = (key.ruler.tolerance.significant_figures or 1) - 1
+    figures = (ruler.tolerance.significant_figures or 1) - 1
     if not figures or not isinstance(entry, Number) or entry.figures != figures:
         return False
     assert isinstance(right, float)
-    return is_right(entry, right, Tolerance(significant_figures=figures), key.ruler.largest)
-
-
-def nested(entries: list[Any], shape: tuple[int, ...]) -> list[Any]:
-    """Entries in rows, where there are rows."""
-    if len(shape) == 1:
-        return entries
-    return [entries[start : start + shape[1]] for start in range(0, len(entries), shape[1])]
+    return is_right(entry, right, Tolerance(significant_figures=figures), ruler.largest)
 
 
 def _shown(texts: list[Any]) -> str:
@@ -224,8 +237,12 @@ def _shown(texts: list[Any]) -> str:
 def row(answer: Tree, word: str) -> Layout:
     """The cells of a list, of a column, or of a mapping from the names of components. Raises Unreadable."""
     if isinstance(answer, dict):
-        cells = _by_components(answer)
-        return (len(cells),), cells
+        places = [AXES.get(re.sub(r"[\s_{}()]", "", name).lower()[-1:]) for name in answer]
+        if sorted(places, key=str) != list(range(len(answer))):
+            expected = "expected a list, or `{x: .., y: .., z: ..}`"
+            raise Unreadable("wrong_shape", f"read {shown(answer)}, {expected}")
+        cells = [(shown(name), entry) for name, entry in answer.items()]
+        return (len(cells),), [cells[places.index(k)] for k in range(len(cells))]
     if isinstance(answer, list) and answer and all(isinstance(each, list) for each in answer):
         # One row, or one column.
         answer = answer[0] if len(answer) == 1 else [each[0] if len(each) == 1 else each for each in answer]
@@ -240,39 +257,25 @@ def _limited(shape: tuple[int, ...]) -> tuple[int, ...]:
     return shape
 
 
-def _by_components(answer: dict[str, Tree]) -> list[Cell]:
-    """The cells of `{x: 0, y: 2, z: 12}`, or with other names that end so."""
-    ends = [AXES.get(re.sub(r"[\s_{}()]", "", name).lower()[-1:]) for name in answer]
-    if sorted(ends, key=str) != list(range(len(answer))):
-        raise Unreadable(
-            "wrong_shape", f"read {shown(answer)}, expected a list, or `{{x: .., y: .., z: ..}}`"
-        )
-    cells = [(shown(name), entry) for name, entry in answer.items()]
-    return [cells[ends.index(k)] for k in range(len(cells))]
-
-
 def rows(answer: Tree) -> Layout:
     """The cells of a list of rows of one length. Raises Unreadable."""
     table = answer if isinstance(answer, list) else []
     if table and not any(isinstance(each, list) for each in table):
         table = [table]
     widths = {len(each) if isinstance(each, list) else 0 for each in table}
-    if (
-        len(widths) != 1
-        or 0 in widths
-        or any(isinstance(entry, list | dict) for each in table for entry in each)
-    ):
+    entries = [entry for each in table if isinstance(each, list) for entry in each]
+    if len(widths) != 1 or 0 in widths or any(isinstance(entry, list | dict) for entry in entries):
         raise Unreadable("wrong_shape", f"read {shown(answer)}, expected rows of the same length")
     shape = _limited((len(table), widths.pop()))
-    return shape, [(label(i, j), entry) for i, each in enumerate(table) for j, entry in enumerate(each)]
+    return shape, list(zip(_places(shape), entries, strict=True))
 
 
-def label(i: int, j: int) -> str:
-    """The name of a place in a matrix."""
-    return f"row {i + 1}, column {j + 1}"
+def _places(shape: tuple[int, ...]) -> Iterator[str]:
+    """The names of the places of a matrix."""
+    return (f"row {i + 1}, column {j + 1}" for i, j in np.ndindex(*shape))
 
 
-# --- vectors and matrices
+# --- vectors
 
 
 class Vector(Arrays):
@@ -285,9 +288,7 @@ class Vector(Arrays):
     def key(self, asked: Asked) -> Key:
         """The key of a question for a vector. Raises ValueProblem."""
         key = super().key(asked)
-        if key.entries.ndim != 1 or not key.entries.size:
-            raise ValueProblem("this is not a list of numbers", hint="a table of them is a `matrix`")
-        if asked.question.direction in ("sense", "parallel") and all(key.ruler.are_zero(key.right)):
+        if asked.question.direction in ("sense", "parallel") and key.named(0) == set(key.labels):
             raise ValueProblem("a vector of length zero has no direction", path=("direction",))
         return replace(key, mistaken=tuple(_other_vectors(asked, key)))
 
@@ -297,7 +298,7 @@ class Vector(Arrays):
         if way == "exact":
             return super().judge(key, value)
         if way == "sign_free":
-            found = self.compared(opposite, value)
+            found = compared(opposite, value).values()
             return super().judge(key, value) if False in found else settled(key, value, found)
         if not _along(key, value):
             return earning(0.0, Finding("sign_error" if _along(opposite, value) else "outside_tolerance"))
@@ -307,12 +308,23 @@ class Vector(Arrays):
 
 
 def _along(key: Key, entries: Sequence[Entry]) -> bool:
-    """Whether a vector has the direction of the key, or where that is free the opposite, at all points."""
-    both = zip(key.ruler.numbers(entries).T, key.ruler.numbers(key.right).T, strict=True)
-    apart = [angle(own, right) for own, right in both]
+    """Whether a vector has the direction of the key, or where that is free the opposite, at all points.
+
+    The angle is 2 atan2(|u - v|, |u + v|) of the unit vectors u and v, which is accurate at all angles
+    (W. Kahan, How Futile are Mindless Assessments of Roundoff, section 12).
+    """
+    u, v = unit_vectors(key.ruler.numbers(entries)), unit_vectors(key.ruler.numbers(key.right))
+    apart = 2 * np.arctan2(np.linalg.norm(u - v, axis=0), np.linalg.norm(u + v, axis=0))
     if key.question.direction == "parallel":
-        apart = [min(each, math.pi - each) for each in apart]
-    return max(apart) <= key.ruler.angle
+        apart = np.minimum(apart, math.pi - apart)
+    return bool((apart <= key.ruler.angle).all())  # nan, where a vector has no direction, is above any angle
+
+
+def unit_vectors(vectors: Floats) -> Floats:
+    """Columns (n by k) made unit vectors; nan where one has no direction."""
+    with np.errstate(all="ignore"):
+        small = vectors / np.abs(vectors).max(axis=0)  # so that squares stay within floats
+        return np.asarray(small / np.linalg.norm(small, axis=0))
 
 
 def has_unit_length(ruler: Ruler, entries: Sequence[Entry]) -> bool:
@@ -321,20 +333,7 @@ def has_unit_length(ruler: Ruler, entries: Sequence[Entry]) -> bool:
     return bool((np.abs(lengths - 1) <= ruler.angle).all())
 
 
-def angle(one: Floats, other: Floats) -> float:
-    """The angle (0 to pi, rad) between two vectors of any size; pi where one of them has no direction.
-
-    2 atan2(|u - v|, |u + v|) of the unit vectors is accurate at all angles (W. Kahan, How Futile are Mindless
-    Assessments of Roundoff, section 12).
-    """
-    with np.errstate(all="ignore"):
-        u, v = (each / np.abs(each).max() for each in (one, other))  # so that squares stay within floats
-        u, v = u / math.hypot(*u), v / math.hypot(*v)
-    found = 2 * math.atan2(math.hypot(*(u - v)), math.hypot(*(u + v)))
-    return found if math.isfinite(found) else math.pi
-
-
-def _other_vectors(asked: Asked, key: Key) -> Iterator[tuple[str, Array]]:
+def _other_vectors(asked: Asked, key: Key) -> Mistaken:
     """The vector along the axes of the document, turned the wrong way, and with components exchanged."""
     size = key.entries.size
     if asked.document is not None and asked.document.frame is not None and size == 3:
@@ -346,28 +345,27 @@ def _other_vectors(asked: Asked, key: Key) -> Iterator[tuple[str, Array]]:
         yield from (("components_permuted", key.entries[list(order)]) for order in orders)
 
 
+# --- matrices
+
+
 class Matrix(Arrays):
-    """The entries of a matrix of any shape."""
+    """The entries of a matrix of any shape; zeros and ones, which stand by themselves, are not counted."""
 
     name: ClassVar[str] = "matrix"
+    dimensions: ClassVar[int] = 2
+    uncounted: ClassVar[tuple[int, ...]] = (0, 1)
 
     def layout(self, answer: Tree) -> Layout:
         """The cells of a list of rows. Raises Unreadable."""
         return rows(answer)
 
-    def key(self, asked: Asked) -> Key:
-        """The key of a question for a matrix; zeros and ones, which stand by themselves, are not counted."""
-        key = super().key(asked)
-        if key.entries.ndim != 2:
-            raise ValueProblem("this is not a matrix, which is a list of rows")
-        plain = zip(key.ruler.are_zero(key.right), key.ruler.are_zero(key.right, besides=1), strict=True)
-        counted = tuple(not (zero or one) for zero, one in plain)
-        labels = tuple(label(i, j) for i, j in np.ndindex(*key.entries.shape))
-        return replace(key, labels=labels, counted=counted if any(counted) else key.counted)
+    def labels(self, shape: tuple[int, ...]) -> Iterator[str]:
+        """The places of the entries."""
+        return _places(shape)
 
     def is_right(self, key: Key, value: Sequence[Entry]) -> bool:
-        """Whether the outcome is `correct`, without a word on what is wrong."""
-        return False not in self.compared(key, value) and super().is_right(key, value)
+        """Whether all entries are right: a mistake makes many keys, and the first wrong entry is enough."""
+        return all(key.ruler.same(*both) is True for both in zip(value, key.right, strict=True))
 
 
 # --- what mistakes make of a key

@@ -2,20 +2,24 @@
 
 The order of the pairs, the sign and length of an axis, and every turn among the axes to equal moments are
 free, unless the question asks for more. Where `ask: axes.axes` is asked, axes alone are an answer, too.
+With symbols the problem is solved at a point, where they have values: what is wrong there is wrong. What is
+right there, within the tolerance, is asked again in symbols.
 """
 
 from __future__ import annotations
 
+import math
 import re
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from itertools import pairwise
 from pathlib import Path
-from typing import ClassVar
+from typing import Any, ClassVar, NamedTuple
 
 import numpy as np
 
 from rigidcli.algebra.reading import from_tree
+from rigidcli.check import entries
 from rigidcli.check.base import (
     Asked,
     Finding,
@@ -28,34 +32,23 @@ from rigidcli.check.base import (
     earning,
     review,
 )
-from rigidcli.check.entries import (
-    EXACT,
-    Cell,
-    Layout,
-    Ruler,
-    computed,
-    literal,
-    opened,
-    read_cells,
-    shown_as,
-    typed_as,
-)
-from rigidcli.check.kinds.arrays import are_bare, factor, has_unit_length, row
-from rigidcli.check.kinds.eigen import Eigen, Pairs, Solver, solved
-from rigidcli.check.kinds.tensors import OTHER_PRODUCTS, TENSORS, Tensor, mistaken_tensors, whole
-from rigidcli.check.question import Question
-from rigidcli.core.arithmetic import Array
+from rigidcli.check.entries import Cell, Entry, Layout, Ruler, Same, opened, read_cells, shown_as, typed_as
+from rigidcli.check.kinds.arrays import are_bare, factor, has_unit_length, row, unit_vectors
+from rigidcli.check.kinds.tensors import OTHER_PRODUCTS, Tensor, matched, mistaken_tensors
+from rigidcli.check.question import RELATIVE, Question
+from rigidcli.core.arithmetic import Array, Floats, Mask
 from rigidcli.errors import ValueProblem, shown
 from rigidcli.fields.units import parse_unit
-
-SLACK = 1e-2
-"""How far a key that is typed with few digits may miss the laws, in units of its largest entry."""
-
-LARGEST_ANGLE = 0.5
-"""The largest angle (rad) that a question may allow: more was hardly meant in radians."""
+from rigidcli.language import tree
 
 MOST_PAIRS = 6
 """The most pairs of an answer: three are right, and more are surplus."""
+
+EQUAL = 1e-3
+"""Moments that differ by less, in units of the largest, are equal: three figures do not tell their axes."""
+
+INDEPENDENT = 0.02
+"""Axes whose smallest singular value is above this span the space, however wide the tolerance is."""
 
 KG_M2 = parse_unit("kg m^2")
 
@@ -63,26 +56,33 @@ _LINES = re.compile(r"\s*(?:\n|;(?![^(\[]*[)\]]))\s*")
 """Between pairs that are typed as lines, or with semicolons outside of brackets."""
 
 
+class Pairs(NamedTuple):
+    """The moments (n, or none at all) and the axes (n by 3) of an answer, as they were read."""
+
+    moments: tuple[Entry, ...]
+    axes: tuple[tuple[Entry, ...], ...]
+
+
 @dataclass(frozen=True, slots=True, eq=False)
 class Key:
-    """The eigenproblem that axes must solve; `mistaken` has other tensors, with the codes of mistakes.
+    """The `tensor` (3 by 3, floats in kg m^2 or trees) whose axes an answer must have.
 
-    `pairs` (3 by 4) are the right moments and axes. `alone` says that axes need no moments, `columns` that
-    the axes of an answer stand in columns, by mistake.
+    It has `moments` (3, ascending), `axes` (rows), and a table of which moments are `equal` (3 by 3); `typed`
+    (3 by 4) are moments and axes as a student would write them. `alone` says that axes need no moments,
+    `columns` that those of an answer stand in columns, by mistake. `mistaken` has other tensors.
     """
 
     question: Question
     path: tuple[str, ...]
-    eigen: Eigen
+    ruler: Ruler
+    tensor: Array
+    moments: Floats
+    axes: Floats
+    equal: Mask
+    typed: Array
     alone: bool
-    pairs: Array
     mistaken: tuple[tuple[str, Array], ...] = ()
     columns: bool = False
-
-    @property
-    def ruler(self) -> Ruler:
-        """By what moments are read and compared."""
-        return self.eigen.ruler
 
 
 class Axes(Kind):
@@ -95,19 +95,16 @@ class Axes(Kind):
 
     def key(self, asked: Asked) -> Key:
         """The tensor whose axes are asked. Raises ValueProblem."""
-        if (asked.question.tolerance.angle or 0.0) > LARGEST_ANGLE:
-            raise ValueProblem(
-                f"is in radians, expected at most {LARGEST_ANGLE}", path=("tolerance", "angle")
-            )
+        if (asked.question.tolerance.angle or 0.0) > 0.5:
+            raise ValueProblem("is in radians, expected at most 0.5", path=("tolerance", "angle"))
         ruler, usual, pairs = _literal(asked) if asked.report is None else _reported(asked)
         if ruler.names is not None and asked.question.order == "ascending":
             raise ValueProblem("the order of moments with symbols depends on these", path=("order",))
         mistaken = tuple((code, ruler.entries(each)) for code, each in mistaken_tensors(asked, usual))
         alone = len(asked.path) > 1 and asked.path[-1] == "axes"
-        eigen = solved(ruler, ruler.entries(usual))
-        if pairs is None:
-            pairs = np.column_stack([eigen.moments, eigen.axes])
-        return Key(asked.question, asked.path, eigen, alone, pairs, mistaken)
+        found = _solved(ruler, ruler.entries(usual))
+        typed = np.column_stack([found["moments"], found["axes"]]) if pairs is None else pairs
+        return Key(asked.question, asked.path, **found, typed=typed, alone=alone, mistaken=mistaken)
 
     def read(self, key: Key, answer: Tree, folder: Path) -> Reading:
         """A list of pairs, or of axes. Raises Unreadable."""
@@ -122,83 +119,143 @@ class Axes(Kind):
 
     def judge(self, key: Key, value: Pairs) -> Outcome:
         """The outcome of pairs, one by one; one counts half where only its moment or its axis is right."""
-        count = len(value.axes)
-        value = _in_rows(key, value)
-        solver = Solver(key.eigen, value)
-        worth, findings, opens = _by_pairs(key, value, solver)
-        if count < 3:
-            findings.insert(0, Finding("missing_axis"))
+        count, answer = len(value.axes), _Answer(key, value)
+        worth, findings, opens = _by_pairs(key, answer)
+        findings = [Finding("missing_axis")] * (count < 3) + findings
         if count == 3 and not findings:
-            return review(opens[0]) if opens else _by_rules(key, value, solver)
+            return review(opens[0]) if opens else _by_rules(key, answer)
         if count == 3 and {each.code for each in findings} == {"outside_tolerance"}:
-            code = factor(key.ruler, key.path, key.ruler.numbers(value.moments), solver.expected())
+            code = factor(key.ruler, key.path, key.ruler.numbers(value.moments), answer.expected())
             findings = findings if code is None else [Finding(code)]
         return earning((worth - max(0, count - 3)) / 3, *findings)
 
     def is_right(self, key: Key, value: Pairs) -> bool:
         """Whether the outcome is `correct`: most pairs are soon seen not to be."""
-        solver = Solver(key.eigen, _in_rows(key, value))
-        solves = len(value.axes) == 3 and all(solver.pair(k) is True for k in range(3))
-        return solves and super().is_right(key, value)
+        answer = _Answer(key, value)
+        return len(value.axes) == 3 and all(map(answer.pair, range(3))) and super().is_right(key, value)
 
     def typed(self, key: Key) -> Tree:
         """The moments and axes."""
         direction = replace(key.ruler, unit=None)
-        moments = [typed_as(key.ruler, each) for each in key.pairs[:, 0].tolist()]
-        axes = [[typed_as(direction, each) for each in axis] for axis in key.pairs[:, 1:].tolist()]
-        pairs = zip(moments, axes, strict=True)
-        return axes if key.alone else [{"moment": moment, "axis": axis} for moment, axis in pairs]
+        moments = [typed_as(key.ruler, each) for each in key.typed[:, 0].tolist()]
+        axes = [[typed_as(direction, each) for each in axis] for axis in key.typed[:, 1:].tolist()]
+        return axes if key.alone else [{"moment": m, "axis": e} for m, e in zip(moments, axes, strict=True)]
 
     def names(self, key: Key) -> frozenset[str]:
         """The symbols of the tensor."""
-        return key.ruler.symbols(key.eigen.tensor.flat) if key.ruler.names is not None else frozenset()
+        return key.ruler.symbols(key.tensor.flat)
 
 
-def _in_rows(key: Key, pairs: Pairs) -> Pairs:
-    """Pairs with axes that by mistake stand in columns."""
-    is_turned = key.columns and len(pairs.axes) == 3
-    return Pairs(pairs.moments, tuple(zip(*pairs.axes, strict=True))) if is_turned else pairs
+class _Answer:
+    """Pairs beside the solutions of the eigenproblem."""
+
+    def __init__(self, key: Key, pairs: Pairs) -> None:
+        if key.columns and len(pairs.axes) == 3:
+            pairs = Pairs(pairs.moments, tuple(zip(*pairs.axes, strict=True)))
+        self.key, self.ruler, self.pairs = key, key.ruler, pairs
+        self.units = np.array([self.ruler.numbers(axis)[:, 0] for axis in pairs.axes])
+        self.units = np.nan_to_num(unit_vectors(self.units.T).T)
+        self.moments = [[self._same(own, each) for each in key.moments.tolist()] for own in pairs.moments]
+        self.partners = matched(self.moments)
+        # An axis is near a solution where its part among the axes to equal moments outweighs the rest.
+        squares = (self.units @ self.key.axes.T) ** 2
+        inside, outside = np.sqrt(squares @ self.key.equal), np.sqrt(squares @ ~self.key.equal)
+        self.near = np.where(inside > 0, np.arctan2(outside, inside), math.pi) <= self.ruler.angle
+
+    def _same(self, entry: Entry, moment: float) -> Same:
+        if self.ruler.names is None:
+            return self.ruler.same(entry, moment)
+        allowed = self.ruler.slack * abs(moment) + entries.EXACT * self.ruler.largest
+        return abs(float(self.ruler.numbers([entry])[0, 0]) - moment) <= allowed
+
+    def axis(self, k: int) -> Same:
+        """Whether e and I e are parallel."""
+        if not self.near[k].any() or self.ruler.names is None:
+            return bool(self.near[k].any())
+        own = _without_zeros(self.pairs.axes[k])
+        return self.ruler.vanish(np.cross(self._turned(own), own))
+
+    def pair(self, k: int) -> Same:
+        """Whether I e = lambda e; without moments, whether e is an axis."""
+        if not self.pairs.moments:
+            return self.axis(k)
+        both = [same for same, near in zip(self.moments[k], self.near[k], strict=True) if near]
+        found = True in both or next((same for same in both if same), False)
+        if found is False or self.ruler.names is None:
+            return found
+        own = _without_zeros(self.pairs.axes[k])
+        return self.ruler.vanish(self._turned(own) - own * self.pairs.moments[k])
+
+    def _turned(self, axis: Array) -> Array:
+        """I e in symbols."""
+        return np.asarray(_without_zeros(self.key.tensor.ravel().tolist()).reshape(3, 3) @ axis)
+
+    def independent(self, places: Sequence[int]) -> bool:
+        """Whether axes span as many dimensions as they are."""
+        least = np.linalg.svd(self.units[list(places)], compute_uv=False)[-1]
+        return len(places) <= 3 and bool(least > min(2 * self.ruler.angle, INDEPENDENT))
+
+    def orthogonal(self, places: Sequence[int]) -> bool:
+        """Whether the last of some axes is at right angles to the others."""
+        *others, last = self.units[list(places)]
+        return all(abs(float(last @ other)) <= math.sin(2 * self.ruler.angle) for other in others)
+
+    def expected(self) -> Floats:
+        """The moments about the axes, e.I.e/e.e (n by k), at all points."""
+        axes = np.array([self.ruler.numbers(axis) for axis in self.pairs.axes])
+        tensor = self.ruler.numbers(self.key.tensor.ravel().tolist()).reshape(3, 3, -1)
+        with np.errstate(all="ignore"):
+            above, below = np.einsum("kip,ijp,kjp->kp", axes, tensor, axes), (axes**2).sum(axis=1)
+            return np.asarray(above / below)
 
 
-def _by_pairs(key: Key, pairs: Pairs, solver: Solver) -> tuple[float, list[Finding], list[str]]:
+def _without_zeros(trees: Sequence[Entry]) -> Array:
+    """Trees with zeros that their arithmetic leaves out."""
+    zeros = [tree.ZERO if isinstance(each, tree.Number) and each.value == 0 else each for each in trees]
+    return entries.filled(zeros, (len(zeros),))
+
+
+def _by_pairs(key: Key, answer: _Answer) -> tuple[float, list[Finding], list[str]]:
     """How many pairs are right, what is said of the others, and why some are open."""
     worth, findings, opens = 0.0, list[Finding](), list[str]()
     seen, sound = list[int](), list[int]()
-    for k in range(len(pairs.axes)):
+    has_moments, isotropic = bool(answer.pairs.moments), bool(key.equal.all())
+    for k in range(len(answer.pairs.axes)):
         place = f"axis {k + 1}"
-        together = solver.pair(k)
-        axis = solver.axis(k) if together is False else together
-        if axis is not False and not solver.independent([*seen, k]):
+        together = answer.pair(k)
+        axis = answer.axis(k) if together is False else together
+        if axis is not False and not answer.independent([*seen, k]):
             findings.append(Finding("missing_axis", place))  # it stands twice, or is made up of others
             continue
         seen += [k] * (axis is not False)
         if isinstance(together, str):
             opens.append(together)
-        elif together and key.question.orthogonal == "required" and not solver.orthogonal([*sound, k]):
+        elif together and key.question.orthogonal == "required" and not answer.orthogonal([*sound, k]):
             findings.append(Finding("axes_not_orthogonal", place))
-            worth += 0.5 * bool(pairs.moments)
+            worth += 0.5 * has_moments
         elif together:
             sound.append(k)
             worth += 1
         else:
-            moment = solver.moment(k)
+            moment = has_moments and answer.partners[k] is not None
             # Where every direction is an axis, one is worth nothing without its moment.
-            worth += 0.5 * (moment or (axis is True and not solver.isotropic))
+            worth += 0.5 * (moment or (axis is True and not isotropic))
             if axis is not True:
                 findings.append(Finding("not_an_eigenvector", place))
             elif moment:
                 findings.append(Finding("moment_axis_pairing", f"pair {k + 1}"))
-            if pairs.moments and not moment:
+            if has_moments and not moment:
                 findings.append(Finding("outside_tolerance", f"moment {k + 1}"))
     return worth, findings, opens
 
 
-def _by_rules(key: Key, pairs: Pairs, solver: Solver) -> Outcome:
+def _by_rules(key: Key, answer: _Answer) -> Outcome:
     """The outcome of three right pairs: whether they keep the rules of the question."""
+    pairs = answer.pairs
     half = 0.5 * bool(pairs.moments)
     if key.question.unit == "required" and key.ruler.has_units and are_bare(pairs.moments):
         return earning(half, Finding("unit_missing"))
-    moments = solver.expected()[:, 0] if key.question.order == "ascending" else ()
+    moments = answer.expected()[:, 0] if key.question.order == "ascending" else ()
     if any(own < before - key.ruler.slack * abs(before) for before, own in pairwise(moments)):
         return earning(0.0, Finding("wrong_order"))
     for k, axis in enumerate(pairs.axes if key.question.normalized == "required" else ()):
@@ -215,23 +272,17 @@ def _cells(answer: Tree) -> tuple[list[Cell], list[list[Cell]]]:
     lines = _LINES.split(answer.strip()) if isinstance(answer, str) else []
     answer = lines if lines and all(":" in line for line in lines) else opened(answer)
     if isinstance(answer, dict) and set(answer) == {"moments", "axes"}:
-        moments, axes = opened(answer["moments"]), opened(answer["axes"])
-    else:
-        if isinstance(answer, dict):
-            answer = (
-                [answer] if set(answer) == {"moment", "axis"} else [list(pair) for pair in answer.items()]
-            )
-        if not isinstance(answer, list):
-            raise Unreadable("wrong_shape", f"read {shown(answer)}, expected a list of `[moment, [x, y, z]]`")
-        pairs = [_pair(each) for each in answer]
-        moments = [moment for moment, _ in pairs if moment is not None]
-        axes = [axis for _, axis in pairs]
-    if not isinstance(moments, list) or not isinstance(axes, list) or len(moments) not in (0, len(axes)):
-        raise Unreadable("wrong_shape", "expected as many moments as axes")
-    if not 0 < len(axes) <= MOST_PAIRS:
-        raise Unreadable("wrong_shape", f"expected at most {MOST_PAIRS} axes")
-    named = [(f"moment {k}", moment) for k, moment in enumerate(moments, 1)]
-    return named, [_components(axis, f"axis {k}") for k, axis in enumerate(axes, 1)]
+        columns = opened(answer["moments"]), opened(answer["axes"])
+        are_alike = all(isinstance(each, list) for each in columns) and len(columns[0]) == len(columns[1])
+        answer = [list(pair) for pair in zip(*columns, strict=True)] if are_alike else []
+    elif isinstance(answer, dict):
+        answer = [answer] if set(answer) == {"moment", "axis"} else [list(pair) for pair in answer.items()]
+    pairs = [_pair(each) for each in answer] if isinstance(answer, list) else []
+    moments = [(f"moment {k}", moment) for k, (moment, _) in enumerate(pairs, 1) if moment is not None]
+    if not 0 < len(pairs) <= MOST_PAIRS or len(moments) not in (0, len(pairs)):
+        expected = f"expected at most {MOST_PAIRS} pairs `[moment, [x, y, z]]`"
+        raise Unreadable("wrong_shape", f"read {shown(answer)}, {expected}")
+    return moments, [_components(axis, f"axis {k}") for k, (_, axis) in enumerate(pairs, 1)]
 
 
 def _pair(entry: Tree) -> tuple[Tree, Tree]:
@@ -257,13 +308,27 @@ def _components(axis: Tree, place: str) -> list[Cell]:
 # --- keys
 
 
+def _solved(ruler: Ruler, tensor: Array) -> dict[str, Any]:
+    """A symmetric tensor with its eigenproblem, for a key. Raises ValueProblem for a tensor of zeros."""
+    numbers = ruler.numbers(tensor.ravel().tolist())[:, 0].reshape(3, 3)
+    scale = float(np.abs(numbers).max())
+    if not scale:
+        raise ValueProblem("a tensor of zeros has no axes of its own")
+    moments, vectors = np.linalg.eigh(numbers / scale)
+    largest = float(np.abs(moments).max())
+    moments[np.abs(moments) < entries.NOISE * largest] = 0.0
+    equal = np.abs(moments[:, None] - moments) <= max(entries.NOISE, min(EQUAL, ruler.slack)) * largest
+    ruler = replace(ruler, largest=largest * scale)
+    return {"ruler": ruler, "tensor": tensor, "moments": moments * scale, "axes": vectors.T, "equal": equal}
+
+
 def _reported(asked: Asked) -> tuple[Ruler, Array, Array | None]:
     """The ruler, the tensor of a report, and where there are symbols the pairs. Raises ValueProblem."""
     assert asked.report is not None
-    tensor = asked.value if asked.path[-1] in TENSORS else asked.report.get("tensor")
+    tensor = asked.value if asked.path[-1] in ("tensor", "tensor_com") else asked.report.get("tensor")
     if tensor is None:
         raise ValueProblem("this document has no principal axes")
-    ruler, _ = computed(replace(asked, unit="kg m^2"), tensor)
+    ruler, _ = entries.computed(replace(asked, unit="kg m^2"), tensor)
     if ruler.names is None:
         return ruler, np.asarray(tensor), None
     moments, axes = asked.report.get("moments"), asked.report.get("axes")
@@ -274,23 +339,16 @@ def _reported(asked: Asked) -> tuple[Ruler, Array, Array | None]:
 
 def _literal(asked: Asked) -> tuple[Ruler, Array, Array | None]:
     """The same of a literal key: a tensor of numbers, or pairs. Raises ValueProblem."""
-    value, pairs = asked.value, None
-    if isinstance(value, dict) and set(value) == {"tensor"}:
-        ruler, entries = literal(replace(asked, value=opened(value["tensor"])), Tensor().layout)
-        if entries.shape != (3, 3):
-            raise ValueProblem("expected a tensor of 3 rows of 3")
-        tensor = whole(entries.ravel().tolist()).astype(float if ruler.names is None else object)
-        if ruler.names is not None:
+    if isinstance(asked.value, dict) and set(asked.value) == {"tensor"}:
+        key = Tensor().key(replace(asked, value=asked.value["tensor"]))
+        if key.ruler.names is not None:
             raise ValueProblem("a tensor with symbols is no key", hint="write pairs: `[moment, [x, y, z]]`")
-        tensor = tensor * OTHER_PRODUCTS if asked.question.products == "plus" else tensor
+        signs = OTHER_PRODUCTS if asked.question.products == "plus" else 1
+        ruler, tensor, pairs = key.ruler, key.entries * signs, None
     else:
-        ruler, pairs = literal(asked, _pair_cells)
-        tensor = _tensor_of_pairs(ruler, pairs)
-    if ruler.names is None:
-        allowed = EXACT if pairs is None else SLACK
-        if np.abs(tensor - tensor.T).max() > allowed * np.abs(tensor).max():
-            raise ValueProblem("this tensor is not symmetric, or the axes are not at right angles")
-        tensor, pairs = (tensor + tensor.T) / 2, None
+        ruler, typed = entries.literal(asked, _pair_cells)
+        tensor = _tensor_of_pairs(ruler, typed)
+        pairs = None if ruler.names is None else typed
     if ruler.unit is not None and ruler.unit.dimension != KG_M2.dimension:
         raise ValueProblem(f"read a unit of {ruler.unit.dimension}, expected one of a moment of inertia")
     return replace(ruler, unit=ruler.unit or KG_M2), tensor, pairs
@@ -313,11 +371,14 @@ def _tensor_of_pairs(ruler: Ruler, pairs: Array) -> Array:
         terms = (np.outer(e, e) * (moment / (e @ e)) for moment, e in zip(moments, axes, strict=True))
         return ruler.entries(np.vectorize(from_tree, otypes=[object])(sum(terms)))
     # I e = lambda e for three axes, which need be at right angles only where the moments differ.
-    with np.errstate(all="ignore"):
-        units = axes / np.linalg.norm(axes, axis=1, keepdims=True)
-    if not np.isfinite(units).all() or np.linalg.svd(units, compute_uv=False)[2] < SLACK:
+    units = unit_vectors(axes.T).T
+    if not np.isfinite(units).all() or np.linalg.svd(units, compute_uv=False)[2] < RELATIVE:
         raise ValueProblem("the axes do not span the space")
-    return np.linalg.solve(units, moments[:, None] * units)
+    # It may be typed with few digits.
+    tensor = np.asarray(np.linalg.solve(units, moments[:, None] * units))
+    if np.abs(tensor - tensor.T).max() > RELATIVE * np.abs(tensor).max():
+        raise ValueProblem("the axes are not at right angles")
+    return (tensor + tensor.T) / 2
 
 
 # --- what mistakes make of a key
@@ -329,7 +390,7 @@ def worked_out(code: str) -> Callable[[Key], Iterator[Key]]:
     def changes(key: Key) -> Iterator[Key]:
         for name, tensor in key.mistaken:
             if name == code:
-                yield replace(key, eigen=solved(key.ruler, tensor), mistaken=())
+                yield replace(key, **_solved(key.ruler, tensor), mistaken=())
 
     return changes
 

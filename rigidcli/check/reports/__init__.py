@@ -28,8 +28,8 @@ class Style:
     colour: bool = False
 
 
-def read_bytes(path: str | os.PathLike[str]) -> tuple[bytes, str]:
-    """The bytes of an instructor's file, bounded, and its name for messages. Raises DocumentError."""
+def read(path: str | os.PathLike[str]) -> tuple[str, str]:
+    """The text of an instructor's file, bounded, and its name for messages. Raises DocumentError."""
     name = os.fsencode(path).decode(errors="backslashreplace")
     try:
         found = Path(path).stat()
@@ -37,6 +37,10 @@ def read_bytes(path: str | os.PathLike[str]) -> tuple[bytes, str]:
             raise OSError(errno.EINVAL, "not a regular file")
         if found.st_size > MAX_BYTES:
             raise OSError(errno.EFBIG, f"too long, expected at most {MAX_BYTES:,} bytes")
-        return Path(path).read_bytes(), name
+        data = Path(path).read_bytes()
+        return data.decode(), name
     except OSError as error:
         raise DocumentError([Problem(name, f"cannot be read: {error.strerror or error}")]) from None
+    except UnicodeDecodeError as error:
+        message = f"not UTF-8 text: byte {error.start} is {data[error.start]:#04x}"
+        raise DocumentError([Problem(name, message, hint="export it again, or save it as UTF-8")]) from None

@@ -7,18 +7,18 @@ and one row a student. The names of files in a download of submissions are those
 
 from __future__ import annotations
 
-import os
+import csv
+import io
 import re
 from collections.abc import Iterable, Sequence
+from contextlib import suppress
 from dataclasses import dataclass
-from typing import TypeAlias
 
 from rigidcli.check.names import listed, noted
 from rigidcli.check.records import Judgement
-from rigidcli.check.reports import read_bytes
 from rigidcli.check.reports.table import points
 from rigidcli.check.roster import LOGINS, NAMES, Roster
-from rigidcli.errors import DocumentError, Problem, UsageError, nearest, shown
+from rigidcli.errors import UsageError, nearest, shown
 
 ABOUT_STUDENTS = frozenset([*NAMES, *LOGINS, "Integration ID", "Root Account", "Section"])
 
@@ -30,11 +30,6 @@ POINTS = "Points Possible"
 
 KEPT = frozenset(["EX", "N/A"])
 """Cells that stay: the student is excused, or does not have the assignment."""
-
-PLACES = 2
-"""Decimal places of scores, as Canvas rounds points."""
-
-_CELL = r'("(?:[^"]|"")*+"|[^{mark}\r\n]*+)({mark}|\r\n|\n|\r|\Z)'
 
 _ASSIGNMENT = re.compile(r"(.*?)(?:\s*\(([0-9]+)\))?", re.DOTALL)
 """The name of an assignment: its title, and the number that Canvas knows it by."""
@@ -48,64 +43,40 @@ class Filled:
     notes: tuple[str, ...]
 
 
-@dataclass(slots=True)
-class _Cell:
-    """A cell as it stands in the file, and what ends it: a mark, the end of a line, or nothing."""
-
-    text: str
-    end: str
-
-    @property
-    def value(self) -> str:
-        """What it says, without quotes, and without blanks round it."""
-        quoted = len(self.text) > 1 and self.text[0] == self.text[-1] == '"'
-        return (self.text[1:-1].replace('""', '"') if quoted else self.text).strip()
-
-
-_Row: TypeAlias = list[_Cell]
-
-
 @dataclass(frozen=True, slots=True)
 class _Book:
     """The rows of a gradebook, the first with the names of its columns; `worth` has the points."""
 
     mark: str
-    rows: Sequence[_Row]
-    worth: _Row
+    rows: list[list[str]]
+    worth: list[str]
 
     @property
     def names(self) -> list[str]:
         """The names of the columns."""
-        return [cell.value for cell in self.rows[0]]
+        return [cell.strip() for cell in self.rows[0]]
 
-    def put(self, row: _Row, place: int, score: float) -> None:
+    def put(self, row: list[str], place: int, score: float) -> None:
         """Put a score into a row, with a decimal comma where other numbers have one."""
         text = f"{score:.12g}"
-        if any(re.fullmatch(r"[0-9]+,[0-9]+", cell.value) for cell in self.worth):
+        if any(re.fullmatch(r"[0-9]+,[0-9]+", cell.strip()) for cell in self.worth):
             text = text.replace(".", ",")
-        text = f'"{text}"' if self.mark in text else text
-        if place < len(row):
-            row[place].text = text
-        else:
-            row[-1].text += self.mark * (place + 1 - len(row)) + text
+        row += [""] * (place + 1 - len(row))
+        row[place] = text
 
-
-def read(path: str | os.PathLike[str]) -> str:
-    """The text of an exported gradebook, its byte order mark and ends of lines too. Raises DocumentError."""
-    data, source = read_bytes(path)
-    try:
-        return data.decode()
-    except UnicodeDecodeError as error:
-        hint = "export it from Canvas again, or save it as CSV UTF-8"
-        message = f"not UTF-8 text: byte {error.start} is {data[error.start]:#04x}"
-        raise DocumentError([Problem(source, message, hint=hint)]) from None
+    def written(self, like: str) -> str:
+        """The text of the gradebook, whose lines end like those of another text."""
+        end = next((end for end in ("\r\n", "\n") if end in like), "\r")
+        target = io.StringIO(newline="")
+        csv.writer(target, delimiter=self.mark, lineterminator=end).writerows(self.rows)
+        return target.getvalue() if like.endswith(end) else target.getvalue().removesuffix(end)
 
 
 def fill(text: str, judgements: Iterable[Judgement], column: str) -> Filled:
     """Put the scores into the column of an assignment, which is named by its title, its number, or both.
 
-    Students are known by the names of their answer files. All other text of the file stays as it is, and so
-    does the cell of a student of whom an answer waits for a person.
+    Students are known by the names of their answer files. All other cells stay as they are, and so does that
+    of a student of whom an answer waits for a person.
     Raises UsageError where the column is not there, or not the only one of its name.
     """
     # First the gradebook: nobody waits for judgements that it has no place for.
@@ -123,7 +94,7 @@ def fill(text: str, judgements: Iterable[Judgement], column: str) -> Filled:
         elif any(question.verdict == "review" for question in judgement.questions):
             waiting.append(judgement.student)
         else:
-            score = judgement.score_to(PLACES)
+            score = judgement.score_to(2)  # as Canvas rounds points
             replaced += bool(stands) and _number(stands) != score
             book.put(row, place, score)
     notes += noted("an answer waits for a person to judge, and the cell left as it was", waiting)
@@ -134,27 +105,24 @@ def fill(text: str, judgements: Iterable[Judgement], column: str) -> Filled:
     if judgements and most is not None and most != judgements[0].max_score:
         whole = points(judgements[0].max_score)
         notes.append(f"the column is worth {points(most)} points, the assignment {whole}")
-    return Filled(start + "".join(cell.text + cell.end for row in book.rows for cell in row), tuple(notes))
+    return Filled(start + book.written(text), tuple(notes))
 
 
 def _book(text: str) -> _Book:
     """The gradebook of a file, whichever mark separates its cells. Raises UsageError."""
     for mark in ",;":
-        rows: list[_Row] = [[]]
-        for cell, end in re.findall(_CELL.format(mark=mark), text):
-            rows[-1].append(_Cell(cell, end))
-            if end != mark:
-                rows.append([])
-        book = _Book(mark, rows, next((row for row in rows if POINTS in _value(row, 0)), []))
-        if "ID" in book.names and {"Student", "LastName"} & set(book.names):
-            return book
+        with suppress(csv.Error, IndexError):
+            rows = list(csv.reader(io.StringIO(text, newline=""), delimiter=mark))
+            book = _Book(mark, rows, next((row for row in rows if POINTS in _value(row, 0)), []))
+            if "ID" in book.names and {"Student", "LastName"} & set(book.names):
+                return book
     hint = "it begins with the columns `Student` and `ID`"
     raise UsageError("this is not a gradebook that Canvas has exported", hint=hint)
 
 
-def _value(row: _Row, place: int) -> str:
+def _value(row: Sequence[str], place: int) -> str:
     """What a cell says; a short row has empty ones at its end."""
-    return row[place].value if place < len(row) else ""
+    return row[place].strip() if place < len(row) else ""
 
 
 def _students(book: _Book) -> dict[int, dict[str, str]]:
@@ -178,7 +146,7 @@ def _number(text: str) -> float | None:
 def _place(book: _Book, wanted: str) -> int:
     """The place of the column of an assignment. Raises UsageError."""
     last = max(place for place, name in enumerate(book.names) if name in ABOUT_STUDENTS)
-    fixed = {place for place, cell in enumerate(book.worth) if "read only" in cell.value}
+    fixed = {place for place, cell in enumerate(book.worth) if "read only" in cell}
     known = {
         place: name
         for place, name in enumerate(book.names)

@@ -15,7 +15,7 @@ from rigidcli.check.base import VERDICTS, Verdict
 from rigidcli.check.records import Judged, Judgement
 from rigidcli.check.reports import Style
 from rigidcli.check.reports.formats import csv_rows, json_line
-from rigidcli.check.reports.table import block, counted, painted
+from rigidcli.check.reports.table import LONGEST_ANSWER, block, counted, painted
 from rigidcli.errors import printable, shortened
 from rigidcli.render.terminal import Row
 
@@ -24,17 +24,8 @@ SCHEMA = "rigidcli.items/1"
 LEAST_SHARED = 3
 """Students who must share a wrong answer before the key is doubted."""
 
-LEAST_SHARE = 0.05
-"""The share that they must be of those who answered: in a large class, a few always agree."""
-
-LEAST_BESIDE = 0.5
-"""And beside those who answered as the key has it: a key is not wrong because one slip is popular."""
-
 MOST_TOLD = 10
 """Wrong answers of a question that people are shown."""
-
-LONGEST_ANSWER = 60
-"""Characters of an answer that people are shown."""
 
 UNNAMED = {
     "component_wrong", "equation_wrong", "not_an_eigenvector", "outside_tolerance", "term_wrong",
@@ -64,15 +55,13 @@ class Taken:
 class Tally:
     """The answers to one question: how many have each verdict, and those that are not right.
 
-    These begin with what waits for a person; the most frequent ones come first. The `facility` is the mean
-    share (0 to 1) of the points, of the answers that are judged; None where there are none, or no points.
+    These begin with what waits for a person; the most frequent ones come first.
     """
 
     question: str
     verdicts: dict[Verdict, int]
     suspicious: bool
     answers: tuple[Taken, ...]
-    facility: float | None = None
 
 
 def tally(judgements: Iterable[Judgement]) -> tuple[Tally, ...]:
@@ -87,8 +76,8 @@ def tally(judgements: Iterable[Judgement]) -> tuple[Tally, ...]:
 
 def _tally(id: str, given: Sequence[Judged]) -> Tally:
     verdicts = Counter(each.verdict for each in given)
-    answered = len(given) - verdicts["missing"]
-    least = max(LEAST_SHARED, LEAST_SHARE * answered, LEAST_BESIDE * verdicts["correct"])
+    # A key is not wrong because one slip is popular: it must be half as popular as the key.
+    least = max(LEAST_SHARED, verdicts["correct"] / 2)
     wrong = [each for each in given if each.answer and each.verdict not in ("correct", "missing")]
     typed: dict[str, str] = {}
     for each in wrong:
@@ -108,10 +97,7 @@ def _tally(id: str, given: Sequence[Judged]) -> Tally:
         for (answer, verdict, codes), count in ranked
     )
     counts = {verdict: verdicts[verdict] for verdict in VERDICTS}
-    final = [each for each in given if each.verdict != "review"]
-    most = sum(each.max_score for each in final)
-    facility = sum(each.score for each in final) / most if most else None
-    return Tally(printable(id), counts, any(answer.suspicious for answer in answers), answers, facility)
+    return Tally(printable(id), counts, any(answer.suspicious for answer in answers), answers)
 
 
 def _alike(answer: str) -> str:

@@ -11,14 +11,12 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cache
 from pathlib import Path
-from statistics import median
+from statistics import fmean
 from urllib.parse import quote
 
-from rigidcli.check.base import VERDICTS, Verdict
 from rigidcli.check.records import URGENT, Judgement, Student, Told, told
 from rigidcli.check.reports import Style
-from rigidcli.check.reports.items import LONGEST_ANSWER, MOST_TOLD, Tally, tally
-from rigidcli.check.reports.table import as_one, counted, points, score, share
+from rigidcli.check.reports.table import LONGEST_ANSWER, as_one, mean_of, points, score, share
 from rigidcli.errors import ExpressionError, printable, shortened
 from rigidcli.render import Look
 from rigidcli.render.web.page import page, resource, text
@@ -43,9 +41,6 @@ LONGEST_TYPESET = 300
 
 _FORMULA = re.compile(r"(?![-+]?[0-9.]+(?:e[-+]?[0-9]+)? [A-Za-z])(?=.*[A-Za-z])(?=.*[-+*/^=(]).*")
 """What is set as a formula: more than a word, and no number with its unit."""
-
-MARKS: dict[Verdict, str] = dict(zip(VERDICTS, "?✓◐✗!–", strict=True))
-"""What stands for a verdict in the table of students, so that nobody depends on colours."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -178,20 +173,21 @@ def worked(solutions: Mapping[str, Report]) -> dict[str, str]:
 def _class(
     judged: Sequence[Judgement], course: Course, style: Style, links: Sequence[str], *, folded: bool
 ) -> Iterator[str]:
-    """What needs a person, each question, each student, notes, and where it is `folded` in, the feedback."""
+    """What needs a person, a table of scores, notes, solutions, and where it is `folded` in, the feedback."""
     students = [told(judgement, style.feedback) for judgement in judged]
     yield f"<h1>{own(course.title)}</h1>\n"
-    if not students:
-        yield "<p>There are no answers to judge.</p>\n"
+    if students:
+        yield f"<p>{mean_of(students)}</p>\n"
+        hands = [(*both, each) for both in zip(students, links, strict=True) for each in as_one(both[0])]
+        urgent = [_asked(*hand) for verdict in URGENT for hand in hands if hand[2].verdict == verdict]
+        yield f"<h2>To look at first</h2>\n{_list(urgent)}" if urgent else ""
+        yield from _scores(judged, links)
     else:
-        tallies = tally(judged)
-        yield f"<p>{_summary(students)}</p>\n"
-        yield from _first(students, tallies, links)
-        yield from _questions(tallies, course, style)
-        yield from _students(judged, links)
+        yield "<p>There are no answers to judge.</p>\n"
     if course.remarks:
         remarks = ("<br>".join(map(own, remark.split("\n"))) for remark in course.remarks)
         yield f"<h2>Files and notes</h2>\n{_list(remarks)}"
+    yield from (f"<h3>{own(id)}</h3>\n{solution}" for id, solution in course.solutions.items())
     if folded and students:
         yield "<h2>Feedback</h2>\n"
         for number, student in enumerate(students, 1):
@@ -201,90 +197,27 @@ def _class(
             yield "</details>\n"
 
 
-def _summary(students: Sequence[Student]) -> str:
-    scores, most = [student.score for student in students], students[-1].max_score
-    mean = sum(scores) / len(scores)
-    count = "1 student" if len(students) == 1 else f"{len(students):,} students"
-    return f"{count}; mean {points(mean)}/{points(most)}{share(mean, most)}, median {points(median(scores))}"
-
-
-def _first(students: Sequence[Student], tallies: Sequence[Tally], links: Sequence[str]) -> Iterator[str]:
-    """What a person must look at: answers that the program cannot judge or read, and keys in doubt."""
-    hands = [
-        (student, link, each)
-        for student, link in zip(students, links, strict=True)
-        for each in as_one(student)
-    ]
-    heads = ("Answers that wait for a person to judge", "Answers that are not readable")
-    found = {
-        head: [_asked(*hand) for hand in hands if hand[2].verdict == verdict]
-        for head, verdict in zip(heads, URGENT, strict=True)
-    }
-    found["Keys that may be wrong: several gave the same answer, and no known mistake leads to it"] = [
-        own(each.question) for each in tallies if each.suspicious
-    ]
-    if any(found.values()):
-        yield "<h2>To look at first</h2>\n"
-        yield from (f"<h3>{head}</h3>\n{_list(entries)}" for head, entries in found.items() if entries)
-
-
 def _asked(student: Student, link: str, question: Told) -> str:
     """An answer that a person must look at, and what is said of it."""
-    who = f'<a href="{link}">{own(student.student)}</a>, {own(question.id)}'
+    who = f'<a href="{link}">{own(student.student)}</a>, {own(question.id)}: {question.verdict}'
     answer = shortened(question.answer, LONGEST_ANSWER)
     typed = [f"<code>{own(answer)}</code>"] if answer else []
     return "<br>".join([who, *typed, *(own(remark.message) for remark in question.feedback)])
 
 
-def _questions(tallies: Sequence[Tally], course: Course, style: Style) -> Iterator[str]:
-    """Each question with its facility, its verdicts, and below them answers that are not right."""
-    yield "<h2>Questions</h2>\n<p>The facility is the mean share of the points, of the answers that are "
-    yield 'judged.</p>\n<div class="wide"><table>\n<tr><th scope="col">Question</th>'
-    yield '<th scope="col" class="number">Facility</th><th scope="col">Verdicts</th></tr>\n'
-    for each in tallies:
-        facility = "" if each.facility is None else f"{each.facility:.0%}"
-        shares = "".join(
-            f'<span class="{verdict}" style="flex-grow:{count}"></span>'
-            for verdict, count in each.verdicts.items()
-            if count
-        )
-        yield f'<tr><th scope="row">{own(each.question)}</th><td class="number">{facility}</td>'
-        yield f'<td><div class="shares">{shares}</div>{counted(each.verdicts)}</td></tr>\n'
-    yield "</table></div>\n"
-    for each in tallies:
-        solution = course.solutions.get(each.question, "")
-        if each.answers or solution:
-            yield f"<h3>{own(each.question)}</h3>\n"
-        if each.answers:
-            yield _list(_taken(each, style))
-        yield solution
-
-
-def _taken(each: Tally, style: Style) -> Iterator[str]:
-    """The most frequent answers to a question that are not right."""
-    for taken in each.answers[:MOST_TOLD]:
-        # Codes are reasons, too.
-        codes = " ".join(taken.codes) if style.feedback.reasons else ""
-        doubt = "no known mistake: the key may be wrong" if taken.suspicious else ""
-        why = ", ".join(filter(None, [taken.verdict, codes, doubt]))
-        answer = own(shortened(taken.answer, LONGEST_ANSWER))
-        yield f'{taken.students} × <code>{answer}</code> <span class="quiet">{why}</span>'
-    if len(each.answers) > MOST_TOLD:
-        yield f"and {len(each.answers) - MOST_TOLD} other answers"
-
-
-def _students(judged: Sequence[Judgement], links: Sequence[str]) -> Iterator[str]:
-    """The students, each with the verdict on every question, in the order of the assignment."""
-    legend = (f'<span class="mark {verdict}">{MARKS[verdict]} {verdict}</span>' for verdict in VERDICTS)
-    yield f'<h2>Students</h2>\n<p class="legend">{"".join(legend)}</p>\n'
-    yield '<div class="wide"><table class="class">\n'
+def _scores(judged: Sequence[Judgement], links: Sequence[str]) -> Iterator[str]:
+    """A row for each student with the points of every question, or why there are none; means below."""
+    yield '<h2>Scores</h2>\n<div class="wide"><table class="class">\n'
     ids = (f'<th scope="col">{own(question.id)}</th>' for question in judged[0].questions)
     yield f'<thead><tr><th scope="col">Student</th><th scope="col">Score</th>{"".join(ids)}</tr></thead>\n'
     for judgement, link in zip(judged, links, strict=True):
         yield f'<tr><th scope="row"><a href="{link}">{own(judgement.student)}</a></th>'
         yield f'<td class="number">{points(judgement.score)}</td>'
-        for question in judgement.questions:
-            sign = f'<span role="img" aria-label="{question.verdict}">{MARKS[question.verdict]}</span>'
-            yield f'<td><span class="mark {question.verdict}">{sign} {points(question.score)}</span></td>'
+        for each in judgement.questions:
+            says = points(each.score) if each.verdict in ("correct", "partial", "incorrect") else each.verdict
+            yield f'<td><span class="mark {each.verdict}">{says}</span></td>'
         yield "</tr>\n"
+    columns = zip(*(judgement.questions for judgement in judged), strict=True)
+    means = [points(fmean(each.score for each in column)) for column in [judged, *columns]]
+    yield f'<tr><th scope="row">mean</th><td class="number">{"</td><td>".join(means)}</td></tr>\n'
     yield "</table></div>\n"

@@ -1,16 +1,16 @@
-"""What a new run changes in an old one, which is read back from its json."""
+"""What a new run changes in an old one, which is read back from its json: the marks of both that differ."""
 
 from __future__ import annotations
 
 import os
 from collections.abc import Iterable, Iterator, Sequence
-from itertools import groupby
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, TypeAlias
 
 import orjson
 
 from rigidcli.check.records import Judgement
-from rigidcli.check.reports import Style, read_bytes
+from rigidcli.check.reports import Style
+from rigidcli.check.reports import read as read_text
 from rigidcli.check.reports.formats import csv_rows
 from rigidcli.check.reports.table import block, points
 from rigidcli.errors import DocumentError, Problem, printable
@@ -18,93 +18,76 @@ from rigidcli.render.terminal import Row
 
 
 class Mark(NamedTuple):
-    """What a question was judged to be; the `verdict` of a whole hand-in is empty."""
+    """What a question was judged to be."""
 
     verdict: str
     score: float
     max_score: float
 
     def __str__(self) -> str:
-        return f"{self.verdict} {points(self.score)}/{points(self.max_score)}".strip()
+        return f"{self.verdict} {points(self.score)}/{points(self.max_score)}"
+
+
+Run: TypeAlias = dict[tuple[str, str], Mark]
+"""Marks by student and question."""
 
 
 class Change(NamedTuple):
-    """A question whose mark has changed: None where there is, or was, none.
-
-    `question` is empty where a whole student is new, or gone.
-    """
+    """A question whose mark has changed: None where there is, or was, none."""
 
     student: str
     question: str
     old: Mark | None
     new: Mark | None
 
-
-Run = dict[str, dict[str, Mark]]
-"""Marks by student and question; that of a whole hand-in stands under the empty question."""
+    @property
+    def waits(self) -> bool:
+        """Whether the answer has come to wait for a person."""
+        return self.new is not None and self.new.verdict == "review"
 
 
 def read(path: str | os.PathLike[str]) -> Run:
     """The run that was written to a file with `-f json`. Raises DocumentError."""
-    data, source = read_bytes(path)
+    text, source = read_text(path)
     run: Run = {}
-    for number, line in enumerate(data.removeprefix(b"\xef\xbb\xbf").splitlines(), 1):
+    for number, line in enumerate(text.removeprefix("\ufeff").splitlines(), 1):
         try:
-            entry = orjson.loads(line or b"{}")
-            if line and entry["schema"] != "rigidcli.check/1":
+            entry: dict[str, Any] = orjson.loads(line)
+            if entry["schema"] != "rigidcli.check/1":
                 raise ValueError
-            if line:
-                marks = {printable(each["id"]): _mark(each, each["verdict"]) for each in entry["questions"]}
-                run[printable(entry["student"])] = {"": _mark(entry, "")} | marks
+            for each in entry["questions"]:
+                mark = Mark(printable(str(each["verdict"])), float(each["score"]), float(each["max_score"]))
+                run[printable(entry["student"]), printable(each["id"])] = mark
         except (TypeError, KeyError, ValueError, AttributeError):
             hint = "an old run is what `rigidcli check -f json` has printed"
-            raise DocumentError(
-                [Problem(source, "not an object of `rigidcli.check/1`", number, hint=hint)]
-            ) from None
+            message = "not an object of `rigidcli.check/1`"
+            raise DocumentError([Problem(source, message, number, hint=hint)]) from None
     return run
 
 
-def _mark(entry: dict[str, Any], verdict: object) -> Mark:
-    return Mark(printable(str(verdict)), float(entry["score"]), float(entry["max_score"]))
-
-
 def changes(old: Run, judgements: Iterable[Judgement]) -> list[Change]:
-    """What has changed, student by student: those of the new run first, then those who are gone."""
-    new: Run = {}
-    for each in judgements:
-        marks = {q.id: Mark(q.verdict, float(q.score), float(q.max_score)) for q in each.questions}
-        new[each.student] = {"": Mark("", each.score, each.max_score)} | marks
-    both = [(student, old.get(student, {}), new.get(student, {})) for student in new | old]
-    return [
-        Change(student, question, was.get(question), now.get(question))
-        for student, was, now in both
-        for question in (filter(None, now | was) if was and now else [""])
-        if was.get(question) != now.get(question)
-    ]
-
-
-def _waits(change: Change) -> bool:
-    """Whether an answer has come to wait for a person."""
-    return change.new is not None and change.new.verdict == "review"
+    """What has changed: the students of the new run first, then those who are gone."""
+    new = {
+        (printable(each.student), printable(question.id)): Mark(
+            question.verdict, float(question.score), float(question.max_score)
+        )
+        for each in judgements
+        for question in each.questions
+    }
+    both = (Change(*place, old.get(place), new.get(place)) for place in new | old)
+    return [change for change in both if change.old != change.new]
 
 
 def table(found: Sequence[Change], style: Style) -> Iterator[str]:
-    """A block for each student, those who wait for a person first, and how much has changed below."""
-    groups = [list(group) for _, group in groupby(found, key=lambda change: change.student)]
-    for group in sorted(groups, key=lambda own: not any(map(_waits, own))):
-        yield block([(group[0].student, "bold")], list(map(_row, group)), style)
-    questions = sum(bool(change.question) for change in found)
-    counts = {"waiting for a person": sum(map(_waits, found)), "questions changed": questions}
-    counts |= {"new students": sum(each.old is None for each in found if not each.question)}
-    counts |= {"students gone": sum(each.new is None for each in found if not each.question)}
-    told = ", ".join(f"{name}: {count}" for name, count in counts.items() if count)
-    yield block([(told or "nothing has changed", "")], [], style)
-
-
-def _row(change: Change) -> Row:
-    if change.question:
-        return Row(((f"  {change.question}", ""),), f"{change.old or 'nothing'} -> {change.new or 'nothing'}")
-    return Row((("  new" if change.old is None else "  gone", ""),), str(change.new or change.old))
+    """A line for each change, those first that wait for a person, and below how many there are."""
+    rows = [
+        Row(((each.student, "bold"), (each.question, "")), f"{each.old or 'none'} -> {each.new or 'none'}")
+        for each in sorted(found, key=lambda change: not change.waits)
+    ]
+    yield block([], rows, style)
+    counts = {"waiting for a person": sum(each.waits for each in found), "questions changed": len(found)}
+    words = ", ".join(f"{name}: {count}" for name, count in counts.items() if count)
+    yield block([(words or "nothing has changed", "")], [], style)
 
 
 HEADER = ("student", "question", *(f"{run}_{part}" for run in ("old", "new") for part in Mark._fields))
@@ -112,7 +95,7 @@ HEADER = ("student", "question", *(f"{run}_{part}" for run in ("old", "new") for
 
 
 def csv(found: Sequence[Change], style: Style) -> Iterator[str]:
-    """A row for each change; that of a whole student has an empty question."""
+    """A row for each change, with empty cells where there is, or was, no mark."""
     nothing = (None,) * len(Mark._fields)
     rows = ((each.student, each.question, *(each.old or nothing), *(each.new or nothing)) for each in found)
     return csv_rows(HEADER, rows, style)

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections import Counter, defaultdict
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
+from statistics import fmean
 
 from rigidcli.check.base import VERDICTS, Verdict
 from rigidcli.check.records import URGENT, Student, Told
@@ -117,9 +118,14 @@ def _summary(students: Sequence[Student], style: Style) -> str:
         Row(((f"  {id}", ""), (f"{verdicts['correct'] / len(students):>4.0%}", "")), counted(verdicts))
         for id, verdicts in sorted(counts.items(), key=lambda entry: not entry[1]["review"])
     ]
-    mean, most = sum(student.score for student in students) / len(students), students[-1].max_score
-    head = f"{len(students)} students, mean {points(mean)}/{points(most)}{share(mean, most)}"
-    return block(((head, ""),), rows, style)
+    return block(((mean_of(students), ""),), rows, style)
+
+
+def mean_of(students: Sequence[Student]) -> str:
+    """How many students there are, and their mean."""
+    mean, most = fmean(student.score for student in students), students[-1].max_score
+    count = "1 student" if len(students) == 1 else f"{len(students)} students"
+    return f"{count}, mean {points(mean)}/{points(most)}{share(mean, most)}"
 
 
 def block(head: Sequence[Part], rows: Sequence[Row], style: Style) -> str:
