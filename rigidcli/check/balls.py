@@ -57,13 +57,11 @@ def points(domains: Mapping[str, str], seed: str) -> Iterator[dict[str, Ball]]:
 
 def coordinate(seed: str, domain: str, place: int) -> Ball:
     """The value of a name at one of the points: its last bits are a hash, on no lattice of floats."""
-    from flint import arb
-
     digest = hashlib.sha512(seed.encode()).digest()
     low, high = RANGES[place]
     size = low * (high / low) ** (int.from_bytes(digest[:7], "big") / 2**56)
-    tail = 1 + arb(int.from_bytes(digest, "big")) * 2.0**-552
-    return arb(-size if domain == "real" and digest[7] & 1 else size) * tail
+    tail = _arb()(int.from_bytes(digest, "big")) * 2.0**-552 + 1
+    return tail * (-size if domain == "real" and digest[7] & 1 else size)
 
 
 _SIDED = {"abs", "sign", "sqrt", "log", "asin", "acos", "atan", "asinh", "acosh", "atanh"}
@@ -185,7 +183,9 @@ class Steps:
     def _see(self, place: int, inner: list[Ball], least: Ball) -> None:
         """Note which operands of a part can be seen: one that is zero only where it is a plain number."""
         for operand, value in zip(self.parts[place][2], inner, strict=True):
-            if value.abs_lower() > least or (value.is_zero() and not tree.names_in(self.nodes[operand])):
+            size = value.abs_lower()  # what may be any number is not seen, either
+            is_seen = size > least and size > value.rad()
+            if is_seen or (value.is_zero() and not tree.names_in(self.nodes[operand])):
                 self.unseen[place].discard(operand)
 
     def _show(self, function: str, place: int, value: Ball) -> None:
@@ -195,13 +195,10 @@ class Steps:
 
     def _power(self, place: int, exponent: Fraction | None, base: Ball, raised: Ball = None) -> Ball:
         """A power, whose base must be positive unless the exponent is a whole number."""
-        from flint import arb, fmpq
-
         whole = exponent
-        if exponent is not None:
-            raised = arb(fmpq(exponent.numerator, exponent.denominator))
-        elif raised.rad() < TINY and (found := raised.unique_fmpz()) is not None and abs(found) <= MAX_POWER:
-            whole = Fraction(int(found))  # an exponent such as 2 + k - k
+        if exponent is None and raised.rad() < TINY:
+            found = raised.unique_fmpz()  # of an exponent such as 2 + k - k
+            whole = None if found is None or abs(found) > MAX_POWER else Fraction(int(found))
         if whole is not None and whole.denominator == 1:
             power = base ** abs(whole.numerator)
             return power if whole >= 0 else _inverse(power)
@@ -213,7 +210,7 @@ class Steps:
             raise NoValue
         if base.contains(0):
             raise Unclear
-        return base**raised
+        return base ** (raised if exponent is None else _exact(exponent))
 
 
 def _root(exponent: Fraction | None) -> str:
@@ -222,27 +219,36 @@ def _root(exponent: Fraction | None) -> str:
 
 
 @lru_cache(1)
-def _pi() -> Ball:
+def _arb() -> Any:
+    """The class of balls, which takes long to load."""
     from flint import arb
 
-    return arb.pi()
+    return arb
+
+
+@lru_cache(1)
+def _pi() -> Ball:
+    return _arb().pi()
+
+
+def _exact(number: Fraction) -> Ball:
+    """A rational number as a ball."""
+    return _arb()(number.numerator) / number.denominator
 
 
 @lru_cache(1024)
 def _number(text: str, rounded: int) -> Ball:
     """A number as typed, with half of its last digit where it is a decimal of `rounded` figures or more."""
-    from flint import arb, fmpq
-
     mantissa, _, exponent = text.lower().partition("e")
     decimals = mantissa.partition(".")[2]
     if abs(int(exponent or 0)) > MAX_POWER:
         raise Unclear
     fraction = Fraction(text)
-    value = arb(fmpq(fraction.numerator, fraction.denominator))
+    value = _exact(fraction)
     if not decimals or not fraction or len(mantissa.replace(".", "").lstrip("0")) < rounded:
         return value
     half = min(Fraction(10) ** (int(exponent or 0) - len(decimals)) / 2, fraction * COARSEST)
-    return value + arb(0, arb(fmpq(half.numerator, half.denominator)))
+    return value + _arb()(0, _exact(half))
 
 
 @lru_cache(1024)
@@ -278,14 +284,12 @@ def _inverse(value: Ball) -> Ball:
 
 def _called(function: str, arguments: list[Ball]) -> Ball:
     """The value of a function. Raises NoValue outside of its domain, Unclear on the edge of it."""
-    from flint import arb
-
     x = arguments[0]
     least, most = _DOMAINS.get(function, (-math.inf, math.inf))
     if x < least or x > most:
         raise NoValue
     if function == "sqrt" and x.contains(0):
-        return arb(0, x.abs_upper().sqrt().abs_upper())
+        return _arb()(0, x.abs_upper().sqrt().abs_upper())
     if function == "sign" and x.contains(0) and not x.is_zero():
         raise Unclear
     operation = _FUNCTIONS.get(function)

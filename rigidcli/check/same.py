@@ -143,9 +143,8 @@ class _Comparison:
         if self.key == self.answer:
             return True
         agreeing = unclear = lost = 0
-        identical = False
         for place, point in enumerate(points(self.domains, self.seed)):
-            if place == 1 and (identical := self.is_identical()) and not self.steps.sided(self.answer):
+            if place == 1 and not self.steps.sided(self.answer) and self.is_identical():
                 return True
             pair = [point] if self.changing is None else [point, self.moved(point, self.changing, place)]
             try:
@@ -164,8 +163,6 @@ class _Comparison:
             if agrees is False:
                 return False
             agreeing += agrees is True
-        if identical and not lost:
-            return True  # exp(log(x)) is x where it has a value
         if not agreeing and lost:
             return False
         if agreeing < (NEEDED if self.domains else 1):

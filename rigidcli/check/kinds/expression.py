@@ -220,7 +220,7 @@ def _findings(key: Key, answer: Node) -> list[Finding]:
     if not key.constant and names_in(key.tree) and _common([a - b for a, b in pairs]) is not None:
         return [Finding("additive_constant")]
     factor = _common([a / b for a, b in pairs if not b.contains(0)])
-    if factor is not None and math.isfinite(factor) and factor:
+    if factor is not None and math.isfinite(factor) and factor and abs(factor - 1) > EXACT:
         return [Finding(common_factor(factor, None, (), EXACT) or "constant_factor")]
     return [Finding("term_wrong" if _is_term_wrong(key, answer) else "outside_tolerance")]
 
