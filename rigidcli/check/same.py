@@ -143,8 +143,9 @@ class _Comparison:
         if self.key == self.answer:
             return True
         agreeing = unclear = lost = 0
+        identical = False
         for place, point in enumerate(points(self.domains, self.seed)):
-            if place == 1 and not self.steps.sided(self.answer) and self.is_identical():
+            if place == 1 and (identical := self.is_identical()) and not self.steps.sided(self.answer):
                 return True
             pair = [point] if self.changing is None else [point, self.moved(point, self.changing, place)]
             try:
@@ -163,13 +164,17 @@ class _Comparison:
             if agrees is False:
                 return False
             agreeing += agrees is True
+        if identical and not lost:
+            return self.one_sided() or True
         if not agreeing and lost:
             return False
         if agreeing < (NEEDED if self.domains else 1):
             return "it cannot be worked out at enough points"
         if lost or unclear:
             return "it has no value at some points where the right answer has one"
-        return self.unseen() or True
+        if (hidden := self.steps.hidden) is not None:
+            return f"`{_short(hidden)}` is too small beside its neighbours to be seen"
+        return self.one_sided() or True
 
     def moved(self, point: Point, changing: Sequence[str], place: int) -> Point:
         """The point with other values of some names."""
@@ -201,10 +206,8 @@ class _Comparison:
             return False
         return True if gap.rad() <= size * WIDEST or gap.rad() < TINY else None
 
-    def unseen(self) -> str:
-        """What values at points cannot see; empty where they see all."""
-        if (hidden := self.steps.hidden) is not None:
-            return f"`{_short(hidden)}` is too small beside its neighbours to be seen"
+    def one_sided(self) -> str:
+        """The function whose argument may have another sign that no point has shown; empty without one."""
         both = self.answer, self.key
         for own, other in (both, both[::-1]):
             for function, argument in self.steps.one_sided(own, self.domains):
