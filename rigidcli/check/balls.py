@@ -5,7 +5,7 @@ from __future__ import annotations
 import hashlib
 import math
 import operator
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from fractions import Fraction
 from functools import lru_cache
 from typing import Any, TypeAlias
@@ -20,9 +20,6 @@ Point: TypeAlias = Mapping[str, Ball]
 
 BITS = 1024
 """The precision of balls: an answer must agree with its key to some 300 digits."""
-
-TAIL = 512
-"""Bits of a value of a name that come from a hash: no lattice of floats holds such points."""
 
 RANGES = (*[(0.3, 3.0)] * 8, *[(0.02, 50.0)] * 4, *[(1e-6, 1e6)] * 4)
 """Sizes of the values of names at the points: near to one, and far from it."""
@@ -53,189 +50,228 @@ class Unclear(Exception):  # noqa: N818
 
 def points(domains: Mapping[str, str], seed: str) -> Iterator[dict[str, Ball]]:
     """The points of a seed: values for all names."""
+    short = hashlib.sha512(seed.encode()).hexdigest()
     for place in range(len(RANGES)):
-        yield {
-            name: coordinate(f"{seed}\n{place}\n{name}", domain, place) for name, domain in domains.items()
-        }
+        yield {name: coordinate(f"{short} {place} {name}", domain, place) for name, domain in domains.items()}
 
 
 def coordinate(seed: str, domain: str, place: int) -> Ball:
-    """The value of a name at one of the points."""
-    from flint import arb
-
+    """The value of a name at one of the points: its last bits are a hash, on no lattice of floats."""
     digest = hashlib.sha512(seed.encode()).digest()
     low, high = RANGES[place]
     size = low * (high / low) ** (int.from_bytes(digest[:7], "big") / 2**56)
-    tail = 1 + arb(int.from_bytes(digest, "big")) / arb(2) ** (TAIL + 40)
-    return arb(size) * tail * (-1 if domain == "real" and digest[7] & 1 else 1)
+    tail = _arb()(int.from_bytes(digest, "big")) * 2.0**-552 + 1
+    return tail * (-size if domain == "real" and digest[7] & 1 else size)
 
 
 _SIDED = {"abs", "sign", "sqrt", "log", "asin", "acos", "atan", "asinh", "acosh", "atanh"}
 """Functions that may have another form where their argument has the other sign."""
 
 
-class Walk:
-    """A formula at points: its values, and what they show of its terms and of the signs in it.
+class Steps:
+    """Formulas as one list of parts: what stands in several places, or formulas, is worked out once.
 
-    A decimal with at least `rounded` figures is the ball of all numbers that round to it.
+    A part has a kind, a detail (name, number, function or rational exponent) and the places of its operands.
+    The values at points show more than the value of a formula: `signs` has those of the arguments of
+    functions, and `unseen` the terms and arguments, by the sum or function, that are lost beside others.
     """
 
-    def __init__(self, node: Node, rounded: int = NEVER) -> None:
-        self.node = node
-        self.rounded = rounded
-        self.signs: dict[tuple[str, Node], set[int]] = {}
-        self.unseen: dict[int, Node] = {}
-        self.seen = set[int]()
-        self._values: dict[int, Ball] = {}
+    def __init__(self) -> None:
+        self.nodes: list[Node] = []
+        self.parts: list[tuple[str, Any, tuple[int, ...]]] = []
+        self.signs: dict[tuple[str, int], set[bool]] = {}
+        self.unseen: dict[int, set[int]] = {}
+        self._places: dict[tuple[Any, ...], int] = {}
 
-    def value(self, point: Point) -> Ball:
-        """The value at a point. Raises NoValue, Unclear."""
-        self._values = {}
-        value = self.of(self.node, point)
-        if not value.is_finite():
-            raise Unclear
-        return value
+    def add(self, node: Node, rounded: int = NEVER) -> int:
+        """The place of a formula; a decimal of `rounded` figures or more is all that rounds to it."""
+        detail: Any = None
+        operands = tree.operands(node)
+        match node:
+            case tree.Name(detail) | tree.Constant(detail) | tree.Call(detail, _):
+                pass
+            case tree.Number(text, _):
+                detail = (text, rounded if "." in text else NEVER)
+            case tree.Power(base, exponent):
+                detail = _rational(exponent)
+                operands = operands if detail is None else (base,)
+        places = tuple([self.add(operand, rounded) for operand in operands])
+        part = (type(node).__name__, detail, places)
+        place = self._places.setdefault(part, len(self.parts))
+        if place == len(self.parts):
+            self.nodes.append(node)
+            self.parts.append(part)
+            if isinstance(node, tree.Sum | tree.Call):
+                self.unseen[place] = set(places)
+        return place
+
+    @property
+    def names(self) -> set[str]:
+        """The names in the formulas."""
+        return {detail for kind, detail, _ in self.parts if kind == "Name"}
+
+    def terms(self, root: int) -> tuple[int, ...]:
+        """The places of the terms of a sum; none of another formula."""
+        kind, _, places = self.parts[root]
+        return places if kind == "Sum" else ()
 
     @property
     def hidden(self) -> Node | None:
         """A term that no point has shown."""
-        return next((term for place, term in self.unseen.items() if place not in self.seen), None)
+        return next((self.nodes[min(unseen)] for unseen in self.unseen.values() if unseen), None)
 
-    def one_sided(self, domains: Mapping[str, str]) -> Iterator[tuple[str, Node]]:
+    def sided(self, root: int) -> list[tuple[str, int]]:
+        """The functions in a formula that may have another form for the other sign, and their arguments."""
+        inside, found = {root}, list[tuple[str, int]]()
+        for place in range(root, -1, -1):
+            kind, detail, places = self.parts[place]
+            if place in inside:
+                inside.update(places)
+                function = detail if kind == "Call" else _root(detail) if kind == "Power" else ""
+                found += [(function, places[0])] if function in _SIDED else []
+        return found[::-1]
+
+    def one_sided(self, root: int, domains: Mapping[str, str]) -> Iterator[tuple[str, Node]]:
         """The functions whose argument has shown one sign only, and is not positive by its form."""
-        for (function, argument), signs in self.signs.items():
-            varies = bool(tree.names_in(argument))
-            if varies and len(signs) == 1 and not _is_positive(argument, domains):
+        for function, place in self.sided(root):
+            argument = self.nodes[place]
+            shows_one = len(self.signs.get((function, place), ())) == 1 and tree.names_in(argument)
+            if shows_one and not _is_positive(argument, domains):
                 yield function, argument
 
-    def of(self, node: Node, point: Point) -> Ball:
-        """The value of a part of the formula, which may stand in it more than once."""
-        place = id(node)
-        if place not in self._values:
-            self._values[place] = self._of(node, point)
-        return self._values[place]
+    def values(self, root: int, point: Point, before: Sequence[Ball] = ()) -> list[Ball]:
+        """The values of all parts up to a root, of which the first have been worked out `before`.
 
-    def _of(self, node: Node, point: Point) -> Ball:
-        match node:
-            case tree.Name(name):
-                if name not in point:
-                    raise Unclear
-                return point[name]
-            case tree.Number(text, _):
-                return _number(text, self.rounded)
-            case tree.Constant():
-                return _pi()
-            case tree.Negative(operand):
-                return -self.of(operand, point)
-            case tree.Reciprocal(operand):
-                return _inverse(self.of(operand, point))
-            case tree.Sum(terms):
-                return self.sum(terms, point)
-            case tree.Product(factors):
-                return math.prod(self.of(factor, point) for factor in factors)
-            case tree.Power(base, exponent):
-                return self.power(base, exponent, point)
-            case tree.Call(function, arguments):
-                inner = [self.of(argument, point) for argument in arguments]
-                for argument, value in zip(arguments, inner, strict=True):
-                    self.note(argument, bool(value.is_zero() or value.abs_upper() > HIDDEN))
-                if function in _SIDED:
-                    self.show(function, arguments[0], inner[0])
-                return _call(function, inner)
-
-    def sum(self, terms: tuple[Node, ...], point: Point) -> Ball:
-        """The value of a sum, of which the terms that can be seen are noted."""
-        found = [self.of(term, point) for term in terms]
-        sizes = [abs(value) for value in found]
-        least = max(size.abs_upper() for size in sizes) * HIDDEN
-        for term, size in zip(terms, sizes, strict=True):
-            self.note(term, bool(size.abs_lower() > least or (size.is_zero() and not tree.names_in(term))))
-        return sum(found)
-
-    def note(self, term: Node, is_seen: bool) -> None:
-        """Note whether a term can be seen beside the others at a point."""
-        self.unseen[id(term)] = term
-        if is_seen:
-            self.seen.add(id(term))
-
-    def power(self, base: Node, exponent: Node, point: Point) -> Ball:
-        """The value of a power, whose base must be positive unless the exponent is a whole number."""
-        value, rational = self.of(base, point), _rational(exponent)
-        if rational is None:
-            raised = self.of(exponent, point)
-            whole = raised.unique_fmpz() if raised.rad() < TINY else None
-            if whole is not None and abs(whole) <= MAX_POWER:  # an exponent such as 2 + k - k
-                rational = Fraction(int(whole))
-        if rational is not None and rational.denominator == 1:
-            raised = value ** abs(int(rational))
-            return raised if rational >= 0 else _inverse(raised)
-        if rational is None or rational.denominator % 2 == 0:
-            self.show("sqrt" if rational is not None else "log", base, value)
-        if rational is not None and rational.denominator == 2:
-            root = _call("sqrt", [value]) ** abs(rational.numerator)
-            return root if rational > 0 else _inverse(root)
-        if value < 0:
-            raise NoValue
-        if value.contains(0):
+        Raises NoValue, Unclear.
+        """
+        found = list(before)
+        for place in range(len(found), root + 1):
+            kind, detail, places = self.parts[place]
+            found.append(self._value(place, kind, detail, [found[inner] for inner in places], point))
+        if not found[root].is_finite():
             raise Unclear
-        return value ** self.of(exponent, point)
+        return found
 
-    def show(self, function: str, argument: Node, value: Ball) -> None:
-        """Note the sign of an argument."""
-        if not value.contains(0) and value.is_finite():
-            self.signs.setdefault((function, argument), set()).add(1 if value > 0 else -1)
-        else:
-            self.signs.setdefault((function, argument), set())
+    def _value(self, place: int, kind: str, detail: Any, inner: list[Ball], point: Point) -> Ball:
+        """The value of a part of which the operands have the values `inner`."""
+        match kind:
+            case "Product":
+                return math.prod(inner)
+            case "Sum":
+                if self.unseen[place]:
+                    self._see(place, inner, max(term.abs_upper() for term in inner) * HIDDEN)
+                return sum(inner)
+            case "Name" if detail in point:
+                return point[detail]
+            case "Number":
+                return _number(*detail)
+            case "Negative":
+                return -inner[0]
+            case "Reciprocal":
+                return _inverse(inner[0])
+            case "Power":
+                return self._power(place, detail, *inner)
+            case "Constant":
+                return _pi()
+            case "Call":
+                if self.unseen[place]:
+                    self._see(place, inner, HIDDEN)
+                self._show(detail, place, inner[0])
+                return _called(detail, inner)
+        raise Unclear
+
+    def _see(self, place: int, inner: list[Ball], least: Ball) -> None:
+        """Note which operands of a part can be seen: one that is zero only where it is a plain number."""
+        for operand, value in zip(self.parts[place][2], inner, strict=True):
+            size = value.abs_lower()  # what may be any number is not seen, either
+            is_seen = size > least and size > value.rad()
+            if is_seen or (value.is_zero() and not tree.names_in(self.nodes[operand])):
+                self.unseen[place].discard(operand)
+
+    def _show(self, function: str, place: int, value: Ball) -> None:
+        """Note the sign of the argument of a part."""
+        if function in _SIDED and value.is_finite() and not value.contains(0):
+            self.signs.setdefault((function, self.parts[place][2][0]), set()).add(bool(value > 0))
+
+    def _power(self, place: int, exponent: Fraction | None, base: Ball, raised: Ball = None) -> Ball:
+        """A power, whose base must be positive unless the exponent is a whole number."""
+        whole = exponent
+        if exponent is None and raised.rad() < TINY:
+            found = raised.unique_fmpz()  # of an exponent such as 2 + k - k
+            whole = None if found is None or abs(found) > MAX_POWER else Fraction(int(found))
+        if whole is not None and whole.denominator == 1:
+            power = base ** abs(whole.numerator)
+            return power if whole >= 0 else _inverse(power)
+        self._show(_root(exponent), place, base)
+        if exponent is not None and exponent.denominator == 2:
+            root = _called("sqrt", [base]) ** abs(exponent.numerator)
+            return root if exponent > 0 else _inverse(root)
+        if base < 0:
+            raise NoValue
+        if base.contains(0):
+            raise Unclear
+        return base ** (raised if exponent is None else _exact(exponent))
+
+
+def _root(exponent: Fraction | None) -> str:
+    """The function that such a power is like: an odd root, and a whole power, have no sides."""
+    return "log" if exponent is None else "" if exponent.denominator % 2 else "sqrt"
+
+
+@lru_cache(1)
+def _arb() -> Any:
+    """The class of balls, which takes long to load."""
+    from flint import arb
+
+    return arb
 
 
 @lru_cache(1)
 def _pi() -> Ball:
-    from flint import arb, ctx
+    return _arb().pi()
 
-    with ctx.workprec(BITS):
-        return arb.pi()
+
+def _exact(number: Fraction) -> Ball:
+    """A rational number as a ball."""
+    return _arb()(number.numerator) / number.denominator
 
 
 @lru_cache(1024)
 def _number(text: str, rounded: int) -> Ball:
     """A number as typed, with half of its last digit where it is a decimal of `rounded` figures or more."""
-    from flint import arb, ctx, fmpq
-
     mantissa, _, exponent = text.lower().partition("e")
     decimals = mantissa.partition(".")[2]
     if abs(int(exponent or 0)) > MAX_POWER:
         raise Unclear
     fraction = Fraction(text)
-    with ctx.workprec(BITS):
-        value = arb(fmpq(fraction.numerator, fraction.denominator))
-        if not decimals or not fraction or len(mantissa.replace(".", "").lstrip("0")) < rounded:
-            return value
-        half = min(Fraction(10) ** (int(exponent or 0) - len(decimals)) / 2, fraction * COARSEST)
-        return value + arb(0, arb(fmpq(half.numerator, half.denominator)))
+    value = _exact(fraction)
+    if not decimals or not fraction or len(mantissa.replace(".", "").lstrip("0")) < rounded:
+        return value
+    half = min(Fraction(10) ** (int(exponent or 0) - len(decimals)) / 2, fraction * COARSEST)
+    return value + _arb()(0, _exact(half))
 
 
+@lru_cache(1024)
 def _rational(node: Node) -> Fraction | None:
     """The exponent that a formula without names is, where it is a small rational number."""
+    found: list[Fraction | None] = [_rational(part) for part in tree.operands(node)]
+    inner = [part for part in found if part is not None]
+    if len(inner) < len(found):
+        return None
+    total = None
     match node:
-        case tree.Number(text, value):
-            return Fraction(text) if abs(value) <= MAX_POWER and len(text) < 20 else None
-        case tree.Negative(operand):
-            inner = _rational(operand)
-            return None if inner is None else -inner
-        case tree.Reciprocal(operand):
-            inner = _rational(operand)
-            return 1 / inner if inner else None
-        case tree.Sum(parts) | tree.Product(parts):
-            found = [_rational(part) for part in parts]
-            if any(part is None for part in found):
-                return None
-            total = Fraction(0) if isinstance(node, tree.Sum) else Fraction(1)
-            for part in found:
-                assert part is not None
-                total = total + part if isinstance(node, tree.Sum) else total * part
-            return total if abs(total) <= MAX_POWER and total.denominator <= MAX_POWER else None
-        case _:
-            return None
+        case tree.Number(text, value) if abs(value) <= MAX_POWER and len(text) < 20:
+            total = Fraction(text)
+        case tree.Negative():
+            total = -inner[0]
+        case tree.Reciprocal() if inner[0]:
+            total = 1 / inner[0]
+        case tree.Sum():
+            total = sum(inner, Fraction(0))
+        case tree.Product():
+            total = math.prod(inner, start=Fraction(1))
+    is_small = total is not None and abs(total) <= MAX_POWER and total.denominator <= MAX_POWER
+    return total if is_small else None
 
 
 def _inverse(value: Ball) -> Ball:
@@ -246,29 +282,25 @@ def _inverse(value: Ball) -> Ball:
     return 1 / value
 
 
-def _call(function: str, arguments: list[Ball]) -> Ball:
+def _called(function: str, arguments: list[Ball]) -> Ball:
     """The value of a function. Raises NoValue outside of its domain, Unclear on the edge of it."""
-    from flint import arb
-
     x = arguments[0]
-    least, most = _DOMAINS.get(function, (None, None))
-    if (least is not None and x < least) or (most is not None and x > most):
+    least, most = _DOMAINS.get(function, (-math.inf, math.inf))
+    if x < least or x > most:
         raise NoValue
     if function == "sqrt" and x.contains(0):
-        return arb(0, x.abs_upper().sqrt().abs_upper())
+        return _arb()(0, x.abs_upper().sqrt().abs_upper())
     if function == "sign" and x.contains(0) and not x.is_zero():
         raise Unclear
     operation = _FUNCTIONS.get(function)
-    if operation is None:  # a function without a formula
-        raise Unclear
-    value = operation(*arguments)
-    if not value.is_finite():
+    value = None if operation is None else operation(*arguments)
+    if value is None or not value.is_finite():  # a function without a formula has no value
         raise Unclear
     return value
 
 
-_DOMAINS: dict[str, tuple[int | None, int | None]] = {
-    "sqrt": (0, None), "log": (0, None), "acosh": (1, None),
+_DOMAINS: dict[str, tuple[float, float]] = {
+    "sqrt": (0, math.inf), "log": (0, math.inf), "acosh": (1, math.inf),
     **dict.fromkeys(("asin", "acos", "atanh"), (-1, 1)),
 }  # fmt: skip
 
@@ -289,27 +321,18 @@ def _is_positive(node: Node, domains: Mapping[str, str]) -> bool:
             return domains.get(name) == "positive"
         case tree.Number() | tree.Constant() | tree.Call("exp" | "cosh" | "abs" | "sqrt" | "acos"):
             return True
-        case tree.Reciprocal(operand):
+        case tree.Reciprocal(operand) | tree.Call("sinh" | "asinh" | "atan" | "tanh", (operand,)):
             return _is_positive(operand, domains)
         case tree.Sum(parts):
             return all(_is_positive(part, domains) for part in parts)
         case tree.Product(parts):
-            return _is_square(parts, domains)
+            # Factors of either sign must stand in pairs.
+            inner = [part.operand if isinstance(part, tree.Reciprocal) else part for part in parts]
+            open_ = [part for part in inner if not _is_positive(part, domains)]
+            return all(open_.count(part) % 2 == 0 for part in open_)
         case tree.Power(base, exponent):
             rational = _rational(exponent)
             is_even = rational is not None and rational.numerator % 2 == 0
             return is_even or _is_positive(base, domains)
-        case tree.Call("sinh" | "asinh" | "atan" | "tanh", (argument,)):
-            return _is_positive(argument, domains)
         case _:
             return False
-
-
-def _is_square(factors: tuple[Node, ...], domains: Mapping[str, str]) -> bool:
-    """Whether a product has only positive factors, and others in pairs."""
-    open_: list[Node] = []
-    for factor in factors:
-        inner = factor.operand if isinstance(factor, tree.Reciprocal) else factor
-        if not _is_positive(inner, domains):
-            open_.remove(inner) if inner in open_ else open_.append(inner)
-    return not open_

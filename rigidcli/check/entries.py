@@ -17,9 +17,9 @@ from rigidcli.algebra.expressions import Expr
 from rigidcli.algebra.trees import to_tree
 from rigidcli.check.base import Asked, Finding, Tree, Unreadable
 from rigidcli.check.lists import read_list
-from rigidcli.check.numbers import Number, as_typed, is_right, read_number
+from rigidcli.check.numbers import Number, as_typed, beside, is_right, read_number, share
 from rigidcli.check.question import RELATIVE, Tolerance
-from rigidcli.check.reading import Names, names_of, plain, read_expression
+from rigidcli.check.reading import Names, exactly, names_of, plain, read_expression
 from rigidcli.check.same import same, values
 from rigidcli.core.arithmetic import Array, Floats
 from rigidcli.errors import ExpressionError, ValueProblem
@@ -144,7 +144,7 @@ class Ruler:
         found = [_entry(each) for each in array.flat]
         if self.names is None:
             return measured(self, np.array(list(map(_value, found))).reshape(array.shape))[1]
-        return filled([_tree(each) if isinstance(each, float) else each for each in found], array.shape)
+        return filled([exactly(each) if isinstance(each, float) else each for each in found], array.shape)
 
     def symbols(self, entries: Iterable[Right]) -> frozenset[str]:
         """The symbols in entries of a key."""
@@ -155,10 +155,8 @@ class Ruler:
     @property
     def slack(self) -> float:
         """The tolerance as a share of a number."""
-        figures, relative = self.tolerance.significant_figures, self.tolerance.relative
-        if relative is None and figures is None and self.tolerance.absolute is None:
-            relative = RELATIVE
-        return max(relative or 0.0, 0.0 if figures is None else 0.5 * 10.0 ** (1 - figures))
+        figures = self.tolerance.significant_figures
+        return max(share(self.tolerance), 0.0 if figures is None else 0.5 * 10.0 ** (1 - figures))
 
     @property
     def angle(self) -> float:
@@ -247,21 +245,13 @@ def computed(asked: Asked, value: Any) -> tuple[Ruler, Array]:
         ruler = replace(ruler, names=names_of(asked, used), numbers_allowed=allowed)
         return ruler, ruler.entries(value)
     unit = parse_unit(asked.unit) if asked.unit else None
-    return measured(replace(ruler, unit=unit), ruler.entries(value), _beside(asked))
+    return measured(replace(ruler, unit=unit), ruler.entries(value), beside(asked))
 
 
 def measured(ruler: Ruler, entries: Floats, beside: float = 0.0) -> tuple[Ruler, Floats]:
     """The ruler that knows the largest of these numbers, and the numbers without rounding noise."""
     largest = float(np.abs(entries).max(initial=beside))
     return replace(ruler, largest=largest), np.where(np.abs(entries) <= NOISE * largest, 0.0, entries)
-
-
-def _beside(asked: Asked) -> float:
-    """A size (SI) beside which a result may be rounding noise: of a centre of mass the radius of gyration."""
-    if asked.report is None or "center_of_mass" not in asked.path:
-        return 0.0
-    largest = np.abs(np.asarray(asked.report["tensor"], dtype=float)).max()
-    return math.sqrt(float(largest) / float(asked.report["mass"]))
 
 
 def _entry(value: Any) -> Right:
@@ -280,13 +270,6 @@ def _value(entry: Right) -> float:
         return entry if isinstance(entry, float) else real(entry, {})
     except ExpressionError:
         raise ValueProblem("this result has no value, and cannot be compared") from None
-
-
-def _tree(number: float) -> tree.Node:
-    """A number as a tree, exactly: a decimal stands for all numbers that round to it."""
-    above, below = (tree.Number(str(abs(part)), abs(part)) for part in number.as_integer_ratio())
-    positive = above if below.value == 1 else tree.Product((above, tree.Reciprocal(below)))
-    return tree.Negative(positive) if number < 0 else positive
 
 
 def filled(entries: Sequence[Any], shape: tuple[int, ...]) -> Array:

@@ -13,11 +13,13 @@ import re
 from contextlib import suppress
 from dataclasses import dataclass, replace
 from fractions import Fraction
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
 
 from rigidcli.algebra.reading import from_tree
 from rigidcli.algebra.values import is_zero
-from rigidcli.check.base import Tree, Unreadable
+from rigidcli.check.base import Asked, Tree, Unreadable
 from rigidcli.errors import ExpressionError, ValueProblem, shown
 from rigidcli.fields.dimensions import ANGLE, DIMENSIONLESS, Dimension, check_dimension
 from rigidcli.fields.units import MAX_TEXT, Unit, known_names, parse_unit
@@ -282,19 +284,38 @@ def with_hint(problem: ValueProblem) -> str:
 # --- comparing
 
 
+def beside(asked: Asked) -> float:
+    """The largest number (SI) of the array that is asked, or from which an entry is; 0 where there is none.
+
+    A centre of mass may be at the origin, beside the radius of gyration.
+    """
+    found: Any = None if asked.report is None else asked.report.tree()
+    with suppress(TypeError, ValueError, KeyError, IndexError, ZeroDivisionError):  # it has no numbers
+        if "center_of_mass" in asked.path:
+            return math.sqrt(np.abs(np.array(found["tensor"], dtype=float)).max() / float(found["mass"]))
+        for step in asked.path[1:]:
+            found = found[int(step)] if step.isdecimal() else found[step]
+            if isinstance(found, list | np.ndarray):
+                return float(np.abs(np.array(found, dtype=float)).max(initial=0.0))
+    return 0.0
+
+
+def share(tolerance: Tolerance) -> float:
+    """The relative tolerance of a question, which holds where no other is given."""
+    from rigidcli.check.question import RELATIVE
+
+    others = tolerance.absolute, tolerance.significant_figures
+    return tolerance.relative or (RELATIVE if (tolerance.relative, *others) == (None,) * 3 else 0.0)
+
+
 def margin(reference: float, tolerance: Tolerance, largest: float = 0.0, scale: float = 1.0) -> float:
     """How far an answer may be from a reference, in SI units: the largest of what the tolerance allows.
 
     A reference of zero is measured by the `largest` entry beside it. A half in the last figure is of the
     number in the unit of the answer, which is `scale` in SI units.
     """
-    size = abs(reference) or abs(largest)
-    relative, figures = tolerance.relative, tolerance.significant_figures
-    if relative is None and tolerance.absolute is None and figures is None:
-        from rigidcli.check.question import RELATIVE
-
-        relative = RELATIVE
-    allowed = max((relative or 0.0) * size, tolerance.absolute or 0.0)
+    size, figures = abs(reference) or abs(largest), tolerance.significant_figures
+    allowed = max(share(tolerance) * size, tolerance.absolute or 0.0)
     if figures is not None and size:
         power = math.floor(math.log10(size / scale) + ROUNDING) + 1 - figures
         allowed = max(allowed, 0.5 * 10.0**power * scale)

@@ -10,14 +10,16 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from fractions import Fraction
 from functools import cached_property
+from pathlib import Path
 from typing import Literal, TypeAlias
 
 from rigidcli.check.base import Asked, Tree, Unreadable
+from rigidcli.check.files import beside, read_file
 from rigidcli.check.lists import read_list, split
 from rigidcli.check.numbers import as_typed, with_hint
 from rigidcli.document.parameters import read_name
 from rigidcli.document.variables import acceleration, momentum, velocity
-from rigidcli.errors import ExpressionError, shown
+from rigidcli.errors import ExpressionError, shortened, shown
 from rigidcli.language import typed
 from rigidcli.language.latex import plain as without_latex
 from rigidcli.language.text import reading
@@ -159,6 +161,33 @@ def plain(node: Node) -> str:
 
 
 # --- without a question
+
+
+LONGEST = 200
+"""Characters of a description."""
+
+_WORDS = re.compile(r"[\w\s,.;'<>-]*[^\W\d_]{3}[\w\s,.;'<>-]*")
+"""Words, which may be the answer to a question with a choice."""
+
+
+def described(answer: Tree | Unreadable, path: Path) -> str:
+    """An answer in the file at `path`, as it is read. Raises Unreadable where no question reads it."""
+    if isinstance(answer, Unreadable):
+        raise answer
+    if answer is None or (isinstance(answer, str) and not answer.strip()):
+        return "no answer"
+    if isinstance(answer, dict) and answer.keys() & {"file", "csv"}:
+        text = str(answer.get("csv", ""))
+        if "file" in answer:
+            text = read_file(beside(answer["file"], path), shown(answer["file"]), table=True)
+        head, *rows = [line for line in text.splitlines() if line.strip()] or [""]
+        return f"a table with {len(rows)} rows below `{shortened(head, LONGEST)}`"
+    try:
+        return f"read as {shortened(describe(answer), LONGEST)}"
+    except Unreadable:
+        if isinstance(answer, str) and _WORDS.fullmatch(answer):
+            return f"{shown(answer)} as it is typed: how it is read depends on the question"
+        raise
 
 
 def describe(answer: Tree) -> str:

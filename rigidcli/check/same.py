@@ -11,9 +11,9 @@ Values at points cannot see everything. What shows one side only (the sign of an
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Sequence
 from contextlib import suppress
-from functools import lru_cache
+from functools import lru_cache, partial
 from itertools import islice
 from typing import TYPE_CHECKING
 
@@ -28,15 +28,14 @@ from rigidcli.check.balls import (
     Ball,
     NoValue,
     Point,
+    Steps,
     Unclear,
-    Walk,
     coordinate,
     points,
 )
 from rigidcli.errors import ExpressionError
 from rigidcli.language import tree
 from rigidcli.language.text import reading
-from rigidcli.language.text import text as written
 from rigidcli.language.tree import Node
 
 if TYPE_CHECKING:
@@ -70,30 +69,27 @@ def same(
     A `constant` may differ: all that changes neither with the states nor with the time. Numbers may be wrong
     by a `relative` tolerance, as a share of the largest term of the key, or `by_answer` of either.
     """
+    from flint import ctx
+
     answer, key = names.without_derived(answer), names.without_derived(key)
-    comparison = _Comparison(answer, key, names, seed, constant, relative)
-    if by_answer:
-        comparison.terms += comparison.terms_of(answer)
-    if comparison.outcome(most=1) is False:  # most wrong answers are seen at the first point
-        return False
-    if not _identical(answer, key, names):
+    comparison = _Comparison(answer, key, names, seed, constant, relative, by_answer)
+    with ctx.workprec(BITS):
         return comparison.outcome()
-    found = comparison.outcome() if comparison.answer.signs else True
-    return found if comparison.lost else True  # exp(log(x)) is x where it has a value
 
 
 def values(node: Node, names: Names, seed: str, most: int = len(RANGES)) -> list[Ball | None]:
     """The values of a formula at the points of a seed, or at the first ones; None where it has none."""
     from flint import ctx
 
-    tree_of_own = names.without_derived(node)
-    walk, used = Walk(tree_of_own), tree.names_in(tree_of_own)
+    steps = Steps()
+    root = steps.add(names.without_derived(node))
+    used = steps.names
     domains = {name: domain for name, domain in names.domains.items() if name in used}
     found: list[Ball | None] = []
     with ctx.workprec(BITS):
         for point in islice(points(domains, seed), most):
             try:
-                found.append(walk.value(point))
+                found.append(steps.values(root, point)[root])
             except (NoValue, Unclear):
                 found.append(None)
     return found
@@ -118,99 +114,104 @@ class _Comparison:
     """An answer and its key at the points that follow from both."""
 
     def __init__(
-        self, answer: Node, key: Node, names: Names, seed: str, constant: bool, relative: float | None
+        self,
+        answer: Node,
+        key: Node,
+        names: Names,
+        seed: str,
+        constant: bool,
+        relative: float | None,
+        by_answer: bool,
     ) -> None:
-        exact = relative is not None
-        self.answer = Walk(answer, NEVER if exact else 1)
-        self.key = Walk(key, NEVER if exact else ROUNDED)
-        used = tree.names_in(answer) | tree.names_in(key)
-        self.domains = {name: domain for name, domain in names.domains.items() if name in used}
-        self.states = names.states | {"t"}
+        self.is_identical = partial(_identical, answer, key, names)
+        self.steps = Steps()
         self.relative = relative
-        self.constant = constant
-        self.seed = f"{seed}\n{written(key)}\n{written(answer)}"
-        self.terms = [*self.terms_of(key), *([] if exact else self.terms_of(answer))]
-        self.lost = 0
+        self.key = self.steps.add(key, ROUNDED if relative is None else NEVER)
+        self.answer = self.steps.add(answer, 1 if relative is None else NEVER)
+        roots = [self.key] + [self.answer] * (by_answer or relative is None)
+        self.terms = [term for root in roots for term in self.steps.terms(root)]
+        used = self.steps.names
+        self.domains = {name: domain for name, domain in names.domains.items() if name in used}
+        self.changing = [name for name in self.domains if name in names.states | {"t"}] if constant else None
+        self.seed = f"{seed}\n{self.steps.parts}"
 
-    @staticmethod
-    def terms_of(node: Node) -> list[Walk]:
-        """The terms of a sum."""
-        return [Walk(term) for term in (node.terms if isinstance(node, tree.Sum) else ())]
+    def outcome(self) -> bool | str:
+        """Whether both agree at all points, and nothing is left unseen.
 
-    def outcome(self, most: int = len(RANGES)) -> bool | str:
-        """Whether both agree at all points, or at the first ones, and nothing is left unseen."""
-        from flint import ctx
-
-        agreeing = unclear = self.lost = 0
-        with ctx.workprec(BITS):
-            for point in islice(self.points(), most):
-                try:
-                    expected = self.difference(self.key, point)
-                except (NoValue, Unclear):
-                    continue
-                try:
-                    found = self.difference(self.answer, point)
-                except NoValue:
-                    self.lost += 1
-                    continue
-                except Unclear:
-                    unclear += 1
-                    continue
-                agrees = self.agree(found, expected, point)
-                if agrees is False:
-                    return False
-                agreeing += agrees is True
-        if most < len(RANGES):
-            return "not all points are seen"
-        if not agreeing and self.lost:
+        Most wrong answers are seen at the first point, before the normal form of an answer is worked out.
+        """
+        if self.key == self.answer:
+            return True
+        agreeing = unclear = lost = 0
+        identical = False
+        for place, point in enumerate(points(self.domains, self.seed)):
+            if place == 1 and (identical := self.is_identical()) and not self.steps.sided(self.answer):
+                return True
+            pair = [point] if self.changing is None else [point, self.moved(point, self.changing, place)]
+            try:
+                found = [self.steps.values(self.key, at) for at in pair]
+            except (NoValue, Unclear):
+                continue
+            try:
+                found = [self.steps.values(self.answer, *of) for of in zip(pair, found, strict=True)]
+            except NoValue:
+                lost += 1
+                continue
+            except Unclear:
+                unclear += 1
+                continue
+            agrees = self.agree(found)
+            if agrees is False:
+                return False
+            agreeing += agrees is True
+        if identical and not lost:
+            return self.one_sided() or True
+        if not agreeing and lost:
             return False
         if agreeing < (NEEDED if self.domains else 1):
             return "it cannot be worked out at enough points"
-        if self.lost or unclear:
+        if lost or unclear:
             return "it has no value at some points where the right answer has one"
-        return self.unseen() or True
+        if (hidden := self.steps.hidden) is not None:
+            return f"`{_short(hidden)}` is too small beside its neighbours to be seen"
+        return self.one_sided() or True
 
-    def points(self) -> Iterator[dict[str, Ball]]:
-        """The points; with a constant allowed, each with another one for the states in `_partner`."""
-        for place, point in enumerate(points(self.domains, self.seed)):
-            if self.constant:
-                other = {
-                    name: coordinate(f"{self.seed}\npartner {place}\n{name}", domain, place)
-                    for name, domain in self.domains.items()
-                    if name in self.states
-                }
-                self.partner: Point = {**point, **other}
-            yield point
+    def moved(self, point: Point, changing: Sequence[str], place: int) -> Point:
+        """The point with other values of some names."""
+        seeds = {name: f"{self.seed}\nmoved {place}\n{name}" for name in changing}
+        return {
+            **point,
+            **{name: coordinate(seed, self.domains[name], place) for name, seed in seeds.items()},
+        }
 
-    def difference(self, walk: Walk, point: Point) -> Ball:
-        """The value; with a constant allowed, its change between two states with the same parameters."""
-        value = walk.value(point)
-        return value - walk.value(self.partner) if self.constant else value
+    def agree(self, found: Sequence[Sequence[Ball]]) -> bool | None:
+        """Whether two values agree; None where the difference is too vague to say so.
 
-    def agree(self, found: Ball, expected: Ball, point: Point) -> bool | None:
-        """Whether two values agree; None where the difference is too vague to say so."""
+        With a constant allowed, `found` has two states, and what counts is the change between these.
+        """
         from flint import arb
 
-        gap = found - expected
+        def of(place: int) -> Ball:
+            return found[0][place] - found[1][place] if len(found) > 1 else found[0][place]
+
+        answer, key = of(self.answer), of(self.key)
+        gap = answer - key
         if self.relative is None and not gap.contains(0):
             return False
-        size = max(abs(found.mid()), abs(expected.mid()))
+        size = max(abs(answer.mid()), abs(key.mid()))
         if self.relative is None and (gap.rad() <= size * WIDEST or gap.rad() < TINY):
             return True
-        for term in self.terms:
-            with suppress(NoValue, Unclear):
-                size = max(size, abs(self.difference(term, point).mid()))
+        size = max([size, *(abs(of(term).mid()) for term in self.terms)])
         if self.relative is not None and not (gap + arb(0, self.relative * size)).contains(0):
             return False
         return True if gap.rad() <= size * WIDEST or gap.rad() < TINY else None
 
-    def unseen(self) -> str:
-        """What values at points cannot see; empty where they see all."""
-        if (hidden := self.answer.hidden or self.key.hidden) is not None:
-            return f"`{_short(hidden)}` is too small beside its neighbours to be seen"
-        for walk, other in ((self.answer, self.key), (self.key, self.answer)):
-            for function, argument in walk.one_sided(self.domains):
-                shared = (a for f, a in other.signs if f == function)
+    def one_sided(self) -> str:
+        """The function whose argument may have another sign that no point has shown; empty without one."""
+        both = self.answer, self.key
+        for own, other in (both, both[::-1]):
+            for function, argument in self.steps.one_sided(own, self.domains):
+                shared = (self.steps.nodes[place] for f, place in self.steps.sided(other) if f == function)
                 if not any(self.proportional(argument, one) for one in shared):
                     return f"the argument of {function} in `{_short(argument)}` shows one sign only"
         return ""
@@ -220,23 +221,21 @@ class _Comparison:
 
         Then one is positive where the other is: what is left are parameters, which are positive.
         """
-        from flint import ctx
-
         if one == other:
             return True
-        walks = Walk(one), Walk(other)
+        steps = Steps()
+        first, second = steps.add(one), steps.add(other)
+        real = [name for name, domain in self.domains.items() if domain == "real"]
         quotients, products = list[tuple[Ball, Ball]](), list[tuple[Ball, Ball]]()
-        with ctx.workprec(BITS):
-            for place, point in enumerate(points(self.domains, self.seed)):
-                moved = {
-                    name: coordinate(f"{self.seed}\nmoved {place}\n{name}", domain, place)
-                    for name, domain in self.domains.items()
-                    if domain == "real"
-                }
-                with suppress(NoValue, Unclear):
-                    a, b, c, d = (walk.value(at) for at in (point, {**point, **moved}) for walk in walks)
-                    quotients.append((a * d - b * c, a * b))
-                    products.append((a * b - c * d, a * b))
+        for place, point in enumerate(points(self.domains, self.seed)):
+            with suppress(NoValue, Unclear):
+                both = [
+                    steps.values(second, at, steps.values(first, at))
+                    for at in (point, self.moved(point, real, place))
+                ]
+                (a, b), (c, d) = ((found[first], found[second]) for found in both)
+                quotients.append((a * d - b * c, a * b))
+                products.append((a * b - c * d, a * b))
         return any(
             len(found) >= NEEDED
             and all(change.contains(0) for change, _ in found)

@@ -14,12 +14,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from rigidcli.check.base import Unreadable
+from rigidcli.check.base import Tree, Unreadable
 from rigidcli.check.numbers import read_number, read_unit, scale_in
 from rigidcli.core.arithmetic import Floats
 from rigidcli.errors import ExpressionError, ValueProblem, shown
 from rigidcli.fields.units import Unit, parse_unit
-from rigidcli.language.tree import Name
+from rigidcli.language import evaluation, tree
+from rigidcli.language.expression import parse
 from rigidcli.language.typed import expression
 
 TIME = "t"
@@ -34,6 +35,9 @@ MOST_EXPRESSIONS = 1_000
 
 MOST_COLUMNS, LONGEST_HEAD = 200, 200
 """The most columns, and the most characters of a head."""
+
+LEAST_TIMES, MOST_TIMES = 4001, 1_000_000
+"""The times of formulas: so many that a line between two of them is near, and at most."""
 
 _UNIT = re.compile(r"(?P<name>[^(\[/]*?)\s*(?:\((?P<round>.*)\)|\[(?P<square>.*)\]|/(?P<below>.*))")
 _BRACKETS = re.compile(r"\s{0,9}[(\[][^()\[\]]{0,60}[)\]]")
@@ -155,7 +159,7 @@ def _usual(name: str) -> str:
     """A name in small ASCII letters without underscores: `Θ_1` is theta1, `omega_1` is w1, `Time` is t."""
     try:
         root = expression(unicodedata.normalize("NFKC", name.strip()), None)
-        name = root.name if isinstance(root, Name) else name
+        name = root.name if isinstance(root, tree.Name) else name
     except ExpressionError:
         pass  # a head that is no name, such as `P X`
     small = re.sub(r"[\s_{}]", "", name).casefold()
@@ -182,3 +186,41 @@ def _numbers(cells: Sequence[tuple[int, str]], name: str, *, comma: bool) -> Flo
             raise Unreadable("too_large", f"expected at most {MOST_EXPRESSIONS:,} expressions", place=place)
         read.append(number.value)
     return np.array(read)
+
+
+def table_text(answer: Tree) -> str:
+    """The table of an answer. Raises Unreadable."""
+    text = answer["csv"] if isinstance(answer, dict) and set(answer) == {"csv"} else answer
+    if not isinstance(text, str) or "\n" not in text.strip():
+        hint = "expected `{file: orbit.csv}`, or `csv: |` and the table"
+        raise Unreadable("wrong_shape", f"read {shown(answer)}, {hint}")
+    return text
+
+
+def tabulated(span: Tree, texts: Tree) -> dict[str, Floats]:
+    """The columns of formulas of `t`, at as many times as they ask for or more. Raises ValueProblem."""
+    columns = {TIME: _times(span)}
+    for name, text in texts.items() if isinstance(texts, dict) else ():
+        place = ("answer", "columns", name)
+        try:
+            root = parse(str(text)).root
+        except ExpressionError as error:
+            raise ValueProblem(error.message, path=place) from None
+        if not tree.names_in(root) <= {TIME} or name == TIME:
+            raise ValueProblem("expected a formula of `t` and numbers alone", path=place)
+        columns[str(name)] = evaluation.array(root, {TIME: columns[TIME]}) + 0 * columns[TIME]
+        if not np.isfinite(columns[str(name)]).all():
+            raise ValueProblem("has no finite real value at some of the times", path=place)
+    return columns
+
+
+def _times(span: Tree) -> Floats:
+    """At least as many times as `[start, stop, step]` asks for. Raises ValueProblem."""
+    try:
+        start, stop, step = (read_number(entry, SECOND).value for entry in span)
+    except (Unreadable, TypeError, ValueError):
+        start, stop, step = 0.0, 0.0, 0.0
+    if not (start < stop and 0 < step <= stop - start and (stop - start) / step < MOST_TIMES):
+        hint = "write three numbers, the start before the stop, and a step that fits between"
+        raise ValueProblem("expected `[start, stop, step]`", path=("answer", TIME), hint=hint)
+    return np.linspace(start, stop, max(LEAST_TIMES, round((stop - start) / step) + 1))

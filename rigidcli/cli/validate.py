@@ -136,8 +136,8 @@ def _answers(text: str, path: Path, failures: Failures) -> list[str]:
     """How each answer is read without its key; what is wrong with others is printed as errors."""
     from rigidcli.check.answers import read_answers
     from rigidcli.check.base import Unreadable
-    from rigidcli.check.described import described
     from rigidcli.check.files import safe_name
+    from rigidcli.check.reading import described
     from rigidcli.check.records import sentence
 
     source, told = safe_name(str(path)), list[str]()

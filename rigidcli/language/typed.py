@@ -189,7 +189,9 @@ class _Reader:
         below = tree.Reciprocal(tree.Product((divisor, factor)))
         kept = above if above != [tree.Number("1", 1.0)] else []
         readings = _product([*above, below]), _product([*kept, factor, tree.Reciprocal(divisor)])
-        return _unclear("a product without a sign after `/`", *readings)
+        one, other = (written(reading) for reading in readings)
+        hint = f"write `{one}` or `{other}`"[:200]
+        return unreadable("a product without a sign after `/` can be read in two ways", hint)
 
     def factor(self) -> tree.Node:
         sign = self.token.text
@@ -337,40 +339,15 @@ class _Reader:
             self.index += 1
             factors.append(tree.Name("t"))
         argument = _product(factors)
-        if self.token.text == "^":
-            raised = tree.Power(argument, self.exponent())
-            raise _unclear(
-                f"a power behind `{function}` without brackets",
-                tree.Call(function, (raised,)),
-                tree.Power(tree.Call(function, (argument,)), raised.exponent),
-            )
-        if function == "sqrt":
-            if len(factors) > 1:
-                parts = tree.Call("sqrt", (factors[0],)), _product(factors[1:])
-                raise _unclear("a root without brackets", tree.Call("sqrt", (argument,)), _product([*parts]))
-            return argument
         last = factors[-1]
-        whole = isinstance(last, tree.Name) and (_ANGLE.match(last.name) or last.name == "t")
-        if self.token.kind == "name" and self.token.text not in FUNCTIONS and not whole:
-            behind = _product(self.word(self._passed()))
-            call = tree.Call(function, (argument,))
-            raise _unclear(
-                f"`{function}` without brackets",
-                tree.Call(function, (_product([argument, behind]),)),
-                _product([call, behind]),
-            )
-        if self.token.text == "/" and (following := self.tokens[self.index + 1]).kind == "number":
-            divisor = tree.Reciprocal(tree.Number(following.text, float(following.text)))
-            raise _unclear(
-                f"a quotient behind `{function}` without brackets",
-                tree.Call(function, (_product([argument, divisor]),)),
-                _product([tree.Call(function, (argument,)), divisor]),
-            )
+        is_angle = isinstance(last, tree.Name) and (_ANGLE.match(last.name) or last.name == "t")
+        behind = self.token.kind == "name" and self.token.text not in FUNCTIONS and not is_angle
+        divided = self.token.text == "/" and self.tokens[self.index + 1].kind == "number"
+        if self.token.text == "^" or (len(factors) > 1 if function == "sqrt" else behind or divided):
+            first = written(tree.Call(function, (argument,)))
+            hint = f"write `{first}`, or brackets around all of the argument"[:200]
+            raise unreadable(f"`{function}` without brackets can be read in two ways", hint)
         return argument
-
-    def _passed(self) -> str:
-        self.index += 1
-        return self.tokens[self.index - 1].text
 
     def misplaced(self) -> ExpressionError:
         """What is wrong with the token that no rule of the grammar can use here."""
@@ -386,8 +363,3 @@ class _Reader:
 
 def _product(factors: list[tree.Node]) -> tree.Node:
     return factors[0] if len(factors) == 1 else tree.Product(tuple(factors))
-
-
-def _unclear(what: str, *readings: tree.Node) -> ExpressionError:
-    one, other = (written(reading) for reading in readings)
-    return unreadable(f"{what} can be read in two ways", f"write `{one}` or `{other}`"[:200])

@@ -12,7 +12,7 @@ import pytest
 
 from rigidcli.check.answers import MOST_ANSWERS, as_typed, read_answers
 from rigidcli.check.base import Tree, Unreadable
-from rigidcli.check.described import described
+from rigidcli.check.reading import described
 
 KNOWN = ("1", "2", "3", "10.35a", "a", "b", "c", "spring")
 

@@ -42,9 +42,6 @@ from rigidcli.errors import ExpressionError, ValueProblem
 from rigidcli.language.text import text
 from rigidcli.language.tree import Negative, Node, Sum, bound, names_in
 
-MAX_MIXED = 3
-"""The most coordinates of second order of which every part is tried as what is meant."""
-
 MAX_CHOICES = 50
 """The most ways to choose equations that are tried, for some of them to determine the motion everywhere."""
 
@@ -157,13 +154,10 @@ class Equations(Kind):
 
 
 def _readings(key: Motion, sides: Sequence[Sides]) -> list[frozenset[str]]:
-    """The coordinates that may be meant to have equations of second order: some of those that do, or none."""
+    """The coordinates that may be meant to have equations of second order: none, those that do, or all."""
     used = names_in_all(sides)
-    second = [name for name in key.coordinates if acceleration(name) in used]
-    if len(second) > MAX_MIXED:
-        return [frozenset(), frozenset(second)]
-    found = [frozenset(some) for size in range(len(second) + 1) for some in combinations(second, size)]
-    return [*found, frozenset(key.coordinates)] if 0 < len(second) < len(key.coordinates) else found
+    second = frozenset(name for name in key.coordinates if acceleration(name) in used)
+    return list(dict.fromkeys([frozenset(), second, frozenset(key.coordinates if second else ())]))
 
 
 class _System:

@@ -7,7 +7,9 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, replace
+from fractions import Fraction
 from pathlib import Path
 from typing import ClassVar
 
@@ -47,9 +49,6 @@ DIGITS = 12
 
 HINTED = NEEDED + 1
 """The points at which an answer that is wrong is looked at for a hint."""
-
-MAX_TERMS = 12
-"""The most terms of a key of which each is tried as the one that is wrong."""
 
 EXACT = 1e-12
 """The relative error of a factor that is read from the values of formulas."""
@@ -214,16 +213,16 @@ def _findings(key: Key, answer: Node) -> list[Finding]:
     if not key.constant and key.names.states & names_in(key.tree) and key.same(answer, constant=True) is True:
         return [Finding("additive_constant")]
     seed = f"{key.name} {text(answer)}"
-    right, typed = (values(node, key.names, seed, HINTED) for node in (key.tree, answer))
-    pairs = [(a, b) for a, b in zip(typed, right, strict=True) if a is not None and b is not None]
+    both = zip(*(values(node, key.names, seed, HINTED) for node in (answer, key.tree)), strict=True)
+    pairs = [(own, right) for own, right in both if own is not None and right is not None]
     if len(pairs) < NEEDED:
         return [Finding("outside_tolerance")]
     if not key.constant and names_in(key.tree) and _common([a - b for a, b in pairs]) is not None:
         return [Finding("additive_constant")]
     factor = _common([a / b for a, b in pairs if not b.contains(0)])
-    if factor is not None and math.isfinite(factor) and factor:
+    if factor is not None and math.isfinite(factor) and factor and abs(factor - 1) > EXACT:
         return [Finding(common_factor(factor, None, (), EXACT) or "constant_factor")]
-    return [Finding("term_wrong" if _is_term_wrong(key, answer, typed, right) else "outside_tolerance")]
+    return [Finding("term_wrong" if _is_term_wrong(key, answer) else "outside_tolerance")]
 
 
 def _common(balls: Sequence[Ball]) -> float | None:
@@ -235,32 +234,20 @@ def _common(balls: Sequence[Ball]) -> float | None:
     return float(best.mid()) if is_common and best.rad() <= EXACT * abs(best.mid()) else None
 
 
-def _is_term_wrong(
-    key: Key, answer: Node, typed: Sequence[Ball | None], right: Sequence[Ball | None]
-) -> bool:
-    """Whether the answer differs from the key by a multiple of one of its terms."""
-    seed = f"{key.name} {text(answer)}"
-    for term in _terms(key):
-        found = values(term, key.names, seed, HINTED)
-        rows = zip(typed, right, found, strict=True)
-        ratios = [
-            (a - b) / c for a, b, c in rows if a is not None and b is not None and c and not c.contains(0)
-        ]
-        if _common(ratios) is not None:
-            return True
-    return False
-
-
-def _terms(key: Key) -> Iterator[Node]:
-    """The terms of the key, as they are written and multiplied out."""
+def _is_term_wrong(key: Key, answer: Node) -> bool:
+    """Whether the answer is the key but for the factor of one term, as it is written or multiplied out."""
     written = key.tree.terms if isinstance(key.tree, Sum) else ()
-    yield from written[:MAX_TERMS]
-    try:
-        e = expand(from_tree(key.names.without_derived(key.tree)))
-    except ExpressionError:
-        return
-    if 1 < len(e.terms) <= MAX_TERMS:
-        yield from (to_tree(Expr({term: factor})) for term, factor in e.terms.items())
+    with suppress(ExpressionError):
+        whole, own, *terms = (
+            expand(from_tree(key.names.without_derived(node))) for node in (key.tree, answer, *written)
+        )
+        gap = (own - whole).terms
+        parts = [*(term.terms for term in terms), *({power: c} for power, c in whole.terms.items())]
+        return any(
+            gap.keys() == part.keys() and len({Fraction(gap[power]) / c for power, c in part.items()}) == 1
+            for part in parts[: len(parts) * (len(whole.terms) > 1)]
+        )
+    return False
 
 
 # --- what mistakes make of a key

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, ClassVar
@@ -22,7 +23,7 @@ from rigidcli.check.base import (
     review,
 )
 from rigidcli.check.factors import TURN, common_factor
-from rigidcli.check.numbers import PURE, Number, as_typed, margin, scale_in, too_few, with_hint
+from rigidcli.check.numbers import PURE, Number, as_typed, beside, margin, scale_in, too_few, with_hint
 from rigidcli.check.question import Tolerance
 from rigidcli.errors import ValueProblem
 from rigidcli.fields.dimensions import ANGLE, DIMENSIONLESS
@@ -48,10 +49,8 @@ class Key:
 
     def is_near(self, value: float, scale: float) -> bool:
         """Whether an SI value is within the tolerance, where one of the typed unit is `scale`."""
-        gap = abs(value - self.reference)
-        return gap <= margin(self.reference, self.tolerance, 0.0, scale) + (
-            self.noise if not self.reference else 0
-        )
+        allowed = margin(self.reference, self.tolerance, 0.0, scale)
+        return abs(value - self.reference) <= (allowed if self.reference else allowed + self.noise)
 
 
 class Quantity(Kind):
@@ -66,20 +65,17 @@ class Quantity(Kind):
         """The number that is asked for. Raises ValueProblem."""
         question = asked.question
         value, unit = _literal(asked.value) if asked.report is None else _computed(asked.value, asked.unit)
-        if asked.report is None and question.kind == "quantity" and not unit.text:
-            hint = "a pure number is of kind `number`"
-            raise ValueProblem("a quantity has a unit, as `5 cm`, and this has none", hint=hint)
-        if asked.report is None and question.kind == "number" and unit.text:
-            raise ValueProblem(
-                "a pure number has no unit, and this has one", hint="make it of kind `quantity`"
-            )
+        if asked.report is None and (question.kind == "quantity") is not bool(unit.text):
+            found, kind = ("has one", "quantity") if unit.text else ("has none", "number")
+            hint = f"make it of kind `{kind}`"
+            raise ValueProblem(f"a quantity has a unit, a number has no unit, and this {found}", hint=hint)
         is_product = (
             len(asked.path) > 2 and asked.path[-3].startswith("tensor") and asked.path[-2] != asked.path[-1]
         )
         reference = value * unit.scale * (-1 if question.products == "plus" and is_product else 1)
         if not math.isfinite(reference) or (value and not reference):
             raise ValueProblem("the number is beyond the range of SI units")
-        noise = NOISE * max(_beside(asked) * unit.scale, asked.report is not None and unit.dimension == ANGLE)
+        noise = NOISE * max(beside(asked) * unit.scale, asked.report is not None and unit.dimension == ANGLE)
         needless = unit.dimension in (DIMENSIONLESS, ANGLE)
         return Key(
             0.0 if abs(reference) <= noise else reference,
@@ -152,39 +148,22 @@ def _of_misfit(key: Key, number: Number, detail: str) -> Finding:
 
 
 def _literal(tree: Tree) -> tuple[float, Unit]:
-    """A number and its unit, read as an answer is."""
+    """A number and its unit, read as an answer is. Raises ValueProblem."""
     try:
         number = as_typed(tree)
     except Unreadable as unreadable:
         raise ValueProblem(f"the key is no number: {unreadable.findings[0].detail}") from None
-    return number.typed, PURE if number.unit is None else number.unit
+    return number.typed, number.unit or PURE
 
 
 def _computed(value: Any, unit: str) -> tuple[float, Unit]:
-    """A number of a report and its unit."""
+    """A number of a report and its unit. Raises ValueProblem."""
     if value is None:
         raise ValueProblem("the document has no such value")
-    if isinstance(value, bool | np.bool_ | str | list | dict | np.ndarray):
-        raise ValueProblem("what is asked for is not a number")
-    try:
-        number = float(value)
-    except (TypeError, ValueError):
-        raise ValueProblem("what is asked for is not a number") from None
+    number = math.nan
+    if not isinstance(value, bool | np.bool_ | str | list | dict | np.ndarray):
+        with suppress(TypeError, ValueError):
+            number = float(value)
     if not math.isfinite(number):
         raise ValueProblem("what is asked for is not a finite number")
     return number, parse_unit(unit) if unit else PURE
-
-
-def _beside(asked: Asked) -> float:
-    """The largest number (SI) of the array from which an entry is asked; 0 where it stands alone."""
-    found: Any = None if asked.report is None else asked.report.tree()
-    try:
-        if "center_of_mass" in asked.path:  # it may be at the origin beside the radius of gyration
-            return math.sqrt(np.abs(np.array(found["tensor"], dtype=float)).max() / float(found["mass"]))
-        for step in asked.path[1:]:
-            found = found[int(step)] if step.isdecimal() else found[step]
-            if isinstance(found, list | np.ndarray):
-                return float(np.abs(np.array(found, dtype=float)).max(initial=0.0))
-    except (TypeError, ValueError, KeyError, IndexError, ZeroDivisionError):  # what is beside is no number
-        return 0.0
-    return 0.0

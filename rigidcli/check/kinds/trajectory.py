@@ -6,11 +6,14 @@ usual names of angles (`theta1`, `phi`) are judged modulo a turn, and so are tho
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from dataclasses import replace
+import math
+import re
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import suppress
+from dataclasses import dataclass, replace
 from itertools import combinations
 from pathlib import Path
-from typing import ClassVar, NamedTuple
+from typing import ClassVar, NamedTuple, TypeAlias
 
 import numpy as np
 
@@ -27,13 +30,25 @@ from rigidcli.check.base import (
     review,
 )
 from rigidcli.check.factors import common_factor
-from rigidcli.check.kinds.trajectory_keys import LEAST_SAMPLES, OFF, Key, key_of, smooth, spline, text_of
-from rigidcli.check.tables import SECOND, TIME, read_table
+from rigidcli.check.numbers import margin
+from rigidcli.check.tables import SECOND, TIME, read_table, table_text, tabulated
 from rigidcli.core.arithmetic import Floats, Mask
-from rigidcli.errors import shown
+from rigidcli.document.sampling import DEFAULT_TOLERANCE
+from rigidcli.errors import ValueProblem, shown
+from rigidcli.fields.units import Unit, parse_unit
+from rigidcli.report import single_cells
+
+BY_DEFAULT = {"orbit": ("q", "p"), "trajectory": ("omega",)}
+"""The columns of each table of results that are judged where the question lists none, by their keys."""
+
+ANGLES = re.compile(r"(theta|phi|psi|alpha|beta|gamma)_?[0-9]*")
+"""The usual names of angles."""
 
 QUATERNION = ["q0", "q1", "q2", "q3"]
 """The components of an orientation, whose common sign has no meaning."""
+
+LEAST_SAMPLES = 11
+"""The fewest rows of a key."""
 
 GAP, SHORT = 0.1, 0.01
 """The longest gap between two rows of an answer, and what may be missing at the end, in units of the span."""
@@ -44,7 +59,46 @@ SAME_TIME = 1e-6
 SHOWN = 0.5
 """The part of the range of a column that the rows must show: of a swing, not only its returns."""
 
-TOO_FAR = "the key has few rows, and those of the answer are at other times, too far apart to compare"
+OFF = 0.25
+"""The part of a margin by which interpolation may be off."""
+
+NOISE = 1e-9
+"""A column below this, in units of the largest, is zero but for rounding and integration."""
+
+MAGNIFIED = 3
+"""The digits that a motion may lose: an ordinary integration, with an error of 1e-6, is then off by 0.001."""
+
+Columns: TypeAlias = Callable[[Floats], Floats]
+"""The columns (k by m) at any times (k)."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Key:
+    """What is right: the `columns` (m), as `values` (n by m) at ascending `times` (n).
+
+    `margins` (m) are the errors that are allowed, `periods` (m) those of angles, infinite for other columns.
+    Columns of an answer without a unit are in `units`. The `reference` has the columns at any time; a key of
+    few rows has none. With a mistake, the columns of an answer stand in the `order`.
+    """
+
+    columns: tuple[str, ...]
+    times: Floats
+    values: Floats
+    margins: Floats
+    periods: Floats
+    units: tuple[Unit | None, ...]
+    reference: Columns | None = None
+    order: tuple[int, ...] = ()
+
+    @property
+    def start(self) -> float:
+        """When the motion begins."""
+        return float(self.times[0])
+
+    @property
+    def span(self) -> float:
+        """How long the motion is."""
+        return float(self.times[-1] - self.times[0])
 
 
 class Trajectory(Kind):
@@ -53,13 +107,38 @@ class Trajectory(Kind):
     name: ClassVar[str] = "trajectory"
     options: ClassVar[frozenset[str]] = frozenset({"columns", "angles"})
 
+    @np.errstate(all="ignore")
     def key(self, asked: Asked) -> Key:
         """The key of a trajectory. Raises ValueProblem for what is none, and for options that do not fit."""
-        return key_of(asked)
+        question = asked.question
+        found = _of_literal(asked.value) if asked.report is None else _of_report(asked)
+        times = found.columns.pop(TIME)
+        names = question.columns or tuple(found.default)
+        for option, given in (("columns", question.columns), ("angles", question.angles)):
+            for name in given:
+                if name not in found.columns:
+                    hint = f"there are {', '.join(found.columns)}"
+                    raise ValueProblem(f"the key has no column {shown(name)}", path=(option,), hint=hint)
+        if not names or len(set(names)) < len(names):
+            raise ValueProblem("expected columns to judge, each once", path=("columns",))
+        known = times <= times[0] + found.horizon * (times[-1] - times[0])
+        if known.sum() < LEAST_SAMPLES or not (np.diff(times) > 0).all():
+            raise ValueProblem(f"expected a key of at least {LEAST_SAMPLES} rows at ascending times")
+        is_angle = [name in question.angles or ANGLES.fullmatch(name) is not None for name in names]
+        periods = np.where(is_angle, 2 * math.pi, np.inf)
+        times, columns = times[known], np.column_stack([found.columns[name] for name in names])[known]
+        values = _smooth(columns, periods)
+        sizes = np.minimum(np.abs(values).max(axis=0), periods / 2)
+        sizes = np.where(sizes <= NOISE * sizes.max(), sizes.max() or 1.0, sizes)
+        margins = np.array([margin(size, question.tolerance) for size in sizes.tolist()])
+        if (margins >= periods / 4).any():
+            raise ValueProblem("any angle is within this tolerance", path=("tolerance",))
+        units = tuple(found.units.get(name) for name in names)
+        return Key(names, times, values, margins, periods, units, _spline(times, values, margins))
 
     def read(self, key: Key, answer: Tree, folder: Path) -> Reading:
         """The table of an answer, in SI units; a column that is missing is NaN. Raises Unreadable."""
-        found = read_table(text_of(answer), (TIME, *key.columns))
+        found = read_table(table_text(answer), (TIME, *key.columns))
         if TIME not in found:
             raise Unreadable("missing_column", "there is no column of times", place=shown(TIME))
         missing = np.full(len(found[TIME].values), np.nan)
@@ -75,21 +154,20 @@ class Trajectory(Kind):
         """The outcome of an answer: each column earns the share of the time until which it is right."""
         later = np.diff(value[:, 0]) > 0
         if not later.all():
-            row = int(np.argmin(later)) + 2
-            return earning(
-                0.0, Finding("wrong_order", shown(TIME), f"row {row} is not later than the one before")
-            )
+            detail = f"row {np.argmin(later) + 2} is not later than the one before"
+            return earning(0.0, Finding("wrong_order", shown(TIME), detail))
         rows = value[:, [0, *(1 + place for place in key.order)]] if key.order else value
         there = np.asarray(~np.isnan(rows[:, 1:]).all(axis=0))
         missing = [Finding("missing_column", shown(key.columns[k])) for k in np.flatnonzero(~there)]
         compared = _compared(key, rows)
         if compared is None:
-            return review(TOO_FAR, *missing)
+            return review("the key has few rows, and those of the answer are at other times", *missing)
         times, own, expected = compared
         until, complete = _reach(key, rows[:, 0] if key.reference else times)
         bad = np.abs(_wrapped(key, own - expected)) > key.margins
         wrong = np.asarray(there & bad.any(axis=0))
-        ranges, moving = np.ptp(key.values, axis=0), np.ptp(key.values, axis=0) > key.margins
+        ranges = np.ptp(key.values, axis=0)
+        moving = ranges > key.margins
         if complete and there.all() and not wrong.any():
             seen = np.ptp(expected, axis=0) >= SHOWN * ranges
             return correct() if (seen | ~moving).all() else review("its rows are too few to show the motion")
@@ -108,9 +186,8 @@ class Trajectory(Kind):
         """The rows of the key."""
         units = [1.0 if unit is None else unit.scale for unit in key.units]
         rows = np.column_stack([key.times, key.values / units]).tolist()
-        return {
-            "csv": "\n".join([",".join((TIME, *key.columns)), *(",".join(map(repr, row)) for row in rows)])
-        }
+        lines = [(TIME, *key.columns), *(map(repr, row) for row in rows)]
+        return {"csv": "\n".join(map(",".join, lines))}
 
 
 # --- judging
@@ -134,17 +211,19 @@ def _compared(key: Key, rows: Floats) -> Compared | None:
     else:
         near = np.abs(times[:, None] - key.times).argmin(axis=0)
         met = np.abs(times[near] - key.times) <= slack
-        own, expected = own[near[met]], key.values[met]
         if not met.all() and met.sum() < LEAST_SAMPLES:
-            between = spline(times, smooth(np.nan_to_num(rows[:, 1:]), key.periods), key.margins)
+            between = _spline(times, _smooth(np.nan_to_num(own), key.periods), key.margins)
             if between is None:
                 return None
             met = (key.times >= times[0] - slack) & (key.times <= times[-1] + slack)
-            own, expected = (
-                np.where(np.isnan(rows[:, 1:]).all(axis=0), np.nan, between(key.times[met])),
-                key.values[met],
-            )
-        times = key.times[met]
+            lost = np.where(np.isnan(own).all(axis=0), np.nan, 0.0)
+            return _turned(key, key.times[met], between(key.times[met]) + lost, key.values[met])
+        times, own, expected = key.times[met], own[near[met]], key.values[met]
+    return _turned(key, times, own, expected)
+
+
+def _turned(key: Key, times: Floats, own: Floats, expected: Floats) -> Compared:
+    """The same, with the sign of each quaternion that is nearer to the key."""
     if set(QUATERNION) <= set(key.columns):
         places = [key.columns.index(name) for name in QUATERNION]
         sign = np.where((own[:, places] * expected[:, places]).sum(axis=1) < 0, -1.0, 1.0)
@@ -163,10 +242,8 @@ def _wrapped(key: Key, differences: Floats) -> Floats:
 
 def _reach(key: Key, times: Floats) -> tuple[float, bool]:
     """The time until which the rows of an answer follow each other closely, and whether that is the end."""
-    stop, longest = (
-        float(key.times[-1]),
-        max(GAP * key.span, float(np.diff(key.times).max())) + SAME_TIME * key.span,
-    )
+    stop = float(key.times[-1])
+    longest = max(GAP * key.span, float(np.diff(key.times).max())) + SAME_TIME * key.span
     own = times[(times >= key.start - longest) & (times <= stop + longest)]
     if not len(own) or own[0] > key.start + longest:
         return key.start, False
@@ -202,6 +279,96 @@ def _factor(key: Key, place: int, own: Floats, expected: Floats) -> str | None:
     if not (np.abs(own - middle * expected) <= abs(middle) * key.margins[place]).all():
         return None
     return common_factor(middle, key.units[place], (), float(key.margins[place] / largest))
+
+
+# --- keys
+
+
+def _smooth(values: Floats, periods: Floats) -> Floats:
+    """Columns (n by m) without the jumps of angles by a turn."""
+    both = zip(values.T, periods, strict=True)
+    return np.column_stack([np.unwrap(column) if turn < np.inf else column for column, turn in both])
+
+
+def _spline(times: Floats, values: Floats, margins: Floats) -> Columns | None:
+    """The spline through samples (n by m) that is sure to be near enough between them; None without one.
+
+    Its error is estimated from every second sample, by which the others are missed by more.
+    """
+    from scipy.interpolate import make_interp_spline
+
+    for degree in (5, 3, 1):  # the low ones are better where a motion is not smooth
+        if degree < len(times[::2]):
+            with suppress(np.linalg.LinAlgError):  # samples that are very near to each other
+                half = make_interp_spline(times[::2], values[::2], degree)(times[1:-1:2])
+                # Halving the step makes the error of a line four times smaller, and others even more.
+                if (np.abs(half - values[1:-1:2]).max(axis=0, initial=0.0) <= 4 * OFF * margins).all():
+                    found: Columns = make_interp_spline(times, values, degree)
+                    return found
+    return None
+
+
+class _Motion(NamedTuple):
+    """Times (n) and columns (n each) in SI units, the names that are judged by default, and units.
+
+    `horizon` is the part of the span until which the motion can be predicted.
+    """
+
+    columns: dict[str, Floats]
+    default: Sequence[str]
+    units: Mapping[str, Unit | None]
+    horizon: float = 1.0
+
+
+def _of_report(asked: Asked) -> _Motion:
+    """The samples of a report, and the columns at the path that is asked. Raises ValueProblem."""
+    assert asked.report is not None
+    name = asked.path[1] if len(asked.path) > 1 else ""
+    table = next((each for each in asked.report.tables if each.key == name and name in BY_DEFAULT), None)
+    if table is None or asked.path[2:] == (TIME,):
+        raise ValueProblem("this result is no trajectory", path=("ask",))
+    cells = {each.cells[0]: each for each in single_cells(table)}
+    columns = {name: np.asarray(each.values, dtype=np.float64) for name, each in cells.items()}
+    asks = (".".join(asked.path[2:]),) if len(asked.path) > 2 else BY_DEFAULT[name]
+    keys = [f"{each.key}." for each in table.columns for _ in each.cells]
+    default = [
+        name
+        for name, key in zip(cells, keys, strict=True)
+        if key.startswith(tuple(f"{ask}." for ask in asks))
+    ]
+    units = {name: parse_unit(each.unit) if each.unit else None for name, each in cells.items()}
+    return _Motion(columns, default, units, _horizon(asked))
+
+
+def _horizon(asked: Asked) -> float:
+    """The part of the span until which a motion can be predicted. Raises ValueProblem where that is unknown.
+
+    In a chaotic motion digits are lost evenly; the report tells how many are left at the end.
+    """
+    results = {} if asked.report is None else asked.report.tree()
+    digits = results.get("trusted_digits", results.get("orbit", {}).get("trusted_digits"))
+    if digits is None:
+        return 1.0
+    if digits < 1:
+        hint = "ask for a shorter time, or lower the tolerance of the orbit itself"
+        raise ValueProblem("only a small part of this motion can be predicted", hint=hint)
+    section = getattr(asked.document, "orbit", None) or getattr(asked.document, "motion", None)
+    tolerance = float(getattr(section, "tolerance", None) or DEFAULT_TOLERANCE)
+    return MAGNIFIED / max(MAGNIFIED, -math.log10(tolerance) - float(digits))
+
+
+def _of_literal(value: Tree) -> _Motion:
+    """A table, or formulas of the time. Raises ValueProblem."""
+    if isinstance(value, dict) and set(value) == {TIME, "columns"}:
+        columns = tabulated(value[TIME], value["columns"])
+        return _Motion(columns, list(columns)[1:], {})
+    found = read_table(table_text(value))
+    if TIME not in found:
+        raise ValueProblem("expected a column `t` of times", path=("answer",))
+    columns = {name: column.in_si(None if name != TIME else SECOND) for name, column in found.items()}
+    return _Motion(
+        columns, [name for name in found if name != TIME], {name: each.unit for name, each in found.items()}
+    )
 
 
 # --- what mistakes make of a key
