@@ -9,12 +9,14 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass
 from itertools import product
+from pathlib import Path
 from typing import TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
 
 from rigidcli.core.arithmetic import Floats
+from rigidcli.errors import ValueProblem
 
 Keys: TypeAlias = NDArray[np.uint64]
 
@@ -40,6 +42,15 @@ _MIX = tuple(
 """Odd numbers whose bits look random: multiplication by them modulo 2^64 spreads every bit upwards."""
 
 _HALF = np.uint64(32)
+
+
+def require_indices(corners: NDArray[np.intp], count: int, path: Path) -> None:
+    """Raise ValueProblem where a face has a vertex that is none of so many."""
+    wrong = corners[(corners < 0) | (corners >= count)]
+    if wrong.size:
+        raise ValueProblem(
+            f"{path}: a face has the vertex {wrong[0]:,} (counted from 0), and there are {count:,}"
+        )
 
 
 def _mixed(keys: Keys, factor: np.uint64) -> Keys:

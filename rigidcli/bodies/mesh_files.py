@@ -21,7 +21,7 @@ from typing import NamedTuple, NoReturn, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from rigidcli.bodies.edges import Read
+from rigidcli.bodies.edges import Read, require_indices
 from rigidcli.core import memory
 from rigidcli.core.arithmetic import Floats
 from rigidcli.errors import ValueProblem, shown
@@ -228,15 +228,6 @@ def _fans(polygons: Polygons, path: Path) -> Numbers:
     start = np.repeat(np.cumsum(counts) - counts, each)
     step = np.arange(each.sum()) - np.repeat(np.cumsum(each) - each, each)
     return np.stack([corners[start], corners[start + step + 1], corners[start + step + 2]], axis=1)
-
-
-def require_indices(corners: Numbers, count: int, path: Path) -> None:
-    """Raise ValueProblem where a face has a vertex that is none of so many."""
-    wrong = corners[(corners < 0) | (corners >= count)]
-    if wrong.size:
-        raise ValueProblem(
-            f"{path}: a face has the vertex {wrong[0]:,} (counted from 0), and there are {count:,}"
-        )
 
 
 def _obj(data: bytes, path: Path) -> Polygons:

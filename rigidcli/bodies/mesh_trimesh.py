@@ -21,7 +21,7 @@ from urllib.parse import unquote
 
 import numpy as np
 
-from rigidcli.bodies.mesh_files import require_indices
+from rigidcli.bodies.edges import require_indices
 from rigidcli.core import memory
 from rigidcli.core.arithmetic import Floats
 from rigidcli.errors import ValueProblem, printable, shortened, shown

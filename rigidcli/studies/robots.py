@@ -49,7 +49,7 @@ EQUAL = 1e-9
 """Moments that differ by less than this, relative to their size, are equal: turned axes round them."""
 
 OUTSIDE = 0.01
-"""How far a centre of mass may be outside the box of the geometry in units of its diagonal: both are rounded."""
+"""How far a centre of mass may be outside the box of the geometry, in units of its diagonal: rounding."""
 
 MOST_OF_LINK = 200
 """The most forms of a link that are compared with it, which take a sixth of a second."""
