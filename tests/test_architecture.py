@@ -33,7 +33,7 @@ from rigidcli.studies.results import RESULTS
 
 MOST_LINES = {
     "algebra": 3500,
-    "bodies": 7500,
+    "bodies": 7100,
     "cli": 2100,
     "core": 4047,
     "document": 3420,
@@ -43,7 +43,7 @@ MOST_LINES = {
     "mechanics": 2930,
     "reference": 645,
     "render": 3070,
-    "studies": 7060,
+    "studies": 6970,
     "": 1560,
 }
 """The most lines of Python that each room may have; "" is what stands at the top.

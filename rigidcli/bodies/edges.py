@@ -1,27 +1,33 @@
-"""The edges of a surface of triangles: whether it is closed and wound in one sense, and where it is not.
+"""The vertices and edges of a surface of triangles: where it is not closed, and what closes it.
 
-Vertices are one where their coordinates are equal, and are told apart by keys of 64 bits. A block of
-triangles is an array of shape (3, 3, n): vertex, coordinate, triangle.
+Vertices are one where their coordinates are equal. Keys of 64 bits tell them apart. A block of triangles is
+an array of shape (3, 3, n): vertex, coordinate, triangle.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass
-from itertools import pairwise
+from itertools import product
+from pathlib import Path
 from typing import TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
 
 from rigidcli.core.arithmetic import Floats
+from rigidcli.errors import ValueProblem
 
 Keys: TypeAlias = NDArray[np.uint64]
 
 Read: TypeAlias = Callable[[], Iterable[Floats]]
 """Starts the blocks of a surface, each of shape (3, 3, n); the next one may overwrite it."""
 
-_Point: TypeAlias = tuple[float, ...]
+SIDES = ((0, 1), (1, 2), (2, 0))
+"""The edges of a triangle, by its vertices, in the sense in which it is wound."""
+
+MOST_GATHERED = 100_000
+"""About how many edges without a partner are kept with their ends."""
 
 _MIX = tuple(
     np.uint64(odd)
@@ -37,14 +43,14 @@ _MIX = tuple(
 
 _HALF = np.uint64(32)
 
-SIDES = ((0, 1), (1, 2), (2, 0))
-"""The edges of a triangle, by its vertices, in the sense in which it is wound."""
 
-CLASSES = 20
-"""Edges are sorted into 2^20 classes by their keys, to find the few that lack a partner among millions."""
-
-MOST_GATHERED = 100_000
-"""About how many edges are looked at one by one."""
+def require_indices(corners: NDArray[np.intp], count: int, path: Path) -> None:
+    """Raise ValueProblem where a face has a vertex that is none of so many."""
+    wrong = corners[(corners < 0) | (corners >= count)]
+    if wrong.size:
+        raise ValueProblem(
+            f"{path}: a face has the vertex {wrong[0]:,} (counted from 0), and there are {count:,}"
+        )
 
 
 def _mixed(keys: Keys, factor: np.uint64) -> Keys:
@@ -59,7 +65,9 @@ def vertex_keys(block: Floats) -> Keys:
     Those of a million different vertices are different, but for a chance of one in 10^7.
     """
     bits = (block + 0.0).view(np.uint64)
-    # Single precision leaves the lower half of the bits zero, and a product would never fill it.
+    # Single precision leaves the lower bits zero, and a product alone would never fill them. Without the one
+    # here, a sign would cancel a change of the last digit.
+    bits *= _MIX[4]
     bits ^= bits >> _HALF
     keys = bits[:, 0] * _MIX[0] + bits[:, 1] * _MIX[1] + bits[:, 2] * _MIX[2]
     keys ^= keys >> np.uint64(29)
@@ -82,108 +90,73 @@ def fingerprint(keys: Keys) -> int:
 class Unpaired:
     """Edges that run in one sense more often than in the other.
 
-    `edges` (k, 2, 3) has their ends, in that sense; `uses` (k, 2) how often they are run in it, and against
-    it. It `is_all` of them, or only some, where there are very many.
+    `edges` (k, 2, 3) has the ends of `count` edges or of the first of these, and `uses` (k) the number of
+    triangles at each edge. An edge with one triangle, or two that disagree, runs in the sense in which they
+    are wound.
     """
 
     edges: Floats
     uses: NDArray[np.intp]
-    is_all: bool
+    count: int
 
     @property
     def is_open(self) -> NDArray[np.bool_]:
         """Which of them (k) belong to one triangle alone."""
-        alone: NDArray[np.bool_] = self.uses.sum(axis=1) == 1
+        alone: NDArray[np.bool_] = self.uses == 1
         return alone
 
 
 def unpaired(read: Read) -> Unpaired:
-    """The edges of a surface that lack a partner, in two passes over its blocks and in bounded memory.
-
-    In each class of edges the weights are summed, with the sign of the sense in which an edge is run. They
-    cancel where each edge has its partner; what is in the other classes is then looked at.
-    """
-    sums, sizes = np.zeros((2, 2**CLASSES), dtype=np.int64)
+    """The edges of a surface that lack a partner."""
+    keys, senses = (np.concatenate(parts) for parts in zip(*map(_edges, read()), strict=True))
+    different, places = np.unique(keys, return_inverse=True)
+    balance = np.bincount(places, senses, len(different))
+    uses = np.bincount(places, senses != 0, len(different)).astype(np.intp)
+    wrong = np.flatnonzero(balance)
+    left = np.full(len(different), -1)
+    left[wrong[:MOST_GATHERED]] = wrong[:MOST_GATHERED]
+    first: dict[int, Floats] = {}
+    start = 0
     for block in read():
-        for _, kind, weight in _classified(block):
-            np.add.at(sums, kind, weight)
-            np.add.at(sizes, kind, 1)
-    odd = np.flatnonzero(sums)
-    odd = odd[np.argsort(sizes[odd], kind="stable")]
-    chosen = np.zeros(2**CLASSES, dtype=bool)
-    few = odd[: max(1, np.count_nonzero(np.cumsum(sizes[odd]) <= MOST_GATHERED))]
-    chosen[few] = True
-    gathered, senses, left = [np.empty((0, 2, 3))], [np.empty(0, dtype=bool)], MOST_GATHERED
-    for block in read():
-        for (start, end), kind, weight in _classified(block):
-            found = np.flatnonzero(chosen[kind] & (weight != 0))[:left]
-            left -= len(found)
-            edges = np.stack([block[start][:, found].T, block[end][:, found].T], axis=1) + 0.0
-            forward = weight[found] > 0
-            gathered.append(np.where(forward[:, None, None], edges, edges[:, ::-1]))
-            senses.append(forward)
-    rows = np.concatenate(gathered).reshape(-1, 6)
-    different, places = np.unique(rows, axis=0, return_inverse=True)
-    forward = np.concatenate(senses)
-    with_it = np.bincount(places.reshape(-1)[forward], minlength=len(different))
-    against = np.bincount(places.reshape(-1)[~forward], minlength=len(different))
-    wrong = with_it != against
-    turned = (against > with_it)[wrong]
-    edges = different[wrong].reshape(-1, 2, 3)
-    uses = np.stack([with_it, against], axis=1)[wrong]
-    return Unpaired(
-        np.where(turned[:, None, None], edges[:, ::-1], edges),
-        np.where(turned[:, None], uses[:, ::-1], uses),
-        len(few) == len(odd) and left > 0,
-    )
+        end = start + 3 * block.shape[2]
+        here = left[places[start:end]]
+        for at in np.flatnonzero((here >= 0) & (senses[start:end] * balance[here] > 0)):
+            side, triangle = divmod(int(at), block.shape[2])
+            first.setdefault(int(here[at]), block[list(SIDES[side]), :, triangle] + 0.0)
+        start = end
+    order = np.array(sorted(first), dtype=np.intp)
+    edges = np.array([first[place] for place in order.tolist()]).reshape(-1, 2, 3)
+    return Unpaired(edges, uses[order], len(wrong))
 
 
-def _classified(block: Floats) -> Iterator[tuple[tuple[int, int], NDArray[np.intp], NDArray[np.int64]]]:
-    """The edges of a block: their side of the triangle, class, and weight, negative in one of the senses."""
+def _edges(block: Floats) -> tuple[Keys, NDArray[np.int8]]:
+    """The keys of the edges of a block (3 n), side by side, and their senses: 1, -1, or 0 for a point."""
     keys = vertex_keys(block)
-    for side in SIDES:
-        one, two = keys[side[0]], keys[side[1]]
-        both = _mixed(np.minimum(one, two) * _MIX[0] + np.maximum(one, two), _MIX[1])
-        weight = (both & np.uint64(2**CLASSES - 1)).astype(np.int64) + 1
-        sense = (one < two).astype(np.int64) - (one > two)
-        yield side, (both >> np.uint64(64 - CLASSES)).astype(np.intp), weight * sense
+    one, two = (np.concatenate([keys[side[end]] for side in SIDES]) for end in (0, 1))
+    both = _mixed(np.minimum(one, two) * _MIX[0] + np.maximum(one, two), _MIX[1])
+    return both, (one < two).astype(np.int8) - (one > two).astype(np.int8)
 
 
 def fans(edges: Floats) -> tuple[Floats, int, float]:
     """Triangles (3, 3, n) that close the holes whose rims are `edges` (k, 2, 3), a fan for each hole.
 
-    Also how many holes there are, and the largest distance of a rim from its mean plane. Each way along
-    the rims leads back to its start, as at each vertex of a boundary as many edges arrive as leave.
+    Also how many holes there are, and the largest distance of a rim from its mean plane. Every fan begins in
+    the vertex of its rim at which most edges end: holes that share a corner, as one rim, have it there.
     """
-    leaving: dict[_Point, list[_Point]] = {}
-    for start, end in edges.tolist():
-        leaving.setdefault(tuple(start), []).append(tuple(end))
-    rims = list(_rims(leaving))
-    found = [(rim[0], two, one) for rim in rims for one, two in pairwise(rim[1:])]
-    patch = np.array(found).reshape(-1, 3, 3).transpose(1, 2, 0)
-    return patch, len(rims), max(_unevenness(np.array(rim)) for rim in rims)
-
-
-def _rims(leaving: dict[_Point, list[_Point]]) -> Iterator[list[_Point]]:
-    """Ways round that meet no point twice, along the edges that leave each point, which are used up."""
-    while leaving:
-        way = [next(iter(leaving))]
-        places = {way[0]: 0}
-        while way:
-            ends = leaving[way[-1]]
-            here = ends.pop()
-            if not ends:
-                del leaving[way[-1]]
-            if here not in places:
-                places[here] = len(way)
-                way.append(here)
-                continue
-            yield way[places[here] :]
-            for point in way[places[here] + 1 :]:
-                del places[point]
-            del way[places[here] + 1 :]
-            if len(way) == 1 and here not in leaving:
-                break
+    ends = vertex_keys(edges.transpose(1, 2, 0))
+    label = components(ends)
+    order = np.argsort(label, kind="stable")
+    holes = np.split(order, np.flatnonzero(np.diff(label[order])) + 1)
+    patch, off = [], 0.0
+    for hole in holes:
+        rim, keys = edges[hole], ends[:, hole]
+        different, counts = np.unique(keys[0], return_counts=True)
+        apex = different[np.argmax(counts)]
+        corner = rim[keys[0] == apex][0, 0]
+        kept = (keys != apex).all(axis=0)
+        patch += [(end, start, corner) for start, end in rim[kept]]
+        off = max(off, _unevenness(rim[:, 0]))
+    return np.array(patch).reshape(-1, 3, 3).transpose(1, 2, 0), len(holes), off
 
 
 def _unevenness(rim: Floats) -> float:
@@ -191,3 +164,45 @@ def _unevenness(rim: Floats) -> float:
     offsets = rim - rim.mean(axis=0)
     _, axes = np.linalg.eigh(offsets.T @ offsets)
     return float(np.abs(offsets @ axes[:, 0]).max())
+
+
+def merged(read: Read, box: Floats, distance: float) -> tuple[Read, int]:
+    """The surface in a `box` (2 by 3) with vertices nearer than `distance` made one, and how many moved.
+
+    Two such vertices are in one cell of at least one of eight grids, of which the cells have twice that side
+    and the corners differ by half a cell.
+    """
+    parts = [(vertex_keys(block).ravel(), block.transpose(0, 2, 1).reshape(-1, 3)) for block in read()]
+    keys, first = np.unique(np.concatenate([own for own, _ in parts]), return_index=True)
+    vertices = np.concatenate([points for _, points in parts])[first]
+    cells = ((vertices - box[0]) / (2 * distance)).T
+    shifts = np.array(list(product((0.0, 0.5), repeat=3)))
+    grids = [vertex_keys(np.floor(cells + shift[:, None])[None])[0] for shift in shifts]
+    labels = components(np.stack([_mixed(own + np.uint64(k), _MIX[4]) for k, own in enumerate(grids)]))
+    _, chosen_first, group = np.unique(labels, return_index=True, return_inverse=True)
+    meant = vertices[chosen_first][group]
+
+    def blocks() -> Iterator[Floats]:
+        for block in read():
+            yield meant[np.searchsorted(keys, vertex_keys(block))].transpose(0, 2, 1)
+
+    return blocks, int((meant != vertices).any(axis=1).sum())
+
+
+def components(keys: Keys) -> NDArray[np.intp]:
+    """For each triangle, by the keys (3, n) of its vertices, the least number of a vertex that hangs with it.
+
+    Labels of vertices are lowered to the least one of a triangle until none changes. Each label is a vertex,
+    too, so that whole parts are lowered at once (Y. Shiloach, U. Vishkin, J. Algorithms 3 (1982) 57).
+    """
+    vertices, places = np.unique(keys, return_inverse=True)
+    corners = places.reshape(keys.shape)
+    label = np.arange(len(vertices))
+    while True:
+        own = label[corners]
+        least: NDArray[np.intp] = own.min(axis=0)
+        if (own == least).all():
+            return least
+        np.minimum.at(label, own, least[None])
+        while (label[label] != label).any():
+            label = label[label]

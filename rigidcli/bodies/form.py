@@ -53,7 +53,8 @@ class Form(Section):
     def properties(self, arithmetic: Arithmetic) -> mass_properties.MassProperties:
         """Mass properties in the axes in which the form is placed."""
         placed = mass_properties.place(self.local(arithmetic), *self.motion(arithmetic))
-        return replace(placed, error=placed.error + tensor.misplaced(self.pivot(arithmetic)))
+        moved = tensor.misplaced(self.pivot(arithmetic))
+        return replace(placed, error=placed.error + moved) if moved else placed
 
     def inertia_about(self, point: Array, n: Arithmetic, error: float = 0.0) -> tensor.Inertia:
         """Inertia about `point` (3, m, to within `error`), in the axes in which the form is placed.

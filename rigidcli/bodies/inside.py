@@ -118,7 +118,8 @@ def _crossed(
 def overlap(read: Read, box: Floats, points: Floats, orientation: int) -> Overlap | None:
     """A place where the windings are not 0 or 1, if there is one on the lines through points (k, 3).
 
-    `box` (2 by 3) holds the closed surface; `orientation` is -1 where it is wound inside out.
+    One below 0 comes first, as it leaves no body; elsewhere parts overlap. `box` (2 by 3) holds the closed
+    surface; `orientation` is -1 where it is wound inside out.
     """
     centre = box.mean(axis=0)
     found = crossings(read, centre, points)
@@ -136,15 +137,16 @@ def overlap(read: Read, box: Floats, points: Floats, orientation: int) -> Overla
         return None
     below = np.cumsum(sense) * orientation
     gap = np.append(height[:-1] - height[1:], 0.0)
-    is_last = np.append(line[1:] != line[:-1], True)
-    wrong = ~is_last & ((below < 0) | (below > 1)) & (gap > TOUCHING * np.linalg.norm(box[1] - box[0]))
-    if not wrong.any():
-        return None
-    worst = int(np.argmax(np.where(wrong, gap, 0.0)))
-    point = points[line[worst]] - centre
-    rise = height[worst] - gap[worst] / 2 - point[2]
-    place = centre + point + rise * np.array([-OBLIQUE[0], -OBLIQUE[1], 1.0])
-    return Overlap(place, int(below[worst]))
+    gap[np.append(line[1:] != line[:-1], True)] = 0.0
+    thick = gap > TOUCHING * np.linalg.norm(box[1] - box[0])
+    for wrong in (thick & (below < 0), thick & (below > 1)):
+        if wrong.any():
+            worst = int(np.argmax(np.where(wrong, gap, 0.0)))
+            point = points[line[worst]] - centre
+            rise = height[worst] - gap[worst] / 2 - point[2]
+            place = centre + point + rise * np.array([-OBLIQUE[0], -OBLIQUE[1], 1.0])
+            return Overlap(place, int(below[worst]))
+    return None
 
 
 def windings(read: Read, box: Floats, points: Floats) -> NDArray[np.intp] | None:

@@ -1,4 +1,4 @@
-"""Whether a mesh in a file encloses a body: what is wrong with it, and where; and what can be made of it."""
+"""Whether a mesh in a file encloses a body: what is wrong with it, and where; and how it can be made one."""
 
 from __future__ import annotations
 
@@ -13,21 +13,16 @@ from numpy.typing import NDArray
 from rigidcli.bodies import edges, inside, mesh_files, surfaces
 from rigidcli.bodies.edges import Read
 from rigidcli.bodies.surfaces import Surface
+from rigidcli.core import memory
 from rigidcli.core.arithmetic import Floats
 from rigidcli.core.tensor import ROUNDING
 from rigidcli.errors import ValueProblem
 
-MOST_MENDED = 100_000
-"""The most edges of holes that are closed."""
+MERGED = 1e-6
+"""Vertices nearer than this, in units of the size, are one: single precision moves them by a tenth of it."""
 
-NEARLY = 1e-3
-"""Ends of open edges nearer than this, in units of an edge, were probably meant to be one vertex."""
-
-FEW = 20
-"""So many open edges are searched for ends that are nearly one: where a file has them, it has many."""
-
-MOST_COMPARED = 50_000
-"""With the ends of so many open edges, at most."""
+MERGING = 1_000
+"""Bytes a triangle that merging may take; without so much memory a mesh stays as it is."""
 
 UNEVEN = 1e-6
 """A rim farther from its plane than this, in units of the mesh, is told to be uneven."""
@@ -38,7 +33,7 @@ FARTHEST = 1e50
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Checked:
-    """The surface in a file, with its holes closed if that was asked for, how to read it, and notes.
+    """The surface in a file, merged or mended where that was needed, how to read it, and notes.
 
     `components` is the number of parts that hang together, None where the mesh is too large to count them.
     It `is_inward` where it is wound inside out.
@@ -82,13 +77,13 @@ def checked(path: pathlib.Path, *, thin: bool, mend: bool) -> Checked:
 @lru_cache(maxsize=4)
 def _checked(path: pathlib.Path, state: tuple[int, int, int], thin: bool, mend: bool) -> Checked:
     """`checked` for a file in this state."""
-    read, notes = mesh_files.reader(path), []
+    read, notes = mesh_files.reader(path), list[str]()
     surface = _summed(read, path, thin)
+    if not surface.is_closed and not thin:
+        read, surface = _merged(read, surface, path, notes)
     if mend and not surface.is_closed:
-        patch, note = _patch(read, path, surface.size)
-        read = _with(read, patch)
+        read = _mended(read, path, surface.size, notes)
         surface = _summed(read, path, thin)
-        notes.append(note)
     elif mend:
         notes.append("it has no holes to repair")
     if not thin:
@@ -101,19 +96,14 @@ def _checked(path: pathlib.Path, state: tuple[int, int, int], thin: bool, mend: 
                 hint="`shell: true` takes it as a thin shell",
             )
     is_inward = surface.is_closed and surface.volume < 0
-    labels = None if surface.keys is None else surfaces.components(surface.keys)
+    labels = None if surface.keys is None else edges.components(surface.keys)
     first = None if labels is None else np.unique(labels, return_index=True)[1]
     if not thin:
-        _require_once(read, path, surface, first, -1 if is_inward else 1)
+        notes += _overlaps(read, path, surface, first, -1 if is_inward else 1)
         if is_inward:
             notes.append("it is wound inside out, and was turned")
     count = None if first is None else len(first)
     return Checked(replace(surface, keys=None), read, tuple(notes), count, is_inward)
-
-
-def _with(read: Read, patch: Floats) -> Read:
-    """The blocks of a surface, and a patch on it."""
-    return lambda: chain(read(), (patch,))
 
 
 def _summed(read: Read, path: pathlib.Path, thin: bool) -> Surface:
@@ -135,6 +125,25 @@ def _summed(read: Read, path: pathlib.Path, thin: bool) -> Surface:
     return surface
 
 
+def _merged(read: Read, surface: Surface, path: pathlib.Path, notes: list[str]) -> tuple[Read, Surface]:
+    """An open surface with near vertices made one.
+
+    A closed surface needs none of this: its sums would change by no more than such distances.
+    """
+    distance = MERGED * surface.size
+    if surface.triangles * MERGING > memory.available():
+        return read, surface
+    merged, count = edges.merged(read, surface.box, distance)
+    if count == 0:
+        return read, surface
+    were = "1 vertex was" if count == 1 else f"{count:,} vertices were"
+    notes.append(f"{were} nearer than {distance:.3g} units, {MERGED:g} of its size, to others, and merged")
+    return merged, _summed(merged, path, thin=False)
+
+
+# --- what is wrong
+
+
 def _gap(found: edges.Unpaired, path: pathlib.Path) -> ValueProblem:
     """Why a surface is not closed and wound in one sense, and where."""
     if not len(found.edges):
@@ -143,20 +152,18 @@ def _gap(found: edges.Unpaired, path: pathlib.Path) -> ValueProblem:
         return _misfit(found, path)
     open_edges = found.edges[found.is_open]
     return ValueProblem(
-        f"{path}: open: {_least(found)}{_edges(len(open_edges))} to one triangle only, "
-        f"{_from(open_edges[0])}",
-        hint=_nearly_closed(open_edges)
-        or "`repair: holes` closes holes with flat fans, `shell: true` takes the surface as a thin shell",
+        f"{path}: open: {_count(found, open_edges)} to one triangle only, {_from(open_edges[0])}",
+        hint="`repair: holes` closes holes with flat fans, `shell: true` takes the surface as a thin shell",
     )
 
 
 def _misfit(found: edges.Unpaired, path: pathlib.Path) -> ValueProblem:
     """What is wrong with the first edge that is not open, and has several triangles."""
     shared = found.edges[~found.is_open]
-    edge, uses = shared[0], int(found.uses[~found.is_open][0].sum())
+    edge, uses = shared[0], int(found.uses[~found.is_open][0])
     if uses == 2:
         return ValueProblem(
-            f"{path}: wound inconsistently: {_least(found)}{_edges(len(shared))} to triangles that do not "
+            f"{path}: wound inconsistently: {_count(found, shared)} to triangles that do not "
             f"agree where outside is, {_from(edge)}",
             hint="let the program that made the file orient its faces (or recalculate its normals)",
         )
@@ -166,12 +173,9 @@ def _misfit(found: edges.Unpaired, path: pathlib.Path) -> ValueProblem:
     )
 
 
-def _least(found: edges.Unpaired) -> str:
-    return "" if found.is_all else "at least "
-
-
-def _edges(count: int) -> str:
-    return "1 edge belongs" if count == 1 else f"{count:,} edges belong"
+def _count(found: edges.Unpaired, kind: Floats) -> str:
+    least = "at least " if found.count > len(found.edges) else ""
+    return least + ("1 edge belongs" if len(kind) == 1 else f"{len(kind):,} edges belong")
 
 
 def _point(point: Floats) -> str:
@@ -182,27 +186,12 @@ def _from(edge: Floats) -> str:
     return f"such as that from {_point(edge[0])} to {_point(edge[1])}"
 
 
-def _nearly_closed(open_edges: Floats) -> str | None:
-    """A hint where an end of an open edge is very near to one of another, and was meant to be the same."""
-    ends = open_edges[:MOST_COMPARED].reshape(-1, 3)
-    for start, end in open_edges[:FEW]:
-        distances = np.linalg.norm(ends - start, axis=1)
-        gap = distances[distances > 0].min(initial=np.inf)
-        if gap < NEARLY * np.linalg.norm(end - start):
-            other = ends[np.flatnonzero(distances == gap)[0]]
-            return (
-                f"{_point(start)} and {_point(other)} are {gap:.3g} apart, and so are two vertices: only "
-                "equal coordinates make one; merge near vertices in the program that made the file"
-            )
-    return None
-
-
-def _patch(read: Read, path: pathlib.Path, size: float) -> tuple[Floats, str]:
-    """Triangles that close the holes of a surface, and the note that says so."""
+def _mended(read: Read, path: pathlib.Path, size: float, notes: list[str]) -> Read:
+    """The surface with a patch on its holes. Raises ValueProblem where more than holes is wrong with it."""
     found = edges.unpaired(read)
     if not found.is_open.all():
         raise _misfit(found, path)
-    if not found.is_all or len(found.edges) > MOST_MENDED:
+    if found.count > len(found.edges):
         raise _gap(found, path)
     # The patch runs along the rims in the other sense.
     patch, holes, off = edges.fans(found.edges)
@@ -212,31 +201,33 @@ def _patch(read: Read, path: pathlib.Path, size: float) -> tuple[Floats, str]:
     text += f", {area:.6g} square units"
     if off > UNEVEN * size:
         text += f"; a rim is not plane, but off by {off:.3g} units"
-    return patch, text
+    notes.append(text)
+    return lambda: chain(read(), (patch,))
 
 
-def _require_once(
+def _overlaps(
     read: Read, path: pathlib.Path, surface: Surface, first: NDArray[np.intp] | None, orientation: int
-) -> None:
-    """Raise ValueProblem where a closed surface goes round a place more than once, or the wrong way."""
+) -> list[str]:
+    """A note on a place that a closed surface encloses more than once.
+
+    Raises ValueProblem where it goes round a place the wrong way, and so encloses no body.
+    """
     places = surface.places
     if first is not None and len(first) > 1:
         step = -(-len(first) // surfaces.PROBES)
         places = np.vstack([places, surfaces.chosen(read, np.sort(first)[::step]).mean(axis=1)])
     found = inside.overlap(read, surface.box, places, orientation)
-    if found is None:
-        # What no line has met may still be seen in the sums: no body has a negative mean of squares.
-        spread = np.linalg.eigvalsh(surface.second)
-        if spread[0] < -ROUNDING * surface.cancelled * spread[2]:
-            raise ValueProblem(f"{path}: overlaps itself: no body has the moments that come out")
-        return
-    where = _point(found.place)
-    if found.windings < 0:
+    if found is not None and found.windings < 0:
         raise ValueProblem(
-            f"{path}: a part is wound the other way, and is no cavity, as it is outside the others: {where}",
+            f"{path}: a part is wound the other way, and is no cavity, as it is outside the others: "
+            f"{_point(found.place)}",
             hint="let the program that made the file orient its faces",
         )
-    raise ValueProblem(
-        f"{path}: overlaps itself: {where} is inside {found.windings} times",
-        hint="unite its parts in the program that made the file; a cavity is wound the other way",
-    )
+    # What no line has met may still be seen in the sums: no body has a negative mean of squares.
+    spread = np.linalg.eigvalsh(surface.second)
+    if spread[0] < -ROUNDING * surface.cancelled * spread[2]:
+        raise ValueProblem(f"{path}: overlaps itself: no body has the moments that come out")
+    if found is None:
+        return []
+    text = f"parts overlap: {_point(found.place)} is inside {found.windings} times, and counts as often"
+    return [f"{text}; to count it once, unite the parts in the program that made the file"]

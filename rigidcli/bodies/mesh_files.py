@@ -1,25 +1,27 @@
-"""Surfaces of triangles from files, in blocks. Files are untrusted: only their size says how much they hold.
+"""Surfaces of triangles from files: STL block by block, OBJ and OFF whole, PLY and glTF by trimesh.
 
 A block has the shape (3, 3, n): vertex, coordinate, triangle, in the unit of the file. STL is read through
 one buffer: a memory map would count as memory, and would end the program where a file shrinks meanwhile.
-Files of other formats are read whole, and so may not be as large.
+Of other formats only vertices and faces are read. A face with more than three vertices becomes a fan of
+triangles, which has the same edge and, where it is plane, the same area with its sign.
 """
 
 from __future__ import annotations
 
 import os
 import re
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+import warnings
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager, suppress
 from io import BufferedReader
 from itertools import cycle
 from pathlib import Path
+from typing import NamedTuple, NoReturn, TypeAlias
 
 import numpy as np
+from numpy.typing import NDArray
 
-from rigidcli.bodies import mesh_formats, mesh_ply
-from rigidcli.bodies.edges import Read
-from rigidcli.bodies.mesh_text import NUMERAL, parsed, words_of
+from rigidcli.bodies.edges import Read, require_indices
 from rigidcli.core import memory
 from rigidcli.core.arithmetic import Floats
 from rigidcli.errors import ValueProblem, shown
@@ -33,14 +35,8 @@ HEADER_BYTES = 84
 FACET = np.dtype([("normal", "<f4", 3), ("vertices", "<f4", (3, 3)), ("attribute", "<u2")])
 """A triangle of a binary STL file. The normal is not used: it follows from the sense of the vertices."""
 
-MOST_BYTES = 4_000_000_000
-"""The largest STL file that is read, which has 80 million triangles: about half a minute's work."""
-
-MOST_BYTES_AT_ONCE = 32_000_000
-"""The largest file that is read whole: some 500,000 triangles."""
-
 TIMES_THE_FILE = 80
-"""So many times its size is the memory that a file may take which is read whole: one of very short words."""
+"""The memory that a file of text may need to be read whole, in units of its size: its words are short."""
 
 CHUNK_BYTES = 1_000_000
 """How much text of an STL file is read at once; a facet takes some 250 bytes."""
@@ -54,12 +50,31 @@ NUMBERS = [place for place, word in enumerate(PATTERN) if word == b"0"][3:]
 KEYWORDS = {place: word for place, word in enumerate(PATTERN) if word != b"0"}
 """The words of a facet that are no numbers, by their places."""
 
+NUMERAL = re.compile(rb"[-+]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][-+]?[0-9]+)?")
+"""A number as meshes of text have it."""
+
+_NUMERALS = b"0123456789+-.eE \t\r\n\v\f"
+"""The characters of numbers and of the blanks between them."""
+
 _SOLID = re.compile(rb"^[ \t]*(?:end)?solid\b.*$", re.MULTILINE)
 """The lines that begin and end a body in an STL file of text: they hold any name."""
 
+Numbers: TypeAlias = NDArray[np.intp]
+
+Line: TypeAlias = tuple[int, bytes]
+"""A line of a text with its number."""
+
+
+class Polygons(NamedTuple):
+    """Vertices (n, 3), and faces: how many vertices each has (k), and the numbers of all these, from 0."""
+
+    vertices: Floats
+    counts: Numbers
+    corners: Numbers
+
 
 def reader(path: Path) -> Read:
-    """What starts the triangles of the file, in blocks, each of which may overwrite the one before.
+    """A function that starts the triangles of the file, in blocks, each of which may overwrite the last.
 
     Raises:
         ValueProblem: here or while iterating; the message starts with `path`, then the line of a text.
@@ -74,8 +89,8 @@ def reader(path: Path) -> Read:
 
 
 @contextmanager
-def _opened(path: Path, most: int) -> Iterator[tuple[BufferedReader, int]]:
-    """A regular file of no more than so many bytes, and its size. Raises ValueProblem."""
+def opened(path: Path) -> Iterator[tuple[BufferedReader, int]]:
+    """A regular file and its size in bytes. Raises ValueProblem."""
     try:
         if not path.is_file():  # asked before opening: to open a pipe is to wait for its writer
             raise ValueProblem(f"{path}: {'not a regular file' if path.exists() else 'no such file'}")
@@ -83,14 +98,25 @@ def _opened(path: Path, most: int) -> Iterator[tuple[BufferedReader, int]]:
             size = os.fstat(file.fileno()).st_size
             if size == 0:
                 raise ValueProblem(f"{path}: the file is empty")
-            if size > most:
-                raise ValueProblem(
-                    f"{path}: {size / 1e6:,.0f} MB, expected at most {most / 1e6:,.0f} MB",
-                    hint="simplify the mesh" if most == MOST_BYTES else "save it as binary STL",
-                )
             yield file, size
     except OSError as error:
         raise ValueProblem(f"{path}: cannot be read: {error.strerror or error}") from error
+
+
+def require_room(path: Path, size: int) -> None:
+    """Raise ValueProblem for a file that needs more memory to be read whole than there is."""
+    needed, left = size * TIMES_THE_FILE / 1e9, memory.available() / 1e9
+    if needed > left:
+        raise ValueProblem(
+            f"{path}: {size / 1e6:,.0f} MB may take {needed:.1f} GB of memory, and {left:.1f} GB are free",
+            hint="save it as binary STL, which is read piece by piece",
+        )
+
+
+def in_blocks(triangles: Floats) -> Read:
+    """The blocks of triangles (n, 3, 3): triangle, vertex, coordinate."""
+    starts = range(0, len(triangles), BLOCK_TRIANGLES)
+    return lambda: (triangles[at : at + BLOCK_TRIANGLES].transpose(1, 2, 0) for at in starts)
 
 
 # --- STL
@@ -101,7 +127,7 @@ def _stl(path: Path) -> Read:
 
 
 def _facets(path: Path) -> Iterator[Floats]:
-    with _opened(path, MOST_BYTES) as (file, size):
+    with opened(path) as (file, size):
         header = file.read(HEADER_BYTES)
         count = int.from_bytes(header[80:84], "little")
         expected = HEADER_BYTES + count * FACET.itemsize
@@ -117,7 +143,7 @@ def _facets(path: Path) -> Iterator[Floats]:
     if len(header) < HEADER_BYTES:
         raise ValueProblem(f"{path}: {size} bytes, which is shorter than the header of an STL file")
     raise ValueProblem(
-        f"{path}: {size:,} bytes, expected {expected:,} for the {count:,} triangles that the header tells of",
+        f"{path}: {size:,} bytes, expected {expected:,} for the {count:,} triangles that the header counts",
         hint="the file is truncated, or no STL file: export or copy it once more",
     )
 
@@ -137,11 +163,10 @@ def _binary(file: BufferedReader, count: int, path: Path) -> Iterator[Floats]:
 
 def _text(file: BufferedReader, path: Path) -> Iterator[Floats]:
     line, rest, last = 1, b"", b"endfacet"
-    while True:
-        chunk = file.read(CHUNK_BYTES).lower()
+    while chunk := file.read(CHUNK_BYTES).lower():
         text = rest + chunk
-        end = text.rfind(last) + len(last) if chunk else len(text)
-        if end < len(last) and chunk:
+        end = text.rfind(last) + len(last)
+        if end < len(last):
             if len(text) > 2 * CHUNK_BYTES:
                 raise ValueProblem(f"{path}:{line}: no `endfacet` in {CHUNK_BYTES:,} bytes")
             rest = text
@@ -149,33 +174,22 @@ def _text(file: BufferedReader, path: Path) -> Iterator[Floats]:
         yield from _whole_facets(text[:end], line, path)
         line += text.count(b"\n", 0, end)
         rest = text[end:]
-        if not chunk:
-            return
+    yield from _whole_facets(rest, line, path)
 
 
 def _whole_facets(text: bytes, line: int, path: Path) -> Iterator[Floats]:
     """The triangles of a text of whole facets, in small letters, which begins in this line."""
-    facets = _SOLID.sub(b"", text) if b"solid" in text else text  # to search for lines takes long
-    characters = np.frombuffer(facets, dtype=np.uint8)
-    begins, ends = words_of(characters)
-    if len(begins) % len(PATTERN):
+    words = (_SOLID.sub(b"", text) if b"solid" in text else text).split()
+    count, rest = divmod(len(words), len(PATTERN))
+    step = len(PATTERN)
+    if rest or any(set(words[place::step]) - {word} for place, word in KEYWORDS.items()):
         raise _misread(text, line, path)
-    begins, ends = (places.reshape(-1, len(PATTERN)) for places in (begins, ends))
-    for place, word in KEYWORDS.items():
-        at = begins[:, place, None] + np.arange(len(word))
-        # A place beyond the end of the text is in a word that is too short.
-        is_same = (characters.take(at, mode="clip") == np.frombuffer(word, dtype=np.uint8)).all(axis=1)
-        if not (is_same & (ends[:, place] - begins[:, place] == len(word))).all():
-            raise _misread(text, line, path)
-    changes = np.zeros(len(characters) + 1, dtype=np.bool_)
-    changes[begins[:, NUMBERS]] = changes[ends[:, NUMBERS]] = True
-    is_number = np.logical_xor.accumulate(changes[:-1])
-    numbers = np.where(is_number, characters, np.uint8(ord(" "))).tobytes()
-    values = parsed(numbers, begins[:, NUMBERS].size)
-    if values is None:
+    found = [parsed(b" ".join(words[place::step]), count) for place in NUMBERS]
+    columns = [column for column in found if column is not None]
+    if len(columns) < len(found):
         raise _misread(text, line, path)
-    triangles = values.reshape(-1, 3, 3).transpose(1, 2, 0)
-    for start in range(0, len(begins), BLOCK_TRIANGLES):
+    triangles = np.array(columns).reshape(3, 3, count)
+    for start in range(0, count, BLOCK_TRIANGLES):
         yield triangles[:, :, start : start + BLOCK_TRIANGLES]
 
 
@@ -192,33 +206,140 @@ def _misread(text: bytes, line: int, path: Path) -> ValueProblem:
     return ValueProblem(f"{path}:{number}: the file ends inside a facet", hint="it is truncated")
 
 
-# --- formats that are read whole
+# --- OBJ and OFF
 
 
 def _whole(path: Path) -> Read:
-    most = int(min(MOST_BYTES_AT_ONCE, memory.available() / TIMES_THE_FILE))
-    with _opened(path, most) as (file, _):
-        data = file.read(most + 1)
-    polygons = WHOLE[path.suffix.lower()](data, path)
-    vertices, faces = polygons.vertices, mesh_formats.triangles(polygons, path)
-    starts = range(0, len(faces), BLOCK_TRIANGLES)
-    return lambda: (vertices[faces[at : at + BLOCK_TRIANGLES]].transpose(1, 2, 0) for at in starts)
+    with opened(path) as (file, size):
+        require_room(path, size)
+        polygons = WHOLE[path.suffix.lower()](file.read(), path)
+    return in_blocks(polygons.vertices[_fans(polygons, path)])
 
 
-def _scene(path: Path) -> Read:
-    from rigidcli.bodies.mesh_gltf import gltf
+def _fans(polygons: Polygons, path: Path) -> Numbers:
+    """The faces cut into fans of triangles (m, 3), by the numbers of their vertices. Raises ValueProblem."""
+    vertices, counts, corners = polygons
+    if counts.size and counts.min() < 3:
+        raise ValueProblem(
+            f"{path}: face {int(np.argmin(counts)):,} (counted from 0) has {counts.min()} vertices"
+        )
+    require_indices(corners, len(vertices), path)
+    each = counts - 2
+    start = np.repeat(np.cumsum(counts) - counts, each)
+    step = np.arange(each.sum()) - np.repeat(np.cumsum(each) - each, each)
+    return np.stack([corners[start], corners[start + step + 1], corners[start + step + 2]], axis=1)
 
-    with _opened(path, MOST_BYTES_AT_ONCE):
-        blocks = gltf(path).transpose(1, 2, 0)
-    starts = range(0, blocks.shape[2], BLOCK_TRIANGLES)
-    return lambda: (blocks[:, :, at : at + BLOCK_TRIANGLES] for at in starts)
+
+def _obj(data: bytes, path: Path) -> Polygons:
+    """An OBJ file: its lines `v` and `f`; an index below zero counts back from the last vertex so far."""
+    vertices: list[Line] = []
+    faces: list[Line] = []
+    before: list[int] = []
+    for number, line in enumerate(data.replace(b"\\\n", b"  ").split(b"\n"), 1):
+        if line[:2] in (b"v ", b"v\t"):
+            vertices.append((number, line[2:].partition(b"#")[0]))
+        elif line[:2] in (b"f ", b"f\t"):
+            faces.append((number, re.sub(rb"/[^\s]*", b"", line[2:].partition(b"#")[0])))
+            before.append(len(vertices))
+    values, counts = _numbers(faces, path)
+    corners = _indices(values, path)
+    so_far = np.repeat(np.array(before, dtype=np.intp), counts)
+    corners = np.where(corners < 0, corners + so_far, corners - 1)
+    return Polygons(_points(vertices, path), counts, corners)
 
 
-WHOLE = {".obj": mesh_formats.obj, ".ply": mesh_ply.ply, ".off": mesh_formats.off}
+def _off(data: bytes, path: Path) -> Polygons:
+    """An OFF file: how many vertices and faces, then the vertices, then the faces with their lengths."""
+    parts = ((number, line.partition(b"#")[0].strip()) for number, line in enumerate(data.split(b"\n"), 1))
+    lines = [(number, line) for number, line in parts if line]
+    first = lines[0][1] if lines else b""
+    if not first.startswith(b"OFF"):
+        read = shown(first[:20].decode("utf-8", "replace") if lines else None)
+        raise ValueProblem(f"{path}: read {read}, expected `OFF`")
+    lines[0] = lines[0][0], first[3:]
+    if not first[3:].strip():
+        del lines[0]
+    head, counts = _numbers(lines[:1], path)
+    if head.size < 2:
+        raise ValueProblem(f"{path}: the numbers of vertices and faces are missing")
+    vertices, faces = _indices(head[:2], path)
+    if vertices < 0 or faces < 0 or len(lines) < 1 + vertices + faces:
+        raise ValueProblem(
+            f"{path}: {len(lines) - 1:,} lines, expected {vertices:,} of vertices and {faces:,} of faces",
+            hint="the file is truncated, or its second line is wrong",
+        )
+    rows = lines[1 + vertices : 1 + vertices + faces]
+    values, lengths = _numbers(rows, path)
+    starts = np.cumsum(lengths) - lengths
+    counts = _indices(values[starts], path)
+    for wrong in np.flatnonzero((counts < 0) | (counts >= lengths))[:1]:
+        read = f"read {lengths[wrong] - 1} vertices of a face"
+        raise ValueProblem(f"{path}:{rows[wrong][0]}: {read}, expected {counts[wrong]}")
+    places = np.repeat(starts + 1 - np.cumsum(counts) + counts, counts) + np.arange(counts.sum())
+    return Polygons(_points(lines[1 : 1 + vertices], path), counts, _indices(values[places], path))
+
+
+def _numbers(lines: Sequence[Line], path: Path) -> tuple[Floats, Numbers]:
+    """All numbers of lines of text, and how many stand in each line. Raises ValueProblem."""
+    counts = np.array([len(line.split()) for _, line in lines], dtype=np.intp)
+    values = parsed(b" ".join(line for _, line in lines), int(counts.sum()))
+    if values is None:
+        _refuse_word(lines, path)
+    return values, counts
+
+
+def parsed(text: bytes, count: int) -> Floats | None:
+    """The numbers of a text of `count` words; None where a word is no number."""
+    if text.translate(None, _NUMERALS):
+        return None
+    with warnings.catch_warnings(), suppress(ValueError, DeprecationWarning):
+        warnings.simplefilter("error", DeprecationWarning)  # of older versions of numpy, which end there
+        values = np.fromstring(text, sep=" ") if count else np.empty(0)
+        return values if len(values) == count else None
+    return None
+
+
+def _refuse_word(lines: Sequence[Line], path: Path) -> NoReturn:
+    for number, line in lines:
+        for word in line.split():
+            if NUMERAL.fullmatch(word) is None:
+                read = shown(word.decode("utf-8", "replace"))
+                raise ValueProblem(f"{path}:{number}: read {read}, expected a number")
+    raise ValueProblem(f"{path}: a number that cannot be read")
+
+
+def _points(lines: Sequence[Line], path: Path) -> Floats:
+    """The first three numbers of each line (n, 3), a vertex. Raises ValueProblem."""
+    values, counts = _numbers(lines, path)
+    for short in np.flatnonzero(counts < 3)[:1]:
+        raise ValueProblem(
+            f"{path}:{lines[short][0]}: read {counts[short]} numbers, expected the 3 of a vertex"
+        )
+    points: Floats = values[(np.cumsum(counts) - counts)[:, None] + np.arange(3)]
+    return points
+
+
+def _indices(values: Floats, path: Path) -> Numbers:
+    """Numbers of vertices, which are whole and not beyond all bounds. Raises ValueProblem."""
+    wrong = ~((values == np.rint(values)) & (np.abs(values) < 2**53))
+    if wrong.any():
+        raise ValueProblem(f"{path}: read {values[wrong][0]:.17g}, expected the number of a vertex")
+    return values.astype(np.intp)
+
+
+def _by_trimesh(path: Path) -> Read:
+    from rigidcli.bodies.mesh_trimesh import triangles
+
+    with opened(path) as (_, size):
+        require_room(path, size)
+    return in_blocks(triangles(path))
+
+
+WHOLE = {".obj": _obj, ".off": _off}
 """The readers of formats in which vertices and faces stand apart, by the ending of the file's name."""
 
 OWN: dict[str, Callable[[Path], Read]] = {".stl": _stl, **dict.fromkeys(WHOLE, _whole)}
-"""What reads a mesh without another library, by the ending of the file's name."""
+"""The readers that need no other library, by the ending of the file's name."""
 
-READERS = OWN | dict.fromkeys((".glb", ".gltf"), _scene)
-"""What reads a mesh, by the ending of the file's name."""
+READERS = OWN | dict.fromkeys((".ply", ".glb", ".gltf"), _by_trimesh)
+"""The readers of meshes, by the ending of the file's name."""

@@ -59,7 +59,7 @@ class Mesh(Form):
     MARGIN: ClassVar = 1e-6
     """How far, in units of its size, single precision may leave the surface from where it was meant to be."""
 
-    mesh: FileName = Field(description="An .stl, .obj, .ply, .off or .glb file, beside the document")
+    mesh: FileName = Field(description="An .stl, .obj, .off, .ply or .glb file, beside the document")
     scale: Length | None = Field(
         default=None, description="The unit of the file's coordinates; 1 m if not given"
     )

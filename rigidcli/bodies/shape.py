@@ -7,6 +7,7 @@ from abc import abstractmethod
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
 from decimal import Decimal
+from functools import cache
 from typing import Annotated, Any, ClassVar, Self, get_args, get_origin
 
 import numpy as np
@@ -87,7 +88,8 @@ class Shape(Form):
         return re.sub("(?<=[a-z])(?=[A-Z])", "_", cls.__name__).lower()
 
     @classmethod
-    def dimensions(cls) -> dict[str, str]:
+    @cache
+    def dimensions(cls) -> Mapping[str, str]:
         """The keys of the dimensions, each as it is written: `size` is `size: [x, y, z]`."""
         return {
             key: f"{key}: {_sketch(field.annotation)}" if _is_list(field) else key

@@ -1,4 +1,4 @@
-"""Surfaces of triangles: their area, and the mass properties of what they enclose or of themselves.
+"""Surfaces of triangles: their area, what they enclose, and whether they are closed.
 
 The volume is a sum of tetrahedra with one vertex at a central point and signed volumes, so that the
 divergence theorem does the rest (B. Mirtich, J. Graphics Tools 1 (1996) 31; D. Eberly, Polyhedral Mass
@@ -220,22 +220,3 @@ class _Sums:
     def is_far(self) -> bool:
         """Whether the origin is so far from the centre that digits are lost."""
         return bool(self.centre @ self.centre > FAR * np.trace(self.second))
-
-
-def components(keys: Keys) -> NDArray[np.intp]:
-    """For each triangle, by the keys (3, n) of its vertices, the least number of a vertex that hangs with it.
-
-    Labels of vertices are lowered to the least one of a triangle until none changes. Each label is a vertex,
-    too, so that whole parts are lowered at once (Y. Shiloach, U. Vishkin, J. Algorithms 3 (1982) 57).
-    """
-    vertices, places = np.unique(keys, return_inverse=True)
-    corners = places.reshape(keys.shape)
-    label = np.arange(len(vertices))
-    while True:
-        own = label[corners]
-        least: NDArray[np.intp] = own.min(axis=0)
-        if (own == least).all():
-            return least
-        np.minimum.at(label, own, least[None])
-        while (label[label] != label).any():
-            label = label[label]

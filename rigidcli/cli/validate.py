@@ -92,8 +92,7 @@ def _robot(
 ) -> list[str]:
     """How many links of a robot are valid; what is wrong with others is printed as errors."""
     from rigidcli.document.load import robot_drafts
-    from rigidcli.studies.robots import remarks, uncompared
-    from rigidcli.studies.robots.repair import repair
+    from rigidcli.studies.robots import remarks, repair, uncompared
 
     robot = robot_drafts(text, source, folder, **options)
     links = [draft.link for draft in robot.each]

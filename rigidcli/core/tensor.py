@@ -138,7 +138,7 @@ class Inertia:
 
     def times(self, sign: int) -> Inertia:
         """Of a body (1), or of a hole of its form (-1)."""
-        return replace(self, entries=sign * self.entries)
+        return self if sign == 1 else replace(self, entries=sign * self.entries)
 
     def __add__(self, other: Inertia) -> Inertia:
         """Of both bodies; along axes that they have in common, if they have."""
@@ -194,10 +194,10 @@ def rotate(tensor: Array, rotation: Array) -> Array:
 
 def from_second_moments(mass: Scalar, second: Array) -> Array:
     """Tensor about the centre of mass from the mean of r r^T there (3 by 3, m^2): M (tr C 1 - C)."""
-    xx, yy, zz = second.diagonal()
-    # Not the trace less an entry: that rounds away the small moment of a slender body.
     tensor: Array = -second
-    tensor.flat[::4] = [yy + zz, zz + xx, xx + yy]
+    xx, yy, zz = second[0, 0], second[1, 1], second[2, 2]
+    # Not the trace less an entry: that rounds away the small moment of a slender body.
+    tensor[0, 0], tensor[1, 1], tensor[2, 2] = yy + zz, zz + xx, xx + yy
     return mass * tensor
 
 

@@ -1,4 +1,4 @@
-"""Meshes in glTF, which trimesh reads in a process of its own; and those that nothing here reads."""
+"""Meshes in PLY and glTF, which trimesh reads in a process of its own; and those that nothing reads."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ import pytest
 
 import rigidcli
 from rigidcli import RigidError
-from rigidcli.bodies import mesh_gltf
+from rigidcli.bodies import mesh_trimesh
 from tests.conftest import Program
 from tests.meshes import box, indexed
 
@@ -108,22 +108,11 @@ PART = SCENE["meshes"][0]["primitives"][0]
             "a mesh in several places of node 1",
         ),
         (changed("nodes", 1, camera=0), "a camera beside other things of node 1"),
-        (changed("nodes", 0, children=[1, 2, 1]), "several parents of node 1"),
-        (changed("nodes", 1, matrix=[1, 0, 0, 0] * 4), "a matrix of no frame of node 1"),
-        (
-            changed("nodes", 2, matrix=[1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1]),
-            "a matrix beside a frame",
-        ),
-        (changed("nodes", 1, matrix=[None, *mesh_gltf.UNMOVED[1:]]), "a frame without numbers of node 1"),
-        (changed("nodes", 1, rotation=[0, 0, 0, 0]), "a rotation of zero of node 1"),
-        (changed("nodes", 0, children=[-1, 2]), "`-1` as `children`"),
-        ({"scenes": [{"nodes": [0, 2]}]}, "several parents of node 2"),
-        (changed("accessors", 0, componentType=5125), "places of another type of mesh 0"),
+        (changed("nodes", 0, children=[-1, 2]), "an index below zero of node 0"),
         (changed("meshes", 0, weights=[1]), "weights of shapes of mesh 0"),
         (changed("meshes", 0, primitives=[PART, PART | {"mode": 6}]), "triangles that are a fan of mesh 0"),
         (changed("accessors", 0, sparse={}), "sparse data of mesh 0"),
         (changed("accessors", 0, normalized=True), "places in units of a type of mesh 0"),
-        (changed("accessors", 1, componentType=5124), "indices with a sign of mesh 0"),
         (
             {"extensionsRequired": ["KHR_draco_mesh_compression"]},
             "the extension `KHR_draco_mesh_compression`",
@@ -151,10 +140,55 @@ def test_what_is_no_scene_is_told(content: bytes, reason: str, tmp_path: Path) -
         rigidcli.inertia(path, settings=["body.density=1"])
 
 
+VERTEX = "property float x\nproperty float y\nproperty float z\n"
+TEXT, BINARY = "ply\nformat ascii 1.0\n", "ply\nformat binary_little_endian 1.0\n"
+HEADER = f"element vertex 8\n{VERTEX}element face 12\nproperty list uchar int vertex_indices\nend_header\n"
+ROWS = "".join(f"{x} {y} {z}\n" for x, y, z in VERTICES)
+ROWS += "".join(f"3 {a} {b} {c}\n" for a, b, c in FACES)
+RECORDS = VERTICES.astype("<f4").tobytes()
+RECORDS += b"".join(b"\3" + face.astype("<i4").tobytes() for face in FACES)
+
+
+@pytest.mark.parametrize(
+    "content", [f"{TEXT}{HEADER}{ROWS}".encode(), f"{BINARY}{HEADER}".encode() + RECORDS]
+)
+def test_a_ply_file_is_what_the_shape_is(content: bytes, tmp_path: Path) -> None:
+    (tmp_path / "a.ply").write_bytes(content)
+    found = rigidcli.inertia(tmp_path / "a.ply", settings=["body.density=1000"])
+    shape = rigidcli.inertia("body: {shape: box, size: [1, 2, 3], anchor: corner, density: 1000}")
+    np.testing.assert_allclose(found["tensor"], shape["tensor"], rtol=1e-15)
+
+
+@pytest.mark.parametrize(
+    ("content", "message"),
+    [
+        ("", "the file is empty"),
+        ("ply\n" * 1000, "not a PLY file"),
+        (f"{TEXT}end_header\n", "expected elements `vertex` and `face`"),
+        (f"{TEXT}{HEADER}{ROWS[:-40]}", "lines after the header, expected 20: it is truncated"),
+        (f"{TEXT}{HEADER}{ROWS[:-3]}", "the data end before all 12 faces"),
+        (f"{TEXT}{HEADER}{ROWS}".replace("3 0", "3 77", 1), "a face has the vertex 77"),
+        (f"{TEXT}{HEADER}{ROWS}".replace("3.0", "x3", 1), "trimesh cannot read it"),
+        (f"{TEXT}{HEADER}{ROWS}".replace("3.0", "nan", 1), "has a coordinate that is no finite number"),
+        (f"{BINARY}{HEADER}" + RECORDS[:-9].decode("latin-1"), "is it cut or damaged"),
+        (f"{BINARY}{HEADER}" + (RECORDS[:-4] + b"\xff" * 4).decode("latin-1"), "the vertex -1 (counted from"),
+        (f"{BINARY}{HEADER.replace('vertex 8', 'vertex 99999999999')}0\n", "trimesh cannot read it"),
+        (f"{TEXT}{HEADER.replace('12', '-1')}{ROWS}", "no triangles"),
+    ],
+)
+def test_hostile_ply_files_are_refused(content: str, message: str, tmp_path: Path) -> None:
+    path = tmp_path / "a.ply"
+    path.write_text(content, encoding="latin-1")
+    with pytest.raises(RigidError) as caught:
+        rigidcli.inertia(path, settings=["body.density=1"])
+    assert message in str(caught.value)
+    assert "Traceback" not in str(caught.value)
+
+
 def test_without_trimesh_the_message_says_how_to_get_it(
     monkeypatch: pytest.MonkeyPatch, tmp_path: Path
 ) -> None:
-    monkeypatch.setattr(mesh_gltf, "find_spec", lambda name: None)
+    monkeypatch.setattr(mesh_trimesh, "find_spec", lambda name: None)
     with pytest.raises(RigidError, match=r"scene.glb: trimesh.* is not installed.*\n.*rigidcli\[mesh\]"):
         rigidcli.inertia(written(tmp_path, "scene.glb"), settings=["body.density=1"])
 

@@ -296,8 +296,6 @@ def test_a_file_is_read_again_when_it_has_changed(tmp_path: Path) -> None:
             ": wound inconsistently: 3 edges belong to",
         ),
         (np.concatenate([BOX, BOX[:1]]), ": not the surface of a body: 3 triangles meet in an edge, such as"),
-        (np.concatenate([BOX, BOX]), ": overlaps itself: ("),
-        (np.concatenate([BOX, INNER]), ": overlaps itself: ("),
         (np.concatenate([BOX, inside_out(APART)]), ": a part is wound the other way, and is no cavity"),
         (BOX * [1, 1, 0], ": flat: it encloses 0 cubic units, and has an area of 4 square units"),
         (BOX * 0, ": the triangles have no area"),
@@ -309,11 +307,30 @@ def test_what_encloses_no_body_is_refused(triangles: Triangles, reason: str, tmp
     assert message.startswith(reason)
 
 
-def test_vertices_that_are_nearly_one_are_told(tmp_path: Path) -> None:
+@pytest.mark.parametrize(
+    ("triangles", "mass", "note"),
+    [
+        (np.concatenate([BOX, BOX]), 12, "parts overlap: ("),
+        (np.concatenate([BOX, INNER]), 6 + 1 / 64, ") is inside 2 times, and counts as often"),
+        (np.concatenate([BOX, BOX + 0.5]), 12, ") is inside 2 times, and counts as often"),
+        (BOX + 1e-6 * np.random.default_rng(1).uniform(-1, 1, BOX.shape), 6, "vertices were nearer than 3.7"),
+        (np.concatenate([BOX[:1] + 1e-6, BOX[1:]]), 6, "3 vertices were nearer than 3.7"),
+    ],
+)
+def test_meshes_as_they_come_are_computed_with_a_note(
+    triangles: Triangles, mass: float, note: str, program: Program, tmp_path: Path
+) -> None:
+    path = saved(tmp_path / "a.stl", triangles)
+    outcome = program("inertia", "-", "-f", "json", stdin=f"body: {{mesh: '{path}', density: 1}}")
+    assert json.loads(outcome.out)["mass"] == pytest.approx(mass, rel=1e-5)
+    assert note in outcome.err
+
+
+@pytest.mark.parametrize("gap", [1e-5, 3e-5, 1e-3])
+def test_vertices_farther_apart_than_a_millionth_of_the_size_are_two(gap: float, tmp_path: Path) -> None:
     moved = BOX.copy()
-    moved[3, 0] += 1e-6
-    message = refusal(saved(tmp_path / "a.stl", moved))
-    assert " apart, and so are two vertices: only equal coordinates make one" in message
+    moved[3, 0] += gap
+    assert refusal(saved(tmp_path / "a.stl", moved)).startswith(": open: ")
 
 
 def test_validate_judges_the_surface_of_a_mesh(program: Program, tmp_path: Path) -> None:
@@ -385,7 +402,7 @@ def test_no_exact_results_and_no_such_file(program: Program, tmp_path: Path) -> 
     assert (outcome.code, outcome.out) == (4, "")
     assert "a mesh has no exact results" in outcome.err
     assert refusal(tmp_path / "b.stl") == ": no such file"
-    assert "ends in one of `.stl`, `.obj`, `.ply`, `.off`" in refusal(tmp_path / "b.step")
+    assert "ends in one of `.stl`, `.obj`, `.off`, `.ply`" in refusal(tmp_path / "b.step")
     os.mkfifo(tmp_path / "pipe.stl")
     assert refusal(tmp_path / "pipe.stl") == ": not a regular file"
 
@@ -474,11 +491,6 @@ def test_hostile_headers_and_texts(content: bytes, message: str, tmp_path: Path)
     assert message in refusal(tmp_path / "a.stl")
 
 
-HEADER = "property float x\nproperty float y\nproperty float z\n"
-TEXT, BINARY = "ply\nformat ascii 1.0\n", "ply\nformat binary_little_endian 1.0\n"
-FACES = "element face 2\nproperty list uchar int vertex_indices\nend_header\n"
-
-
 @pytest.mark.parametrize(
     ("name", "content", "message"),
     [
@@ -499,26 +511,9 @@ FACES = "element face 2\nproperty list uchar int vertex_indices\nend_header\n"
         ("a.obj", "v 0 0 0\n" * 3 + "f 1 2\n", "face 0 (counted from 0) has 2 vertices"),
         ("a.obj", "v 0 0 0\n" * 3 + "f " + "1 " * 100_000, "the triangles have no area"),
         ("a.obj", "nothing", "no triangles"),
-        ("a.obj", "\n" * 2_000_000, "2,000,000 lines, expected at most"),
-        ("a.obj", "v 0 0 0\n" * 3 + "f" + " 1" * 600_000, "599,998 triangles, expected at most"),
-        ("a.off", "OFF\n1 1 0\n" + "0 " * 4_100_000 + "\n3 0 0 0\n", "4,100,000 numbers, expected at most"),
-        (
-            "a.ply",
-            BINARY + "element vertex 0\n" + HEADER + FACES.replace("2", "600000") + "\0" * 600_000,
-            "600,000 rows of `face`, expected at most",
-        ),
-        (
-            "a.ply",
-            TEXT + "element vertex 99999999999\n" + HEADER + "end_header\n0\n",
-            "expected 99,999,999,999",
-        ),
-        ("a.ply", BINARY + "element vertex 99999999999\n" + HEADER + "end_header\n0\n", "end early"),
-        ("a.ply", BINARY + "element vertex 0\n" + HEADER + FACES + "\xff", "the data of `face` end early"),
-        ("a.ply", TEXT + "element vertex -1\n", "not a PLY file"),
-        ("a.ply", TEXT + "element vertex -1\nend_header\n", ":3: read `element vertex -1`, expected a line"),
-        ("a.ply", TEXT + "element vertex 1\nproperty float x\nend_header\n1\n", "expected x, y, z"),
-        ("a.ply", TEXT + "end_header\n", "expected elements `vertex` and `face`"),
-        ("a.ply", "ply\n" * 1000, "not a PLY file"),
+        ("a.obj", "\n" * 2_000_000, "no triangles"),
+        ("a.obj", "v 0 0 0\n" * 3 + "f" + " 1" * 600_000, "the triangles have no area"),
+        ("a.off", "OFF\n1 1 0\n" + "0 " * 4_100_000 + "\n3 0 0 0\n", "the triangles have no area"),
     ],
 )
 def test_hostile_files_of_other_formats(name: str, content: str, message: str, tmp_path: Path) -> None:
@@ -527,24 +522,16 @@ def test_hostile_files_of_other_formats(name: str, content: str, message: str, t
 
 
 def test_faces_with_many_vertices_other_keys_and_all_orders_of_bytes(tmp_path: Path) -> None:
-    """A box of quadrangles, some cut in two: OBJ with relative indices, PLY with colours on both sides."""
+    """A box of quadrangles, in OBJ some cut in two: relative indices, and PLY with colours on both sides."""
     vertices, _ = indexed(BOX)
-    faces = [
-        [0, 1, 3, 2],
-        [4, 6, 7],
-        [4, 7, 5],
-        [0, 4, 5, 1],
-        [2, 3, 7, 6],
-        [0, 2, 6],
-        [0, 6, 4],
-        [1, 5, 7, 3],
-    ]
+    quads = [[0, 1, 3, 2], [4, 6, 7, 5], [0, 4, 5, 1], [2, 3, 7, 6], [0, 2, 6, 4], [1, 5, 7, 3]]
+    faces = [quads[0], [4, 6, 7], [4, 7, 5], *quads[2:4], [0, 2, 6], [0, 6, 4], quads[5]]
     lines = "".join(f"v {x} {y} {z} 0.5 0.5 0.5 # a colour\n" for x, y, z in vertices)
     corners = [" ".join(f"{k - 8}/1/1" for k in face) for face in faces]
     (tmp_path / "a.obj").write_text(f"g a\n{lines}vt 0 0\nvn 0 0 1\n" + "".join(f"f {c}\n" for c in corners))
     header = (
         "element vertex 8\nproperty uchar red\nproperty double x\nproperty float y\nproperty double z\n"
-        "element edge 1\nproperty short a\nelement face 8\nproperty uchar red\n"
+        "element part 1\nproperty short a\nelement face 6\nproperty uchar red\n"
         "property list {} uint vertex_indices\nproperty uchar green\nend_header\n"
     )
     for name, order, code, length in (("b", "<", "little", "uchar"), ("c", ">", "big", "ushort")):
@@ -553,7 +540,7 @@ def test_faces_with_many_vertices_other_keys_and_all_orders_of_bytes(tmp_path: P
             [("r", "u1"), ("x", order + "f8"), ("y", order + "f4"), ("z", order + "f8")],
         )
         data = vertex.tobytes() + b"ab"
-        for face in faces:
+        for face in quads:
             size = np.array([len(face)], order + ("u1" if length == "uchar" else "u2")).tobytes()
             data += b"r" + size + np.array(face, order + "u4").tobytes() + b"g"
         start = (
@@ -573,14 +560,13 @@ def test_damaged_files_of_other_formats_are_read_or_refused(
     vertices, faces = indexed(BOX)
     points, name = (
         "".join(f"{x} {y} {z}\n" for x, y, z in vertices),
-        data.draw(st.sampled_from(["obj", "off", "ply"])),
+        data.draw(st.sampled_from(["obj", "off"])),
     )
     rows = "".join(f"3 {a} {b} {c}\n" for a, b, c in faces)
     files = {
         "obj": re.sub("(?m)^", "v ", points)[:-2]
         + "".join(f"f {a + 1} {b + 1} {c + 1}\n" for a, b, c in faces),
         "off": f"OFF\n8 12 0\n{points}{rows}",
-        "ply": f"{TEXT}element vertex 8\n{HEADER}{FACES.replace('2', '12')}{points}{rows}",
     }
     content = bytearray(files[name].encode())
     for _ in range(data.draw(st.integers(0, 4))):

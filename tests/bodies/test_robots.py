@@ -20,8 +20,7 @@ import rigidcli
 from rigidcli.bodies.robots import READERS, elements
 from rigidcli.document.load import Drafts, robot_drafts
 from rigidcli.errors import RigidError
-from rigidcli.studies.robots import remarks
-from rigidcli.studies.robots.repair import repair
+from rigidcli.studies.robots import remarks, repair
 from tests.conftest import ROOT
 
 ARM = (ROOT / "configs" / "arm.urdf").read_text()
@@ -78,7 +77,7 @@ def agree(result: Any, text: str, name: str = "l") -> None:
 
 def test_every_ending_has_a_reader() -> None:
     folder = Path(elements.__file__).parent
-    helpers = {"__init__", "elements", "links", "orientation"}
+    helpers = {"__init__", "elements", "links"}
     assert {path.stem for path in folder.glob("*.py")} - helpers == set(READERS.values())
     for name in READERS.values():
         reader = importlib.import_module(f"rigidcli.bodies.robots.{name}")
@@ -123,7 +122,6 @@ POSES = {
     "euler": ("", 'euler="10 20 30"'),
     "fixed axes": ('<compiler eulerseq="XYZ"/>', 'euler="10 20 30"'),
     "some fixed": ('<compiler eulerseq="zYx"/>', 'euler="10 20 30"'),
-    "an axis twice": ('<compiler eulerseq="xxZ" angle="radian"/>', 'euler="1 2 3"'),
     "xyaxes": ("", 'xyaxes="1 1 0.2 0 1 -0.3"'),
     "zaxis": ("", 'zaxis="1 -2 0.4"'),
     "downwards": ("", 'zaxis="0 0 -1"'),

@@ -130,7 +130,7 @@ NOTED = {
     ),
     "hull": (
         block("0.5 0 0 0.4 0 0.26", BAR, "24", '<origin xyz="0.11 0 0"/>'),
-        "the centre of mass (0.11, 0, 0) m is outside the hull of its geometry",
+        "the centre of mass (0.11, 0, 0) m is outside the box of its geometry",
     ),
 }
 
@@ -309,7 +309,7 @@ def test_a_centre_of_mass_outside_the_box_of_its_mesh_is_told(program: Program, 
             '<inertia ixx="0.14" iyy="0.141" izz="0.017" ixy="0" ixz="0" iyz="0"/></inertial>'
             '<visual><geometry><mesh filename="bar.stl"/></geometry></visual></link></robot>'
         )
-        assert ("outside the hull of its geometry" in program("validate", str(path)).err) == is_told
+        assert ("outside the box of its geometry" in program("validate", str(path)).err) == is_told
 
 
 def test_a_link_is_a_form_of_body_in_documents(program: Program, tmp_path: Path) -> None:

@@ -30,7 +30,7 @@ def read_robot(text: str, source: str, folder: Path) -> Robot:
     DocumentError for what is no robot. What is wrong with one link is the problem of that link.
     """
     from rigidcli.bodies.robots.elements import read_elements
-    from rigidcli.bodies.robots.links import bounded, named_once
+    from rigidcli.bodies.robots.links import named_once
 
     root = read_elements(text, source)
     for name in READERS.values():
@@ -39,7 +39,7 @@ def read_robot(text: str, source: str, folder: Path) -> Robot:
             robot: Robot = reader.read(root, folder)
             if not robot.links:
                 raise root.refusal("there are no links in this robot", hint="; ".join(robot.notes) or None)
-            return bounded(named_once(robot))
+            return named_once(robot)
     raise root.refusal(
         f"read `<{root.tag[:40]}>`, expected a robot: `<robot>` of URDF, `<sdf>`, or `<mujoco>` of MJCF"
     )

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from decimal import Decimal
@@ -34,11 +34,19 @@ ENTRIES = ("Ixx", "Ixy", "Ixz", "Iyy", "Iyz", "Izz")
 ROWS, COLUMNS = np.triu_indices(3)
 """The places of `ENTRIES` in the matrix of a tensor."""
 
-MOST_FORMS = 3000
-"""The most geometry of a file that is compared with its links, which takes two seconds; 400 is much."""
-
 LARGEST_MESH = 20_000_000
 """The largest file (bytes) of a mesh that is compared with its link: one of 400,000 triangles."""
+
+ROUND = {"radius": ("radius", 1), "height": ("length", 1)}
+
+SHAPES = {
+    "box": {"size": ("size", 3)},
+    "ellipsoid": {"semi_axes": ("radii", 3)},
+    "sphere": {"radius": ("radius", 1)},
+    "cylinder": ROUND,
+    "capsule": ROUND,
+}
+"""The dimensions of shapes, with their names in the files and the count of their numbers."""
 
 LISTED = 20
 """The most links that a message lists."""
@@ -107,16 +115,6 @@ def described(bare: Link, inertial: Callable[[], tuple[Body, Mapping[str, int]] 
     return replace(bare, body=body, lines=lines)
 
 
-def bounded(robot: Robot) -> Robot:
-    """The robot with the geometry of as many links as take no more than a few seconds to be compared."""
-    links, forms = [], 0
-    for link in robot.links:
-        forms += len(link.geometry)
-        links.append(link if forms <= MOST_FORMS else replace(link, geometry=()))
-    more = f"more than {MOST_FORMS:,} visuals, collisions or geoms: those of the last links are left out"
-    return replace(robot, links=links, notes=[*robot.notes, *([more] if forms > MOST_FORMS else [])])
-
-
 def named_once(robot: Robot) -> Robot:
     """The robot, in which a link has a problem where its name is missing or stands before; none is long."""
     links, first = [], dict[str, int]()
@@ -183,16 +181,27 @@ def matrix(entries: Sequence[float] | Floats) -> Floats:
     return found
 
 
-def placed(position: Sequence[Any], rotation: Body | None = None) -> Body:
-    """A frame at a position, turned by a rotation; nothing is said where it does not move or turn."""
-    frame: Body = {"position": list(position)} if any(position) else {}
-    return frame | ({"rotation": rotation} if rotation else {})
+def lines(mass: Element | None, entries: Element | None, place: Element | None) -> dict[str, int]:
+    """The lines of the mass, the tensor and the frame, of those that are there."""
+    found = {"mass": mass, "inertia": entries, "position": place, "rotation": place}
+    return {key: element.line for key, element in found.items() if element is not None}
 
 
-def geometries(elements: Iterable[Element], body: Callable[[Element], Body | None]) -> list[Geometry]:
-    """The geometry that each element describes; one that cannot be read is like one of unknown volume."""
+def placed(position: Sequence[Any], **turn: Any) -> Body:
+    """A frame at a position, with the `rotation` or `axis` that turns it; nothing where it does not move."""
+    return {"position": list(position), **turn} if any(position) else turn
+
+
+def turned(angles: Sequence[Any], unit: str = "") -> Body:
+    """The rotation of roll, pitch and yaw (rad, or with a `unit`): about the fixed x, then y, then z."""
+    euler = [f"{angle}{unit}" if unit else angle for angle in reversed(angles)]
+    return {"rotation": {"euler": euler, "sequence": "zyx"}} if any(angles) else {}
+
+
+def geometries(link: Element, body: Callable[[Element], Body | None]) -> list[Geometry]:
+    """The geometry of a link; one that cannot be read is like one of unknown volume."""
     found = []
-    for element in elements:
+    for element in link.all("visual", "collision"):
         form = None
         with suppress(DocumentError):
             form = body(element)
@@ -200,9 +209,13 @@ def geometries(elements: Iterable[Element], body: Callable[[Element], Body | Non
     return found
 
 
-def solid(shape: str, frame: Body, **sizes: Any) -> Body:
-    """A shape of density 1 in a frame."""
-    return {"shape": shape, "density": 1, **sizes, **frame}
+def shape(tag: str, read: Callable[[str, int], list[Any]], frame: Body) -> Body | None:
+    """A shape of density 1 in a frame, of which `read` gives the dimensions; None for other geometry."""
+    if tag not in SHAPES:
+        return None
+    sizes = {ours: read(theirs, count) for ours, (theirs, count) in SHAPES[tag].items()}
+    plain = {key: values[0] if len(values) == 1 else values for key, values in sizes.items()}
+    return {"shape": tag, "density": 1, **plain, **frame}
 
 
 def mesh(name: str, folder: Path, scale: Sequence[Any], frame: Body) -> Body | None:
@@ -214,18 +227,11 @@ def mesh(name: str, folder: Path, scale: Sequence[Any], frame: Body) -> Body | N
     """
     from rigidcli.bodies.mesh_files import OWN
 
-    if Path(name).suffix.lower() not in OWN:
-        return None
     rest = re.sub(r"^\w+://", "", name)
-    for guess in (rest, rest.partition("/")[2]):
+    for guess in (rest, rest.partition("/")[2]) if Path(name).suffix.lower() in OWN else ():
         path = folder / guess
         with suppress(OSError, ValueError):  # no file has such a name
             inside = path.resolve().is_relative_to(folder.resolve())
             if inside and path.is_file() and path.stat().st_size <= LARGEST_MESH and len(set(scale)) == 1:
                 return {"mesh": str(path.resolve()), "density": 1, "scale": scale[0], **frame}
     return None
-
-
-def roll_pitch_yaw(angles: Sequence[Any]) -> Body | None:
-    """The rotation of roll, pitch and yaw (rad): turns about the fixed x, then y, then z."""
-    return {"euler": list(reversed(angles)), "sequence": "zyx"} if any(angles) else None

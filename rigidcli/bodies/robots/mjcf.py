@@ -12,10 +12,13 @@ from collections import Counter
 from collections.abc import Iterator, Mapping
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
+
+import numpy as np
 
 from rigidcli.bodies.robots.elements import Element
-from rigidcli.bodies.robots.links import Body, Link, Robot, described, numbers, tensor
-from rigidcli.bodies.robots.orientation import Angles, frame_of, is_turned
+from rigidcli.bodies.robots.links import Body, Link, Robot, described, numbers, placed, tensor
+from rigidcli.errors import shown
 
 ROOT = "mujoco"
 """The tag of the root."""
@@ -28,6 +31,9 @@ LEAST = ("boundmass", "boundinertia", "settotalmass")
 
 REPEATING = ("attach", "composite", "flexcomp", "replicate")
 """Elements from which MuJoCo makes bodies that are not written in the file."""
+
+WAYS = {"quat": 4, "axisangle": 4, "euler": 3, "xyaxes": 6, "zaxis": 3}
+"""The attributes that turn a frame, at most one of which may stand, and how many numbers they have."""
 
 
 def read(root: Element, folder: Path) -> Robot:
@@ -44,17 +50,15 @@ def read(root: Element, folder: Path) -> Robot:
     for element in root.all("compiler"):
         _require_as_written(element)
         compiler |= element.attributes
-    angles = Angles(compiler.get("angle", "degree") != "radian", compiler.get("eulerseq", "xyz"))
     names: Counter[str] = Counter()
     links = []
     for body in _below(*root.all("worldbody")):
-        if body.tag != "body":
-            continue
-        link = _link(body, angles)
-        names[link.name] += 1
-        if "name" not in body.attributes and names[link.name] > 1:
-            link = replace(link, name=f"{link.name}, number {names[link.name]}")
-        links.append(link)
+        if body.tag == "body":
+            link = _link(body, compiler)
+            names[link.name] += 1
+            if "name" not in body.attributes and names[link.name] > 1:
+                link = replace(link, name=f"{link.name}, number {names[link.name]}")
+            links.append(link)
     return Robot(links, makers)
 
 
@@ -76,7 +80,7 @@ def _below(*elements: Element) -> Iterator[Element]:
         yield from _below(*element.children)
 
 
-def _link(body: Element, angles: Angles) -> Link:
+def _link(body: Element, compiler: Mapping[str, str]) -> Link:
     def inertial() -> tuple[Body, Mapping[str, int]] | str:
         element = body.find("inertial")
         for frame in body.all("frame") if element is None else ():
@@ -86,17 +90,16 @@ def _link(body: Element, angles: Angles) -> Link:
                 )
         if element is None:
             return INFERRED
-        return _inertial(element, angles), dict.fromkeys(("mass", "inertia", "position"), element.line)
+        return _inertial(element, compiler), dict.fromkeys(("mass", "inertia", "position"), element.line)
 
     name = body.attributes.get("name") or f"body in line {body.line}"
     return described(Link(name, body.source, body.line), inertial)
 
 
-def _inertial(element: Element, angles: Angles) -> Body:
+def _inertial(element: Element, compiler: Mapping[str, str]) -> Body:
     """The body of an `<inertial>`. Raises DocumentError."""
-    numbers(element, "pos", 3)
     (mass,) = numbers(element, "mass", 1)
-    frame = frame_of(element, angles)
+    frame = placed(numbers(element, "pos", 3), **_turn(element, compiler))
     given = [key for key in ("diaginertia", "fullinertia") if key in element.attributes]
     if len(given) != 1:
         message = "expected one of `diaginertia` and `fullinertia`"
@@ -104,9 +107,48 @@ def _inertial(element: Element, angles: Angles) -> Body:
     if given == ["diaginertia"]:
         x, y, z = numbers(element, "diaginertia", 3)
         return {"mass": mass, "inertia": {"Ixx": x, "Iyy": y, "Izz": z}, **frame}
-    if is_turned(element):
+    if element.attributes.keys() & WAYS:
         raise element.refusal(
             "`fullinertia` is along the axes of the body, expected no orientation beside it"
         )
     xx, yy, zz, xy, xz, yz = numbers(element, "fullinertia", 6)
     return {"mass": mass, "inertia": tensor([xx, xy, xz, yy, yz, zz]), **frame}
+
+
+def _turn(element: Element, compiler: Mapping[str, str]) -> Body:
+    """The orientation of an element, as a `rotation` or an `axis` of a document. Raises DocumentError."""
+    ways = [way for way in WAYS if way in element.attributes]
+    if len(ways) > 1:
+        raise element.refusal(
+            f"`{ways[0]}` and `{ways[1]}` both turn `<{element.tag}>`, expected one of them"
+        )
+    if not ways:
+        return {}
+    values = numbers(element, ways[0], WAYS[ways[0]])
+
+    def angle(value: Any) -> Any:
+        return value if compiler.get("angle") == "radian" else f"{value} deg"
+
+    match ways[0]:
+        case "zaxis":
+            return {"axis": values}
+        case "quat":
+            return {"rotation": {"quaternion": values}}
+        case "axisangle":
+            return {"rotation": {"axis": values[:3], "angle": angle(values[3])}}
+        case "euler":
+            letters = compiler.get("eulerseq", "xyz")
+            if len(letters) != 3 or not set(letters.lower()) <= set("xyz"):
+                raise element.refusal(f"`eulerseq` is {shown(letters)}, expected three of x, y, z, X, Y, Z")
+            # A capital is an axis that stays: its turn comes before all turns so far.
+            order = [k for k in (2, 1, 0) if letters[k].isupper()]
+            order += [k for k in range(3) if letters[k].islower()]
+            sequence = "".join(letters[k].lower() for k in order)
+            return {"rotation": {"euler": [angle(values[k]) for k in order], "sequence": sequence}}
+        case _:
+            x, y = np.array(values, dtype=np.float64).reshape(2, 3)
+            axes, lengths = np.linalg.qr(np.array([x, y]).T)
+            if not abs(lengths[0, 0] * lengths[1, 1]) > 1e-12 * (x @ x + y @ y):
+                raise element.refusal(f"`xyaxes`: read {values}, expected two directions")
+            x, y = (axes * np.sign(lengths.diagonal())).T
+            return {"rotation": {"matrix": np.array([x, y, np.cross(x, y)]).T.tolist()}}

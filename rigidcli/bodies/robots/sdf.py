@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 from decimal import Decimal
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -20,18 +21,19 @@ from rigidcli.bodies.robots.links import (
     described,
     geometries,
     in_text,
+    lines,
     mesh,
     placed,
-    roll_pitch_yaw,
-    solid,
+    shape,
     tensor,
+    turned,
 )
 
 ROOT = "sdf"
 """The tag of the root."""
 
 NOT_GIVEN = dict(zip(ENTRIES, "100101", strict=True))
-"""What the format takes for entries of a tensor (kg m^2) that are not given."""
+"""The entries of a tensor (kg m^2) that the format takes where they are not given."""
 
 NOTHING = "no `<inertial>`, for which simulators take 1 kg and 1 kg m^2"
 """Why a link without any mass properties has none here."""
@@ -42,21 +44,16 @@ INFERRED = "no mass that is written: its simulator infers it from the collisions
 
 def read(root: Element, folder: Path) -> Robot:
     """The links of all models; where there are several models, with the names of these before them."""
-    found = list(_links(root, ()))
+    found = list(_elements(root, (), "link"))
     several = len({scope for scope, _ in found}) > 1
     links = [_link(link, scope if several else (), folder) for scope, link in found]
-    included = [element for _, element in _elements(root, (), "include")]
-    notes = [f"`<include>` in line {element.line} is not followed" for element in included]
+    notes = [f"`<include>` in line {each.line} is not followed" for _, each in _elements(root, (), "include")]
     notes += [
         f"link {link.name} (line {link.line}) is without `<mass>` or `<inertia>`: 1 kg and 1 kg m^2 are taken"
         for link in links
         if link.body is not None and not {"mass", "inertia"} <= link.lines.keys()
     ]
     return Robot(links, notes)
-
-
-def _links(root: Element, scope: tuple[str, ...]) -> Iterator[tuple[tuple[str, ...], Element]]:
-    return _elements(root, scope, "link")
 
 
 def _elements(parent: Element, scope: tuple[str, ...], tag: str) -> Iterator[tuple[tuple[str, ...], Element]]:
@@ -72,8 +69,8 @@ def _elements(parent: Element, scope: tuple[str, ...], tag: str) -> Iterator[tup
 
 def _link(link: Element, scope: tuple[str, ...], folder: Path) -> Link:
     name = link.attributes.get("name", "")
-    parts = geometries(link.all("visual", "collision"), lambda part: _form(part, folder))
     full = "::".join([*scope, name]) if name else ""
+    parts = geometries(link, lambda part: _form(part, folder))
     bare = Link(full, link.source, link.line, geometry=parts)
     return described(bare, lambda: _inertial(link))
 
@@ -82,7 +79,7 @@ def _inertial(link: Element) -> tuple[Body, Mapping[str, int]] | str:
     inertial = link.find("inertial")
     if inertial is None:
         return NOTHING
-    if inertial.attributes.get("auto", "").strip() in ("true", "1"):
+    if _is_true(inertial, "auto"):
         return INFERRED
     mass, entries, pose = map(inertial.find, ("mass", "inertia", "pose"))
     if pose is not None:
@@ -91,9 +88,11 @@ def _inertial(link: Element) -> tuple[Body, Mapping[str, int]] | str:
             raise pose.refusal(f"`relative_to` is `{frame[:40]}`, expected the frame of the link")
     values = [_values(entries, key.lower(), 1, default)[0] for key, default in NOT_GIVEN.items()]
     (value,) = _values(inertial, "mass", 1, "1")
-    body = {"mass": value, "inertia": tensor(values), **_frame(pose)}
-    elements = {"mass": mass, "inertia": entries, "position": pose, "rotation": pose}
-    return body, {key: element.line for key, element in elements.items() if element is not None}
+    return {"mass": value, "inertia": tensor(values), **_frame(pose)}, lines(mass, entries, pose)
+
+
+def _is_true(element: Element, attribute: str) -> bool:
+    return element.attributes.get(attribute, "").strip() in ("true", "1")
 
 
 def _values(parent: Element | None, tag: str, count: int, default: str = "") -> list[Any]:
@@ -118,36 +117,20 @@ def _frame(pose: Element | None) -> Body:
         return {}
     if pose.attributes.get("rotation_format", "euler_rpy") == "quat_xyzw":
         *position, x, y, z, w = in_text(pose.text, "`<pose>`", pose, 7)
-        return placed(position, {"quaternion": [w, x, y, z]})
-    *position, roll, pitch, yaw = in_text(pose.text, "`<pose>`", pose, 6)
-    angles = [roll, pitch, yaw]
-    if pose.attributes.get("degrees", "").strip() in ("true", "1") and any(angles):
-        angles = [f"{angle} deg" for angle in angles]
-    return placed(position, roll_pitch_yaw(angles))
+        return placed(position, rotation={"quaternion": [w, x, y, z]})
+    values = in_text(pose.text, "`<pose>`", pose, 6)
+    return placed(values[:3], **turned(values[3:], " deg" if _is_true(pose, "degrees") else ""))
 
 
 def _form(part: Element, folder: Path) -> Body | None:
     """The geometry of a `<visual>` or `<collision>` that stands in the frame of the link."""
-    shapes, pose = part.find("geometry"), part.find("pose")
-    if shapes is None or (pose is not None and _relative_to(pose)):
+    geometry, pose = part.find("geometry"), part.find("pose")
+    if geometry is None or (pose is not None and _relative_to(pose)):
         return None
     frame = _frame(pose)
-    for shape in shapes.children:
-
-        def size(key: str, count: int = 1, shape: Element = shape) -> list[Any]:
-            return _values(shape, key, count)
-
-        match shape.tag:
-            case "box":
-                return solid("box", frame, size=size("size", 3))
-            case "ellipsoid":
-                return solid("ellipsoid", frame, semi_axes=size("radii", 3))
-            case "sphere":
-                return solid("sphere", frame, radius=size("radius")[0])
-            case "cylinder" | "capsule":
-                return solid(shape.tag, frame, radius=size("radius")[0], height=size("length")[0])
-            case "mesh":
-                uri = shape.find("uri")
-                scale = _values(shape, "scale", 3, "1 1 1")
-                return None if uri is None else mesh(uri.text.strip(), folder, scale, frame)
+    for element in geometry.children:
+        uri = element.find("uri")
+        if element.tag == "mesh" and uri is not None:
+            return mesh(uri.text.strip(), folder, _values(element, "scale", 3, "1 1 1"), frame)
+        return shape(element.tag, partial(_values, element), frame)
     return None

@@ -7,6 +7,7 @@ Its products of inertia are entries of the tensor, -sum m x y.
 from __future__ import annotations
 
 from collections.abc import Mapping
+from functools import partial
 from pathlib import Path
 
 from rigidcli.bodies.robots.elements import Element
@@ -19,12 +20,13 @@ from rigidcli.bodies.robots.links import (
     Robot,
     described,
     geometries,
+    lines,
     mesh,
     numbers,
     placed,
-    roll_pitch_yaw,
-    solid,
+    shape,
     tensor,
+    turned,
 )
 
 ROOT = "robot"
@@ -39,7 +41,7 @@ def read(root: Element, folder: Path) -> Robot:
 
 
 def _link(link: Element, folder: Path) -> Link:
-    parts = geometries(link.all("visual", "collision"), lambda part: _form(part, folder))
+    parts = geometries(link, lambda part: _form(part, folder))
     bare = Link(link.attributes.get("name", ""), link.source, link.line, geometry=parts)
     return described(bare, lambda: _inertial(link))
 
@@ -50,15 +52,13 @@ def _inertial(link: Element) -> tuple[Body, Mapping[str, int]] | str:
     if inertial is None or mass is None:
         return NO_MASS
     (value,) = numbers(mass, "value", 1)
-    entries = inertial.find("inertia")
+    entries, origin = inertial.find("inertia"), inertial.find("origin")
     if entries is None and value:
         raise inertial.refusal("there is a mass and no `<inertia>`, expected its tensor")
-    origin = inertial.find("origin")
     body = {"mass": value, **_frame(origin)}
     if entries is not None:
         body["inertia"] = tensor([numbers(entries, key.lower(), 1)[0] for key in ENTRIES])
-    elements = {"mass": mass, "inertia": entries, "position": origin, "rotation": origin}
-    return body, {key: element.line for key, element in elements.items() if element is not None}
+    return body, lines(mass, entries, origin)
 
 
 def _frame(origin: Element | None) -> Body:
@@ -66,26 +66,16 @@ def _frame(origin: Element | None) -> Body:
     if origin is None:
         return {}
     position = numbers(origin, "xyz", 3, "0 0 0")
-    return placed(position, roll_pitch_yaw(numbers(origin, "rpy", 3, "0 0 0")))
+    return placed(position, **turned(numbers(origin, "rpy", 3, "0 0 0")))
 
 
 def _form(part: Element, folder: Path) -> Body | None:
     """The geometry of a `<visual>` or `<collision>`."""
-    shapes = part.find("geometry")
     frame = _frame(part.find("origin"))
-    for shape in [] if shapes is None else shapes.children:
-
-        def size(key: str, count: int = 1, shape: Element = shape) -> list[object]:
-            return numbers(shape, key, count)
-
-        match shape.tag:
-            case "box":
-                return solid("box", frame, size=size("size", 3))
-            case "sphere":
-                return solid("sphere", frame, radius=size("radius")[0])
-            case "cylinder" | "capsule":
-                return solid(shape.tag, frame, radius=size("radius")[0], height=size("length")[0])
-            case "mesh":
-                scale = numbers(shape, "scale", 3, "1 1 1")
-                return mesh(shape.attributes.get("filename", ""), folder, scale, frame)
+    geometry = part.find("geometry")
+    for element in () if geometry is None else geometry.children:
+        if element.tag == "mesh":
+            scale = numbers(element, "scale", 3, "1 1 1")
+            return mesh(element.attributes.get("filename", ""), folder, scale, frame)
+        return shape(element.tag, partial(numbers, element), frame)
     return None
