@@ -113,7 +113,9 @@ def _in_brackets(lines: list[str], line: int, column: int) -> Slip:
 
 
 def _unclosed(line: int, column: int, sign: str) -> Slip:
-    return Slip(line + 1, column + 1, f"this `{sign}` is not closed", f"close the bracket by `{_PAIRS[sign]}`")
+    return Slip(
+        line + 1, column + 1, f"this `{sign}` is not closed", f"close the bracket by `{_PAIRS[sign]}`"
+    )
 
 
 def _indented(lines: list[str], before: list[int], noticed: int) -> Slip | None:

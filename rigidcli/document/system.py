@@ -12,7 +12,7 @@ from pydantic import Field, ValidationInfo
 from pydantic.json_schema import JsonSchemaValue
 
 from rigidcli.document.functions import FUNCTIONS
-from rigidcli.document.parameters import read_names
+from rigidcli.document.parameters import read_mapping
 from rigidcli.document.variables import (
     EXPRESSION_SCHEMA,
     MOST_COORDINATES,
@@ -27,7 +27,7 @@ from rigidcli.document.variables import (
     require_known,
     velocity,
 )
-from rigidcli.errors import ValueProblem, gathered, shown
+from rigidcli.errors import ValueProblem, shown
 from rigidcli.fields.dimensions import ANGLE, ENERGY, LENGTH, MASS, MOMENT_OF_INERTIA, Dimension
 from rigidcli.fields.quantities import AsList
 from rigidcli.fields.readers import ReadBy, Reader
@@ -126,22 +126,15 @@ RotationalInertia: TypeAlias = Annotated[
 def _read_forces(raw: object, info: ValidationInfo) -> dict[str, Expression]:
     """Generalized forces by their coordinates."""
     env = environment(info)
-    if not isinstance(raw, Mapping):
-        raise ValueProblem(f"read {shown(raw)}, expected a mapping, such as {{x: -c*xdot}}")
-    if len(raw) > MOST_COORDINATES:
-        raise ValueProblem(f"read {len(raw)} forces, expected at most {MOST_COORDINATES}")
-    spelling, problems = read_names(raw)
-    forces = {}
-    for name, key in spelling.items():
-        with gathered(problems, key):
-            if env.coordinates is None:
-                forces[name] = env.symbolic(raw[key])
-                continue
-            require_known(name, env.coordinates, f"expected one of {', '.join(env.coordinates)}")
-            variables, misplaced = _variables(env.coordinates, ("velocities", "momenta"))
-            forces[name] = read_expression(raw[key], env, variables, misplaced, _FORCE_HINT)
-    refuse("forces", problems)
-    return forces
+
+    def read(name: str, value: Any) -> Expression:
+        if env.coordinates is None:
+            return env.symbolic(value)
+        require_known(name, env.coordinates, f"expected one of {', '.join(env.coordinates)}")
+        variables, misplaced = _variables(env.coordinates, ("velocities", "momenta"))
+        return read_expression(value, env, variables, misplaced, _FORCE_HINT)
+
+    return read_mapping(raw, read, example="{x: -c*xdot}", most=MOST_COORDINATES)
 
 
 _FORCE_HINT = "write a force in coordinates, velocities, momenta and t"
