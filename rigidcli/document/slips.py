@@ -1,7 +1,7 @@
 """Where a text that is no YAML goes wrong: the line of the slip itself, and its cure.
 
 A parser notices a slip where the text makes no sense any more, which may be lines later. Here the lines
-before that are read as a person would read them, for missing colons and blanks, tabs, brackets and indentation.
+before that are read as a person would read them.
 """
 
 from __future__ import annotations

@@ -264,6 +264,15 @@ class Environment:
         )
 
 
+def arithmetic_for(exact: bool) -> Arithmetic:
+    """Exact arithmetic, which is loaded where it is needed, or that of floats."""
+    if not exact:
+        return FLOAT
+    from rigidcli.algebra.arithmetic import EXACT
+
+    return EXACT
+
+
 @lru_cache(maxsize=4096)
 def _in_si(digits: str, unit: Unit) -> float:
     """The float nearest to a quantity: through the shortest decimal, so that 120 g cm^2 is 1.2e-5 kg m^2."""
