@@ -32,7 +32,8 @@ def _read_initial(raw: object, info: ValidationInfo) -> dict[str, Scalar]:
 
     def read(name: str, value: Any) -> Scalar:
         require_known(name, known, f"expected {_all_of(names)}, and {_second_half(names)}")
-        return env.read(value, None)
+        scalar: Scalar = env.read(value, None)
+        return scalar
 
     return read_mapping(
         raw,
@@ -82,12 +83,8 @@ def _read_table(path: Path, info: ValidationInfo) -> Ensemble:
         try:
             return tuple(_read_initial(dict.fromkeys(heads, 0.0), info))
         except ValidationError as error:
-            told = error.errors(include_url=False)[0]
-            problem = told.get("ctx", {}).get("error")
-            where = ".".join(map(str, getattr(problem, "path", ())))
-            raise ValueProblem(
-                ": ".join(filter(None, [where, str(getattr(problem, "message", told))]))
-            ) from None
+            first = error.errors(include_url=False)[0]["ctx"]["error"]
+            raise ValueProblem(": ".join([*map(str, first.path), first.message])) from None
 
     return read_starts(path, check)
 

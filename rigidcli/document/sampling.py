@@ -6,12 +6,12 @@ from itertools import pairwise
 from typing import Annotated, ClassVar, Self
 
 import numpy as np
-from pydantic import Field, ValidationInfo, model_validator
+from pydantic import ValidationInfo, model_validator
 
 from rigidcli.core.arithmetic import Floats, Scalar
 from rigidcli.errors import ValueProblem, shown
 from rigidcli.fields.quantities import AsList, Duration, Number, Time, WholeNumber
-from rigidcli.fields.section import Section, environment
+from rigidcli.fields.section import Section, environment, optional
 
 MOST_SAMPLES = 10_000_000
 """The most samples of a motion: a trajectory of as many rows takes a gigabyte."""
@@ -34,18 +34,12 @@ class Sampling(Section):
 
     AT_MOST_ONE_OF: ClassVar = ("samples", "step", "times")
 
-    duration: Duration | None = Field(default=None, description="End of the motion (s)")
-    samples: WholeNumber | None = Field(
-        default=None, description="How many times, evenly spaced (default 1001)"
-    )
-    step: Duration | None = Field(default=None, description="Time between two samples (s)")
-    times: Annotated[tuple[Time, ...], AsList] | None = Field(
-        default=None, description="The times themselves, ascending"
-    )
-    tolerance: Number | None = Field(
-        default=None, description="Relative error of a step of numerical integration (default 1e-12)"
-    )
-    max_step: Duration | None = Field(default=None, description="The longest step of the integration (s)")
+    duration: Duration | None = optional("End of the motion (s)")
+    samples: WholeNumber | None = optional("How many times, evenly spaced (default 1001)")
+    step: Duration | None = optional("Time between two samples (s)")
+    times: Annotated[tuple[Time, ...], AsList] | None = optional("The times themselves, ascending")
+    tolerance: Number | None = optional("Relative error of a step of numerical integration (default 1e-12)")
+    max_step: Duration | None = optional("The longest step of the integration (s)")
 
     @model_validator(mode="after")
     def _check_sampling(self, info: ValidationInfo) -> Self:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Any, ClassVar
+from typing import Annotated, Any, ClassVar, TypeAlias
 
 from pydantic import Field, ValidationInfo
 
@@ -20,7 +20,7 @@ from rigidcli.document.variables import (
 )
 from rigidcli.errors import ValueProblem
 from rigidcli.fields.readers import ReadBy
-from rigidcli.fields.section import Section, environment, refuse
+from rigidcli.fields.section import Section, environment, optional, refuse
 from rigidcli.language.expression import Expression
 
 
@@ -34,15 +34,13 @@ def _read_new_variables(raw: object, info: ValidationInfo) -> tuple[str, ...]:
     taken = {**RESULTS, **_meanings(env.coordinates or ())}
     index, problems = read_new_names(raw, env, taken, 2 * MOST_COORDINATES, "new variables")
     refuse("new variables", problems)
-    names = tuple(index)
+    names, count = tuple(index), 2 * len(env.coordinates or ())
     if len(names) % 2:
         hint = "new coordinates first, then their momenta in the same order, as in [Q1, Q2, P1, P2]"
         raise ValueProblem(f"read {len(names)} names, expected an even number of them", hint=hint)
-    if env.coordinates is not None and len(names) != 2 * len(env.coordinates):
-        raise ValueProblem(
-            f"read {len(names)} names, expected {2 * len(env.coordinates)}: "
-            f"as many as there are coordinates and momenta"
-        )
+    if count and len(names) != count:
+        why = "as many as there are coordinates and momenta"
+        raise ValueProblem(f"read {len(names)} names, expected {count}: {why}")
     return names
 
 
@@ -76,7 +74,13 @@ def _read_side(raw: object, info: ValidationInfo) -> dict[str, Expression]:
     return {name: found[name] for name in side or found}
 
 
-_SIDE = ReadBy(_read_side, {"type": "object", "additionalProperties": EXPRESSION_SCHEMA})
+Side: TypeAlias = Annotated[
+    dict[str, Expression],
+    ReadBy(_read_side, {"type": "object", "additionalProperties": EXPRESSION_SCHEMA}),
+]
+NewVariables: TypeAlias = Annotated[
+    tuple[str, ...], ReadBy(_read_new_variables, names_schema(2, 2 * MOST_COORDINATES))
+]
 
 
 class Transform(Section):
@@ -85,15 +89,11 @@ class Transform(Section):
     ONE_OF: ClassVar = ("old", "new")
 
     # The first to be read: the expressions are in these names.
-    new_variables: Annotated[
-        tuple[str, ...], ReadBy(_read_new_variables, names_schema(2, 2 * MOST_COORDINATES))
-    ] = Field(description="New coordinates, then their momenta in the same order: [Q1, Q2, P1, P2]")
-    old: Annotated[dict[str, Expression], _SIDE] | None = Field(
-        default=None, description="Old coordinates and momenta, as expressions in the new variables and t"
+    new_variables: NewVariables = Field(
+        description="New coordinates, then their momenta in the same order: [Q1, Q2, P1, P2]"
     )
-    new: Annotated[dict[str, Expression], _SIDE] | None = Field(
-        default=None, description="New variables, as expressions in the old coordinates, momenta and t"
-    )
+    old: Side | None = optional("Old coordinates and momenta, as expressions in the new variables and t")
+    new: Side | None = optional("New variables, as expressions in the old coordinates, momenta and t")
 
     @property
     def coordinates(self) -> tuple[str, ...]:

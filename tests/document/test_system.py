@@ -193,9 +193,9 @@ def test_a_pulley_has_no_position_and_no_mass() -> None:
     ("particle", "key", "words"),
     [
         ("{mass: 1}", "position", "a `moment_of_inertia` and an `angle` instead"),
-        ("{position: [x]}", "mass", "missing"),
-        ("{mass: 1, position: [x], angle: x}", "moment_of_inertia", "missing"),
-        ("{mass: 1, position: [x], moment_of_inertia: 1}", "angle", "missing"),
+        ("{position: [x]}", "position", "no `mass` beside it"),
+        ("{mass: 1, position: [x], angle: x}", "angle", "no `moment_of_inertia`"),
+        ("{mass: 1, position: [x], moment_of_inertia: 1}", "moment_of_inertia", "no `angle`"),
         ("{mass: 1, position: []}", "position", "at least 1"),
         ("{mass: 0, position: [x]}", "mass", "positive"),
         ("{mass: M - 3, position: [x]}", "mass", "(which is -1)"),
