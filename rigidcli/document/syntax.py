@@ -56,7 +56,9 @@ def read_tree(
     every value by its path. Scalars stay the texts that were `typed`, where that is asked, and only nothing
     at all is None.
     """
-    data = _SURROGATES.sub(_joined, text).encode(errors="surrogatepass")
+    if "\\u" in text:
+        text = _SURROGATES.sub(_joined, text)
+    data = text.encode(errors="surrogatepass")
     require_bounded(data, source)
     try:
         return _Builder(yaml.parse(data, Loader=_LOADER), source, number, lines, typed).root()
