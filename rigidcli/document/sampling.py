@@ -45,26 +45,21 @@ class Sampling(Section):
     def _check_sampling(self, info: ValidationInfo) -> Self:
         n = environment(info).arithmetic
         if self.samples is not None and not 2 <= self.samples <= MOST_SAMPLES:
-            raise ValueProblem(
-                f"read {shown(self.samples)}, expected a whole number from 2 to {MOST_SAMPLES:,}",
-                path=("samples",),
-            )
+            expected = f"a whole number from 2 to {MOST_SAMPLES:,}"
+            raise ValueProblem(f"read {shown(self.samples)}, expected {expected}", path=("samples",))
         if self.step is not None and self.duration is None:
             raise ValueProblem("missing, expected how long `step` is repeated", path=("duration",))
         if self.step is not None and self.duration is not None:
             steps = n.size(self.duration / self.step)
             if not 1 - WHOLE_STEP <= steps < MOST_SAMPLES:
-                raise ValueProblem(
-                    f"there are {steps:.6g} steps in the duration, expected 1 to {MOST_SAMPLES:,}",
-                    path=("step",),
-                )
+                message = f"there are {steps:.6g} steps in the duration, expected 1 to {MOST_SAMPLES:,}"
+                raise ValueProblem(message, path=("step",))
         if self.times is not None:
             self._check_times([n.size(time) for time in self.times])
-        if self.tolerance is not None:
-            tolerance = n.value(self.tolerance)
-            if tolerance is not None and not LEAST_TOLERANCE <= tolerance <= LARGEST_TOLERANCE:
-                expected = f"a number from {LEAST_TOLERANCE:g} to {LARGEST_TOLERANCE:g}"
-                raise ValueProblem(f"read {tolerance:g}, expected {expected}", path=("tolerance",))
+        tolerance = None if self.tolerance is None else n.value(self.tolerance)
+        if tolerance is not None and not LEAST_TOLERANCE <= tolerance <= LARGEST_TOLERANCE:
+            expected = f"a number from {LEAST_TOLERANCE:g} to {LARGEST_TOLERANCE:g}"
+            raise ValueProblem(f"read {tolerance:g}, expected {expected}", path=("tolerance",))
         return self
 
     def _check_times(self, times: list[float]) -> None:
@@ -74,9 +69,8 @@ class Sampling(Section):
             raise ValueProblem(f"read {times[0]:g}, expected a time that is not negative", path=("times", 0))
         for index, (before, after) in enumerate(pairwise(times), start=1):
             if not before < after:
-                raise ValueProblem(
-                    f"read {after:g} after {before:g}, expected ascending times", path=("times", index)
-                )
+                message = f"read {after:g} after {before:g}, expected ascending times"
+                raise ValueProblem(message, path=("times", index))
         if self.duration is not None:
             raise ValueProblem("give `duration` or `times`, not both", path=("duration",))
 

@@ -31,9 +31,8 @@ AT_TOP = "belongs at the top of the document"
 class Section(BaseModel):
     """A mapping of the document: unknown keys and wrong types are refused, and nothing changes later.
 
-    `ONE_OF` and `AT_MOST_ONE_OF` name keys that exclude each other; of the former one must be given. `NEEDS`
-    names the key beside which alone a key makes sense. The validator is built when the first such section is
-    read: a document uses two or three of thirty.
+    `ONE_OF` and `AT_MOST_ONE_OF` name keys that exclude each other; of the former one must be given. A key of
+    `NEEDS` makes sense only beside the other one. Validators are built for sections that are read.
     """
 
     model_config = ConfigDict(frozen=True, strict=True, extra="forbid", defer_build=True)
