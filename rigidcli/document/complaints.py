@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Mapping
 from decimal import Decimal
+from typing import Any
 
 from pydantic import ValidationError
 
@@ -35,45 +37,44 @@ def explain(error: ValidationError) -> list[ValueProblem]:
     explained: dict[Path, ValueProblem] = {}
     for complaint in error.errors(include_url=False):
         path, kind, read = complaint["loc"], complaint["type"], complaint["input"]
-        typed, code = None, ""
         context = complaint.get("ctx", {})
-        problem, hint = context.get("error"), None
-        if isinstance(problem, ValueProblem):
-            path, message, hint = (*path, *problem.path), problem.message, problem.hint
-            typed, code = problem.typed, problem.code
-            if message == AT_TOP:
-                message = f"belongs beside `{path[0]}`, at the top of the document"
+        if isinstance(own := context.get("error"), ValueProblem):
+            problem = own.below(*path)
+            if own.message == AT_TOP:
+                problem.message = f"belongs beside `{path[0]}`, at the top of the document"
         elif kind == "missing" and isinstance(last := path[-1], int):
             # A list that is too short lacks each of its last entries; that is one problem.
-            path, message = path[:-1], f"read {shown(read)}, expected {last + 1} entries"
+            problem = ValueProblem(f"read {shown(read)}, expected {last + 1} entries", path=path[:-1])
         elif kind == "missing":
-            message = "missing"
+            problem = ValueProblem("missing", path=path)
         elif kind == "too_short" and len(read) >= context["min_length"]:
             continue  # long enough, but for the entries that have problems of their own
         elif kind in ("too_long", "too_short"):
             bound = context.get("max_length", context.get("min_length"))
-            most = "at most" if kind == "too_long" else "at least"
-            message = f"read {shown(read)}, expected {most} {bound} {'entry' if bound == 1 else 'entries'}"
+            expected = f"at {'most' if kind == 'too_long' else 'least'} {bound}"
+            entries = "entry" if bound == 1 else "entries"
+            problem = ValueProblem(f"read {shown(read)}, expected {expected} {entries}", path=path)
+        elif kind == "tuple_type" and path[:-1] in explained:
+            continue
         else:
-            if kind == "tuple_type" and path[-1] == 0:
-                # A list of numbers where one of lists is expected: one problem for all its entries.
-                path, hint = path[:-1], _FLAT.get(str(path[-2]))
-            elif kind == "tuple_type" and path[:-1] in explained:
-                continue
-            expected = _TYPES.get(kind, str(context.get("expected", complaint["msg"]))).format(**context)
-            entry = "entry " if path != complaint["loc"] else ""
-            message = f"read {entry}{shown(read)}, expected {expected.replace(chr(39), '')}"
-            if (
-                kind == "string_type"
-                and isinstance(read, int | float | Decimal)
-                and not isinstance(read, bool)
-            ):
-                hint = f'write it in quotes: "{read}"'
-            elif kind == "tuple_type" and isinstance(read, str) and "," in read:
-                hint, typed = f"write `[{read.strip('[]() ')}]`", read
-            elif kind == "dict_type" and path == ("parameters",):
-                names = ", ".join(f"{name}: null" for name in re.findall(r"[^\W\d]\w*", str(read)))
-                hint = f"write `parameters: {{{names}}}`, with values where there are some"
-        explained[path] = ValueProblem(message, path=path, hint=hint, typed=typed)
-        explained[path].code = code
+            problem = _of_type(path, kind, read, context, complaint["msg"])
+        explained[problem.path] = problem
     return list(explained.values())
+
+
+def _of_type(path: Path, kind: str, read: Any, context: Mapping[str, Any], message: str) -> ValueProblem:
+    """The problem of a value of the wrong type, or beyond a bound."""
+    expected = _TYPES.get(kind, str(context.get("expected", message))).format(**context).replace("'", "")
+    problem = ValueProblem(f"read {shown(read)}, expected {expected}", path=path)
+    if kind == "tuple_type" and path[-1] == 0:
+        # A list of numbers where one of lists is expected: one problem for all its entries.
+        problem.message, problem.path = f"read entry {shown(read)}, expected {expected}", path[:-1]
+        problem.hint = _FLAT.get(str(path[-2]))
+    elif kind == "string_type" and type(read) in (int, float, Decimal):
+        problem.hint = f'write it in quotes: "{read}"'
+    elif kind == "tuple_type" and isinstance(read, str) and "," in read:
+        problem.hint, problem.typed = f"write `[{read.strip('[]() ')}]`", read
+    elif kind == "dict_type" and path == ("parameters",):
+        names = ", ".join(f"{name}: null" for name in re.findall(r"[^\W\d]\w*", str(read)))
+        problem.hint = f"write `parameters: {{{names}}}`, with values where there are some"
+    return problem

@@ -7,7 +7,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from functools import cache, cached_property
 from importlib import import_module
-from typing import TYPE_CHECKING, Annotated, Any, Self
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Self
 
 from pydantic import Field, PrivateAttr, ValidationInfo, model_validator
 
@@ -20,7 +20,7 @@ from rigidcli.errors import DocumentError, Problem, ValueProblem
 from rigidcli.fields.environment import Environment
 from rigidcli.fields.quantities import Direction, ReferencePoint
 from rigidcli.fields.readers import Elsewhere, ReadBy, Title
-from rigidcli.fields.section import Section, environment, sections_in
+from rigidcli.fields.section import Section, environment, optional, sections_in
 from rigidcli.fields.words import keys_called, not_one_of
 from rigidcli.language.expression import Expression
 
@@ -36,14 +36,12 @@ if TYPE_CHECKING:
     from rigidcli.document.transform import Transform
 else:
     # Loaded when a document has the section, as no document has all of them.
-    Body = Annotated[Section, Elsewhere("rigidcli.bodies.bodies", "BODY")]
     Equilibrium = Any
-    Motion = Annotated[Section, Elsewhere("rigidcli.document.motion", "Motion")]
-    Orbit = Annotated[Section, Elsewhere("rigidcli.document.orbit", "Orbit")]
-    System = Annotated[Section, Elsewhere("rigidcli.document.system", "System")]
-    Tide = Annotated[Section, Elsewhere("rigidcli.document.tide", "Tide")]
-    Top = Annotated[Section, Elsewhere("rigidcli.document.top", "Top")]
-    Transform = Annotated[Section, Elsewhere("rigidcli.document.transform", "Transform")]
+    Body = Annotated[Section, Elsewhere("rigidcli.bodies.bodies", "BODY")]
+    Motion, Orbit, System, Tide, Top, Transform = (
+        Annotated[Section, Elsewhere(f"rigidcli.document.{name.lower()}", name)]
+        for name in ("Motion", "Orbit", "System", "Tide", "Top", "Transform")
+    )
 
 _COORDINATES = {"type": "object", "additionalProperties": {"type": ["number", "string"]}}
 _EQUILIBRIUM = ReadBy(
@@ -58,35 +56,34 @@ NOWHERE = Origin("", pathlib.Path(), {})
 class Document(Section):
     """A system as a person describes it. Numbers are SI values, or exact; `arithmetic` says which."""
 
-    name: Title | None = Field(default=None, description="What results call it; else the name of the file")
-    description: Title | None = Field(default=None, description="What people should know; nothing reads it")
+    name: Title | None = optional("What results call it; else the name of the file")
+    description: Title | None = optional("What people should know; nothing reads it")
     parameters: dict[str, Any] | None = Field(
         default=None,
         description="Values for names in expressions; null makes a symbol, and the document exact",
         json_schema_extra={"additionalProperties": {"type": ["number", "string", "null"]}},
     )
-    body: Body | None = Field(default=None, description="A rigid body, in one of several forms")
+    body: Body | None = optional("A rigid body, in one of several forms")
     about: ReferencePoint = Field(
         default="origin",
         description="The point O of the tensor: `origin`, `com`, an anchor of the shape, or [x, y, z] (m)",
     )
-    axis: Direction | None = Field(
-        default=None, description="Direction of the axis through that point about which the moment is asked"
+    axis: Direction | None = optional(
+        "Direction of the axis through that point about which the moment is asked"
     )
-    frame: Rotation | None = Field(
-        default=None, description="Axes for every vector and tensor of the results"
-    )
+    frame: Rotation | None = optional("Axes for every vector and tensor of the results")
     motion: Motion | None = None
     top: Top | None = None
     tide: Tide | None = None
     # Orbit, equilibrium and transform come after the system, because they use its coordinates.
     system: System | None = None
     orbit: Orbit | None = None
-    equilibrium: Annotated[Equilibrium, _EQUILIBRIUM] | None = Field(
-        default=None,
-        description="Coordinates of an equilibrium, for small oscillations; or values near it, under `find`",
+    equilibrium: Annotated[Equilibrium, _EQUILIBRIUM] | None = optional(
+        "Coordinates of an equilibrium, for small oscillations; or values near it, under `find`"
     )
     transform: Transform | None = None
+
+    NEEDS: ClassVar = dict.fromkeys(("orbit", "equilibrium", "transform"), "system")
 
     _environment: Environment = PrivateAttr()
     _origin: Origin = PrivateAttr(default_factory=lambda: NOWHERE)
@@ -102,9 +99,6 @@ class Document(Section):
             points += shapes[name].ANCHORS if isinstance(name, str) and name in shapes else ()
             if about not in points:
                 yield ValueProblem(not_one_of(about, points), path=("about",))
-        for key in ("orbit", "equilibrium", "transform"):
-            if raw.get(key) is not None and raw.get("system") is None:
-                yield ValueProblem("there is no `system` for it", path=(key,))
 
     @classmethod
     def _unknown(cls, key: str, raw: Mapping[str, Any]) -> ValueProblem:

@@ -29,8 +29,8 @@ MOST_STARTS = 1_000_000
 LINE_BYTES = 10_000
 """The most bytes of a line of a table: seven numbers take two hundred."""
 
-_NUMBER = re.compile(rb"[-+]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][-+]?[0-9]+)?")
-"""A decimal number."""
+_NUMBER = re.compile(r"\s*[-+]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][-+]?[0-9]+)?\s*", re.ASCII)
+"""A decimal number, and blanks about it."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -132,22 +132,22 @@ def read_starts(
     Raises ValueProblem where the file cannot be read or holds something else; the message begins with `path`
     as given and the line.
     """
+    values, places, line = [], [], 1
     with opened(path) as file:
-        heads = file.readline(LINE_BYTES).decode("utf-8-sig", "replace").strip()
-        titles = [title.strip() for title in heads.split(",")]
         try:
+            heads = file.readline(LINE_BYTES).decode("utf-8-sig", "replace").strip()
+            titles = [title.strip() for title in heads.split(",")]
             if len(set(titles)) < len(titles):
                 raise ValueProblem(f"header {shown(heads)}, expected each head once")
-            names = check(titles)
+            names, line = check(titles), 2
+            for line, text in enumerate(iter(lambda: file.readline(LINE_BYTES), b""), start=2):
+                if text.strip():
+                    values.append(_numbers(text.decode("utf-8", "replace"), titles))
+                    places.append(line)
+                if len(values) > MOST_STARTS:
+                    raise ValueProblem(f"more than {MOST_STARTS:,} starts")
         except ValueProblem as problem:
-            raise ValueProblem(f"{path}:1: {problem.message}", hint=problem.hint) from None
-        values, places = [], []
-        for line, text in enumerate(iter(lambda: file.readline(LINE_BYTES), b""), start=2):
-            if text.strip():
-                values.append(_numbers(text, titles, f"{path}:{line}"))
-                places.append(line)
-            if len(values) > MOST_STARTS:
-                raise ValueProblem(f"{path}:{line}: more than {MOST_STARTS:,} starts")
+            raise ValueProblem(f"{path}:{line}: {problem.message}", hint=problem.hint) from None
     if not values:
         raise ValueProblem(f"{path}: no starts")
     ensemble = Ensemble(names, np.array(values, dtype=np.float64))
@@ -156,20 +156,16 @@ def read_starts(
     return ensemble
 
 
-def _numbers(text: bytes, titles: Sequence[str], place: str) -> list[float]:
+def _numbers(text: str, titles: Sequence[str]) -> list[float]:
     """The numbers of a line. Raises ValueProblem."""
-    if len(text) == LINE_BYTES:
-        raise ValueProblem(f"{place}: a line of more than {LINE_BYTES:,} bytes")
-    cells = text.split(b",")
+    if len(text) >= LINE_BYTES:
+        raise ValueProblem(f"a line of more than {LINE_BYTES:,} bytes")
+    cells = text.split(",")
     if len(cells) != len(titles):
-        raise ValueProblem(f"{place}: read {len(cells)} values, expected {len(titles)}")
-    values = []
-    for title, cell in zip(titles, map(bytes.strip, cells), strict=True):
-        value = float(cell) if _NUMBER.fullmatch(cell) else math.nan
-        if not math.isfinite(value):
-            kind = "a finite number" if value == math.inf or value == -math.inf else "a number"
-            raise ValueProblem(
-                f"{place}: column {title}: read {shown(cell.decode('utf-8', 'replace'))}, expected {kind}"
-            )
-        values.append(value)
-    return values
+        raise ValueProblem(f"read {len(cells)} values, expected {len(titles)}")
+    for title, cell in zip(titles, cells, strict=True):
+        is_number = _NUMBER.fullmatch(cell)
+        if not is_number or math.isinf(float(cell)):
+            expected = "a finite number" if is_number else "a number"
+            raise ValueProblem(f"column {title}: read {shown(cell.strip())}, expected {expected}")
+    return list(map(float, cells))

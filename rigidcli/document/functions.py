@@ -2,16 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from itertools import combinations_with_replacement
+from typing import Any
 
 from pydantic import ValidationInfo
 
-from rigidcli.document.parameters import read_name, read_names
-from rigidcli.document.variables import blame_parameter, derived_names
-from rigidcli.errors import ValueProblem, gathered, shown
+from rigidcli.document.parameters import read_mapping, read_name
+from rigidcli.document.variables import MOST_COORDINATES, blame_parameter, derived_names
+from rigidcli.errors import ValueProblem, shown
 from rigidcli.fields.readers import ReadBy
-from rigidcli.fields.section import environment, refuse
+from rigidcli.fields.section import environment
 from rigidcli.language.tree import UnknownFunction
 
 MOST_ARGUMENTS = 6
@@ -23,29 +24,27 @@ HIGHEST_DERIVATIVE = 3
 
 def _read_functions(raw: object, info: ValidationInfo) -> tuple[UnknownFunction, ...]:
     env = environment(info)
-    if not isinstance(raw, Mapping):
-        raise ValueProblem(
-            f"read {shown(raw)}, expected a mapping from names to arguments, such as {{V: [x]}}"
-        )
-    spelling, problems = read_names(raw)
     coordinates = env.coordinates or ()
     taken = dict.fromkeys(coordinates, "a coordinate") | derived_names(coordinates)
-    found = []
-    for name, key in spelling.items():
-        with gathered(problems, key):
-            if name in taken:
-                raise ValueProblem(f"`{name}` is {taken[name]}, expected another name")
-            found.append(UnknownFunction(name, _arguments(raw[key])))
-            blame_parameter(name, "an unknown function", env)
-    slopes = [slope for function in found for slope in _with_derivatives(function)]
-    env.functions = {str(slope): slope for slope in slopes}
-    for function in found:
-        other = next((slope for slope in slopes if slope == function and slope.by), None)
-        if other is not None:
-            message = f"`{function}` is the derivative of `{other.base}`, expected another name"
-            problems.append(ValueProblem(message, path=(spelling[function],)))
-    refuse("functions", problems)
-    return tuple(found)
+    slopes: dict[str, UnknownFunction] = {}
+
+    def read(name: str, value: Any) -> UnknownFunction:
+        function = UnknownFunction(name, _arguments(value))
+        if name in taken:
+            raise ValueProblem(f"`{name}` is {taken[name]}, expected another name")
+        blame_parameter(name, "an unknown function", env)
+        slopes.update({str(slope): slope for slope in _with_derivatives(function)})
+        return function
+
+    def twice(spelling: Mapping[str, str]) -> Iterator[ValueProblem]:
+        for name in spelling:
+            if name in slopes and (base := slopes[name].base) != name:
+                message = f"`{name}` is the derivative of `{base}`, expected another name"
+                yield ValueProblem(message, path=(spelling[name],))
+
+    functions = read_mapping(raw, read, example="{V: [x]}", most=MOST_COORDINATES, besides=twice)
+    env.functions = slopes
+    return tuple(functions.values())
 
 
 def _arguments(raw: object) -> list[str]:

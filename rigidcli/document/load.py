@@ -3,11 +3,10 @@
 from __future__ import annotations
 
 import json
-import math
 import os
 import pathlib
 import re
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import TYPE_CHECKING, Any, NamedTuple, TypeAlias
@@ -15,14 +14,13 @@ from typing import TYPE_CHECKING, Any, NamedTuple, TypeAlias
 from pydantic import ValidationError
 
 from rigidcli.bodies.robots import is_robot
-from rigidcli.core.arithmetic import FLOAT, Arithmetic
 from rigidcli.document.complaints import explain
 from rigidcli.document.document import Document
 from rigidcli.document.origins import BodyFile, LinkOrigin, Origin, body_form, links, of_text
 from rigidcli.document.parameters import read_parameters
 from rigidcli.document.settings import SWEEP
 from rigidcli.errors import UNSETTLED, DocumentError, Problem, UsageError, ValueProblem, shown
-from rigidcli.fields.environment import Environment
+from rigidcli.fields.environment import Environment, arithmetic_for
 from rigidcli.fields.texts import STDIN, read_text
 from rigidcli.fields.words import with_colon
 
@@ -91,9 +89,16 @@ class Draft:
         while True:
             document, found = _read(origin, exact, positive)
             if found <= positive:
-                return _tried(origin, document) if _has_symbols(origin.tree) else document
+                break
             # Symbols that stand for masses and lengths are positive; knowing that, read once more.
             positive |= found
+        if not _has_symbols(origin.tree) or (document.body is None and document.top is None):
+            return document
+        from rigidcli.document.trials import tried
+
+        return tried(
+            document, origin, lambda tree: _read(replace(origin, tree=tree), False, frozenset(), False)[0]
+        )
 
 
 class Drafts(NamedTuple):
@@ -105,44 +110,37 @@ class Drafts(NamedTuple):
 
 def draft(path: str | os.PathLike[str], **options: Any) -> Draft:
     """The one document in a file, `-` being standard input; options as in `load`. Raises DocumentError."""
-    name = os.fspath(path)
-    folder = pathlib.Path() if name == STDIN else pathlib.Path(name).parent
-    # A file name may have bytes that are no text.
-    source = os.fsencode(name).decode(errors="backslashreplace")
+    name, source, folder = _named(path)
     form = body_form(name)
     if form is not None:
-        return _draft(BodyFile(source, folder, {"body": {form: pathlib.PurePath(name).name}}), **options)
-    return _draft(of_text(read_text(name, source), source, folder), **options)
+        return Draft(BodyFile(source, folder, {"body": {form: pathlib.PurePath(name).name}}), **options)
+    return Draft(of_text(read_text(name, source), source, folder), **options)
 
 
 def drafts(path: str | os.PathLike[str], **options: Any) -> Drafts:
     """The documents of a file: a robot description has one a link, all else is one. Raises DocumentError."""
-    name = os.fspath(path)
+    name, source, folder = _named(path)
     if not is_robot(name):
         return Drafts([draft(path, **options)], ())
-    source = os.fsencode(name).decode(errors="backslashreplace")
-    found = robot_drafts(read_text(name, source), source, pathlib.Path(name).parent, **options)
+    found = robot_drafts(read_text(name, source), source, folder, **options)
     if not found.each:
-        raise DocumentError(
-            [Problem(source, "; ".join(["no link has a mass that is written", *found.notes]))]
-        )
+        message = "; ".join(["no link has a mass that is written", *found.notes])
+        raise DocumentError([Problem(source, message)])
     return found
+
+
+def _named(path: str | os.PathLike[str]) -> tuple[str, str, pathlib.Path]:
+    """The name of a file, the same for messages, and the folder of what a document in it names."""
+    name = os.fspath(path)
+    # A file name may have bytes that are no text.
+    source = os.fsencode(name).decode(errors="backslashreplace")
+    return name, source, pathlib.Path() if name == STDIN else pathlib.Path(name).parent
 
 
 def robot_drafts(text: str, source: str, folder: pathlib.Path, **options: Any) -> Drafts:
     """The links of the robot in `text` that have a mass, or a problem. Raises DocumentError for no robot."""
     origins, notes = links(text, source, folder)
-    return Drafts([_draft(origin, **options) for origin in origins], notes)
-
-
-def _draft(
-    origin: Origin,
-    *,
-    exact: bool = False,
-    settings: Sequence[str] = (),
-    options: Mapping[str, str] | None = None,
-) -> Draft:
-    return Draft(origin, exact, settings, options or {})
+    return Drafts([Draft(origin, **options) for origin in origins], notes)
 
 
 def load(path: str | os.PathLike[str], **options: Any) -> Document:
@@ -181,37 +179,26 @@ def loads(
     text: str, *, source: str = "<text>", folder: pathlib.Path | None = None, **options: Any
 ) -> Document:
     """Read the document in `text`, as `load` does; files that it names are looked for in `folder`."""
-    return _draft(of_text(text, source, folder), **options).document()
+    return Draft(of_text(text, source, folder), **options).document()
 
 
 def read(source: Source, exact: bool, settings: Sequence[str]) -> Document:
     """The document of a source. Raises DocumentError, and UsageError for a document with `settings`."""
     if isinstance(source, Document):
         if exact or settings:
-            raise UsageError(
-                "the document has been read already", hint="give `exact` and `settings` to `load`"
-            )
+            hint = "give `exact` and `settings` to `load`"
+            raise UsageError("the document has been read already", hint=hint)
         return source
     if isinstance(source, Mapping):
         try:
+            # JSON is YAML; numbers that are not finite become texts, which are refused where they stand.
             text = json.dumps(source, default=plain)
         except (TypeError, ValueError, RecursionError) as error:
             raise DocumentError([Problem(MAPPING, f"cannot be read: {error}")]) from None
-        if problems := list(_not_finite(json.loads(text))) if "NaN" in text or "Infinity" in text else ():
-            raise DocumentError(problems)
         return loads(text, source=MAPPING, exact=exact, settings=settings)
     if isinstance(source, str) and _TEXT.search(source):
         return loads(source, exact=exact, settings=settings)
     return load(source, exact=exact, settings=settings)
-
-
-def _not_finite(value: Any, path: str = "") -> Iterator[Problem]:
-    """The problems of numbers that are none, in a value at the `path` of a mapping."""
-    if isinstance(value, float) and not math.isfinite(value):
-        yield Problem(MAPPING, f"read `{value}`, expected a finite number", key=path)
-    entries = dict(enumerate(value)) if isinstance(value, list) else value
-    for step, entry in entries.items() if isinstance(entries, dict) else ():
-        yield from _not_finite(entry, f"{path}.{step}" if path else str(step))
 
 
 def plain(value: Any) -> Any:
@@ -237,33 +224,8 @@ def _no_mapping(tree: object) -> ValueProblem:
     return ValueProblem(f"read {shown(tree)}, expected a mapping", hint=hint, typed=cure and str(tree))
 
 
-def _tried(origin: Origin, document: Document) -> Document:
-    """The document, with notes on values of its symbols that it cannot have.
-
-    Raises DocumentError where it can have none.
-    """
-    if document.body is None and document.top is None:
-        return document
-    from rigidcli.document.trials import tried
-
-    def with_numbers(tree: Mapping[str, Any]) -> Document:
-        found, _ = _read(replace(origin, tree=tree), False, frozenset(), is_physical=False)
-        return found
-
-    refused, notes = [], []
-    for problem, sentence, always in tried(origin.tree, with_numbers):
-        if always:
-            line = origin.place(tuple(problem.key.split(".")))[1]
-            refused.append(Problem(origin.source, sentence, line, problem.key))
-        else:
-            notes.append(f"{problem.key}: {sentence}" if problem.key else sentence)
-    if refused:
-        raise DocumentError(refused)
-    return document.came_from(origin, [*document.notes, *notes]) if notes else document
-
-
 def _read(
-    origin: Origin, exact: bool, positive: frozenset[str], *, is_physical: bool = True
+    origin: Origin, exact: bool, positive: frozenset[str], is_physical: bool = True
 ) -> tuple[Document, set[str]]:
     """The document of a tree, and the symbols that make sense only as positive numbers.
 
@@ -273,12 +235,8 @@ def _read(
     tree = origin.tree
     # A system alone keeps its expressions symbolic, and its numbers are floats.
     alone = tree.get("system") is not None and all(tree.get(key) is None for key in ("body", "top", "tide"))
-    env = Environment(
-        _arithmetic(exact and not alone),
-        folder=origin.folder,
-        exact_results=exact,
-        top_keys=KEYS,
-    )
+    n = arithmetic_for(exact and not alone)
+    env = Environment(n, folder=origin.folder, exact_results=exact, top_keys=KEYS)
     parameters = tree.get("parameters")
     problems = read_parameters(env, parameters, positive) if isinstance(parameters, dict) else []
     try:
@@ -299,11 +257,3 @@ def _read(
     unused = sorted((env.parameters.keys() | env.open.keys()) - env.used)
     notes += [f"parameter `{name}` is not used" for name in unused]
     return document.came_from(origin, notes), env.positive
-
-
-def _arithmetic(exact: bool) -> Arithmetic:
-    if not exact:
-        return FLOAT
-    from rigidcli.algebra.arithmetic import EXACT
-
-    return EXACT

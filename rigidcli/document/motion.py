@@ -18,7 +18,7 @@ from rigidcli.fields.dimensions import ACCELERATION, ENERGY
 from rigidcli.fields.environment import Formula
 from rigidcli.fields.quantities import DEFAULT_LIMIT, AsList, Quantity, Rates3
 from rigidcli.fields.readers import ReadBy, by_key
-from rigidcli.fields.section import Section, environment
+from rigidcli.fields.section import Section, environment, optional
 
 VARIABLES = {
     "t": "time (s)",
@@ -131,27 +131,24 @@ _OR_MANY = OrMany(
 class Motion(Sampling):
     """How the body turns, from the time t = 0 on."""
 
-    omega: Annotated[Rates3 | Ensemble, _OR_MANY] | None = Field(
-        default=None,
-        description="Angular velocity at t = 0 (rad/s); or several starts: an ensemble",
+    omega: Annotated[Rates3 | Ensemble, _OR_MANY] | None = optional(
+        "Angular velocity at t = 0 (rad/s); or several starts: an ensemble"
     )
     basis: Literal["body", "principal"] = Field(
         default="body",
         description="Whether omega's components are along the document's axes, or along the principal axes "
         "e1, e2, e3 as `axes` prints them",
     )
-    orientation: Rotation | None = Field(
-        default=None, description="From the document's axes to those of space at t = 0; default identity"
+    orientation: Rotation | None = optional(
+        "From the document's axes to those of space at t = 0; default identity"
     )
-    torque: Torque | None = Field(
-        default=None, description="By its components along body axes or those of space, or of the weight"
-    )
+    torque: Torque | None = optional("By its components along body axes or those of space, or of the weight")
     method: Literal["auto", "taylor"] = Field(
         default="auto",
         description="How a driven motion is integrated; `taylor` is by heyoka (extra `taylor`)",
     )
-    angles: EulerSequence | None = Field(
-        default=None, description="Euler angles that `euler` tells besides, by their sequence, such as zxz"
+    angles: EulerSequence | None = optional(
+        "Euler angles that `euler` tells besides, by their sequence, such as zxz"
     )
 
     @model_validator(mode="after")

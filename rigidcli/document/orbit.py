@@ -13,13 +13,13 @@ from pydantic import Field, ValidationError, ValidationInfo
 
 from rigidcli.core.arithmetic import Floats, Scalar
 from rigidcli.document.ensembles import Ensemble, OrMany, read_starts
-from rigidcli.document.parameters import read_names
+from rigidcli.document.parameters import read_mapping
 from rigidcli.document.sampling import Sampling
 from rigidcli.document.variables import EXPRESSION_SCHEMA, MOST_COORDINATES, momentum, require_known, velocity
-from rigidcli.errors import ValueProblem, gathered, shown
+from rigidcli.errors import ValueProblem
 from rigidcli.fields.quantities import FULL_TURN
 from rigidcli.fields.readers import ReadBy
-from rigidcli.fields.section import environment, refuse
+from rigidcli.fields.section import environment
 
 if TYPE_CHECKING:
     from rigidcli.document.system import System
@@ -27,54 +27,40 @@ if TYPE_CHECKING:
 
 def _read_initial(raw: object, info: ValidationInfo) -> dict[str, Scalar]:
     env = environment(info)
-    if not isinstance(raw, Mapping):
-        raise ValueProblem(f"read {shown(raw)}, expected a mapping, such as {{x: 1, p_x: 0}}")
-    if len(raw) > 3 * MOST_COORDINATES:
-        raise ValueProblem(f"read {len(raw)} values, expected at most {2 * MOST_COORDINATES}")
-    values: dict[str, Scalar] = {}
-    spelling, problems = read_names({key: value for key, value in raw.items() if key != "t"})
-    if "t" in raw:
-        hint = "put the beginning into the system: t + t0 for t"
-        problems.append(ValueProblem("an orbit begins at t = 0", path=("t",), hint=hint))
     names = env.coordinates or ()
     known = [*names, *map(momentum, names), *map(velocity, names)] or None
-    for name, key in spelling.items():
-        with gathered(problems, key):
-            require_known(name, known, f"expected {_all_of(names)}, and {_second_half(names)}")
-            values[name] = env.read(raw[key], None)
-    problems += _missing(spelling, names) if names else ()
-    refuse("initial", problems)
-    return values
+
+    def read(name: str, value: Any) -> Scalar:
+        require_known(name, known, f"expected {_all_of(names)}, and {_second_half(names)}")
+        scalar: Scalar = env.read(value, None)
+        return scalar
+
+    return read_mapping(
+        raw,
+        read,
+        example="{x: 1, p_x: 0}",
+        most=2 * MOST_COORDINATES,
+        needed=names,
+        lacks="expected its value at t = 0",
+        besides=lambda given: _missing(given, names),
+    )
 
 
 def _missing(given: Mapping[str, str], coordinates: tuple[str, ...]) -> Iterator[ValueProblem]:
-    """The problems of initial values that are incomplete, or contradict each other."""
-    for name in coordinates:
-        if name not in given:
-            yield ValueProblem("missing, expected its value at t = 0", path=(name,))
-    by_momenta = [name for name in coordinates if momentum(name) in given]
-    by_velocities = [name for name in coordinates if velocity(name) in given]
-    twice = [name for name in by_momenta if name in by_velocities]
-    for name in twice:
+    """The problems of momenta and velocities that are incomplete, or contradict each other."""
+    halves = [tuple(map(kind, coordinates)) for kind in (momentum, velocity)]
+    momenta, velocities = (tuple(name for name in half if name in given) for half in halves)
+    if momenta and velocities:
         yield ValueProblem(
-            f"the momentum `{momentum(name)}` is given, too; expected one of them",
-            path=(given[velocity(name)],),
-        )
-    if twice:
-        return
-    if by_momenta and by_velocities:
-        yield ValueProblem(
-            f"momenta and velocities are mixed: read {_all_of(tuple(map(momentum, by_momenta)))} "
-            f"and {_all_of(tuple(map(velocity, by_velocities)))}",
+            f"momenta and velocities are mixed: read {_all_of(momenta)} and {_all_of(velocities)}",
             hint=f"expected {_second_half(coordinates)}",
         )
-    elif not by_momenta and not by_velocities:
+    elif coordinates and not momenta and not velocities:
         yield ValueProblem(f"no momenta and no velocities, expected {_second_half(coordinates)}")
     else:
-        expected, present = (momentum, by_momenta) if by_momenta else (velocity, by_velocities)
-        for name in coordinates:
-            if name not in present:
-                yield ValueProblem("missing, expected its value at t = 0", path=(expected(name),))
+        for name in halves[0 if momenta else 1]:
+            if name not in given:
+                yield ValueProblem("missing, expected its value at t = 0", path=(name,))
 
 
 def _second_half(coordinates: tuple[str, ...]) -> str:
@@ -97,12 +83,8 @@ def _read_table(path: Path, info: ValidationInfo) -> Ensemble:
         try:
             return tuple(_read_initial(dict.fromkeys(heads, 0.0), info))
         except ValidationError as error:
-            told = error.errors(include_url=False)[0]
-            problem = told.get("ctx", {}).get("error")
-            where = ".".join(map(str, getattr(problem, "path", ())))
-            raise ValueProblem(
-                ": ".join(filter(None, [where, str(getattr(problem, "message", told))]))
-            ) from None
+            first = error.errors(include_url=False)[0]["ctx"]["error"]
+            raise ValueProblem(": ".join([*map(str, first.path), first.message])) from None
 
     return read_starts(path, check)
 

@@ -6,7 +6,7 @@ import pathlib
 import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from typing import TYPE_CHECKING, Any, Self, TypeAlias
+from typing import TYPE_CHECKING, Any, Self
 
 from rigidcli.document.settings import put, split_setting
 from rigidcli.document.syntax import decimal, read_tree, read_value
@@ -24,24 +24,10 @@ LONGEST_LINE = 2000
 MOST_LINKS = 1000
 """The most links of a robot, which take two seconds to read as documents; the largest robots have 200."""
 
-BODY_FILES = {
-    ".csv": "points",
-    ".glb": "mesh",
-    ".gltf": "mesh",
-    ".npy": "points",
-    ".obj": "mesh",
-    ".off": "mesh",
-    ".ply": "mesh",
-    ".stl": "mesh",
-    ".xyz": "points",
-}
+BODY_FILES = dict.fromkeys((".glb", ".gltf", ".obj", ".off", ".ply", ".stl"), "mesh") | dict.fromkeys(
+    (".csv", ".npy", ".xyz"), "points"
+)
 """The key under which a document names a body that is a file, by the ending of the file's name."""
-
-COMPLETION = {"body": "body.density=7850"}
-"""The setting that is an example of what a section lacks, where that is not the missing key itself."""
-
-Place: TypeAlias = tuple[str, int | None]
-"""The source of a value, as messages name it, and its line."""
 
 
 def body_form(name: str) -> str | None:
@@ -89,7 +75,7 @@ class Origin:
             changed[place] = own or option
         return replace(self, tree=tree, changed=changed, settings=(*self.settings, *settings))
 
-    def place(self, path: Path) -> Place:
+    def place(self, path: Path) -> tuple[str, int | None]:
         """The source and line of a value, or of what is nearest above it; without a line if set outside."""
         for changed, option in reversed([*self.changed.items()]):
             if path[: len(changed)] == changed:
@@ -102,9 +88,8 @@ class Origin:
         source, line = self.place(problem.path)
         if source == self.source:
             line = line or 1  # that of the document itself
-        excerpt = None
-        if problem.typed is not None and line is not None:
-            typed = problem.typed.partition("\n")[0].strip()
+        excerpt, typed = None, (problem.typed or "").partition("\n")[0].strip()
+        if typed and line is not None:
             for number, text in enumerate(self.text.splitlines()[line - 1 : line + NEAR], start=line):
                 if len(text) <= LONGEST_LINE and typed in text:
                     line, excerpt = number, Excerpt.of(text, text.index(typed) + 1)
@@ -134,7 +119,7 @@ class BodyFile(Origin):
             return Problem(source, message, int(line) if line else None, hint=problem.hint)
         key, hint = ".".join(map(str, problem.path)), problem.hint
         if source == self.source and hint is None and problem.message.startswith(("missing", "neither")):
-            example = COMPLETION.get(key, f"{key}=VALUE")
+            example = "body.density=7850" if key == "body" else f"{key}=VALUE"
             hint = f"the file is the body of a document, which settings complete, as `--set {example}`"
         return Problem(source, problem.message, key=key, hint=hint, code=problem.code)
 

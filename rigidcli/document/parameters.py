@@ -3,15 +3,18 @@
 from __future__ import annotations
 
 import contextlib
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from graphlib import CycleError, TopologicalSorter
-from typing import Any
+from typing import Any, TypeVar
 
-from rigidcli.errors import ExpressionError, ValueProblem, gathered, shown
+from rigidcli.errors import ExpressionError, Path, ValueProblem, at, gathered, shown
 from rigidcli.fields.environment import Environment
+from rigidcli.fields.section import refuse
 from rigidcli.language.expression import RESERVED, Expression, parse
 from rigidcli.language.functions import CONSTANTS
 from rigidcli.language.tree import Constant, Name
+
+_T = TypeVar("_T")
 
 _RESERVED_FOR = {"t": "the time", **dict.fromkeys(CONSTANTS, "a constant")}
 """What reserved names are; those that are not here are functions."""
@@ -77,6 +80,39 @@ def read_names(raw: Mapping[str, Any]) -> tuple[dict[str, str], list[ValueProble
                 raise ValueProblem(f"the same name as {shown(spelling[name])}, in another spelling")
             spelling[name] = key
     return spelling, problems
+
+
+def read_mapping(
+    raw: object,
+    read: Callable[[str, Any], _T],
+    *,
+    example: str,
+    most: int,
+    needed: Iterable[str] = (),
+    lacks: str = "",
+    besides: Callable[[Mapping[str, str]], Iterable[ValueProblem]] = lambda spelling: (),
+    below: Path = (),
+) -> dict[str, _T]:
+    """What `read` makes of the names and values of a mapping, of which there are at most so many.
+
+    It lacks the `needed` names that it does not have, and `lacks` says what is expected of them. `besides`
+    finds what else is wrong, from the names and their keys. `below` leads from the value of the field to the
+    mapping. Raises ValueProblem, or ValidationError with all problems.
+    """
+    with at(*below):
+        if not isinstance(raw, Mapping):
+            raise ValueProblem(f"read {shown(raw)}, expected a mapping, such as {example}")
+        if len(raw) > most:
+            raise ValueProblem(f"read {len(raw)} entries, expected at most {most}")
+    spelling, problems = read_names(raw)
+    found = {}
+    for name, key in spelling.items():
+        with gathered(problems, key):
+            found[name] = read(name, raw[key])
+    problems += [ValueProblem(f"missing, {lacks}", path=(name,)) for name in needed if name not in spelling]
+    problems += besides(spelling)
+    refuse("mapping", [problem.below(*below) for problem in problems])
+    return found
 
 
 def read_name(key: object) -> str:

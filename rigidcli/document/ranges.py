@@ -52,15 +52,14 @@ class Range:
 
     def __getitem__(self, index: int) -> str:
         value = self._value(index)
-        if not self.exact:
-            return f"{value.numerator / value.denominator!r} {self.unit}".rstrip()
-        decimal = _decimal(value)
-        if Fraction(decimal) == value:
-            return f"{decimal} {self.unit}".rstrip()
-        if self.unit:
-            hint = "choose another COUNT, or list the values"
-            raise UsageError(f"{value} {self.unit} has no decimal that is exact", hint=hint)
-        return str(value)
+        text = f"{value.numerator / value.denominator!r}"
+        if self.exact:
+            decimal = _decimal(value)
+            text = str(decimal) if Fraction(decimal) == value else str(value)
+            if "/" in text and self.unit:
+                hint = "choose another COUNT, or list the values"
+                raise UsageError(f"{text} {self.unit} has no decimal that is exact", hint=hint)
+        return f"{text} {self.unit}".rstrip()
 
     def _value(self, index: int) -> Fraction:
         """The value in the unit."""
@@ -68,9 +67,8 @@ class Range:
             return self.stop if index else self.start
         if not self.logarithmic:
             return self.start + (self.stop - self.start) * index / (self.count - 1)
-        start, stop = _decimal(self.start), _decimal(self.stop)
-        growth = DIGITS.multiply(DIGITS.ln(DIGITS.divide(stop, start)), Decimal(index) / (self.count - 1))
-        return Fraction(DIGITS.multiply(start, DIGITS.exp(growth)))
+        growth = DIGITS.power(_decimal(self.stop / self.start), Decimal(index) / (self.count - 1))
+        return self.start * Fraction(growth)
 
     def exactly(self) -> Range:
         """The same range for exact numbers. Raises UsageError where its values are rounded."""
@@ -89,18 +87,18 @@ def read_range(name: str, typed: str, parts: Sequence[str]) -> Range:
     logarithmic = parts[0] == LOGARITHMIC
     if len(parts) != 3 + logarithmic:
         raise UsageError(f"`{name}`: read {shown(typed)}, expected {FORMS}")
-    first, last, count = parts[-3:]
-    (start, unit), (stop, other) = _end(name, first), _end(name, last)
-    if unit and other and unit != other:
-        start, unit = _in_unit(name, start, unit, other), other
-    for number, own, text in ((start, unit, first), (stop, other, last)):
-        # A zero is the same in all units.
-        if number != 0 and not own and (unit or other):
-            raise UsageError(f"`{name}`: {shown(text)} has no unit", hint=f"write `{text} {unit or other}`")
+    *texts, count = parts[-3:]
+    ends = [_end(name, text) for text in texts]
+    unit = ends[1][1] or ends[0][1]
+    start, stop = (_in_unit(name, text, *end, unit) for text, end in zip(texts, ends, strict=True))
     if logarithmic and start * stop <= 0:
         raise UsageError(f"`{name}`: logarithmic steps need ends of the same sign, and not 0")
-    is_rounded = not (_DECIMAL.match(first) and _DECIMAL.match(last))
-    return Range(start, stop, _count(name, count), unit or other, is_rounded, logarithmic)
+    is_rounded = not all(map(_DECIMAL.match, texts))
+    with suppress(InvalidOperation):
+        number = Decimal(count)
+        if number.is_finite() and number == int(number) and 1 <= number <= MOST:
+            return Range(start, stop, int(number), unit, is_rounded, logarithmic)
+    raise UsageError(f"`{name}`: read {shown(count)}, expected a COUNT from 1 to {MOST:.0e}")
 
 
 def _end(name: str, text: str) -> tuple[Fraction, str]:
@@ -126,19 +124,15 @@ def _finite(text: str) -> Fraction:
     return Fraction(number)
 
 
-def _in_unit(name: str, number: Fraction, given: str, wanted: str) -> Fraction:
+def _in_unit(name: str, text: str, number: Fraction, given: str, wanted: str) -> Fraction:
     """A number of one unit in another, but for the rounding of a float where pi stands between them."""
+    if given == wanted or (number == 0 and not given):
+        return number
+    if not given:
+        raise UsageError(f"`{name}`: {shown(text)} has no unit", hint=f"write `{text} {wanted}`")
     unit, other = parse_unit(given), parse_unit(wanted)
     if unit.dimension != other.dimension:
         raise UsageError(f"`{name}`: `{given}` and `{wanted}` do not measure the same")
     if unit.pi_power == other.pi_power:
         return number * unit.factor / other.factor
     return Fraction(unit.si(number)) / Fraction(other.scale)
-
-
-def _count(name: str, text: str) -> int:
-    with suppress(InvalidOperation):
-        count = Decimal(text)
-        if count.is_finite() and count == int(count) and 1 <= count <= MOST:
-            return int(count)
-    raise UsageError(f"`{name}`: read {shown(text)}, expected a COUNT from 1 to {MOST:.0e}")

@@ -6,12 +6,12 @@ from itertools import pairwise
 from typing import Annotated, ClassVar, Self
 
 import numpy as np
-from pydantic import Field, ValidationInfo, model_validator
+from pydantic import ValidationInfo, model_validator
 
 from rigidcli.core.arithmetic import Floats, Scalar
 from rigidcli.errors import ValueProblem, shown
 from rigidcli.fields.quantities import AsList, Duration, Number, Time, WholeNumber
-from rigidcli.fields.section import Section, environment
+from rigidcli.fields.section import Section, environment, optional
 
 MOST_SAMPLES = 10_000_000
 """The most samples of a motion: a trajectory of as many rows takes a gigabyte."""
@@ -34,43 +34,32 @@ class Sampling(Section):
 
     AT_MOST_ONE_OF: ClassVar = ("samples", "step", "times")
 
-    duration: Duration | None = Field(default=None, description="End of the motion (s)")
-    samples: WholeNumber | None = Field(
-        default=None, description="How many times, evenly spaced (default 1001)"
-    )
-    step: Duration | None = Field(default=None, description="Time between two samples (s)")
-    times: Annotated[tuple[Time, ...], AsList] | None = Field(
-        default=None, description="The times themselves, ascending"
-    )
-    tolerance: Number | None = Field(
-        default=None, description="Relative error of a step of numerical integration (default 1e-12)"
-    )
-    max_step: Duration | None = Field(default=None, description="The longest step of the integration (s)")
+    duration: Duration | None = optional("End of the motion (s)")
+    samples: WholeNumber | None = optional("How many times, evenly spaced (default 1001)")
+    step: Duration | None = optional("Time between two samples (s)")
+    times: Annotated[tuple[Time, ...], AsList] | None = optional("The times themselves, ascending")
+    tolerance: Number | None = optional("Relative error of a step of numerical integration (default 1e-12)")
+    max_step: Duration | None = optional("The longest step of the integration (s)")
 
     @model_validator(mode="after")
     def _check_sampling(self, info: ValidationInfo) -> Self:
         n = environment(info).arithmetic
         if self.samples is not None and not 2 <= self.samples <= MOST_SAMPLES:
-            raise ValueProblem(
-                f"read {shown(self.samples)}, expected a whole number from 2 to {MOST_SAMPLES:,}",
-                path=("samples",),
-            )
+            expected = f"a whole number from 2 to {MOST_SAMPLES:,}"
+            raise ValueProblem(f"read {shown(self.samples)}, expected {expected}", path=("samples",))
         if self.step is not None and self.duration is None:
             raise ValueProblem("missing, expected how long `step` is repeated", path=("duration",))
         if self.step is not None and self.duration is not None:
             steps = n.size(self.duration / self.step)
             if not 1 - WHOLE_STEP <= steps < MOST_SAMPLES:
-                raise ValueProblem(
-                    f"there are {steps:.6g} steps in the duration, expected 1 to {MOST_SAMPLES:,}",
-                    path=("step",),
-                )
+                message = f"there are {steps:.6g} steps in the duration, expected 1 to {MOST_SAMPLES:,}"
+                raise ValueProblem(message, path=("step",))
         if self.times is not None:
             self._check_times([n.size(time) for time in self.times])
-        if self.tolerance is not None:
-            tolerance = n.value(self.tolerance)
-            if tolerance is not None and not LEAST_TOLERANCE <= tolerance <= LARGEST_TOLERANCE:
-                expected = f"a number from {LEAST_TOLERANCE:g} to {LARGEST_TOLERANCE:g}"
-                raise ValueProblem(f"read {tolerance:g}, expected {expected}", path=("tolerance",))
+        tolerance = None if self.tolerance is None else n.value(self.tolerance)
+        if tolerance is not None and not LEAST_TOLERANCE <= tolerance <= LARGEST_TOLERANCE:
+            expected = f"a number from {LEAST_TOLERANCE:g} to {LARGEST_TOLERANCE:g}"
+            raise ValueProblem(f"read {tolerance:g}, expected {expected}", path=("tolerance",))
         return self
 
     def _check_times(self, times: list[float]) -> None:
@@ -80,9 +69,8 @@ class Sampling(Section):
             raise ValueProblem(f"read {times[0]:g}, expected a time that is not negative", path=("times", 0))
         for index, (before, after) in enumerate(pairwise(times), start=1):
             if not before < after:
-                raise ValueProblem(
-                    f"read {after:g} after {before:g}, expected ascending times", path=("times", index)
-                )
+                message = f"read {after:g} after {before:g}, expected ascending times"
+                raise ValueProblem(message, path=("times", index))
         if self.duration is not None:
             raise ValueProblem("give `duration` or `times`, not both", path=("duration",))
 

@@ -21,9 +21,8 @@ def split_setting(
     """`a.0.b=value` as path and text of the value. Raises UsageError, which names the option, for others."""
     found = _SETTING.fullmatch(text)
     if found is None:
-        raise UsageError(
-            f"{option}: read {shown(text)}, expected {expected}", hint=f"as in {option} {example}"
-        )
+        message = f"{option}: read {shown(text)}, expected {expected}"
+        raise UsageError(message, hint=f"as in {option} {example}")
     key, value = found.groups()
     steps = re.sub(r"\[(\d+)\]", r".\1", key).split(".")  # `size[0]` is `size.0`
     return tuple(int(step) if step.isdecimal() else step for step in map(str.strip, steps)), value
@@ -44,7 +43,9 @@ def put(tree: Any, path: Path, value: object, source: str, option: str) -> tuple
             step = str(step)
             if step not in place and done < len(path):
                 if isinstance(path[done], int):
-                    raise _no_list(path, done, source, option)
+                    whole = ".".join(map(str, path[:done]))
+                    hint = f"give it whole, as in `--set {whole}=[0, 0, 1]`"
+                    raise _nowhere(path, source, option, f"there is no list `{whole}`", hint)
                 place[step] = {}
         way.append(step)
         place[step] = value if done == len(path) else copy(place[step])
@@ -52,12 +53,10 @@ def put(tree: Any, path: Path, value: object, source: str, option: str) -> tuple
     return root, tuple(way)
 
 
-def _no_list(path: Path, end: int, source: str, option: str) -> DocumentError:
-    """The error for an entry of a list that is not there."""
-    key, whole = (".".join(map(str, part)) for part in (path, path[:end]))
-    hint = f"give it whole, as in `--set {whole}=[0, 0, 1]`"
-    problem = Problem(source, f"{option} {key}: there is no list `{whole}`", hint=hint, code=UNKNOWN)
-    return DocumentError([problem])
+def _nowhere(path: Path, source: str, option: str, what: str, hint: str | None) -> DocumentError:
+    """The error of a path that leads nowhere."""
+    message = f"{option} {'.'.join(map(str, path))}: {what}"
+    return DocumentError([Problem(source, message, hint=hint, code=UNKNOWN)])
 
 
 def _index(place: Any, step: str | int, path: Path, source: str, option: str) -> int:
@@ -66,17 +65,14 @@ def _index(place: Any, step: str | int, path: Path, source: str, option: str) ->
     if isinstance(step, int) and step < len(entries):
         return step
     names = [entry.get("name") if isinstance(entry, dict) else None for entry in entries]
-    found = [index for index, name in enumerate(names) if name == str(step)]
-    if len(found) == 1:
-        return found[0]
+    if names.count(str(step)) == 1:
+        return names.index(str(step))
     known = [name for name in names if isinstance(name, str)]
     near = nearest(str(step), known)
-    guess = f" (did you mean {near}?)" if near else ""
-    what = f"there is no {shown(str(step))} in {shown(place)}{guess}"
-    if found:
-        what = f"{len(found)} entries have the name {shown(str(step))}"
+    what = f"there is no {shown(str(step))} in {shown(place)}{f' (did you mean {near}?)' if near else ''}"
+    if str(step) in names:
+        what = f"{names.count(str(step))} entries have the name {shown(str(step))}"
     hint = f"its entries are 0 to {len(entries) - 1}" if entries else None
     if known and hint is not None:
         hint += f", or by their names: {', '.join(known)}"
-    key = ".".join(map(str, path))
-    raise DocumentError([Problem(source, f"{option} {key}: {what}", hint=hint, code=UNKNOWN)])
+    raise _nowhere(path, source, option, what, hint)

@@ -9,29 +9,25 @@ import csv
 import math
 import re
 from collections.abc import Iterator, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import Any, Protocol, TypeAlias
+from typing import Any, TypeAlias
 
-from rigidcli.core.arithmetic import FLOAT
 from rigidcli.document.ranges import FORMS, Range, read_range
 from rigidcli.document.settings import SWEEP, split_setting
 from rigidcli.document.syntax import read_value
 from rigidcli.errors import DocumentError, UsageError, ValueProblem, nearest, shown
-from rigidcli.fields.environment import Environment
-from rigidcli.fields.typed_numbers import split_quantity
+from rigidcli.fields.environment import Environment, arithmetic_for
+from rigidcli.fields.typed_numbers import finite, split_quantity
 from rigidcli.fields.units import parse_unit
 
 Point: TypeAlias = tuple[str, ...]
 """The text of a value for each key of a sweep."""
 
 
-class Values(Protocol):
-    """The texts of the values of one key, each made when it is asked for."""
-
-    def __len__(self) -> int: ...
-
-    def __getitem__(self, index: int, /) -> str: ...
+Values: TypeAlias = Range | tuple[str, ...]
+"""The texts of the values of one key."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -64,17 +60,13 @@ class Sweep:
 
     def point(self, index: int) -> Point:
         """The values at a place of the sweep."""
-        return tuple(key.values[own] for key, own in zip(self.keys, self._indices(index), strict=True))
-
-    def _indices(self, index: int) -> tuple[int, ...]:
-        """Which value each key has at a place of the sweep."""
-        if self.paired or len(self.keys) == 1:
-            return (index,) * len(self.keys)
-        indices: list[int] = []
+        texts = []
         for key in reversed(self.keys):
-            index, own = divmod(index, len(key.values))
-            indices.append(own)
-        return tuple(reversed(indices))
+            own = index
+            if not self.paired:
+                index, own = divmod(index, len(key.values))
+            texts.append(key.values[own])
+        return tuple(reversed(texts))
 
     def exactly(self) -> Sweep:
         """The same sweep for exact numbers. Raises UsageError where values are rounded."""
@@ -153,22 +145,18 @@ def _column(name: str, text: str) -> tuple[tuple[str, ...], str]:
             if head not in heads:
                 near = nearest(head, heads)
                 guess = f" (did you mean {near}?)" if near else ""
-                raise UsageError(
-                    f"`{path}` has no column {shown(head)}{guess}", hint=f"its columns are {', '.join(heads)}"
-                )
-            return tuple(_cells(path, rows, heads.index(head))), path
+                message = f"`{path}` has no column {shown(head)}{guess}"
+                raise UsageError(message, hint=f"its columns are {', '.join(heads)}")
+            place, cells = heads.index(head), []
+            for line, row in enumerate(rows, start=2):
+                if any(map(str.strip, row)):
+                    cells.append("".join(row[place : place + 1]).strip())
+                    if not cells[-1]:
+                        raise UsageError(f"{path}:{line}: this cell of the column is empty")
+            return tuple(cells), path
     except (OSError, UnicodeDecodeError, csv.Error, ValueError) as error:
         reason = getattr(error, "strerror", None) or "it is no table in UTF-8"
         raise UsageError(f"`{path}` cannot be read: {reason}") from None
-
-
-def _cells(path: str, rows: Iterator[list[str]], place: int) -> Iterator[str]:
-    for line, row in enumerate(rows, start=2):
-        if any(cell.strip() for cell in row):
-            value = row[place].strip() if place < len(row) else ""
-            if not value:
-                raise UsageError(f"{path}:{line}: this cell of the column is empty")
-            yield value
 
 
 def _told(text: str, exact: bool) -> tuple[Any, str]:
@@ -176,18 +164,11 @@ def _told(text: str, exact: bool) -> tuple[Any, str]:
 
     A number or a quantity is told in SI units, any other text as it is typed.
     """
+    if not exact:
+        with suppress(ValueError):
+            return finite(float(text)), ""
     try:
-        if not exact:
-            return Environment().read(float(text), None), ""
-    except ValueError:
-        pass
-    arithmetic = FLOAT
-    if exact:
-        from rigidcli.algebra.arithmetic import EXACT
-
-        arithmetic = EXACT
-    try:
-        value = Environment(arithmetic).read(read_value(text, ""), None)
+        value = Environment(arithmetic_for(exact)).read(read_value(text, ""), None)
     except (DocumentError, ValueProblem):
         return text, ""
     quantity = None if value == text else split_quantity(text)

@@ -56,7 +56,9 @@ def read_tree(
     every value by its path. Scalars stay the texts that were `typed`, where that is asked, and only nothing
     at all is None.
     """
-    data = _join_surrogates(text).encode(errors="surrogatepass")
+    if "\\u" in text:
+        text = _SURROGATES.sub(_joined, text)
+    data = text.encode(errors="surrogatepass")
     require_bounded(data, source)
     try:
         return _Builder(yaml.parse(data, Loader=_LOADER), source, number, lines, typed).root()
@@ -65,15 +67,14 @@ def read_tree(
 
         slip = find_slip(text, error)
         if slip is None:
-            raise _refusal(source, None, f"not YAML: {error.problem}", None) from None
+            raise _refusal(source, None, f"not YAML: {error.problem}") from None
         excerpt = Excerpt.of("".join(text.splitlines()[slip.line - 1 : slip.line]), slip.column)
-        problem = Problem(
-            source, f"not YAML: {slip.message}", slip.line, "", slip.hint, "parse_error", excerpt
-        )
+        message = f"not YAML: {slip.message}"
+        problem = Problem(source, message, slip.line, "", slip.hint, "parse_error", excerpt)
         raise DocumentError([problem]) from None
     except yaml.reader.ReaderError as error:
         line = text.count("\n", 0, error.position) + 1 if isinstance(error.position, int) else None
-        raise _refusal(source, line, f"not YAML: {error.reason}", None) from None
+        raise _refusal(source, line, f"not YAML: {error.reason}") from None
 
 
 def read_value(text: str, source: str) -> Any:
@@ -91,25 +92,16 @@ def decimal(text: str) -> Decimal | float:
         return float(text)
 
 
-def _join_surrogates(text: str) -> str:
-    """`text` with the pairs of escapes by which JSON writes characters such as U+1F600, and YAML does not."""
-
-    def character(pair: re.Match[str]) -> str:
-        high, low = (int(pair[group], 16) for group in (2, 3))
-        return pair[1] + chr(0x10000 + ((high - 0xD800) << 10) + (low - 0xDC00))
-
-    return _SURROGATES.sub(character, text) if "\\u" in text else text
+def _joined(pair: re.Match[str]) -> str:
+    """The character, such as U+1F600, for which JSON writes a pair of escapes that YAML does not have."""
+    high, low = (int(pair[group], 16) for group in (2, 3))
+    return pair[1] + chr(0x10000 + ((high - 0xD800) << 10) + (low - 0xDC00))
 
 
 def _refusal(
-    source: str, line: int | None, message: str, hint: str | None, code: str = "parse_error"
+    source: str, line: int | None, message: str, hint: str | None = None, code: str = "parse_error"
 ) -> DocumentError:
     return DocumentError([Problem(source, message, line=line, hint=hint, code=code)])
-
-
-def _line(event: yaml.Event) -> int:
-    mark: Any = event.start_mark
-    return int(mark.line) + 1
 
 
 @dataclass(slots=True)
@@ -134,11 +126,11 @@ class _Builder:
                 root = self._node(event, (), 0)
         return root
 
-    def _node(self, event: yaml.Event, path: Path, depth: int) -> Any:
+    def _node(self, event: yaml.Event, path: Path, depth: int, is_text: bool = False) -> Any:
         """The value that begins with `event`; its `path` is kept only if lines are asked for."""
         self._refuse_unsafe(event)
         if isinstance(event, yaml.ScalarEvent):
-            return self._scalar(event)
+            return self._scalar(event, is_text or self._typed)
         if depth == MAX_DEPTH:
             raise self._refusal(event, f"nested more than {MAX_DEPTH} deep", code="too_deep")
         if isinstance(event, yaml.MappingStartEvent):
@@ -163,23 +155,22 @@ class _Builder:
                 raise self._refusal(event, message, code="duplicate_key")
             value = next(self._events)
             place = self._placed(path, key, event)
-            if key in TITLES and isinstance(value, yaml.ScalarEvent):
-                mapping[key] = self._title(value)
-            else:
-                mapping[key] = self._node(value, place, depth)
+            mapping[key] = self._node(value, place, depth, is_text=key in TITLES)
         return mapping
 
     def _placed(self, path: Path, step: str | int, event: yaml.Event) -> Path:
         """The path to an entry, after taking note of its line; nothing where lines are not asked for."""
         if self._lines is None:
             return ()
-        self._lines[(*path, step)] = _line(event)
-        return (*path, step)
+        place = (*path, step)
+        mark: Any = event.start_mark
+        self._lines[place] = mark.line + 1
+        return place
 
     def _refusal(
-        self, event: yaml.Event, message: str, hint: str | None = None, code: str = "parse_error"
+        self, event: Any, message: str, hint: str | None = None, code: str = "parse_error"
     ) -> DocumentError:
-        return _refusal(self._source, _line(event), message, hint, code)
+        return _refusal(self._source, event.start_mark.line + 1, message, hint, code)
 
     def _refuse_unsafe(self, event: yaml.Event) -> None:
         if isinstance(event, yaml.AliasEvent) or getattr(event, "anchor", None) is not None:
@@ -191,27 +182,20 @@ class _Builder:
             hint = "leave out tags: the schema knows the types"
             raise self._refusal(event, f"the tag {shown(tag)} is not read", hint, code="not_allowed")
 
-    def _title(self, event: yaml.ScalarEvent) -> str | None:
-        """A text as it is typed, unless nothing is."""
-        self._refuse_unsafe(event)
+    def _scalar(self, event: yaml.ScalarEvent, is_text: bool) -> object:
         text: str = event.value
-        return None if text in _NULL and not event.style else text
-
-    def _scalar(self, event: yaml.ScalarEvent) -> object:
-        text: str = event.value
-        if event.style not in (None, ""):
+        if event.style:
             return text
         if text in _NULL:
             return None
-        if self._typed:
+        if is_text:
             return text
         if text in _BOOL:
             return _BOOL[text]
         if _INT.fullmatch(text):
             if len(text) > MAX_INTEGER_DIGITS:
-                raise self._refusal(
-                    event, f"a number of {len(text)} digits, expected at most {MAX_INTEGER_DIGITS}"
-                )
+                message = f"a number of {len(text)} digits, expected at most {MAX_INTEGER_DIGITS}"
+                raise self._refusal(event, message)
             return int(text)
         if _FLOAT.fullmatch(text):
             return self._number(text)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from functools import lru_cache
 from types import MappingProxyType
@@ -12,7 +12,7 @@ from pydantic import Field, ValidationInfo
 from pydantic.json_schema import JsonSchemaValue
 
 from rigidcli.document.functions import FUNCTIONS
-from rigidcli.document.parameters import read_names
+from rigidcli.document.parameters import read_mapping
 from rigidcli.document.variables import (
     EXPRESSION_SCHEMA,
     MOST_COORDINATES,
@@ -27,11 +27,11 @@ from rigidcli.document.variables import (
     require_known,
     velocity,
 )
-from rigidcli.errors import ValueProblem, gathered, shown
+from rigidcli.errors import ValueProblem, shown
 from rigidcli.fields.dimensions import ANGLE, ENERGY, LENGTH, MASS, MOMENT_OF_INERTIA, Dimension
 from rigidcli.fields.quantities import AsList
 from rigidcli.fields.readers import ReadBy, Reader
-from rigidcli.fields.section import Section, environment, refuse
+from rigidcli.fields.section import Section, environment, optional, refuse
 from rigidcli.language.expression import Expression
 from rigidcli.language.tree import UnknownFunction
 
@@ -126,22 +126,15 @@ RotationalInertia: TypeAlias = Annotated[
 def _read_forces(raw: object, info: ValidationInfo) -> dict[str, Expression]:
     """Generalized forces by their coordinates."""
     env = environment(info)
-    if not isinstance(raw, Mapping):
-        raise ValueProblem(f"read {shown(raw)}, expected a mapping, such as {{x: -c*xdot}}")
-    if len(raw) > MOST_COORDINATES:
-        raise ValueProblem(f"read {len(raw)} forces, expected at most {MOST_COORDINATES}")
-    spelling, problems = read_names(raw)
-    forces = {}
-    for name, key in spelling.items():
-        with gathered(problems, key):
-            if env.coordinates is None:
-                forces[name] = env.symbolic(raw[key])
-                continue
-            require_known(name, env.coordinates, f"expected one of {', '.join(env.coordinates)}")
-            variables, misplaced = _variables(env.coordinates, ("velocities", "momenta"))
-            forces[name] = read_expression(raw[key], env, variables, misplaced, _FORCE_HINT)
-    refuse("forces", problems)
-    return forces
+
+    def read(name: str, value: Any) -> Expression:
+        if env.coordinates is None:
+            return env.symbolic(value)
+        require_known(name, env.coordinates, f"expected one of {', '.join(env.coordinates)}")
+        variables, misplaced = _variables(env.coordinates, ("velocities", "momenta"))
+        return read_expression(value, env, variables, misplaced, _FORCE_HINT)
+
+    return read_mapping(raw, read, example="{x: -c*xdot}", most=MOST_COORDINATES)
 
 
 _FORCE_HINT = "write a force in coordinates, velocities, momenta and t"
@@ -150,33 +143,35 @@ _FORCES = ReadBy(_read_forces, {"type": "object", "additionalProperties": EXPRES
 
 # --- sections
 
+Position: TypeAlias = Annotated[tuple[CartesianCoordinate, ...], AsList, Field(min_length=1, max_length=3)]
+Coordinates: TypeAlias = Annotated[
+    tuple[str, ...], ReadBy(_read_coordinates, names_schema(1, MOST_COORDINATES))
+]
+Forces: TypeAlias = Annotated[dict[str, Expression], _FORCES]
+
 
 class Particle(Section):
     """A point mass, or a rigid body by its centre of mass and the angle of which it turns about an axis."""
 
+    NEEDS: ClassVar = {"position": "mass", "moment_of_inertia": "angle", "angle": "moment_of_inertia"}
+
     mass: Inertia | None = None
-    position: Annotated[tuple[CartesianCoordinate, ...], AsList, Field(min_length=1, max_length=3)] | None = (
-        Field(default=None, description="One to three Cartesian coordinates, in an inertial frame")
+    position: Position | None = optional("One to three Cartesian coordinates, in an inertial frame")
+    moment_of_inertia: RotationalInertia | None = optional(
+        "About the axis on which it turns, or that through its centre of mass"
     )
-    moment_of_inertia: RotationalInertia | None = Field(
-        default=None, description="About the axis on which it turns, or that through its centre of mass"
-    )
-    angle: Turning | None = Field(default=None, description="The angle of which it has turned (rad)")
+    angle: Turning | None = optional("The angle of which it has turned (rad)")
     potential: InVelocities | None = None
 
     @classmethod
     def _contradictions(cls, raw: Mapping[str, Any]) -> Iterator[ValueProblem]:
         yield from super()._contradictions(raw)
-        given = {key for key in cls.model_fields if raw.get(key) is not None}
-        if "position" in given and "mass" not in given:
-            yield ValueProblem("missing, expected the mass at the `position`", path=("mass",))
-        if "moment_of_inertia" in given and "angle" not in given:
-            yield ValueProblem("missing, expected the angle of which the body turns", path=("angle",))
-        if "angle" in given and "moment_of_inertia" not in given:
-            yield ValueProblem("missing, expected what turns by the `angle`", path=("moment_of_inertia",))
-        if not given & {"position", "moment_of_inertia", "angle"}:
+        if all(raw.get(key) is None for key in cls.NEEDS):
             hint = "a body that only turns has a `moment_of_inertia` and an `angle` instead"
             yield ValueProblem("missing, expected where the particle is", path=("position",), hint=hint)
+
+
+Particles: TypeAlias = Annotated[tuple[Particle, ...], AsList, Field(min_length=1, max_length=MOST_PARTICLES)]
 
 
 class System(Section):
@@ -188,22 +183,19 @@ class System(Section):
 
     FORMS: ClassVar = ("lagrangian", "kinetic", "particles", "hamiltonian")
 
-    coordinates: Annotated[tuple[str, ...], ReadBy(_read_coordinates, names_schema(1, MOST_COORDINATES))] = (
-        Field(description="Names of the generalized coordinates; the velocity of x is xdot, its momentum p_x")
+    coordinates: Coordinates = Field(
+        description="Names of the generalized coordinates; the velocity of x is xdot, its momentum p_x"
     )
-    functions: Annotated[tuple[UnknownFunction, ...], FUNCTIONS] = Field(
-        default=(), description="Functions without a formula; the derivative of V(x) is written dV_dx(x)"
+    functions: Annotated[tuple[UnknownFunction, ...], FUNCTIONS] = optional(
+        "Functions without a formula; the derivative of V(x) is written dV_dx(x)", ()
     )
-    lagrangian: InVelocities | None = Field(default=None, description="L, in coordinates and velocities")
-    kinetic: InVelocities | None = Field(default=None, description="T, in coordinates and velocities")
-    potential: InVelocities | None = Field(default=None, description="V, in coordinates")
-    particles: (
-        Annotated[tuple[Particle, ...], AsList, Field(min_length=1, max_length=MOST_PARTICLES)] | None
-    ) = None
-    hamiltonian: InMomenta | None = Field(default=None, description="H, in coordinates and momenta")
-    forces: Annotated[dict[str, Expression], _FORCES] | None = Field(
-        default=None,
-        description="Generalized forces beside those of the potential, by their coordinates: {x: -c*xdot}",
+    lagrangian: InVelocities | None = optional("L, in coordinates and velocities")
+    kinetic: InVelocities | None = optional("T, in coordinates and velocities")
+    potential: InVelocities | None = optional("V, in coordinates")
+    particles: Particles | None = None
+    hamiltonian: InMomenta | None = optional("H, in coordinates and momenta")
+    forces: Forces | None = optional(
+        "Generalized forces beside those of the potential, by their coordinates: {x: -c*xdot}"
     )
 
     def expressions(self) -> list[Expression]:
@@ -227,14 +219,10 @@ class System(Section):
         yield from super()._contradictions(raw)
         given = [key for key in cls.FORMS if raw.get(key) is not None]
         if len(given) != 1 and given != ["lagrangian", "kinetic"]:
-            read = _listed(given) if given else "none of them"
+            forms, read = (", ".join(f"`{key}`" for key in keys) for keys in (cls.FORMS, given))
             hint = "`lagrangian` may stand beside `kinetic` and `potential` only" if given else None
-            yield ValueProblem(f"expected exactly one of {_listed(cls.FORMS)}; read {read}", hint=hint)
+            yield ValueProblem(f"expected exactly one of {forms}; read {read or 'none of them'}", hint=hint)
         elif raw.get("potential") is not None and given[-1] not in ("kinetic", "particles"):
             hint = "a Lagrangian is T - V already, a Hamiltonian has V in it"
             message = f"goes with `kinetic` or `particles`; `{given[0]}` is given"
             yield ValueProblem(message, path=("potential",), hint=hint)
-
-
-def _listed(keys: Sequence[str]) -> str:
-    return ", ".join(f"`{key}`" for key in keys)

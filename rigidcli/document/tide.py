@@ -21,7 +21,7 @@ from rigidcli.fields.quantities import (
     limited,
 )
 from rigidcli.fields.readers import Title
-from rigidcli.fields.section import Section, environment
+from rigidcli.fields.section import Section, environment, optional
 
 Eccentricity = Annotated[
     Number,
@@ -32,6 +32,10 @@ Ellipticity = Annotated[
 ]
 
 
+GravitationalParameter = Annotated[Scalar, Quantity(GRAVITATIONAL_PARAMETER, "positive")]
+Moments = Annotated[tuple[PositiveMoment, PositiveMoment, PositiveMoment], AsList]
+
+
 class Perturber(Section):
     """A body that pulls at the bulge, on an orbit as it is seen from the planet."""
 
@@ -39,8 +43,8 @@ class Perturber(Section):
 
     name: Title | None = None
     mass: Mass | None = None
-    gm: Annotated[Scalar, Quantity(GRAVITATIONAL_PARAMETER, "positive")] | None = Field(
-        default=None, description="Gravitational parameter G m (m^3/s^2), often known better than the mass"
+    gm: Annotated[Scalar, Quantity(GRAVITATIONAL_PARAMETER, "positive")] | None = optional(
+        "Gravitational parameter G m (m^3/s^2), often known better than the mass"
     )
     distance: Length = Field(description="Semi-major axis of the orbit (m)")
     eccentricity: Eccentricity = Field(default=0, validate_default=True)
@@ -58,12 +62,8 @@ class Tide(Section):
         description="Angle between the spin and the normal of the orbits' plane (rad)"
     )
     spin: AngularVelocity = Field(description="Angular velocity of the planet")
-    moments: Annotated[tuple[PositiveMoment, PositiveMoment, PositiveMoment], AsList] | None = Field(
-        default=None, description="A, B, C; C about the spin"
-    )
-    ellipticity: Ellipticity | None = Field(
-        default=None, description="(C - A)/C; A is the mean of the moments across the spin"
-    )
+    moments: Moments | None = optional("A, B, C; C about the spin")
+    ellipticity: Ellipticity | None = optional("(C - A)/C; A is the mean of the moments across the spin")
     perturbers: Annotated[tuple[Perturber, ...], AsList, Field(min_length=1)] = Field(
         description="The bodies that pull at the bulge"
     )
@@ -74,11 +74,11 @@ class Tide(Section):
         if n.sign(self.spin) == 0:
             raise ValueProblem("read zero, expected a planet that spins", path=("spin",))
         moments = self.moments or ()
-        for index in range(len(moments)):
-            a, b, c = (moments[(index + k) % 3] for k in range(3))
-            if n.sign(b + c - a) == -1:
-                raise ValueProblem(
-                    f"{n.size(a):.6g} > {n.size(b):.6g} + {n.size(c):.6g}: no body has these moments",
-                    path=("moments", index),
+        for index, largest in enumerate(moments):
+            others = sum(moments[:index] + moments[index + 1 :])
+            if n.sign(others - largest) == -1:
+                message = (
+                    f"{n.size(largest):.6g} > {n.size(others):.6g}, the sum of the others: no body has these"
                 )
+                raise ValueProblem(message, path=("moments", index))
         return self

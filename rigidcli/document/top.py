@@ -11,7 +11,7 @@ from rigidcli.fields.dimensions import ACCELERATION, ANGULAR_VELOCITY
 from rigidcli.fields.environment import Environment
 from rigidcli.fields.quantities import AngularVelocity, Length, Mass, PolarAngle, PositiveMoment, Quantity
 from rigidcli.fields.readers import Alternative
-from rigidcli.fields.section import Section
+from rigidcli.fields.section import Section, optional
 
 
 def _steady_or_rate(raw: str, env: Environment) -> Any:
@@ -22,9 +22,7 @@ class Top(Section):
     """A top in uniform gravity; its moments are about the pivot, where its axis is held."""
 
     spin: AngularVelocity = Field(description="Component of the angular velocity along the axis (rad/s)")
-    tilt: PolarAngle | None = Field(
-        default=None, description="Angle of the axis from the vertical (rad), 0 to pi"
-    )
+    tilt: PolarAngle | None = optional("Angle of the axis from the vertical (rad), 0 to pi")
     gravity: Annotated[Scalar, Quantity(ACCELERATION, "nonnegative")] = Field(
         default=9.80665, validate_default=True, description="Acceleration of free fall (m/s^2)"
     )
@@ -38,9 +36,9 @@ class Top(Section):
     )
     nutation: AngularVelocity = Field(default=0, validate_default=True, description="theta-dot at t = 0")
     mass: Mass | None = None
-    distance: Length | None = Field(default=None, description="From the pivot to the centre of mass (m)")
-    lambda1: PositiveMoment | None = Field(default=None, description="Moment across the axis (kg m^2)")
-    lambda3: PositiveMoment | None = Field(default=None, description="Moment about the axis (kg m^2)")
+    distance: Length | None = optional("From the pivot to the centre of mass (m)")
+    lambda1: PositiveMoment | None = optional("Moment across the axis (kg m^2)")
+    lambda3: PositiveMoment | None = optional("Moment about the axis (kg m^2)")
 
     @property
     def numbers(self) -> dict[str, Scalar | None]:

@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from typing import Annotated, ClassVar
+from typing import Annotated, Any, ClassVar, TypeAlias
 
 from pydantic import Field, ValidationInfo
 
-from rigidcli.document.parameters import read_names
+from rigidcli.document.parameters import read_mapping
 from rigidcli.document.variables import (
     EXPRESSION_SCHEMA,
     MOST_COORDINATES,
@@ -19,9 +18,9 @@ from rigidcli.document.variables import (
     read_new_names,
     require_known,
 )
-from rigidcli.errors import ValueProblem, gathered, shown
+from rigidcli.errors import ValueProblem
 from rigidcli.fields.readers import ReadBy
-from rigidcli.fields.section import Section, environment, refuse
+from rigidcli.fields.section import Section, environment, optional, refuse
 from rigidcli.language.expression import Expression
 
 
@@ -35,54 +34,53 @@ def _read_new_variables(raw: object, info: ValidationInfo) -> tuple[str, ...]:
     taken = {**RESULTS, **_meanings(env.coordinates or ())}
     index, problems = read_new_names(raw, env, taken, 2 * MOST_COORDINATES, "new variables")
     refuse("new variables", problems)
-    names = tuple(index)
+    names, count = tuple(index), 2 * len(env.coordinates or ())
     if len(names) % 2:
         hint = "new coordinates first, then their momenta in the same order, as in [Q1, Q2, P1, P2]"
         raise ValueProblem(f"read {len(names)} names, expected an even number of them", hint=hint)
-    if env.coordinates is not None and len(names) != 2 * len(env.coordinates):
-        raise ValueProblem(
-            f"read {len(names)} names, expected {2 * len(env.coordinates)}: "
-            f"as many as there are coordinates and momenta"
-        )
+    if count and len(names) != count:
+        why = "as many as there are coordinates and momenta"
+        raise ValueProblem(f"read {len(names)} names, expected {count}: {why}")
     return names
 
 
 def _read_side(raw: object, info: ValidationInfo) -> dict[str, Expression]:
     """The variables of one side as expressions in those of the other; `info` tells which side it is."""
     env = environment(info)
-    if not isinstance(raw, Mapping):
-        raise ValueProblem(f"read {shown(raw)}, expected a mapping from variables to expressions")
-    if len(raw) > 2 * MOST_COORDINATES:
-        raise ValueProblem(f"read {len(raw)} expressions, expected at most {2 * MOST_COORDINATES}")
     new: tuple[str, ...] | None = info.data.get("new_variables")
     coordinates = env.coordinates
     old = None if coordinates is None else (*coordinates, *map(momentum, coordinates))
-    if info.field_name == "old":
-        side, other, hint = old, new, "under `old` the old variables are written in the new ones"
-    else:
+    side, other, hint = old, new, "under `old` the old variables are written in the new ones"
+    if info.field_name == "new":
         side, other = new, old
         hint = "under `new` the new variables are written in the old coordinates and momenta"
     meanings = _meanings(coordinates or ()) | dict.fromkeys(new or (), "a new variable")
     misplaced = {name: what for name, what in meanings.items() if name not in (other or ())}
-    found: dict[str, Expression] = {}
-    spelling, problems = read_names(raw)
-    for name, key in spelling.items():
-        with gathered(problems, key):
-            require_known(name, side, f"expected {', '.join(side or ())}")
-            if other is None:
-                found[name] = env.symbolic(raw[key])
-            else:
-                found[name] = read_expression(raw[key], env, (*other, "t"), misplaced, hint)
-    problems += [
-        ValueProblem("missing, expected an expression for it", path=(name,))
-        for name in side or ()
-        if name not in spelling
-    ]
-    refuse("transform", problems)
+
+    def read(name: str, value: Any) -> Expression:
+        require_known(name, side, f"expected {', '.join(side or ())}")
+        if other is None:
+            return env.symbolic(value)
+        return read_expression(value, env, (*other, "t"), misplaced, hint)
+
+    found = read_mapping(
+        raw,
+        read,
+        example="{x: Q + P, p_x: P}",
+        most=2 * MOST_COORDINATES,
+        needed=side or (),
+        lacks="expected an expression for it",
+    )
     return {name: found[name] for name in side or found}
 
 
-_SIDE = ReadBy(_read_side, {"type": "object", "additionalProperties": EXPRESSION_SCHEMA})
+Side: TypeAlias = Annotated[
+    dict[str, Expression],
+    ReadBy(_read_side, {"type": "object", "additionalProperties": EXPRESSION_SCHEMA}),
+]
+NewVariables: TypeAlias = Annotated[
+    tuple[str, ...], ReadBy(_read_new_variables, names_schema(2, 2 * MOST_COORDINATES))
+]
 
 
 class Transform(Section):
@@ -91,15 +89,11 @@ class Transform(Section):
     ONE_OF: ClassVar = ("old", "new")
 
     # The first to be read: the expressions are in these names.
-    new_variables: Annotated[
-        tuple[str, ...], ReadBy(_read_new_variables, names_schema(2, 2 * MOST_COORDINATES))
-    ] = Field(description="New coordinates, then their momenta in the same order: [Q1, Q2, P1, P2]")
-    old: Annotated[dict[str, Expression], _SIDE] | None = Field(
-        default=None, description="Old coordinates and momenta, as expressions in the new variables and t"
+    new_variables: NewVariables = Field(
+        description="New coordinates, then their momenta in the same order: [Q1, Q2, P1, P2]"
     )
-    new: Annotated[dict[str, Expression], _SIDE] | None = Field(
-        default=None, description="New variables, as expressions in the old coordinates, momenta and t"
-    )
+    old: Side | None = optional("Old coordinates and momenta, as expressions in the new variables and t")
+    new: Side | None = optional("New variables, as expressions in the old coordinates, momenta and t")
 
     @property
     def coordinates(self) -> tuple[str, ...]:

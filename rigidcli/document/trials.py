@@ -12,6 +12,7 @@ from rigidcli.bodies.bodies import Composite
 from rigidcli.bodies.shape import Shape
 from rigidcli.core.arithmetic import FLOAT
 from rigidcli.document.document import Document
+from rigidcli.document.origins import Origin
 from rigidcli.errors import ComputationError, DocumentError, Problem, ValueProblem
 from rigidcli.errors import Path as Keys
 from rigidcli.fields.environment import Formula
@@ -22,37 +23,37 @@ TRIALS = 30
 MOST_SYMBOLS = 3
 """With more symbols, values that allow a body may be missed by chance: then it is noted, and not refused."""
 
-Read = Callable[[Mapping[str, Any]], Document]
-"""Reads a tree with numbers as a document, and raises DocumentError with all problems; no physics yet."""
 
+def tried(document: Document, origin: Origin, read: Callable[[Mapping[str, Any]], Document]) -> Document:
+    """The document, with notes on the positive values of its symbols that it cannot have.
 
-def tried(tree: Mapping[str, Any], read: Read) -> Iterator[tuple[Problem, str, bool]]:
-    """What forbids some of the positive values of the symbols of a document.
-
-    Each problem comes with a sentence on the check that fails, without the values, and whether it fails for
-    all of them.
+    `read` makes a document of a tree with numbers, without looking whether the body can exist. Problems and
+    notes name the check that fails, without the values. Raises DocumentError where all values fail.
     """
-    parameters = tree["parameters"]
+    parameters = origin.tree["parameters"]
     symbols = [name for name, value in parameters.items() if value is None]
     chance = random.Random(" ".join(symbols))  # noqa: S311 - the same trials for the same document
     failed: Counter[tuple[str, str]] = Counter()
-    problems: dict[tuple[str, str], Problem] = {}
     for _ in range(TRIALS):
         values = {name: 10 ** chance.uniform(-2, 2) for name in symbols}
         try:
-            _require_physical(read({**tree, "parameters": {**parameters, **values}}))
+            _require_physical(read({**origin.tree, "parameters": {**parameters, **values}}))
         except DocumentError as error:
-            for key, problem in {(each.key, _check(each.message)): each for each in error.problems}.items():
-                failed[key] += 1
-                problems[key] = problem
+            failed.update({(problem.key, _check(problem.message)) for problem in error.problems})
         except ComputationError:
             continue
-    names = ", ".join(f"`{name}`" for name in symbols)
-    for failure, count in failed.items():
-        always = count == TRIALS and len(symbols) <= MOST_SYMBOLS
-        amount = "all" if count == TRIALS else "some"
-        sentence = f"for {amount} positive values of {names} that were tried: {failure[1]}"
-        yield problems[failure], sentence, always
+    refused, notes = [], []
+    for (key, check), count in failed.items():
+        amount, names = "all" if count == TRIALS else "some", ", ".join(f"`{name}`" for name in symbols)
+        sentence = f"for {amount} positive values of {names} that were tried: {check}"
+        if count == TRIALS and len(symbols) <= MOST_SYMBOLS:
+            line = origin.place(tuple(key.split(".")))[1]
+            refused.append(Problem(origin.source, sentence, line, key))
+        else:
+            notes.append(f"{key}: {sentence}" if key else sentence)
+    if refused:
+        raise DocumentError(refused)
+    return document.came_from(origin, [*document.notes, *notes])
 
 
 def _require_physical(document: Document) -> None:

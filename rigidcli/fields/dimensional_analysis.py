@@ -10,19 +10,8 @@ from collections.abc import Mapping
 
 from rigidcli.errors import ValueProblem
 from rigidcli.fields.dimensions import DIMENSIONLESS, Dimension, described
-from rigidcli.language.tree import (
-    Call,
-    Constant,
-    Name,
-    Negative,
-    Node,
-    Number,
-    Power,
-    Product,
-    Reciprocal,
-    Sum,
-    UnknownFunction,
-)
+from rigidcli.language import tree
+from rigidcli.language.tree import Call, Name, Negative, Node, Number, Power, Product, Reciprocal, Sum
 
 
 def dimension_of(node: Node, known: Mapping[str, Dimension]) -> Dimension | None:
@@ -51,7 +40,7 @@ def dimension_of(node: Node, known: Mapping[str, Dimension]) -> Dimension | None
             return _power(dimension_of(base, known), exponent)
         case Power(base, Negative(Number(_, exponent))):
             return _power(dimension_of(base, known), -exponent)
-        case Call(UnknownFunction(), _):
+        case Call(tree.UnknownFunction(), _):
             return None
         case Call("sqrt", (argument,)):
             return _power(dimension_of(argument, known), 0.5)
@@ -59,11 +48,8 @@ def dimension_of(node: Node, known: Mapping[str, Dimension]) -> Dimension | None
             return dimension_of(argument, known)
         case Call(function, arguments):
             dimension = _common([dimension_of(argument, known) for argument in arguments])
-            if (
-                dimension is not None
-                and function not in ("atan2", "sign")
-                and any(dimension._replace(angle=0))
-            ):
+            is_free = dimension is None or function in ("atan2", "sign")
+            if dimension is not None and not is_free and any(dimension._replace(angle=0)):
                 raise ValueProblem(
                     f"{function} of {described(dimension)}, expected an angle or a pure number"
                 )
@@ -73,7 +59,7 @@ def dimension_of(node: Node, known: Mapping[str, Dimension]) -> Dimension | None
 def _is_pure(node: Node) -> bool:
     """Whether a factor is a pure number in any case, such as the 2 of 2*a and the sine of R*sin(theta)."""
     match node:
-        case Number() | Constant():
+        case Number() | tree.Constant():
             return True
         case Negative(operand) | Reciprocal(operand):
             return _is_pure(operand)
@@ -81,7 +67,7 @@ def _is_pure(node: Node) -> bool:
             return all(map(_is_pure, members))
         case Power(base, exponent):
             return _is_pure(base) and _is_pure(exponent)
-        case Call(UnknownFunction(), _):
+        case Call(tree.UnknownFunction(), _):
             return False
         case Call(function, arguments):
             return function not in ("sqrt", "abs") or all(map(_is_pure, arguments))

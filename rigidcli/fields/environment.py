@@ -112,11 +112,10 @@ class Environment:
             return None
         names = _names_in(written.unit, tuple(self.functions.values()))
         is_known = names is not None and names.difference(variables) <= self.declared
-        if names is not None and not (names and all(map(is_unit, names))):
-            # A name that is neither known nor a unit is misspelt, and the others tell what it is meant for.
-            is_meant = is_known or bool(names & self.declared) or not names.isdisjoint(variables)
-            if is_meant:
-                return None
+        # A name that is neither known nor a unit is misspelt, and the others tell what it is meant for.
+        is_meant = is_known or (names is not None and not names.isdisjoint(self.declared.union(variables)))
+        if is_meant and not (names and all(map(is_unit, names))):
+            return None
         try:
             unit = _unit(written.unit, dimension)
         except ValueProblem:
@@ -262,6 +261,15 @@ class Environment:
             f"{f' (did you mean {near}?)' if near else ''}",
             hint=f"declared parameters: {_listed(self._declared_in_order)}{also}",
         )
+
+
+def arithmetic_for(exact: bool) -> Arithmetic:
+    """Exact arithmetic, which is loaded where it is needed, or that of floats."""
+    if not exact:
+        return FLOAT
+    from rigidcli.algebra.arithmetic import EXACT
+
+    return EXACT
 
 
 @lru_cache(maxsize=4096)

@@ -151,7 +151,6 @@ def _list_along(axes: str) -> BeforeValidator:
 
 
 Size2 = Annotated[tuple[Length, Length], AsList, _list_along("x, y")]
-
 Size3 = Annotated[tuple[Length, Length, Length], AsList, _list_along("x, y, z")]
 
 

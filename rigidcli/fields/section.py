@@ -12,6 +12,7 @@ from typing import Any, ClassVar, Self, get_args
 from pydantic import (
     BaseModel,
     ConfigDict,
+    Field,
     ModelWrapValidatorHandler,
     ValidationError,
     ValidationInfo,
@@ -30,14 +31,15 @@ AT_TOP = "belongs at the top of the document"
 class Section(BaseModel):
     """A mapping of the document: unknown keys and wrong types are refused, and nothing changes later.
 
-    `ONE_OF` and `AT_MOST_ONE_OF` name keys that exclude each other; of the former one must be given. The
-    validator is built when the first such section is read: a document uses two or three of thirty.
+    `ONE_OF` and `AT_MOST_ONE_OF` name keys that exclude each other; of the former one must be given. A key of
+    `NEEDS` makes sense only beside the other one. Validators are built for sections that are read.
     """
 
     model_config = ConfigDict(frozen=True, strict=True, extra="forbid", defer_build=True)
 
     ONE_OF: ClassVar[tuple[str, ...]] = ()
     AT_MOST_ONE_OF: ClassVar[tuple[str, ...]] = ()
+    NEEDS: ClassVar[Mapping[str, str]] = {}
 
     @model_validator(mode="wrap")
     @classmethod
@@ -69,6 +71,9 @@ class Section(BaseModel):
                 words = " and ".join(f"`{key}`" for key in given or keys)
                 which = "both" if given else "neither"
                 yield ValueProblem(f"{which} of {words} given, expected {expected} one")
+        for key, needed in cls.NEEDS.items():
+            if raw.get(key) is not None and raw.get(needed) is None:
+                yield ValueProblem(f"there is no `{needed}` beside it", path=(key,))
 
     @classmethod
     def _stranger(cls, key: str, raw: Mapping[str, Any], top: Collection[str]) -> ValueProblem:
@@ -93,6 +98,11 @@ class Section(BaseModel):
         """The key of the section for which `word` stands, if there is one that `raw` does not give."""
         free = (key for key in keys_called(word) if key in cls.model_fields and raw.get(key) is None)
         return next(free, None)
+
+
+def optional(words: str, default: Any = None) -> Any:
+    """A key that may be left out; `words` say what it is."""
+    return Field(default=default, description=words)
 
 
 class Holder(ABC):

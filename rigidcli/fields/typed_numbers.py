@@ -19,7 +19,7 @@ def number_or_text(raw: object, expected: str) -> float | int | str | Decimal:
     """A scalar that may be a number. Raises ValueProblem for anything else."""
     if isinstance(raw, bool) or not isinstance(raw, float | int | str | Decimal):
         raise ValueProblem(f"read {shown(raw)}, expected {expected}")
-    if isinstance(raw, float) and not math.isfinite(raw):
+    if raw in ("NaN", "Infinity", "-Infinity") or (isinstance(raw, float) and not math.isfinite(raw)):
         raise ValueProblem(f"read {shown(raw)}, expected a finite number")
     return raw
 
