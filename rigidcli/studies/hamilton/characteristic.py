@@ -7,19 +7,17 @@ from typing import Any
 
 import numpy as np
 
-from rigidcli.algebra.arithmetic import EXACT
+from rigidcli.algebra.arithmetic import EXACT, polynomial_factors
 from rigidcli.algebra.expansion import coefficients
 from rigidcli.algebra.expressions import Expr, symbol
 from rigidcli.algebra.expressions import total as all_of
-from rigidcli.algebra.matrices import Matrix
+from rigidcli.algebra.matrices import Matrix, short_determinant
 from rigidcli.algebra.simplification import tidy
 from rigidcli.core.arithmetic import FLOAT
 from rigidcli.document.document import Document
 from rigidcli.errors import ExpressionError
 from rigidcli.language.text import reading
 from rigidcli.language.tree import Name, Node
-from rigidcli.mechanics.spectrum import determinant as determinant_of
-from rigidcli.mechanics.spectrum import factored_polynomial
 from rigidcli.report import Field, Step, Table
 from rigidcli.studies.hamilton.derivation import TIME
 from rigidcli.studies.hamilton.linear_equations import MOST_COLUMNS
@@ -92,7 +90,7 @@ def _matrix(name: str, matrix: Matrix, document: Document) -> Field:
 def _polynomial(matrix: Matrix, unknown: str, document: Document, title: str, head: str) -> Iterator[Field]:
     """The determinant as a polynomial in one name, and in factors where it has some."""
     try:
-        determinant = tidy(determinant_of(matrix))
+        determinant = tidy(short_determinant(matrix))
         found = coefficients(determinant, [unknown])
     except ExpressionError:
         return
@@ -119,7 +117,7 @@ def _factored(e: Expr, unknown: str) -> Node | None:
     """A polynomial in one name as a product; None where it has one factor only, or is too large."""
     try:
         x = symbol(unknown)
-        found = factored_polynomial(e, unknown)
+        found = polynomial_factors(e, unknown)
         parts = [(all_of(c * x**k for k, c in polynomial.items()), times) for polynomial, times in found]
         rest: Any = e
         for factor, times in parts:

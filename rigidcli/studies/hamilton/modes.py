@@ -12,7 +12,7 @@ from rigidcli.language.latex_names import latex_name
 from rigidcli.report import Column, Field, Table
 
 if TYPE_CHECKING:
-    from rigidcli.mechanics.normal_modes import Mode
+    from rigidcli.mechanics.spectrum import Mode
     from rigidcli.studies.hamilton.oscillations import Oscillations
 
 UNITS = {"rate": "1/s", "frequency": "Hz", "period": "s", "decay": "1/s"}

@@ -15,9 +15,9 @@ from rigidcli.document.document import Document
 from rigidcli.document.equilibrium import Equilibrium
 from rigidcli.errors import ComputationError, ExpressionError
 from rigidcli.mechanics import small_oscillations
-from rigidcli.mechanics.normal_modes import FOUND, Mode, numeric_modes, symbolic_modes
+from rigidcli.mechanics.numeric_spectrum import FOUND, ROUNDING, numeric_modes
 from rigidcli.mechanics.small_oscillations import LinearMotion
-from rigidcli.mechanics.spectrum import ROUNDING
+from rigidcli.mechanics.spectrum import Mode, exact_modes
 from rigidcli.studies.hamilton.derivation import TIME, Derivation
 from rigidcli.studies.hamilton.equilibrium import KEY, Place, forces_at_rest, found_place, given_place
 from rigidcli.studies.hamilton.system import known_values
@@ -110,7 +110,7 @@ def _modes(
         raise ComputationError("the equations of motion near the equilibrium change with time")
     if document.exact_results or _is_open(motion):
         known = known_values(document)
-        found = symbolic_modes(motion, known, not derivation.is_forced)
+        found = exact_modes(motion, known, not derivation.is_forced)
         if found is not None:
             return found
         motion = motion.changed(lambda e: substitute(e, known))
