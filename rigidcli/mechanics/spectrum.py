@@ -21,10 +21,13 @@ from typing import Literal, NamedTuple, TypeAlias
 
 from rigidcli.algebra import matrices, samples
 from rigidcli.algebra.arithmetic import polynomial_factors, root_of_either_sign, tidy, weak_sign
-from rigidcli.algebra.expressions import ONE, ZERO, Expr, symbol
+from rigidcli.algebra.atoms import Atom, Group
+from rigidcli.algebra.expansion import expand
+from rigidcli.algebra.expressions import ONE, ZERO, Expr, power, symbol
 from rigidcli.algebra.matrices import Matrix
+from rigidcli.algebra.roots import Rational
 from rigidcli.algebra.simplification import shortest
-from rigidcli.algebra.substitution import substitute
+from rigidcli.algebra.substitution import rebuilt, substitute, with_powers
 from rigidcli.algebra.values import is_zero
 from rigidcli.errors import ExpressionError
 from rigidcli.mechanics.small_oscillations import LinearMotion
@@ -238,7 +241,7 @@ def _null_vectors(motion: LinearMotion, root: Root) -> tuple[list[list[Expr]], i
     return vectors, len(vectors) // 2
 
 
-def _from_first(vector: Sequence[Expr], size: int) -> list[Pair]:
+def _from_first(vector: Sequence[Expr], size: int) -> list[tuple[Expr, Expr]]:
     """A vector of this size over its first entry that is not zero."""
     if len(vector) == size:
         first = next(e for e in vector if e)
@@ -247,6 +250,23 @@ def _from_first(vector: Sequence[Expr], size: int) -> list[Pair]:
     re, im = next((re, im) for re, im in pairs if re or im)
     square = re**2 + im**2
     return [(tidy((x * re + y * im) / square), tidy((y * re - x * im) / square)) for x, y in pairs]
+
+
+def _radicands(e: Expr) -> dict[Expr, Expr]:
+    """The sums under roots as they are written, by what they are multiplied out."""
+    groups = [(atom.inner, n) for m in e.terms for atom, n in m if isinstance(atom, Group)]
+    own = {expand(inner): inner for inner, n in groups if n.denominator > 1}
+    return own | {key: inner for group, _ in groups for key, inner in _radicands(group).items()}
+
+
+def _with_radicands(e: Expr, written: Mapping[Expr, Expr]) -> Expr:
+    """An expression with these sums under its roots, so that vectors have the roots of their rate."""
+
+    def change(atom: Atom, n: Rational) -> Expr | None:
+        inner = written.get(expand(atom.inner)) if isinstance(atom, Group) and n.denominator > 1 else None
+        return power(rebuilt(atom, lambda e: _with_radicands(e, written)) if inner is None else inner, n)
+
+    return with_powers(e, change) if written else e
 
 
 def exact_modes(motion: LinearMotion, known: Known, is_free: bool) -> list[Mode] | None:
@@ -263,10 +283,11 @@ def exact_modes(motion: LinearMotion, known: Known, is_free: bool) -> list[Mode]
                 if not vectors or 1 < count < len(vectors):
                     return None  # of several complex vectors it is open which are multiples of others
                 stable = root.is_stable and (count == times or bool(root.growth))
+                written = _radicands(root.growth + root.angular)
                 for vector in vectors[:count]:
                     whole: list[Pair] = [(ZERO, ZERO)] * size
                     for place, entry in zip(block, _from_first(vector, len(block)), strict=True):
-                        whole[place] = entry
+                        whole[place] = (_with_radicands(entry[0], written), entry[1])
                     modes.append(Mode(root.growth, root.angular, tuple(whole), stable, root.condition))
         except ExpressionError:
             return None
