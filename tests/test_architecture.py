@@ -32,7 +32,7 @@ from rigidcli.studies.pictures import KINDS as KINDS_OF_PICTURES
 from rigidcli.studies.results import RESULTS
 
 MOST_LINES = {
-    "algebra": 3500,
+    "algebra": 3470,
     "bodies": 7500,
     "cli": 2100,
     "core": 4050,
@@ -40,10 +40,10 @@ MOST_LINES = {
     "fields": 1760,
     "check": 8520,
     "language": 2520,
-    "mechanics": 2930,
+    "mechanics": 2840,
     "reference": 645,
     "render": 3070,
-    "studies": 7060,
+    "studies": 7030,
     "": 1560,
 }
 """The most lines of Python that each room may have; "" is what stands at the top.

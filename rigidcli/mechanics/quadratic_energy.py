@@ -68,7 +68,7 @@ def energy(
     inside = [(a, row) for a, row in typed if any(row)]
     found: list[Energy] = []
     if len(momenta) > 2 and definite:
-        orders = (False, True) if len(momenta) <= matrices.LARGEST else (False,)
+        orders = (False, True) if len(momenta) == 3 else (False,)
         found += [form for order in orders if (form := _as_squares(matrix, momenta, order))]
     if not found or len(str(found[0].hamiltonian)) > SHORT:
         fixed = [k for k, row in enumerate(matrix) if row[k] and (definite or _is_fixed(row[k], coordinates))]
