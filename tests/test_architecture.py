@@ -40,7 +40,7 @@ MOST_LINES = {
     "fields": 1760,
     "check": 8190,
     "language": 2520,
-    "mechanics": 2930,
+    "mechanics": 2840,
     "reference": 645,
     "render": 3070,
     "studies": 6970,

@@ -19,6 +19,7 @@ import numpy as np
 from rigidcli.algebra import simplification, values
 from rigidcli.algebra.allowance import Allowance
 from rigidcli.algebra.atoms import Applied, Atom, Group
+from rigidcli.algebra.expansion import coefficients
 from rigidcli.algebra.expressions import ONE, PI, ZERO, Expr, expr, factored, gathered, power, symbol
 from rigidcli.algebra.fractions import factors, lowest_terms
 from rigidcli.algebra.functions import apply
@@ -176,6 +177,22 @@ def weak_sign(x: Expr) -> tuple[int, bool] | None:
             product *= known
         strict = strict and known is not None and (factor.is_strict() or not factor.names)
     return product, strict
+
+
+def polynomial_factors(e: Expr, unknown: str) -> list[tuple[dict[int, Expr], int]]:
+    """The irreducible factors that hold a name, as coefficients by their powers, with their exponents.
+
+    Raises ExpressionError where the polynomial is too large.
+    """
+    parts = [(f, times) for f, times in factors(e, Allowance(MAX_STEPS)) if unknown in f.names and times > 0]
+    polynomials = [(coefficients(factor, [unknown]), times) for factor, times in parts]
+    return [({k: c for (k,), c in p.items()}, times) for p, times in polynomials if p is not None]
+
+
+def quadratic_roots(a: Expr, b: Expr, c: Expr) -> list[Expr]:
+    """The roots of a x^2 + b x + c, the one with the negative root first."""
+    root = root_of_either_sign(b**2 - 4 * a * c)
+    return [tidy((-b - root) / (2 * a)), tidy((-b + root) / (2 * a))]
 
 
 def sqrt(x: Any) -> Expr:

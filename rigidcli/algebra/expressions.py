@@ -291,16 +291,18 @@ def divided(e: Expr, size: Rational, common: Mapping[Atom, Rational]) -> Expr:
 
 
 def _absolute(e: Expr) -> Expr:
-    """What is never negative comes out of the bars: numbers, even powers, what is known to be positive."""
+    """What is never negative comes out of the bars: numbers, even powers, what is known to be positive.
+
+    Bars around a denominator alone stand below: |1/w| is 1/|w|.
+    """
     coefficient, monomial = factored(e)
-    outside, inside = number(magnitude(coefficient)), ONE
-    for atom, exponent in monomial:
-        factor = power(atomic(atom), exponent)
-        if exponent.denominator != 1 or exponent.numerator % 2 == 0 or is_nonnegative(atom):
-            outside *= factor
-        else:
-            inside *= factor
-    return outside if inside == ONE else outside * atomic(Applied("abs", (inside,)))
+    kept = [(atom, n) for atom, n in monomial if n.denominator == 1 and n % 2 and not is_nonnegative(atom)]
+    outside = number(magnitude(coefficient)) * product(
+        power(atomic(atom), n) for atom, n in monomial if (atom, n) not in kept
+    )
+    side = -1 if all(n < 0 for _, n in kept) else 1
+    inside = product(power(atomic(atom), side * n) for atom, n in kept)
+    return outside * power(atomic(Applied("abs", (inside,))), side) if kept else outside
 
 
 def power(base: Expr, exponent: Rational) -> Expr:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Sequence
 from typing import TypeAlias
 
@@ -18,6 +19,12 @@ LARGEST = 4
 
 MOST_TERMS = 24
 """The most terms of that determinant, multiplied out: beyond, the inverse would fill pages."""
+
+FEW_TERMS = 12
+"""The most terms of four rows that are inverted where H is known without it: an entry fills a screen."""
+
+MOST_PRODUCTS = 5_000
+"""The most products of a larger determinant of few entries: a tenth of a second."""
 
 
 def connected(size: int, linked: Callable[[int, int], bool]) -> list[list[int]]:
@@ -50,7 +57,7 @@ def product(left: Matrix, right: Matrix) -> list[list[Expr]]:
     return [[total(a * b for a, b in zip(row, column, strict=True)) for column in columns] for row in left]
 
 
-def inverse(matrix: Matrix) -> list[list[Expr]] | None:
+def inverse(matrix: Matrix, most_terms: int = MOST_TERMS) -> list[list[Expr]] | None:
     """The inverse of a regular symmetric matrix (n by n), by blocks; None if it would be too large.
 
     A block is inverted by its adjugate, or by elimination where it is numbers times one expression.
@@ -60,7 +67,8 @@ def inverse(matrix: Matrix) -> list[list[Expr]] | None:
         inner = part(matrix, block, block)
         inverted = _of_numbers(inner) if len(block) > 2 else None
         if inverted is None:
-            if len(block) > LARGEST or (len(block) > 1 and not _is_short(determinant(inner))):
+            most = most_terms if len(block) == LARGEST else MOST_TERMS
+            if len(block) > LARGEST or (len(block) > 1 and _terms(determinant(inner)) > most):
                 return None
             inverted = _adjugate(inner)
         for i, row in zip(block, inverted, strict=True):
@@ -69,11 +77,12 @@ def inverse(matrix: Matrix) -> list[list[Expr]] | None:
     return result
 
 
-def _is_short(e: Expr) -> bool:
+def _terms(e: Expr) -> float:
+    """How many terms it has, multiplied out."""
     try:
-        return len(expand(e).terms) <= MOST_TERMS
+        return len(expand(e).terms)
     except ExpressionError:
-        return False
+        return math.inf
 
 
 def _adjugate(matrix: Matrix) -> list[list[Expr]]:
@@ -102,6 +111,13 @@ def determinant(matrix: Matrix) -> Expr:
         for j in range(len(matrix))
         if not head[j].is_zero
     )
+
+
+def short_determinant(matrix: Matrix) -> Expr:
+    """The determinant of a matrix of few entries. Raises ExpressionError where it has too many products."""
+    if math.prod(sum(1 for e in row if e) or 1 for row in matrix) > MOST_PRODUCTS:
+        raise ExpressionError("the determinant is too large")
+    return determinant(matrix)
 
 
 def is_regular(matrix: Matrix) -> bool:

@@ -9,7 +9,7 @@ from collections.abc import Collection, Iterator, Mapping, Sequence
 import numpy as np
 
 from rigidcli.algebra.expressions import Expr
-from rigidcli.algebra.trees import to_tree
+from rigidcli.algebra.trees import plain_tree
 from rigidcli.core.arithmetic import Floats
 from rigidcli.core.solution import NO_VALUE
 from rigidcli.language import code
@@ -46,7 +46,7 @@ def values(
     Names have their `fixed` values, others random ones: positive, but for those of `signed` names.
     """
     names = sorted(set().union(*(e.names for e in expressions)) | set(fixed))
-    f = code.function([to_tree(e) for e in expressions], names, {})(math)
+    f = code.function([plain_tree(e) for e in expressions], names, {})(math)
     rows = []
     for point in points(names, fixed, seed, signed):
         try:

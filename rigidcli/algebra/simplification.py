@@ -28,6 +28,9 @@ from rigidcli.language.text import text
 MAX_TERMS_TO_TIDY = 300
 """Most terms of a sum that is rearranged at all."""
 
+LONGEST_KEY_TO_TIDY = 9_000
+"""Length of the key of the longest expression that is rearranged: its text fills more than a page."""
+
 MAX_STEPS_TO_TIDY = 20_000
 """Steps in one call after which no further forms are looked for: a few hundredths of a second."""
 
@@ -53,7 +56,7 @@ def tidy(e: Expr) -> Expr:
 
 
 def _tidied(e: Expr, allowance: Allowance) -> Expr:
-    if len(e.terms) > MAX_TERMS_TO_TIDY or _is_plain(e):
+    if len(e.terms) > MAX_TERMS_TO_TIDY or len(e.key) > LONGEST_KEY_TO_TIDY or _is_plain(e):
         return e
     inner = e
     if e.depth <= MAX_DEPTH_TO_TIDY:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from fractions import Fraction
 from functools import lru_cache
 
@@ -34,6 +34,20 @@ def to_tree(e: Terms) -> tree.Node:
             break
     flat = [inner for term in terms for inner in (term.terms if isinstance(term, tree.Sum) else [term])]
     return flat[0] if len(flat) == 1 else tree.Sum(tuple(flat))
+
+
+@lru_cache(4096)
+def plain_tree(e: Terms) -> tree.Node:
+    """The tree of an expression term by term, for values alone: it looks for no shorter way to write it."""
+    terms: list[tree.Node] = []
+    for monomial, coefficient in e.terms.items():
+        sides: tuple[list[tree.Node], list[tree.Node]]
+        sides = ([_number(coefficient.numerator)], [_number(coefficient.denominator)])
+        for atom, exponent in monomial:
+            sides[exponent < 0].append(_power(_atom(atom, plain_tree), magnitude(exponent)))
+        above, below = map(_product, (part[len(part) > 1 and part[0] == tree.ONE :] for part in sides))
+        terms.append(above if below == tree.ONE else tree.Product((above, tree.Reciprocal(below))))
+    return tree.Sum(tuple(terms)) if len(terms) > 1 else terms[0] if terms else _number(0)
 
 
 def _number(value: int) -> tree.Number:
@@ -207,18 +221,18 @@ def _product(factors: Iterable[tree.Node]) -> tree.Node:
     return factors[0] if len(factors) == 1 else tree.Product(factors)
 
 
-def _atom(atom: Atom) -> tree.Node:
+def _atom(atom: Atom, written: Callable[[Terms], tree.Node] = to_tree) -> tree.Node:
     match atom:
         case Symbol(name=name):
             return tree.Name(name)
         case Surd(value=value):
             return _number(value)
         case Group(inner=inner):
-            return to_tree(inner)
+            return written(inner)
         case Applied(function="pow", arguments=(base, exponent)):
-            return tree.Power(to_tree(base), to_tree(exponent))
+            return tree.Power(written(base), written(exponent))
         case Applied(function=function, arguments=arguments):
-            return tree.Call(function, tuple(to_tree(argument) for argument in arguments))
+            return tree.Call(function, tuple(map(written, arguments)))
         case Pi():
             return tree.Constant("pi")
         case _:

@@ -162,6 +162,8 @@ def without_squares(e: Expr, function: str, x: Expr, allowance: Allowance) -> Ex
     replaced = _function(function, x)
     parts = []
     allowance.spend(len(e.terms))
+    if all(dict(monomial).get(replaced, 0) < 2 for monomial in e.terms):
+        return e
     for monomial, coefficient in e.terms.items():
         exponents = dict(monomial)
         exponent = exponents.get(replaced, 0)

@@ -6,6 +6,7 @@ import random
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import suppress
 from fractions import Fraction
+from itertools import islice
 from typing import Any
 
 from rigidcli.algebra.allowance import Allowance
@@ -55,14 +56,14 @@ def is_zero(e: Expr) -> bool:
     from flint import ctx
 
     with ctx.workprec(PRECISIONS[0]):
-        if _seems_zero(e, _balls()) is False:
+        if _seems_zero(e) is False:
             return False
     if _is_proved(e):
         return True
     verdict: bool | None = None
     for bits, points in zip(PRECISIONS, (SIGNED_POINTS, POINTS, POINTS), strict=True):
         with ctx.workprec(bits):
-            verdict = _seems_zero(e, _balls(), points)
+            verdict = _seems_zero(e, points)
         if verdict is False:
             break
     return verdict is True
@@ -84,7 +85,7 @@ def has_value(e: Expr) -> bool:
     from flint import ctx
 
     with ctx.workprec(PRECISIONS[-1]):
-        return _seems_zero(e, _balls()) is not None
+        return _seems_zero(e) is not None
 
 
 def _numerator(e: Expr, allowance: Allowance) -> Expr:
@@ -129,37 +130,34 @@ def enclosed(e: Expr, point: Mapping[str, Fraction], bits: int) -> Any:
         return _value(e, point, _balls())
 
 
-def _seems_zero(e: Expr, functions: _Functions, points: int = POINTS) -> bool | None:
+def _trials(expressions: Sequence[Expr]) -> Iterator[list[Any]]:
+    """The values of expressions, as balls, at the random points where all have a finite one."""
+    functions = _balls()
+    for point in _trial_points(frozenset().union(*(e.names for e in expressions))):
+        with suppress(ArithmeticError, ValueError):
+            values = [_value(e, point, functions) for e in expressions]
+            if all(value.is_finite() for value in values):
+                yield values
+
+
+def _seems_zero(e: Expr, points: int = POINTS) -> bool | None:
     """Whether its values may be zero, as far as rounding lets tell; None if no point tried has one."""
-    found = 0
-    for point in _trial_points(e.names):
-        try:
-            value = _value(e, point, functions)
-        except (ArithmeticError, ValueError):
-            continue
-        if not value.is_finite():
-            continue
-        if not value.contains(0):
-            return False
-        found += 1
-        if found == points:
-            break
-    return True if found else None
+    verdicts = (value.contains(0) for (value,) in islice(_trials([e]), points))
+    first = next(verdicts, None)
+    return None if first is None else first and all(verdicts)
 
 
 def vanish_together(expressions: Sequence[Expr]) -> bool:
     """Whether all vanish at several random points, to 330 digits, and so wherever they go on from there."""
     from flint import ctx
 
-    balls, found = _balls(), 0
     with ctx.workprec(PRECISIONS[-1]):
-        for point in _trial_points(frozenset().union(*(e.names for e in expressions))):
-            with suppress(ArithmeticError, ValueError):
-                values = [_value(e, point, balls) for e in expressions]
-                found += all(value.contains(0) and value.rad() < TINY for value in values)
-            if found == POINTS:
-                return True
-    return False
+        vanishing = (
+            True
+            for values in _trials(expressions)
+            if all(value.contains(0) and value.rad() < TINY for value in values)
+        )
+        return len(list(islice(vanishing, POINTS))) == POINTS
 
 
 def _trial_points(names: frozenset[str]) -> Iterator[dict[str, Fraction]]:

@@ -1,4 +1,4 @@
-"""Common subexpressions of trees, taken out: what stands in several places gets a name, and is worked out."""
+"""Values in steps of code: what stands in several places is worked out once, linear equations are solved."""
 
 from __future__ import annotations
 
@@ -9,7 +9,9 @@ from typing import NamedTuple
 
 from rigidcli.errors import ExpressionError
 from rigidcli.language import tree
-from rigidcli.language.elimination import Step
+
+Step = tuple[str, tree.Node]
+"""A name, and its value from names before."""
 
 
 class Formulas(NamedTuple):
@@ -88,3 +90,40 @@ def _count(node: tree.Node, uses: Counter[tree.Node]) -> None:
             uses[node] += 1
             for operand in tree.operands(node) if uses[node] == 1 else ():
                 _count(operand, uses)
+
+
+def solved(
+    matrix: Sequence[Sequence[tree.Node]], right: Sequence[tree.Node]
+) -> tuple[list[Step], list[tree.Node]]:
+    """Steps, and then x: a x = b is solved for a symmetric matrix (n by n) and b (n), for `code.function`.
+
+    The factors are L D L^T without pivots, as a positive definite matrix has them: a mass matrix is that.
+    Zeros save steps. Names of steps begin with a dot, as no name of a document does.
+    """
+    size, steps = len(matrix), list[Step]()
+
+    def named(kind: str, value: tree.Node) -> tree.Node:
+        if value in (tree.ZERO, tree.ONE) or isinstance(value, tree.Name):
+            return value
+        steps.append((f".{kind}{len(steps)}", value))
+        return tree.Name(steps[-1][0])
+
+    # Zero has one tree from here on, however it is written.
+    rows = [[tree.ZERO if getattr(entry, "value", None) == 0 else entry for entry in row] for row in matrix]
+    factors: list[list[tree.Node]] = [[tree.ZERO] * size for _ in rows]
+    pivots: list[tree.Node] = []
+    for j in range(size):
+        # D_j = A_jj - sum_k L_jk^2 D_k,  L_ij = (A_ij - sum_k L_ik L_jk D_k)/D_j
+        carried = [factors[j][k] * pivots[k] for k in range(j)]
+        pivots.append(named("d", sum((-factors[j][k] * carried[k] for k in range(j)), rows[j][j])))
+        for i in range(j + 1, size):
+            entry = sum((-factors[i][k] * carried[k] for k in range(j)), rows[i][j])
+            factors[i][j] = named("l", entry / pivots[j])
+    ahead: list[tree.Node] = []
+    for i in range(size):
+        ahead.append(named("y", sum((-factors[i][k] * ahead[k] for k in range(i)), right[i])))
+    answers: list[tree.Node] = [tree.ZERO] * size
+    for i in reversed(range(size)):
+        own = ahead[i] / pivots[i]
+        answers[i] = named("x", sum((-factors[k][i] * answers[k] for k in range(i + 1, size)), own))
+    return steps, answers

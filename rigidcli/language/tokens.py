@@ -7,7 +7,9 @@ still counts in the text as typed.
 
 from __future__ import annotations
 
+import itertools
 import re
+import string
 import unicodedata
 from typing import NamedTuple
 
@@ -35,6 +37,16 @@ _GREEK = str.maketrans(
 )
 _LETTER = "A-Za-z_" + "".join(map(chr, _GREEK))
 
+_MARKS = {"\N{COMBINING DOT ABOVE}": "dot", "\N{COMBINING DIAERESIS}": "ddot"}
+"""The dots over a letter: of its first and its second derivative by the time."""
+
+_DOTTED = "".join(
+    letter
+    for pair in itertools.product(string.ascii_letters, _MARKS)
+    if len(letter := unicodedata.normalize("NFC", "".join(pair))) == 1
+)
+"""The letters of Unicode that have dots, such as ẋ."""
+
 _OPERATORS = {"^": "**", "\N{MINUS SIGN}": "-", "\N{MIDDLE DOT}": "*", "\N{DOT OPERATOR}": "*"}
 
 _FRACTIONS = {"¼": "0.25", "½": "0.5", "¾": "0.75"}
@@ -49,6 +61,7 @@ LOWERED = str.maketrans("⁻⁰¹²³⁴⁵⁶⁷⁸⁹", "-0123456789")
 _TOKEN = re.compile(
     rf"""[ \t\r\n]*+  # possessive: a blank is never tried again as another token
     (?: (?P<number> (?: [0-9]+ \.? [0-9]* | \.[0-9]+ ) (?: [eE][+-]?[0-9]+ )? )
+      | (?P<dotted> [{_DOTTED}](?:_?[0-9]+)? | [{_LETTER}][{_LETTER}0-9]*[{"".join(_MARKS)}] )
       | (?P<name> [{_LETTER}][{_LETTER}0-9]* )
       | (?P<operator> \*\* | [-+*/^(),{"".join(_OPERATORS)}] )
       | (?P<superscript> {SUPERSCRIPT} )
@@ -74,7 +87,6 @@ _HINTS = {
     ".": "a number has one decimal point, a name has none",
     "\\": "functions and Greek letters are spelled without a backslash",
     "\N{NO-BREAK SPACE}": "type an ordinary blank",
-    "\N{COMBINING DOT ABOVE}": "a time derivative is spelled `xdot`",
     "\N{MULTIPLICATION SIGN}": "write `*`",
     "\N{ASTERISK OPERATOR}": "write `*`",
     "\N{DIVISION SIGN}": "write `/`",
@@ -114,6 +126,8 @@ def tokenize(text: str) -> list[Token]:
             _check_number(piece, column)
         elif kind == "name":
             piece = piece.translate(_GREEK)
+        elif kind == "dotted":
+            kind, piece = "name", _undotted(piece)
         elif kind == "operator":
             piece = _OPERATORS.get(piece, piece)
         elif kind == "superscript":
@@ -129,6 +143,13 @@ def tokenize(text: str) -> list[Token]:
         if kind == "end":  # past blanks the pattern would find the end once more
             break
     return tokens
+
+
+def _undotted(name: str) -> str:
+    """The name of the derivative that dots over a letter mean: x_1 with a dot over the x is x_1dot."""
+    letters = unicodedata.normalize("NFD", name)
+    (mark,) = (letter for letter in letters if letter in _MARKS)
+    return letters.replace(mark, "").translate(_GREEK) + _MARKS[mark]
 
 
 def _check_number(piece: str, column: int) -> None:

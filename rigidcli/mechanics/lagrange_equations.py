@@ -41,7 +41,7 @@ class LagrangeEquations:
     @cached_property
     def accelerations(self) -> tuple[Expr, ...] | None:
         """a = -M^-1 r; None where the inverse would be too large to read."""
-        inverse = matrices.inverse(self.matrix)
+        inverse = matrices.inverse(self.matrix, matrices.FEW_TERMS)
         if inverse is None:
             return None
         return tuple(map(self._combined, inverse))

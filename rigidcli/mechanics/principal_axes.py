@@ -17,10 +17,10 @@ from itertools import combinations
 
 import numpy as np
 
-from rigidcli.algebra.allowance import Allowance
 from rigidcli.algebra.arithmetic import (
-    MAX_STEPS,
     common_factor,
+    polynomial_factors,
+    quadratic_roots,
     root_of_either_sign,
     sign,
     size,
@@ -29,9 +29,7 @@ from rigidcli.algebra.arithmetic import (
     tidy_array,
     weak_sign,
 )
-from rigidcli.algebra.expansion import coefficients
 from rigidcli.algebra.expressions import ONE, PI, ZERO, Expr, symbol
-from rigidcli.algebra.fractions import factors
 from rigidcli.algebra.functions import apply
 from rigidcli.core.arithmetic import Array
 from rigidcli.core.principal import PIVOT_TIE, PrincipalFrame
@@ -96,26 +94,15 @@ def _moments(tensor: Array) -> list[Expr]:
         ((i, j),) = coupled
         (alone,) = {0, 1, 2} - {i, j}
         sum_, product = tensor[i, i] + tensor[j, j], tensor[i, i] * tensor[j, j] - tensor[i, j] ** 2
-        return [tensor[alone, alone], *_quadratic(ONE, -sum_, product)]
-    x = symbol(UNKNOWN)
-    shifted = tensor - x * _ONE
+        return [tensor[alone, alone], *quadratic_roots(ONE, -sum_, product)]
+    shifted = tensor - symbol(UNKNOWN) * _ONE
     roots: list[Expr] = []
-    for factor, multiplicity in factors(shifted[0] @ np.cross(shifted[1], shifted[2]), Allowance(MAX_STEPS)):
-        found = coefficients(factor, [UNKNOWN]) or {}
-        degree = max((power for (power,) in found), default=0)
-        parts = [found.get((power,), ZERO) for power in range(degree, -1, -1)]
-        if degree == 1:
-            roots += [tidy(-parts[1] / parts[0])] * multiplicity
-        elif degree == 2:
-            roots += _quadratic(*parts) * multiplicity
-        elif degree == 3:
-            roots += _cubic(tensor)
+    for factor, multiplicity in polynomial_factors(shifted[0] @ np.cross(shifted[1], shifted[2]), UNKNOWN):
+        d, c, b, a = (factor.get(k, ZERO) for k in range(4))
+        if a:
+            return _cubic(tensor)
+        roots += (quadratic_roots(b, c, d) if b else [tidy(-d / c)]) * multiplicity
     return roots
-
-
-def _quadratic(a: Expr, b: Expr, c: Expr) -> list[Expr]:
-    root = root_of_either_sign(b**2 - 4 * a * c)
-    return [tidy((-b - root) / (2 * a)), tidy((-b + root) / (2 * a))]
 
 
 def _cubic(tensor: Array) -> list[Expr]:

@@ -13,7 +13,7 @@ zero at places where H has no pole. No square is completed there but by an entry
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from fractions import Fraction
 from itertools import combinations, combinations_with_replacement
 from typing import NamedTuple, TypeAlias
@@ -51,10 +51,10 @@ Squares: TypeAlias = Sequence[tuple[Expr, Sequence[Expr]]]
 
 
 class Energy(NamedTuple):
-    """H of some momenta, and the velocities that they have."""
+    """H of some momenta, and what works out the velocities that they have."""
 
     hamiltonian: Expr
-    velocities: Sequence[Expr]
+    velocities: Callable[[], Sequence[Expr]]
 
 
 def energy(
@@ -68,11 +68,12 @@ def energy(
     inside = [(a, row) for a, row in typed if any(row)]
     found: list[Energy] = []
     if len(momenta) > 2 and definite:
-        orders = (False, True) if len(momenta) <= matrices.LARGEST else (False,)
+        orders = (False, True) if len(momenta) == 3 else (False,)
         found += [form for order in orders if (form := _as_squares(matrix, momenta, order))]
     if not found or len(str(found[0].hamiltonian)) > SHORT:
         fixed = [k for k, row in enumerate(matrix) if row[k] and (definite or _is_fixed(row[k], coordinates))]
-        found = [*_by_inverse(matrix, momenta, fixed), *found]
+        most = matrices.FEW_TERMS if found else matrices.MOST_TERMS
+        found = [*_by_inverse(matrices.inverse(matrix, most), matrix, momenta, fixed), *found]
     if not found:
         return None
     forms = [*(form.hamiltonian for form in found), *_by_rows(inside, momenta)]
@@ -94,13 +95,17 @@ def _is_fixed(entry: Expr, coordinates: Sequence[str]) -> bool:
     return len(entry.terms) == 1 and entry.names.isdisjoint(coordinates)
 
 
-def _by_inverse(matrix: Matrix, momenta: Sequence[Expr], pivots: Sequence[int]) -> Iterator[Energy]:
+def _by_inverse(
+    inverse: Matrix | None, matrix: Matrix, momenta: Sequence[Expr], pivots: Sequence[int]
+) -> Iterator[Energy]:
     """H from the inverse matrix: of two momenta as squares by the `pivots`, or entry by entry."""
-    inverse = matrices.inverse(matrix)
     if inverse is None:
         return
     size = range(len(momenta))
-    velocities = tuple(tidy(total(inverse[i][j] * momenta[j] for j in size)) for i in size)
+
+    def velocities() -> Sequence[Expr]:
+        return [tidy(total(inverse[i][j] * momenta[j] for j in size)) for i in size]
+
     if len(momenta) == 2:
         # (M^-1)_ij/(M^-1)_ii = -M_ij/M_jj, and what is left when the square is complete is P_j^2/M_jj.
         for j in reversed(pivots):
@@ -162,9 +167,12 @@ def _as_squares(matrix: Matrix, momenta: Sequence[Expr], products_first: bool) -
         for j, factor in others.items():
             Q[j] -= factor * Q[k]
             slopes[j] = [a - factor * b for a, b in zip(slopes[j], slopes[k], strict=True)]
-    velocities = [total(slope[j] * q / d for q, d, slope in done) for j in size]
-    short = [v if len(v.key) > LONGEST_TO_TIDY else tidy(v) for v in velocities]
-    return Energy(total(tidy(1 / d) / 2 * q**2 for q, d, _ in done), short)
+
+    def velocities() -> Sequence[Expr]:
+        found = [total(slope[j] * q / d for q, d, slope in done) for j in size]
+        return [v if len(v.key) > LONGEST_TO_TIDY else tidy(v) for v in found]
+
+    return Energy(total(tidy(1 / d) / 2 * q**2 for q, d, _ in done), velocities)
 
 
 def _eigenvectors(rows: Matrix, places: Sequence[int]) -> list[tuple[Expr, Expr, Expr]] | None:
@@ -252,13 +260,14 @@ def of_blocks(
             alone.setdefault(tidy(1 / own[0][0]) / 2, []).append(P[0] ** 2)
             continue
         if len(block) == 1:
-            form: Energy | None = Energy(tidy(1 / own[0][0]) / 2 * P[0] ** 2, [tidy(P[0] / own[0][0])])
-        else:
-            form = energy(own, P, [(a, [row[i] for i in block]) for a, row in typed], coordinates)
+            found.append(tidy(1 / own[0][0]) / 2 * P[0] ** 2)
+            velocities[block[0]] = tidy(P[0] / own[0][0])
+            continue
+        form = energy(own, P, [(a, [row[i] for i in block]) for a, row in typed], coordinates)
         if form is None:
             return None
         found.append(form.hamiltonian)
-        for place, velocity in zip(block, form.velocities, strict=True):
+        for place, velocity in zip(block, form.velocities(), strict=True):
             velocities[place] = velocity
     return velocities, found + _sums(alone.items())
 

@@ -1,62 +1,50 @@
-"""Roots of characteristic polynomials, exact or in numbers, and whether motion stays bounded.
+"""Exact rates s of linear motion exp(s t), with their vectors, and whether motion stays bounded.
 
-The linear equations z' = A z have solutions exp(s t), where s is a root of det(A - s 1). Near an equilibrium
-M y'' + C y' + K y = 0 has them where det(M s^2 + C s + K) vanishes. Exact polynomials are factored; factors
-of degree 1 and 2 in s, and of degree 1 and 2 in s^2, have roots in closed form. In numbers the eigenvalues
-are worked out to some 70 digits, so that a zero mode differs from a slow one, and what neither grows nor
-decays from what does, without any measure of rounding.
+Small oscillations obey M y'' + C y' + K y = 0. Hamilton's linear equations z' = A z are the case M = 0,
+C = 1, K = -A. Rates are the roots of det(M s^2 + C s + K), which is factored: factors of degree 1 and 2 in s,
+and of degree 1 and 2 in s^2, have roots in closed form. `numeric_spectrum` is for numbers.
 
-Motion stays bounded if no root has a positive real part, and those without a real part are simple roots of
-the minimal polynomial. Where M and K are positive definite, and C is antisymmetric, all roots are imaginary.
+Motion stays bounded if no rate has a positive real part, and a rate without a real part has as many vectors
+as its multiplicity. Where M and K are positive definite, and C is antisymmetric, all rates are imaginary.
+Freedoms that do not act on each other are worked apart. Signs, and which mode is the slower one, are those
+for the given values of parameters and positive ones of others.
 Sources: H. Goldstein, C. Poole, J. Safko, Classical Mechanics, 3rd edition, chapter 6; V. I. Arnold,
 Mathematical Methods of Classical Mechanics, appendix 6.
 """
 
 from __future__ import annotations
 
-import math
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
-from typing import Any, Literal, NamedTuple, TypeAlias
-
-import numpy as np
+from typing import Literal, NamedTuple, TypeAlias
 
 from rigidcli.algebra import matrices, samples
-from rigidcli.algebra.allowance import Allowance
-from rigidcli.algebra.arithmetic import MAX_STEPS, root_of_either_sign, tidy, weak_sign
-from rigidcli.algebra.expansion import coefficients
-from rigidcli.algebra.expressions import ONE, ZERO, Expr, symbol
-from rigidcli.algebra.fractions import factors
+from rigidcli.algebra.arithmetic import polynomial_factors, root_of_either_sign, tidy, weak_sign
+from rigidcli.algebra.atoms import Atom, Group
+from rigidcli.algebra.expansion import expand
+from rigidcli.algebra.expressions import ONE, ZERO, Expr, power, symbol
 from rigidcli.algebra.matrices import Matrix
+from rigidcli.algebra.roots import Rational
 from rigidcli.algebra.simplification import shortest
-from rigidcli.algebra.substitution import substitute
-from rigidcli.algebra.values import enclosed, is_zero
-from rigidcli.core.arithmetic import Array
+from rigidcli.algebra.substitution import rebuilt, substitute, with_powers
+from rigidcli.algebra.values import is_zero
 from rigidcli.errors import ExpressionError
+from rigidcli.mechanics.small_oscillations import LinearMotion
 
 S = symbol("rate s")
 """The variable of characteristic polynomials; with a blank in it, it is no name of a document."""
 
-MOST_PRODUCTS = 5_000
-"""The most products of a determinant that is worked out in symbols: a tenth of a second."""
-
 SIGNS = 12
 """Random points at which a root must have one sign, so that few of another sign are missed."""
 
-BITS = 256
-"""Bits of numbers: 77 digits, of which a double eigenvalue without a second vector leaves one half."""
-
-ROUNDING = 1e-22
-"""What is smaller than this, in units of the largest, is rounding; real modes are not so far apart."""
-
-INDEPENDENT = 1e-8
-"""Vectors of length 1 that depend on each other but for this, are parallel."""
-
-Stability: TypeAlias = Literal["stable", "marginal", "unstable"]
-
 Known: TypeAlias = Mapping[str, Expr]
 """The parameters that have values, with these."""
+
+Pair: TypeAlias = "tuple[float | Expr, float | Expr]"
+"""The real and the imaginary part of a number."""
+
+Stability: TypeAlias = Literal["stable", "marginal", "unstable"]
 
 
 class Root(NamedTuple):
@@ -72,50 +60,51 @@ class Root(NamedTuple):
 
 
 @dataclass(frozen=True, slots=True)
+class Mode:
+    """A mode y = Re(v exp(s t)): s = `growth` + i `angular`, and v, real and imaginary parts apart (n each).
+
+    `growth` (1/s) is negative where it decays. `is_stable` is None of a zero mode, which is displaced to
+    another equilibrium and drifts there, and where the signs of symbols decide: the mode is that for a
+    positive `condition`.
+    """
+
+    growth: float | Expr
+    angular: float | Expr
+    vector: tuple[Pair, ...]
+    is_stable: bool | None
+    condition: Expr | None = None
+
+    @property
+    def rate(self) -> float | Expr:
+        """The growth of an unstable mode; else the angular frequency, or the decay where it has none."""
+        if self.is_stable is False and self.growth:
+            return self.growth
+        return -self.growth if self.growth and not self.angular else self.angular
+
+
+@dataclass(frozen=True, slots=True)
 class Spectrum:
     """Eigenvalues as pairs (re, im), frequencies (rad/s, each once, ascending), and stability."""
 
-    eigenvalues: tuple[tuple[float | Expr, float | Expr], ...]
+    eigenvalues: tuple[Pair, ...]
     frequencies: tuple[float | Expr, ...]
     stability: Stability
 
 
-def factored_polynomial(e: Expr, unknown: str) -> list[tuple[dict[int, Expr], int]]:
-    """The irreducible factors that hold a name, as coefficients by their powers, each with its exponent.
-
-    Raises ExpressionError where the polynomial is too large.
-    """
-    found = []
-    for factor, times in factors(e, Allowance(MAX_STEPS)):
-        parts = coefficients(factor, [unknown]) if unknown in factor.names and times > 0 else None
-        if parts is not None:
-            found.append(({power: value for (power,), value in parts.items()}, times))
-    return found
-
-
-def determinant(matrix: Matrix) -> Expr:
-    """The determinant of a matrix of few entries. Raises ExpressionError where it has too many products."""
-    if math.prod(sum(1 for e in row if e) or 1 for row in matrix) > MOST_PRODUCTS:
-        raise ExpressionError("the determinant is too large")
-    return matrices.determinant(matrix)
-
-
 def sign_of(e: Expr, known: Known) -> int | None:
     """The sign that an expression has for known values, and any positive ones of other names."""
-    if e.is_zero:
-        return 0
     try:
         positive = {name: symbol(name, positive=True) for name in e.names}
-        found = weak_sign(substitute(e, {**positive, **known}))
+        sign = weak_sign(substitute(e, {**positive, **known}))
     except ExpressionError:
         return None
-    return None if found is None else found[0]
+    return None if sign is None else sign[0]
 
 
 def is_positive_definite(matrix: Matrix, known: Known) -> bool:
     """Whether a symmetric matrix is positive definite, by its leading minors."""
-    size = range(1, len(matrix) + 1)
-    minors = (determinant(matrices.part(matrix, range(k), range(k))) for k in size)
+    sizes = range(1, len(matrix) + 1)
+    minors = (matrices.short_determinant(matrices.part(matrix, range(k), range(k))) for k in sizes)
     return all(sign_of(minor, known) == 1 for minor in minors)
 
 
@@ -142,10 +131,8 @@ def roots(polynomial: Mapping[int, Expr], known: Known, bounded: bool) -> list[R
         return None if sign is None else [Root(s, ZERO, sign < 0 if sign else None)]
     if highest not in (2, 4) or not polynomial.keys() <= {0, highest // 2, highest}:
         return None
-    if highest == 2 and b:
-        return _damped(a, b, c, known)
     if highest == 2:
-        return [_of_square(tidy(-c / a), known, -1 if bounded else None)]
+        return _damped(a, b, c, known) if b else [_of_square(tidy(-c / a), known, -1 if bounded else None)]
     return _biquadratic(a, b, c, known, bounded)
 
 
@@ -176,24 +163,21 @@ def _biquadratic(a: Expr, b: Expr, c: Expr, known: Known, bounded: bool) -> list
     squares = [
         shortest([(-b + side * width) / (2 * a), tidy((-b + side * width) / (2 * a))]) for side in (1, -1)
     ]
-    found = [_of_square(square, known, sign) for square, sign in zip(squares, signs, strict=True)]
+    pair = [_of_square(square, known, sign) for square, sign in zip(squares, signs, strict=True)]
     if not are_real:
-        discriminant = tidy(rest / (4 * a**2))
-        found = [
-            root._replace(is_stable=None, condition=discriminant) if root.is_stable else root
-            for root in found
-        ]
-    if product != 1 or any(root.growth for root in found):
-        return found
+        condition = tidy(rest / (4 * a**2))
+        pair = [r._replace(is_stable=None, condition=condition) if r.is_stable else r for r in pair]
+    if product != 1 or any(root.growth for root in pair):
+        return pair
     # sqrt(m - d) = sqrt((m + r)/2) - sqrt((m - r)/2), where r^2 = m^2 - d^2, may be shorter, and m > r is
     # what both oscillate for.
     size = positive_root(tidy(c / a), known)
-    condition = None if found[0].is_stable else tidy(-middle - size)
+    limit = None if pair[0].is_stable else tidy(-middle - size)
     first, second = (positive_root(tidy((side * size - middle) / 2), known) for side in (1, -1))
     forms = tidy(first - second), tidy(first + second)
     return [
-        root._replace(angular=shortest([root.angular, form]), condition=condition)
-        for root, form in zip(found, forms, strict=True)
+        root._replace(angular=shortest([root.angular, form]), condition=limit)
+        for root, form in zip(pair, forms, strict=True)
     ]
 
 
@@ -211,190 +195,147 @@ def _damped(a: Expr, b: Expr, c: Expr, known: Known) -> list[Root] | None:
     signs = [sign_of(value, known) for value in values]
     if None in signs:
         return None
-    pairs = zip(values, signs, strict=True)
-    return [Root(value, ZERO, own < 0 if own else None) for value, own in pairs if own is not None]
+    return [
+        Root(value, ZERO, own < 0 if own else None)
+        for value, own in zip(values, signs, strict=True)
+        if own is not None
+    ]
 
 
-def blocks(matrix: Matrix) -> list[list[int]]:
-    """The places of coordinates and momenta of freedoms that act on each other."""
-    size = len(matrix) // 2
-    pairs = [(0, 0), (0, size), (size, 0), (size, size)]
+def _blocks(motion: LinearMotion, freedoms: int) -> list[tuple[list[int], LinearMotion]]:
+    """The places that act on each other with their motion; place k belongs to freedom k modulo `freedoms`."""
 
     def linked(i: int, j: int) -> bool:
-        return any(not (matrix[i + a][j + b].is_zero and matrix[j + a][i + b].is_zero) for a, b in pairs)
+        return (i - j) % freedoms == 0 or any(part[i][j] or part[j][i] for part in motion.parts)
 
-    groups = matrices.connected(size, linked)
-    return [[*group, *(i + size for i in group)] for group in groups]
+    blocks = matrices.connected(len(motion.masses), linked)
+    return [(b, LinearMotion(*(matrices.part(part, b, b) for part in motion.parts))) for b in blocks]
 
 
-def symbolic_spectrum(matrix: Matrix, known: Known) -> Spectrum | None:
-    """The spectrum of A (2n by 2n, coordinates first) in symbols; None where it has no short form."""
-    pairs: list[tuple[Expr, Expr]] = []
-    verdicts: list[Stability] = ["stable"]
-    for block in blocks(matrix):
-        inner = matrices.part(matrix, block, block)
-        try:
-            found = _of_block(inner, known)
-        except ExpressionError:
-            return None
+def _solved(motion: LinearMotion, known: Known, bounded: bool) -> list[tuple[Root, int, bool]] | None:
+    """The roots of the determinant, how often each is one, and whether they are those of an even factor."""
+    solved = []
+    for polynomial, times in polynomial_factors(matrices.short_determinant(motion.pencil(S)), str(S)):
+        found = roots(polynomial, known, bounded)
         if found is None:
             return None
-        pairs += found[0]
-        verdicts.append(found[1])
-    frequencies = dict.fromkeys(im for re, im in pairs if not re and im and sign_of(im, known) == 1)
-    return Spectrum(tuple(pairs), tuple(frequencies), _worst(verdicts))
-
-
-def _worst(verdicts: Iterable[Stability]) -> Stability:
-    return max(verdicts, key=("stable", "marginal", "unstable").index)
-
-
-def _of_block(matrix: Matrix, known: Known) -> tuple[list[tuple[Expr, Expr]], Stability] | None:
-    """The eigenvalues of freedoms that act on each other, as often as they are, and the verdict."""
-    size = len(matrix) // 2
-    unit = [[ONE if i == j else ZERO for j in range(2 * size)] for i in range(2 * size)]
-    shifted = [[a - S * b for a, b in zip(*rows, strict=True)] for rows in zip(matrix, unit, strict=True)]
-    # A = J S, with S the second derivatives of H: where these are definite, motion is bounded.
-    second = [*([-e for e in row] for row in matrix[size:]), *matrix[:size]]
-    is_hamiltonian = all(is_zero(second[i][j] - second[j][i]) for i in range(2 * size) for j in range(i))
-    bounded = is_hamiltonian and is_positive_definite(second, known)
-    parts = factored_polynomial(determinant(shifted), str(S))
-    pairs: list[tuple[Expr, Expr]] = []
-    grows = False
-    for polynomial, times in parts:
-        found = roots(polynomial, known, bounded)
-        if found is None or any(root.condition is not None for root in found):
-            return None
         is_even = all(power % 2 == 0 for power in polynomial)
-        for growth, angular, is_stable, _ in found:
-            grows |= is_stable is False
-            signs = [(1, 1), (-1, -1)] if is_even or not growth else [(1, 1), (1, -1)]
-            if is_even and growth and angular:
-                signs = [(-1, -1), (1, 1), (-1, 1), (1, -1)]
-            if (not growth and not angular) or (not is_even and not angular):
-                signs = [(1, 1)]
-            pairs += [(a * growth, b * angular) for a, b in sorted(signs)] * times
-    if grows:
-        return pairs, "unstable"
-    return pairs, "stable" if _is_semisimple(matrix, unit, parts) else "marginal"
+        solved += [(root, times, is_even) for root in found]
+    return solved
 
 
-def _is_semisimple(matrix: Matrix, unit: Matrix, parts: Sequence[tuple[Mapping[int, Expr], int]]) -> bool:
-    """Whether A is a root of the product of the different factors, so that it has all of its eigenvectors."""
-    if all(times == 1 for _, times in parts):
-        return True
-    whole: Matrix = unit
-    for polynomial, _ in parts:
-        value: Matrix = [[ZERO] * len(matrix) for _ in matrix]
-        for k in range(max(polynomial), -1, -1):
-            value = _times(value, matrix)
-            c = polynomial.get(k, ZERO)
-            value = [
-                [a + c * b for a, b in zip(*rows, strict=True)] for rows in zip(value, unit, strict=True)
-            ]
-        whole = _times(whole, value)
-    return all(is_zero(e) for row in whole for e in row)
+def _null_vectors(motion: LinearMotion, root: Root) -> tuple[list[list[Expr]], int]:
+    """What M s^2 + C s + K takes to zero, as real vectors, or real parts before imaginary ones; how many."""
+    square = tidy(root.growth**2 - root.angular**2)
+    double = tidy(2 * root.growth * root.angular)
+    rows = list(zip(*motion.parts, strict=True))
+    real = [[tidy(m * square + c * root.growth + k) for m, c, k in zip(*row, strict=True)] for row in rows]
+    imaginary = [[tidy(m * double + c * root.angular) for m, c, _ in zip(*row, strict=True)] for row in rows]
+    if not any(e for row in imaginary for e in row):
+        vectors = matrices.null_vectors(real)
+        return vectors, len(vectors)
+    # For x + i y it is A x - B y = 0 and B x + A y = 0, which has each solution a second time, times i.
+    both = [[*x, *(-e for e in y)] for x, y in zip(real, imaginary, strict=True)]
+    both += [[*y, *x] for x, y in zip(real, imaginary, strict=True)]
+    vectors = matrices.null_vectors(both)
+    return vectors, len(vectors) // 2
 
 
-def _times(a: Matrix, b: Matrix) -> list[list[Expr]]:
-    """The product of two matrices, its entries tidied."""
-    return [[tidy(entry) for entry in row] for row in matrices.product(a, b)]
+def _from_first(vector: Sequence[Expr], size: int) -> list[tuple[Expr, Expr]]:
+    """A vector of this size over its first entry that is not zero."""
+    if len(vector) == size:
+        first = next(e for e in vector if e)
+        return [(tidy(e / first), ZERO) for e in vector]
+    pairs = list(zip(vector[:size], vector[size:], strict=True))
+    re, im = next((re, im) for re, im in pairs if re or im)
+    square = re**2 + im**2
+    return [(tidy((x * re + y * im) / square), tidy((y * re - x * im) / square)) for x, y in pairs]
 
 
-class Eigenvalue(NamedTuple):
-    """An eigenvalue s = `growth` + i `angular` of a matrix of numbers, with its `vectors` (k by n).
-
-    Their length is 1, and they are as many as the eigenvalue is often a root; fewer may be independent.
-    """
-
-    growth: float
-    angular: float
-    vectors: Array
-
-    @property
-    def rank(self) -> int:
-        """How many of the vectors are independent."""
-        return int((np.linalg.svd(self.vectors, compute_uv=False) > INDEPENDENT).sum())
+def _radicands(e: Expr) -> dict[Expr, Expr]:
+    """The sums under roots as they are written, by what they are multiplied out."""
+    groups = [(atom.inner, n) for m in e.terms for atom, n in m if isinstance(atom, Group)]
+    own = {expand(inner): inner for inner, n in groups if n.denominator > 1}
+    return own | {key: inner for group, _ in groups for key, inner in _radicands(group).items()}
 
 
-def eigenvalues(
-    matrix: Any, rounding: float = ROUNDING, square_root: bool = False, weights: Sequence[Any] = ()
-) -> list[Eigenvalue]:
-    """The different eigenvalues of a matrix of python-flint's balls (n by n), or the roots of these.
+def _with_radicands(e: Expr, written: Mapping[Expr, Expr]) -> Expr:
+    """An expression with these sums under its roots, so that vectors have the roots of their rate."""
 
-    Of the vectors there are as many entries as `weights`, in units of 1/weight.
-    """
-    from flint import acb_mat, ctx
+    def change(atom: Atom, n: Rational) -> Expr | None:
+        inner = written.get(expand(atom.inner)) if isinstance(atom, Group) and n.denominator > 1 else None
+        return power(rebuilt(atom, lambda e: _with_radicands(e, written)) if inner is None else inner, n)
 
-    with ctx.workprec(BITS):
-        found, vectors = acb_mat(matrix).eig(right=True, algorithm="approx")
-        values = [value.sqrt() for value in found] if square_root else found
-        size = len(weights) or matrix.nrows()
-        groups = list(_groups(values, rounding))
-        return [
-            Eigenvalue(re, im, np.array([_column(vectors, j, size, weights) for j in places]))
-            for places, (re, im) in groups
-        ]
+    return with_powers(e, change) if written else e
 
 
-def balls(matrix: Sequence[Sequence[Expr | float]]) -> Any:
-    """A matrix of python-flint's numbers."""
-    from flint import arb_mat, ctx
-
-    with ctx.workprec(BITS):
-        return arb_mat(
-            [
-                [enclosed(e, {}, BITS).mid() if isinstance(e, Expr) else float(e) for e in row]
-                for row in matrix
-            ]
-        )
-
-
-def _column(vectors: Any, j: int, size: int, weights: Sequence[Any]) -> Array:
-    """The upper entries of a column times the weights, of length 1."""
-    entries = [vectors[i, j] * (weights[i] if weights else 1) for i in range(size)]
-    scale = max(abs(entry) for entry in entries)
-    column = np.array([complex((entry / scale).mid()) for entry in entries])
-    return np.asarray(column / np.linalg.norm(column))
-
-
-def _groups(values: Sequence[Any], rounding: float) -> Iterator[tuple[list[int], list[float]]]:
-    """Places of equal eigenvalues, with their real and imaginary parts; what is rounding there is zero."""
-    sizes = [float(abs(value).mid()) for value in values]
-    found: list[tuple[list[int], Any]] = []
-    for place, value in enumerate(values):
-        if sizes[place] <= rounding * max(sizes):
-            value = value * 0
-        limit = rounding * sizes[place]
-        group = next((places for places, other in found if float(abs(value - other).mid()) <= limit), None)
-        if group is None:
-            found.append(([place], value))
-        else:
-            group.append(place)
-    for places, value in found:
-        parts = [float(value.real.mid()), float(value.imag.mid())]
-        yield places, [0.0 if abs(part) <= rounding * math.hypot(*parts) else part for part in parts]
+def exact_modes(motion: LinearMotion, known: Known, is_free: bool) -> list[Mode] | None:
+    """The modes, by ascending rates; None where the polynomial does not factor, or is too large."""
+    size, modes = len(motion.masses), []
+    for block, own in _blocks(motion, size):
+        try:
+            bounded = is_free and all(is_positive_definite(e, known) for e in (own.masses, own.stiffness))
+            solved = _solved(own, known, bounded)
+            if solved is None:
+                return None
+            for root, times, _ in solved:
+                vectors, count = _null_vectors(own, root)
+                if not vectors or 1 < count < len(vectors):
+                    return None  # of several complex vectors it is open which are multiples of others
+                stable = root.is_stable and (count == times or bool(root.growth))
+                written = _radicands(root.growth + root.angular)
+                for vector in vectors[:count]:
+                    whole: list[Pair] = [(ZERO, ZERO)] * size
+                    for place, entry in zip(block, _from_first(vector, len(block)), strict=True):
+                        whole[place] = (_with_radicands(entry[0], written), entry[1])
+                    modes.append(Mode(root.growth, root.angular, tuple(whole), stable, root.condition))
+        except ExpressionError:
+            return None
+    rates = [rate for mode in modes if isinstance(rate := mode.rate, Expr)]
+    sizes = samples.values(rates, {name: float(value) for name, value in known.items()}, count=1)
+    order = range(len(modes)) if sizes is None else sizes[0].argsort(kind="stable")
+    return [modes[place] for place in order]
 
 
-def numeric_spectrum(matrix: Sequence[Sequence[Expr | float]]) -> Spectrum:
-    """The spectrum of A (2n by 2n, coordinates first) in numbers; floats are the fractions that they are."""
+def exact_spectrum(matrix: Matrix, known: Known) -> Spectrum | None:
+    """The spectrum of A (2n by 2n, coordinates first) in symbols; None where it has no short form."""
     size = len(matrix) // 2
-    a, b, d, e = ([row[k : k + size] for row in matrix[i : i + size]] for i in (0, size) for k in (0, size))
-    from flint import ctx
+    units = range(2 * size)
+    zero = [[ZERO for _ in units] for _ in units]
+    one = [[ONE if i == j else ZERO for j in units] for i in units]
+    pairs: list[tuple[Expr, Expr]] = []
+    grows, whole = False, True
+    for block, own in _blocks(LinearMotion(zero, one, [[-e for e in row] for row in matrix]), size):
+        # A = J S, with S the second derivatives of H: where these are definite, motion is bounded.
+        half = len(block) // 2
+        rows = [*own.stiffness[half:], *([-e for e in row] for row in own.stiffness[:half])]
+        is_hamiltonian = all(is_zero(rows[i][j] - rows[j][i]) for i in range(2 * half) for j in range(i))
+        try:
+            solved = _solved(own, known, is_hamiltonian and is_positive_definite(rows, known))
+            if solved is None:
+                return None
+            for root, times, is_even in solved:
+                if root.condition is not None:
+                    return None
+                grows |= root.is_stable is False
+                whole &= times == 1 or grows or _null_vectors(own, root)[1] == times
+                pairs += [(a * root.growth, b * root.angular) for a, b in _sides(root, is_even)] * times
+        except ExpressionError:
+            return None
+    frequencies = dict.fromkeys(im for re, im in pairs if not re and im and sign_of(im, known) == 1)
+    return Spectrum(tuple(pairs), tuple(frequencies), verdict(grows, whole))
 
-    is_natural = not any(entry for part in (a, e) for row in part for entry in row)
-    with ctx.workprec(BITS):
-        back = balls(b) * balls(d) if is_natural and not balls(b).det().contains(0) else None
-    if back is not None:
-        # Coordinates obey q'' = B D q. At a rate of zero they drift.
-        found = eigenvalues(back, square_root=True)
-        pairs = [(side * x.growth, side * x.angular) for x in found for _ in x.vectors for side in (1, -1)]
-        drifting = [x for x in found if not x.growth and (not x.angular or x.rank < len(x.vectors))]
-    else:
-        found = eigenvalues(balls(matrix))
-        pairs = [(x.growth, x.angular) for x in found for _ in x.vectors]
-        drifting = [x for x in found if not x.growth and x.rank < len(x.vectors)]
-    frequencies = sorted({im for re, im in pairs if im > 0 and not re})
-    grows = any(re > 0 for re, _ in pairs)
-    verdict: Stability = "unstable" if grows else "marginal" if drifting else "stable"
-    return Spectrum(tuple(sorted((re + 0.0, im + 0.0) for re, im in pairs)), tuple(frequencies), verdict)
+
+def _sides(root: Root, is_even: bool) -> list[tuple[int, int]]:
+    """The signs of the real and imaginary parts of all roots that one stands for."""
+    first = (-1, 1) if is_even and root.growth else (1,)
+    if is_even and root.growth and root.angular:
+        return [(a, b) for a in first for b in (-1, 1)]
+    if root.angular:
+        return [(1, -1), (1, 1)]
+    return [(a, a) for a in first]
+
+
+def verdict(grows: bool, whole: bool) -> Stability:
+    """The stability of motion in which a rate grows, or else all rates have as many vectors as they need."""
+    return "unstable" if grows else "stable" if whole else "marginal"

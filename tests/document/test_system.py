@@ -674,3 +674,9 @@ def test_any_tree_is_read_or_refused(
         q, p, v = document.orbit.start(document.system)
         assert (p is None) != (v is None)
         assert np.isfinite(q).all()
+
+
+def test_constraints_are_told_from_a_slip() -> None:
+    found, message = told("system: {coordinates: [x], kinetic: xdot^2/2, constraints: [x]}\n")
+    assert found == "system.constraints"
+    assert "choose coordinates that obey them" in message

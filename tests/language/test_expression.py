@@ -115,6 +115,8 @@ def test_values(text: str, expected: float) -> None:
         ("√sin(x) y", "sqrt(sin(x))*y"),
         ("√√2", "sqrt(sqrt(2))"),
         ("½ m v²", "0.5*m*v^2"),
+        ("½ m ẋ²", "0.5*m*xdot^2"),
+        ("l θ̇² + θ̈ - ẏ_1*x1̇", "l*thetadot^2 + thetaddot - y_1dot*x1dot"),
         ("¼x + ¾", "0.25*x + 0.75"),
         ("ln(x)", "log(x)"),
         ("2 cot(x)/m", "2*(cos(x)/sin(x))/m"),

@@ -5,13 +5,16 @@ from __future__ import annotations
 import math
 from collections import Counter
 
+import numpy as np
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 
 from rigidcli.errors import ExpressionError
 from rigidcli.language import code
 from rigidcli.language.expression import parse
-from rigidcli.language.sharing import shared
-from rigidcli.language.tree import Call, Name, Node, Power, Product, Sum, nodes
+from rigidcli.language.sharing import shared, solved
+from rigidcli.language.tree import Call, Name, Node, Power, Product, Sum, nodes, number
 
 TEXTS = [
     "a*sin(x - y)^2 + b/(1 + cos(x - y)) - (x - y)^(2/3)",
@@ -54,3 +57,19 @@ def test_steps_without_use_are_left_out() -> None:
 def test_a_number_beyond_floats_is_refused() -> None:
     with pytest.raises(ExpressionError, match="too large"):
         shared([], [parse("x*1e999").root])
+
+
+few = settings(max_examples=30, deadline=None)
+
+
+@few
+@given(st.integers(1, 8), st.integers(0, 2**31), st.floats(0, 1))
+def test_elimination_solves(size: int, seed: int, sparsity: float) -> None:
+    chance = np.random.default_rng(seed)
+    root = chance.normal(size=(size, size)) * (chance.random((size, size)) > sparsity)
+    entries, right = root @ root.T + np.eye(size), chance.normal(size=size)
+    steps, answers = solved(
+        [[number(entry) for entry in row] for row in entries], [Name(f"b{i}") for i in range(size)]
+    )
+    f = code.function(answers, [f"b{i}" for i in range(size)], {}, steps)
+    assert f(math)(*right) == pytest.approx(np.linalg.solve(entries, right), rel=1e-9, abs=1e-9)

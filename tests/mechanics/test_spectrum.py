@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 import rigidcli
-from rigidcli.mechanics.spectrum import numeric_spectrum
+from rigidcli.mechanics.numeric_spectrum import numeric_spectrum
 from rigidcli.report import Report
 
 SYMMETRIC = "((p_x + q*B*y/2)**2 + (p_y - q*B*x/2)**2)/(2*m)"

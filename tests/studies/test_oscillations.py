@@ -394,6 +394,20 @@ def test_modes_that_oscillate_where_a_discriminant_is_positive() -> None:
         assert square**2 - square + 27 / 4 * 0.02 * 0.98 == pytest.approx(0, abs=1e-14)
 
 
+def test_vectors_have_the_roots_of_their_rates() -> None:
+    # A pendulum on a cart on a spring: w^2 = (B -+ sqrt(B^2 - 4 M l g k))/(2 M l), B = (M + m) g + k l.
+    body = (
+        "  kinetic: M*xdot^2/2 + m*(xdot^2 + 2*l*xdot*adot*cos(a) + l^2*adot^2)/2\n"
+        "  potential: k*x^2/2 - m*g*l*cos(a)"
+    )
+    modes = hamilton(system("x, a", body, "x: 0, a: 0", m=None, M=None, l=None, k=None, g=None))["modes"]
+    root = "sqrt((M*g + m*g + k*l)**2 - 4*M*g*k*l)"
+    for mode, sign in zip(modes, "-+", strict=True):
+        assert str(mode["rate"]) == f"sqrt((M*g + m*g + k*l {sign} {root})/(2*M*l))"
+        assert root in str(mode["vector"][1])
+        assert mode["stable"] is True
+
+
 def test_modes_without_a_closed_form_are_told_with_values(program: Program) -> None:
     names = [f"x{i}" for i in range(4)]
     kinetic = "(" + " + ".join(f"m*{i + 1}*{name}dot^2" for i, name in enumerate(names)) + ")/2"

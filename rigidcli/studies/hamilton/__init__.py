@@ -16,7 +16,7 @@ from rigidcli.language.text import reading
 from rigidcli.picture import Picture
 from rigidcli.report import NOISE, Column, Field, Report, Step, Table
 from rigidcli.studies.common import if_known, noise, report, trusted
-from rigidcli.studies.hamilton import lagrange, linear_equations, modes
+from rigidcli.studies.hamilton import lagrange, linear_equations
 from rigidcli.studies.hamilton.derivation import TIME, Derivation
 from rigidcli.studies.hamilton.findings import Found, find
 from rigidcli.studies.hamilton.typed_decimals import as_typed
@@ -55,6 +55,12 @@ def run(
     residual = max(residuals, default=None)
     cyclic, conserved = derivation.cyclic, derivation.conserved
     dots = [f"{name}dot" for name in phase.names]
+    equilibrium, modes = [Field("equilibrium", None), Field("modes", None)], list[Table]()
+    if found.oscillations is not None:
+        from rigidcli.studies.hamilton import oscillations
+
+        equilibrium = oscillations.fields(found.oscillations)
+        modes = oscillations.tables(found.oscillations)
     fields = [
         Field("coordinates", list(phase.coordinates)),
         Field("velocities", list(derivation.velocity_names)),
@@ -76,7 +82,7 @@ def run(
         told("hamilton", "natural", system.natural, words=natural),
         Field("natural_reason", system.reason),
         *lagrange.fields(derivation),
-        *modes.fields(found.oscillations),
+        *equilibrium,
         _expression("energy", derivation.energy),
         _is_energy(derivation),
         if_known(told("hamilton", "verified", residual)),
@@ -85,7 +91,7 @@ def run(
         *_transform(found),
         *_orbit_quality(found),
     ]
-    tables = [*_branch_table(found), *modes.tables(found.oscillations), *_orbit_table(found)]
+    tables = [*_branch_table(found), *modes, *_orbit_table(found)]
     fields = as_typed(fields, document)
     working: list[Step] = []
     if steps:

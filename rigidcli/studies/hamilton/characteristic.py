@@ -7,19 +7,18 @@ from typing import Any
 
 import numpy as np
 
-from rigidcli.algebra.arithmetic import EXACT
+from rigidcli.algebra.arithmetic import EXACT, polynomial_factors
 from rigidcli.algebra.expansion import coefficients
 from rigidcli.algebra.expressions import Expr, symbol
+from rigidcli.algebra.expressions import product as all_product
 from rigidcli.algebra.expressions import total as all_of
-from rigidcli.algebra.matrices import Matrix
+from rigidcli.algebra.matrices import Matrix, short_determinant
 from rigidcli.algebra.simplification import tidy
 from rigidcli.core.arithmetic import FLOAT
 from rigidcli.document.document import Document
 from rigidcli.errors import ExpressionError
 from rigidcli.language.text import reading
-from rigidcli.language.tree import Name, Node
-from rigidcli.mechanics.spectrum import determinant as determinant_of
-from rigidcli.mechanics.spectrum import factored_polynomial
+from rigidcli.language.tree import Name
 from rigidcli.report import Field, Step, Table
 from rigidcli.studies.hamilton.derivation import TIME
 from rigidcli.studies.hamilton.linear_equations import MOST_COLUMNS
@@ -92,41 +91,24 @@ def _matrix(name: str, matrix: Matrix, document: Document) -> Field:
 def _polynomial(matrix: Matrix, unknown: str, document: Document, title: str, head: str) -> Iterator[Field]:
     """The determinant as a polynomial in one name, and in factors where it has some."""
     try:
-        determinant = tidy(determinant_of(matrix))
+        determinant = tidy(short_determinant(matrix))
+        factors = polynomial_factors(determinant, unknown)
         found = coefficients(determinant, [unknown])
     except ExpressionError:
         return
     if found is None:
         return
-    x, values = Name(unknown), {k: tidy(e) for (k,), e in found.items()}
+    x, values = Name(unknown), {k: tidy(e) for (k,), e in sorted(found.items(), reverse=True)}
     n = FLOAT if _is_numeric(list(values.values()), document) else EXACT
     if n.exact and len(str(determinant)) > LONGEST:
         return
     (told,) = as_typed([Field("", list(values.values()))], document)
-    by_power: dict[int, Any] = dict(zip(values, told.value, strict=True))
-    written = [
-        product(n, e if n.exact else float(e), power(x, k)) for k, e in sorted(by_power.items(), reverse=True)
-    ]
-    polynomial = total(written)
+    by_power = zip(values, told.value, strict=True)
+    polynomial = total([product(n, e if n.exact else float(e), power(x, k)) for k, e in by_power])
     yield Field("", formula(polynomial, n), title, head)
-    if n.exact:
-        product_form = _factored(determinant, unknown)
-        if product_form is not None and reading(product_form) != reading(polynomial):
-            yield Field("", formula(product_form, n), "in factors", "")
-
-
-def _factored(e: Expr, unknown: str) -> Node | None:
-    """A polynomial in one name as a product; None where it has one factor only, or is too large."""
-    try:
-        x = symbol(unknown)
-        found = factored_polynomial(e, unknown)
-        parts = [(all_of(c * x**k for k, c in polynomial.items()), times) for polynomial, times in found]
-        rest: Any = e
-        for factor, times in parts:
-            rest = rest / factor**times
-        rest = tidy(rest)
-    except ExpressionError:
-        return None
-    if sum(times for _, times in parts) < 2:
-        return None
-    return product(EXACT, rest, *(power(factor.tree(), times) for factor, times in parts))
+    if n.exact and sum(times for _, times in factors) > 1:
+        parts = [(all_of(c * symbol(unknown) ** k for k, c in p.items()), times) for p, times in factors]
+        rest: Any = tidy(determinant / all_product(factor**times for factor, times in parts))
+        form = product(EXACT, rest, *(power(factor.tree(), times) for factor, times in parts))
+        if reading(form) != reading(polynomial):
+            yield Field("", formula(form, n), "in factors", "")

@@ -22,7 +22,7 @@ from rigidcli.core.estimate import Watched
 from rigidcli.core.solution import Flow
 from rigidcli.errors import ComputationError
 from rigidcli.language import code
-from rigidcli.language.elimination import Step, solved
+from rigidcli.language.sharing import Step, solved
 from rigidcli.language.tree import Name, Node, rounding
 from rigidcli.mechanics.hamilton_equations import Phase
 from rigidcli.studies.hamilton.derivation import TIME, Derivation

@@ -12,7 +12,7 @@ import numpy as np
 from rigidcli.algebra import samples
 from rigidcli.algebra.calculus import derivative
 from rigidcli.algebra.expressions import Expr, symbol
-from rigidcli.algebra.trees import to_tree
+from rigidcli.algebra.trees import plain_tree
 from rigidcli.core.solution import NO_VALUE, Function
 from rigidcli.errors import ExpressionError
 from rigidcli.language import code
@@ -67,8 +67,8 @@ def _residual(
     groups = (masses, lagrange.rest, parts, solved, conditions)
     outputs = [e for group in groups for e in group]
     names = sorted({name for e in (*outputs, *equations) for name in e.names}.difference(slopes))
-    steps = [(name, to_tree(e)) for name, e in zip(slopes, equations, strict=True)]
-    f = code.function([to_tree(e) for e in outputs], names, {}, steps)(math)
+    steps = [(name, plain_tree(e)) for name, e in zip(slopes, equations, strict=True)]
+    f = code.function([plain_tree(e) for e in outputs], names, {}, steps)(math)
     misses = _misses(f, names, [len(group) for group in groups])
     return max(islice(misses, CHECKS), default=None)
 

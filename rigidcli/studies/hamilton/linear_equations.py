@@ -74,7 +74,8 @@ def _spectrum(
     matrix: Sequence[Sequence[Expr]], offset: Sequence[Expr], document: Document
 ) -> Spectrum | None:
     """Of numbers where all parameters have values, else of what symbols allow."""
-    from rigidcli.mechanics.spectrum import numeric_spectrum, symbolic_spectrum
+    from rigidcli.mechanics.numeric_spectrum import numeric_spectrum
+    from rigidcli.mechanics.spectrum import exact_spectrum
 
     known = known_values(document)
     used = {name for row in matrix for e in row for name in e.names}
@@ -89,7 +90,7 @@ def _spectrum(
         except ExpressionError:
             return None
     else:
-        found = symbolic_spectrum(matrix, known)
+        found = exact_spectrum(matrix, known)
     is_shifted = any(not e.is_zero and TIME not in e.names for e in offset)
     if found is None or found.stability != "stable" or not is_shifted or not _drifts(matrix, offset):
         return found

@@ -1,23 +1,29 @@
-"""The equilibrium that a document gives, or asks to find, and the small oscillations about it."""
+"""The equilibrium that a document gives, or asks to find, its small oscillations, and their report."""
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
 
 from rigidcli.algebra import matrices
 from rigidcli.algebra.atoms import Applied, Group
-from rigidcli.algebra.expressions import ZERO, Expr
+from rigidcli.algebra.expressions import PI, ZERO, Expr, symbol
 from rigidcli.algebra.simplification import tidy
 from rigidcli.algebra.substitution import substitute, without
 from rigidcli.algebra.values import is_zero
 from rigidcli.document.document import Document
 from rigidcli.document.equilibrium import Equilibrium
 from rigidcli.errors import ComputationError, ExpressionError
+from rigidcli.language.latex_names import latex_name
 from rigidcli.mechanics import small_oscillations
-from rigidcli.mechanics.normal_modes import FOUND, Mode, numeric_modes, symbolic_modes
+from rigidcli.mechanics.numeric_spectrum import FOUND, ROUNDING, numeric_modes
 from rigidcli.mechanics.small_oscillations import LinearMotion
-from rigidcli.mechanics.spectrum import ROUNDING
+from rigidcli.mechanics.spectrum import Mode, exact_modes
+from rigidcli.report import Column, Field, Table
 from rigidcli.studies.hamilton.derivation import TIME, Derivation
 from rigidcli.studies.hamilton.equilibrium import KEY, Place, forces_at_rest, found_place, given_place
 from rigidcli.studies.hamilton.system import known_values
@@ -27,6 +33,10 @@ NO_MODES = (
     "with values for all parameters they are told as numbers"
 )
 """What is said where there are symbols, and no modes."""
+
+
+UNITS = {"rate": "1/s", "frequency": "Hz", "period": "s", "decay": "1/s"}
+"""Columns of the modes that people are shown where there is something in them, with their units."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -110,7 +120,7 @@ def _modes(
         raise ComputationError("the equations of motion near the equilibrium change with time")
     if document.exact_results or _is_open(motion):
         known = known_values(document)
-        found = symbolic_modes(motion, known, not derivation.is_forced)
+        found = exact_modes(motion, known, not derivation.is_forced)
         if found is not None:
             return found
         motion = motion.changed(lambda e: substitute(e, known))
@@ -137,3 +147,75 @@ def _notes(place: Place, modes: Sequence[Mode] | None) -> Iterator[str]:
     for mode in modes or ():
         if mode.condition is not None:
             yield f"the mode with the rate {mode.rate} oscillates where {mode.condition} > 0"
+
+
+def fields(found: Oscillations) -> list[Field]:
+    """The equilibrium, and its modes as JSON has them; for CSV their rates."""
+    modes = None if found.modes is None else [_record(mode) for mode in found.modes]
+    rates = [mode.rate for mode in found.modes or ()]
+    kind = object if any(isinstance(rate, Expr) for rate in rates) else float
+    cells = {f"modes.{place}.rate": (place,) for place in range(len(rates))}
+    keys = {f"equilibrium.{name}": (name, e) for name, e in found.place.items()}
+    return [
+        *(
+            Field(key, e, f"equilibrium, {name}", latex_name(name), cells={key: ()})
+            for key, (name, e) in keys.items()
+        ),
+        Field("modes", modes),
+        Field("", np.array(rates, dtype=kind), cells=cells),
+    ]
+
+
+def _record(mode: Mode) -> dict[str, Any]:
+    """A mode as JSON has it."""
+    angular: Any = mode.angular
+    frequency = angular / (2 * (math.pi if isinstance(angular, float) else PI)) if angular else None
+    is_complex = any(y for _, y in mode.vector)
+    record = {
+        "rate": mode.rate,
+        "frequency": frequency,
+        "period": None if frequency is None else 1 / frequency,
+        "vector": [{"re": x, "im": y} if is_complex else x for x, y in mode.vector],
+        "stable": mode.is_stable,
+    }
+    return record | ({"decay": -mode.growth} if mode.growth and mode.is_stable else {})
+
+
+def tables(found: Oscillations) -> list[Table]:
+    """The modes for people, one in a row."""
+    if not found.modes:
+        return []
+    modes = found.modes
+    records = [_record(mode) for mode in modes]
+    is_numeric = not any(isinstance(mode.rate, Expr) for mode in modes)
+    columns = [
+        Column(key, [record.get(key) for record in records], (key,), unit if is_numeric else "")
+        for key, unit in UNITS.items()
+        if key == "rate" or ((is_numeric or key == "decay") and any(r.get(key) for r in records))
+    ]
+    for place, name in enumerate(found.place):
+        entries = [_component(*mode.vector[place]) for mode in modes]
+        columns.append(Column(name, entries, (name,), "", (latex_name(name),)))
+    columns.append(Column("motion", [_kind(mode) for mode in modes], ("motion",), ""))
+    return [Table("", "normal modes", tuple(columns))]
+
+
+def _component(real: float | Expr, imaginary: float | Expr) -> float | Expr | str:
+    """An entry of a mode vector; in numbers a text where it is not real."""
+    if isinstance(real, Expr) and isinstance(imaginary, Expr):
+        return real + imaginary * symbol("i")
+    if not imaginary:
+        return real
+    written = f"{float(imaginary):.6g}i"
+    return written if not real else f"{float(real):.6g} {'' if written[0] == '-' else '+'}{written}"
+
+
+def _kind(mode: Mode) -> str:
+    """How a mode moves, in words."""
+    if not mode.growth and not mode.angular:
+        return "zero mode"
+    if mode.is_stable is None:
+        return "depends on the parameters"
+    if not mode.is_stable:
+        return "grows" if mode.growth else "grows by powers of the time"
+    return "decays" if mode.growth else "stable"

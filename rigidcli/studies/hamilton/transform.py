@@ -15,7 +15,6 @@ from rigidcli.algebra.calculus import derivative
 from rigidcli.algebra.expansion import coefficients
 from rigidcli.algebra.expressions import ZERO, Expr, product, symbol, total
 from rigidcli.algebra.isolation import Branch
-from rigidcli.algebra.positive_roots import for_positive_symbols
 from rigidcli.algebra.reading import from_tree
 from rigidcli.algebra.simplification import shortest, tidy
 from rigidcli.algebra.substitution import substitute
@@ -134,7 +133,7 @@ class _Found:
         """The same with K as it is for positive symbols under its roots, where that is shorter."""
         signs = {name: sign(value) for name, value in known_values(document).items()}
         others = [name for name in signs if signs[name] != 1]
-        hamiltonian, positive = for_positive_symbols(self.hamiltonian, others)
+        hamiltonian, positive = canonical.for_positive_symbols(self.hamiltonian, others)
         further = [f"{name} > 0" for name in positive if name not in signs]
         return replace(self, hamiltonian=hamiltonian, conditions=(*self.conditions, *further))
 

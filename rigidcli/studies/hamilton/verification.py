@@ -10,7 +10,7 @@ import numpy as np
 from rigidcli.algebra import samples
 from rigidcli.algebra.calculus import derivative
 from rigidcli.algebra.expressions import Expr, symbol, total
-from rigidcli.algebra.trees import to_tree
+from rigidcli.algebra.trees import plain_tree
 from rigidcli.core.arithmetic import Floats
 from rigidcli.core.solution import NO_VALUE
 from rigidcli.language import code
@@ -57,9 +57,9 @@ def residual_of(
     found = [*branch.velocities, *found]
     names = lagrangian.names | branch.hamiltonian.names
     shared = [*sorted(names - {*phase.names, *velocities, TIME}), TIME, *phase.coordinates]
-    from_velocities = code.function([to_tree(e) for e in expected], [*shared, *velocities], {})(math)
+    from_velocities = code.function([plain_tree(e) for e in expected], [*shared, *velocities], {})(math)
     limits = (*branch.conditions, *branch.region)
-    trees = [to_tree(e) for e in (*found, *limits)]
+    trees = [plain_tree(e) for e in (*found, *limits)]
     from_momenta = code.function(trees, [*shared, *phase.momenta], {})(math)
     size, worst, seen = len(velocities), 0.0, 0
     for place, point in enumerate(samples.points([*shared, *velocities], fixed)):
