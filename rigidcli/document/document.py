@@ -5,6 +5,7 @@ from __future__ import annotations
 import pathlib
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
+from copy import copy
 from functools import cache, cached_property
 from importlib import import_module
 from typing import TYPE_CHECKING, Annotated, Any, Self
@@ -220,6 +221,22 @@ class Document(Section):
             orbit = self.orbit.at_start(place).model_copy(update=sampling)
             found = self.model_copy(update={"orbit": orbit})
         found.__dict__["shared"] = self.shared
+        return found
+
+    def environment_again(self) -> Environment:
+        """The environment of the document, in which more of it may be read without a trace in this one."""
+        env = copy(self._environment)
+        env.used, env.faults = set(env.used), dict(env.faults)
+        env.notes, env.files = [*env.notes], [*env.files]
+        return env
+
+    def completed(self, part: Document, keys: frozenset[str]) -> Self:
+        """The document with these keys as `part` has them, and what they leave as it is worked out once."""
+        found = self.model_copy(update={key: getattr(part, key) for key in keys})
+        found._environment = part._environment
+        turned = None if found.motion is None else found.motion.orientation
+        sections = {"body": found.body, "axis": found.axis, "frame": found.frame, "top": found.top}
+        found.__dict__["physical"] = self.physical.changed(**sections, turned=turned)
         return found
 
     @cached_property

@@ -5,9 +5,9 @@ They are worked out when a document is read, so that a body or a top that cannot
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -43,6 +43,15 @@ class Physical:
     frame: Rotation | None
     top: Top | None
     turned: Rotation | None
+
+    @np.errstate(over="ignore", invalid="ignore")
+    def changed(self, **sections: Any) -> Physical:
+        """The same of other sections. What those of the body tell is worked out once, where it stays."""
+        found = replace(self, **sections)
+        if self.body is not None and found.body is self.body:
+            for name in ("properties", "inertia", *(("body_top",) if found.top else ())):
+                found.__dict__[name] = getattr(self, name)
+        return found
 
     @np.errstate(over="ignore", invalid="ignore")
     def require(self) -> None:
@@ -125,13 +134,21 @@ class Physical:
         """The top that the section `top` describes by itself or by the body, held at the point O."""
         if self.top is None:
             raise ValueProblem("missing, expected a top", path=("top",))
-        from rigidcli.bodies.tops import described, of_body
+        if self.body is None:
+            from rigidcli.bodies.tops import described
+
+            with at("top"):
+                return described(self.arithmetic, **self.top.numbers)
+        if given := [key for key, number in self.top.numbers.items() if number is not None]:
+            raise ValueProblem("the `body` tells this; give one or the other", path=("top", given[0]))
+        return self.body_top
+
+    @cached_property
+    def body_top(self) -> HeavyTop:
+        """The top that the body makes when it is held at the point O."""
+        from rigidcli.bodies.tops import of_body
 
         try:
-            if self.body is None:
-                return described(self.arithmetic, **self.top.numbers)
-            if given := [key for key, number in self.top.numbers.items() if number is not None]:
-                raise ValueProblem("the `body` tells this; give one or the other", path=(given[0],))
             return of_body(self.properties, self.point, self.inertia, self.arithmetic)
         except ValueProblem as problem:
             if problem.path[:1] != ("body",):
