@@ -92,8 +92,8 @@ class Draft:
             raise DocumentError([origin.problem(_no_mapping(origin.tree))])
         exact = self.exact or _has_symbols(origin.tree)
         if swept and not exact:
-            keys = frozenset(str(split_setting(text)[0][0]) for text in swept)
-            return _read(origin, exact, frozenset(), rest=self._without(keys), swept=keys)[0]
+            rest, keys = self._without(tuple(text.partition("=")[0] for text in swept))
+            return _read(origin, exact, frozenset(), rest=rest, swept=keys)[0]
         positive: frozenset[str] = frozenset()
         while True:
             document, found = _read(origin, exact, positive)
@@ -103,23 +103,24 @@ class Draft:
             positive |= found
 
     @cached_property
-    def _rests(self) -> dict[frozenset[str], Document | None]:
-        """What `_without` has made, by the keys that are missing."""
+    def _rests(self) -> dict[tuple[str, ...], tuple[Document | None, frozenset[str]]]:
+        """What `_without` has made, by the paths that are swept."""
         return {}
 
-    def _without(self, keys: frozenset[str]) -> Document | None:
-        """The document without these keys at its top, which is the same at all points of their sweep.
+    def _without(self, paths: tuple[str, ...]) -> tuple[Document | None, frozenset[str]]:
+        """The document without the keys at its top to which paths lead, the same at all points; and the keys.
 
         None where it cannot be read without them; then each point is read whole, and tells what is wrong.
         """
-        if keys not in self._rests:
-            self._rests[keys] = None
+        if paths not in self._rests:
+            keys = frozenset(str(split_setting(f"{path}=")[0][0]) for path in paths)
             tree = {key: value for key, value in self._set.tree.items() if key not in keys}
+            rest: Document | None = None
             with suppress(DocumentError):
                 if keys <= APART:
                     rest, _ = _read(replace(self._set, tree=tree), False, frozenset(), is_physical=False)
-                    self._rests[keys] = rest
-        return self._rests[keys]
+            self._rests[paths] = rest, keys
+        return self._rests[paths]
 
     def __getstate__(self) -> dict[str, Any]:
         """What another process needs: not what was worked out here, which may be large."""

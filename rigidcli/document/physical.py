@@ -46,11 +46,14 @@ class Physical:
 
     @np.errstate(over="ignore", invalid="ignore")
     def changed(self, **sections: Any) -> Physical:
-        """The same of other sections. What those of the body tell is worked out once, where it stays."""
+        """The same of other sections. What hangs on none that is another is worked out once, here."""
         found = replace(self, **sections)
+        same = ["axes"] if found.frame is self.frame else []
+        same += ["orientation"] if found.turned is self.turned else []
         if self.body is not None and found.body is self.body:
-            for name in ("properties", "inertia", *(("body_top",) if found.top else ())):
-                found.__dict__[name] = getattr(self, name)
+            same += ["properties", "inertia", *(("body_top",) if found.top else ())]
+        for name in same:
+            found.__dict__[name] = getattr(self, name)
         return found
 
     @np.errstate(over="ignore", invalid="ignore")

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import asdict, dataclass, field, replace
 
 import numpy as np
@@ -20,7 +20,7 @@ from rigidcli.document.top import Top
 from rigidcli.errors import DocumentError, Problem
 from rigidcli.report import Column, Field, Report, Step, Table, Value
 from rigidcli.studies.body import body_frame, principal_omega, require_one_start, require_spin
-from rigidcli.studies.common import if_known, report
+from rigidcli.studies.common import report
 from rigidcli.studies.pictures import drawn
 from rigidcli.studies.results import RESULTS
 
@@ -49,8 +49,17 @@ FRICTION = (
 )
 """The note on friction, which the results for a top neglect: on one that spins and that its weight turns."""
 
-NUTATION = {"kind": "nutation_kind", "period": "nutation_period", "mean_rate": "mean_precession_rate"}
-"""The keys of results of the nutation that have a shorter name in `core`."""
+NUTATION = {
+    "theta_min": "theta_min",
+    "theta_max": "theta_max",
+    "phi_dot_at_theta_min": "phi_dot_at_theta_min",
+    "phi_dot_at_theta_max": "phi_dot_at_theta_max",
+    "nutation_period": "period",
+    "precession_per_nutation": "precession_per_nutation",
+    "mean_precession_rate": "mean_rate",
+    "nutation_kind": "kind",
+}
+"""The keys of results of the nutation, and their names in `core`."""
 
 
 @dataclass(slots=True)
@@ -76,31 +85,40 @@ def run(document: Document, *, steps: bool = False, picture: str | None = None) 
     if not found.values:
         problem = "nothing here precesses, expected a `top`, a `tide`, or a `body` with `motion.omega`"
         raise DocumentError([Problem(document.source, problem)])
-    fields = [_field(entry, found.values) for entry in _FIELDS]
     working: list[Step] = []
     if steps:
         from rigidcli.studies.steps.precess import precess_steps
 
         working += precess_steps(document, found.values)
     pictures = drawn("precess", picture, document, found.values)
-    return report(document, SCHEMA, "precession", fields, found.notes, found.tables, working, pictures)
+    return report(
+        document, SCHEMA, "precession", _fields(found.values), found.notes, found.tables, working, pictures
+    )
 
 
 _FIELDS = [
-    replace(entry, cells={} if entry.counts else {entry.key: ()})
+    (*entry.key.split("."), replace(entry, cells={} if entry.counts else {entry.key: ()}))
     for entry in RESULTS["precess"]
     if entry.title
 ]
-"""The results, each a column of CSV under its own key."""
+"""The section and the key of every result; each is a column of CSV under its own path."""
+
+_UNKNOWN = {entry.key: replace(entry, title="") for _, _, entry in _FIELDS}
+"""The results without a value, which people are not shown."""
+
+_ABSENT = {entry.key: Field("", None, unit=entry.unit, cells=entry.cells) for _, _, entry in _FIELDS}
+"""What is left of a result where its section does not apply: a column of CSV."""
 
 
-def _field(entry: Field, sections: Mapping[str, Mapping[str, Value]]) -> Field:
-    """A result; of a section that does not apply only the column of CSV."""
-    section, _, key = entry.key.partition(".")
-    if section not in sections:
-        return Field("", None, unit=entry.unit, cells=entry.cells)
-    value = sections[section].get(key)
-    return if_known(entry.with_value(value, WORDS[key].get(value, "") if key in WORDS else ""))
+def _fields(sections: Mapping[str, Mapping[str, Value]]) -> Iterator[Field]:
+    """All results, of sections that apply and of the others."""
+    for section, key, entry in _FIELDS:
+        if section not in sections:
+            yield _ABSENT[entry.key]
+        elif (value := sections[section].get(key)) is None:
+            yield _UNKNOWN[entry.key]
+        else:
+            yield entry.with_value(value, WORDS[key][value] if key in WORDS else "")
 
 
 def _top(document: Document, section: Top, found: _Found) -> dict[str, Value]:
@@ -173,8 +191,8 @@ def _at_tilt(
     is_steady = section.precession is None
     from rigidcli.core.nutation import nutation
 
-    swinging = asdict(nutation(*top, start, section.nutation, fall, is_steady))
-    return values | {NUTATION.get(key, key): value for key, value in swinging.items()}
+    swinging = nutation(*top, start, section.nutation, fall, is_steady)
+    return values | {key: getattr(swinging, name) for key, name in NUTATION.items()}
 
 
 def _free(document: Document, motion: Motion, found: _Found) -> dict[str, Value]:
