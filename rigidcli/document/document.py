@@ -10,7 +10,8 @@ from functools import cache, cached_property
 from importlib import import_module
 from typing import TYPE_CHECKING, Annotated, Any, Self
 
-from pydantic import Field, PrivateAttr, ValidationInfo, model_validator
+from pydantic import Field, PrivateAttr, TypeAdapter, ValidationError, ValidationInfo, model_validator
+from pydantic_core import InitErrorDetails
 
 from rigidcli.bodies.rotations import Rotation
 from rigidcli.core.arithmetic import Arithmetic, Scalar
@@ -21,7 +22,7 @@ from rigidcli.errors import DocumentError, Problem, ValueProblem
 from rigidcli.fields.environment import Environment
 from rigidcli.fields.quantities import Direction, ReferencePoint
 from rigidcli.fields.readers import Elsewhere, ReadBy, Title
-from rigidcli.fields.section import Section, environment, sections_in
+from rigidcli.fields.section import Section, details, environment, sections_in
 from rigidcli.fields.words import keys_called, not_one_of
 from rigidcli.language.expression import Expression
 
@@ -126,9 +127,12 @@ class Document(Section):
     @model_validator(mode="after")
     def _remember(self, info: ValidationInfo) -> Self:
         self._environment = environment(info)
+        self._require_whole()
+        return self
+
+    def _require_whole(self) -> None:
         if self.body is not None and self.body.hole:
             raise ValueProblem("a hole stands in `parts`, beside what it is cut from", path=("body", "hole"))
-        return self
 
     @cached_property
     def arithmetic(self) -> Arithmetic:
@@ -230,13 +234,26 @@ class Document(Section):
         env.notes, env.files = [*env.notes], [*env.files]
         return env
 
-    def completed(self, part: Document, keys: frozenset[str]) -> Self:
-        """The document with these keys as `part` has them, and what they leave as it is worked out once."""
-        found = self.model_copy(update={key: getattr(part, key) for key in keys})
-        found._environment = part._environment
+    def completed(self, raw: Mapping[str, Any], env: Environment) -> Self:
+        """The document with these keys, which are read; what hangs on none of them is worked out once.
+
+        Raises ValidationError with all problems of the keys.
+        """
+        update, errors = {}, list[InitErrorDetails]()
+        for key, value in raw.items():
+            try:
+                update[key] = _reader(key).validate_python(value, context=env)
+            except ValidationError as error:
+                errors += details(error, key)
+        if errors:
+            raise ValidationError.from_exception_data("Document", errors)
+        found = self.model_copy(update=update)
+        found._environment = env
+        found._require_whole()
         turned = None if found.motion is None else found.motion.orientation
-        sections = {"body": found.body, "axis": found.axis, "frame": found.frame, "top": found.top}
-        found.__dict__["physical"] = self.physical.changed(**sections, turned=turned)
+        found.__dict__["physical"] = self.physical.changed(
+            found.body, found.axis, found.frame, found.top, turned
+        )
         return found
 
     @cached_property
@@ -251,6 +268,12 @@ class Document(Section):
         """The numbers that the sections describe."""
         turned = None if self.motion is None else self.motion.orientation
         return Physical(self.arithmetic, self.body, self.about, self.axis, self.frame, self.top, turned)
+
+
+@cache
+def _reader(key: str) -> TypeAdapter[Any]:
+    """What reads the value of a key at the top by itself."""
+    return TypeAdapter(Document.model_fields[key].annotation)
 
 
 @cache

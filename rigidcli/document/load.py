@@ -325,8 +325,7 @@ def _read(
         if rest is None:
             document = Document.model_validate(tree, context=env)
         else:
-            part = Document.model_validate({key: tree[key] for key in swept}, context=env)
-            document = rest.completed(part, swept)
+            document = rest.completed({key: tree[key] for key in swept}, env)
         if is_physical and not problems and not env.faults:
             document.physical.require()
     except ValidationError as error:

@@ -5,9 +5,9 @@ They are worked out when a document is read, so that a body or a top that cannot
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cached_property
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -45,9 +45,16 @@ class Physical:
     turned: Rotation | None
 
     @np.errstate(over="ignore", invalid="ignore")
-    def changed(self, **sections: Any) -> Physical:
+    def changed(
+        self,
+        body: Body | None,
+        axis: tuple[Scalar, Scalar, Scalar] | None,
+        frame: Rotation | None,
+        top: Top | None,
+        turned: Rotation | None,
+    ) -> Physical:
         """The same of other sections. What hangs on none that is another is worked out once, here."""
-        found = replace(self, **sections)
+        found = Physical(self.arithmetic, body, self.about, axis, frame, top, turned)
         same = ["axes"] if found.frame is self.frame else []
         same += ["orientation"] if found.turned is self.turned else []
         if self.body is not None and found.body is self.body:
