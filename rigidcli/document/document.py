@@ -273,7 +273,8 @@ class Document(Section):
 @cache
 def _reader(key: str) -> TypeAdapter[Any]:
     """What reads the value of a key at the top by itself."""
-    return TypeAdapter(Document.model_fields[key].annotation)
+    annotation: Any = Document.model_fields[key].annotation
+    return TypeAdapter(annotation)
 
 
 @cache

@@ -97,22 +97,23 @@ def run(document: Document, *, steps: bool = False, picture: str | None = None) 
 
 
 _FIELDS = [
-    (*entry.key.split("."), replace(entry, cells={} if entry.counts else {entry.key: ()}))
+    replace(entry, cells={} if entry.counts else {entry.key: ()})
     for entry in RESULTS["precess"]
     if entry.title
 ]
-"""The section and the key of every result; each is a column of CSV under its own path."""
+"""The results; each is a column of CSV under its own key."""
 
-_UNKNOWN = {entry.key: replace(entry, title="") for _, _, entry in _FIELDS}
+_UNKNOWN = {entry.key: replace(entry, title="") for entry in _FIELDS}
 """The results without a value, which people are not shown."""
 
-_ABSENT = {entry.key: Field("", None, unit=entry.unit, cells=entry.cells) for _, _, entry in _FIELDS}
+_ABSENT = {entry.key: Field("", None, unit=entry.unit, cells=entry.cells) for entry in _FIELDS}
 """What is left of a result where its section does not apply: a column of CSV."""
 
 
 def _fields(sections: Mapping[str, Mapping[str, Value]]) -> Iterator[Field]:
     """All results, of sections that apply and of the others."""
-    for section, key, entry in _FIELDS:
+    for entry in _FIELDS:
+        section, _, key = entry.key.partition(".")
         if section not in sections:
             yield _ABSENT[entry.key]
         elif (value := sections[section].get(key)) is None:
