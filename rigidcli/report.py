@@ -26,8 +26,7 @@ class Field:
     LaTeX; `title` and `unit` are for people, who are not shown a field without a title, and see `words`
     instead of the value where there are any, and zero for entries of an array that are rounding noise
     beside its largest, unless each entry `counts` by itself. A `diagnostic` tells how good the others are;
-    people see it when they ask for more. `means` says what the title does not. Nobody changes a field; it
-    is not frozen, since it is then made in a third of the time, and a sweep makes tens at every point.
+    people see it when they ask for more. `means` says what the title does not.
     """
 
     key: str
@@ -42,7 +41,7 @@ class Field:
     means: str = ""
 
     def with_value(self, value: Value, words: str = "") -> Field:
-        """The field with a value, and words for it; `replace` takes four times as long."""
+        """The field with a value, and words for it. `replace` or a frozen class takes three times as long."""
         return Field(
             self.key,
             value,

@@ -36,7 +36,7 @@ MOST_LINES = {
     "bodies": 7500,
     "cli": 2100,
     "core": 4050,
-    "document": 3420,
+    "document": 3520,  # a sweep reads at its points only what changes: 100 lines for twice the speed
     "fields": 1760,
     "check": 8520,
     "language": 2520,

@@ -26,7 +26,6 @@ from rigidcli.studies.results import RESULTS
 
 SCHEMA = "rigidcli.precess/1"
 
-
 WORDS: dict[str, dict[str | None, str]] = {
     "sleeping": {
         "stable": "stable: fast enough to sleep",
@@ -49,17 +48,8 @@ FRICTION = (
 )
 """The note on friction, which the results for a top neglect: on one that spins and that its weight turns."""
 
-NUTATION = {
-    "theta_min": "theta_min",
-    "theta_max": "theta_max",
-    "phi_dot_at_theta_min": "phi_dot_at_theta_min",
-    "phi_dot_at_theta_max": "phi_dot_at_theta_max",
-    "nutation_period": "period",
-    "precession_per_nutation": "precession_per_nutation",
-    "mean_precession_rate": "mean_rate",
-    "nutation_kind": "kind",
-}
-"""The keys of results of the nutation, and their names in `core`."""
+NUTATION = {"kind": "nutation_kind", "period": "nutation_period", "mean_rate": "mean_precession_rate"}
+"""The keys of results of the nutation that have a shorter name in `core`."""
 
 
 @dataclass(slots=True)
@@ -91,33 +81,31 @@ def run(document: Document, *, steps: bool = False, picture: str | None = None) 
 
         working += precess_steps(document, found.values)
     pictures = drawn("precess", picture, document, found.values)
-    return report(
-        document, SCHEMA, "precession", _fields(found.values), found.notes, found.tables, working, pictures
-    )
+    fields = _fields(found.values)
+    return report(document, SCHEMA, "precession", fields, found.notes, found.tables, working, pictures)
 
 
-_FIELDS = [
+_COLUMNS = [
     replace(entry, cells={} if entry.counts else {entry.key: ()})
     for entry in RESULTS["precess"]
     if entry.title
 ]
-"""The results; each is a column of CSV under its own key."""
 
-_UNKNOWN = {entry.key: replace(entry, title="") for entry in _FIELDS}
-"""The results without a value, which people are not shown."""
-
-_ABSENT = {entry.key: Field("", None, unit=entry.unit, cells=entry.cells) for entry in _FIELDS}
-"""What is left of a result where its section does not apply: a column of CSV."""
+_FIELDS = [
+    (entry, replace(entry, title=""), Field("", None, unit=entry.unit, cells=entry.cells))
+    for entry in _COLUMNS
+]
+"""Every result, the same without a value, and the column of CSV that is left where its section is not."""
 
 
 def _fields(sections: Mapping[str, Mapping[str, Value]]) -> Iterator[Field]:
     """All results, of sections that apply and of the others."""
-    for entry in _FIELDS:
+    for entry, unknown, absent in _FIELDS:
         section, _, key = entry.key.partition(".")
         if section not in sections:
-            yield _ABSENT[entry.key]
+            yield absent
         elif (value := sections[section].get(key)) is None:
-            yield _UNKNOWN[entry.key]
+            yield unknown
         else:
             yield entry.with_value(value, WORDS[key][value] if key in WORDS else "")
 
@@ -189,11 +177,10 @@ def _at_tilt(
     if start is None:
         found.notes.append("there is no steady precession to begin with, so that nutation is not told")
         return values
-    is_steady = section.precession is None
     from rigidcli.core.nutation import nutation
 
-    swinging = nutation(*top, start, section.nutation, fall, is_steady)
-    return values | {key: getattr(swinging, name) for key, name in NUTATION.items()}
+    swinging = nutation(*top, start, section.nutation, fall, section.precession is None)
+    return values | {NUTATION.get(key, key): getattr(swinging, key) for key in swinging.__slots__}
 
 
 def _free(document: Document, motion: Motion, found: _Found) -> dict[str, Value]:
