@@ -75,7 +75,7 @@ def each(
             pack, future = waiting.popleft()
             try:
                 seconds, results = future.result()
-            except Exception as error:
+            except Exception as error:  # those of a lost process are sought, all others raised again
                 if not _ended(error):
                     raise
                 for task in pack:
@@ -99,7 +99,7 @@ def _alone(
     """The results of a task that is done again."""
     try:
         return workers.submit(_done, work, [task]).result()[1]
-    except Exception as error:
+    except Exception as error:  # as in `each`
         if not _ended(error):
             raise
         return [Lost(task)]

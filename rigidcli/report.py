@@ -17,7 +17,7 @@ Value: TypeAlias = Any
 """A number or array (floats, or exact), a text, a truth value, a list, or None for what is not known."""
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(slots=True)
 class Field:
     """One result. `key` is its name in JSON; `cells` are its columns in CSV, with their places in the value.
 
@@ -41,7 +41,7 @@ class Field:
     means: str = ""
 
     def with_value(self, value: Value, words: str = "") -> Field:
-        """The field with a value, and words for it; `replace` takes thrice as long, for tens in a report."""
+        """The field with a value, and words for it. `replace` or a frozen class takes three times as long."""
         return Field(
             self.key,
             value,

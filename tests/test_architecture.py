@@ -36,7 +36,7 @@ MOST_LINES = {
     "bodies": 7100,
     "cli": 2100,
     "core": 4047,
-    "document": 3270,
+    "document": 3400,  # a sweep reads at its points only what changes: 100 lines for twice the speed
     "fields": 1760,
     "check": 8190,
     "language": 2520,

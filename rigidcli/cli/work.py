@@ -218,9 +218,8 @@ def _answers(task: Task, draft: Draft, work: Work, watch: Watch | None) -> Itera
             return
         report = work.run(document, watch)
         if task.sweep is not None and point is not None:
-            units = {entry.key: entry.unit for entry in report.fields}
             swept = (
-                Field(name, value, unit=unit or units.get(name, ""), cells={name: ()})
+                Field(name, value, unit=unit or _unit(report, name), cells={name: ()})
                 for name, value, unit in task.sweep.told(point, document.exact_results)
             )
             report = replace(report, swept=tuple(swept))
@@ -228,6 +227,11 @@ def _answers(task: Task, draft: Draft, work: Work, watch: Watch | None) -> Itera
     except (RigidError, MemoryError) as error:
         found = replace(failure(error, task.source), place=", ".join(settings))
         yield Answer(task.source, found, files=files)
+
+
+def _unit(report: Report, key: str) -> str:
+    """The unit of a result, where the key of a sweep is one."""
+    return next((entry.unit for entry in report.fields if entry.key == key), "")
 
 
 def _of_ensemble(document: Document, work: Work, starts: range | None) -> Iterator[Answer]:

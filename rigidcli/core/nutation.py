@@ -21,7 +21,7 @@ from typing import Literal, TypeAlias
 import numpy as np
 
 from rigidcli.core.arithmetic import Floats
-from rigidcli.core.elliptic import beyond_first, complete
+from rigidcli.core.elliptic import CONVERGED, beyond_first
 from rigidcli.core.top import ROUNDING
 
 NutationKind: TypeAlias = Literal["looping", "cuspidal", "wavy", "steady", "none"]
@@ -73,8 +73,13 @@ class Swing:
 
     @property
     def quarter(self) -> float:
-        """K, infinite for k' = 0."""
-        return float(complete(self.complement, 1.0, 1.0, 1.0)) if self.gap else math.inf
+        """K, infinite for k' = 0: pi/2 over the arithmetic-geometric mean of 1 and k'."""
+        if not self.gap:
+            return math.inf
+        large, small = 1.0, self.complement
+        while large - small > CONVERGED * large:
+            large, small = (large + small) / 2, math.sqrt(large * small)
+        return math.pi / (large + small)
 
 
 def swing(start: Start, slack: float = 0.0) -> Swing:

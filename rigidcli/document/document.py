@@ -5,11 +5,13 @@ from __future__ import annotations
 import pathlib
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
+from copy import copy
 from functools import cache, cached_property
 from importlib import import_module
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Self
 
-from pydantic import Field, PrivateAttr, ValidationInfo, model_validator
+from pydantic import Field, PrivateAttr, TypeAdapter, ValidationError, ValidationInfo, model_validator
+from pydantic_core import InitErrorDetails
 
 from rigidcli.bodies.rotations import Rotation
 from rigidcli.core.arithmetic import Arithmetic, Scalar
@@ -20,7 +22,7 @@ from rigidcli.errors import DocumentError, Problem, ValueProblem
 from rigidcli.fields.environment import Environment
 from rigidcli.fields.quantities import Direction, ReferencePoint
 from rigidcli.fields.readers import Elsewhere, ReadBy, Title
-from rigidcli.fields.section import Section, environment, optional, sections_in
+from rigidcli.fields.section import Section, details, environment, optional, sections_in
 from rigidcli.fields.words import keys_called, not_one_of
 from rigidcli.language.expression import Expression
 
@@ -119,9 +121,12 @@ class Document(Section):
     @model_validator(mode="after")
     def _remember(self, info: ValidationInfo) -> Self:
         self._environment = environment(info)
+        self._require_whole()
+        return self
+
+    def _require_whole(self) -> None:
         if self.body is not None and self.body.hole:
             raise ValueProblem("a hole stands in `parts`, beside what it is cut from", path=("body", "hole"))
-        return self
 
     @cached_property
     def arithmetic(self) -> Arithmetic:
@@ -216,6 +221,35 @@ class Document(Section):
         found.__dict__["shared"] = self.shared
         return found
 
+    def environment_again(self) -> Environment:
+        """The environment of the document, in which more of it may be read without a trace in this one."""
+        env = copy(self._environment)
+        env.used, env.faults = set(env.used), dict(env.faults)
+        env.notes, env.files = [*env.notes], [*env.files]
+        return env
+
+    def completed(self, raw: Mapping[str, Any], env: Environment) -> Self:
+        """The document with these keys, which are read; what hangs on none of them is worked out once.
+
+        Raises ValidationError with all problems of the keys.
+        """
+        update, errors = {}, list[InitErrorDetails]()
+        for key, value in raw.items():
+            try:
+                update[key] = _reader(key).validate_python(value, context=env)
+            except ValidationError as error:
+                errors += details(error, key)
+        if errors:
+            raise ValidationError.from_exception_data("Document", errors)
+        found = self.model_copy(update=update)
+        found._environment = env
+        found._require_whole()
+        turned = None if found.motion is None else found.motion.orientation
+        found.__dict__["physical"] = self.physical.changed(
+            found.body, found.axis, found.frame, found.top, turned
+        )
+        return found
+
     @cached_property
     def shared(self) -> Shared:
         """What this document has in common with those of all starts, where it is an ensemble or one of it."""
@@ -228,6 +262,13 @@ class Document(Section):
         """The numbers that the sections describe."""
         turned = None if self.motion is None else self.motion.orientation
         return Physical(self.arithmetic, self.body, self.about, self.axis, self.frame, self.top, turned)
+
+
+@cache
+def _reader(key: str) -> TypeAdapter[Any]:
+    """What reads the value of a key at the top by itself."""
+    annotation: Any = Document.model_fields[key].annotation
+    return TypeAdapter(annotation)
 
 
 @cache

@@ -7,7 +7,8 @@ import os
 import pathlib
 import re
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from contextlib import suppress
+from dataclasses import dataclass, field, fields, replace
 from functools import cached_property
 from typing import TYPE_CHECKING, Any, NamedTuple, TypeAlias
 
@@ -18,7 +19,7 @@ from rigidcli.document.complaints import explain
 from rigidcli.document.document import Document
 from rigidcli.document.origins import BodyFile, LinkOrigin, Origin, body_form, links, of_text
 from rigidcli.document.parameters import read_parameters
-from rigidcli.document.settings import SWEEP
+from rigidcli.document.settings import SWEEP, split_setting
 from rigidcli.errors import UNSETTLED, DocumentError, Problem, UsageError, ValueProblem, shown
 from rigidcli.fields.environment import Environment, arithmetic_for
 from rigidcli.fields.texts import STDIN, read_text
@@ -35,6 +36,9 @@ MAPPING = "<mapping>"
 
 KEYS = tuple(Document.model_fields)
 """The keys at the top of a document."""
+
+APART = frozenset({"name", "description", "body", "axis", "frame", "motion", "top", "tide"})
+"""Keys at the top that are read without another. Where only such keys are swept, all else is read once."""
 
 _TEXT = re.compile(r"\n|:\s|\{")
 """What the text of a document has, and the path to a file has not."""
@@ -85,6 +89,9 @@ class Draft:
         if not isinstance(origin.tree, dict):
             raise DocumentError([origin.problem(_no_mapping(origin.tree))])
         exact = self.exact or _has_symbols(origin.tree)
+        if swept and not exact:
+            rest, keys = self._without(tuple(text.partition("=")[0] for text in swept))
+            return _read(origin, exact, frozenset(), rest=rest, swept=keys)[0]
         positive: frozenset[str] = frozenset()
         while True:
             document, found = _read(origin, exact, positive)
@@ -96,9 +103,34 @@ class Draft:
             return document
         from rigidcli.document.trials import tried
 
-        return tried(
-            document, origin, lambda tree: _read(replace(origin, tree=tree), False, frozenset(), False)[0]
-        )
+        def with_numbers(tree: Mapping[str, Any]) -> Document:
+            return _read(replace(origin, tree=tree), False, frozenset(), is_physical=False)[0]
+
+        return tried(document, origin, with_numbers)
+
+    @cached_property
+    def _rests(self) -> dict[tuple[str, ...], tuple[Document | None, frozenset[str]]]:
+        """What `_without` has made, by the paths that are swept."""
+        return {}
+
+    def _without(self, paths: tuple[str, ...]) -> tuple[Document | None, frozenset[str]]:
+        """The document without the keys at its top to which paths lead, the same at all points; and the keys.
+
+        None where it cannot be read without them; then each point is read whole, and tells what is wrong.
+        """
+        if paths not in self._rests:
+            keys = frozenset(str(split_setting(f"{path}=")[0][0]) for path in paths)
+            tree = {key: value for key, value in self._set.tree.items() if key not in keys}
+            rest: Document | None = None
+            with suppress(DocumentError):
+                if keys <= APART:
+                    rest, _ = _read(replace(self._set, tree=tree), False, frozenset(), is_physical=False)
+            self._rests[paths] = rest, keys
+        return self._rests[paths]
+
+    def __getstate__(self) -> dict[str, Any]:
+        """What another process needs: not what was worked out here, which may be large."""
+        return {part.name: getattr(self, part.name) for part in fields(self)}
 
 
 class Drafts(NamedTuple):
@@ -225,22 +257,38 @@ def _no_mapping(tree: object) -> ValueProblem:
 
 
 def _read(
-    origin: Origin, exact: bool, positive: frozenset[str], is_physical: bool = True
+    origin: Origin,
+    exact: bool,
+    positive: frozenset[str],
+    *,
+    is_physical: bool = True,
+    rest: Document | None = None,
+    swept: frozenset[str] = frozenset(),
 ) -> tuple[Document, set[str]]:
     """The document of a tree, and the symbols that make sense only as positive numbers.
 
     Those in `positive` are taken to be positive. It is looked at whether what is described can exist, if
-    `is_physical`. Raises DocumentError with all problems.
+    `is_physical`. With the `rest` of the document at hand, only the `swept` keys are read. Raises
+    DocumentError with all problems.
     """
     tree = origin.tree
-    # A system alone keeps its expressions symbolic, and its numbers are floats.
-    alone = tree.get("system") is not None and all(tree.get(key) is None for key in ("body", "top", "tide"))
-    n = arithmetic_for(exact and not alone)
-    env = Environment(n, folder=origin.folder, exact_results=exact, top_keys=KEYS)
-    parameters = tree.get("parameters")
-    problems = read_parameters(env, parameters, positive) if isinstance(parameters, dict) else []
+    problems: list[ValueProblem] = []
+    if rest is None:
+        # A system alone keeps its expressions symbolic, and its numbers are floats.
+        others = all(tree.get(key) is None for key in ("body", "top", "tide"))
+        alone = tree.get("system") is not None and others
+        n = arithmetic_for(exact and not alone)
+        env = Environment(n, folder=origin.folder, exact_results=exact, top_keys=KEYS)
+        parameters = tree.get("parameters")
+        if isinstance(parameters, dict):
+            problems += read_parameters(env, parameters, positive)
+    else:
+        env = rest.environment_again()
     try:
-        document = Document.model_validate(tree, context=env)
+        if rest is None:
+            document = Document.model_validate(tree, context=env)
+        else:
+            document = rest.completed({key: tree[key] for key in swept}, env)
         if is_physical and not problems and not env.faults:
             document.physical.require()
     except ValidationError as error:

@@ -45,6 +45,25 @@ class Physical:
     turned: Rotation | None
 
     @np.errstate(over="ignore", invalid="ignore")
+    def changed(
+        self,
+        body: Body | None,
+        axis: tuple[Scalar, Scalar, Scalar] | None,
+        frame: Rotation | None,
+        top: Top | None,
+        turned: Rotation | None,
+    ) -> Physical:
+        """The same of other sections. What hangs on none that is another is worked out once, here."""
+        found = Physical(self.arithmetic, body, self.about, axis, frame, top, turned)
+        same = ["axes"] if found.frame is self.frame else []
+        same += ["orientation"] if found.turned is self.turned else []
+        if self.body is not None and found.body is self.body:
+            same += ["properties", "inertia", *(("body_top",) if found.top else ())]
+        for name in same:
+            found.__dict__[name] = getattr(self, name)
+        return found
+
+    @np.errstate(over="ignore", invalid="ignore")
     def require(self) -> None:
         """Raise ValueProblem unless all that the document describes can exist."""
         _ = (
@@ -125,13 +144,21 @@ class Physical:
         """The top that the section `top` describes by itself or by the body, held at the point O."""
         if self.top is None:
             raise ValueProblem("missing, expected a top", path=("top",))
-        from rigidcli.bodies.tops import described, of_body
+        if self.body is None:
+            from rigidcli.bodies.tops import described
+
+            with at("top"):
+                return described(self.arithmetic, **self.top.numbers)
+        if given := [key for key, number in self.top.numbers.items() if number is not None]:
+            raise ValueProblem("the `body` tells this; give one or the other", path=("top", given[0]))
+        return self.body_top
+
+    @cached_property
+    def body_top(self) -> HeavyTop:
+        """The top that the body makes when it is held at the point O."""
+        from rigidcli.bodies.tops import of_body
 
         try:
-            if self.body is None:
-                return described(self.arithmetic, **self.top.numbers)
-            if given := [key for key, number in self.top.numbers.items() if number is not None]:
-                raise ValueProblem("the `body` tells this; give one or the other", path=(given[0],))
             return of_body(self.properties, self.point, self.inertia, self.arithmetic)
         except ValueProblem as problem:
             if problem.path[:1] != ("body",):

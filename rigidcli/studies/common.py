@@ -58,6 +58,8 @@ def called(name: str | None, source: str) -> str:
 
 
 def _without_signed_zeros(table: Table) -> Table:
+    if not any(isinstance(column.values, np.ndarray) for column in table.columns):
+        return table
     columns = (replace(column, values=_unsigned(column.values)) for column in table.columns)
     return replace(table, columns=tuple(columns))
 
@@ -76,7 +78,7 @@ def _unsigned(value: Value) -> Value:
 def _representable(field: Field) -> Field:
     """The field; floats without a signed zero, and arrays of them contiguous in memory."""
     value = field.value
-    if type(value) is float and TINY <= abs(value) < math.inf:
+    if value is None or (type(value) is float and TINY <= abs(value) < math.inf):
         return field
     if isinstance(value, float):
         size, value = abs(value), float(value) + 0.0

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import asdict, dataclass, field, replace
 
 import numpy as np
@@ -20,7 +20,7 @@ from rigidcli.document.top import Top
 from rigidcli.errors import DocumentError, Problem
 from rigidcli.report import Column, Field, Report, Step, Table, Value
 from rigidcli.studies.body import body_frame, principal_omega, require_one_start, require_spin
-from rigidcli.studies.common import if_known, report
+from rigidcli.studies.common import report
 from rigidcli.studies.pictures import drawn
 from rigidcli.studies.results import RESULTS
 
@@ -69,35 +69,42 @@ def run(document: Document, *, steps: bool = False, picture: str | None = None) 
     if not found.values:
         problem = "nothing here precesses, expected a `top`, a `tide`, or a `body` with `motion.omega`"
         raise DocumentError([Problem(document.source, problem)])
-    fields = [_field(entry, found.values) for entry in _FIELDS]
     working: list[Step] = []
     if steps:
         from rigidcli.studies.steps.precess import precess_steps
 
         working += precess_steps(document, found.values)
     pictures = drawn("precess", picture, document, found.values)
+    fields = _fields(found.values)
     return report(document, SCHEMA, "precession", fields, found.notes, found.tables, working, pictures)
 
 
-_FIELDS = [
+_COLUMNS = [
     replace(entry, cells={} if entry.counts else {entry.key: ()})
     for entry in RESULTS["precess"]
     if entry.title
 ]
-"""The results, each a column of CSV under its own key."""
+
+_FIELDS = [
+    (entry, replace(entry, title=""), Field("", None, unit=entry.unit, cells=entry.cells))
+    for entry in _COLUMNS
+]
+"""Every result, the same without a value, and the column of CSV that is left where its section is not."""
 
 
-def _field(entry: Field, sections: Mapping[str, Mapping[str, Value]]) -> Field:
-    """A result; of a section that does not apply only the column of CSV."""
-    section, _, key = entry.key.partition(".")
-    if section not in sections:
-        return Field("", None, unit=entry.unit, cells=entry.cells)
-    values = sections[section]
-    value = values.get(key)
-    filled = entry.with_value(value, WORDS[key].get(value, "") if key in WORDS else "")
-    # How fast a top has to be is of interest where it is too slow.
-    is_fast = key == "minimum_spin" and values.get("slow_rate") is not None
-    return if_known(replace(filled, diagnostic=True) if is_fast else filled)
+def _fields(sections: Mapping[str, Mapping[str, Value]]) -> Iterator[Field]:
+    """All results, of sections that apply and of the others."""
+    for entry, unknown, absent in _FIELDS:
+        section, _, key = entry.key.partition(".")
+        if section not in sections:
+            yield absent
+        elif (value := sections[section].get(key)) is None:
+            yield unknown
+        elif key == "minimum_spin" and sections[section].get("slow_rate") is not None:
+            # How fast a top has to be is of interest where it is too slow.
+            yield replace(entry, value=value, diagnostic=True)
+        else:
+            yield entry.with_value(value, WORDS[key][value] if key in WORDS else "")
 
 
 def _top(document: Document, section: Top, found: _Found) -> dict[str, Value]:
@@ -165,11 +172,10 @@ def _at_tilt(
     if start is None:
         found.notes.append("there is no steady precession to begin with, so that nutation is not told")
         return values
-    is_steady = section.precession is None
     from rigidcli.core.nutation import nutation
 
-    swinging = asdict(nutation(*top, start, section.nutation, fall, is_steady))
-    return values | {NUTATION.get(key, key): value for key, value in swinging.items()}
+    swinging = nutation(*top, start, section.nutation, fall, section.precession is None)
+    return values | {NUTATION.get(key, key): getattr(swinging, key) for key in swinging.__slots__}
 
 
 def _free(document: Document, motion: Motion, found: _Found) -> dict[str, Value]:

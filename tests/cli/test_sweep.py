@@ -78,19 +78,6 @@ def test_a_row_is_what_a_run_with_that_value_prints(
         assert [row] == objects(single.out)
 
 
-@pytest.mark.parametrize(
-    ("command", "file", "key", "values"), [run for run in RUNS if run[0] in ("inertia", "axes", "precess")]
-)
-def test_cells_are_those_of_a_run_with_that_value(
-    program: Program, command: str, file: str, key: str, values: list[str]
-) -> None:
-    rows = table(program(command, "-f", "csv", "--sweep", f"{key}={','.join(values)}", file).out)
-    for row, value in zip(rows, values, strict=True):
-        [single] = table(program(command, "-f", "csv", "-s", f"{key}={value}", file).out)
-        assert {head: row[head] for head in single} == single
-        assert list(row)[:2] == [key, "name"]
-
-
 def test_swept_numbers_are_si_and_read_back_as_the_same_row(program: Program) -> None:
     rows = table(program("precess", "-q", "-f", "csv", "--sweep", "top.spin=100 rpm:2000 rpm:7", TOP).out)
     spins = [float(row["top.spin"]) for row in rows]
@@ -123,23 +110,23 @@ def test_standard_input_is_read_with_processes_too(sweep: list[str]) -> None:
     assert len(done.stdout.splitlines()) == 1 + 2 * max(1, len(sweep))
 
 
-# --- values that are worked at once
+# --- values of which some are refused
 
-TOGETHER = [
-    (TOP, ["top.spin=-50:700:40"]),
-    (TOP, ["top.spin=100 rpm:9000 rpm:20"]),
-    (TOP, ["top.tilt=0 deg:180 deg:19"]),
-    (TOP, ["top.tilt=-1:4:20"]),
-    (TOP, ["top.gravity=-1:30:20"]),
-    (TOP, ["top.precession=-20:60:20"]),
-    (TOP, ["top.precession=steady,1,2,3,4,5,6,7,8,9,10,11,12,13,14,15,16,17,18,foo,null"]),
-    (TOP, ["top.spin=10:700:6", "top.tilt=-0.1:3:4"]),
-    (TOP, ["--zip", "top.spin=10:700:20", "top.tilt=0.1:4:20"]),
-    (TOP, ["body.height=5 cm:9 cm:18"]),
-    ("configs/openstax_gyroscope.yaml", ["top.spin=-5:5:21"]),
-    ("configs/earth.yaml", ["tide.obliquity=0 deg:100 deg:20"]),
-    ("configs/earth.yaml", ["tide.perturbers.0.eccentricity=0:1.2:20"]),
-    ("configs/feynman_plate.yaml", ["motion.omega.0=0:3:20"]),
+POINTS = [
+    ("precess", TOP, ["top.spin=-50:700:40"]),
+    ("precess", TOP, ["top.spin=100 rpm:9000 rpm:20"]),
+    ("precess", TOP, ["top.tilt=0 deg:180 deg:19"]),
+    ("precess", TOP, ["top.tilt=-1:4:20"]),
+    ("precess", TOP, ["top.gravity=-1:30:20"]),
+    ("precess", TOP, ["top.precession=-20:60:20"]),
+    ("precess", TOP, ["top.precession=steady,1,2,3,4,5,6,7,8,9,10,11,12,13,14,15,16,17,18,foo,null"]),
+    ("precess", TOP, ["top.spin=10:700:6", "top.tilt=-0.1:3:4"]),
+    ("precess", TOP, ["--zip", "top.spin=10:700:20", "top.tilt=0.1:4:20"]),
+    ("precess", TOP, ["body.height=5 cm:9 cm:18"]),
+    ("precess", "configs/openstax_gyroscope.yaml", ["top.spin=-5:5:21"]),
+    ("precess", "configs/earth.yaml", ["tide.obliquity=0 deg:100 deg:20"]),
+    ("precess", "configs/earth.yaml", ["tide.perturbers.0.eccentricity=0:1.2:20"]),
+    ("precess", "configs/feynman_plate.yaml", ["motion.omega.0=0:3:20"]),
 ]
 
 BODIES = {
@@ -189,7 +176,7 @@ top: {spin: 100, tilt: 0.5, mass: 1, distance: 0.1, lambda1: 0.02, lambda3: 0.01
 }
 """Bodies whose numbers are swept."""
 
-TOGETHER_OF_BODIES = [
+POINTS_OF_BODIES = [
     ("axes", "box", ["body.size.0=0.5:3:20"]),
     ("axes", "box", ["motion.omega.0=-1:1:21"]),
     ("inertia", "box", ["body.mass=0,2", "axis.0=-2:2:19"]),
@@ -215,26 +202,19 @@ TOGETHER_OF_BODIES = [
 ]
 
 
-@pytest.mark.parametrize(("command", "body", "keys"), TOGETHER_OF_BODIES)
-def test_bodies_at_once_are_those_of_runs_one_by_one(
+@pytest.mark.parametrize(("command", "body", "keys"), [*POINTS, *POINTS_OF_BODIES])
+def test_rows_are_those_of_runs_one_by_one(
     program: Program, tmp_path: Path, command: str, body: str, keys: list[str]
 ) -> None:
-    file = tmp_path / f"{body}.yaml"
-    file.write_text(BODIES[body])
-    require_rows_of_single_runs(program, command, str(file), keys)
-
-
-@pytest.mark.parametrize(("file", "keys"), TOGETHER)
-def test_rows_at_once_are_the_rows_of_runs_one_by_one(program: Program, file: str, keys: list[str]) -> None:
-    require_rows_of_single_runs(program, "precess", file, keys)
-
-
-def require_rows_of_single_runs(program: Program, command: str, file: str, keys: list[str]) -> None:
-    """The rows and objects of a sweep are those of a run for each of its points."""
+    """What a sweep reads once is what a run at its value reads; a value that is refused is refused alone."""
+    file = body
+    if body in BODIES:
+        (tmp_path / "body.yaml").write_text(BODIES[body])
+        file = str(tmp_path / "body.yaml")
     options = [option for key in keys for option in ([key] if key == "--zip" else ["--sweep", key])]
     sweep = read_sweep([key for key in keys if key != "--zip"], "--zip" in keys)
     swept = program(command, "-q", "-f", "csv", *options, file)
-    objects_at_once = objects(program(command, "-q", "-f", "json", *options, file).out)
+    found_objects = objects(program(command, "-q", "-f", "json", *options, file).out)
     rows, codes = table(swept.out), []
     for index in range(sweep.count):
         settings = sweep.settings(sweep.point(index))
@@ -245,44 +225,13 @@ def require_rows_of_single_runs(program: Program, command: str, file: str, keys:
             assert f"at {', '.join(settings)}: " in swept.err or "the same at " in swept.err
             continue
         [expected] = table(single.out)
-        row, found = rows.pop(0), objects_at_once.pop(0)
+        row, found = rows.pop(0), found_objects.pop(0)
         assert {head: row[head] for head in expected} == expected
         found.pop("swept")
         if index % 5 == 0:
             assert [found] == objects(program(command, "-q", "-f", "json", *given, file).out)
-    assert (rows, objects_at_once) == ([], [])
+    assert (rows, found_objects) == ([], [])
     assert swept.code == max(codes)
-
-
-@pytest.mark.parametrize("command", ["axes", "precess"])
-def test_json_of_values_at_once_has_the_bytes_of_that_of_a_few(
-    program: Program, tmp_path: Path, command: str
-) -> None:
-    file = tmp_path / "box.yaml"
-    file.write_text(BODIES["turning box"])
-    sizes = [f"{k / 8}" for k in range(1, 33)]
-    written = [
-        program(command, "-q", "-f", "json", "--sweep", f"body.size.1={','.join(values)}", str(file)).out
-        for values in (sizes, sizes[:16], sizes[16:])
-    ]
-    assert written[0] == written[1] + written[2]
-
-
-def test_values_at_once_are_written_as_they_are_one_by_one(program: Program) -> None:
-    """Points of a grid in several groups: the same bytes, whoever works them, as of some points alone."""
-    keys = ("--sweep", "top.spin=0:700:4", "--sweep", "top.tilt=-0.3:3.3:60")
-    one, three = (program("precess", "-f", "csv", *keys, "-j", jobs, TOP) for jobs in ("1", "3"))
-    assert one == three
-    assert one.code == 3
-    assert one.out.count("\n") == len(table(one.out)) + 1
-    spins = {row["top.spin"] for row in table(one.out)}
-    lines = one.out.splitlines()
-    for spin in sorted(spins, key=float)[1:2]:
-        tilts = ",".join(row["top.tilt"] for row in table(one.out) if row["top.spin"] == spin)
-        some = program(
-            "precess", "-q", "-f", "csv", "--sweep", f"top.spin={spin}", "--sweep", f"top.tilt={tilts}", TOP
-        )
-        assert some.out.splitlines()[1:] == [line for line in lines if line.startswith(f"{spin},")]
 
 
 SYSTEMS = {
@@ -488,6 +437,17 @@ def test_a_file_that_cannot_be_read_is_told_once(program: Program) -> None:
     assert done.code == 3
     assert done.err.count("none.yaml") == 1
     assert len(table(done.out)) == 5
+
+
+def test_notes_are_those_of_what_each_value_leaves_unused(program: Program) -> None:
+    document = (
+        "parameters: {a: 10, b: 20, c: 1}\nbody: {shape: sphere, radius: c, mass: 1, position: [0, 0, c]}\n"
+    )
+    document += "top: {spin: 1, tilt: 7}\n"
+    done = program("precess", "-f", "csv", "--sweep", "top.spin=a,b", "-s", "top.tilt=1", "-", stdin=document)
+    assert done.code == 0
+    assert ["parameter `b` is not used" in done.err, "parameter `a` is not used" in done.err] == [True, True]
+    assert "parameter `c`" not in done.err
 
 
 def test_notes_are_told_once(program: Program) -> None:
