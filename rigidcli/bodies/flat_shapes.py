@@ -3,7 +3,7 @@
 # Annotations here are objects, not texts: pydantic reads them, for each shape those of all its bases anew.
 
 from collections.abc import Sequence
-from typing import Annotated, ClassVar
+from typing import Annotated, Any, ClassVar
 
 from pydantic import AfterValidator, Field
 
@@ -142,11 +142,18 @@ class Triangle(_Flat):
         return simplices.simplices(n.array([self.vertices]), [self.geometry(n).measure], n)
 
 
+def _opened(vertices: tuple[Any, ...]) -> tuple[Any, ...]:
+    """The vertices without a last one that repeats the first, as in GeoJSON."""
+    return vertices[:-1] if len(vertices) > 3 and vertices[-1] == vertices[0] else vertices
+
+
 class Polygon(_Flat):
     """A thin plane polygon without crossings, its vertices in order, in space or in the plane z = 0."""
 
     CONVEX: ClassVar = False
-    vertices: Annotated[tuple[Vertex, ...], AsList, Field(min_length=3, max_length=1000)]
+    vertices: Annotated[
+        tuple[Vertex, ...], AsList, Field(min_length=3, max_length=1000), AfterValidator(_opened)
+    ]
 
     def check(self, n: Arithmetic) -> None:
         with at("vertices"):

@@ -11,7 +11,7 @@ from typing import Annotated, Any, ClassVar, Self, get_args, get_origin
 
 import numpy as np
 from pydantic import ConfigDict, Field, PrivateAttr, ValidationInfo, model_validator
-from pydantic.config import JsonDict
+from pydantic.config import JsonDict, JsonValue
 from pydantic.fields import FieldInfo
 
 from rigidcli.bodies.charts import Chart
@@ -37,7 +37,9 @@ def _complete_schema(schema: JsonDict, shape: type[Any]) -> None:
     properties["shape"] = {"const": shape.word(), "title": "Shape", "type": "string"}
     anchor = shape.model_fields["anchor"].description
     properties["anchor"] = {"title": "Anchor", "description": anchor} | {"enum": ["com", *shape.ANCHORS]}
-    schema["oneOf"] = [{"required": ["mass"]}, {"required": ["density"]}]
+    given: list[JsonValue] = [{"required": ["mass"]}, {"required": ["density"]}]
+    bare: JsonValue = {"properties": {"hole": {"const": True}}, "required": ["hole"], "not": {"anyOf": given}}
+    schema["oneOf"] = [*given, bare]
 
 
 def _is_list(field: FieldInfo) -> bool:

@@ -125,6 +125,8 @@ class Document(Section):
     @model_validator(mode="after")
     def _remember(self, info: ValidationInfo) -> Self:
         self._environment = environment(info)
+        if self.body is not None and self.body.rounding is not None and "about" not in self.model_fields_set:
+            self.__dict__["about"] = "com"  # of a molecule, whose origin means nothing
         if self.body is not None and self.body.hole:
             raise ValueProblem("a hole stands in `parts`, beside what it is cut from", path=("body", "hole"))
         return self

@@ -221,6 +221,13 @@ def _plain(value: Any) -> Any:
     return dict(value) if isinstance(value, Mapping) else str(value)
 
 
+def _has_time(tree: Mapping[str, Any]) -> bool:
+    """Whether expressions of the document may be in the time: in those, `t` is no parameter."""
+    motion = tree.get("motion")
+    torque = isinstance(motion, dict) and motion.get("torque") is not None
+    return torque or any(tree.get(key) is not None for key in ("system", "orbit", "transform"))
+
+
 def _has_symbols(tree: object) -> bool:
     """Whether a parameter stands without a value."""
     parameters = tree.get("parameters") if isinstance(tree, dict) else None
@@ -280,7 +287,9 @@ def _read(
         top_keys=KEYS,
     )
     parameters = tree.get("parameters")
-    problems = read_parameters(env, parameters, positive) if isinstance(parameters, dict) else []
+    problems = []
+    if isinstance(parameters, dict):
+        problems = read_parameters(env, parameters, positive, has_time=_has_time(tree))
     try:
         document = Document.model_validate(tree, context=env)
         if is_physical and not problems and not env.faults:

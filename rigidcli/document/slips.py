@@ -27,6 +27,9 @@ _KEY = re.compile(r" *(?:- +)*[^\s:{\[\"'#-][^:{\[\"'#]*:(?= |$)")
 """Lines: with a comment of another language; indented by a tab; with a key and no blank after its colon;
 without a colon; with key and colon."""
 
+_NO_BRACES = re.compile(r" *(?:- +)*([A-Za-z_]\w*: [^,{}]+(?:, *[A-Za-z_]\w*: .*?)+) *$")
+"""A line with several keys and their values, and commas between them."""
+
 _QUOTED = re.compile(r"\"(?:[^\"\\]|\\.)*\"|'[^']*'|(?<!\S)#.*")
 """What has no brackets that count: quoted texts and comments."""
 
@@ -109,6 +112,8 @@ def _on_a_line(lines: list[str], noticed: int, column: int) -> Slip | None:
     here, first = _indent(lines[noticed]), _KEY.match(lines[noticed])
     if first is not None and first.end() <= column and lines[noticed][column : column + 1] == ":":
         hint = "a text with a colon and a blank in it stands in quotes"
+        if typed := _NO_BRACES.match(lines[noticed]):
+            hint = f"several keys in one line stand in braces: `{{{typed[1]}}}`"
         return Slip(noticed + 1, column + 1, "a second colon in one line", hint)
     levels = _levels([lines[line] for line in before])
     if levels and here not in levels:

@@ -105,7 +105,7 @@ def test_a_problem_is_one_line_with_file_line_key_what_was_read_and_what_was_exp
 @pytest.mark.parametrize(
     ("text", "expected"),
     [
-        ("body: {points: [[1, 2, 3]]}", [(1, "body.points.0")]),
+        ("body: {points: [[1, 2, 3]]}", [(1, "body.points")]),
         ("body: {points: [[-1, 2, 3, 4]]}", [(1, "body.points.0.0")]),
         ("body:\n  points:\n    - [1, 0, 0, x]", [(3, "body.points.0.3")]),
         ("body: {parts: [{shape: cube, side: 0, mass: 1}]}", [(1, "body.parts.0.side")]),
