@@ -72,7 +72,8 @@ def explain(error: ValidationError) -> list[ValueProblem]:
         elif kind in ("too_long", "too_short"):
             bound = context.get("max_length", context.get("min_length"))
             most = "at most" if kind == "too_long" else "at least"
-            hint, typed = (kind == "too_long" and _with_points(read, bound)) or (None, None)
+            if kind == "too_long" and (cure := _with_points(read, context["max_length"])) is not None:
+                hint, typed = cure
             message = f"read {shown(read)}, expected {most} {bound} {'entry' if bound == 1 else 'entries'}"
         else:
             if kind == "tuple_type" and path[-1] == 0:

@@ -152,6 +152,12 @@ class Document(Section):
         env = self._environment
         return tuple(name for name, on in env.open.items() if name in on and name in env.used)
 
+    @property
+    def unused(self) -> list[str]:
+        """The parameters that nothing uses."""
+        env = self._environment
+        return sorted((env.parameters.keys() | env.open.keys()) - env.used)
+
     @cached_property
     def definitions(self) -> Mapping[str, Expression | None]:
         """The parameters as they are given, exactly: each after those it uses, None for a symbol."""

@@ -305,8 +305,7 @@ def _read(
     notes = list(dict.fromkeys(env.notes))
     if document.orbit is not None and document.system is not None and document.orbit.ensemble is None:
         notes += document.orbit.degrees_meant(document.system, tree["orbit"]["initial"])
-    unused = sorted((env.parameters.keys() | env.open.keys()) - env.used)
-    notes += [f"parameter `{name}` is not used" for name in unused]
+    notes += [f"parameter `{name}` is not used" for name in document.unused]
     return document.came_from(origin, notes), env.positive
 
 

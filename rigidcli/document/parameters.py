@@ -74,9 +74,7 @@ def definitions(env: Environment, raw: Mapping[str, Any]) -> dict[str, Expressio
     return {name: None if values[name] is None else env.symbolic(values[name]) for name in order}
 
 
-def read_names(
-    raw: Mapping[str, Any], *, has_time: bool = True
-) -> tuple[dict[str, str], list[ValueProblem]]:
+def read_names(raw: Mapping[str, Any], *, has_time: bool = True) -> tuple[dict[str, str], list[ValueProblem]]:
     """The names that the keys of a mapping are, each with its key; and what is wrong with other keys."""
     spelling: dict[str, str] = {}
     problems: list[ValueProblem] = []

@@ -1,0 +1,72 @@
+"""Values that are given to no purpose: `--set` and `--sweep` with keys that no FILE has or uses."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+from rigidcli.cli.work import Work
+from rigidcli.errors import DocumentError, Path, UsageError
+
+if TYPE_CHECKING:
+    from rigidcli.document.load import Draft
+    from rigidcli.document.sweeps import Sweep
+
+ALWAYS = ("name", "description", "parameters")
+"""The keys at the top of a document that every command reads."""
+
+OF_BODIES = ("body", "about", "axis", "frame", "motion")
+OF_SYSTEMS = ("system", "orbit", "equilibrium", "transform")
+READ = {
+    "inertia": OF_BODIES[:-1],
+    "axes": OF_BODIES,
+    "precess": (*OF_BODIES, "top", "tide"),
+    "euler": (*OF_BODIES, "top"),
+    "hamilton": OF_SYSTEMS,
+}
+"""The other keys there that a command reads."""
+
+
+def require_used(work: Work, files: Sequence[str], sweep: Sweep | None) -> None:
+    """Raise UsageError for a key that is set or swept, and that no FILE has or uses.
+
+    Nothing is said where a FILE can be read only once, as standard input and pipes.
+    """
+    from rigidcli.document.settings import SWEEP, split_setting
+
+    first = [] if sweep is None else sweep.settings(sweep.point(0))
+    given = [("--set", text) for text in work.settings] + [(SWEEP, text) for text in first]
+    for option, text in given:
+        path, _ = split_setting(text)
+        key = ".".join(map(str, path))
+        if key not in work.named and all(_is_idle(work, file, path, first) for file in files):
+            hint = f"`{work.command.name}` does not read `{path[0]}`"
+            if path[0] == "parameters":
+                hint = "a parameter is used where its name stands in the document"
+            raise UsageError(f"{option} {key}: no FILE has this key, or uses it", hint=hint)
+
+
+def _is_idle(work: Work, file: str, path: Path, first: Sequence[str]) -> bool:
+    """Whether no document of a file has what the path leads to, nor does the command use it there."""
+    if not os.path.isfile(file):  # noqa: PTH113 - as typed
+        return False
+    try:
+        return all(_is_idle_in(draft, work, path, first) for draft in work.drafts(file).each)
+    except DocumentError:
+        return False  # it is told when the file is worked
+
+
+def _is_idle_in(draft: Draft, work: Work, path: Path, first: Sequence[str]) -> bool:
+    tree = draft.origin.tree
+    for step in path:
+        if not isinstance(tree, dict) or step not in tree:
+            break
+        tree = tree[step]
+    else:
+        return False
+    if path[0] == "parameters" and len(path) > 1:
+        return str(path[1]) in draft.document(first).unused
+    from rigidcli.document.load import KEYS
+
+    return path[0] in KEYS and path[0] not in (*ALWAYS, *READ[work.command.name])
