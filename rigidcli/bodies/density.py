@@ -63,8 +63,8 @@ def _scale(formula: Formula) -> set[str]:
         parts = factors(from_tree(formula.expression.root, distances | constants), Allowance(MOST_STEPS))
     except ExpressionError:
         return set()
-    unknown = [factor for factor, exponent in parts if exponent % 2 and abs(factor) != factor]
-    names = {str(factor) for factor in unknown}
+    odd = [factor for factor, exponent in parts if exponent % 2]
+    names = {str(factor) for factor in odd if factor.sign() != 1 and abs(factor) != factor}
     return names if len(names) == 1 and names <= formula.constants.keys() else set()
 
 
