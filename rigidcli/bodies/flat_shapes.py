@@ -9,10 +9,10 @@ from pydantic import AfterValidator, Field
 
 from rigidcli.bodies import charts, simplices, solids
 from rigidcli.bodies.geometry import ORIGIN, Bounds, Geometry, round_bounds
-from rigidcli.bodies.shape import Lamina, require_hollow
+from rigidcli.bodies.shape import Hollow, Lamina
 from rigidcli.core.arithmetic import Arithmetic, Array, Floats, Mask, Scalar
 from rigidcli.errors import ValueProblem, at
-from rigidcli.fields.quantities import AsList, Coordinate, Length, OptionalLength, Size2
+from rigidcli.fields.quantities import AsList, Coordinate, Length, Size2
 
 
 def _in_space(vertex: tuple[Scalar, ...]) -> tuple[Scalar, Scalar, Scalar]:
@@ -60,15 +60,8 @@ class Disk(Lamina):
         return x**2 + y**2 <= self.radius**2
 
 
-class Annulus(Lamina):
+class Annulus(Hollow, Lamina):
     """A thin disk with a concentric hole, normal along z; origin at its centre."""
-
-    CONVEX: ClassVar = False
-    outer_radius: Length
-    inner_radius: OptionalLength
-
-    def check(self, n: Arithmetic) -> None:
-        require_hollow(n, self.inner_radius, self.outer_radius)
 
     def geometry(self, n: Arithmetic) -> Geometry:
         R, r = self.outer_radius, self.inner_radius
@@ -79,8 +72,7 @@ class Annulus(Lamina):
         return [charts.sector(self.outer_radius, n, self.inner_radius)]
 
     def contains(self, x: Floats, y: Floats, z: Floats) -> Mask:
-        square = x**2 + y**2
-        return (square <= self.outer_radius**2) & (square >= self.inner_radius**2)
+        return self.is_between(x**2 + y**2)
 
 
 class HalfDisk(Lamina):

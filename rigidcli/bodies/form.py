@@ -26,7 +26,10 @@ class Form(Section):
     position: Vector3 | None = Field(default=None, description="Where the form's own origin goes (m)")
     rotation: Rotation | None = Field(default=None, description="Turns the form about its own origin")
     axis: Direction | None = Field(default=None, description="Direction onto which local +z is turned")
-    hole: bool = Field(default=False, description="In `parts`: what is missing there")
+    hole: bool = Field(
+        default=False,
+        description="In `parts`: what is missing there; by default it has the density of what it is cut from",
+    )
 
     @classmethod
     def _contradictions(cls, raw: Mapping[str, Any]) -> Iterator[ValueProblem]:

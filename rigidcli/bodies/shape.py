@@ -24,7 +24,7 @@ from rigidcli.core.arithmetic import FLOAT, Arithmetic, Array, Floats, Mask, Sca
 from rigidcli.errors import ValueProblem, with_article
 from rigidcli.fields.dimensions import AREA_DENSITY, DENSITY, LINE_DENSITY
 from rigidcli.fields.environment import Formula
-from rigidcli.fields.quantities import Mass
+from rigidcli.fields.quantities import Length, Mass, OptionalLength
 from rigidcli.fields.section import environment
 from rigidcli.fields.typed_numbers import split_quantity
 from rigidcli.fields.words import halved, keys_called, not_one_of
@@ -236,6 +236,24 @@ class Region(Shape):
         return np.eye(3), np.zeros(3)
 
 
+class Hollow(Region):
+    """A round shape with a round hole in its middle."""
+
+    CONVEX: ClassVar = False
+    outer_radius: Length
+    inner_radius: OptionalLength
+
+    def check(self, n: Arithmetic) -> None:
+        """Raise ValueProblem unless the hole leaves something."""
+        if n.sign(self.outer_radius - self.inner_radius) in (0, -1):
+            read = f"read {n.size(self.inner_radius):.6g} m"
+            raise ValueProblem(f"{read}, expected less than outer_radius", path=("inner_radius",))
+
+    def is_between(self, square: Floats) -> Mask:
+        """Whether points at a distance of this square from the middle (m^2) are outside of the hole."""
+        return (square <= self.outer_radius**2) & (square >= self.inner_radius**2)
+
+
 class Solid(Region):
     """A shape that fills a volume."""
 
@@ -268,11 +286,3 @@ class Wire(Shape):
     density: Annotated[Scalar | Formula, Density(LINE_DENSITY, "positive")] | None = Field(
         default=None, description=SAID
     )
-
-
-def require_hollow(n: Arithmetic, inner: Scalar, outer: Scalar) -> None:
-    """Raise ValueProblem unless `inner_radius` is less than `outer_radius`."""
-    if n.sign(outer - inner) in (0, -1):
-        raise ValueProblem(
-            f"read {n.size(inner):.6g} m, expected less than outer_radius", path=("inner_radius",)
-        )

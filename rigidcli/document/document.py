@@ -68,7 +68,8 @@ class Document(Section):
     body: Body | None = Field(default=None, description="A rigid body, in one of several forms")
     about: ReferencePoint = Field(
         default="origin",
-        description="The point O of the tensor: `origin`, `com`, an anchor of the shape, or [x, y, z] (m)",
+        description="The point O of the tensor: `origin`, `com`, an anchor of the shape, or [x, y, z] (m); "
+        "a molecule has its centre of mass by default",
     )
     axis: Direction | None = Field(
         default=None, description="Direction of the axis through that point about which the moment is asked"
