@@ -13,19 +13,14 @@ if TYPE_CHECKING:
     from rigidcli.document.load import Draft
     from rigidcli.document.sweeps import Sweep
 
-ALWAYS = ("name", "description", "parameters")
-"""The keys at the top of a document that every command reads."""
-
-OF_BODIES = ("body", "about", "axis", "frame", "motion")
-OF_SYSTEMS = ("system", "orbit", "equilibrium", "transform")
-READ = {
-    "inertia": OF_BODIES[:-1],
-    "axes": OF_BODIES,
-    "precess": (*OF_BODIES, "top", "tide"),
-    "euler": (*OF_BODIES, "top"),
-    "hamilton": OF_SYSTEMS,
+IDLE = {
+    "inertia": "motion top tide system orbit equilibrium transform",
+    "axes": "top tide system orbit equilibrium transform",
+    "precess": "system orbit equilibrium transform",
+    "euler": "tide system orbit equilibrium transform",
+    "hamilton": "body about axis frame motion top tide",
 }
-"""The other keys there that a command reads."""
+"""The keys at the top of a document that a command does not read."""
 
 
 def require_used(work: Work, files: Sequence[str], sweep: Sweep | None) -> None:
@@ -58,15 +53,11 @@ def _is_idle(work: Work, file: str, path: Path, first: Sequence[str]) -> bool:
 
 
 def _is_idle_in(draft: Draft, work: Work, path: Path, first: Sequence[str]) -> bool:
-    tree = draft.origin.tree
-    for step in path:
-        if not isinstance(tree, dict) or step not in tree:
-            break
-        tree = tree[step]
-    else:
+    tree, rest = draft.origin.tree, list(path)
+    while rest and isinstance(tree, dict) and rest[0] in tree:
+        tree = tree[rest.pop(0)]
+    if not rest:
         return False
     if path[0] == "parameters" and len(path) > 1:
         return str(path[1]) in draft.document(first).unused
-    from rigidcli.document.load import KEYS
-
-    return path[0] in KEYS and path[0] not in (*ALWAYS, *READ[work.command.name])
+    return path[0] in IDLE[work.command.name].split()
