@@ -60,7 +60,7 @@ class Disk(Lamina):
         return x**2 + y**2 <= self.radius**2
 
 
-class Annulus(Hollow, Lamina):
+class Annulus(Lamina, Hollow):
     """A thin disk with a concentric hole, normal along z; origin at its centre."""
 
     def geometry(self, n: Arithmetic) -> Geometry:

@@ -85,7 +85,7 @@ class Cylinder(_Prism):
         return self.height
 
 
-class Tube(Hollow, _Prism):
+class Tube(_Prism, Hollow):
     """A cylinder along z with a coaxial hole; origin at its centre."""
 
     SECTION: ClassVar = Annulus

@@ -237,7 +237,10 @@ class Region(Shape):
 
 
 class Hollow(Region):
-    """A round shape with a round hole in its middle."""
+    """A round shape with a round hole in its middle.
+
+    It stands last among the bases of a shape: the first that has a field, such as `density`, decides.
+    """
 
     CONVEX: ClassVar = False
     outer_radius: Length

@@ -37,7 +37,7 @@ class Sphere(Solid):
         return x**2 + y**2 + z**2 <= self.radius**2
 
 
-class HollowSphere(Hollow, Solid):
+class HollowSphere(Solid, Hollow):
     """A ball with a concentric spherical hole; origin at its centre."""
 
     def geometry(self, n: Arithmetic) -> Geometry:

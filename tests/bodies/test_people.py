@@ -43,6 +43,11 @@ ANSWERED: list[tuple[str, str, Any]] = [
            "{shape: disk, radius: 0.1, hole: true}"), "mass", 1003 - 0.03 * math.pi),
     (parts(f"{{parts: [{CUBE}, {moved(HOLE, 0.25)}]}}", moved(HOLE, -0.25)), "mass",
      1000 * (1 - 2 * BALL * 0.008)),
+    # Densities with units of what is hollow, about its axis and per area.
+    ("body: {shape: hollow_sphere, outer_radius: 1, inner_radius: 0, density: 1 g/cm^3}", "mass", 1e3 * BALL),
+    ("body: {shape: annulus, outer_radius: 3, inner_radius: 1, density: 2 g/m^2}", "mass", 0.016 * math.pi),
+    ("body: {shape: tube, outer_radius: 3, inner_radius: 1, height: 2, density: 2*s}", "mass",
+     8 * math.pi * 26 / 3),
     # A thickness, and the unit of a mesh.
     ("parameters: {t: 6 mm}\nbody: {shape: box, size: [1, 1, t], density: 1000}", "mass", 6),
     ("parameters: {t: 2}\nbody: {shape: cube, side: t, mass: 6}\nmotion: {omega: [0, 0, t]}", "mass", 6),
