@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 from rigidcli.cli.work import Work
-from rigidcli.errors import DocumentError, Path, UsageError
+from rigidcli.errors import UNKNOWN, DocumentError, Path, UsageError
 
 if TYPE_CHECKING:
     from rigidcli.document.load import Draft
@@ -56,8 +56,11 @@ def _is_idle_in(draft: Draft, work: Work, path: Path, first: Sequence[str]) -> b
     tree, rest = draft.origin.tree, list(path)
     while rest and isinstance(tree, dict) and rest[0] in tree:
         tree = tree[rest.pop(0)]
-    if not rest:
+    is_parameter = path[0] == "parameters"
+    if not rest or not (is_parameter or path[0] in IDLE[work.command.name].split()):
         return False
-    if path[0] == "parameters" and len(path) > 1:
-        return str(path[1]) in draft.document(first).unused
-    return path[0] in IDLE[work.command.name].split()
+    try:
+        unused = draft.document(first).unused
+        return not is_parameter or path[-1] in unused
+    except DocumentError as error:  # a key that no document has is told when the file is worked
+        return not is_parameter and UNKNOWN not in {problem.code for problem in error.problems}
