@@ -15,7 +15,7 @@ import typer
 import rigidcli
 from rigidcli import STUDIES
 from rigidcli.bodies import flat_shapes, prism_shapes, shapes, solid_shapes, thin_shapes
-from rigidcli.bodies.shape import Lamina, Shape, Shell, Solid, Wire
+from rigidcli.bodies.shape import Hollow, Lamina, Shape, Shell, Solid, Wire
 from rigidcli.check.base import Kind as KindOfAnswer
 from rigidcli.check.codes import CODES
 from rigidcli.check.kinds import KINDS
@@ -72,7 +72,7 @@ def test_no_room_is_larger_than_it_may_be() -> None:
 
 
 def test_every_shape_class_is_in_the_table() -> None:
-    bases = (Shape, Solid, Lamina, Shell, Wire)
+    bases = (Shape, Hollow, Solid, Lamina, Shell, Wire)
     classes = {
         value
         for module in (flat_shapes, prism_shapes, solid_shapes, thin_shapes)
@@ -99,7 +99,7 @@ def test_every_study_and_command_is_listed_and_has_its_modules() -> None:
     helpers = {"body", "common", "ensembles", "pictures", "results", "robots", "rotor", "steps"}
     assert _names("rigidcli.studies") - helpers == set(STUDIES)
     parts = {"app", "computing", "failures", "folder", "help", "judgements", "options", "output"}
-    parts |= {"progress", "work"}
+    parts |= {"progress", "unused", "work"}
     others = {row.module for row in COMMANDS.values() if not row.needs}
     assert _names("rigidcli.cli") - parts == others
     program = typer.main.get_command(app.app)

@@ -16,6 +16,7 @@ from rigidcli.bodies.form import Form
 from rigidcli.bodies.meshes import Mesh
 from rigidcli.bodies.point_masses import PointMasses
 from rigidcli.bodies.robots import one_link
+from rigidcli.bodies.shape import Shape
 from rigidcli.bodies.shape_names import shape_called
 from rigidcli.bodies.shapes import SHAPES
 from rigidcli.core import mass_properties, tensor
@@ -118,6 +119,18 @@ class Composite(Form):
     parts: Annotated[tuple[Body, ...], AsList, Field(min_length=1)] = Field(
         description="Bodies of any form; one with `hole: true` is cut out of the others"
     )
+
+    @model_validator(mode="after")
+    def _fill_in(self, info: ValidationInfo) -> Self:
+        """Give a hole without mass or density the density of what it is cut from."""
+        n, parts = environment(info).arithmetic, list(self.parts)
+        for index, part in enumerate(self.parts):
+            if part.hole and isinstance(part, Shape | Mesh) and part.mass is None and part.density is None:
+                leaves = list(self.leaves(n))
+                (hole,) = (leaf for leaf in leaves if leaf.path == ("parts", index))
+                parts[index] = part.model_copy(update={"density": holes.density_round(hole, leaves, n)})
+        self.__dict__["parts"] = tuple(parts)
+        return self
 
     def local(self, arithmetic: Arithmetic) -> mass_properties.MassProperties:
         """Parts added and holes taken away, refused where nothing would be left."""

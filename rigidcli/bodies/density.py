@@ -11,6 +11,7 @@ from pydantic import ValidationInfo
 
 from rigidcli.bodies.charts import Spot
 from rigidcli.core.arithmetic import Array, Floats
+from rigidcli.errors import ExpressionError
 from rigidcli.fields.environment import Formula
 from rigidcli.fields.quantities import Quantity
 from rigidcli.fields.section import environment
@@ -19,6 +20,9 @@ from rigidcli.language.tree import Node
 
 VARIABLES = ("x", "y", "z", "r", "s")
 """What a density may depend on: places in the shape's own axes (m), r = |(x, y, z)|, s = |(x, y)|."""
+
+MOST_STEPS = 10_000
+"""Steps in factoring a density, which take some milliseconds: longer ones tell nothing of their symbols."""
 
 SAID = "A number, or an expression in the place: the shape's own x, y, z, r = |(x, y, z)|, s = |(x, y)|"
 """What the reference says of a density."""
@@ -39,7 +43,29 @@ class Density(Quantity):
         hidden = env.names_in(raw, VARIABLES).intersection(VARIABLES).difference(variables)
         env.notes += [f"`{name}` in a density is the parameter, not a place in the shape" for name in hidden]
         formula = env.formula(raw, self.dimension, variables)
-        return super().read(raw, info) if formula.expression.names.isdisjoint(variables) else formula
+        if formula.expression.names.isdisjoint(variables):
+            return super().read(raw, info)
+        if env.arithmetic.exact:
+            env.positive |= _scale(formula)
+        return formula
+
+
+def _scale(formula: Formula) -> set[str]:
+    """The symbol that is positive if a density is: its one factor of which the sign is not known."""
+    from rigidcli.algebra.allowance import Allowance
+    from rigidcli.algebra.expressions import expr, symbol
+    from rigidcli.algebra.fractions import factors
+    from rigidcli.algebra.reading import from_tree
+
+    distances = {name: symbol(name, name in ("r", "s")) for name in VARIABLES}
+    constants = {name: expr(value) for name, value in formula.constants.items()}
+    try:
+        parts = factors(from_tree(formula.expression.root, distances | constants), Allowance(MOST_STEPS))
+    except ExpressionError:
+        return set()
+    odd = [factor for factor, exponent in parts if exponent % 2]
+    names = {str(factor) for factor in odd if factor.sign() != 1 and abs(factor) != factor}
+    return names if len(names) == 1 and names <= formula.constants.keys() else set()
 
 
 def places(spot: Spot, origin: Floats, names: Collection[str] = VARIABLES) -> Mapping[str, Floats]:

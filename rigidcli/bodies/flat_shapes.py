@@ -3,16 +3,16 @@
 # Annotations here are objects, not texts: pydantic reads them, for each shape those of all its bases anew.
 
 from collections.abc import Sequence
-from typing import Annotated, ClassVar
+from typing import Annotated, Any, ClassVar
 
 from pydantic import AfterValidator, Field
 
 from rigidcli.bodies import charts, simplices, solids
 from rigidcli.bodies.geometry import ORIGIN, Bounds, Geometry, round_bounds
-from rigidcli.bodies.shape import Lamina, require_hollow
+from rigidcli.bodies.shape import Hollow, Lamina
 from rigidcli.core.arithmetic import Arithmetic, Array, Floats, Mask, Scalar
 from rigidcli.errors import ValueProblem, at
-from rigidcli.fields.quantities import AsList, Coordinate, Length, OptionalLength, Size2
+from rigidcli.fields.quantities import AsList, Coordinate, Length, Size2
 
 
 def _in_space(vertex: tuple[Scalar, ...]) -> tuple[Scalar, Scalar, Scalar]:
@@ -60,15 +60,8 @@ class Disk(Lamina):
         return x**2 + y**2 <= self.radius**2
 
 
-class Annulus(Lamina):
+class Annulus(Lamina, Hollow):
     """A thin disk with a concentric hole, normal along z; origin at its centre."""
-
-    CONVEX: ClassVar = False
-    outer_radius: Length
-    inner_radius: OptionalLength
-
-    def check(self, n: Arithmetic) -> None:
-        require_hollow(n, self.inner_radius, self.outer_radius)
 
     def geometry(self, n: Arithmetic) -> Geometry:
         R, r = self.outer_radius, self.inner_radius
@@ -79,8 +72,7 @@ class Annulus(Lamina):
         return [charts.sector(self.outer_radius, n, self.inner_radius)]
 
     def contains(self, x: Floats, y: Floats, z: Floats) -> Mask:
-        square = x**2 + y**2
-        return (square <= self.outer_radius**2) & (square >= self.inner_radius**2)
+        return self.is_between(x**2 + y**2)
 
 
 class HalfDisk(Lamina):
@@ -142,11 +134,18 @@ class Triangle(_Flat):
         return simplices.simplices(n.array([self.vertices]), [self.geometry(n).measure], n)
 
 
+def _opened(vertices: tuple[Any, ...]) -> tuple[Any, ...]:
+    """The vertices without a last one that repeats the first, as in GeoJSON."""
+    return vertices[:-1] if len(vertices) > 3 and vertices[-1] == vertices[0] else vertices
+
+
 class Polygon(_Flat):
     """A thin plane polygon without crossings, its vertices in order, in space or in the plane z = 0."""
 
     CONVEX: ClassVar = False
-    vertices: Annotated[tuple[Vertex, ...], AsList, Field(min_length=3, max_length=1000)]
+    vertices: Annotated[
+        tuple[Vertex, ...], AsList, Field(min_length=3, max_length=1000), AfterValidator(_opened)
+    ]
 
     def check(self, n: Arithmetic) -> None:
         with at("vertices"):

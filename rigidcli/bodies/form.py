@@ -1,8 +1,9 @@
 """The base of all forms of body, which have a place: turned about their own origin, then moved."""
 
 from abc import abstractmethod
+from collections.abc import Iterator, Mapping
 from dataclasses import replace
-from typing import ClassVar
+from typing import Any, ClassVar
 
 import numpy as np
 from pydantic import Field
@@ -10,7 +11,7 @@ from pydantic import Field
 from rigidcli.bodies.rotations import Rotation
 from rigidcli.core import mass_properties, rotation, tensor
 from rigidcli.core.arithmetic import Arithmetic, Array
-from rigidcli.errors import at
+from rigidcli.errors import ValueProblem, at
 from rigidcli.fields.quantities import Direction, Vector3
 from rigidcli.fields.readers import Title
 from rigidcli.fields.section import Section
@@ -25,7 +26,16 @@ class Form(Section):
     position: Vector3 | None = Field(default=None, description="Where the form's own origin goes (m)")
     rotation: Rotation | None = Field(default=None, description="Turns the form about its own origin")
     axis: Direction | None = Field(default=None, description="Direction onto which local +z is turned")
-    hole: bool = Field(default=False, description="In `parts`: what is missing there")
+    hole: bool = Field(
+        default=False,
+        description="In `parts`: what is missing there; by default it has the density of what it is cut from",
+    )
+
+    @classmethod
+    def _contradictions(cls, raw: Mapping[str, Any]) -> Iterator[ValueProblem]:
+        # A hole may leave its density to the part in which it lies.
+        is_bare = raw.get("hole") is True and raw.get("mass") is None and raw.get("density") is None
+        yield from super()._contradictions({**raw, "density": 0} if is_bare else raw)
 
     @property
     def rounding(self) -> float | None:

@@ -21,7 +21,7 @@ from rigidcli.bodies.floats import NoValueError, floats
 from rigidcli.bodies.form import Form
 from rigidcli.bodies.meshes import Mesh
 from rigidcli.bodies.shape import Lamina, Region, Shape
-from rigidcli.core.arithmetic import FLOAT, Arithmetic, Array, Floats, Mask
+from rigidcli.core.arithmetic import FLOAT, Arithmetic, Array, Floats, Mask, Scalar
 from rigidcli.errors import Path, ValueProblem
 from rigidcli.fields.environment import Formula
 
@@ -62,11 +62,46 @@ class Leaf:
         """Whether the form has an inside, of which it can tell the points."""
         return isinstance(self.form, Region) or (isinstance(self.form, Mesh) and not self.form.shell)
 
+    def is_like(self, other: Leaf) -> bool:
+        """Whether both are solid, or both flat: their densities have one unit."""
+        return self.fills_space() and isinstance(self.form, Lamina) == isinstance(other.form, Lamina)
+
     def within(self, place: tuple[Array, Array], sign: int, path: Path) -> Leaf:
         """The leaf seen from the composite in which its own is placed."""
         turn, shift = place
         moved = turn @ self.displacement + shift
         return Leaf(self.form, self.sign * sign, turn @ self.rotation, moved, (*path, *self.path))
+
+
+def density_round(hole: Leaf, leaves: Sequence[Leaf], n: Arithmetic) -> Scalar:
+    """The density that all parts have, or else the one part in which a hole lies wholly.
+
+    Raises ValueProblem where there is no such part, or its density varies.
+    """
+    parts = [leaf for leaf in leaves if leaf.sign > 0 and leaf.is_like(hole)]
+    if not _are_alike(parts, n):
+        region, regions = _Placed.of(hole, n), [_Placed.of(leaf, n) for leaf in parts]
+        if region is None or None in regions:
+            parts = []  # where symbols without a value place them, nothing is known to lie in anything
+        else:
+            points = region.samples()
+            holds = [other is not None and other.reaches(points, region.size).all() for other in regions]
+            parts = [leaf for leaf, is_round in zip(parts, holds, strict=True) if is_round]
+    if not _are_alike(parts, n):
+        message = "missing: the hole does not lie in one part, of one density"
+        raise ValueProblem(message, path=(*hole.path, "density"))
+    whole = parts[0].form
+    assert isinstance(whole, Region | Mesh)
+    return whole.mean_density(n)
+
+
+def _are_alike(leaves: Sequence[Leaf], n: Arithmetic) -> bool:
+    """Whether the forms have one density, which does not vary."""
+    forms = [leaf.form for leaf in leaves if isinstance(leaf.form, Region | Mesh)]
+    if not forms or any(isinstance(form.density, Formula) for form in forms):
+        return False
+    densities = [form.mean_density(n) for form in forms]
+    return all(n.sign(n.tidied(density - densities[0])) == 0 for density in densities)
 
 
 def require_material(leaves: Sequence[Leaf], n: Arithmetic) -> None:

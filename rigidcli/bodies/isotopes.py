@@ -10,11 +10,8 @@ empty where there is none.
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping
-from dataclasses import dataclass
 from functools import cache
 from importlib import resources
-from itertools import groupby
 from operator import attrgetter
 from typing import NamedTuple
 
@@ -28,19 +25,29 @@ _HYDROGEN = {"D": "2H", "T": "3H"}
 
 
 class Isotope(NamedTuple):
-    """A kind of atom: its name, such as `13C`, and its mass in atomic mass units."""
+    """A kind of atom, with its mass in atomic mass units, and the abundance 0 where it has none."""
 
-    name: str
-    mass: float
-
-
-@dataclass(frozen=True, slots=True)
-class Element:
-    """The isotopes of an element by their mass numbers; none is `common` where none occurs in nature."""
-
+    number: int
     symbol: str
-    isotopes: Mapping[int, Isotope]
-    common: Isotope | None
+    nucleons: int
+    mass: float
+    abundance: float
+
+    @property
+    def name(self) -> str:
+        """Its name, such as `13C`."""
+        return f"{self.nucleons}{self.symbol}"
+
+
+@cache
+def table() -> tuple[Isotope, ...]:
+    """All isotopes, by atomic and mass number."""
+    lines = resources.files("rigidcli.bodies").joinpath("isotopes.csv").read_text("ascii").splitlines()
+    cells = (line.split(",") for line in lines[1:])
+    return tuple(
+        Isotope(int(number), symbol, int(nucleons), float(mass), float(abundance or 0))
+        for number, symbol, nucleons, mass, abundance in cells
+    )
 
 
 def isotope(text: str) -> tuple[Isotope, bool]:
@@ -51,54 +58,25 @@ def isotope(text: str) -> tuple[Isotope, bool]:
     elements that have no stable isotope to be meant.
     """
     found = _NAMED.fullmatch(_HYDROGEN.get(text.upper(), text))
-    by_symbol, by_number = _elements()
-    element = found and (by_number.get(int(found[3])) if found[3] else by_symbol.get(found[2].capitalize()))
-    if found is None or element is None:
+    element = []
+    if found is not None:
+        nucleons, symbol, number = found.groups()
+        element = [
+            e for e in table() if (e.number == int(number) if number else e.symbol == symbol.capitalize())
+        ]
+    if found is None or not element:
         raise ValueProblem(
             f"read {shown(text)}, expected the symbol of an element, its atomic number, or an isotope",
             hint="atoms are written as `C`, `6`, `13C` or `D`; a dummy atom has no mass, and is left out",
         )
-    names = ", ".join(each.name for each in element.isotopes.values())
-    listed = f"the isotopes of {element.symbol} are {names}"
-    if found[1]:
-        named = element.isotopes.get(int(found[1]))
+    hint = f"the isotopes of {element[0].symbol} are {', '.join(each.name for each in element)}"
+    if nucleons:
+        named = next((each for each in element if each.nucleons == int(nucleons)), None)
         if named is None:
-            raise ValueProblem(f"read {shown(text)}, an isotope of unknown mass", hint=listed)
+            raise ValueProblem(f"read {shown(text)}, an isotope of unknown mass", hint=hint)
         return named, True
-    if element.common is None:
-        raise ValueProblem(
-            f"read {shown(text)}, which has no stable isotope; expected one by its mass number", hint=listed
-        )
-    return element.common, False
-
-
-class Row(NamedTuple):
-    """A row of the table: what `isotopes.csv` has; the abundance is 0 where there is none."""
-
-    number: int
-    symbol: str
-    nucleons: int
-    mass: float
-    abundance: float
-
-
-def table() -> list[Row]:
-    """The table of isotopes, by atomic and mass number."""
-    lines = resources.files("rigidcli.bodies").joinpath("isotopes.csv").read_text("ascii").splitlines()
-    cells = (line.split(",") for line in lines[1:])
-    return [
-        Row(int(number), symbol, int(nucleons), float(mass), float(abundance or 0))
-        for number, symbol, nucleons, mass, abundance in cells
-    ]
-
-
-@cache
-def _elements() -> tuple[Mapping[str, Element], Mapping[int, Element]]:
-    """The elements by their symbols, and by their atomic numbers."""
-    by_number = {}
-    for number, group in groupby(table(), key=attrgetter("number")):
-        rows = list(group)
-        listed = {row.nucleons: Isotope(f"{row.nucleons}{row.symbol}", row.mass) for row in rows}
-        most = max(rows, key=attrgetter("abundance"))
-        by_number[number] = Element(most.symbol, listed, listed[most.nucleons] if most.abundance else None)
-    return {element.symbol: element for element in by_number.values()}, by_number
+    common = max(element, key=attrgetter("abundance"))
+    if not common.abundance:
+        wanted = "expected one by its mass number"
+        raise ValueProblem(f"read {shown(text)}, which has no stable isotope; {wanted}", hint=hint)
+    return common, False

@@ -19,7 +19,7 @@ from rigidcli.core.arithmetic import FLOAT, Arithmetic, Array, Floats, Mask, Sca
 from rigidcli.errors import ComputationError, ValueProblem, at
 from rigidcli.fields.dimensions import AREA_DENSITY, DENSITY
 from rigidcli.fields.environment import Formula
-from rigidcli.fields.quantities import Length, Mass, Quantity
+from rigidcli.fields.quantities import Length, Mass, Quantity, Scale
 from rigidcli.fields.readers import FileName, ReadBy
 from rigidcli.fields.section import environment
 
@@ -60,7 +60,7 @@ class Mesh(Form):
     """How far, in units of its size, single precision may leave the surface from where it was meant to be."""
 
     mesh: FileName = Field(description="An .stl, .obj, .off, .ply or .glb file, beside the document")
-    scale: Length | None = Field(
+    scale: Scale | None = Field(
         default=None, description="The unit of the file's coordinates; 1 m if not given"
     )
     shell: bool = Field(default=False, description="Whether it is a thin shell, which need not be closed")

@@ -8,11 +8,9 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Iterator
 from dataclasses import dataclass
 from decimal import Decimal
 from io import BufferedReader
-from itertools import islice
 from pathlib import Path
 
 import numpy as np
@@ -66,6 +64,26 @@ class Molecule:
     notes: tuple[str, ...]
 
 
+class _Lines:
+    """The lines of a file; `number` is that of the last one that was read."""
+
+    def __init__(self, file: BufferedReader, name: str) -> None:
+        self._file, self._name, self.number = file, name, 0
+
+    def next(self) -> str | None:
+        """The next line without its end; None after the last."""
+        data = self._file.readline(LINE_BYTES)
+        self.number += bool(data)
+        if len(data) == LINE_BYTES:
+            raise self.problem(f"a line of more than {LINE_BYTES} bytes")
+        text = data.decode("utf-8-sig" if self.number == 1 else "utf-8", "replace")
+        return text.strip() if data else None
+
+    def problem(self, message: str, hint: str | None = None) -> ValueProblem:
+        """A problem of the last line."""
+        return ValueProblem(f"{self._name}:{max(self.number, 1)}: {message}", hint=hint)
+
+
 def read_molecule(path: Path) -> Molecule:
     """The molecule in the .xyz file at `path`.
 
@@ -73,111 +91,88 @@ def read_molecule(path: Path) -> Molecule:
     given and the line.
     """
     with opened(path) as file:
-        return _Reader(file, str(path)).molecule()
+        lines = _Lines(file, str(path))
+        count = _count(lines)
+        columns = _PROPERTIES.search(lines.next() or "")
+        if columns is not None and not columns[1].lower().startswith(_USUAL):
+            read = shown(columns[0])
+            raise lines.problem(f"read {read}, expected columns that begin with the element and x, y, z")
+        kinds: dict[str, tuple[Isotope, bool]] = {}
+        rows, judged, is_wide = [], list[str](), False
+        for index in range(count):  # a count that lies costs nothing: rows are kept as they come
+            fields = _fields(lines, index, count)
+            rows.append((_mass(lines, fields[0], kinds), *map(_coordinate, [lines] * 3, "xyz", fields[1:4])))
+            is_wide = is_wide or len(fields) > 4
+            if index < JUDGED_ATOMS:
+                judged += fields[1:4]
+        notes = []
+        if left := dict.fromkeys(kind.name for kind, is_named in kinds.values() if not is_named):
+            which = f"masses are those of the most abundant isotopes, {', '.join(left)}"
+            notes.append(f"{which}; others are named in the file, as `13C` or `D`")
+        if is_wide:
+            notes.append("what follows x, y, z in a line is not read")
+        if _has_more_frames(lines, count):
+            notes.append(f"the first of several frames is read, up to line {FIRST_ATOM + count - 1}")
+    atoms = np.array(rows) * [ATOMIC_MASS, ANGSTROM, ANGSTROM, ANGSTROM]
+    if not np.isfinite(atoms).all():
+        raise ValueProblem(f"{path}: coordinates beyond the range of floating-point numbers")
+    order = np.lexsort(atoms[:, 1:].T)
+    same = np.flatnonzero((np.diff(atoms[order, 1:], axis=0) == 0).all(axis=1))
+    if len(same):  # as after a line was copied
+        first, second = sorted(order[same[0] : same[0] + 2] + FIRST_ATOM)
+        raise ValueProblem(f"{path}:{second}: an atom at the place of that in line {first}")
+    decimals = max(FEWEST_DECIMALS, *(-int(Decimal(typed).as_tuple().exponent) for typed in judged))
+    return Molecule(atoms, ANGSTROM * 10.0**-decimals / 2, tuple(notes))
 
 
-class _Reader:
-    """Reads a file line by line, and knows where it is."""
+def _count(lines: _Lines) -> int:
+    text = lines.next() or ""
+    if not _COUNT.fullmatch(text):
+        hint = "an .xyz file has the number of atoms, a line of comment, and then a line for each atom"
+        raise lines.problem(f"read {shown(text)}, expected the number of atoms", hint)
+    if len(text) > len(str(MOST_ATOMS)) or not 0 < int(text) <= MOST_ATOMS:
+        raise lines.problem(f"read {shown(text)}, expected 1 to {MOST_ATOMS:,} atoms")
+    return int(text)
 
-    def __init__(self, file: BufferedReader, name: str) -> None:
-        self._lines = self._numbered(file)
-        self._name = name
-        self._line = 0
-        self._kinds: dict[str, tuple[Isotope, bool]] = {}
-        self._decimals = FEWEST_DECIMALS
-        self._is_wide = False
 
-    def molecule(self) -> Molecule:
-        count = self._count()
-        self._comment()
-        # A count that lies costs nothing: rows are kept as they come.
-        rows = [self._atom(index, count) for index in range(count)]
-        atoms = np.array(rows) * [ATOMIC_MASS, ANGSTROM, ANGSTROM, ANGSTROM]
-        if not np.isfinite(atoms).all():
-            raise ValueProblem(f"{self._name}: coordinates beyond the range of floating-point numbers")
-        self._require_apart(atoms[:, 1:])
-        return Molecule(atoms, ANGSTROM * 10.0**-self._decimals / 2, tuple(self._notes(count)))
+def _fields(lines: _Lines, index: int, count: int) -> list[str]:
+    """The element, the coordinates and what else is in the line of the next atom."""
+    text = lines.next()
+    fields = (text or "").split()
+    if len(fields) < 4:
+        ended = "the file ends" if text is None else f"read {shown(text)}"
+        message = f"{ended} after {index} of {count} atoms, expected a line such as `O 0.0 0.0 0.1`"
+        raise lines.problem(message, "the first line has the number of atoms")
+    return fields
 
-    def _numbered(self, file: BufferedReader) -> Iterator[str]:
-        """The lines as text, while `_line` counts them."""
-        while data := file.readline(LINE_BYTES):
-            self._line += 1
-            if len(data) == LINE_BYTES:
-                raise self._problem(f"a line of more than {LINE_BYTES} bytes")
-            yield data.decode("utf-8-sig" if self._line == 1 else "utf-8", "replace")
 
-    def _problem(self, message: str, hint: str | None = None) -> ValueProblem:
-        return ValueProblem(f"{self._name}:{max(self._line, 1)}: {message}", hint=hint)
+def _mass(lines: _Lines, kind: str, kinds: dict[str, tuple[Isotope, bool]]) -> float:
+    """The mass of a kind of atom (u); it is kept in `kinds`."""
+    if kind not in kinds:
+        try:
+            kinds[kind] = isotope(kind)
+        except ValueProblem as problem:
+            raise lines.problem(problem.message, problem.hint) from None
+    return kinds[kind][0].mass
 
-    def _count(self) -> int:
-        text = next(self._lines, "").strip()
-        if not _COUNT.fullmatch(text):
-            hint = "an .xyz file has the number of atoms, a line of comment, and then a line for each atom"
-            raise self._problem(f"read {shown(text)}, expected the number of atoms", hint)
-        if not 0 < len(text) <= len(str(MOST_ATOMS)) or not 0 < int(text) <= MOST_ATOMS:
-            raise self._problem(f"read {shown(text)}, expected 1 to {MOST_ATOMS:,} atoms")
-        return int(text)
 
-    def _comment(self) -> None:
-        """Pass over the comment; raise where it says that the columns are not the usual ones."""
-        found = _PROPERTIES.search(next(self._lines, ""))
-        if found is not None and not found[1].lower().startswith(_USUAL):
-            raise self._problem(
-                f"read {shown(found[0])}, expected columns that begin with the element and x, y, z"
-            )
+def _coordinate(lines: _Lines, axis: str, typed: str) -> float:
+    """A coordinate (angstrom)."""
+    value = float(typed) if _NUMBER.fullmatch(typed) else math.nan
+    if not math.isfinite(value):
+        raise lines.problem(f"{axis}: read {shown(typed)}, expected a number")
+    return value
 
-    def _atom(self, index: int, count: int) -> tuple[float, float, float, float]:
-        """Mass (u) and coordinates (angstrom) of the next atom."""
-        text = next(self._lines, None)
-        fields = [] if text is None else text.split()
-        if len(fields) < 4:
-            ended = "the file ends" if text is None else f"read {shown(text.strip())}"
-            told = f"{ended} after {index} of {count} atoms, expected a line such as `O 0.0 0.0 0.1`"
-            raise self._problem(told, "the first line has the number of atoms")
-        self._is_wide = self._is_wide or len(fields) > 4
-        kind = fields[0]
-        if kind not in self._kinds:
-            try:
-                self._kinds[kind] = isotope(kind)
-            except ValueProblem as problem:
-                raise self._problem(problem.message, problem.hint) from None
-        x, y, z = (float(typed) if _NUMBER.fullmatch(typed) else math.nan for typed in fields[1:4])
-        if index < JUDGED_ATOMS or not math.isfinite(x + y + z):
-            for axis, typed, value in zip("xyz", fields[1:4], (x, y, z), strict=True):
-                self._judge(axis, typed, value)
-        return self._kinds[kind][0].mass, x, y, z
 
-    def _require_apart(self, places: Floats) -> None:
-        """Raise ValueProblem where two atoms are at the same place, as after a line was copied."""
-        order = np.lexsort(places.T)
-        same = np.flatnonzero((np.diff(places[order], axis=0) == 0).all(axis=1))
-        if len(same):
-            first, second = sorted(order[same[0] : same[0] + 2] + FIRST_ATOM)
-            raise ValueProblem(f"{self._name}:{second}: an atom at the place of that in line {first}")
-
-    def _judge(self, axis: str, typed: str, value: float) -> None:
-        """Take note of the decimals of a coordinate. Raises ValueProblem where it is no finite number."""
-        if not math.isfinite(value):
-            raise self._problem(f"{axis}: read {shown(typed)}, expected a number")
-        exponent = Decimal(typed).as_tuple().exponent
-        assert isinstance(exponent, int)
-        self._decimals = max(self._decimals, -exponent)
-
-    def _notes(self, count: int) -> Iterator[str]:
-        """What a reader should know; raises where lines follow that are not of another frame."""
-        left = dict.fromkeys(kind.name for kind, is_named in self._kinds.values() if not is_named)
-        if left:
-            yield (
-                f"masses are those of the most abundant isotopes, {', '.join(left)}; "
-                "others are named in the file, as `13C` or `D`"
-            )
-        if self._is_wide:
-            yield "what follows x, y, z in a line is not read"
-        rest = next((text for line in islice(self._lines, BLANK_LINES) if (text := line.strip())), None)
-        if rest is not None and not _COUNT.fullmatch(rest):
-            raise self._problem(
+def _has_more_frames(lines: _Lines, count: int) -> bool:
+    """Whether another frame follows the atoms; raises where something else does."""
+    for _ in range(BLANK_LINES):
+        rest = lines.next()
+        if rest and not _COUNT.fullmatch(rest):
+            raise lines.problem(
                 f"read {shown(rest)} after the {count} atoms of the first line, expected the end",
                 "the first line has the number of atoms",
             )
-        if rest is not None:
-            yield f"the first of several frames is read, up to line {self._line - 1}"
+        if rest is None or rest:
+            return rest is not None
+    return False

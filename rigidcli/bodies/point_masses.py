@@ -8,13 +8,13 @@ from functools import cached_property
 from typing import TYPE_CHECKING, Annotated, Any, Self, TypeAlias
 
 import numpy as np
-from pydantic import Field, PrivateAttr, ValidationInfo, model_validator
+from pydantic import BeforeValidator, Field, PrivateAttr, ValidationInfo, model_validator
 
 from rigidcli.bodies.form import Form
 from rigidcli.bodies.points import MOLECULE, Block, blocks
 from rigidcli.core import mass_properties, tensor
 from rigidcli.core.arithmetic import Arithmetic, Array, Scalar
-from rigidcli.errors import ComputationError, at
+from rigidcli.errors import ComputationError, ValueProblem, at
 from rigidcli.fields.environment import Environment
 from rigidcli.fields.quantities import AsList, Coordinate, Mass, Vector3
 from rigidcli.fields.readers import Alternative, reference
@@ -47,6 +47,14 @@ Row: TypeAlias = Annotated[
 ]
 
 
+def _with_masses(raw: object) -> object:
+    """What is written under `points`. Raises ValueProblem, once, for a list of places without masses."""
+    if isinstance(raw, list) and raw and all(isinstance(row, list) and len(row) == 3 for row in raw):
+        hint = "the mass comes first: [1, x, y, z] is a point of 1 kg"
+        raise ValueProblem("read points of 3 numbers, expected [m, x, y, z]", hint=hint)
+    return raw
+
+
 class PointMasses(Form):
     """Point masses in the document or in a file.
 
@@ -61,6 +69,7 @@ class PointMasses(Form):
             otherwise=Annotated[tuple[Row, ...], AsList, Field(min_length=1)],
             schema={"type": "string", "description": "A .csv, .npy or .xyz file, beside the document"},
         ),
+        BeforeValidator(_with_masses),
     ]
 
     _molecule: Molecule | None = PrivateAttr(default=None)

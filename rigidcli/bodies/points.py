@@ -1,7 +1,7 @@
 """Point masses from a file, in blocks: any number of them in a bounded amount of memory.
 
-A block is an array of rows m, x, y, z in the file's units. Reading into one buffer beats a memory
-map of the same file, and a file that shrinks meanwhile is an error and not a crash.
+A block is an array of rows m, x, y, z in SI units. It is read, and not mapped into memory: so a file that
+shrinks meanwhile is an error and not a crash.
 """
 
 from __future__ import annotations
@@ -12,14 +12,18 @@ import re
 import warnings
 from collections.abc import Iterator
 from contextlib import contextmanager
+from fractions import Fraction
 from io import BufferedReader, BytesIO
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 import orjson
 from numpy.typing import NDArray
 
 from rigidcli.errors import ValueProblem, shown
+from rigidcli.fields.dimensions import LENGTH, MASS, check_dimension
+from rigidcli.fields.units import parse_unit
 
 Block = NDArray[np.float64]
 
@@ -49,11 +53,11 @@ HEADER_BYTES = 16_384
 def blocks(path: Path, *, checked: bool = True) -> Iterator[Block]:
     """Blocks of point masses, each of shape (n, 4) with 0 < n <= BLOCK_ROWS, columns m, x, y, z.
 
-    `.npy` files hold an array of shape (n, 4) of any real type; `.csv` files a header that names
-    the columns, in any order, and plain decimal numbers. A block is C-contiguous, every value is
-    finite and every mass positive. It may be changed in place, but the next one may reuse its
-    memory. Unless `checked`, an array may hold anything: to look takes a sixth of the time, and a
-    caller sees in its sums whether it must ask again.
+    `.npy` files hold an array of shape (n, 4) of any real type, in SI units; `.csv` files a header that
+    names the columns, in any order and perhaps with units, and decimal numbers. A block is C-contiguous,
+    every value is finite and every mass positive; the next one may reuse its memory. Unless `checked`, an
+    array may hold anything: to look takes a sixth of the time, and a caller sees in its sums whether it must
+    ask again.
 
     Raises:
         ValueProblem: while iterating; the file cannot be read or holds something else. The message
@@ -95,26 +99,18 @@ def _npy_blocks(file: BufferedReader, name: str, checked: bool) -> Iterator[Bloc
     if found != size:
         raise ValueProblem(f"{name}: {found} bytes of data, expected {size} for {rows} rows of `{dtype}`")
     file.seek(start_of_data)
-
     most = min(rows, BLOCK_ROWS)
     raw = np.empty((len(COLUMNS), most) if fortran_order else (most, len(COLUMNS)), dtype)
-    converted = np.empty((most, len(COLUMNS)))
     for start in range(0, rows, BLOCK_ROWS):
         count = min(BLOCK_ROWS, rows - start)
-        if fortran_order:
-            for index in range(len(COLUMNS)):
+        part = raw[:, :count] if fortran_order else raw[:count]
+        for index, run in enumerate(part if fortran_order else [part]):
+            if fortran_order:
                 file.seek(start_of_data + (index * rows + start) * dtype.itemsize)
-                _fill(raw[index, :count], file, name)
-            part = raw[:, :count].T
-        else:
-            part = raw[:count]
-            _fill(part, file, name)
-        block = converted[:count]
-        if part.dtype == block.dtype and part.flags.c_contiguous:
-            block = part
-        else:
-            with np.errstate(over="ignore"):  # an extended number that becomes infinite is refused
-                np.copyto(block, part)
+            if file.readinto(run.view(np.uint8).data) != run.nbytes:
+                raise ValueProblem(f"{name}: the data end early")  # it has become shorter meanwhile
+        with np.errstate(over="ignore"):  # an extended number that becomes infinite is refused
+            block = np.ascontiguousarray(part.T if fortran_order else part, dtype=np.float64)
         if checked:
             _require_points(block, start, name)
         yield block
@@ -142,12 +138,6 @@ def _npy_header(file: BufferedReader, name: str) -> tuple[int, bool, np.dtype[np
     return shape[0], fortran_order, dtype
 
 
-def _fill(part: NDArray[np.generic], file: BufferedReader, name: str) -> None:
-    buffer = part.view(np.uint8).data
-    if file.readinto(buffer) != buffer.nbytes:
-        raise ValueProblem(f"{name}: the data end early")
-
-
 def _require_points(block: Block, start: int, name: str) -> None:
     """Refuse what is no point mass; `start` is the number of the block's first row."""
     if _all_point_masses(block):
@@ -164,13 +154,28 @@ def _require_points(block: Block, start: int, name: str) -> None:
 # --- .csv
 
 _NUMERALS = b"0123456789+-.eE \t\r"
-"""What an ordinary line consists of, commas and newline apart."""
+"""What an ordinary line consists of, separators and newline apart."""
 
 _NUMBER = re.compile(rb"[-+]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][-+]?[0-9]+)?")
 
+_HEAD = re.compile(r"([mxyz])\s*(?:\(\s*(.+?)\s*\))?")
+"""The head of a column: its name, and perhaps its unit, as in `x (cm)`."""
+
+_PLAIN = {b",": None, b"\t": bytes.maketrans(b"\t", b","), b";": bytes.maketrans(b";,", b",.")}
+"""What makes commas of the separators of a table, and points of the decimal commas beside `;`."""
+
+
+class _Layout(NamedTuple):
+    """What the header of a table says: the separator; for m, x, y and z the place in a line, and the unit."""
+
+    separator: bytes
+    places: list[int]
+    units: Block
+
 
 def _csv_blocks(file: BufferedReader, name: str, checked: bool) -> Iterator[Block]:
-    places = _csv_header(file.readline(LINE_BYTES), name)
+    layout = _layout(file.readline(LINE_BYTES), name)
+    plain = _PLAIN[layout.separator]
     line = 2
     while chunk := file.read(CHUNK_BYTES):
         last_line = line + chunk.count(b"\n")
@@ -178,21 +183,39 @@ def _csv_blocks(file: BufferedReader, name: str, checked: bool) -> Iterator[Bloc
         if len(rest) == LINE_BYTES:
             raise ValueProblem(f"{name}:{last_line}: a line of more than {LINE_BYTES} bytes")
         text = chunk + rest
-        block = _quick_block(text, places)
+        block = _quick_block(text if plain is None else text.translate(plain), layout.places)
         if block is None:
-            block = _careful_block(text, places, line, name)
+            block = _careful_block(text, layout, line, name)
         if len(block):
-            yield block
+            yield block if (layout.units == 1).all() else block * layout.units
         line = last_line + rest.count(b"\n")
 
 
-def _csv_header(header: bytes, name: str) -> list[int]:
-    """The place of each of m, x, y, z in a line."""
+def _layout(header: bytes, name: str) -> _Layout:
+    """What a header such as `m,x,y,z` or `x (cm); y (cm); z (cm); m (g)` says."""
     text = header.decode("utf-8-sig", "replace").strip()
-    titles = [title.strip() for title in text.split(",")]
-    if sorted(titles) != sorted(COLUMNS):
-        raise ValueProblem(f"{name}:1: header {shown(text)}, expected `m,x,y,z` in any order")
-    return [titles.index(column) for column in COLUMNS]
+    separator = next((sign for sign in ";,\t" if sign in text), ",")
+    heads = [_HEAD.fullmatch(head.strip()) for head in text.split(separator)]
+    names = [head[1] for head in heads if head is not None]
+    if len(heads) != len(COLUMNS) or sorted(names) != sorted(COLUMNS):
+        hint = (
+            "columns are separated by `,`, `;` or tabs, and may have units: `m (g), x (cm), y (cm), z (cm)`"
+        )
+        message = f"{name}:1: header {shown(text)}, expected `m,x,y,z` in any order"
+        raise ValueProblem(message, hint=hint)
+    units = np.ones(len(COLUMNS))
+    for head in heads:
+        if head is not None and head[2]:
+            column = COLUMNS.index(head[1])
+            try:
+                unit = parse_unit(head[2])
+                check_dimension(unit.text, unit.dimension, LENGTH if column else MASS)
+            except ValueProblem as problem:
+                raise ValueProblem(
+                    f"{name}:1: column {head[1]}: {problem.message}", hint=problem.hint
+                ) from None
+            units[column] = unit.si(Fraction(1))
+    return _Layout(separator.encode(), [names.index(column) for column in COLUMNS], units)
 
 
 def _quick_block(text: bytes, places: list[int]) -> Block | None:
@@ -204,43 +227,37 @@ def _quick_block(text: bytes, places: list[int]) -> Block | None:
     text = text.rstrip() + b"\n"
     if text.translate(None, _NUMERALS) != b",,,\n" * text.count(b"\n"):
         return None
+    flat = text[:-1].replace(b"\n", b",")
     try:
-        values = _floats(text[:-1].replace(b"\n", b","))
+        try:
+            values = orjson.loads(b"[" + flat + b"]")  # much the fastest
+        except orjson.JSONDecodeError:  # JSON has no `+1`, `.5`, `1.` and `01`
+            values = [float(number) for number in flat.split(b",")]
     except ValueError:
         return None
     block = np.array(values, dtype=np.float64).reshape(-1, len(COLUMNS)).take(places, axis=1)
     return block if _all_point_masses(block) else None
 
 
-def _floats(text: bytes) -> list[float]:
-    """The numbers between commas."""
-    try:
-        numbers: list[float] = orjson.loads(b"[" + text + b"]")  # much the fastest
-    except orjson.JSONDecodeError:  # JSON has no `+1`, `.5`, `1.` and `01`
-        numbers = [float(number) for number in text.split(b",")]
-    return numbers
-
-
-def _careful_block(text: bytes, places: list[int], first_line: int, name: str) -> Block:
+def _careful_block(text: bytes, layout: _Layout, first_line: int, name: str) -> Block:
     """The rows of any text, value by value; refuses by line and column. Blank lines are skipped."""
     rows = []
     for line, content in enumerate(text.split(b"\n"), first_line):
         if not content.strip():
             continue
-        values = content.split(b",")
+        values = content.split(layout.separator)
         if len(values) != len(COLUMNS):
             raise ValueProblem(f"{name}:{line}: read {len(values)} values, expected {len(COLUMNS)}")
-        rows.append(
-            [_number(values[place].strip(), column, f"{name}:{line}") for column, place in enumerate(places)]
-        )
+        for column, place in enumerate(layout.places):
+            typed = values[place].strip()
+            number = typed.replace(b",", b".") if layout.separator == b";" else typed
+            value = float(number) if _NUMBER.fullmatch(number) else None
+            if value is None or not math.isfinite(value) or (column == 0 and value <= 0):
+                raise ValueProblem(
+                    f"{name}:{line}: {_fault(column, typed.decode('utf-8', 'replace'), value)}"
+                )
+            rows.append(value)
     return np.array(rows, dtype=np.float64).reshape(-1, len(COLUMNS))
-
-
-def _number(text: bytes, column: int, place: str) -> float:
-    value = float(text) if _NUMBER.fullmatch(text) else None
-    if value is None or not math.isfinite(value) or (column == 0 and value <= 0):
-        raise ValueProblem(f"{place}: {_fault(column, text.decode('utf-8', 'replace'), value)}")
-    return value
 
 
 # --- both

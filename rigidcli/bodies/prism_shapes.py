@@ -9,9 +9,9 @@ from typing import Any, ClassVar
 from rigidcli.bodies import charts
 from rigidcli.bodies.flat_shapes import Annulus, Disk, HalfDisk, Plate
 from rigidcli.bodies.geometry import ORIGIN, Geometry
-from rigidcli.bodies.shape import Solid
+from rigidcli.bodies.shape import Hollow, Solid
 from rigidcli.core.arithmetic import Arithmetic, Floats, Mask
-from rigidcli.fields.quantities import Length, OptionalLength, Size2, Size3
+from rigidcli.fields.quantities import Length, Size2, Size3
 
 
 class _Prism(Solid):
@@ -85,14 +85,11 @@ class Cylinder(_Prism):
         return self.height
 
 
-class Tube(_Prism):
+class Tube(_Prism, Hollow):
     """A cylinder along z with a coaxial hole; origin at its centre."""
 
     SECTION: ClassVar = Annulus
-    CONVEX: ClassVar = False
     ANCHORS: ClassVar = {"base": lambda s: (0, 0, -s.height / 2)}
-    outer_radius: Length
-    inner_radius: OptionalLength
     height: Length
 
     def swept(self) -> Length:

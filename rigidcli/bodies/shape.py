@@ -12,7 +12,7 @@ from typing import Annotated, Any, ClassVar, Self, get_args, get_origin
 
 import numpy as np
 from pydantic import ConfigDict, Field, PrivateAttr, ValidationInfo, model_validator
-from pydantic.config import JsonDict
+from pydantic.config import JsonDict, JsonValue
 from pydantic.fields import FieldInfo
 
 from rigidcli.bodies.charts import Chart
@@ -25,7 +25,7 @@ from rigidcli.core.arithmetic import FLOAT, Arithmetic, Array, Floats, Mask, Sca
 from rigidcli.errors import ValueProblem, with_article
 from rigidcli.fields.dimensions import AREA_DENSITY, DENSITY, LINE_DENSITY
 from rigidcli.fields.environment import Formula
-from rigidcli.fields.quantities import Mass
+from rigidcli.fields.quantities import Length, Mass, OptionalLength
 from rigidcli.fields.section import environment
 from rigidcli.fields.typed_numbers import split_quantity
 from rigidcli.fields.words import halved, keys_called, not_one_of
@@ -38,7 +38,9 @@ def _complete_schema(schema: JsonDict, shape: type[Any]) -> None:
     properties["shape"] = {"const": shape.word(), "title": "Shape", "type": "string"}
     anchor = shape.model_fields["anchor"].description
     properties["anchor"] = {"title": "Anchor", "description": anchor} | {"enum": ["com", *shape.ANCHORS]}
-    schema["oneOf"] = [{"required": ["mass"]}, {"required": ["density"]}]
+    given: list[JsonValue] = [{"required": ["mass"]}, {"required": ["density"]}]
+    bare: JsonValue = {"properties": {"hole": {"const": True}}, "required": ["hole"], "not": {"anyOf": given}}
+    schema["oneOf"] = [*given, bare]
 
 
 def _is_list(field: FieldInfo) -> bool:
@@ -236,6 +238,27 @@ class Region(Shape):
         return np.eye(3), np.zeros(3)
 
 
+class Hollow(Region):
+    """A round shape with a round hole in its middle.
+
+    It stands last among the bases of a shape: the first that has a field, such as `density`, decides.
+    """
+
+    CONVEX: ClassVar = False
+    outer_radius: Length
+    inner_radius: OptionalLength
+
+    def check(self, n: Arithmetic) -> None:
+        """Raise ValueProblem unless the hole leaves something."""
+        if n.sign(self.outer_radius - self.inner_radius) in (0, -1):
+            read = f"read {n.size(self.inner_radius):.6g} m"
+            raise ValueProblem(f"{read}, expected less than outer_radius", path=("inner_radius",))
+
+    def is_between(self, square: Floats) -> Mask:
+        """Whether points at a distance of this square from the middle (m^2) are outside of the hole."""
+        return (square <= self.outer_radius**2) & (square >= self.inner_radius**2)
+
+
 class Solid(Region):
     """A shape that fills a volume."""
 
@@ -268,11 +291,3 @@ class Wire(Shape):
     density: Annotated[Scalar | Formula, Density(LINE_DENSITY, "positive")] | None = Field(
         default=None, description=SAID
     )
-
-
-def require_hollow(n: Arithmetic, inner: Scalar, outer: Scalar) -> None:
-    """Raise ValueProblem unless `inner_radius` is less than `outer_radius`."""
-    if n.sign(outer - inner) in (0, -1):
-        raise ValueProblem(
-            f"read {n.size(inner):.6g} m, expected less than outer_radius", path=("inner_radius",)
-        )

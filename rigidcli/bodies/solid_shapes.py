@@ -15,7 +15,7 @@ import numpy as np
 
 from rigidcli.bodies import charts, simplices, solids
 from rigidcli.bodies.geometry import ORIGIN, Bounds, Geometry, powers, round_bounds
-from rigidcli.bodies.shape import Solid, require_hollow
+from rigidcli.bodies.shape import Hollow, Solid
 from rigidcli.core.arithmetic import Arithmetic, Floats, Mask
 from rigidcli.errors import ValueProblem
 from rigidcli.fields.quantities import AsList, Length, OptionalLength, Size2, Size3, Vector3
@@ -37,15 +37,8 @@ class Sphere(Solid):
         return x**2 + y**2 + z**2 <= self.radius**2
 
 
-class HollowSphere(Solid):
+class HollowSphere(Solid, Hollow):
     """A ball with a concentric spherical hole; origin at its centre."""
-
-    CONVEX: ClassVar = False
-    outer_radius: Length
-    inner_radius: OptionalLength
-
-    def check(self, n: Arithmetic) -> None:
-        require_hollow(n, self.inner_radius, self.outer_radius)
 
     def geometry(self, n: Arithmetic) -> Geometry:
         R, r = self.outer_radius, self.inner_radius
@@ -57,8 +50,7 @@ class HollowSphere(Solid):
         return [charts.ball(self.outer_radius, n, self.inner_radius)]
 
     def contains(self, x: Floats, y: Floats, z: Floats) -> Mask:
-        square = x**2 + y**2 + z**2
-        return (square <= self.outer_radius**2) & (square >= self.inner_radius**2)
+        return self.is_between(x**2 + y**2 + z**2)
 
 
 class Ellipsoid(Solid):

@@ -17,6 +17,7 @@ from rigidcli.cli import options as shared
 from rigidcli.cli.failures import Failure, Failures, bad_parameter, complain, fresh, tell_notes
 from rigidcli.cli.output import Output, is_folder, require_apart, write_whole
 from rigidcli.cli.progress import counted, progress
+from rigidcli.cli.unused import require_used
 from rigidcli.cli.work import Answer, Work, answers, lost, require_comparable, tasks
 from rigidcli.commands import COMMANDS, Command
 from rigidcli.errors import UsageError
@@ -217,6 +218,8 @@ def _run(asked: Asked, work: Work) -> int:
         work = replace(work, look=look)
         if asked.compare:
             require_comparable(work, asked.files)
+        if work.settings or asked.sweep is not None:
+            require_used(work, asked.files, asked.sweep)
         if traits.file and is_folder(asked.output):
             from rigidcli.cli.folder import write_folder
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from decimal import Decimal
 from typing import Any
 
@@ -32,6 +32,24 @@ _FLAT = {
 """What to write for a list of numbers where one of lists is expected."""
 
 
+def _with_points(entries: Sequence[object], length: int) -> tuple[str, str] | None:
+    """A hint for a list that is too long by the commas of decimals, and the first of those as it is typed.
+
+    None where no such commas make it so long.
+    """
+    texts, first = [str(entry) for entry in entries], None
+    place = 0
+    while place + 1 < len(texts) and len(texts) > length:
+        whole, decimals = texts[place : place + 2]
+        if re.fullmatch(r"-?\d+", whole) and re.fullmatch(r"\d*[1-9]\d*", decimals):
+            first = first or f"{whole},{decimals}"
+            texts[place : place + 2] = [f"{whole}.{decimals}"]
+        place += 1
+    if first is None or len(texts) != length:
+        return None
+    return f"a decimal has a point, as in `[{', '.join(texts)}]`: a comma begins the next entry", first
+
+
 def explain(error: ValidationError) -> list[ValueProblem]:
     """Every complaint of pydantic, in the document's words."""
     explained: dict[Path, ValueProblem] = {}
@@ -54,6 +72,8 @@ def explain(error: ValidationError) -> list[ValueProblem]:
             expected = f"at {'most' if kind == 'too_long' else 'least'} {bound}"
             entries = "entry" if bound == 1 else "entries"
             problem = ValueProblem(f"read {shown(read)}, expected {expected} {entries}", path=path)
+            if kind == "too_long" and (cure := _with_points(read, context["max_length"])) is not None:
+                problem.hint, problem.typed = cure
         elif kind == "tuple_type" and path[:-1] in explained:
             continue
         else:
@@ -74,6 +94,8 @@ def _of_type(path: Path, kind: str, read: Any, context: Mapping[str, Any], messa
         problem.hint = f'write it in quotes: "{read}"'
     elif kind == "tuple_type" and isinstance(read, str) and "," in read:
         problem.hint, problem.typed = f"write `[{read.strip('[]() ')}]`", read
+    elif kind == "tuple_type" and isinstance(read, dict) and path[-1] == "parts":
+        problem.hint = "write `parts: [{...}, {...}]`, where `name` may stand in each of the braces"
     elif kind == "dict_type" and path == ("parameters",):
         names = ", ".join(f"{name}: null" for name in re.findall(r"[^\W\d]\w*", str(read)))
         problem.hint = f"write `parameters: {{{names}}}`, with values where there are some"

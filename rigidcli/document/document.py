@@ -68,7 +68,8 @@ class Document(Section):
     body: Body | None = optional("A rigid body, in one of several forms")
     about: ReferencePoint = Field(
         default="origin",
-        description="The point O of the tensor: `origin`, `com`, an anchor of the shape, or [x, y, z] (m)",
+        description="The point O of the tensor: `origin`, `com`, an anchor of the shape, or [x, y, z] (m); "
+        "a molecule has its centre of mass by default",
     )
     axis: Direction | None = optional(
         "Direction of the axis through that point about which the moment is asked"
@@ -121,6 +122,8 @@ class Document(Section):
     @model_validator(mode="after")
     def _remember(self, info: ValidationInfo) -> Self:
         self._environment = environment(info)
+        if self.body is not None and self.body.rounding is not None and "about" not in self.model_fields_set:
+            self.__dict__["about"] = "com"  # of a molecule, whose origin means nothing
         self._require_whole()
         return self
 
@@ -148,6 +151,12 @@ class Document(Section):
         """The parameters without a value that something uses."""
         env = self._environment
         return tuple(name for name, on in env.open.items() if name in on and name in env.used)
+
+    @property
+    def unused(self) -> list[str]:
+        """The parameters that nothing uses."""
+        env = self._environment
+        return sorted((env.parameters.keys() | env.open.keys()) - env.used)
 
     @cached_property
     def definitions(self) -> Mapping[str, Expression | None]:

@@ -240,6 +240,13 @@ def plain(value: Any) -> Any:
     return dict(value) if isinstance(value, Mapping) else str(value)
 
 
+def _has_time(tree: Mapping[str, Any]) -> bool:
+    """Whether expressions of the document may be in the time: in those, `t` is no parameter."""
+    motion = tree.get("motion")
+    torque = isinstance(motion, dict) and motion.get("torque") is not None
+    return torque or any(tree.get(key) is not None for key in ("system", "orbit", "transform"))
+
+
 def _has_symbols(tree: object) -> bool:
     """Whether a parameter stands without a value."""
     parameters = tree.get("parameters") if isinstance(tree, dict) else None
@@ -281,7 +288,7 @@ def _read(
         env = Environment(n, folder=origin.folder, exact_results=exact, top_keys=KEYS)
         parameters = tree.get("parameters")
         if isinstance(parameters, dict):
-            problems += read_parameters(env, parameters, positive)
+            problems += read_parameters(env, parameters, positive, has_time=_has_time(tree))
     else:
         env = rest.environment_again()
     try:
@@ -302,6 +309,5 @@ def _read(
     notes = list(dict.fromkeys(env.notes))
     if document.orbit is not None and document.system is not None and document.orbit.ensemble is None:
         notes += document.orbit.degrees_meant(document.system, tree["orbit"]["initial"])
-    unused = sorted((env.parameters.keys() | env.open.keys()) - env.used)
-    notes += [f"parameter `{name}` is not used" for name in unused]
+    notes += [f"parameter `{name}` is not used" for name in document.unused]
     return document.came_from(origin, notes), env.positive

@@ -16,19 +16,27 @@ from rigidcli.language.tree import Constant, Name
 
 _T = TypeVar("_T")
 
-_RESERVED_FOR = {"t": "the time", **dict.fromkeys(CONSTANTS, "a constant")}
+TIME = "t"
+"""The name of the time, in documents where there is one."""
+
+_RESERVED_FOR = {TIME: "the time", **dict.fromkeys(CONSTANTS, "a constant")}
 """What reserved names are; those that are not here are functions."""
 
 
-def read_parameters(env: Environment, raw: Mapping[str, Any], positive: Iterable[str]) -> list[ValueProblem]:
+def read_parameters(
+    env: Environment, raw: Mapping[str, Any], positive: Iterable[str], *, has_time: bool
+) -> list[ValueProblem]:
     """Give the parameters in `raw` to `env`; what is wrong with them, each with its path.
+
+    In a document that `has_time`, `t` is the time, and no parameter.
 
     A parameter without a value becomes a symbol, known to be positive if it is in `positive`; where numbers
     are floats, it and what hangs on it are only `open`. One with a problem is `broken` in the
     environment, so that what uses it is not blamed.
     """
-    spelling, problems = read_names(raw)
+    spelling, problems = read_names(raw, has_time=has_time)
     env.declared |= spelling.keys()
+    env.refused |= raw.keys() - spelling.values()
     uses = {}
     for name, key in spelling.items():
         with gathered(problems, key):
@@ -63,19 +71,19 @@ def definitions(env: Environment, raw: Mapping[str, Any]) -> dict[str, Expressio
 
     A symbol has none. Quantities are SI numbers, digit by digit.
     """
-    values = {read_name(key): value for key, value in raw.items()}
+    values = {read_name(key, has_time=False): value for key, value in raw.items()}
     uses = {name: env.names_in(value) & values.keys() for name, value in values.items()}
     order = TopologicalSorter(uses).static_order()
     return {name: None if values[name] is None else env.symbolic(values[name]) for name in order}
 
 
-def read_names(raw: Mapping[str, Any]) -> tuple[dict[str, str], list[ValueProblem]]:
+def read_names(raw: Mapping[str, Any], *, has_time: bool = True) -> tuple[dict[str, str], list[ValueProblem]]:
     """The names that the keys of a mapping are, each with its key; and what is wrong with other keys."""
     spelling: dict[str, str] = {}
     problems: list[ValueProblem] = []
     for key in raw:
         with gathered(problems, key):
-            name = read_name(key)
+            name = read_name(key, has_time=has_time)
             if name in spelling:
                 raise ValueProblem(f"the same name as {shown(spelling[name])}, in another spelling")
             spelling[name] = key
@@ -115,13 +123,16 @@ def read_mapping(
     return found
 
 
-def read_name(key: object) -> str:
-    """A name that a document gives, in its ASCII spelling. Raises ValueProblem for what is no name."""
+def read_name(key: object, *, has_time: bool = True) -> str:
+    """A name that a document gives, in its ASCII spelling. Raises ValueProblem for what is no name.
+
+    In a document that `has_time`, `t` is reserved.
+    """
     root = None
     if isinstance(key, str):
         with contextlib.suppress(ExpressionError):
             root = Name(key) if key in RESERVED else parse(key).root
-    if isinstance(root, Constant | Name) and root.name in RESERVED:
+    if isinstance(root, Constant | Name) and root.name in RESERVED and (has_time or root.name != TIME):
         what = _RESERVED_FOR.get(root.name, "a function")
         raise ValueProblem(f"{shown(key)} is reserved: it is {what}, expected another name")
     if not isinstance(root, Name):

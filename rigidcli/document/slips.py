@@ -39,6 +39,10 @@ _RULES = {
         "there is no colon after the key",
         "write `{key}: {value}`",
     ),
+    r" *(?:- +)*(?P<value>[A-Za-z_]\w*: [^,{}]+, *[A-Za-z_]\w*(?P<at>:) .*?) *$": (
+        "a second colon in one line",
+        "several keys in one line stand in braces: `{{{value}}}`",
+    ),
     rf"{_KEY}: [^{{\[\"']*?(?P<at>:)(?= |$)": (
         "a second colon in one line",
         "a text with a colon and a blank in it stands in quotes",
@@ -46,7 +50,7 @@ _RULES = {
 }
 """What a line with a slip looks like, the group `at` being where that is; the message, and the hint."""
 
-_COMMENT, _XML, _TAB, _NO_BLANK, _NO_COLON, _SECOND_COLON = _RULES
+_COMMENT, _XML, _TAB, _NO_BLANK, _NO_COLON, _NO_BRACES, _SECOND_COLON = _RULES
 
 _QUOTED = re.compile(r"\"(?:[^\"\\]|\\.)*\"|'[^']*'|(?<!\S)#.*")
 """What has no brackets that count: quoted texts and comments."""
@@ -79,7 +83,7 @@ def find_slip(text: str, error: Any) -> Slip | None:
     return (
         _by_rules(lines, {noticed, max(noticed - 1, 0)}, _TAB)
         or _by_rules(lines, written[:-3:-1], _NO_BLANK, _NO_COLON)
-        or _by_rules(lines, [noticed], _NO_BLANK, _SECOND_COLON)
+        or _by_rules(lines, [noticed], _NO_BLANK, _NO_BRACES, _SECOND_COLON)
         or _indented(lines, written, noticed)
         or here
     )
@@ -91,7 +95,10 @@ def _by_rules(lines: list[str], numbers: Iterable[int], *patterns: str) -> Slip 
         for pattern in patterns:
             if found := re.match(pattern, lines[number]):
                 message, hint = _RULES[pattern]
-                hint = hint.format(**found.groupdict(default="")).replace(": `", ":`")
+                typed = found.groupdict(default="")
+                hint = (
+                    hint.format(**typed) if typed.get("value") else hint.format(**typed).replace(": `", ":`")
+                )
                 return Slip(number + 1, found.start("at") + 1, message, hint)
     return None
 

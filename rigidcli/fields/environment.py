@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import pathlib
+import re
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from fractions import Fraction
@@ -44,7 +45,8 @@ class Environment:
 
     `dimensions` has those of parameters with units; `declared` the names of all parameters, also
     before they have their values; `broken` those that have a problem of their own, so that what uses
-    them is not reported again; `positive` symbols that stand where only a positive number makes sense.
+    them is not reported again; `refused` the keys of parameters that are no names; `positive` symbols
+    that stand where only a positive number makes sense.
 
     `open` has the parameters whose value is not known, each with the symbols on which it hangs. `faults` has
     what other parts of the document find wrong with parameters. `exact_results` says whether exact results
@@ -60,6 +62,7 @@ class Environment:
     used: set[str] = field(default_factory=set)
     declared: set[str] = field(default_factory=set)
     broken: set[str] = field(default_factory=set)
+    refused: set[str] = field(default_factory=set)
     positive: set[str] = field(default_factory=set)
     open: dict[str, frozenset[str]] = field(default_factory=dict)
     faults: dict[str, ValueProblem] = field(default_factory=dict)
@@ -107,6 +110,8 @@ class Environment:
         fit, it is a unit after a blank, and else a parameter, which is noted. A variable is no unit.
         Raises ValueProblem for what is neither, and for a unit of another dimension.
         """
+        if any(re.search(rf"(?<!\w){re.escape(key)}(?!\w)", text) for key in self.refused):
+            raise ValueProblem("it uses a parameter that is no name", code=UNSETTLED)
         written = split_quantity(text)
         if written is None:
             return None

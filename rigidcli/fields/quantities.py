@@ -26,6 +26,7 @@ from rigidcli.fields.environment import Environment
 from rigidcli.fields.readers import SHARED, Alternative, ReadBy, Reader
 from rigidcli.fields.section import environment
 from rigidcli.fields.typed_numbers import number_of
+from rigidcli.fields.units import is_unit
 from rigidcli.fields.words import not_one_of
 
 LIMITS: dict[Dimension | None, float] = {
@@ -89,6 +90,16 @@ class Quantity(Reader):
         return value
 
 
+class UnitOfLength(Quantity):
+    """Marks a field as a length that is a unit, which may stand without a number: `mm` is `1 mm`."""
+
+    def read(self, raw: object, info: ValidationInfo) -> Scalar:
+        """The length (m)."""
+        if isinstance(raw, str) and is_unit(raw.strip()) and raw.strip() not in environment(info).declared:
+            raw = f"1 {raw}"
+        return super().read(raw, info)
+
+
 def _read_whole(raw: object, info: ValidationInfo) -> int:
     """A whole number, be it written as one, as 3.0 or as an expression."""
     env = environment(info)
@@ -116,6 +127,7 @@ Mass = Annotated[Scalar, Quantity(MASS, "positive")]
 Length = Annotated[Scalar, Quantity(LENGTH, "positive")]
 OptionalLength = Annotated[Scalar, Quantity(LENGTH, "nonnegative")]
 Coordinate = Annotated[Scalar, Quantity(LENGTH)]
+Scale = Annotated[Scalar, UnitOfLength(LENGTH, "positive")]
 Angle = Annotated[Scalar, Quantity(ANGLE)]
 PolarAngle = Annotated[
     Angle, limited(lambda x, n: -1 not in (n.sign(x), n.sign(n.pi - x)), "an angle from 0 to 180 deg", " rad")

@@ -29,7 +29,7 @@ SHAPES_BY_WORD = _by_word(
         "hollow_sphere": "hollow_ball thick_shell spherical_layer",
         "ellipsoid": "egg spheroid oval rugby_ball football oblate_spheroid prolate_spheroid",
         "rod": "stick wire pole bar beam needle string line segment spoke pencil rope slender_rod",
-        "cylinder": "stick pole bar wheel flywheel coin puck drum roller log solid_disk disc pencil",
+        "cylinder": "stick pole bar wheel flywheel coin puck drum roller log solid_disk pencil",
         "tube": "pipe hollow_cylinder washer cylinder_hollow thick_ring bushing sleeve annular_cylinder",
         "half_cylinder": "semicylinder semi_cylinder",
         "frustum": "truncated_cone cone_frustum conical_frustum bucket",

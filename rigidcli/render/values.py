@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any, TypeAlias
@@ -149,7 +150,19 @@ def entries(entry: Field, digits: int, notation: Notation) -> tuple[str, Any, st
             if common != 1 and (entry.unit if common.names else plain):
                 value, factor = rest, notation(common, digits)
         return factor, _texts(value, digits, notation), unit
-    return "", _texts(tidied(entry), digits, notation), entry.unit
+    value = tidied(entry)
+    if np.ndim(value) == 2 and not entry.counts and (power := _power_of_ten(value, digits)):
+        return notation(10.0**power, digits), _texts(value / 10.0**power, digits, notation), entry.unit
+    return "", _texts(value, digits, notation), entry.unit
+
+
+def _power_of_ten(matrix: Any, digits: int) -> int:
+    """That of the largest entry, where some entry has to be written with a power of ten; else 0.
+
+    With more than 15 digits, people would see the rounding of the quotient.
+    """
+    is_plain = all("e" not in f"{entry:.{digits}g}" for entry in matrix.flat)
+    return 0 if is_plain or digits > 15 else math.floor(math.log10(np.abs(matrix).max()))
 
 
 def _texts(value: Value, digits: int, notation: Notation) -> Any:

@@ -107,7 +107,7 @@ def test_validate_reads_it(program: Program, cloud: Path) -> None:
     cloud.write_text("t,x\n0,1\n")
     outcome = program("validate", str(cloud))
     assert (outcome.code, outcome.out) == (3, "")
-    assert outcome.err == f"{cloud}:1: header `t,x`, expected `m,x,y,z` in any order\n"
+    assert outcome.err.startswith(f"{cloud}:1: header `t,x`, expected `m,x,y,z` in any order\n")
 
 
 def test_a_question_asks_for_it(program: Program, cloud: Path) -> None:
