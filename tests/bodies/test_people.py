@@ -179,4 +179,4 @@ def test_a_matrix_has_one_power_of_ten(program: Program, folder: Path, size: str
     path = folder / "m.yaml"
     path.write_text(f"body: {{shape: box, size: {size}, mass: 1}}\n")
     lines = program("inertia", str(path)).out.splitlines()
-    assert [line.removeprefix("inertia tensor about O    kg m^2").strip() for line in lines[4:6]] == shown
+    assert [line.rpartition("kg m^2")[2].strip() for line in lines[4:6]] == shown
