@@ -87,7 +87,7 @@ def command_of(name: str) -> Callable[..., None]:
         steps: shared.Steps = False,
         standalone: shared.Standalone = False,
         plot: shared.PlotPath = None,
-        plot_kind: shared.PlotKind = None,
+        plot_kind: str | None = None,
         quiet: shared.Quiet = False,
         **options: Any,
     ) -> None:
@@ -97,6 +97,8 @@ def command_of(name: str) -> Callable[..., None]:
         tables = [*lists, *(() if swept is None else swept.files)]
         asked = Asked(files, tables, swept, jobs, compare, wanted, output, plot, quiet)
         _require_sense(asked, form, traits, {"--steps": steps, "--plot": bool(plot or plot_kind)})
+        if steps and not traits.people:
+            tell_notes("--steps", [f"{form} has no working: use table, latex or html"], quiet)
         if wanted and not traits.people:
             tell_notes("--units", [f"{form} has SI units, whatever `--units` says"], quiet)
         picture = None
@@ -129,10 +131,11 @@ def _with_options(command: Callable[..., None], row: Command) -> Callable[..., N
     """The command with the formats and the options that its study has."""
     formats = StrEnum("Format", [(format.value, format.value) for format in formats_of(row.name)])  # type: ignore[misc]  # names of a table
     format = Annotated[formats, typer.Option("-f", "--format", help="What to print.")]
+    own = {"format": (format, formats("table")), "plot_kind": (shared.plot_kind([*row.pictures]), None)}
     signature = inspect.signature(command, eval_str=True)
     parameters = [
-        parameter.replace(annotation=format, default=formats("table"))
-        if parameter.name == "format"
+        parameter.replace(annotation=own[parameter.name][0], default=own[parameter.name][1])
+        if parameter.name in own
         else parameter
         for parameter in signature.parameters.values()
         if parameter.kind is not parameter.VAR_KEYWORD and not (parameter.name == "compare" and row.section)
@@ -189,8 +192,9 @@ def _picture_kind(
     from rigidcli.render.plots import CHARACTERS, require_ending, require_library, use_for
     from rigidcli.studies.pictures import ANY, BEST, require_kind
 
-    with bad_parameter("--plot"):
+    with bad_parameter("--plot-kind"):
         require_kind(command, kind or BEST)
+    with bad_parameter("--plot"):
         if path is None:
             if traits.page:
                 return kind or ANY

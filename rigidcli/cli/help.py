@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
+from typer import BadParameter
 from typer.core import TyperArgument, TyperCommand, TyperOption
 
 
@@ -13,7 +14,11 @@ class Option(TyperOption):
     def process_value(self, ctx: Any, value: Any) -> Any:
         """The value, checked; a default is as it is."""
         if self.required or not (value is None or value is self.default):
-            return super().process_value(ctx, value)
+            try:
+                return super().process_value(ctx, value)
+            except BadParameter as error:
+                error.message = error.message.removeprefix("Value error, ")
+                raise
         value = () if value is None and self.multiple else value
         return value if self.callback is None else self.callback(ctx, self, value)
 
@@ -33,13 +38,11 @@ class Command(TyperCommand):
 
     def format_options(self, ctx: Any, formatter: Any) -> None:
         """Write what arguments and options mean."""
-        records = [
-            record
-            for param in self.get_params(ctx)
-            if param.param_type_name == "option" and (record := param.get_help_record(ctx)) is not None
-        ]
-        arguments = [(name, text) for name, _, text in self._arguments(ctx)]
-        for title, rows in (("Arguments", arguments), ("Options", records)):
+        sections = {"Arguments": [(name, text) for name, _, text in self._arguments(ctx)], "Options": []}
+        for param in self.get_params(ctx):
+            if param.param_type_name == "option" and (record := param.get_help_record(ctx)) is not None:
+                sections.setdefault(getattr(param, "rich_help_panel", None) or "Options", []).append(record)
+        for title, rows in sections.items():
             if rows:
                 with formatter.section(title):
                     formatter.write_dl(rows)

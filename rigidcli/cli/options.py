@@ -14,6 +14,9 @@ from rigidcli.cli.failures import bad_parameter
 from rigidcli.cli.output import check_path
 from rigidcli.errors import UsageError, shown
 
+MORE = "More options"
+"""The head of the help under which the options stand that few users need."""
+
 LIST = "@"
 """What begins the name of a list; `./@name` is a file whose own name begins so."""
 
@@ -130,7 +133,12 @@ Sweeps = Annotated[
         "two make a grid.",
     ),
 ]
-Pair = Annotated[bool, typer.Option("--zip", help="Pair the values of several --sweep, instead of a grid.")]
+Pair = Annotated[
+    bool,
+    typer.Option(
+        "--zip", rich_help_panel=MORE, help="Pair the values of several --sweep, instead of a grid."
+    ),
+]
 Jobs = Annotated[
     str | None,
     typer.Option(
@@ -138,12 +146,18 @@ Jobs = Annotated[
         "--jobs",
         metavar="N|ADDRESS",
         callback=_read_jobs,
+        rich_help_panel=MORE,
         help="Processes, by default one a core where that pays; or a Dask cluster that you trust, "
         "tcp://host:8786.",
     ),
 ]
 Compare = Annotated[
-    bool, typer.Option("--compare", help="FILEs side by side, with differences to the first in percent.")
+    bool,
+    typer.Option(
+        "--compare",
+        rich_help_panel=MORE,
+        help="FILEs side by side, with differences to the first in percent.",
+    ),
 ]
 Digits = Annotated[int, typer.Option(min=1, max=17, metavar="N", help="Significant digits for people.")]
 Exact = Annotated[
@@ -154,17 +168,28 @@ UnitList = Annotated[
     str | None,
     typer.Option(metavar="LIST", help="Units for people, such as g,cm,deg,rpm; json and csv stay SI."),
 ]
-UnitHeader = Annotated[bool, typer.Option("--unit-header", help="CSV heads with units.")]
-NoHeader = Annotated[bool, typer.Option("--no-header", help="CSV without the header row.")]
+UnitHeader = Annotated[
+    bool, typer.Option("--unit-header", rich_help_panel=MORE, help="CSV heads with units.")
+]
+NoHeader = Annotated[
+    bool, typer.Option("--no-header", rich_help_panel=MORE, help="CSV without the header row.")
+]
 Columns = Annotated[
     str | None,
-    typer.Option(metavar="NAMES", callback=_split, help="Columns of rows or samples, such as t,w1."),
+    typer.Option(
+        metavar="NAMES",
+        callback=_split,
+        rich_help_panel=MORE,
+        help="Columns of rows or samples, such as t,w1.",
+    ),
 ]
 Verbose = Annotated[
     bool, typer.Option("-v", "--verbose", help="Tell residuals, drifts, trusted digits, method, too.")
 ]
 Steps = Annotated[bool, typer.Option("--steps", help="Show the working, to people.")]
-Standalone = Annotated[bool, typer.Option("--standalone", help="LaTeX that compiles by itself.")]
+Standalone = Annotated[
+    bool, typer.Option("--standalone", rich_help_panel=MORE, help="LaTeX that compiles by itself.")
+]
 PlotPath = Annotated[
     str | None,
     typer.Option(
@@ -174,9 +199,14 @@ PlotPath = Annotated[
         help="Write a picture, .png, .svg or .pdf; `-` draws a chart of characters. Needs the extra `show`.",
     ),
 ]
-PlotKind = Annotated[
-    str | None, typer.Option("--plot-kind", metavar="NAME", help="Another picture than the first.")
-]
+
+
+def plot_kind(kinds: Sequence[str]) -> Any:
+    """The option that chooses one of these kinds of pictures."""
+    help = f"The picture: {', '.join(kinds)}; by default the first that there is something for."
+    return Annotated[str | None, typer.Option("--plot-kind", metavar="NAME", rich_help_panel=MORE, help=help)]
+
+
 Quiet = Annotated[bool, typer.Option("-q", "--quiet", help="No notes on standard error.")]
 
 Samples = Annotated[int | None, typer.Option(metavar="N", help="Number of samples (default 1001).")]

@@ -611,6 +611,22 @@ def test_help_everywhere(command: list[str], flag: str, program: Program) -> Non
     if command and command[0] in rigidcli.STUDIES:
         for option in ["--format", "--output", "--set", "--digits", "--exact", "--no-header", "--quiet"]:
             assert option in outcome.out
+        everyday, more = outcome.out.split("More options:")
+        assert "--set" in everyday
+        assert "--no-header" in more
+        assert all(kind in more for kind in COMMANDS[command[0]].pictures)
+
+
+def test_a_wrong_kind_of_picture_is_a_mistake_of_its_own_option(program: Program) -> None:
+    done = program("axes", CUBE, "--plot", "a.svg", "--plot-kind", "bogus")
+    assert (done.code, done.out) == (2, "")
+    assert "'--plot-kind': `bogus` is no picture here (the pictures are body)" in " ".join(done.err.split())
+
+
+def test_steps_are_for_people(program: Program) -> None:
+    done = program("axes", CUBE, "--steps", "-f", "csv")
+    assert done.out == program("axes", CUBE, "-f", "csv").out
+    assert done.err == "--steps: note: csv has no working: use table, latex or html\n"
 
 
 def test_version() -> None:
