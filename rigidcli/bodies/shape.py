@@ -39,7 +39,11 @@ def _complete_schema(schema: JsonDict, shape: type[Any]) -> None:
     anchor = shape.model_fields["anchor"].description
     properties["anchor"] = {"title": "Anchor", "description": anchor} | {"enum": ["com", *shape.ANCHORS]}
     given: list[JsonValue] = [{"required": ["mass"]}, {"required": ["density"]}]
-    bare: JsonValue = {"properties": {"hole": {"const": True}}, "required": ["hole"], "not": {"anyOf": given}}
+    bare: JsonValue = {
+        "properties": {"hole": {"const": True, "title": "Hole"}},
+        "required": ["hole"],
+        "not": {"anyOf": given},
+    }
     schema["oneOf"] = [*given, bare]
 
 

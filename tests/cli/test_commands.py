@@ -618,14 +618,14 @@ def test_help_everywhere(command: list[str], flag: str, program: Program) -> Non
 
 
 def test_a_wrong_kind_of_picture_is_a_mistake_of_its_own_option(program: Program) -> None:
-    done = program("axes", CUBE, "--plot", "a.svg", "--plot-kind", "bogus")
+    done = program("axes", "configs/cube_corner.yaml", "--plot", "a.svg", "--plot-kind", "bogus")
     assert (done.code, done.out) == (2, "")
     assert "'--plot-kind': `bogus` is no picture here (the pictures are body)" in " ".join(done.err.split())
 
 
 def test_steps_are_for_people(program: Program) -> None:
-    done = program("axes", CUBE, "--steps", "-f", "csv")
-    assert done.out == program("axes", CUBE, "-f", "csv").out
+    done = program("axes", "configs/cube_corner.yaml", "--steps", "-f", "csv")
+    assert done.out == program("axes", "configs/cube_corner.yaml", "-f", "csv").out
     assert done.err == "--steps: note: csv has no working: use table, latex or html\n"
 
 
