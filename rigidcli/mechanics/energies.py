@@ -35,7 +35,7 @@ def kinetic(particles: Sequence[Particle], velocities: Mapping[str, str]) -> Exp
 
     With dx/dt = sum_i dx/dq_i v_i + dx/dt, each coefficient of a product of velocities is tidied by itself.
     """
-    rates = [*(symbol(v) for v in velocities.values()), ONE]
+    rates = _rates(velocities)
     parts: dict[tuple[int, int], list[Expr]] = {}
     for particle in particles:
         paths = [(particle.mass, path) for path in particle.position] + [(particle.moment, particle.angle)]
@@ -49,6 +49,17 @@ def kinetic(particles: Sequence[Particle], velocities: Mapping[str, str]) -> Exp
                     half = Fraction(1, 2) if i == j else 1
                     parts.setdefault((i, j), []).append(factor * half * a * b)
     return tidy(total(tidy(total(terms)) * rates[i] * rates[j] for (i, j), terms in sorted(parts.items())))
+
+
+def velocity(path: Expr, velocities: Mapping[str, str]) -> Expr:
+    """The rate of a Cartesian coordinate, sum_i dx/dq_i v_i + dx/dt; `velocities` as for `kinetic`."""
+    slopes = (derivative(path, name) for name in (*velocities, TIME))
+    return tidy(total(slope * rate for slope, rate in zip(slopes, _rates(velocities), strict=True)))
+
+
+def _rates(velocities: Mapping[str, str]) -> list[Expr]:
+    """The rates of the coordinates and of the time."""
+    return [*(symbol(v) for v in velocities.values()), ONE]
 
 
 def unnatural(kinetic_energy: Expr, velocities: Sequence[str]) -> Expr | None:

@@ -244,6 +244,28 @@ def test_the_polynomial_of_modes_is_the_determinant_of_the_matrices(is_numeric: 
     assert step.tables[0].title == "normal modes"
 
 
+def test_energies_and_lagrange_equations_are_put_together_from_their_parts() -> None:
+    result = rigidcli.hamilton(ROOT / "configs/double_pendulum.yaml", steps=True)
+    by_title = {step.title: step for step in result.steps}
+    names = ("theta1", "theta2", "theta1dot", "theta2dot", "theta1ddot", "theta2ddot")
+    at = dict(zip(names, (0.3, -1.1, 0.7, 1.9, -0.4, 0.6), strict=True))
+    at |= {"m1": 1.5, "m2": 0.8, "l1": 0.9, "l2": 1.2, "g": 9.8}
+
+    def found(title: str, name: str) -> float:
+        return evaluated(value(by_title[title], name), **at)
+
+    speeds = [sum(found("Lagrangian", f"d{axis}{k}/dt") ** 2 for axis in "xy") for k in (1, 2)]
+    kinetic = (at["m1"] * speeds[0] + at["m2"] * speeds[1]) / 2
+    heights = at["m1"] * found("Lagrangian", "y1") + at["m2"] * found("Lagrangian", "y2")
+    assert found("Lagrangian", "T") == pytest.approx(kinetic, rel=1e-13)
+    assert found("Lagrangian", "V") == pytest.approx(at["g"] * heights, rel=1e-13)
+    assert found("Lagrangian", "Lagrangian") == pytest.approx(kinetic - at["g"] * heights, rel=1e-13)
+    for q in ("theta1", "theta2"):
+        parts = [found("Lagrange's equations", name) for name in (f"d/dt dL/d{q}dot", f"dL/d{q}")]
+        whole = found("Lagrange's equations", f"Lagrange, {q}: 0 =")
+        assert whole == pytest.approx(parts[0] - parts[1], rel=1e-12)
+
+
 def test_the_polynomial_of_the_matrix_has_its_eigenvalues() -> None:
     result = rigidcli.hamilton(ROOT / "configs/damped_oscillator.yaml", steps=True)
     by_title = {step.title: step for step in result.steps}

@@ -15,6 +15,7 @@ from rigidcli.language.formula import Formula
 from rigidcli.language.latex_names import latex_name
 from rigidcli.language.text import reading
 from rigidcli.language.tree import Name, Negative, Product, Sum, bound
+from rigidcli.mechanics.energies import velocity
 from rigidcli.mechanics.hamilton_equations import Phase
 from rigidcli.report import Field, Step, Table
 from rigidcli.studies.hamilton.characteristic import LONGEST, of_matrix, of_oscillations
@@ -34,8 +35,17 @@ class _Part(NamedTuple):
     forced: str = ""
 
 
+MOST_PARTICLES = 3
+"""Particles whose positions are shown: those of further ones follow the same rule."""
+
+ENERGIES = {
+    True: "The velocities are the rates of the positions, T is the sum of m v^2/2, and L = T - V.",
+    False: "L = T - V.",
+}
+"""What is said of energies, by whether positions of particles are given."""
+
 PARTS = (
-    _Part("Lagrangian", "L tells how the system moves.", ("lagrangian",)),
+    _Part("Lagrangian", "As it is given.", ("lagrangian",)),
     _Part(
         "Momenta",
         "The momentum of a coordinate q is the derivative of L by its velocity.",
@@ -87,6 +97,11 @@ def hamilton_steps(found: Found, fields: Sequence[Field], tables: Sequence[Table
     for part in parts:
         shown = [_titled(entry) for entry in fields if _belongs(entry, part)]
         listed = tuple(table for table in tables if table.key in part.keys)
+        if part is PARTS[0] and derivation.system.kinetic is not None:
+            part = part._replace(sentence=ENERGIES[bool(derivation.system.particles)])
+            shown = [*_energies(derivation), *shown]
+        if part is PARTS[5] and shown:
+            shown = [*_slopes(derivation), *shown]
         if part is PARTS[3]:
             shown = [*_substituted(derivation), *shown]
         if part.title == "Matrix form" and shown:
@@ -103,6 +118,44 @@ def hamilton_steps(found: Found, fields: Sequence[Field], tables: Sequence[Table
     momenta = [(name, symbol(name)) for name in derivation.conserved if name != "H"]
     for name, e in (*momenta, *((reading(e.tree()), e) for e in found.invariants or ())):
         yield _bracket(name, e, derivation.hamiltonian, derivation.phase)
+
+
+def _energies(derivation: Derivation) -> Iterator[Field]:
+    """The positions and velocities of particles, their kinetic energy, and V."""
+    system, phase = derivation.system, derivation.phase
+    rates = dict(zip(phase.coordinates, derivation.velocity_names, strict=True))
+    several = len(system.particles) > 1
+    for number, particle in enumerate(system.particles[:MOST_PARTICLES], 1):
+        paths = dict(zip("xyz", particle.position, strict=False))
+        if particle.angle is not None:
+            paths["angle"] = particle.angle
+        for axis, path in paths.items():
+            name = f"{axis}{number}" if several else axis
+            rate = velocity(path, rates)
+            if path != symbol(name) and not (path.is_zero and rate.is_zero):
+                yield Field("", path, name, latex_name(name))
+                yield Field("", rate, f"d{name}/dt", rf"\dot {{{latex_name(name)}}}")
+    yield Field("", system.kinetic, "T", "T")
+    yield Field("", system.potential, "V", "V")
+
+
+def _slopes(derivation: Derivation) -> Iterator[Field]:
+    """What stands in each of Lagrange's equations: dL/dqdot, its rate, and dL/dq."""
+    lagrangian, phase = derivation.system.lagrangian, derivation.phase
+    if lagrangian is None or derivation.lagrange is None:
+        return
+    names = derivation.velocity_names
+    moving = {**dict(zip(phase.coordinates, names, strict=True))}
+    moving |= dict(zip(names, derivation.lagrange.names, strict=True))
+    for q, v in zip(phase.coordinates, names, strict=True):
+        momentum = tidy(derivative(lagrangian, v))
+        parts = {f"dL/d{v}": momentum, f"d/dt dL/d{v}": velocity(momentum, moving)}
+        parts[f"dL/d{q}"] = tidy(derivative(lagrangian, q))
+        signs = (rf"\partial L/\partial {latex_name(x)}" for x in (v, v, q))
+        for (title, e), sign in zip(parts.items(), signs, strict=True):
+            if len(str(e)) <= LONGEST:
+                rate = r"\frac{\mathrm{d}}{\mathrm{d}t}\," if title.startswith("d/dt") else ""
+                yield Field("", e, title, rate + sign)
 
 
 def _substituted(derivation: Derivation) -> Iterator[Field]:

@@ -33,6 +33,7 @@ class SystemFunctions:
     natural: bool | None = None
     reason: str = ""
     forces: tuple[Expr, ...] = ()
+    particles: tuple[energies.Particle, ...] = ()
 
 
 _Read: TypeAlias = Callable[[Expression | None, str], Expr | None]
@@ -68,8 +69,9 @@ def _energies(system: System, read: _Read) -> SystemFunctions:
         return SystemFunctions(None, hamiltonian, reason="H alone does not tell what its coordinates are")
     lagrangian, kinetic = read(system.lagrangian, "lagrangian"), read(system.kinetic, "kinetic")
     potential = read(system.potential, "potential") or ZERO
+    particles: tuple[energies.Particle, ...] = ()
     if system.particles is not None:
-        kinetic, potential, natural, reason = _from_particles(system, potential, read)
+        particles, kinetic, potential, natural, reason = _from_particles(system, potential, read)
     elif kinetic is not None:
         wrong = energies.unnatural(kinetic, system.velocities)
         natural, reason = wrong is None, "T is homogeneous of degree 2 in the velocities, without the time"
@@ -81,7 +83,7 @@ def _energies(system: System, read: _Read) -> SystemFunctions:
     if lagrangian is None:
         lagrangian = kinetic - potential
     at_rest = _without_magnetic_terms(potential, system)
-    return SystemFunctions(lagrangian, None, kinetic, at_rest, natural, reason)
+    return SystemFunctions(lagrangian, None, kinetic, at_rest, natural, reason, particles=particles)
 
 
 def require_formulas(document: Document, expressions: Iterable[Expr], what: str) -> None:
@@ -113,8 +115,10 @@ def known_values(document: Document) -> dict[str, Expr]:
     return known
 
 
-def _from_particles(system: System, potential: Expr, read: _Read) -> tuple[Expr, Expr, bool, str]:
-    """T, V, whether the coordinates are natural, and why."""
+def _from_particles(
+    system: System, potential: Expr, read: _Read
+) -> tuple[tuple[energies.Particle, ...], Expr, Expr, bool, str]:
+    """The particles, T, V, whether the coordinates are natural, and why."""
     particles, potentials, driven = [], [potential], []
     for index, particle in enumerate(system.particles or ()):
         where = f"particles.{index}"
@@ -135,7 +139,7 @@ def _from_particles(system: System, potential: Expr, read: _Read) -> tuple[Expr,
     reason = "the positions follow from the coordinates without the time"
     if driven:
         reason = f"the time is in the position {driven[0]}"
-    return energies.kinetic(particles, velocities), total(potentials), not driven, reason
+    return tuple(particles), energies.kinetic(particles, velocities), total(potentials), not driven, reason
 
 
 def _without_magnetic_terms(potential: Expr, system: System) -> Expr:
