@@ -82,7 +82,7 @@ def test_a_summary_of_free_bodies_tells_the_least_of_the_trusted_digits(
 ) -> None:
     found = program("euler", written(tmp_path, FREE, table=TABLE), "-f", "table")
     assert "trusted digits, the least of all" in found.out
-    assert found.out.count("over the starts") == 8
+    assert found.out.count("over the starts") == len(("w1", "w2", "w3", "T"))
 
 
 @pytest.mark.parametrize("format", ["csv", "json", "table"])

@@ -408,12 +408,6 @@ CURES = [
         "system: {coordinates: x, lagrangian: (1 + dh_dx(x)^2)*xdot^2/2, functions: {h: x}}\n",
     ),
     (
-        "system: {coordinates: x, lagrangian: x\u0307^2/2}\n",
-        "COMBINING DOT ABOVE",
-        "spelled `xdot`",
-        "system: {coordinates: x, lagrangian: xdot^2/2}\n",
-    ),
-    (
         f"{PENDULUM}orbit: {{theta: 1, thetadot: 0, duration: 1}}\n",
         "2: orbit.theta: belongs inside `initial`",
         "write `initial: {theta: ...}`",

@@ -21,7 +21,7 @@ motion: {omega: [0, 3, 4], duration: 60, samples: 3}
     [
         ("g", "mass", "g 2000"),
         ("lb", "mass", f"lb {2 / 0.45359237:.6g}"),
-        ("g,cm", "about the centre of mass", "g cm^2"),
+        ("g,cm", "inertia tensor about O", "g cm^2"),
         ("g,cm", "kinetic energy", "g cm^2/s^2"),
         ("erg", "kinetic energy", "erg"),
         ("deg", "angular velocity", f"deg/s (0, {math.degrees(3):.6g}, {math.degrees(4):.6g})"),

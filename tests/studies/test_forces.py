@@ -341,7 +341,7 @@ def test_unknown_functions_as_latex(program: Program) -> None:
         ("{V: 3}", "xdot^2", "expected a list of 1 to 6 names"),
         ("{sin: [x]}", "xdot^2", "is reserved"),
         ("{k: [x]}", "xdot^2 + k(x)", "parameters.k: `k` is an unknown function"),
-        ("[V]", "xdot^2", "expected a mapping from names to arguments"),
+        ("[V]", "xdot^2", "expected a mapping, such as {V: [x]}"),
     ],
 )
 def test_functions_that_are_refused(functions: str, lagrangian: str, told: str) -> None:
