@@ -34,7 +34,7 @@ NEVER = 10_000
 """More figures than a number has."""
 
 TINY = 2.0**-256
-"""The radius of a ball that holds nothing but rounding."""
+"""The radius of a ball that holds nothing but rounding, as a share of the terms that cancel in it."""
 
 MAX_POWER = 10_000
 """The largest whole exponent that is worked out exactly."""
@@ -151,6 +151,14 @@ class Steps:
         if not found[root].is_finite():
             raise Unclear
         return found
+
+    def size(self, root: int, values: Sequence[Ball]) -> Ball:
+        """The size of a formula before its terms cancel, from the values of its parts."""
+        kind, _, places = self.parts[root]
+        if kind in ("Sum", "Product", "Negative"):
+            inner = [self.size(place, values) for place in places]
+            return math.prod(inner) if kind == "Product" else sum(inner)
+        return abs(values[root].mid())
 
     def _value(self, place: int, kind: str, detail: Any, inner: list[Ball], point: Point) -> Ball:
         """The value of a part of which the operands have the values `inner`."""

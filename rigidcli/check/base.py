@@ -43,21 +43,21 @@ class Outcome:
     share: float
     findings: tuple[Finding, ...] = ()
 
+    @classmethod
+    def correct(cls, *findings: Finding) -> Outcome:
+        """A right answer, perhaps with remarks."""
+        return cls("correct", 1.0, findings)
 
-def correct(*findings: Finding) -> Outcome:
-    """A right answer, perhaps with remarks."""
-    return Outcome("correct", 1.0, findings)
+    @classmethod
+    def earning(cls, share: float, *findings: Finding) -> Outcome:
+        """An answer that earns this share of its points."""
+        verdict: Verdict = "correct" if share >= 1 else "partial" if share > 0 else "incorrect"
+        return cls(verdict, max(0.0, min(share, 1.0)), findings)
 
-
-def earning(share: float, *findings: Finding) -> Outcome:
-    """An answer that earns this share of its points."""
-    verdict: Verdict = "correct" if share >= 1 else "partial" if share > 0 else "incorrect"
-    return Outcome(verdict, max(0.0, min(share, 1.0)), findings)
-
-
-def review(detail: str, *findings: Finding) -> Outcome:
-    """An answer that a person must judge, with the reason."""
-    return Outcome("review", 0.0, (Finding("undecided", detail=detail), *findings))
+    @classmethod
+    def review(cls, detail: str, *findings: Finding) -> Outcome:
+        """An answer that a person must judge, with the reason."""
+        return cls("review", 0.0, (Finding("undecided", detail=detail), *findings))
 
 
 class Unreadable(Exception):  # noqa: N818 - it carries findings to their outcome

@@ -13,7 +13,7 @@ from dataclasses import dataclass
 from itertools import takewhile
 from pathlib import Path
 
-from rigidcli.check.base import Outcome, Unreadable, review
+from rigidcli.check.base import Outcome, Unreadable
 from rigidcli.check.files import Found, Place
 from rigidcli.check.names import CANVAS, MOODLE, is_answer, listed, noted, submitted, uncounted
 from rigidcli.check.records import MISSING
@@ -88,7 +88,7 @@ def papers(found: Found, roster: Roster | None = None) -> tuple[list[Paper], lis
             rows.append(Paper(student, outcome=Unreadable("duplicate_key", detail).outcome))
         elif scans:
             detail = f"read {listed([each.file.name for each in scans])}, which is no answer file"
-            rows.append(Paper(student, outcome=review(detail)))
+            rows.append(Paper(student, outcome=Outcome.review(detail)))
     notes += noted("more than one answer file, and none of them judged", double)
     if roster is not None:
         given = {_folded(paper.student) for paper in rows}

@@ -5,18 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
-from rigidcli.check.base import (
-    Asked,
-    Finding,
-    Kind,
-    Outcome,
-    Reading,
-    Tree,
-    Verdict,
-    correct,
-    earning,
-    review,
-)
+from rigidcli.check.base import Asked, Finding, Kind, Outcome, Reading, Tree, Verdict
 from rigidcli.check.records import Judged, judged
 
 
@@ -33,7 +22,9 @@ class Same(Kind):
 
     def judge(self, key: Any, value: Any) -> Outcome:
         return (
-            correct() if value == key else earning(0.0, Finding("outside_tolerance", detail=f"read {value}"))
+            Outcome.correct()
+            if value == key
+            else Outcome.earning(0.0, Finding("outside_tolerance", detail=f"read {value}"))
         )
 
     def typed(self, key: Any) -> Tree:
@@ -49,4 +40,4 @@ def mark(
 
 def waiting(id: str, most: float) -> Judged:
     """A question whose answer waits for a person."""
-    return judged(id, "", most, review("it may be singular"))
+    return judged(id, "", most, Outcome.review("it may be singular"))

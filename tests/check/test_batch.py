@@ -24,7 +24,7 @@ import numpy as np
 import pytest
 
 from rigidcli.check import workers
-from rigidcli.check.base import Asked, Outcome, Tree, correct
+from rigidcli.check.base import Asked, Outcome, Tree
 from rigidcli.check.batch import run
 from rigidcli.check.files import MOST_BYTES, gather
 from rigidcli.check.judge import Item
@@ -47,7 +47,7 @@ class Doing(Same):
     def judge(self, key: Any, value: Any) -> Outcome:
         if value in key:
             key[value]()
-        return correct()
+        return Outcome.correct()
 
     def typed(self, key: Any) -> Tree:
         return "nothing"

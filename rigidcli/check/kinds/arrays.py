@@ -12,18 +12,7 @@ from typing import Any, ClassVar, TypeAlias
 
 import numpy as np
 
-from rigidcli.check.base import (
-    Asked,
-    Finding,
-    Kind,
-    Outcome,
-    Reading,
-    Tree,
-    Unreadable,
-    correct,
-    earning,
-    review,
-)
+from rigidcli.check.base import Asked, Finding, Kind, Outcome, Reading, Tree, Unreadable
 from rigidcli.check.entries import (
     EXACT,
     MOST_ENTRIES,
@@ -144,7 +133,7 @@ class Arrays(Kind):
         if right <= zero != set(found):
             earned = 0  # where only zeros are right, nothing is
         triples = list(zip(key.labels, value, key.right, strict=True))
-        return earning(earned / len(key.counted), *self.said(key, triples, wrong, partly=earned > 0))
+        return Outcome.earning(earned / len(key.counted), *self.said(key, triples, wrong, partly=earned > 0))
 
     def said(self, key: Key, triples: Triples, wrong: Sequence[str], *, partly: bool) -> list[Finding]:
         """What is said of an answer of which these places are wrong, and others right `partly`."""
@@ -183,9 +172,13 @@ def settled(key: Key, entries: Sequence[Entry], found: Iterable[Same]) -> Outcom
     """The outcome of an answer in which no entry is wrong."""
     for same in found:
         if isinstance(same, str):
-            return review(same)
+            return Outcome.review(same)
     needs_units = key.question.unit == "required" and key.ruler.has_units
-    return earning(0.0, Finding("unit_missing")) if needs_units and are_bare(entries) else correct()
+    return (
+        Outcome.earning(0.0, Finding("unit_missing"))
+        if needs_units and are_bare(entries)
+        else Outcome.correct()
+    )
 
 
 def are_bare(entries: Sequence[Entry]) -> bool:
@@ -301,9 +294,11 @@ class Vector(Arrays):
             found = compared(opposite, value).values()
             return super().judge(key, value) if False in found else settled(key, value, found)
         if not _along(key, value):
-            return earning(0.0, Finding("sign_error" if _along(opposite, value) else "outside_tolerance"))
+            return Outcome.earning(
+                0.0, Finding("sign_error" if _along(opposite, value) else "outside_tolerance")
+            )
         if key.question.normalized == "required" and not has_unit_length(key.ruler, value):
-            return earning(0.0, Finding("axis_not_normalised"))
+            return Outcome.earning(0.0, Finding("axis_not_normalised"))
         return settled(key, value, [])
 
 

@@ -20,18 +20,7 @@ import numpy as np
 
 from rigidcli.algebra.reading import from_tree
 from rigidcli.check import entries
-from rigidcli.check.base import (
-    Asked,
-    Finding,
-    Kind,
-    Outcome,
-    Reading,
-    Tree,
-    Unreadable,
-    correct,
-    earning,
-    review,
-)
+from rigidcli.check.base import Asked, Finding, Kind, Outcome, Reading, Tree, Unreadable
 from rigidcli.check.entries import Cell, Entry, Layout, Ruler, Same, opened, read_cells, shown_as, typed_as
 from rigidcli.check.kinds.arrays import are_bare, factor, has_unit_length, row, unit_vectors
 from rigidcli.check.kinds.tensors import OTHER_PRODUCTS, Tensor, matched, mistaken_tensors
@@ -123,11 +112,11 @@ class Axes(Kind):
         worth, findings, opens = _by_pairs(key, answer)
         findings = [Finding("missing_axis")] * (count < 3) + findings
         if count == 3 and not findings:
-            return review(opens[0]) if opens else _by_rules(key, answer)
+            return Outcome.review(opens[0]) if opens else _by_rules(key, answer)
         if count == 3 and {each.code for each in findings} == {"outside_tolerance"}:
             code = factor(key.ruler, key.path, key.ruler.numbers(value.moments), answer.expected())
             findings = findings if code is None else [Finding(code)]
-        return earning((worth - max(0, count - 3)) / 3, *findings)
+        return Outcome.earning((worth - max(0, count - 3)) / 3, *findings)
 
     def is_right(self, key: Key, value: Pairs) -> bool:
         """Whether the outcome is `correct`: most pairs are soon seen not to be."""
@@ -254,14 +243,14 @@ def _by_rules(key: Key, answer: _Answer) -> Outcome:
     pairs = answer.pairs
     half = 0.5 * bool(pairs.moments)
     if key.question.unit == "required" and key.ruler.has_units and are_bare(pairs.moments):
-        return earning(half, Finding("unit_missing"))
+        return Outcome.earning(half, Finding("unit_missing"))
     moments = answer.expected()[:, 0] if key.question.order == "ascending" else ()
     if any(own < before - key.ruler.slack * abs(before) for before, own in pairwise(moments)):
-        return earning(0.0, Finding("wrong_order"))
+        return Outcome.earning(0.0, Finding("wrong_order"))
     for k, axis in enumerate(pairs.axes if key.question.normalized == "required" else ()):
         if not has_unit_length(key.ruler, axis):
-            return earning(half, Finding("axis_not_normalised", f"axis {k + 1}"))
-    return correct()
+            return Outcome.earning(half, Finding("axis_not_normalised", f"axis {k + 1}"))
+    return Outcome.correct()
 
 
 # --- reading

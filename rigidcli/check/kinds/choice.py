@@ -11,7 +11,7 @@ from typing import ClassVar, get_args
 
 import numpy as np
 
-from rigidcli.check.base import Asked, Finding, Kind, Outcome, Reading, Tree, Unreadable, correct, earning
+from rigidcli.check.base import Asked, Finding, Kind, Outcome, Reading, Tree, Unreadable
 from rigidcli.core.free_body import Regime
 from rigidcli.core.nutation import NutationKind
 from rigidcli.core.principal import BodyClass
@@ -87,11 +87,11 @@ class Choice(Kind):
     def judge(self, key: Key, value: str | frozenset[str]) -> Outcome:
         """Whether the answer is the text, or the set, of the key."""
         if value == key.plain or self._is_word_of_table(key, value):
-            return correct()
+            return Outcome.correct()
         possible = {_plain(word) for word in key.possible}
         strange = bool(possible) and value not in possible | {TRUTH.get(word, word) for word in possible}
         detail = f"expected one of {', '.join(map(shown, key.possible))}" if strange else ""
-        return earning(0.0, Finding("outside_tolerance", detail=detail))
+        return Outcome.earning(0.0, Finding("outside_tolerance", detail=detail))
 
     def _is_word_of_table(self, key: Key, value: str | frozenset[str]) -> bool:
         """Whether the answer says what a table says, or the key with more of its words."""

@@ -20,18 +20,7 @@ from rigidcli.algebra.expressions import Expr
 from rigidcli.algebra.reading import from_tree
 from rigidcli.algebra.trees import to_tree
 from rigidcli.check.balls import Ball
-from rigidcli.check.base import (
-    Asked,
-    Finding,
-    Kind,
-    Outcome,
-    Reading,
-    Tree,
-    Unreadable,
-    correct,
-    earning,
-    review,
-)
+from rigidcli.check.base import Asked, Finding, Kind, Outcome, Reading, Tree, Unreadable
 from rigidcli.check.factors import common_factor
 from rigidcli.check.question import Tolerance
 from rigidcli.check.reading import Names, names_of, plain, read_expression
@@ -127,17 +116,17 @@ class Expression(Kind):
         """Whether the answer is the key, perhaps up to a constant or with numbers for parameters."""
         found = key.same(value)
         if found is True:
-            return correct()
+            return Outcome.correct()
         if key.constant and key.same(value, constant=True) is True:
-            return correct(Finding("additive_constant", detail="that does not change the motion"))
+            return Outcome.correct(Finding("additive_constant", detail="that does not change the motion"))
         if key.numbers:
             given = replace(key, tree=key.with_values(key.tree))
             found = given.same(key.with_values(value), constant=key.constant)
             if found is True:
-                return correct()
+                return Outcome.correct()
         if isinstance(found, str):
-            return review(found)
-        return earning(0.0, *_findings(key, value))
+            return Outcome.review(found)
+        return Outcome.earning(0.0, *_findings(key, value))
 
     def is_right(self, key: Key, value: Node) -> bool:
         """Whether the answer is the key, perhaps up to a constant."""

@@ -17,18 +17,7 @@ from typing import ClassVar, NamedTuple, TypeAlias
 
 import numpy as np
 
-from rigidcli.check.base import (
-    Asked,
-    Finding,
-    Kind,
-    Outcome,
-    Reading,
-    Tree,
-    Unreadable,
-    correct,
-    earning,
-    review,
-)
+from rigidcli.check.base import Asked, Finding, Kind, Outcome, Reading, Tree, Unreadable
 from rigidcli.check.factors import common_factor
 from rigidcli.check.numbers import margin
 from rigidcli.check.tables import SECOND, TIME, read_table, table_text, tabulated
@@ -155,13 +144,15 @@ class Trajectory(Kind):
         later = np.diff(value[:, 0]) > 0
         if not later.all():
             detail = f"row {np.argmin(later) + 2} is not later than the one before"
-            return earning(0.0, Finding("wrong_order", shown(TIME), detail))
+            return Outcome.earning(0.0, Finding("wrong_order", shown(TIME), detail))
         rows = value[:, [0, *(1 + place for place in key.order)]] if key.order else value
         there = np.asarray(~np.isnan(rows[:, 1:]).all(axis=0))
         missing = [Finding("missing_column", shown(key.columns[k])) for k in np.flatnonzero(~there)]
         compared = _compared(key, rows)
         if compared is None:
-            return review("the key has few rows, and those of the answer are at other times", *missing)
+            return Outcome.review(
+                "the key has few rows, and those of the answer are at other times", *missing
+            )
         times, own, expected = compared
         until, complete = _reach(key, rows[:, 0] if key.reference else times)
         bad = np.abs(_wrapped(key, own - expected)) > key.margins
@@ -170,7 +161,11 @@ class Trajectory(Kind):
         moving = ranges > key.margins
         if complete and there.all() and not wrong.any():
             seen = np.ptp(expected, axis=0) >= SHOWN * ranges
-            return correct() if (seen | ~moving).all() else review("its rows are too few to show the motion")
+            return (
+                Outcome.correct()
+                if (seen | ~moving).all()
+                else Outcome.review("its rows are too few to show the motion")
+            )
         first = bad.argmax(axis=0) if len(bad) else np.zeros(len(there), dtype=int)
         ends = np.minimum(until, np.where(wrong, np.append(key.start, times)[first], until))
         ends = np.where(there, ends, key.start)
@@ -180,7 +175,7 @@ class Trajectory(Kind):
         if not complete:
             detail = f"it is judged until t = {until:.4g} of {key.times[-1]:.4g}"
             findings.append(Finding("time_range_short", detail=detail))
-        return earning(float((ends[counted] - key.start).mean() / key.span), *findings)
+        return Outcome.earning(float((ends[counted] - key.start).mean() / key.span), *findings)
 
     def typed(self, key: Key) -> Tree:
         """The rows of the key."""
