@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
+from collections.abc import Iterator
 from dataclasses import dataclass
-from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar, Literal, NamedTuple, TypeAlias, get_args
 
 if TYPE_CHECKING:
@@ -115,8 +115,8 @@ class Kind(ABC):
         """The key of a question. Raises ValueProblem where what is asked is not of this kind."""
 
     @abstractmethod
-    def read(self, key: Any, answer: Tree, folder: Path) -> Reading:
-        """An answer to the question of this key; files that it names lie in `folder`. Raises Unreadable."""
+    def read(self, key: Any, answer: Tree) -> Reading:
+        """An answer to the question of this key. Raises Unreadable."""
 
     @abstractmethod
     def judge(self, key: Any, value: Any) -> Outcome:
@@ -125,6 +125,14 @@ class Kind(ABC):
     def is_right(self, key: Any, value: Any) -> bool:
         """Whether the outcome would be `correct`; a kind may say so sooner than it finds what is wrong."""
         return self.judge(key, value).verdict == "correct"
+
+    def mistaken(self, key: Any) -> Iterator[tuple[str, Any]]:
+        """The codes of mistakes, and the keys of the problems that they lead to.
+
+        The key about the centre of mass, with the products of inertia flipped, or with T - V for T + V: an
+        answer that is right by the keys of exactly one mistake is explained by it.
+        """
+        return iter(())
 
     @abstractmethod
     def typed(self, key: Any) -> Tree:

@@ -126,7 +126,7 @@ def outcome(item: Item, answer: Tree | Unreadable, path: Path) -> tuple[Outcome,
     with suppress(LateError):
         with timed(SECONDS):
             try:
-                found, read_as = _judged(item, with_table(item.kind, answer, path), path.parent)
+                found, read_as = _judged(item, with_table(item.kind, answer, path))
             except Unreadable as unreadable:
                 found, read_as = unreadable.outcome, ""
         return _with_reference(found, item), read_as
@@ -141,25 +141,25 @@ def with_table(kind: Kind, answer: Tree, path: Path) -> Tree:
     return others | {"csv": read_file(beside(answer["file"], path), shown(answer["file"]), table=True)}
 
 
-def _judged(item: Item, answer: Tree, folder: Path) -> tuple[Outcome, str]:
+def _judged(item: Item, answer: Tree) -> tuple[Outcome, str]:
     """The outcome by the key, the mistakes and the accepted answers, and how the answer was read."""
-    found, value, read_as = _by_key(item.kind, item.key, answer, folder)
+    found, value, read_as = _by_key(item.kind, item.key, answer)
     if found.verdict in ("partial", "incorrect"):
         found = _explained(item, found, value)
     found = _credited(item, found)
     if found.verdict != "correct":
         for other in item.accepted:
-            by_other, _, _ = _by_key(item.kind, other.key, answer, folder)
+            by_other, _, _ = _by_key(item.kind, other.key, answer)
             if by_other.verdict == "correct" and other.credit >= found.share:
                 found = Outcome.earning(other.credit, Finding("accepted", detail=other.message))
     return found, read_as
 
 
-def _by_key(kind: Kind, key: Any, answer: Tree, folder: Path) -> tuple[Outcome, Any, str]:
+def _by_key(kind: Kind, key: Any, answer: Tree) -> tuple[Outcome, Any, str]:
     """The outcome by a key, the value of the answer, and how it was read."""
     value, read_as = None, ""
     try:
-        value, read_as = kind.read(key, answer, folder)
+        value, read_as = kind.read(key, answer)
         return kind.judge(key, value), value, read_as
     except Unreadable as unreadable:
         return unreadable.outcome, value, read_as

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from pathlib import Path
 from typing import Any
 
 from rigidcli.check.base import Asked, Finding, Kind, Outcome, Reading, Tree, Verdict
@@ -17,7 +16,7 @@ class Same(Kind):
     def key(self, asked: Asked) -> Any:
         return asked.value
 
-    def read(self, key: Any, answer: Tree, folder: Path) -> Reading:
+    def read(self, key: Any, answer: Tree) -> Reading:
         return Reading(answer, f"read {answer}")
 
     def judge(self, key: Any, value: Any) -> Outcome:

@@ -500,7 +500,7 @@ from rigidcli.check.judge import Item
 from rigidcli.check.roster import Paper
 class Loop:
     name = "loop"
-    def read(self, key, answer, folder):
+    def read(self, key, answer):
         return answer, ""
     def judge(self, key, value):
         while True: pass

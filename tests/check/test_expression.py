@@ -177,6 +177,21 @@ def test_nothing_may_be_added_to_a_pendulum(nothing: str, verdict: str, constant
     assert judged(item, f"{PENDULUM} + {nothing}").verdict == verdict
 
 
+@pytest.mark.parametrize(
+    ("answer", "verdict"),
+    [
+        ("m*a^2*exp(-1e6*(a - 0.123)^2)", "review"),
+        ("m*exp(-1e6*(a - 0.5)^2)", "review"),
+        ("m*exp(-800*a)", "incorrect"),
+        ("a*(atan(a) + atan(1/a) - pi/2)", "correct"),
+        ("0.5*a - a/2", "correct"),
+    ],
+)
+def test_what_is_small_is_not_zero(answer: str, verdict: str) -> None:
+    item = FORMULA.literal("0", symbols={"m": "positive", "a": "positive"})
+    assert judged(item, answer).verdict == verdict
+
+
 def test_why_a_person_must_judge_is_said() -> None:
     found = judged(FORMULA.literal(PENDULUM, **OF_PENDULUM), f"{PENDULUM} + abs(theta - 1e9) + theta - 1e9")
     assert (found.verdict, found.share) == ("review", 0.0)

@@ -4,10 +4,9 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from itertools import permutations
-from pathlib import Path
 from typing import Any, ClassVar, TypeAlias
 
 import numpy as np
@@ -109,7 +108,7 @@ class Arrays(Kind):
         counted = key.counted - key.named(*self.uncounted) if self.uncounted else key.counted
         return replace(key, counted=counted or key.counted)
 
-    def read(self, key: Key, answer: Tree, folder: Path) -> Reading:
+    def read(self, key: Key, answer: Tree) -> Reading:
         """The entries of an answer of the shape that is asked. Raises Unreadable."""
         shape, cells = self._laid_out(answer)
         if not self.fits(key, shape):
@@ -148,6 +147,10 @@ class Arrays(Kind):
         _, entries, expected = zip(*triples, strict=True)
         code = factor(key.ruler, key.path, key.ruler.numbers(entries), key.ruler.numbers(expected))
         return [Finding(code or "outside_tolerance")]
+
+    def mistaken(self, key: Key) -> Iterator[tuple[str, Key]]:
+        """The keys whose entries come out under a mistake."""
+        yield from ((code, replace(key, entries=entries, mistaken=())) for code, entries in key.mistaken)
 
     def typed(self, key: Key) -> Tree:
         """The key with all digits, each entry with its unit."""
@@ -362,22 +365,8 @@ class Matrix(Arrays):
         """Whether all entries are right: a mistake makes many keys, and the first wrong entry is enough."""
         return all(key.ruler.same(*both) is True for both in zip(value, key.right, strict=True))
 
-
-# --- what mistakes make of a key
-
-
-def worked_out(code: str) -> Callable[[Key], Iterator[Key]]:
-    """What makes the keys whose entries come out under this mistake."""
-
-    def changes(key: Key) -> Iterator[Key]:
-        for name, entries in key.mistaken:
-            if name == code:
-                yield replace(key, entries=entries, mistaken=())
-
-    return changes
-
-
-def transposed(key: Key) -> Iterator[Key]:
-    """The key with rows and columns exchanged, where it is square."""
-    if key.entries.shape[0] == key.entries.shape[-1]:
-        yield replace(key, entries=key.entries.T, mistaken=())
+    def mistaken(self, key: Key) -> Iterator[tuple[str, Key]]:
+        """The keys of mistakes, and where it is square, the key with rows and columns exchanged."""
+        yield from super().mistaken(key)
+        if key.entries.shape[0] == key.entries.shape[-1]:
+            yield "transposed", replace(key, entries=key.entries.T, mistaken=())

@@ -10,10 +10,9 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from itertools import pairwise
-from pathlib import Path
 from typing import Any, ClassVar, NamedTuple
 
 import numpy as np
@@ -95,7 +94,7 @@ class Axes(Kind):
         typed = np.column_stack([found["moments"], found["axes"]]) if pairs is None else pairs
         return Key(asked.question, asked.path, **found, typed=typed, alone=alone, mistaken=mistaken)
 
-    def read(self, key: Key, answer: Tree, folder: Path) -> Reading:
+    def read(self, key: Key, answer: Tree) -> Reading:
         """A list of pairs, or of axes. Raises Unreadable."""
         moments, axes = _cells(answer)
         if not key.alone and not moments:
@@ -122,6 +121,12 @@ class Axes(Kind):
         """Whether the outcome is `correct`: most pairs are soon seen not to be."""
         answer = _Answer(key, value)
         return len(value.axes) == 3 and all(map(answer.pair, range(3))) and super().is_right(key, value)
+
+    def mistaken(self, key: Key) -> Iterator[tuple[str, Key]]:
+        """The keys whose tensor comes out under a mistake, and that for axes which stand in columns."""
+        for code, tensor in key.mistaken:
+            yield code, replace(key, **_solved(key.ruler, tensor), mistaken=())
+        yield "transposed", replace(key, columns=True, mistaken=())
 
     def typed(self, key: Key) -> Tree:
         """The moments and axes."""
@@ -368,22 +373,3 @@ def _tensor_of_pairs(ruler: Ruler, pairs: Array) -> Array:
     if np.abs(tensor - tensor.T).max() > RELATIVE * np.abs(tensor).max():
         raise ValueProblem("the axes are not at right angles")
     return (tensor + tensor.T) / 2
-
-
-# --- what mistakes make of a key
-
-
-def worked_out(code: str) -> Callable[[Key], Iterator[Key]]:
-    """What makes the keys whose tensor comes out under this mistake."""
-
-    def changes(key: Key) -> Iterator[Key]:
-        for name, tensor in key.mistaken:
-            if name == code:
-                yield replace(key, **_solved(key.ruler, tensor), mistaken=())
-
-    return changes
-
-
-def in_columns(key: Key) -> Iterator[Key]:
-    """The key for which the axes of an answer stand in columns."""
-    yield replace(key, columns=True, mistaken=())

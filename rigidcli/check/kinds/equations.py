@@ -7,12 +7,11 @@ p = 0. Where that cannot be decided, a person has to look.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
 from functools import cached_property
 from itertools import combinations
-from pathlib import Path
 from typing import ClassVar
 
 from rigidcli.algebra.atoms import Atom
@@ -23,7 +22,7 @@ from rigidcli.algebra.matrices import determinant
 from rigidcli.algebra.trees import to_tree
 from rigidcli.check.balls import Ball
 from rigidcli.check.base import Asked, Finding, Kind, Outcome, Reading, Tree, Unreadable
-from rigidcli.check.motions import Motion, of_document, of_functions, of_text, state_of
+from rigidcli.check.motions import Motion, mistaken, of_document, of_functions, of_text, state_of
 from rigidcli.check.reading import Sides, names_in_all, plain, read_equations
 from rigidcli.check.same import same, values
 from rigidcli.document.variables import acceleration, velocity
@@ -71,7 +70,7 @@ class Equations(Kind):
             numbers=asked.question.numbers == "allowed" and bool(key.names.values),
         )
 
-    def read(self, key: Motion, answer: Tree, folder: Path) -> Reading:
+    def read(self, key: Motion, answer: Tree) -> Reading:
         """The equations of an answer; one that cannot be read costs only itself. Raises Unreadable."""
         unread: list[Unreadable] = []
         sides = read_equations(answer, key.names, of_functions(key), unread)
@@ -132,6 +131,10 @@ class Equations(Kind):
         is_second = all(len(system.tops) == len(key.coordinates) for system in whole)
         form = [Finding("second_order_form")] if is_second and key.is_hamiltonian else []
         return Outcome.correct(*form, *remarks)
+
+    def mistaken(self, key: Motion) -> Iterator[tuple[str, Motion]]:
+        """The motions that mistakes lead to."""
+        return mistaken(key)
 
     def typed(self, key: Motion) -> Tree:
         """The derivatives of the states."""

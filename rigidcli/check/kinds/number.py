@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from contextlib import suppress
 from dataclasses import dataclass, replace
-from pathlib import Path
 from typing import Any, ClassVar
 
 import numpy as np
@@ -75,7 +74,7 @@ class Quantity(Kind):
             asked.path,
         )
 
-    def read(self, key: Key, answer: Tree, folder: Path) -> Reading:
+    def read(self, key: Key, answer: Tree) -> Reading:
         """A number in its own unit, or else in that of the key. Raises Unreadable."""
         number = as_typed(answer, key.unit)
         if key.tolerance.significant_figures is not None and not number.mantissa:
