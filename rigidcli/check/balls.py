@@ -154,11 +154,14 @@ class Steps:
 
     def size(self, root: int, values: Sequence[Ball]) -> Ball:
         """The size of a formula before its terms cancel, from the values of its parts."""
-        kind, _, places = self.parts[root]
-        if kind in ("Sum", "Product", "Negative"):
-            inner = [self.size(place, values) for place in places]
-            return math.prod(inner) if kind == "Product" else sum(inner)
-        return abs(values[root].mid())
+        kind, exponent, places = self.parts[root]
+        is_whole_power = kind == "Power" and exponent is not None and exponent.denominator == 1
+        if not is_whole_power and kind not in ("Sum", "Product", "Negative"):
+            return abs(values[root].mid())
+        sizes = [self.size(place, values) for place in places]
+        if is_whole_power:
+            return sizes[0] ** exponent.numerator
+        return math.prod(sizes) if kind == "Product" else sum(sizes)
 
     def _value(self, place: int, kind: str, detail: Any, inner: list[Ball], point: Point) -> Ball:
         """The value of a part of which the operands have the values `inner`."""
