@@ -82,6 +82,7 @@ class Steps:
         self.signs: dict[tuple[str, int], set[bool]] = {}
         self.unseen: dict[int, set[int]] = {}
         self._places: dict[tuple[Any, ...], int] = {}
+        self._decimals: dict[str, tuple[str, int]] = {}
 
     def add(self, node: Node, rounded: int = NEVER) -> int:
         """The place of a formula; a decimal of `rounded` figures or more is all that rounds to it."""
@@ -91,7 +92,8 @@ class Steps:
             case tree.Name(detail) | tree.Constant(detail) | tree.Call(detail, _):
                 pass
             case tree.Number(text, _):
-                detail = (text, rounded if "." in text else NEVER)
+                # A decimal that two formulas share is the same number in both, as the first of them has it.
+                detail = self._decimals.setdefault(text, (text, rounded if "." in text else NEVER))
             case tree.Power(base, exponent):
                 detail = _rational(exponent)
                 operands = operands if detail is None else (base,)

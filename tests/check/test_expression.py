@@ -76,7 +76,7 @@ def differ(one: Node, other: Node, points: list[dict[str, Fraction]], least: flo
 
 
 def test_of_other_forms_hardly_any_is_left_to_a_person_and_none_is_wrong() -> None:
-    # What is drawn repeats itself, which forms follows from numbers anywhere in the program: each counts once.
+    # What is drawn comes in clusters of the same form: each counts once.
     seen: dict[tuple[Node, Node], bool | str] = {}
 
     @settings(every, max_examples=1200)
