@@ -177,6 +177,14 @@ def read_table(path: str | os.PathLike[str]) -> tuple[list[str], list[list[str]]
     return header, rows
 
 
+def points_in(cell: str) -> float | None:
+    """The points in a cell, perhaps with a decimal comma; None where it holds no number."""
+    try:
+        return float(cell.replace(",", "."))
+    except ValueError:
+        return None
+
+
 def read_roster(path: str | os.PathLike[str]) -> Roster:
     """The students of a table in a file, one a row, with columns of SPELLINGS. Raises DocumentError."""
     header, rows = read_table(path)
