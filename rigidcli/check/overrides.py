@@ -7,8 +7,8 @@ from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, replace
 
 from rigidcli.check.answers import folded
+from rigidcli.check.files import noted
 from rigidcli.check.judge import Item
-from rigidcli.check.names import noted
 from rigidcli.check.records import Judgement, overridden
 from rigidcli.check.roster import points_in, read_table
 from rigidcli.errors import DocumentError, Problem, nearest, shown

@@ -14,8 +14,7 @@ from itertools import takewhile
 from pathlib import Path
 
 from rigidcli.check.base import Outcome, Unreadable
-from rigidcli.check.files import Found, Place
-from rigidcli.check.names import CANVAS, MOODLE, is_answer, listed, noted, submitted, uncounted
+from rigidcli.check.files import CANVAS, MOODLE, Found, Place, is_answer, listed, noted, submitted, uncounted
 from rigidcli.check.records import MISSING
 from rigidcli.errors import DocumentError, Problem, printable
 from rigidcli.fields.texts import read_text
@@ -157,11 +156,6 @@ def _shared(ways: Sequence[tuple[str, ...]]) -> tuple[str, ...]:
     return tuple(level[0] for level in levels)
 
 
-def _seen_through(folder: str) -> str:
-    """The name of a folder without what Moodle adds."""
-    return submitted(folder, (MOODLE,))[0] or folder
-
-
 # --- by a list of students
 
 
@@ -231,7 +225,8 @@ class Roster:
 
     def owner(self, place: Place, name: str) -> set[int]:
         """The students whom the deepest folder that names any may mean, or else the file, or the `name`."""
-        ways = [] if place.owners else [*map(_seen_through, reversed(place.way)), place.file.stem]
+        folders = (submitted(folder, (MOODLE,))[0] or folder for folder in reversed(place.way))
+        ways = [] if place.owners else [*folders, place.file.stem]
         return next(filter(None, map(self.find, [*ways, name])), set())
 
     def find(self, name: str) -> set[int]:

@@ -14,7 +14,7 @@ from collections.abc import Iterable, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
 
-from rigidcli.check.names import listed, noted
+from rigidcli.check.files import listed, noted
 from rigidcli.check.records import Judgement
 from rigidcli.check.reports.table import points
 from rigidcli.check.roster import LOGINS, NAMES, Roster, points_in
