@@ -142,7 +142,9 @@ def _with_rates(names: Names, states: Sequence[str], rates: Sequence[str]) -> Na
 def of_text(asked: Asked) -> Motion:
     """The motion by equations as they are typed. Raises ValueProblem."""
     question = asked.question
-    sides = read_equations(asked.value, None, _Functions())
+    keys = [key.strip() for key in asked.value] if isinstance(asked.value, dict) else []
+    tops_of = {key: velocity(key) for key in keys if key.isidentifier() and not _DERIVATIVE.fullmatch(key)}
+    sides = read_equations(asked.value, None, tops_of)
     used = names_in_all(sides)
     fixed = set(question.symbols or ()) - {*question.coordinates, *question.momenta}
     moving = [*question.coordinates, *question.momenta]
@@ -174,19 +176,6 @@ def of_text(asked: Asked) -> Motion:
         tuple(partners.values()),
         aliases,
     )
-
-
-class _Functions(dict[str, str]):
-    """A mapping by which every key of a literal answer stands for its derivative, unless it is one."""
-
-    def __contains__(self, name: object) -> bool:
-        return isinstance(name, str) and _DERIVATIVE.fullmatch(name) is None and name.isidentifier()
-
-    def __missing__(self, name: str) -> str:
-        return velocity(name)
-
-    def __bool__(self) -> bool:
-        return True
 
 
 def of_functions(key: Motion) -> dict[str, str]:
