@@ -15,17 +15,7 @@ import numpy as np
 
 from rigidcli.check.base import Asked, Finding, Outcome, Tree, Unreadable
 from rigidcli.check.entries import Cell, Entry, Layout, Ruler, Same, filled, typed_as
-from rigidcli.check.kinds.arrays import (
-    AXES,
-    Arrays,
-    Key,
-    Matrix,
-    Mistaken,
-    Triples,
-    compared,
-    listed,
-    rows,
-)
+from rigidcli.check.kinds.arrays import AXES, Arrays, Key, Matrix, Mistaken, Triples, compared, listed, rows
 from rigidcli.core.arithmetic import Array
 from rigidcli.core.tensor import point_tensor, rotate
 from rigidcli.errors import ValueProblem, shown
