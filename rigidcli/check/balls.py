@@ -185,7 +185,7 @@ class Steps:
             case "Power":
                 return self._power(place, detail, *inner)
             case "Constant":
-                return _pi()
+                return _arb().pi()
             case "Call":
                 if self.unseen[place]:
                     self._see(place, inner, HIDDEN)
@@ -237,11 +237,6 @@ def _arb() -> Any:
     from flint import arb
 
     return arb
-
-
-@lru_cache(1)
-def _pi() -> Ball:
-    return _arb().pi()
 
 
 def _exact(number: Fraction) -> Ball:

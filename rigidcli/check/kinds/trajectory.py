@@ -12,7 +12,7 @@ from collections.abc import Callable, Iterator, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
 from itertools import combinations
-from typing import ClassVar, NamedTuple, TypeAlias
+from typing import ClassVar, TypeAlias
 
 import numpy as np
 
@@ -171,7 +171,7 @@ class Trajectory(Kind):
         ends = np.where(there, ends, key.start)
         # Columns that do not move are right without any work: they count where they are wrong.
         counted = moving | wrong | ~there | ~moving.any()
-        findings = [*missing, *_said(key, compared, wrong, first, ends)]
+        findings = [*missing, *_said(key, *compared, wrong, first, ends)]
         if not complete:
             detail = f"it is judged until t = {until:.4g} of {key.times[-1]:.4g}"
             findings.append(Finding("time_range_short", detail=detail))
@@ -195,18 +195,11 @@ class Trajectory(Kind):
 # --- judging
 
 
-class Compared(NamedTuple):
-    """Times (k), what an answer has there, and what is expected (both k by m)."""
+def _compared(key: Key, rows: Floats) -> tuple[Floats, Floats, Floats] | None:
+    """Times (k), what an answer has there, and what is expected (both k by m).
 
-    times: Floats
-    own: Floats
-    expected: Floats
-
-
-def _compared(key: Key, rows: Floats) -> Compared | None:
-    """An answer beside the key, at its own times or those of a key of few rows; None where these differ.
-
-    A quaternion has the sign that is nearer to the key.
+    The times are those of the answer, or of a key of few rows: None where these differ. A quaternion has the
+    sign that is nearer to the key.
     """
     times, own, slack = rows[:, 0], rows[:, 1:], SAME_TIME * key.span
     if key.reference is not None:
@@ -224,7 +217,7 @@ def _compared(key: Key, rows: Floats) -> Compared | None:
         sign = np.where((own[:, places] * expected[:, places]).sum(axis=1) < 0, -1.0, 1.0)
         own = own.copy()
         own[:, places] *= sign[:, None]
-    return Compared(times, own, expected)
+    return times, own, expected
 
 
 def _wrapped(key: Key, differences: Floats) -> Floats:
@@ -250,20 +243,22 @@ def _reach(key: Key, times: Floats) -> tuple[float, bool]:
     return (stop if complete else max(key.start, end)), complete
 
 
-def _said(key: Key, seen: Compared, wrong: Mask, first: Floats, ends: Floats) -> Iterator[Finding]:
+def _said(
+    key: Key, times: Floats, own: Floats, expected: Floats, wrong: Mask, first: Floats, ends: Floats
+) -> Iterator[Finding]:
     """What is said of wrong columns: the factor that all of them have, or until when they are right."""
     places = np.flatnonzero(wrong).tolist()
-    codes = {_factor(key, k, seen.own[:, k], seen.expected[:, k]) for k in places}
+    codes = {_factor(key, k, own[:, k], expected[:, k]) for k in places}
     if len(codes) == 1 and (code := codes.pop()):
         yield Finding(code, ", ".join(shown(key.columns[k]) for k in places))
         return
     for k in places:
         name, row = key.columns[k], int(first[k])
-        expected = f"expected {name} = {seen.expected[row, k]:.6g} at t = {seen.times[row]:.6g}"
+        reference = f"expected {name} = {expected[row, k]:.6g} at t = {times[row]:.6g}"
         if row:
-            yield Finding("outside_tolerance", shown(name), f"it is right until t = {ends[k]:.4g}", expected)
+            yield Finding("outside_tolerance", shown(name), f"it is right until t = {ends[k]:.4g}", reference)
         else:
-            yield Finding("wrong_initial_condition", shown(name), reference=expected)
+            yield Finding("wrong_initial_condition", shown(name), reference=reference)
 
 
 def _factor(key: Key, place: int, own: Floats, expected: Floats) -> str | None:
