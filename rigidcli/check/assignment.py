@@ -13,7 +13,6 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from pydantic import ValidationError
 
-from rigidcli.check import mistakes
 from rigidcli.check.answers import as_typed
 from rigidcli.check.base import Asked, Kind, Unreadable
 from rigidcli.check.judge import Accepted, Item, with_table
@@ -188,8 +187,8 @@ def _item(kind: Kind, asked: Asked, folder: Path) -> Item:
 
 def _changes(kind: Kind, key: Any, typed: Any) -> Iterator[tuple[str, Any]]:
     """The keys of mistaken problems, without those by which the right answer is right as well."""
-    right = kind.read(key, typed, Path()).value
-    for code, changed in mistakes.changed(kind.name, key):
+    right = kind.read(key, typed).value
+    for code, changed in kind.mistaken(key):
         with contextlib.suppress(Unreadable, ArithmeticError, ValueError):
             if not kind.is_right(changed, right):
                 yield code, changed

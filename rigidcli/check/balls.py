@@ -34,7 +34,7 @@ NEVER = 10_000
 """More figures than a number has."""
 
 TINY = 2.0**-256
-"""The radius of a ball that holds nothing but rounding."""
+"""The radius of a ball that holds nothing but rounding, as a share of the terms that cancel in it."""
 
 MAX_POWER = 10_000
 """The largest whole exponent that is worked out exactly."""
@@ -82,6 +82,7 @@ class Steps:
         self.signs: dict[tuple[str, int], set[bool]] = {}
         self.unseen: dict[int, set[int]] = {}
         self._places: dict[tuple[Any, ...], int] = {}
+        self._decimals: dict[str, tuple[str, int]] = {}
 
     def add(self, node: Node, rounded: int = NEVER) -> int:
         """The place of a formula; a decimal of `rounded` figures or more is all that rounds to it."""
@@ -91,7 +92,8 @@ class Steps:
             case tree.Name(detail) | tree.Constant(detail) | tree.Call(detail, _):
                 pass
             case tree.Number(text, _):
-                detail = (text, rounded if "." in text else NEVER)
+                # A decimal that two formulas share is the same number in both, as the first of them has it.
+                detail = self._decimals.setdefault(text, (text, rounded if "." in text else NEVER))
             case tree.Power(base, exponent):
                 detail = _rational(exponent)
                 operands = operands if detail is None else (base,)
@@ -152,6 +154,17 @@ class Steps:
             raise Unclear
         return found
 
+    def size(self, root: int, values: Sequence[Ball]) -> Ball:
+        """The size of a formula before its terms cancel, from the values of its parts."""
+        kind, exponent, places = self.parts[root]
+        is_whole_power = kind == "Power" and exponent is not None and exponent.denominator == 1
+        if not is_whole_power and kind not in ("Sum", "Product", "Negative"):
+            return abs(values[root].mid())
+        sizes = [self.size(place, values) for place in places]
+        if is_whole_power:
+            return sizes[0] ** exponent.numerator
+        return math.prod(sizes) if kind == "Product" else sum(sizes)
+
     def _value(self, place: int, kind: str, detail: Any, inner: list[Ball], point: Point) -> Ball:
         """The value of a part of which the operands have the values `inner`."""
         match kind:
@@ -172,7 +185,7 @@ class Steps:
             case "Power":
                 return self._power(place, detail, *inner)
             case "Constant":
-                return _pi()
+                return _arb().pi()
             case "Call":
                 if self.unseen[place]:
                     self._see(place, inner, HIDDEN)
@@ -224,11 +237,6 @@ def _arb() -> Any:
     from flint import arb
 
     return arb
-
-
-@lru_cache(1)
-def _pi() -> Ball:
-    return _arb().pi()
 
 
 def _exact(number: Fraction) -> Ball:

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
+from collections.abc import Iterator
 from dataclasses import dataclass
-from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar, Literal, NamedTuple, TypeAlias, get_args
 
 if TYPE_CHECKING:
@@ -43,21 +43,21 @@ class Outcome:
     share: float
     findings: tuple[Finding, ...] = ()
 
+    @classmethod
+    def correct(cls, *findings: Finding) -> Outcome:
+        """A right answer, perhaps with remarks."""
+        return cls("correct", 1.0, findings)
 
-def correct(*findings: Finding) -> Outcome:
-    """A right answer, perhaps with remarks."""
-    return Outcome("correct", 1.0, findings)
+    @classmethod
+    def earning(cls, share: float, *findings: Finding) -> Outcome:
+        """An answer that earns this share of its points."""
+        verdict: Verdict = "correct" if share >= 1 else "partial" if share > 0 else "incorrect"
+        return cls(verdict, max(0.0, min(share, 1.0)), findings)
 
-
-def earning(share: float, *findings: Finding) -> Outcome:
-    """An answer that earns this share of its points."""
-    verdict: Verdict = "correct" if share >= 1 else "partial" if share > 0 else "incorrect"
-    return Outcome(verdict, max(0.0, min(share, 1.0)), findings)
-
-
-def review(detail: str, *findings: Finding) -> Outcome:
-    """An answer that a person must judge, with the reason."""
-    return Outcome("review", 0.0, (Finding("undecided", detail=detail), *findings))
+    @classmethod
+    def review(cls, detail: str, *findings: Finding) -> Outcome:
+        """An answer that a person must judge, with the reason."""
+        return cls("review", 0.0, (Finding("undecided", detail=detail), *findings))
 
 
 class Unreadable(Exception):  # noqa: N818 - it carries findings to their outcome
@@ -115,8 +115,8 @@ class Kind(ABC):
         """The key of a question. Raises ValueProblem where what is asked is not of this kind."""
 
     @abstractmethod
-    def read(self, key: Any, answer: Tree, folder: Path) -> Reading:
-        """An answer to the question of this key; files that it names lie in `folder`. Raises Unreadable."""
+    def read(self, key: Any, answer: Tree) -> Reading:
+        """An answer to the question of this key. Raises Unreadable."""
 
     @abstractmethod
     def judge(self, key: Any, value: Any) -> Outcome:
@@ -125,6 +125,14 @@ class Kind(ABC):
     def is_right(self, key: Any, value: Any) -> bool:
         """Whether the outcome would be `correct`; a kind may say so sooner than it finds what is wrong."""
         return self.judge(key, value).verdict == "correct"
+
+    def mistaken(self, key: Any) -> Iterator[tuple[str, Any]]:
+        """The codes of mistakes, and the keys of the problems that they lead to.
+
+        The key about the centre of mass, with the products of inertia flipped, or with T - V for T + V: an
+        answer that is right by the keys of exactly one mistake is explained by it.
+        """
+        return iter(())
 
     @abstractmethod
     def typed(self, key: Any) -> Tree:

@@ -55,4 +55,4 @@ def _warm_up(items: Mapping[str, Item]) -> None:
     """Judge the keys: what is loaded and worked out for that, forks need not load and work out again."""
     for item in items.values():
         with contextlib.suppress(Exception):  # what is wrong with a key, its own test says
-            item.kind.judge(item.key, item.kind.read(item.key, item.kind.typed(item.key), Path()).value)
+            item.kind.judge(item.key, item.kind.read(item.key, item.kind.typed(item.key)).value)

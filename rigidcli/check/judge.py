@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any, TypeAlias
 
 from rigidcli.check.answers import as_typed, folded, read_answers
-from rigidcli.check.base import Finding, Kind, Outcome, Tree, Unreadable, earning, review
+from rigidcli.check.base import Finding, Kind, Outcome, Tree, Unreadable
 from rigidcli.check.files import beside, is_contested, read_file, safe_name
 from rigidcli.check.records import MISSING, Judged, Judgement, judged
 from rigidcli.errors import nearest, shortened, shown
@@ -88,7 +88,7 @@ def judge(text: str, path: Path, items: Mapping[str, Item], seen: Seen | None = 
                 file = beside(answer["file"], path)
                 files.add(safe_name(file.name))
                 if found.share and is_contested(file, path):
-                    found = review("another student's answer names this file, too")
+                    found = Outcome.review("another student's answer names this file, too")
         typed = shortened(as_typed(answer), LONGEST_ANSWER)
         questions.append(
             judged(id, item.title, item.points, found, typed, shortened(read_as, LONGEST_ANSWER))
@@ -126,7 +126,7 @@ def outcome(item: Item, answer: Tree | Unreadable, path: Path) -> tuple[Outcome,
     with suppress(LateError):
         with timed(SECONDS):
             try:
-                found, read_as = _judged(item, with_table(item.kind, answer, path), path.parent)
+                found, read_as = _judged(item, with_table(item.kind, answer, path))
             except Unreadable as unreadable:
                 found, read_as = unreadable.outcome, ""
         return _with_reference(found, item), read_as
@@ -141,25 +141,25 @@ def with_table(kind: Kind, answer: Tree, path: Path) -> Tree:
     return others | {"csv": read_file(beside(answer["file"], path), shown(answer["file"]), table=True)}
 
 
-def _judged(item: Item, answer: Tree, folder: Path) -> tuple[Outcome, str]:
+def _judged(item: Item, answer: Tree) -> tuple[Outcome, str]:
     """The outcome by the key, the mistakes and the accepted answers, and how the answer was read."""
-    found, value, read_as = _by_key(item.kind, item.key, answer, folder)
+    found, value, read_as = _by_key(item.kind, item.key, answer)
     if found.verdict in ("partial", "incorrect"):
         found = _explained(item, found, value)
     found = _credited(item, found)
     if found.verdict != "correct":
         for other in item.accepted:
-            by_other, _, _ = _by_key(item.kind, other.key, answer, folder)
+            by_other, _, _ = _by_key(item.kind, other.key, answer)
             if by_other.verdict == "correct" and other.credit >= found.share:
-                found = earning(other.credit, Finding("accepted", detail=other.message))
+                found = Outcome.earning(other.credit, Finding("accepted", detail=other.message))
     return found, read_as
 
 
-def _by_key(kind: Kind, key: Any, answer: Tree, folder: Path) -> tuple[Outcome, Any, str]:
+def _by_key(kind: Kind, key: Any, answer: Tree) -> tuple[Outcome, Any, str]:
     """The outcome by a key, the value of the answer, and how it was read."""
     value, read_as = None, ""
     try:
-        value, read_as = kind.read(key, answer, folder)
+        value, read_as = kind.read(key, answer)
         return kind.judge(key, value), value, read_as
     except Unreadable as unreadable:
         return unreadable.outcome, value, read_as
@@ -168,7 +168,7 @@ def _by_key(kind: Kind, key: Any, answer: Tree, folder: Path) -> tuple[Outcome, 
     except ForbiddenError:
         return Unreadable("not_allowed").outcome, value, read_as
     except Exception as error:  # noqa: BLE001 - one answer on which a kind fails is no harm to the others
-        return review(f"it cannot be judged ({type(error).__name__})"), value, read_as
+        return Outcome.review(f"it cannot be judged ({type(error).__name__})"), value, read_as
 
 
 def _explained(item: Item, found: Outcome, value: Any) -> Outcome:
@@ -189,7 +189,7 @@ def _credited(item: Item, found: Outcome) -> Outcome:
     if isinstance(item.credit, str) or found.verdict in ("correct", "review") or not codes:
         return found
     if codes <= item.credit.keys():
-        return earning(min(item.credit[code] for code in codes), *found.findings)
+        return Outcome.earning(min(item.credit[code] for code in codes), *found.findings)
     return found
 
 

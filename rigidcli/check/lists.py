@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Iterator
 from dataclasses import dataclass, replace
+from itertools import pairwise
 from typing import Any
 
 from rigidcli.check.base import Tree, Unreadable
@@ -75,13 +77,19 @@ def _is_call(text: str) -> bool:
     return _closing(text, 0) != len(text) - 1
 
 
+def _depths(text: str) -> Iterator[tuple[int, str, int]]:
+    """The place of each character, the character, and how many brackets are open behind it."""
+    depth = 0
+    for place, character in enumerate(text):
+        depth += (character in _OPEN) - (character in _CLOSE)
+        yield place, character, depth
+
+
 def _closing(text: str, start: int) -> int:
     """The place of the bracket that closes the one at `start`. Raises ExpressionError."""
-    depth = 0
-    for place in range(start, len(text)):
-        depth += (text[place] in _OPEN) - (text[place] in _CLOSE)
+    for place, _, depth in _depths(text[start:]):
         if depth == 0:
-            return place
+            return start + place
     raise ExpressionError(f"`{text[start]}` is never closed")
 
 
@@ -110,13 +118,9 @@ def _parts(text: str) -> tuple[str, str, str]:
 def split(text: str) -> list[str]:
     """A text cut at the weakest sign that separates entries outside of brackets."""
     for sign in ("\n", ";", ","):
-        pieces, depth, start = [], 0, 0
-        for place, character in enumerate(text):
-            depth += (character in _OPEN) - (character in _CLOSE)
-            if character == sign and depth == 0:
-                pieces.append(text[start:place])
-                start = place + 1
-        pieces = [piece.strip() for piece in (*pieces, text[start:])]
+        cuts = [place for place, character, depth in _depths(text) if character == sign and depth == 0]
+        ends = pairwise([-1, *cuts, len(text)])
+        pieces = [text[before + 1 : end].strip() for before, end in ends]
         if not pieces[-1]:
             pieces.pop()
         if len(pieces) > 1:
@@ -139,12 +143,9 @@ def _entries(text: str) -> Any:
 
 def _outside(text: str) -> str:
     """A text without what stands in brackets."""
-    kept, depth = [], 0
-    for character in text:
-        depth += character in _OPEN
-        kept.append("" if depth else character)
-        depth -= character in _CLOSE
-    return "".join(kept)
+    return "".join(
+        character for _, character, depth in _depths(text) if depth == 0 and character not in _CLOSE
+    )
 
 
 def _inner(piece: str) -> Any:

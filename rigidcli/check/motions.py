@@ -7,7 +7,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from functools import cached_property
-from itertools import product
+from itertools import combinations
 
 from rigidcli.algebra.calculus import derivative
 from rigidcli.algebra.expansion import coefficients, expand
@@ -142,7 +142,9 @@ def _with_rates(names: Names, states: Sequence[str], rates: Sequence[str]) -> Na
 def of_text(asked: Asked) -> Motion:
     """The motion by equations as they are typed. Raises ValueProblem."""
     question = asked.question
-    sides = read_equations(asked.value, None, _Functions())
+    keys = [key.strip() for key in asked.value] if isinstance(asked.value, dict) else []
+    tops_of = {key: velocity(key) for key in keys if key.isidentifier() and not _DERIVATIVE.fullmatch(key)}
+    sides = read_equations(asked.value, None, tops_of)
     used = names_in_all(sides)
     fixed = set(question.symbols or ()) - {*question.coordinates, *question.momenta}
     moving = [*question.coordinates, *question.momenta]
@@ -174,19 +176,6 @@ def of_text(asked: Asked) -> Motion:
         tuple(partners.values()),
         aliases,
     )
-
-
-class _Functions(dict[str, str]):
-    """A mapping by which every key of a literal answer stands for its derivative, unless it is one."""
-
-    def __contains__(self, name: object) -> bool:
-        return isinstance(name, str) and _DERIVATIVE.fullmatch(name) is None and name.isidentifier()
-
-    def __missing__(self, name: str) -> str:
-        return velocity(name)
-
-    def __bool__(self) -> bool:
-        return True
 
 
 def of_functions(key: Motion) -> dict[str, str]:
@@ -226,52 +215,54 @@ def _solved(sides: Sequence[tuple[Node, Node]], tops: Sequence[str]) -> dict[str
 # --- what mistakes make of a key
 
 
-def _with(key: Motion, rates: Mapping[str, Node]) -> Motion:
-    return replace(key, rates={**key.rates, **rates})
+def mistaken(key: Motion) -> Iterator[tuple[str, Motion]]:
+    """Codes of mistakes, and the motions that they lead to."""
+    changes = (
+        (("hamilton_sign", _hamilton_sign), ("potential_sign", _potential_sign))
+        if key.is_hamiltonian
+        else (("sign_error", _signs), ("euler_sign", _euler_sign))
+    )
+    for code, change in changes:
+        yield from ((code, replace(key, rates={**key.rates, **rates})) for rates in change(key))
 
 
-def signs(key: Motion) -> Iterator[Motion]:
-    """Keys with one equation of the wrong sign, and with all of them."""
+def _signs(key: Motion) -> Iterator[dict[str, Node]]:
+    """One equation of the wrong sign, and all of them."""
     turned: dict[str, Node] = {rate: Negative(node) for rate, node in key.rates.items()}
-    if len(turned) <= MAX_SIGNS and not key.is_hamiltonian:
-        yield from (_with(key, {rate: node}) for rate, node in turned.items())
-        yield _with(key, turned)
+    if len(turned) <= MAX_SIGNS:
+        yield from ({rate: node} for rate, node in turned.items())
+        yield turned
 
 
-def hamilton_sign(key: Motion) -> Iterator[Motion]:
+def _hamilton_sign(key: Motion) -> Iterator[dict[str, Node]]:
     """Hamilton's equations with q' = -dH/dp, with p' = dH/dq, or with both."""
-    if key.is_hamiltonian:
-        forward = {velocity(q): Negative(key.rates[velocity(q)]) for q in key.coordinates}
-        back = {velocity(p): Negative(key.rates[velocity(p)]) for p in key.momenta}
-        yield from (_with(key, changed) for changed in (back, forward, {**forward, **back}))
+    forward: dict[str, Node] = {velocity(q): Negative(key.rates[velocity(q)]) for q in key.coordinates}
+    back: dict[str, Node] = {velocity(p): Negative(key.rates[velocity(p)]) for p in key.momenta}
+    yield from (back, forward, {**forward, **back})
 
 
-def potential_sign(key: Motion) -> Iterator[Motion]:
+def _potential_sign(key: Motion) -> Iterator[dict[str, Node]]:
     """The force of a potential with the other sign, where that is not the sign of all of p'."""
     if key.potential is not None:
         with suppress(ExpressionError):
-            forces = {
-                velocity(p): derivative(key.exact(key.potential), q)
-                for q, p in zip(key.coordinates, key.momenta, strict=True)
-            }
+            energy = key.exact(key.potential)
+            pairs = zip(key.coordinates, key.momenta, strict=True)
+            forces = {velocity(p): derivative(energy, q) for q, p in pairs}
             rates = {rate: key.exact(key.rates[rate]) + force + force for rate, force in forces.items()}
             if any(rate != forces[name] for name, rate in rates.items()):
-                yield _with(key, {name: to_tree(rate) for name, rate in rates.items()})
+                yield {name: to_tree(rate) for name, rate in rates.items()}
 
 
-def euler_sign(key: Motion) -> Iterator[Motion]:
+def _euler_sign(key: Motion) -> Iterator[dict[str, Node]]:
     """Euler's equations with the wrong sign of some cross terms, which multiply the two other rates."""
     functions = [state_of(rate) for rate in key.rates]
-    if len(functions) != 3 or key.is_hamiltonian:
-        return
     turned: dict[str, Node] = {}
     for rate, node in key.rates.items():
         others = set(functions) - {state_of(rate)}
         e = expand(key.exact(node))
         crossed = [Expr({m: c}) for m, c in e.terms.items() if others <= Expr({m: c}).names]
-        if not crossed:
+        if len(functions) != 3 or not crossed:
             return
         turned[rate] = to_tree(e - total(crossed) - total(crossed))
-    for choice in product((False, True), repeat=3):
-        if any(choice):
-            yield _with(key, {r: turned[r] for r, is_turned in zip(turned, choice, strict=True) if is_turned})
+    for count in (1, 2, 3):
+        yield from (dict(some) for some in combinations(turned.items(), count))

@@ -7,10 +7,10 @@ from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, replace
 
 from rigidcli.check.answers import folded
+from rigidcli.check.files import noted
 from rigidcli.check.judge import Item
-from rigidcli.check.names import noted
 from rigidcli.check.records import Judgement, overridden
-from rigidcli.check.roster import read_table
+from rigidcli.check.roster import points_in, read_table
 from rigidcli.errors import DocumentError, Problem, nearest, shown
 
 COLUMNS = ("student", "question", "score", "reason")
@@ -59,7 +59,7 @@ def read_overrides(path: str | os.PathLike[str], items: Mapping[str, Item]) -> O
             row[place].strip() if (place := places.get(name, len(row))) < len(row) else "" for name in COLUMNS
         )
         item = known.get(folded(question))
-        points = _number(score)
+        points = points_in(score)
         if item is None:
             near = nearest(question, list(items))
             guess = f" (did you mean {near}?)" if near else ""
@@ -75,10 +75,3 @@ def read_overrides(path: str | os.PathLike[str], items: Mapping[str, Item]) -> O
     if problems:
         raise DocumentError(problems)
     return Overrides(scores, students)
-
-
-def _number(text: str) -> float | None:
-    try:
-        return float(text.replace(",", "."))
-    except ValueError:
-        return None

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterable, Iterator, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, field
 from fractions import Fraction
 from functools import cached_property
@@ -169,6 +170,9 @@ LONGEST = 200
 _WORDS = re.compile(r"[\w\s,.;'<>-]*[^\W\d_]{3}[\w\s,.;'<>-]*")
 """Words, which may be the answer to a question with a choice."""
 
+_EQUATION = re.compile(r"=\s*0\s*\Z|['′\N{COMBINING DOT ABOVE}].*=|dot|d\s*t")
+"""What stands in an equation of motion, and not in a formula that has a name and `=` before it."""
+
 
 def described(answer: Tree | Unreadable, path: Path) -> str:
     """An answer in the file at `path`, as it is read. Raises Unreadable where no question reads it."""
@@ -197,37 +201,19 @@ def describe(answer: Tree) -> str:
     if isinstance(answer, list):
         return f"[{', '.join(map(describe, read_list(answer).entries))}]"
     text = str(answer)
-    for read in (_as_number, _as_equations, _as_formula):
-        if (found := read(text)) is not None:
-            return found
+    with suppress(Unreadable):
+        return as_typed(text).read_as
+    if text.count("=") > 1 or _EQUATION.search(text):
+        with suppress(Unreadable):
+            equations = read_equations(text, None)
+            return "; ".join(f"{plain(left)} = {plain(right)}" for _, left, right in equations)
+    with suppress(Unreadable):
+        return plain(read_expression(text, None))
     listed = read_list(text)
     if isinstance(listed.entries, str) or listed.entries in ([text], [text.strip()]):
-        read_expression(text, None)
+        read_expression(text, None)  # it says what is wrong
     inside = describe(listed.entries)
     return " ".join(filter(None, (listed.factor and f"{listed.factor} *", inside, listed.unit)))
-
-
-def _as_number(text: str) -> str | None:
-    try:
-        return as_typed(text).read_as
-    except Unreadable:
-        return None
-
-
-def _as_formula(text: str) -> str | None:
-    try:
-        return plain(read_expression(text, None))
-    except Unreadable:
-        return None
-
-
-def _as_equations(text: str) -> str | None:
-    if text.count("=") < 2 and not re.search(r"=\s*0\s*\Z|['′\N{COMBINING DOT ABOVE}].*=|dot|d\s*t", text):
-        return None
-    try:
-        return "; ".join(f"{plain(left)} = {plain(right)}" for _, left, right in read_equations(text, None))
-    except Unreadable:
-        return None
 
 
 # --- equations

@@ -13,9 +13,8 @@ from dataclasses import dataclass
 from itertools import takewhile
 from pathlib import Path
 
-from rigidcli.check.base import Outcome, Unreadable, review
-from rigidcli.check.files import Found, Place
-from rigidcli.check.names import CANVAS, MOODLE, is_answer, listed, noted, submitted, uncounted
+from rigidcli.check.base import Outcome, Unreadable
+from rigidcli.check.files import CANVAS, MOODLE, Found, Place, is_answer, listed, noted, submitted, uncounted
 from rigidcli.check.records import MISSING
 from rigidcli.errors import DocumentError, Problem, printable
 from rigidcli.fields.texts import read_text
@@ -88,7 +87,7 @@ def papers(found: Found, roster: Roster | None = None) -> tuple[list[Paper], lis
             rows.append(Paper(student, outcome=Unreadable("duplicate_key", detail).outcome))
         elif scans:
             detail = f"read {listed([each.file.name for each in scans])}, which is no answer file"
-            rows.append(Paper(student, outcome=review(detail)))
+            rows.append(Paper(student, outcome=Outcome.review(detail)))
     notes += noted("more than one answer file, and none of them judged", double)
     if roster is not None:
         given = {_folded(paper.student) for paper in rows}
@@ -157,11 +156,6 @@ def _shared(ways: Sequence[tuple[str, ...]]) -> tuple[str, ...]:
     return tuple(level[0] for level in levels)
 
 
-def _seen_through(folder: str) -> str:
-    """The name of a folder without what Moodle adds."""
-    return submitted(folder, (MOODLE,))[0] or folder
-
-
 # --- by a list of students
 
 
@@ -175,6 +169,14 @@ def read_table(path: str | os.PathLike[str]) -> tuple[list[str], list[list[str]]
     except (ValueError, csv.Error):
         return [], []
     return header, rows
+
+
+def points_in(cell: str) -> float | None:
+    """The points in a cell, perhaps with a decimal comma; None where it holds no number."""
+    try:
+        return float(cell.replace(",", "."))
+    except ValueError:
+        return None
 
 
 def read_roster(path: str | os.PathLike[str]) -> Roster:
@@ -223,7 +225,8 @@ class Roster:
 
     def owner(self, place: Place, name: str) -> set[int]:
         """The students whom the deepest folder that names any may mean, or else the file, or the `name`."""
-        ways = [] if place.owners else [*map(_seen_through, reversed(place.way)), place.file.stem]
+        folders = (submitted(folder, (MOODLE,))[0] or folder for folder in reversed(place.way))
+        ways = [] if place.owners else [*folders, place.file.stem]
         return next(filter(None, map(self.find, [*ways, name])), set())
 
     def find(self, name: str) -> set[int]:

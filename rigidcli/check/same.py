@@ -198,13 +198,14 @@ class _Comparison:
         gap = answer - key
         if self.relative is None and not gap.contains(0):
             return False
-        size = max(abs(answer.mid()), abs(key.mid()))
-        if self.relative is None and (gap.rad() <= size * WIDEST or gap.rad() < TINY):
-            return True
-        size = max([size, *(abs(of(term).mid()) for term in self.terms)])
+        size = max([abs(each.mid()) for each in (answer, key, *map(of, self.terms))])
         if self.relative is not None and not (gap + arb(0, self.relative * size)).contains(0):
             return False
-        return True if gap.rad() <= size * WIDEST or gap.rad() < TINY else None
+        if gap.rad() <= size * WIDEST:
+            return True
+        # A gap that is zero has no size of its own, but that of the terms which cancel in it.
+        whole = sum(self.steps.size(root, state) for root in (self.answer, self.key) for state in found)
+        return True if gap.rad() <= whole * TINY else None
 
     def one_sided(self) -> str:
         """The function whose argument may have another sign that no point has shown; empty without one."""

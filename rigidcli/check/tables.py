@@ -197,9 +197,10 @@ def table_text(answer: Tree) -> str:
     return text
 
 
-def tabulated(span: Tree, texts: Tree) -> dict[str, Floats]:
+def tabulated(span: Tree, texts: Tree) -> dict[str, Column]:
     """The columns of formulas of `t`, at as many times as they ask for or more. Raises ValueProblem."""
-    columns = {TIME: _times(span)}
+    times = _times(span)
+    columns = {TIME: Column(TIME, None, times)}
     for name, text in texts.items() if isinstance(texts, dict) else ():
         place = ("answer", "columns", name)
         try:
@@ -208,9 +209,10 @@ def tabulated(span: Tree, texts: Tree) -> dict[str, Floats]:
             raise ValueProblem(error.message, path=place) from None
         if not tree.names_in(root) <= {TIME} or name == TIME:
             raise ValueProblem("expected a formula of `t` and numbers alone", path=place)
-        columns[str(name)] = evaluation.array(root, {TIME: columns[TIME]}) + 0 * columns[TIME]
-        if not np.isfinite(columns[str(name)]).all():
+        values = evaluation.array(root, {TIME: times}) + 0 * times
+        if not np.isfinite(values).all():
             raise ValueProblem("has no finite real value at some of the times", path=place)
+        columns[str(name)] = Column(str(name), None, values)
     return columns
 
 

@@ -88,7 +88,7 @@ def noted(
 
     `others` are files beside the answers, which are told in the end, if no answer names them.
     """
-    from rigidcli.check.names import noted
+    from rigidcli.check.files import noted
 
     named = set[str]()
     for judgement in judgements:

@@ -2,21 +2,9 @@
 
 from __future__ import annotations
 
-from pathlib import Path
 from typing import Any
 
-from rigidcli.check.base import (
-    Asked,
-    Finding,
-    Kind,
-    Outcome,
-    Reading,
-    Tree,
-    Verdict,
-    correct,
-    earning,
-    review,
-)
+from rigidcli.check.base import Asked, Finding, Kind, Outcome, Reading, Tree, Verdict
 from rigidcli.check.records import Judged, judged
 
 
@@ -28,12 +16,14 @@ class Same(Kind):
     def key(self, asked: Asked) -> Any:
         return asked.value
 
-    def read(self, key: Any, answer: Tree, folder: Path) -> Reading:
+    def read(self, key: Any, answer: Tree) -> Reading:
         return Reading(answer, f"read {answer}")
 
     def judge(self, key: Any, value: Any) -> Outcome:
         return (
-            correct() if value == key else earning(0.0, Finding("outside_tolerance", detail=f"read {value}"))
+            Outcome.correct()
+            if value == key
+            else Outcome.earning(0.0, Finding("outside_tolerance", detail=f"read {value}"))
         )
 
     def typed(self, key: Any) -> Tree:
@@ -49,4 +39,4 @@ def mark(
 
 def waiting(id: str, most: float) -> Judged:
     """A question whose answer waits for a person."""
-    return judged(id, "", most, review("it may be singular"))
+    return judged(id, "", most, Outcome.review("it may be singular"))

@@ -24,7 +24,7 @@ import numpy as np
 import pytest
 
 from rigidcli.check import workers
-from rigidcli.check.base import Asked, Outcome, Tree, correct
+from rigidcli.check.base import Asked, Outcome, Tree
 from rigidcli.check.batch import run
 from rigidcli.check.files import MOST_BYTES, gather
 from rigidcli.check.judge import Item
@@ -47,7 +47,7 @@ class Doing(Same):
     def judge(self, key: Any, value: Any) -> Outcome:
         if value in key:
             key[value]()
-        return correct()
+        return Outcome.correct()
 
     def typed(self, key: Any) -> Tree:
         return "nothing"
@@ -500,7 +500,7 @@ from rigidcli.check.judge import Item
 from rigidcli.check.roster import Paper
 class Loop:
     name = "loop"
-    def read(self, key, answer, folder):
+    def read(self, key, answer):
         return answer, ""
     def judge(self, key, value):
         while True: pass

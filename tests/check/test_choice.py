@@ -9,8 +9,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from rigidcli.errors import DocumentError
-from tests.check.asking import judged
-from tests.check.homework import Asking, cases, details
+from tests.check.homework import Asking, cases
 
 CHOICE = Asking("choice")
 WORDS = st.lists(st.text("abcdefgxyzäöß", min_size=1, max_size=8), min_size=1, max_size=4)
@@ -121,11 +120,3 @@ def test_the_cyclic_coordinates_are_a_set(answer: str, expected: str) -> None:
     """)
 def test_the_words_of_a_table_are_right(body: str, answer: str, expected: str) -> None:
     assert told(CHOICE.computed(f"body: {body}", "axes.class"), answer) == expected
-
-
-def test_a_word_that_is_none_of_a_few_is_answered_with_all_of_them() -> None:
-    item = CHOICE.computed("body: {shape: box, size: [1, 2, 3], mass: 12}", "axes.class")
-    listed = details(judged(item, "something else"))
-    assert "expected one of" in listed
-    assert "`asymmetric`" in listed
-    assert "expected" not in details(judged(item, "oblate"))

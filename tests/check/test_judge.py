@@ -11,7 +11,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from rigidcli.check.base import Finding, Outcome, Unreadable, correct, earning
+from rigidcli.check.base import Finding, Outcome, Unreadable
 from rigidcli.check.judge import Accepted, Item, Seen, judge
 from rigidcli.check.kinds import KINDS
 from rigidcli.check.records import Judged, Judgement, sentence
@@ -36,11 +36,13 @@ class Failing(Same):
         if isinstance(value, str) and value in FAILURES:
             raise FAILURES[value]
         if isinstance(value, list):
-            return earning(sum(each == key for each in value) / len(value), Finding("component_wrong"))
+            return Outcome.earning(
+                sum(each == key for each in value) / len(value), Finding("component_wrong")
+            )
         return (
-            correct()
+            Outcome.correct()
             if value == key
-            else earning(0.0, Finding("outside_tolerance", reference=f"it is {key}"))
+            else Outcome.earning(0.0, Finding("outside_tolerance", reference=f"it is {key}"))
         )
 
 

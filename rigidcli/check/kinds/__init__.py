@@ -13,16 +13,10 @@ from rigidcli.check.kinds.tensors import Moments, Tensor
 from rigidcli.check.kinds.trajectory import Trajectory
 
 KINDS: dict[str, Kind] = {
-    "number": Quantity("number"),
-    "quantity": Quantity("quantity"),
-    "vector": Vector(),
-    "moments": Moments(),
-    "matrix": Matrix(),
-    "tensor": Tensor(),
-    "axes": Axes(),
-    "expression": Expression(),
-    "equations": Equations(),
-    "trajectory": Trajectory(),
-    "choice": Choice(),
+    kind.name: kind
+    for kind in (
+        *(Quantity("number"), Quantity("quantity"), Vector(), Moments(), Matrix(), Tensor(), Axes()),
+        *(Expression(), Equations(), Trajectory(), Choice()),
+    )
 }
 """The kinds of answers by the names that questions have for them."""

@@ -4,26 +4,14 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from itertools import permutations
-from pathlib import Path
 from typing import Any, ClassVar, TypeAlias
 
 import numpy as np
 
-from rigidcli.check.base import (
-    Asked,
-    Finding,
-    Kind,
-    Outcome,
-    Reading,
-    Tree,
-    Unreadable,
-    correct,
-    earning,
-    review,
-)
+from rigidcli.check.base import Asked, Finding, Kind, Outcome, Reading, Tree, Unreadable
 from rigidcli.check.entries import (
     EXACT,
     MOST_ENTRIES,
@@ -120,7 +108,7 @@ class Arrays(Kind):
         counted = key.counted - key.named(*self.uncounted) if self.uncounted else key.counted
         return replace(key, counted=counted or key.counted)
 
-    def read(self, key: Key, answer: Tree, folder: Path) -> Reading:
+    def read(self, key: Key, answer: Tree) -> Reading:
         """The entries of an answer of the shape that is asked. Raises Unreadable."""
         shape, cells = self._laid_out(answer)
         if not self.fits(key, shape):
@@ -144,7 +132,7 @@ class Arrays(Kind):
         if right <= zero != set(found):
             earned = 0  # where only zeros are right, nothing is
         triples = list(zip(key.labels, value, key.right, strict=True))
-        return earning(earned / len(key.counted), *self.said(key, triples, wrong, partly=earned > 0))
+        return Outcome.earning(earned / len(key.counted), *self.said(key, triples, wrong, partly=earned > 0))
 
     def said(self, key: Key, triples: Triples, wrong: Sequence[str], *, partly: bool) -> list[Finding]:
         """What is said of an answer of which these places are wrong, and others right `partly`."""
@@ -159,6 +147,10 @@ class Arrays(Kind):
         _, entries, expected = zip(*triples, strict=True)
         code = factor(key.ruler, key.path, key.ruler.numbers(entries), key.ruler.numbers(expected))
         return [Finding(code or "outside_tolerance")]
+
+    def mistaken(self, key: Key) -> Iterator[tuple[str, Key]]:
+        """The keys whose entries come out under a mistake."""
+        yield from ((code, replace(key, entries=entries, mistaken=())) for code, entries in key.mistaken)
 
     def typed(self, key: Key) -> Tree:
         """The key with all digits, each entry with its unit."""
@@ -183,9 +175,13 @@ def settled(key: Key, entries: Sequence[Entry], found: Iterable[Same]) -> Outcom
     """The outcome of an answer in which no entry is wrong."""
     for same in found:
         if isinstance(same, str):
-            return review(same)
+            return Outcome.review(same)
     needs_units = key.question.unit == "required" and key.ruler.has_units
-    return earning(0.0, Finding("unit_missing")) if needs_units and are_bare(entries) else correct()
+    return (
+        Outcome.earning(0.0, Finding("unit_missing"))
+        if needs_units and are_bare(entries)
+        else Outcome.correct()
+    )
 
 
 def are_bare(entries: Sequence[Entry]) -> bool:
@@ -301,9 +297,11 @@ class Vector(Arrays):
             found = compared(opposite, value).values()
             return super().judge(key, value) if False in found else settled(key, value, found)
         if not _along(key, value):
-            return earning(0.0, Finding("sign_error" if _along(opposite, value) else "outside_tolerance"))
+            return Outcome.earning(
+                0.0, Finding("sign_error" if _along(opposite, value) else "outside_tolerance")
+            )
         if key.question.normalized == "required" and not has_unit_length(key.ruler, value):
-            return earning(0.0, Finding("axis_not_normalised"))
+            return Outcome.earning(0.0, Finding("axis_not_normalised"))
         return settled(key, value, [])
 
 
@@ -367,22 +365,8 @@ class Matrix(Arrays):
         """Whether all entries are right: a mistake makes many keys, and the first wrong entry is enough."""
         return all(key.ruler.same(*both) is True for both in zip(value, key.right, strict=True))
 
-
-# --- what mistakes make of a key
-
-
-def worked_out(code: str) -> Callable[[Key], Iterator[Key]]:
-    """What makes the keys whose entries come out under this mistake."""
-
-    def changes(key: Key) -> Iterator[Key]:
-        for name, entries in key.mistaken:
-            if name == code:
-                yield replace(key, entries=entries, mistaken=())
-
-    return changes
-
-
-def transposed(key: Key) -> Iterator[Key]:
-    """The key with rows and columns exchanged, where it is square."""
-    if key.entries.shape[0] == key.entries.shape[-1]:
-        yield replace(key, entries=key.entries.T, mistaken=())
+    def mistaken(self, key: Key) -> Iterator[tuple[str, Key]]:
+        """The keys of mistakes, and where it is square, the key with rows and columns exchanged."""
+        yield from super().mistaken(key)
+        if key.entries.shape[0] == key.entries.shape[-1]:
+            yield "transposed", replace(key, entries=key.entries.T, mistaken=())

@@ -10,28 +10,16 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from itertools import pairwise
-from pathlib import Path
 from typing import Any, ClassVar, NamedTuple
 
 import numpy as np
 
 from rigidcli.algebra.reading import from_tree
 from rigidcli.check import entries
-from rigidcli.check.base import (
-    Asked,
-    Finding,
-    Kind,
-    Outcome,
-    Reading,
-    Tree,
-    Unreadable,
-    correct,
-    earning,
-    review,
-)
+from rigidcli.check.base import Asked, Finding, Kind, Outcome, Reading, Tree, Unreadable
 from rigidcli.check.entries import Cell, Entry, Layout, Ruler, Same, opened, read_cells, shown_as, typed_as
 from rigidcli.check.kinds.arrays import are_bare, factor, has_unit_length, row, unit_vectors
 from rigidcli.check.kinds.tensors import OTHER_PRODUCTS, Tensor, matched, mistaken_tensors
@@ -106,7 +94,7 @@ class Axes(Kind):
         typed = np.column_stack([found["moments"], found["axes"]]) if pairs is None else pairs
         return Key(asked.question, asked.path, **found, typed=typed, alone=alone, mistaken=mistaken)
 
-    def read(self, key: Key, answer: Tree, folder: Path) -> Reading:
+    def read(self, key: Key, answer: Tree) -> Reading:
         """A list of pairs, or of axes. Raises Unreadable."""
         moments, axes = _cells(answer)
         if not key.alone and not moments:
@@ -123,16 +111,22 @@ class Axes(Kind):
         worth, findings, opens = _by_pairs(key, answer)
         findings = [Finding("missing_axis")] * (count < 3) + findings
         if count == 3 and not findings:
-            return review(opens[0]) if opens else _by_rules(key, answer)
+            return Outcome.review(opens[0]) if opens else _by_rules(key, answer)
         if count == 3 and {each.code for each in findings} == {"outside_tolerance"}:
             code = factor(key.ruler, key.path, key.ruler.numbers(value.moments), answer.expected())
             findings = findings if code is None else [Finding(code)]
-        return earning((worth - max(0, count - 3)) / 3, *findings)
+        return Outcome.earning((worth - max(0, count - 3)) / 3, *findings)
 
     def is_right(self, key: Key, value: Pairs) -> bool:
         """Whether the outcome is `correct`: most pairs are soon seen not to be."""
         answer = _Answer(key, value)
         return len(value.axes) == 3 and all(map(answer.pair, range(3))) and super().is_right(key, value)
+
+    def mistaken(self, key: Key) -> Iterator[tuple[str, Key]]:
+        """The keys whose tensor comes out under a mistake, and that for axes which stand in columns."""
+        for code, tensor in key.mistaken:
+            yield code, replace(key, **_solved(key.ruler, tensor), mistaken=())
+        yield "transposed", replace(key, columns=True, mistaken=())
 
     def typed(self, key: Key) -> Tree:
         """The moments and axes."""
@@ -254,14 +248,14 @@ def _by_rules(key: Key, answer: _Answer) -> Outcome:
     pairs = answer.pairs
     half = 0.5 * bool(pairs.moments)
     if key.question.unit == "required" and key.ruler.has_units and are_bare(pairs.moments):
-        return earning(half, Finding("unit_missing"))
+        return Outcome.earning(half, Finding("unit_missing"))
     moments = answer.expected()[:, 0] if key.question.order == "ascending" else ()
     if any(own < before - key.ruler.slack * abs(before) for before, own in pairwise(moments)):
-        return earning(0.0, Finding("wrong_order"))
+        return Outcome.earning(0.0, Finding("wrong_order"))
     for k, axis in enumerate(pairs.axes if key.question.normalized == "required" else ()):
         if not has_unit_length(key.ruler, axis):
-            return earning(half, Finding("axis_not_normalised", f"axis {k + 1}"))
-    return correct()
+            return Outcome.earning(half, Finding("axis_not_normalised", f"axis {k + 1}"))
+    return Outcome.correct()
 
 
 # --- reading
@@ -379,22 +373,3 @@ def _tensor_of_pairs(ruler: Ruler, pairs: Array) -> Array:
     if np.abs(tensor - tensor.T).max() > RELATIVE * np.abs(tensor).max():
         raise ValueProblem("the axes are not at right angles")
     return (tensor + tensor.T) / 2
-
-
-# --- what mistakes make of a key
-
-
-def worked_out(code: str) -> Callable[[Key], Iterator[Key]]:
-    """What makes the keys whose tensor comes out under this mistake."""
-
-    def changes(key: Key) -> Iterator[Key]:
-        for name, tensor in key.mistaken:
-            if name == code:
-                yield replace(key, **_solved(key.ruler, tensor), mistaken=())
-
-    return changes
-
-
-def in_columns(key: Key) -> Iterator[Key]:
-    """The key for which the axes of an answer stand in columns."""
-    yield replace(key, columns=True, mistaken=())

@@ -6,16 +6,11 @@ import re
 import unicodedata
 from contextlib import suppress
 from dataclasses import dataclass
-from pathlib import Path
-from typing import ClassVar, get_args
+from typing import ClassVar
 
 import numpy as np
 
-from rigidcli.check.base import Asked, Finding, Kind, Outcome, Reading, Tree, Unreadable, correct, earning
-from rigidcli.core.free_body import Regime
-from rigidcli.core.nutation import NutationKind
-from rigidcli.core.principal import BodyClass
-from rigidcli.core.top import Stability
+from rigidcli.check.base import Asked, Finding, Kind, Outcome, Reading, Tree, Unreadable
 from rigidcli.errors import ValueProblem, shown
 from rigidcli.language.latex import plain as without_latex
 
@@ -24,30 +19,17 @@ LONGEST = 1000
 
 TRUTH = {"yes": "true", "no": "false"}
 
-POSSIBLE: dict[str, tuple[str, ...]] = {
-    "class": get_args(BodyClass),
-    "motion": (*get_args(Regime), "driven"),
-    "nutation_kind": get_args(NutationKind),
-    "sleeping": get_args(Stability),
-    "stability": get_args(Stability),
-}
-"""The words of results that are one of a few, by the last name of their path."""
-
 _BETWEEN = re.compile("(?<=\\w)[\\s_\\-\N{HYPHEN}\N{NON-BREAKING HYPHEN}\N{EN DASH}]+(?=\\w)")
 """What stands between words: a hyphen before the first one may be a sign."""
 
 
 @dataclass(frozen=True, slots=True)
 class Key:
-    """The right `text`, its `plain` form, by which answers are compared, and the `words` of a table for it.
-
-    The `possible` answers are listed where there are a few.
-    """
+    """The right `text`, its `plain` form, to which answers are held, and the `words` of a table for it."""
 
     text: str
     plain: str | frozenset[str]
     words: str = ""
-    possible: tuple[str, ...] = ()
 
 
 class Choice(Kind):
@@ -61,18 +43,17 @@ class Choice(Kind):
         if value is None:
             raise ValueProblem("the document has no such value")
         words = next((field.words for field in fields if field.key == ".".join(asked.path[1:])), "")
-        possible = POSSIBLE.get(asked.path[-1], ()) if asked.path else ()
         if isinstance(value, bool | np.bool_):
-            value, possible = "true" if value else "false", tuple(TRUTH)
+            value = "true" if value else "false"
         if isinstance(value, list | tuple) and all(isinstance(word, str) for word in value):
             return Key(", ".join(value) or "none", frozenset(map(_plain, value)), words)
         if not isinstance(value, str):
             raise ValueProblem("what is asked for is not a text")
         if not _plain(value) or len(value) > LONGEST:
             raise ValueProblem(f"the text of a choice has 1 to {LONGEST} characters")
-        return Key(value, _plain(value), words, possible)
+        return Key(value, _plain(value), words)
 
-    def read(self, key: Key, answer: Tree, folder: Path) -> Reading:
+    def read(self, key: Key, answer: Tree) -> Reading:
         """A text, or a set of texts where one is asked. Raises Unreadable."""
         if isinstance(key.plain, str):
             text = _text(answer)
@@ -86,12 +67,8 @@ class Choice(Kind):
 
     def judge(self, key: Key, value: str | frozenset[str]) -> Outcome:
         """Whether the answer is the text, or the set, of the key."""
-        if value == key.plain or self._is_word_of_table(key, value):
-            return correct()
-        possible = {_plain(word) for word in key.possible}
-        strange = bool(possible) and value not in possible | {TRUTH.get(word, word) for word in possible}
-        detail = f"expected one of {', '.join(map(shown, key.possible))}" if strange else ""
-        return earning(0.0, Finding("outside_tolerance", detail=detail))
+        is_right = value == key.plain or self._is_word_of_table(key, value)
+        return Outcome.correct() if is_right else Outcome.earning(0.0, Finding("outside_tolerance"))
 
     def _is_word_of_table(self, key: Key, value: str | frozenset[str]) -> bool:
         """Whether the answer says what a table says, or the key with more of its words."""

@@ -7,12 +7,11 @@ p = 0. Where that cannot be decided, a person has to look.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
 from functools import cached_property
 from itertools import combinations
-from pathlib import Path
 from typing import ClassVar
 
 from rigidcli.algebra.atoms import Atom
@@ -22,19 +21,8 @@ from rigidcli.algebra.expressions import ZERO, Expr, atomic, factored
 from rigidcli.algebra.matrices import determinant
 from rigidcli.algebra.trees import to_tree
 from rigidcli.check.balls import Ball
-from rigidcli.check.base import (
-    Asked,
-    Finding,
-    Kind,
-    Outcome,
-    Reading,
-    Tree,
-    Unreadable,
-    correct,
-    earning,
-    review,
-)
-from rigidcli.check.motions import Motion, of_document, of_functions, of_text, state_of
+from rigidcli.check.base import Asked, Finding, Kind, Outcome, Reading, Tree, Unreadable
+from rigidcli.check.motions import Motion, mistaken, of_document, of_functions, of_text, state_of
 from rigidcli.check.reading import Sides, names_in_all, plain, read_equations
 from rigidcli.check.same import same, values
 from rigidcli.document.variables import acceleration, velocity
@@ -82,7 +70,7 @@ class Equations(Kind):
             numbers=asked.question.numbers == "allowed" and bool(key.names.values),
         )
 
-    def read(self, key: Motion, answer: Tree, folder: Path) -> Reading:
+    def read(self, key: Motion, answer: Tree) -> Reading:
         """The equations of an answer; one that cannot be read costs only itself. Raises Unreadable."""
         unread: list[Unreadable] = []
         sides = read_equations(answer, key.names, of_functions(key), unread)
@@ -101,7 +89,7 @@ class Equations(Kind):
         false = [side for side, truth in zip(kept, truths, strict=True) if truth is False]
         open_ = next((truth for truth in truths if isinstance(truth, str)), "")
         if open_ and not false:
-            return review(f"it is not proved that the equation is true: {open_}", *remarks)
+            return Outcome.review(f"it is not proved that the equation is true: {open_}", *remarks)
         systems = [_System(key, second, true) for second in _readings(key, true)]
         best = max(
             systems,
@@ -110,14 +98,14 @@ class Equations(Kind):
         if best.is_complete and not false:
             return self._complete(key, systems, remarks)
         if best.unclear and not false:
-            return review(best.unclear, *remarks)
+            return Outcome.review(best.unclear, *remarks)
         findings = [Finding(self._slip(key, side), side[0]) for side in false]
         if len(findings) > 1 and len(kept) > len(best.tops):  # of many guesses, none is pointed out
             findings = [Finding("equation_wrong", "one or more")]
         if not best.is_complete:
             findings.append(Finding("missing_equation", ", ".join(best.missing)))
         surplus = max(0, best.right + len(false) - len(best.tops))
-        return earning((best.right - surplus) / len(best.tops), *findings, *remarks)
+        return Outcome.earning((best.right - surplus) / len(best.tops), *findings, *remarks)
 
     def _slip(self, key: Motion, side: Sides) -> str:
         """The code of an equation that is not true."""
@@ -134,15 +122,19 @@ class Equations(Kind):
         """The outcome of true equations that determine the motion in general states."""
         whole = [system for system in systems if system.is_complete]
         if key.first_order and not any(system.tops == tuple(key.rates) for system in whole):
-            return earning(0.0, Finding("second_order_form"), *remarks)
+            return Outcome.earning(0.0, Finding("second_order_form"), *remarks)
         gaps = [system.gap() for system in whole]
         if all(gaps):
-            return review(
+            return Outcome.review(
                 f"the equations say less {gaps[0]}", Finding("extra_solutions", "", gaps[0]), *remarks
             )
         is_second = all(len(system.tops) == len(key.coordinates) for system in whole)
         form = [Finding("second_order_form")] if is_second and key.is_hamiltonian else []
-        return correct(*form, *remarks)
+        return Outcome.correct(*form, *remarks)
+
+    def mistaken(self, key: Motion) -> Iterator[tuple[str, Motion]]:
+        """The motions that mistakes lead to."""
+        return mistaken(key)
 
     def typed(self, key: Motion) -> Tree:
         """The derivatives of the states."""

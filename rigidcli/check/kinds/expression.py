@@ -10,7 +10,6 @@ from collections.abc import Iterator, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
 from fractions import Fraction
-from pathlib import Path
 from typing import ClassVar
 
 import numpy as np
@@ -20,18 +19,7 @@ from rigidcli.algebra.expressions import Expr
 from rigidcli.algebra.reading import from_tree
 from rigidcli.algebra.trees import to_tree
 from rigidcli.check.balls import Ball
-from rigidcli.check.base import (
-    Asked,
-    Finding,
-    Kind,
-    Outcome,
-    Reading,
-    Tree,
-    Unreadable,
-    correct,
-    earning,
-    review,
-)
+from rigidcli.check.base import Asked, Finding, Kind, Outcome, Reading, Tree, Unreadable
 from rigidcli.check.factors import common_factor
 from rigidcli.check.question import Tolerance
 from rigidcli.check.reading import Names, names_of, plain, read_expression
@@ -53,7 +41,7 @@ HINTED = NEEDED + 1
 EXACT = 1e-12
 """The relative error of a factor that is read from the values of formulas."""
 
-ZERO, TWO = Number("0", 0.0), Number("2", 2.0)
+ZERO, HALF, TWO = Number("0", 0.0), Number("0.5", 0.5), Number("2", 2.0)
 
 
 @dataclass(frozen=True, eq=False)
@@ -118,7 +106,7 @@ class Expression(Kind):
             raise ValueProblem("the key has no value")
         return key
 
-    def read(self, key: Key, answer: Tree, folder: Path) -> Reading:
+    def read(self, key: Key, answer: Tree) -> Reading:
         """A formula in the symbols of the question. Raises Unreadable."""
         node = read_expression(answer, key.names)
         return Reading(node, plain(node))
@@ -127,21 +115,31 @@ class Expression(Kind):
         """Whether the answer is the key, perhaps up to a constant or with numbers for parameters."""
         found = key.same(value)
         if found is True:
-            return correct()
+            return Outcome.correct()
         if key.constant and key.same(value, constant=True) is True:
-            return correct(Finding("additive_constant", detail="that does not change the motion"))
+            return Outcome.correct(Finding("additive_constant", detail="that does not change the motion"))
         if key.numbers:
             given = replace(key, tree=key.with_values(key.tree))
             found = given.same(key.with_values(value), constant=key.constant)
             if found is True:
-                return correct()
+                return Outcome.correct()
         if isinstance(found, str):
-            return review(found)
-        return earning(0.0, *_findings(key, value))
+            return Outcome.review(found)
+        return Outcome.earning(0.0, *_findings(key, value))
 
     def is_right(self, key: Key, value: Node) -> bool:
         """Whether the answer is the key, perhaps up to a constant."""
         return key.same(value, constant=key.constant) is True
+
+    def mistaken(self, key: Key) -> Iterator[tuple[str, Key]]:
+        """The key of the other sign; of an energy T + V, also T - V, and half and twice T."""
+        yield "sign_error", replace(key, tree=Negative(key.tree))
+        if parts := _energies(key):
+            kinetic, rest = parts
+            code = "potential_sign" if key.is_lagrangian else "lagrangian_or_potential_sign"
+            yield code, replace(key, tree=Sum((kinetic, Negative(rest))))
+            for factor in (HALF, TWO):
+                yield "kinetic_factor", replace(key, tree=Sum((Product((factor, kinetic)), rest)))
 
     def typed(self, key: Key) -> Tree:
         """The key in the language of documents."""
@@ -250,14 +248,6 @@ def _is_term_wrong(key: Key, answer: Node) -> bool:
     return False
 
 
-# --- what mistakes make of a key
-
-
-def negative(key: Key) -> Iterator[Key]:
-    """The key of the other sign."""
-    yield replace(key, tree=Negative(key.tree))
-
-
 def _energies(key: Key) -> tuple[Node, Node] | None:
     """The kinetic energy and what is left at rest, where the rest is the same for motion backwards."""
     if not key.rates or names_in(key.tree).isdisjoint(key.rates):
@@ -267,22 +257,3 @@ def _energies(key: Key) -> tuple[Node, Node] | None:
     if key.same(back) is not True or same(resting, ZERO, key.names, key.name) is not False:
         return None
     return Sum((key.tree, Negative(resting))), resting
-
-
-def potential_sign(key: Key) -> Iterator[Key]:
-    """A Lagrangian with the sign of V turned."""
-    if key.is_lagrangian and (parts := _energies(key)):
-        yield replace(key, tree=Sum((parts[0], Negative(parts[1]))))
-
-
-def other_energy(key: Key) -> Iterator[Key]:
-    """T - V in place of T + V."""
-    if not key.is_lagrangian and (parts := _energies(key)):
-        yield replace(key, tree=Sum((parts[0], Negative(parts[1]))))
-
-
-def kinetic_factor(key: Key) -> Iterator[Key]:
-    """Twice the kinetic energy, and half of it."""
-    if parts := _energies(key):
-        yield replace(key, tree=Sum((Product((TWO, parts[0])), parts[1])))
-        yield replace(key, tree=Sum((Product((Number("0.5", 0.5), parts[0])), parts[1])))

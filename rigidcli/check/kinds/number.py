@@ -5,23 +5,11 @@ from __future__ import annotations
 import math
 from contextlib import suppress
 from dataclasses import dataclass, replace
-from pathlib import Path
 from typing import Any, ClassVar
 
 import numpy as np
 
-from rigidcli.check.base import (
-    Asked,
-    Finding,
-    Kind,
-    Outcome,
-    Reading,
-    Tree,
-    Unreadable,
-    correct,
-    earning,
-    review,
-)
+from rigidcli.check.base import Asked, Finding, Kind, Outcome, Reading, Tree, Unreadable
 from rigidcli.check.factors import TURN, common_factor
 from rigidcli.check.numbers import PURE, Number, as_typed, beside, margin, scale_in, too_few, with_hint
 from rigidcli.check.question import Tolerance
@@ -86,7 +74,7 @@ class Quantity(Kind):
             asked.path,
         )
 
-    def read(self, key: Key, answer: Tree, folder: Path) -> Reading:
+    def read(self, key: Key, answer: Tree) -> Reading:
         """A number in its own unit, or else in that of the key. Raises Unreadable."""
         number = as_typed(answer, key.unit)
         if key.tolerance.significant_figures is not None and not number.mantissa:
@@ -103,18 +91,20 @@ class Quantity(Kind):
             except ValueProblem as problem:
                 misfit = with_hint(problem)
         if misfit:
-            return earning(0.0, _of_misfit(key, value, misfit))
+            return Outcome.earning(0.0, _of_misfit(key, value, misfit))
         number = replace(value, value=value.typed * scale, scale=scale)
         is_right = key.is_near(number.value, scale)
         if is_right and too_few(number, key.tolerance):
-            return earning(0.0, Finding("too_few_sig_figs"))
+            return Outcome.earning(0.0, Finding("too_few_sig_figs"))
         unitless = [Finding("unit_missing")] if key.needs_unit and value.unit is None else []
         if is_right:
             nothing = value.typed == 0  # zero is zero in any unit
-            return earning(0.0, *unitless) if unitless and not nothing else correct()
+            return Outcome.earning(0.0, *unitless) if unitless and not nothing else Outcome.correct()
         if number.thousands is not None and key.is_near(number.thousands, scale):
-            return review("right if its comma separates thousands, and a comma is read as a decimal comma")
-        return earning(0.0, *unitless, Finding(self._slip(key, number)))
+            return Outcome.review(
+                "right if its comma separates thousands, and a comma is read as a decimal comma"
+            )
+        return Outcome.earning(0.0, *unitless, Finding(self._slip(key, number)))
 
     def _slip(self, key: Key, number: Number) -> str:
         """The code of the one mistake that makes this number of the key."""

@@ -13,19 +13,9 @@ from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 
-from rigidcli.check.base import Asked, Finding, Outcome, Tree, Unreadable, earning
+from rigidcli.check.base import Asked, Finding, Outcome, Tree, Unreadable
 from rigidcli.check.entries import Cell, Entry, Layout, Ruler, Same, filled, typed_as
-from rigidcli.check.kinds.arrays import (
-    AXES,
-    Arrays,
-    Key,
-    Matrix,
-    Mistaken,
-    Triples,
-    compared,
-    listed,
-    rows,
-)
+from rigidcli.check.kinds.arrays import AXES, Arrays, Key, Matrix, Mistaken, Triples, compared, listed, rows
 from rigidcli.core.arithmetic import Array
 from rigidcli.core.tensor import point_tensor, rotate
 from rigidcli.errors import ValueProblem, shown
@@ -142,14 +132,16 @@ class Moments(Arrays):
             # Where only zeros are right, nothing is.
             count = len(taken) if all(zero) or any(not zero[place] for place in taken) else 0
             detail = f"read {len(value)}, expected {len(right)}"
-            return earning((count - max(0, surplus)) / len(right), Finding("wrong_shape", detail=detail))
+            return Outcome.earning(
+                (count - max(0, surplus)) / len(right), Finding("wrong_shape", detail=detail)
+            )
         rest = (k for k in _ranks(key.ruler, value) if places[k] is None)
         order = [taken[place] if place in taken else next(rest) for place in range(len(right))]
         labels = tuple(f"moment {k + 1}" for k in order)
         key = replace(key, labels=labels, counted=frozenset(labels))
         found = super().judge(key, [value[k] for k in order])
         is_ordered = key.question.order == "free" or False not in compared(key, value).values()
-        return found if is_ordered or found.share < 1 else earning(0.0, Finding("wrong_order"))
+        return found if is_ordered or found.share < 1 else Outcome.earning(0.0, Finding("wrong_order"))
 
 
 def _ranks(ruler: Ruler, entries: Sequence[Any]) -> list[int]:

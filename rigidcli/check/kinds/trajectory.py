@@ -8,30 +8,18 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
 from itertools import combinations
-from pathlib import Path
-from typing import ClassVar, NamedTuple, TypeAlias
+from typing import ClassVar, TypeAlias
 
 import numpy as np
 
-from rigidcli.check.base import (
-    Asked,
-    Finding,
-    Kind,
-    Outcome,
-    Reading,
-    Tree,
-    Unreadable,
-    correct,
-    earning,
-    review,
-)
+from rigidcli.check.base import Asked, Finding, Kind, Outcome, Reading, Tree, Unreadable
 from rigidcli.check.factors import common_factor
 from rigidcli.check.numbers import margin
-from rigidcli.check.tables import SECOND, TIME, read_table, table_text, tabulated
+from rigidcli.check.tables import SECOND, TIME, Column, read_table, table_text, tabulated
 from rigidcli.core.arithmetic import Floats, Mask
 from rigidcli.document.sampling import DEFAULT_TOLERANCE
 from rigidcli.errors import ValueProblem, shown
@@ -111,32 +99,33 @@ class Trajectory(Kind):
     def key(self, asked: Asked) -> Key:
         """The key of a trajectory. Raises ValueProblem for what is none, and for options that do not fit."""
         question = asked.question
-        found = _of_literal(asked.value) if asked.report is None else _of_report(asked)
-        times = found.columns.pop(TIME)
-        names = question.columns or tuple(found.default)
+        found, default = _of_literal(asked.value) if asked.report is None else _of_report(asked)
+        columns = {name: each.in_si(SECOND if name == TIME else None) for name, each in found.items()}
+        times = columns.pop(TIME)
+        names = question.columns or tuple(default)
         for option, given in (("columns", question.columns), ("angles", question.angles)):
             for name in given:
-                if name not in found.columns:
-                    hint = f"there are {', '.join(found.columns)}"
+                if name not in columns:
+                    hint = f"there are {', '.join(columns)}"
                     raise ValueProblem(f"the key has no column {shown(name)}", path=(option,), hint=hint)
         if not names or len(set(names)) < len(names):
             raise ValueProblem("expected columns to judge, each once", path=("columns",))
-        known = times <= times[0] + found.horizon * (times[-1] - times[0])
+        known = times <= times[0] + _horizon(asked) * (times[-1] - times[0])
         if known.sum() < LEAST_SAMPLES or not (np.diff(times) > 0).all():
             raise ValueProblem(f"expected a key of at least {LEAST_SAMPLES} rows at ascending times")
         is_angle = [name in question.angles or ANGLES.fullmatch(name) is not None for name in names]
         periods = np.where(is_angle, 2 * math.pi, np.inf)
-        times, columns = times[known], np.column_stack([found.columns[name] for name in names])[known]
-        values = _smooth(columns, periods)
+        times, values = times[known], np.column_stack([columns[name] for name in names])[known]
+        values = _smooth(values, periods)
         sizes = np.minimum(np.abs(values).max(axis=0), periods / 2)
         sizes = np.where(sizes <= NOISE * sizes.max(), sizes.max() or 1.0, sizes)
         margins = np.array([margin(size, question.tolerance) for size in sizes.tolist()])
         if (margins >= periods / 4).any():
             raise ValueProblem("any angle is within this tolerance", path=("tolerance",))
-        units = tuple(found.units.get(name) for name in names)
+        units = tuple(found[name].unit for name in names)
         return Key(names, times, values, margins, periods, units, _spline(times, values, margins))
 
-    def read(self, key: Key, answer: Tree, folder: Path) -> Reading:
+    def read(self, key: Key, answer: Tree) -> Reading:
         """The table of an answer, in SI units; a column that is missing is NaN. Raises Unreadable."""
         found = read_table(table_text(answer), (TIME, *key.columns))
         if TIME not in found:
@@ -155,13 +144,15 @@ class Trajectory(Kind):
         later = np.diff(value[:, 0]) > 0
         if not later.all():
             detail = f"row {np.argmin(later) + 2} is not later than the one before"
-            return earning(0.0, Finding("wrong_order", shown(TIME), detail))
+            return Outcome.earning(0.0, Finding("wrong_order", shown(TIME), detail))
         rows = value[:, [0, *(1 + place for place in key.order)]] if key.order else value
         there = np.asarray(~np.isnan(rows[:, 1:]).all(axis=0))
         missing = [Finding("missing_column", shown(key.columns[k])) for k in np.flatnonzero(~there)]
         compared = _compared(key, rows)
         if compared is None:
-            return review("the key has few rows, and those of the answer are at other times", *missing)
+            return Outcome.review(
+                "the key has few rows, and those of the answer are at other times", *missing
+            )
         times, own, expected = compared
         until, complete = _reach(key, rows[:, 0] if key.reference else times)
         bad = np.abs(_wrapped(key, own - expected)) > key.margins
@@ -170,17 +161,28 @@ class Trajectory(Kind):
         moving = ranges > key.margins
         if complete and there.all() and not wrong.any():
             seen = np.ptp(expected, axis=0) >= SHOWN * ranges
-            return correct() if (seen | ~moving).all() else review("its rows are too few to show the motion")
+            return (
+                Outcome.correct()
+                if (seen | ~moving).all()
+                else Outcome.review("its rows are too few to show the motion")
+            )
         first = bad.argmax(axis=0) if len(bad) else np.zeros(len(there), dtype=int)
         ends = np.minimum(until, np.where(wrong, np.append(key.start, times)[first], until))
         ends = np.where(there, ends, key.start)
         # Columns that do not move are right without any work: they count where they are wrong.
         counted = moving | wrong | ~there | ~moving.any()
-        findings = [*missing, *_said(key, compared, wrong, first, ends)]
+        findings = [*missing, *_said(key, *compared, wrong, first, ends)]
         if not complete:
             detail = f"it is judged until t = {until:.4g} of {key.times[-1]:.4g}"
             findings.append(Finding("time_range_short", detail=detail))
-        return earning(float((ends[counted] - key.start).mean() / key.span), *findings)
+        return Outcome.earning(float((ends[counted] - key.start).mean() / key.span), *findings)
+
+    def mistaken(self, key: Key) -> Iterator[tuple[str, Key]]:
+        """The keys by which two columns of an answer stand under each other's names."""
+        for one, other in combinations(range(len(key.columns)), 2):
+            order = list(range(len(key.columns)))
+            order[one], order[other] = other, one
+            yield "components_permuted", replace(key, order=tuple(order))
 
     def typed(self, key: Key) -> Tree:
         """The rows of the key."""
@@ -193,16 +195,12 @@ class Trajectory(Kind):
 # --- judging
 
 
-class Compared(NamedTuple):
-    """Times (k), what an answer has there, and what is expected (both k by m)."""
+def _compared(key: Key, rows: Floats) -> tuple[Floats, Floats, Floats] | None:
+    """Times (k), what an answer has there, and what is expected (both k by m).
 
-    times: Floats
-    own: Floats
-    expected: Floats
-
-
-def _compared(key: Key, rows: Floats) -> Compared | None:
-    """An answer beside the key, at its own times or those of a key of few rows; None where that cannot be."""
+    The times are those of the answer, or of a key of few rows: None where these differ. A quaternion has the
+    sign that is nearer to the key.
+    """
     times, own, slack = rows[:, 0], rows[:, 1:], SAME_TIME * key.span
     if key.reference is not None:
         inside = (times >= key.start - slack) & (times <= key.times[-1] + slack)
@@ -211,25 +209,15 @@ def _compared(key: Key, rows: Floats) -> Compared | None:
     else:
         near = np.abs(times[:, None] - key.times).argmin(axis=0)
         met = np.abs(times[near] - key.times) <= slack
-        if not met.all() and met.sum() < LEAST_SAMPLES:
-            between = _spline(times, _smooth(np.nan_to_num(own), key.periods), key.margins)
-            if between is None:
-                return None
-            met = (key.times >= times[0] - slack) & (key.times <= times[-1] + slack)
-            lost = np.where(np.isnan(own).all(axis=0), np.nan, 0.0)
-            return _turned(key, key.times[met], between(key.times[met]) + lost, key.values[met])
+        if met.sum() < LEAST_SAMPLES:
+            return None
         times, own, expected = key.times[met], own[near[met]], key.values[met]
-    return _turned(key, times, own, expected)
-
-
-def _turned(key: Key, times: Floats, own: Floats, expected: Floats) -> Compared:
-    """The same, with the sign of each quaternion that is nearer to the key."""
     if set(QUATERNION) <= set(key.columns):
         places = [key.columns.index(name) for name in QUATERNION]
         sign = np.where((own[:, places] * expected[:, places]).sum(axis=1) < 0, -1.0, 1.0)
         own = own.copy()
         own[:, places] *= sign[:, None]
-    return Compared(times, own, expected)
+    return times, own, expected
 
 
 def _wrapped(key: Key, differences: Floats) -> Floats:
@@ -255,20 +243,22 @@ def _reach(key: Key, times: Floats) -> tuple[float, bool]:
     return (stop if complete else max(key.start, end)), complete
 
 
-def _said(key: Key, seen: Compared, wrong: Mask, first: Floats, ends: Floats) -> Iterator[Finding]:
+def _said(
+    key: Key, times: Floats, own: Floats, expected: Floats, wrong: Mask, first: Floats, ends: Floats
+) -> Iterator[Finding]:
     """What is said of wrong columns: the factor that all of them have, or until when they are right."""
     places = np.flatnonzero(wrong).tolist()
-    codes = {_factor(key, k, seen.own[:, k], seen.expected[:, k]) for k in places}
+    codes = {_factor(key, k, own[:, k], expected[:, k]) for k in places}
     if len(codes) == 1 and (code := codes.pop()):
         yield Finding(code, ", ".join(shown(key.columns[k]) for k in places))
         return
     for k in places:
         name, row = key.columns[k], int(first[k])
-        expected = f"expected {name} = {seen.expected[row, k]:.6g} at t = {seen.times[row]:.6g}"
+        reference = f"expected {name} = {expected[row, k]:.6g} at t = {times[row]:.6g}"
         if row:
-            yield Finding("outside_tolerance", shown(name), f"it is right until t = {ends[k]:.4g}", expected)
+            yield Finding("outside_tolerance", shown(name), f"it is right until t = {ends[k]:.4g}", reference)
         else:
-            yield Finding("wrong_initial_condition", shown(name), reference=expected)
+            yield Finding("wrong_initial_condition", shown(name), reference=reference)
 
 
 def _factor(key: Key, place: int, own: Floats, expected: Floats) -> str | None:
@@ -308,36 +298,24 @@ def _spline(times: Floats, values: Floats, margins: Floats) -> Columns | None:
     return None
 
 
-class _Motion(NamedTuple):
-    """Times (n) and columns (n each) in SI units, the names that are judged by default, and units.
-
-    `horizon` is the part of the span until which the motion can be predicted.
-    """
-
-    columns: dict[str, Floats]
-    default: Sequence[str]
-    units: Mapping[str, Unit | None]
-    horizon: float = 1.0
-
-
-def _of_report(asked: Asked) -> _Motion:
-    """The samples of a report, and the columns at the path that is asked. Raises ValueProblem."""
+def _of_report(asked: Asked) -> tuple[dict[str, Column], Sequence[str]]:
+    """The columns of a report, and those at the path that is asked. Raises ValueProblem."""
     assert asked.report is not None
     name = asked.path[1] if len(asked.path) > 1 else ""
     table = next((each for each in asked.report.tables if each.key == name and name in BY_DEFAULT), None)
     if table is None or asked.path[2:] == (TIME,):
         raise ValueProblem("this result is no trajectory", path=("ask",))
-    cells = {each.cells[0]: each for each in single_cells(table)}
-    columns = {name: np.asarray(each.values, dtype=np.float64) for name, each in cells.items()}
     asks = (".".join(asked.path[2:]),) if len(asked.path) > 2 else BY_DEFAULT[name]
-    keys = [f"{each.key}." for each in table.columns for _ in each.cells]
-    default = [
-        name
-        for name, key in zip(cells, keys, strict=True)
-        if key.startswith(tuple(f"{ask}." for ask in asks))
-    ]
-    units = {name: parse_unit(each.unit) if each.unit else None for name, each in cells.items()}
-    return _Motion(columns, default, units, _horizon(asked))
+    keys = [each.key for each in table.columns for _ in each.cells]
+    found = {
+        each.cells[0]: Column(
+            each.cells[0], parse_unit(each.unit) if each.unit else None, np.array(each.values)
+        )
+        for each in single_cells(table)
+    }
+    beginnings = tuple(f"{ask}." for ask in asks)
+    default = [cell for cell, key in zip(found, keys, strict=True) if f"{key}.".startswith(beginnings)]
+    return found, default
 
 
 def _horizon(asked: Asked) -> float:
@@ -357,26 +335,12 @@ def _horizon(asked: Asked) -> float:
     return MAGNIFIED / max(MAGNIFIED, -math.log10(tolerance) - float(digits))
 
 
-def _of_literal(value: Tree) -> _Motion:
-    """A table, or formulas of the time. Raises ValueProblem."""
+def _of_literal(value: Tree) -> tuple[dict[str, Column], Sequence[str]]:
+    """A table, or formulas of the time, and the columns beside the time. Raises ValueProblem."""
     if isinstance(value, dict) and set(value) == {TIME, "columns"}:
-        columns = tabulated(value[TIME], value["columns"])
-        return _Motion(columns, list(columns)[1:], {})
-    found = read_table(table_text(value))
+        found = tabulated(value[TIME], value["columns"])
+    else:
+        found = read_table(table_text(value))
     if TIME not in found:
         raise ValueProblem("expected a column `t` of times", path=("answer",))
-    columns = {name: column.in_si(None if name != TIME else SECOND) for name, column in found.items()}
-    return _Motion(
-        columns, [name for name in found if name != TIME], {name: each.unit for name, each in found.items()}
-    )
-
-
-# --- what mistakes make of a key
-
-
-def exchanged(key: Key) -> Iterator[Key]:
-    """The keys by which two columns of an answer stand under each other's names."""
-    for one, other in combinations(range(len(key.columns)), 2):
-        order = list(range(len(key.columns)))
-        order[one], order[other] = other, one
-        yield replace(key, order=tuple(order))
+    return found, [name for name in found if name != TIME]

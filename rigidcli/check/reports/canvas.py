@@ -14,10 +14,10 @@ from collections.abc import Iterable, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
 
-from rigidcli.check.names import listed, noted
+from rigidcli.check.files import listed, noted
 from rigidcli.check.records import Judgement
 from rigidcli.check.reports.table import points
-from rigidcli.check.roster import LOGINS, NAMES, Roster
+from rigidcli.check.roster import LOGINS, NAMES, Roster, points_in
 from rigidcli.errors import UsageError, nearest, shown
 
 ABOUT_STUDENTS = frozenset([*NAMES, *LOGINS, "Integration ID", "Root Account", "Section"])
@@ -95,13 +95,13 @@ def fill(text: str, judgements: Iterable[Judgement], column: str) -> Filled:
             waiting.append(judgement.student)
         else:
             score = judgement.score_to(2)  # as Canvas rounds points
-            replaced += bool(stands) and _number(stands) != score
+            replaced += bool(stands) and points_in(stands) != score
             book.put(row, place, score)
     notes += noted("an answer waits for a person to judge, and the cell left as it was", waiting)
     notes += noted("excused, or without this assignment, and left so", kept)
     if replaced:
         notes.append(f"scores that stood in the column and are replaced: {replaced}")
-    most = _number(_value(book.worth, place))
+    most = points_in(_value(book.worth, place))
     if judgements and most is not None and most != judgements[0].max_score:
         whole = points(judgements[0].max_score)
         notes.append(f"the column is worth {points(most)} points, the assignment {whole}")
@@ -134,13 +134,6 @@ def _students(book: _Book) -> dict[int, dict[str, str]]:
         if row is not book.worth and any(cells.values()):
             students[number] = cells
     return students
-
-
-def _number(text: str) -> float | None:
-    try:
-        return float(text.replace(",", "."))
-    except ValueError:
-        return None
 
 
 def _place(book: _Book, wanted: str) -> int:
