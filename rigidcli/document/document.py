@@ -5,13 +5,12 @@ from __future__ import annotations
 import pathlib
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
-from copy import copy
+from dataclasses import replace
 from functools import cache, cached_property
 from importlib import import_module
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Self
 
-from pydantic import Field, PrivateAttr, TypeAdapter, ValidationError, ValidationInfo, model_validator
-from pydantic_core import InitErrorDetails
+from pydantic import Field, PrivateAttr, ValidationInfo, model_validator
 
 from rigidcli.bodies.rotations import Rotation
 from rigidcli.core.arithmetic import Arithmetic, Scalar
@@ -22,7 +21,7 @@ from rigidcli.errors import DocumentError, Problem, ValueProblem
 from rigidcli.fields.environment import Environment
 from rigidcli.fields.quantities import Direction, ReferencePoint
 from rigidcli.fields.readers import Elsewhere, ReadBy, Title
-from rigidcli.fields.section import Section, details, environment, optional, sections_in
+from rigidcli.fields.section import Section, environment, optional, sections_in
 from rigidcli.fields.words import keys_called, not_one_of
 from rigidcli.language.expression import Expression
 
@@ -98,7 +97,7 @@ class Document(Section):
         about, body = raw.get("about"), raw.get("body")
         if isinstance(about, str) and about not in (points := ["origin", "com"]):
             shapes = import_module("rigidcli.bodies.shapes").SHAPES
-            name = body.get("shape") if isinstance(body, dict) else None
+            name = body.get("shape") if isinstance(body, dict) else getattr(body, "shape", None)
             points += shapes[name].ANCHORS if isinstance(name, str) and name in shapes else ()
             if about not in points:
                 yield ValueProblem(not_one_of(about, points), path=("about",))
@@ -124,12 +123,9 @@ class Document(Section):
         self._environment = environment(info)
         if self.body is not None and self.body.rounding is not None and "about" not in self.model_fields_set:
             self.__dict__["about"] = "com"  # of a molecule, whose origin means nothing
-        self._require_whole()
-        return self
-
-    def _require_whole(self) -> None:
         if self.body is not None and self.body.hole:
             raise ValueProblem("a hole stands in `parts`, beside what it is cut from", path=("body", "hole"))
+        return self
 
     @cached_property
     def arithmetic(self) -> Arithmetic:
@@ -218,46 +214,16 @@ class Document(Section):
 
     def start(self, place: int, **sampling: Any) -> Self:
         """The document with one start of its ensemble, and its times changed to what is given."""
-        if self.motion is not None and self.motion.ensemble is not None:
-            motion = self.motion.start(place)
-            found = self.model_copy(update={"motion": motion.model_copy(update=sampling)})
-            if motion.orientation is not self.motion.orientation:
-                found.__dict__.pop("physical", None)
-        else:
-            assert self.orbit is not None
-            orbit = self.orbit.at_start(place).model_copy(update=sampling)
-            found = self.model_copy(update={"orbit": orbit})
-        found.__dict__["shared"] = self.shared
+        key = "motion" if self.motion is not None and self.motion.ensemble is not None else "orbit"
+        section = getattr(self, key).at_start(place).model_copy(update=sampling)
+        found = self.model_copy(update={key: section})
+        found.__dict__ |= {"shared": self.shared, "physical": self.physical.of(found)}
         return found
 
     def environment_again(self) -> Environment:
         """The environment of the document, in which more of it may be read without a trace in this one."""
-        env = copy(self._environment)
-        env.used, env.faults = set(env.used), dict(env.faults)
-        env.notes, env.files = [*env.notes], [*env.files]
-        return env
-
-    def completed(self, raw: Mapping[str, Any], env: Environment) -> Self:
-        """The document with these keys, which are read; what hangs on none of them is worked out once.
-
-        Raises ValidationError with all problems of the keys.
-        """
-        update, errors = {}, list[InitErrorDetails]()
-        for key, value in raw.items():
-            try:
-                update[key] = _reader(key).validate_python(value, context=env)
-            except ValidationError as error:
-                errors += details(error, key)
-        if errors:
-            raise ValidationError.from_exception_data("Document", errors)
-        found = self.model_copy(update=update)
-        found._environment = env
-        found._require_whole()
-        turned = None if found.motion is None else found.motion.orientation
-        found.__dict__["physical"] = self.physical.changed(
-            found.body, found.axis, found.frame, found.top, turned
-        )
-        return found
+        env = self._environment
+        return replace(env, used={*env.used}, faults={**env.faults}, notes=[*env.notes], files=[*env.files])
 
     @cached_property
     def shared(self) -> Shared:
@@ -269,15 +235,7 @@ class Document(Section):
     @cached_property
     def physical(self) -> Physical:
         """The numbers that the sections describe."""
-        turned = None if self.motion is None else self.motion.orientation
-        return Physical(self.arithmetic, self.body, self.about, self.axis, self.frame, self.top, turned)
-
-
-@cache
-def _reader(key: str) -> TypeAdapter[Any]:
-    """What reads the value of a key at the top by itself."""
-    annotation: Any = Document.model_fields[key].annotation
-    return TypeAdapter(annotation)
+        return Physical(self)
 
 
 @cache

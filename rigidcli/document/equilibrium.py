@@ -9,7 +9,7 @@ from typing import Any
 from pydantic import ValidationInfo
 
 from rigidcli.document.parameters import read_mapping
-from rigidcli.document.variables import MOST_COORDINATES, require_known
+from rigidcli.document.variables import MOST_COORDINATES
 from rigidcli.fields.section import environment
 from rigidcli.language.expression import Expression
 
@@ -28,7 +28,6 @@ def read_equilibrium(raw: object, info: ValidationInfo) -> Equilibrium:
     names = env.coordinates or ()
 
     def read(name: str, value: Any) -> Expression:
-        require_known(name, env.coordinates, f"expected the coordinates {', '.join(names)}")
         expression = env.symbolic(value)
         env.admit(expression, ())
         return expression
@@ -39,6 +38,8 @@ def read_equilibrium(raw: object, info: ValidationInfo) -> Equilibrium:
         read,
         example="{theta: 0}, or near it {find: {theta: 3}}",
         most=MOST_COORDINATES,
+        names=env.coordinates,
+        expected=f"expected the coordinates {', '.join(names)}",
         needed=names,
         lacks="expected its value at the equilibrium, such as 0",
         below=("find",) if is_sought else (),

@@ -5,7 +5,6 @@ They are worked out when a document is read, so that a body or a top that cannot
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from functools import cached_property
 from typing import TYPE_CHECKING
 
@@ -13,66 +12,43 @@ import numpy as np
 
 from rigidcli.bodies.rotations import Rotation
 from rigidcli.core import rotation
-from rigidcli.core.arithmetic import Arithmetic, Array, Scalar
+from rigidcli.core.arithmetic import Array
 from rigidcli.core.mass_properties import MassProperties
 from rigidcli.core.tensor import Inertia
 from rigidcli.errors import ValueProblem, at
-from rigidcli.fields.quantities import ReferencePoint
 
 if TYPE_CHECKING:
-    from rigidcli.bodies.bodies import Body
     from rigidcli.bodies.tops import HeavyTop
-    from rigidcli.document.top import Top
+    from rigidcli.document.document import Document
 
 SAME_POINT = 1e-12
 """Two points closer than this, in units of their distance from the origin, differ by rounding only."""
 
 
-@dataclass(frozen=True, eq=False)
 class Physical:
-    """The numbers of a document, each worked out once, when it is first asked for.
+    """The numbers of a document, worked out when they are first asked for.
 
-    Vectors and tensors are along the document's axes; `turned` is the orientation that the body begins with.
-    Every property raises ValueProblem, with the path in the document, for what cannot exist.
+    Vectors and tensors are along the document's axes. Every property raises ValueProblem, with the path in
+    the document, for what cannot exist.
     """
 
-    arithmetic: Arithmetic
-    body: Body | None
-    about: ReferencePoint
-    axis: tuple[Scalar, Scalar, Scalar] | None
-    frame: Rotation | None
-    top: Top | None
-    turned: Rotation | None
+    def __init__(self, document: Document) -> None:
+        self.document, self.arithmetic, self.body = document, document.arithmetic, document.body
 
     @np.errstate(over="ignore", invalid="ignore")
-    def changed(
-        self,
-        body: Body | None,
-        axis: tuple[Scalar, Scalar, Scalar] | None,
-        frame: Rotation | None,
-        top: Top | None,
-        turned: Rotation | None,
-    ) -> Physical:
-        """The same of other sections. What hangs on none that is another is worked out once, here."""
-        found = Physical(self.arithmetic, body, self.about, axis, frame, top, turned)
-        same = ["axes"] if found.frame is self.frame else []
-        same += ["orientation"] if found.turned is self.turned else []
+    def of(self, document: Document) -> Physical:
+        """The numbers of a document that may have the same body, which is then worked out once, here."""
+        found = Physical(document)
         if self.body is not None and found.body is self.body:
-            same += ["properties", "inertia", *(("body_top",) if found.top else ())]
-        for name in same:
-            found.__dict__[name] = getattr(self, name)
+            for name in ("properties", "inertia", *(("body_top",) if document.top else ())):
+                found.__dict__[name] = getattr(self, name)
         return found
 
     @np.errstate(over="ignore", invalid="ignore")
     def require(self) -> None:
         """Raise ValueProblem unless all that the document describes can exist."""
-        _ = (
-            self.axes,
-            self.direction,
-            self.body and self.properties,
-            self.top and self.heavy_top,
-            self.orientation,
-        )
+        _ = self.axes, self.direction, self.orientation
+        _ = self.body and self.properties, self.document.top and self.heavy_top
 
     @cached_property
     def properties(self) -> MassProperties:
@@ -88,7 +64,7 @@ class Physical:
     def _require_known(self, properties: MassProperties) -> None:
         """Raise ValueProblem unless a tensor without a mass is given about the point that is asked for."""
         n = self.arithmetic
-        if self.about == "com" and not properties.at_com:
+        if self.document.about == "com" and not properties.at_com:
             raise ValueProblem("missing: without it the tensor cannot be shifted", path=("body", "mass"))
         asked = self._point(properties)
         off = max(abs(n.size(component)) for component in asked - properties.com)
@@ -107,24 +83,22 @@ class Physical:
         return self._point(self.properties)
 
     def _point(self, properties: MassProperties) -> Array:
-        if self.about == "com":
+        about = self.document.about
+        if about == "com":
             return properties.com
-        if isinstance(self.about, str) and self.about != "origin":
+        if isinstance(about, str) and about != "origin":
             from rigidcli.bodies.shape import Shape
 
             assert isinstance(self.body, Shape)
-            return self.body.point_named(self.about, self.arithmetic)
-        return self.arithmetic.array([0, 0, 0] if self.about == "origin" else self.about)
+            return self.body.point_named(about, self.arithmetic)
+        return self.arithmetic.array([0, 0, 0] if about == "origin" else about)
 
     @cached_property
     def inertia(self) -> Inertia:
         """The inertia about the point O, along axes in which it was worked out."""
         # A centre of mass is rounded, and the inertia about it known better; exact sums have axes in common.
-        if (
-            self.body is None
-            or self.properties.mass is None
-            or (self.about == "com" and not self.arithmetic.exact)
-        ):
+        at_com = self.document.about == "com" and not self.arithmetic.exact
+        if self.body is None or self.properties.mass is None or at_com:
             return self.properties.inertia
         return self.body.inertia_about(self.point, self.arithmetic)
 
@@ -137,19 +111,21 @@ class Physical:
     def direction(self) -> Array | None:
         """The unit vector (3) along the axis through O about which the moment is asked, if one is."""
         with at("axis"):
-            return None if self.axis is None else rotation.direction(self.axis, self.arithmetic)
+            axis = self.document.axis
+            return None if axis is None else rotation.direction(axis, self.arithmetic)
 
     @cached_property
     def heavy_top(self) -> HeavyTop:
         """The top that the section `top` describes by itself or by the body, held at the point O."""
-        if self.top is None:
+        top = self.document.top
+        if top is None:
             raise ValueProblem("missing, expected a top", path=("top",))
         if self.body is None:
             from rigidcli.bodies.tops import described
 
             with at("top"):
-                return described(self.arithmetic, **self.top.numbers)
-        if given := [key for key, number in self.top.numbers.items() if number is not None]:
+                return described(self.arithmetic, **top.numbers)
+        if given := [key for key, number in top.numbers.items() if number is not None]:
             raise ValueProblem("the `body` tells this; give one or the other", path=("top", given[0]))
         return self.body_top
 
@@ -168,12 +144,13 @@ class Physical:
     @cached_property
     def axes(self) -> Array:
         """The axes of the results, as columns (3 by 3)."""
-        return self._matrix(self.frame, "frame")
+        return self._matrix(self.document.frame, "frame")
 
     @cached_property
     def orientation(self) -> Array:
         """The rotation from the document's axes to those of space at t = 0 (3 by 3)."""
-        return self._matrix(self.turned, "motion", "orientation")
+        motion = self.document.motion
+        return self._matrix(None if motion is None else motion.orientation, "motion", "orientation")
 
     def _matrix(self, rotation: Rotation | None, *path: str) -> Array:
         if rotation is None:

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping
 
 from pydantic.json_schema import JsonSchemaValue
 
 from rigidcli.document.parameters import read_name
-from rigidcli.errors import ExpressionError, ValueProblem, gathered, nearest, shown
+from rigidcli.errors import ExpressionError, ValueProblem, gathered, shown
 from rigidcli.fields.dimensions import Dimension
 from rigidcli.fields.environment import Environment
 from rigidcli.language.expression import Expression
@@ -29,14 +29,8 @@ RESULTS: Mapping[str, str] = {"H": "the Hamiltonian"}
 """Names that no variable may have, because columns of an orbit have them."""
 
 
-def velocity(coordinate: str) -> str:
-    """The name of a coordinate's velocity."""
-    return f"{coordinate}dot"
-
-
-def momentum(coordinate: str) -> str:
-    """The name of a coordinate's momentum."""
-    return f"p_{coordinate}"
+velocity, momentum, acceleration = "{}dot".format, "p_{}".format, "{}ddot".format
+"""The names of a coordinate's velocity, of its momentum, and of its second derivative."""
 
 
 def derived_names(coordinates: Iterable[str]) -> dict[str, str]:
@@ -46,11 +40,6 @@ def derived_names(coordinates: Iterable[str]) -> dict[str, str]:
         for coordinate in coordinates
         for name, kind in ((velocity(coordinate), "velocity"), (momentum(coordinate), "momentum"))
     }
-
-
-def acceleration(coordinate: str) -> str:
-    """The name that a coordinate's second derivative would have."""
-    return f"{coordinate}ddot"
 
 
 def read_new_names(
@@ -78,13 +67,6 @@ def read_new_names(
             found[name] = index
             blame_parameter(name, f"one of the {what}", env)
     return found, problems
-
-
-def require_known(name: str, known: Sequence[str] | None, hint: str) -> None:
-    """Raise ValueProblem for a name that is none of the `known` ones, where these are known."""
-    if known is not None and name not in known:
-        near = nearest(name, known)
-        raise ValueProblem(f"unknown name{f' (did you mean {near}?)' if near else ''}", hint=hint)
 
 
 def blame_parameter(name: str, what: str, env: Environment) -> None:
