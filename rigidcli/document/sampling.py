@@ -10,7 +10,7 @@ from pydantic import AfterValidator, ValidationInfo, model_validator
 
 from rigidcli.core.arithmetic import Floats, Scalar
 from rigidcli.document.ensembles import Ensemble
-from rigidcli.errors import ValueProblem
+from rigidcli.errors import ValueProblem, shown
 from rigidcli.fields.quantities import AsList, Duration, Number, Time, WholeNumber, limited
 from rigidcli.fields.section import Section, environment, optional
 
@@ -44,10 +44,6 @@ def _ascending(times: tuple[Scalar, ...], info: ValidationInfo) -> tuple[Scalar,
 
 
 Times = Annotated[tuple[Time, ...], AsList, AfterValidator(_ascending)]
-Samples = Annotated[
-    WholeNumber,
-    limited(lambda x, n: 2 <= x <= MOST_SAMPLES, f"a whole number from 2 to {MOST_SAMPLES:,}"),
-]
 Tolerance = Annotated[
     Number,
     limited(
@@ -66,7 +62,7 @@ class Sampling(Section):
     AT_MOST_ONE_OF: ClassVar = ("samples", "step", "times")
 
     duration: Duration | None = optional("End of the motion (s)")
-    samples: Samples | None = optional("How many times, evenly spaced (default 1001)")
+    samples: WholeNumber | None = optional("How many times, evenly spaced (default 1001)")
     step: Duration | None = optional("Time between two samples (s)")
     times: Times | None = optional("The times themselves, ascending")
     tolerance: Tolerance | None = optional(
@@ -77,6 +73,9 @@ class Sampling(Section):
     @model_validator(mode="after")
     def _check_sampling(self, info: ValidationInfo) -> Self:
         n = environment(info).arithmetic
+        if self.samples is not None and not 2 <= self.samples <= MOST_SAMPLES:
+            expected = f"a whole number from 2 to {MOST_SAMPLES:,}"
+            raise ValueProblem(f"read {shown(self.samples)}, expected {expected}", path=("samples",))
         if self.step is not None and self.duration is None:
             raise ValueProblem("missing, expected how long `step` is repeated", path=("duration",))
         if self.step is not None and self.duration is not None:
