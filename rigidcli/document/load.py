@@ -17,9 +17,17 @@ from pydantic import ValidationError
 from rigidcli.bodies.robots import is_robot
 from rigidcli.document.complaints import explain
 from rigidcli.document.document import Document
-from rigidcli.document.origins import BodyFile, LinkOrigin, Origin, body_form, links, of_text
+from rigidcli.document.origins import (
+    SWEEP,
+    BodyFile,
+    LinkOrigin,
+    Origin,
+    body_form,
+    links,
+    of_text,
+    split_setting,
+)
 from rigidcli.document.parameters import read_parameters
-from rigidcli.document.settings import SWEEP, split_setting
 from rigidcli.errors import UNSETTLED, DocumentError, Problem, UsageError, ValueProblem, shown
 from rigidcli.fields.environment import Environment, arithmetic_for
 from rigidcli.fields.section import Section
@@ -140,33 +148,27 @@ class Drafts(NamedTuple):
     notes: Sequence[str]
 
 
-def draft(path: str | os.PathLike[str], **options: Any) -> Draft:
-    """The one document in a file, `-` being standard input; options as in `load`. Raises DocumentError."""
-    name, source, folder = _named(path)
+def drafts(path: str | os.PathLike[str], **options: Any) -> Drafts:
+    """The documents of a file, `-` being standard input; options as in `load`. Raises DocumentError.
+
+    A robot description has one a link, all else is one.
+    """
+    name = os.fspath(path)
+    # A file name may have bytes that are no text.
+    source = os.fsencode(name).decode(errors="backslashreplace")
+    folder = pathlib.Path() if name == STDIN else pathlib.Path(name).parent
     form = body_form(name)
     if form is not None:
-        return Draft(BodyFile(source, folder, {"body": {form: pathlib.PurePath(name).name}}), **options)
-    return Draft(of_text(read_text(name, source), source, folder), **options)
-
-
-def drafts(path: str | os.PathLike[str], **options: Any) -> Drafts:
-    """The documents of a file: a robot description has one a link, all else is one. Raises DocumentError."""
-    name, source, folder = _named(path)
+        origin: Origin = BodyFile(source, folder, {"body": {form: pathlib.PurePath(name).name}})
+        return Drafts([Draft(origin, **options)], ())
+    text = read_text(name, source)
     if not is_robot(name):
-        return Drafts([draft(path, **options)], ())
-    found = robot_drafts(read_text(name, source), source, folder, **options)
+        return Drafts([Draft(of_text(text, source, folder), **options)], ())
+    found = robot_drafts(text, source, folder, **options)
     if not found.each:
         message = "; ".join(["no link has a mass that is written", *found.notes])
         raise DocumentError([Problem(source, message)])
     return found
-
-
-def _named(path: str | os.PathLike[str]) -> tuple[str, str, pathlib.Path]:
-    """The name of a file, the same for messages, and the folder of what a document in it names."""
-    name = os.fspath(path)
-    # A file name may have bytes that are no text.
-    source = os.fsencode(name).decode(errors="backslashreplace")
-    return name, source, pathlib.Path() if name == STDIN else pathlib.Path(name).parent
 
 
 def robot_drafts(text: str, source: str, folder: pathlib.Path, **options: Any) -> Drafts:

@@ -17,7 +17,7 @@ from fractions import Fraction
 from functools import cached_property
 from typing import Any, TypeAlias
 
-from rigidcli.document.settings import SWEEP, split_setting
+from rigidcli.document.origins import SWEEP, split_setting
 from rigidcli.document.syntax import read_value
 from rigidcli.errors import DocumentError, UsageError, ValueProblem, nearest, shown
 from rigidcli.fields.environment import Environment, arithmetic_for
