@@ -152,26 +152,19 @@ def _in_order(
     problems: list[ValueProblem],
     spelling: Mapping[str, str],
 ) -> list[str]:
-    """The names so that each comes after those it uses; circles, and what hangs on them, are broken."""
+    """The names so that each comes after those it uses; what is in a circle, or hangs on one, is broken."""
     sorter = TopologicalSorter(uses)
-    with contextlib.suppress(CycleError):  # the names outside of circles come all the same
+    try:
         sorter.prepare()
+    except CycleError as error:  # the names outside of circles come all the same
+        *names, _ = reversed(error.args[1])
+        first = names.index(min(names))
+        circle = [*names[first:], *names[: first + 1]]
+        message = f"parameters in a circle: {' -> '.join(circle)}"
+        problems.append(ValueProblem(message, path=(spelling[circle[0]],)))
     order: list[str] = []
     while ready := sorter.get_ready():
         order += ready
         sorter.done(*ready)
-    stuck = uses.keys() - set(order)
-    env.broken |= stuck
-    seen: set[str] = set()
-    for name in sorted(stuck):
-        path: dict[str, None] = {}
-        while name not in seen:
-            seen.add(name)
-            path[name] = None
-            name = min(uses[name] & stuck)
-        if name in path:
-            names = list(path)
-            circle = [*names[names.index(name) :], name]
-            problem = ValueProblem(f"parameters in a circle: {' -> '.join(circle)}")
-            problems.append(problem.below(spelling[name]))
+    env.broken |= uses.keys() - set(order)
     return order

@@ -30,8 +30,6 @@ Eccentricity = Annotated[
 Ellipticity = Annotated[
     Number, limited(lambda x, n: n.sign(1 - 2 * x) != -1, "(C - A)/C with C <= 2 A, a number up to 1/2")
 ]
-
-
 GravitationalParameter = Annotated[Scalar, Quantity(GRAVITATIONAL_PARAMETER, "positive")]
 Moments = Annotated[tuple[PositiveMoment, PositiveMoment, PositiveMoment], AsList]
 
@@ -43,7 +41,7 @@ class Perturber(Section):
 
     name: Title | None = None
     mass: Mass | None = None
-    gm: Annotated[Scalar, Quantity(GRAVITATIONAL_PARAMETER, "positive")] | None = optional(
+    gm: GravitationalParameter | None = optional(
         "Gravitational parameter G m (m^3/s^2), often known better than the mass"
     )
     distance: Length = Field(description="Semi-major axis of the orbit (m)")
