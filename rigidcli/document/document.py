@@ -35,17 +35,19 @@ if TYPE_CHECKING:
     from rigidcli.document.equilibrium import Equilibrium
     from rigidcli.document.motion import Motion
     from rigidcli.document.orbit import Orbit
+    from rigidcli.document.precession import Tide, Top
     from rigidcli.document.system import System
-    from rigidcli.document.tide import Tide
-    from rigidcli.document.top import Top
     from rigidcli.document.transform import Transform
 else:
     # Loaded when a document has the section, as no document has all of them.
     Equilibrium = Any
     Body = Annotated[Section, Elsewhere("rigidcli.bodies.bodies", "BODY")]
-    Motion, Orbit, System, Tide, Top, Transform = (
+    Tide, Top = (
+        Annotated[Section, Elsewhere("rigidcli.document.precession", name)] for name in ("Tide", "Top")
+    )
+    Motion, Orbit, System, Transform = (
         Annotated[Section, Elsewhere(f"rigidcli.document.{name.lower()}", name)]
-        for name in ("Motion", "Orbit", "System", "Tide", "Top", "Transform")
+        for name in ("Motion", "Orbit", "System", "Transform")
     )
 
 _COORDINATES = {"type": "object", "additionalProperties": {"type": ["number", "string"]}}
@@ -205,14 +207,15 @@ class Document(Section):
     @contextmanager
     def placing(self) -> Iterator[None]:
         """A context in which problems of this document that have a key, and no line, get theirs."""
+
+        def placed(problem: Problem) -> Problem:
+            has_place = problem.line is not None or not problem.key or problem.source != self.source
+            return problem if has_place else self.problem(problem.message, problem.key, hint=problem.hint)
+
         try:
             yield
         except DocumentError as error:
-            raise DocumentError([self._placed(problem) for problem in error.problems]) from error
-
-    def _placed(self, problem: Problem) -> Problem:
-        known = problem.line is not None or not problem.key or problem.source != self.source
-        return problem if known else self.problem(problem.message, problem.key, hint=problem.hint)
+            raise DocumentError(list(map(placed, error.problems))) from error
 
     @property
     def ensemble(self) -> Ensemble | None:
