@@ -32,12 +32,12 @@ if TYPE_CHECKING:
     from rigidcli.bodies.bodies import Body
     from rigidcli.bodies.tops import HeavyTop
     from rigidcli.document.ensembles import Ensemble, Shared
-    from rigidcli.document.equilibrium import Equilibrium
     from rigidcli.document.motion import Motion
     from rigidcli.document.orbit import Orbit
     from rigidcli.document.precession import Tide, Top
     from rigidcli.document.system import System
     from rigidcli.document.transform import Transform
+    from rigidcli.document.variables import Equilibrium
 else:
     # Loaded when a document has the section, as no document has all of them.
     Equilibrium = Any
@@ -52,7 +52,7 @@ else:
 
 _COORDINATES = {"type": "object", "additionalProperties": {"type": ["number", "string"]}}
 _EQUILIBRIUM = ReadBy(
-    lambda raw, info: import_module("rigidcli.document.equilibrium").read_equilibrium(raw, info),
+    lambda raw, info: import_module("rigidcli.document.variables").read_equilibrium(raw, info),
     {"anyOf": [_COORDINATES, {"type": "object", "properties": {"find": {"title": "Find", **_COORDINATES}}}]},
 )
 

@@ -1,15 +1,19 @@
-"""Variables of a system in phase space, old and new: their names, and expressions in them."""
+"""Variables of a system in phase space: their names, expressions in them, and values at an equilibrium."""
 
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+from typing import Any
 
+from pydantic import ValidationInfo
 from pydantic.json_schema import JsonSchemaValue
 
-from rigidcli.document.parameters import read_name
+from rigidcli.document.parameters import read_mapping, read_name
 from rigidcli.errors import ExpressionError, ValueProblem, gathered, shown
 from rigidcli.fields.dimensions import Dimension
 from rigidcli.fields.environment import Environment
+from rigidcli.fields.section import environment
 from rigidcli.language.expression import Expression
 
 MOST_COORDINATES = 40
@@ -96,3 +100,36 @@ def read_expression(
         raise ExpressionError(f"`{name}` is {misplaced[name]}, which cannot stand here", hint=hint)
     env.admit(expression, variables, dimension)
     return expression
+
+
+@dataclass(frozen=True, slots=True)
+class Equilibrium:
+    """Values of all coordinates, in the parameters; if it `is_sought`, they are only near it."""
+
+    values: Mapping[str, Expression]
+    is_sought: bool
+
+
+def read_equilibrium(raw: object, info: ValidationInfo) -> Equilibrium:
+    """The equilibrium in a document: `{theta: pi}`, or `{find: {theta: 3}}`. Raises ValueProblem."""
+    env = environment(info)
+    names = env.coordinates or ()
+
+    def read(name: str, value: Any) -> Expression:
+        expression = env.symbolic(value)
+        env.admit(expression, ())
+        return expression
+
+    is_sought = isinstance(raw, Mapping) and raw.keys() == {"find"} and "find" not in names
+    values = read_mapping(
+        raw["find"] if isinstance(raw, Mapping) and is_sought else raw,
+        read,
+        example="{theta: 0}, or near it {find: {theta: 3}}",
+        most=MOST_COORDINATES,
+        names=env.coordinates,
+        expected=f"expected the coordinates {', '.join(names)}",
+        needed=names,
+        lacks="expected its value at the equilibrium, such as 0",
+        below=("find",) if is_sought else (),
+    )
+    return Equilibrium(values, is_sought)
