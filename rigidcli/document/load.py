@@ -291,7 +291,7 @@ def _read(
             problems += read_parameters(env, parameters, positive, has_time=_has_time(tree))
     else:
         env = rest.environment_again()
-        tree = tree | {key: section for key, section in rest if isinstance(section, Section)}
+        tree = tree | {key: section for key, section in vars(rest).items() if isinstance(section, Section)}
     try:
         document = Document.model_validate(tree, context=env)
         if rest is not None:
