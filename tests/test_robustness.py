@@ -17,10 +17,9 @@ from rigidcli.bodies.shapes import SHAPES
 from rigidcli.document.document import Document
 from rigidcli.document.motion import Motion
 from rigidcli.document.orbit import Orbit
+from rigidcli.document.precession import Tide, Top
 from rigidcli.document.syntax import read_tree
 from rigidcli.document.system import Particle, System
-from rigidcli.document.tide import Tide
-from rigidcli.document.top import Top
 from rigidcli.document.transform import Transform
 from rigidcli.fields.section import Section
 

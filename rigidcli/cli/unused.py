@@ -28,7 +28,7 @@ def require_used(work: Work, files: Sequence[str], sweep: Sweep | None) -> None:
 
     Nothing is said where a FILE can be read only once, as standard input and pipes.
     """
-    from rigidcli.document.settings import SWEEP, split_setting
+    from rigidcli.document.origins import SWEEP, split_setting
 
     first = [] if sweep is None else sweep.settings(sweep.point(0))
     given = [("--set", text) for text in work.settings] + [(SWEEP, text) for text in first]

@@ -31,7 +31,7 @@ def validate(files: Files, settings: Settings = None, exact: Exact = False, quie
     Example: rigidcli validate cube.yaml homework.yaml arm.urdf
     """
     from rigidcli.bodies.robots import is_robot
-    from rigidcli.document.load import draft, loads
+    from rigidcli.document.load import load, loads
     from rigidcli.document.origins import body_form
     from rigidcli.fields.texts import read_text
 
@@ -56,7 +56,7 @@ def validate(files: Files, settings: Settings = None, exact: Exact = False, quie
                     if form == "mesh":
                         options["settings"] = _weighed(settings or ())
                     if form:
-                        document = draft(file, **options).document()
+                        document = load(file, **options)
                     else:
                         document = loads(text, source=source, folder=folder, **options)
                     tell_notes(document.source, document.notes, quiet)

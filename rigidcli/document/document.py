@@ -5,54 +5,63 @@ from __future__ import annotations
 import pathlib
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
-from copy import copy
+from dataclasses import replace
 from functools import cache, cached_property
 from importlib import import_module
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Self
 
-from pydantic import Field, PrivateAttr, TypeAdapter, ValidationError, ValidationInfo, model_validator
-from pydantic_core import InitErrorDetails
+import numpy as np
+from pydantic import Field, PrivateAttr, ValidationInfo, model_validator
 
 from rigidcli.bodies.rotations import Rotation
-from rigidcli.core.arithmetic import Arithmetic, Scalar
+from rigidcli.core import rotation
+from rigidcli.core.arithmetic import Arithmetic, Array, Scalar
+from rigidcli.core.mass_properties import MassProperties
+from rigidcli.core.tensor import Inertia
 from rigidcli.document.origins import Origin
 from rigidcli.document.parameters import definitions
-from rigidcli.document.physical import Physical
-from rigidcli.errors import DocumentError, Problem, ValueProblem
+from rigidcli.errors import DocumentError, Problem, ValueProblem, at
 from rigidcli.fields.environment import Environment
 from rigidcli.fields.quantities import Direction, ReferencePoint
 from rigidcli.fields.readers import Elsewhere, ReadBy, Title
-from rigidcli.fields.section import Section, details, environment, optional, sections_in
+from rigidcli.fields.section import Section, environment, optional, sections_in
 from rigidcli.fields.words import keys_called, not_one_of
 from rigidcli.language.expression import Expression
 
 if TYPE_CHECKING:
     from rigidcli.bodies.bodies import Body
+    from rigidcli.bodies.tops import HeavyTop
     from rigidcli.document.ensembles import Ensemble, Shared
-    from rigidcli.document.equilibrium import Equilibrium
     from rigidcli.document.motion import Motion
     from rigidcli.document.orbit import Orbit
+    from rigidcli.document.precession import Tide, Top
     from rigidcli.document.system import System
-    from rigidcli.document.tide import Tide
-    from rigidcli.document.top import Top
     from rigidcli.document.transform import Transform
+    from rigidcli.document.variables import Equilibrium
 else:
     # Loaded when a document has the section, as no document has all of them.
     Equilibrium = Any
     Body = Annotated[Section, Elsewhere("rigidcli.bodies.bodies", "BODY")]
-    Motion, Orbit, System, Tide, Top, Transform = (
+    Tide, Top = (
+        Annotated[Section, Elsewhere("rigidcli.document.precession", name)] for name in ("Tide", "Top")
+    )
+    Motion, Orbit, System, Transform = (
         Annotated[Section, Elsewhere(f"rigidcli.document.{name.lower()}", name)]
-        for name in ("Motion", "Orbit", "System", "Tide", "Top", "Transform")
+        for name in ("Motion", "Orbit", "System", "Transform")
     )
 
 _COORDINATES = {"type": "object", "additionalProperties": {"type": ["number", "string"]}}
 _EQUILIBRIUM = ReadBy(
-    lambda raw, info: import_module("rigidcli.document.equilibrium").read_equilibrium(raw, info),
+    lambda raw, info: import_module("rigidcli.document.variables").read_equilibrium(raw, info),
     {"anyOf": [_COORDINATES, {"type": "object", "properties": {"find": {"title": "Find", **_COORDINATES}}}]},
 )
 
 NOWHERE = Origin("", pathlib.Path(), {})
 """The origin of a document that was made, and not read."""
+
+
+SAME_POINT = 1e-12
+"""Two points closer than this, in units of their distance from the origin, differ by rounding only."""
 
 
 class Document(Section):
@@ -98,7 +107,7 @@ class Document(Section):
         about, body = raw.get("about"), raw.get("body")
         if isinstance(about, str) and about not in (points := ["origin", "com"]):
             shapes = import_module("rigidcli.bodies.shapes").SHAPES
-            name = body.get("shape") if isinstance(body, dict) else None
+            name = body.get("shape") if isinstance(body, dict) else getattr(body, "shape", None)
             points += shapes[name].ANCHORS if isinstance(name, str) and name in shapes else ()
             if about not in points:
                 yield ValueProblem(not_one_of(about, points), path=("about",))
@@ -124,12 +133,9 @@ class Document(Section):
         self._environment = environment(info)
         if self.body is not None and self.body.rounding is not None and "about" not in self.model_fields_set:
             self.__dict__["about"] = "com"  # of a molecule, whose origin means nothing
-        self._require_whole()
-        return self
-
-    def _require_whole(self) -> None:
         if self.body is not None and self.body.hole:
             raise ValueProblem("a hole stands in `parts`, beside what it is cut from", path=("body", "hole"))
+        return self
 
     @cached_property
     def arithmetic(self) -> Arithmetic:
@@ -201,14 +207,15 @@ class Document(Section):
     @contextmanager
     def placing(self) -> Iterator[None]:
         """A context in which problems of this document that have a key, and no line, get theirs."""
+
+        def placed(problem: Problem) -> Problem:
+            has_place = problem.line is not None or not problem.key or problem.source != self.source
+            return problem if has_place else self.problem(problem.message, problem.key, hint=problem.hint)
+
         try:
             yield
         except DocumentError as error:
-            raise DocumentError([self._placed(problem) for problem in error.problems]) from error
-
-    def _placed(self, problem: Problem) -> Problem:
-        known = problem.line is not None or not problem.key or problem.source != self.source
-        return problem if known else self.problem(problem.message, problem.key, hint=problem.hint)
+            raise DocumentError(list(map(placed, error.problems))) from error
 
     @property
     def ensemble(self) -> Ensemble | None:
@@ -218,46 +225,16 @@ class Document(Section):
 
     def start(self, place: int, **sampling: Any) -> Self:
         """The document with one start of its ensemble, and its times changed to what is given."""
-        if self.motion is not None and self.motion.ensemble is not None:
-            motion = self.motion.start(place)
-            found = self.model_copy(update={"motion": motion.model_copy(update=sampling)})
-            if motion.orientation is not self.motion.orientation:
-                found.__dict__.pop("physical", None)
-        else:
-            assert self.orbit is not None
-            orbit = self.orbit.at_start(place).model_copy(update=sampling)
-            found = self.model_copy(update={"orbit": orbit})
-        found.__dict__["shared"] = self.shared
+        key = "motion" if self.motion is not None and self.motion.ensemble is not None else "orbit"
+        section = getattr(self, key).at_start(place).model_copy(update=sampling)
+        found = self.model_copy(update={key: section})
+        found.__dict__ |= {"shared": self.shared, "physical": self.physical.of(found)}
         return found
 
     def environment_again(self) -> Environment:
         """The environment of the document, in which more of it may be read without a trace in this one."""
-        env = copy(self._environment)
-        env.used, env.faults = set(env.used), dict(env.faults)
-        env.notes, env.files = [*env.notes], [*env.files]
-        return env
-
-    def completed(self, raw: Mapping[str, Any], env: Environment) -> Self:
-        """The document with these keys, which are read; what hangs on none of them is worked out once.
-
-        Raises ValidationError with all problems of the keys.
-        """
-        update, errors = {}, list[InitErrorDetails]()
-        for key, value in raw.items():
-            try:
-                update[key] = _reader(key).validate_python(value, context=env)
-            except ValidationError as error:
-                errors += details(error, key)
-        if errors:
-            raise ValidationError.from_exception_data("Document", errors)
-        found = self.model_copy(update=update)
-        found._environment = env
-        found._require_whole()
-        turned = None if found.motion is None else found.motion.orientation
-        found.__dict__["physical"] = self.physical.changed(
-            found.body, found.axis, found.frame, found.top, turned
-        )
-        return found
+        env = self._environment
+        return replace(env, used={*env.used}, faults={**env.faults}, notes=[*env.notes], files=[*env.files])
 
     @cached_property
     def shared(self) -> Shared:
@@ -269,15 +246,143 @@ class Document(Section):
     @cached_property
     def physical(self) -> Physical:
         """The numbers that the sections describe."""
-        turned = None if self.motion is None else self.motion.orientation
-        return Physical(self.arithmetic, self.body, self.about, self.axis, self.frame, self.top, turned)
+        return Physical(self)
 
 
-@cache
-def _reader(key: str) -> TypeAdapter[Any]:
-    """What reads the value of a key at the top by itself."""
-    annotation: Any = Document.model_fields[key].annotation
-    return TypeAdapter(annotation)
+class Physical:
+    """The numbers that the sections of a document describe, worked out when they are first asked for.
+
+    They are asked for when a document is read, so that a body or a top that cannot exist is refused at once.
+
+    Vectors and tensors are along the document's axes. Every property raises ValueProblem, with the path in
+    the document, for what cannot exist.
+    """
+
+    def __init__(self, document: Document) -> None:
+        self.document, self.arithmetic, self.body = document, document.arithmetic, document.body
+
+    @np.errstate(over="ignore", invalid="ignore")
+    def of(self, document: Document) -> Physical:
+        """The numbers of a document that may have the same body, which is then worked out once, here."""
+        found = Physical(document)
+        if self.body is not None and found.body is self.body:
+            for name in ("properties", "inertia", *(("body_top",) if document.top else ())):
+                found.__dict__[name] = getattr(self, name)
+        return found
+
+    @np.errstate(over="ignore", invalid="ignore")
+    def require(self) -> None:
+        """Raise ValueProblem unless all that the document describes can exist."""
+        _ = self.axes, self.direction, self.orientation
+        _ = self.body and self.properties, self.document.top and self.heavy_top
+
+    @cached_property
+    def properties(self) -> MassProperties:
+        """Mass, centre of mass (3, m) and the tensor of the body."""
+        if self.body is None:
+            raise ValueProblem("missing, expected a body", path=("body",))
+        with at("body"):
+            properties = self.body.properties(self.arithmetic)
+        if properties.mass is None:
+            self._require_known(properties)
+        return properties
+
+    def _require_known(self, properties: MassProperties) -> None:
+        """Raise ValueProblem unless a tensor without a mass is given about the point that is asked for."""
+        n = self.arithmetic
+        if self.document.about == "com" and not properties.at_com:
+            raise ValueProblem("missing: without it the tensor cannot be shifted", path=("body", "mass"))
+        asked = self._point(properties)
+        off = max(abs(n.size(component)) for component in asked - properties.com)
+        far = max(abs(n.size(component)) for component in (*asked, *properties.com))
+        if off > SAME_POINT * far:
+            point = ", ".join(f"{n.size(component):.6g}" for component in properties.com)
+            raise ValueProblem(
+                f"missing: without it the tensor is known about ({point}) only",
+                path=("body", "mass"),
+                hint="give `mass`, or the tensor about the point asked for in `about`",
+            )
+
+    @property
+    def point(self) -> Array:
+        """The point O about which the tensor is asked (3, m)."""
+        return self._point(self.properties)
+
+    def _point(self, properties: MassProperties) -> Array:
+        about = self.document.about
+        if about == "com":
+            return properties.com
+        if isinstance(about, str) and about != "origin":
+            from rigidcli.bodies.shape import Shape
+
+            assert isinstance(self.body, Shape)
+            return self.body.point_named(about, self.arithmetic)
+        return self.arithmetic.array([0, 0, 0] if about == "origin" else about)
+
+    @cached_property
+    def inertia(self) -> Inertia:
+        """The inertia about the point O, along axes in which it was worked out."""
+        # A centre of mass is rounded, and the inertia about it known better; exact sums have axes in common.
+        at_com = self.document.about == "com" and not self.arithmetic.exact
+        if self.body is None or self.properties.mass is None or at_com:
+            return self.properties.inertia
+        return self.body.inertia_about(self.point, self.arithmetic)
+
+    @cached_property
+    def tensor(self) -> Array:
+        """The inertia tensor about the point O (3 by 3, kg m^2)."""
+        return self.arithmetic.tidy(self.inertia.tensor)
+
+    @cached_property
+    def direction(self) -> Array | None:
+        """The unit vector (3) along the axis through O about which the moment is asked, if one is."""
+        with at("axis"):
+            axis = self.document.axis
+            return None if axis is None else rotation.direction(axis, self.arithmetic)
+
+    @cached_property
+    def heavy_top(self) -> HeavyTop:
+        """The top that the section `top` describes by itself or by the body, held at the point O."""
+        top = self.document.top
+        if top is None:
+            raise ValueProblem("missing, expected a top", path=("top",))
+        if self.body is None:
+            from rigidcli.bodies.tops import described
+
+            with at("top"):
+                return described(self.arithmetic, **top.numbers)
+        if given := [key for key, number in top.numbers.items() if number is not None]:
+            raise ValueProblem("the `body` tells this; give one or the other", path=("top", given[0]))
+        return self.body_top
+
+    @cached_property
+    def body_top(self) -> HeavyTop:
+        """The top that the body makes when it is held at the point O."""
+        from rigidcli.bodies.tops import of_body
+
+        try:
+            return of_body(self.properties, self.point, self.inertia, self.arithmetic)
+        except ValueProblem as problem:
+            if problem.path[:1] != ("body",):
+                problem.below("top")
+            raise
+
+    @cached_property
+    def axes(self) -> Array:
+        """The axes of the results, as columns (3 by 3)."""
+        return self._matrix(self.document.frame, "frame")
+
+    @cached_property
+    def orientation(self) -> Array:
+        """The rotation from the document's axes to those of space at t = 0 (3 by 3)."""
+        motion = self.document.motion
+        return self._matrix(None if motion is None else motion.orientation, "motion", "orientation")
+
+    def _matrix(self, rotation: Rotation | None, *path: str) -> Array:
+        if rotation is None:
+            return self.arithmetic.array(np.eye(3, dtype=int))
+        with at(*path):
+            return rotation.as_matrix(self.arithmetic)
 
 
 @cache

@@ -43,9 +43,9 @@ class Ensemble:
     def __len__(self) -> int:
         return len(self.values)
 
-    def of(self, place: int, names: Sequence[str]) -> tuple[float, ...]:
-        """The values of these quantities at one start."""
-        return tuple(float(self.values[place, self.names.index(name)]) for name in names)
+    def start(self, place: int) -> dict[str, float]:
+        """The values of one start, by the names of the quantities."""
+        return dict(zip(self.names, self.values[place].tolist(), strict=True))
 
 
 @dataclass(slots=True, eq=False)
@@ -67,22 +67,22 @@ class Shared:
 class OrMany(Wrapper):
     """Marks a field of one start (`otherwise`) in which a list of starts, or the name of a table, may stand.
 
-    `is_one` tells a start from a list of them. `named` makes of it the values by their names. `table` reads
-    the file of that path and raises ValueProblem.
+    `is_one` tells a start from a list of them. `named` makes of it the values by their names. `heads` makes
+    names of the heads of a table, or raises ValueProblem; `fault` tells the place of a start in the table
+    that cannot be one, and what is wrong with it.
     """
 
     is_one: Callable[[Any], bool]
     named: Callable[[Any], dict[str, Any]]
-    table: Callable[[Path, ValidationInfo], Ensemble]
+    heads: Callable[[Sequence[str], ValidationInfo], tuple[str, ...]]
     otherwise: Any
     example: str
+    fault: Callable[[Ensemble], tuple[int, str] | None] = lambda ensemble: None
 
     def wrapped(self, raw: Any, otherwise: ValidatorFunctionWrapHandler, info: ValidationInfo) -> object:
         """One start as it is otherwise read, or several as an ensemble."""
-        if isinstance(raw, Ensemble):
-            return raw
         if isinstance(raw, str) and raw.lower().endswith(".csv"):
-            return self.table(environment(info).file(raw), info)
+            return self._table(environment(info).file(raw), info)
         many = isinstance(raw, list) and raw and not self.is_one(raw)
         return self._many(raw, otherwise, info) if many else otherwise(raw)
 
@@ -119,41 +119,34 @@ class OrMany(Wrapper):
                 raise ValueProblem("a parameter in it has no value; expected numbers", path=(place,))
         return Ensemble(names, np.array(values, dtype=np.float64))
 
+    def _table(self, path: Path, info: ValidationInfo) -> Ensemble:
+        """The starts in a .csv file.
 
-def read_starts(
-    path: Path,
-    check: Callable[[Sequence[str]], tuple[str, ...]],
-    fault: Callable[[Ensemble], tuple[int, str] | None] = lambda ensemble: None,
-) -> Ensemble:
-    """The starts in a .csv file; `check` makes names of its heads, or raises ValueProblem.
-
-    `fault` tells the place of a start that cannot be one, and what is wrong with it.
-
-    Raises ValueProblem where the file cannot be read or holds something else; the message begins with `path`
-    as given and the line.
-    """
-    values, places, line = [], [], 1
-    with opened(path) as file:
-        try:
-            heads = file.readline(LINE_BYTES).decode("utf-8-sig", "replace").strip()
-            titles = [title.strip() for title in heads.split(",")]
-            if len(set(titles)) < len(titles):
-                raise ValueProblem(f"header {shown(heads)}, expected each head once")
-            names, line = check(titles), 2
-            for line, text in enumerate(iter(lambda: file.readline(LINE_BYTES), b""), start=2):
-                if text.strip():
-                    values.append(_numbers(text.decode("utf-8", "replace"), titles))
-                    places.append(line)
-                if len(values) > MOST_STARTS:
-                    raise ValueProblem(f"more than {MOST_STARTS:,} starts")
-        except ValueProblem as problem:
-            raise ValueProblem(f"{path}:{line}: {problem.message}", hint=problem.hint) from None
-    if not values:
-        raise ValueProblem(f"{path}: no starts")
-    ensemble = Ensemble(names, np.array(values, dtype=np.float64))
-    if (found := fault(ensemble)) is not None:
-        raise ValueProblem(f"{path}:{places[found[0]]}: {found[1]}")
-    return ensemble
+        Raises ValueProblem where it cannot be read or holds something else; the message begins with `path`
+        as given and the line.
+        """
+        values, places, line = [], [], 1
+        with opened(path) as file:
+            try:
+                heads = file.readline(LINE_BYTES).decode("utf-8-sig", "replace").strip()
+                titles = [title.strip() for title in heads.split(",")]
+                if len(set(titles)) < len(titles):
+                    raise ValueProblem(f"header {shown(heads)}, expected each head once")
+                names, line = self.heads(titles, info), 2
+                for line, text in enumerate(iter(lambda: file.readline(LINE_BYTES), b""), start=2):
+                    if text.strip():
+                        values.append(_numbers(text.decode("utf-8", "replace"), titles))
+                        places.append(line)
+                    if len(values) > MOST_STARTS:
+                        raise ValueProblem(f"more than {MOST_STARTS:,} starts")
+            except ValueProblem as problem:
+                raise ValueProblem(f"{path}:{line}: {problem.message}", hint=problem.hint) from None
+        if not values:
+            raise ValueProblem(f"{path}: no starts")
+        ensemble = Ensemble(names, np.array(values, dtype=np.float64))
+        if (found := self.fault(ensemble)) is not None:
+            raise ValueProblem(f"{path}:{places[found[0]]}: {found[1]}")
+        return ensemble
 
 
 def _numbers(text: str, titles: Sequence[str]) -> list[float]:

@@ -17,11 +17,20 @@ from pydantic import ValidationError
 from rigidcli.bodies.robots import is_robot
 from rigidcli.document.complaints import explain
 from rigidcli.document.document import Document
-from rigidcli.document.origins import BodyFile, LinkOrigin, Origin, body_form, links, of_text
+from rigidcli.document.origins import (
+    SWEEP,
+    BodyFile,
+    LinkOrigin,
+    Origin,
+    body_form,
+    links,
+    of_text,
+    split_setting,
+)
 from rigidcli.document.parameters import read_parameters
-from rigidcli.document.settings import SWEEP, split_setting
 from rigidcli.errors import UNSETTLED, DocumentError, Problem, UsageError, ValueProblem, shown
 from rigidcli.fields.environment import Environment, arithmetic_for
+from rigidcli.fields.section import Section
 from rigidcli.fields.texts import STDIN, read_text
 from rigidcli.fields.words import with_colon
 
@@ -90,8 +99,8 @@ class Draft:
             raise DocumentError([origin.problem(_no_mapping(origin.tree))])
         exact = self.exact or _has_symbols(origin.tree)
         if swept and not exact:
-            rest, keys = self._without(tuple(text.partition("=")[0] for text in swept))
-            return _read(origin, exact, frozenset(), rest=rest, swept=keys)[0]
+            rest = self._without(tuple(text.partition("=")[0] for text in swept))
+            return _read(origin, exact, rest=rest)[0]
         positive: frozenset[str] = frozenset()
         while True:
             document, found = _read(origin, exact, positive)
@@ -104,28 +113,27 @@ class Draft:
         from rigidcli.document.trials import tried
 
         def with_numbers(tree: Mapping[str, Any]) -> Document:
-            return _read(replace(origin, tree=tree), False, frozenset(), is_physical=False)[0]
+            return _read(replace(origin, tree=tree), False, is_physical=False)[0]
 
         return tried(document, origin, with_numbers)
 
     @cached_property
-    def _rests(self) -> dict[tuple[str, ...], tuple[Document | None, frozenset[str]]]:
+    def _rests(self) -> dict[tuple[str, ...], Document | None]:
         """What `_without` has made, by the paths that are swept."""
         return {}
 
-    def _without(self, paths: tuple[str, ...]) -> tuple[Document | None, frozenset[str]]:
-        """The document without the keys at its top to which paths lead, the same at all points; and the keys.
+    def _without(self, paths: tuple[str, ...]) -> Document | None:
+        """The document without the keys at its top to which paths lead: what is the same at all points.
 
         None where it cannot be read without them; then each point is read whole, and tells what is wrong.
         """
         if paths not in self._rests:
-            keys = frozenset(str(split_setting(f"{path}=")[0][0]) for path in paths)
+            self._rests[paths], keys = None, {split_setting(f"{path}=")[0][0] for path in paths}
             tree = {key: value for key, value in self._set.tree.items() if key not in keys}
-            rest: Document | None = None
             with suppress(DocumentError):
                 if keys <= APART:
-                    rest, _ = _read(replace(self._set, tree=tree), False, frozenset(), is_physical=False)
-            self._rests[paths] = rest, keys
+                    rest, _ = _read(replace(self._set, tree=tree), False, is_physical=False)
+                    self._rests[paths] = rest
         return self._rests[paths]
 
     def __getstate__(self) -> dict[str, Any]:
@@ -140,33 +148,27 @@ class Drafts(NamedTuple):
     notes: Sequence[str]
 
 
-def draft(path: str | os.PathLike[str], **options: Any) -> Draft:
-    """The one document in a file, `-` being standard input; options as in `load`. Raises DocumentError."""
-    name, source, folder = _named(path)
+def drafts(path: str | os.PathLike[str], **options: Any) -> Drafts:
+    """The documents of a file, `-` being standard input; options as in `load`. Raises DocumentError.
+
+    A robot description has one a link, all else is one.
+    """
+    name = os.fspath(path)
+    # A file name may have bytes that are no text.
+    source = os.fsencode(name).decode(errors="backslashreplace")
+    folder = pathlib.Path() if name == STDIN else pathlib.Path(name).parent
     form = body_form(name)
     if form is not None:
-        return Draft(BodyFile(source, folder, {"body": {form: pathlib.PurePath(name).name}}), **options)
-    return Draft(of_text(read_text(name, source), source, folder), **options)
-
-
-def drafts(path: str | os.PathLike[str], **options: Any) -> Drafts:
-    """The documents of a file: a robot description has one a link, all else is one. Raises DocumentError."""
-    name, source, folder = _named(path)
+        origin: Origin = BodyFile(source, folder, {"body": {form: pathlib.PurePath(name).name}})
+        return Drafts([Draft(origin, **options)], ())
+    text = read_text(name, source)
     if not is_robot(name):
-        return Drafts([draft(path, **options)], ())
-    found = robot_drafts(read_text(name, source), source, folder, **options)
+        return Drafts([Draft(of_text(text, source, folder), **options)], ())
+    found = robot_drafts(text, source, folder, **options)
     if not found.each:
         message = "; ".join(["no link has a mass that is written", *found.notes])
         raise DocumentError([Problem(source, message)])
     return found
-
-
-def _named(path: str | os.PathLike[str]) -> tuple[str, str, pathlib.Path]:
-    """The name of a file, the same for messages, and the folder of what a document in it names."""
-    name = os.fspath(path)
-    # A file name may have bytes that are no text.
-    source = os.fsencode(name).decode(errors="backslashreplace")
-    return name, source, pathlib.Path() if name == STDIN else pathlib.Path(name).parent
 
 
 def robot_drafts(text: str, source: str, folder: pathlib.Path, **options: Any) -> Drafts:
@@ -266,17 +268,15 @@ def _no_mapping(tree: object) -> ValueProblem:
 def _read(
     origin: Origin,
     exact: bool,
-    positive: frozenset[str],
+    positive: frozenset[str] = frozenset(),
     *,
     is_physical: bool = True,
     rest: Document | None = None,
-    swept: frozenset[str] = frozenset(),
 ) -> tuple[Document, set[str]]:
     """The document of a tree, and the symbols that make sense only as positive numbers.
 
     Those in `positive` are taken to be positive. It is looked at whether what is described can exist, if
-    `is_physical`. With the `rest` of the document at hand, only the `swept` keys are read. Raises
-    DocumentError with all problems.
+    `is_physical`. The sections of the `rest` have been read. Raises DocumentError with all problems.
     """
     tree = origin.tree
     problems: list[ValueProblem] = []
@@ -291,11 +291,11 @@ def _read(
             problems += read_parameters(env, parameters, positive, has_time=_has_time(tree))
     else:
         env = rest.environment_again()
+        tree = tree | {key: section for key, section in vars(rest).items() if isinstance(section, Section)}
     try:
-        if rest is None:
-            document = Document.model_validate(tree, context=env)
-        else:
-            document = rest.completed({key: tree[key] for key in swept}, env)
+        document = Document.model_validate(tree, context=env)
+        if rest is not None:
+            document.__dict__["physical"] = rest.physical.of(document)
         if is_physical and not problems and not env.faults:
             document.physical.require()
     except ValidationError as error:
@@ -304,10 +304,10 @@ def _read(
         problems.append(problem)
     problems += [fault.below("parameters", name) for name, fault in sorted(env.faults.items())]
     if problems:
-        told = [origin.problem(problem) for problem in problems if problem.code != UNSETTLED]
-        raise DocumentError(sorted(told, key=lambda placed: placed.line or 0))
+        placed = [origin.problem(problem) for problem in problems if problem.code != UNSETTLED]
+        raise DocumentError(sorted(placed, key=lambda problem: problem.line or 0))
     notes = list(dict.fromkeys(env.notes))
     if document.orbit is not None and document.system is not None and document.orbit.ensemble is None:
-        notes += document.orbit.degrees_meant(document.system, tree["orbit"]["initial"])
+        notes += document.orbit.degrees_meant(document.system, origin.tree["orbit"]["initial"])
     notes += [f"parameter `{name}` is not used" for name in document.unused]
     return document.came_from(origin, notes), env.positive

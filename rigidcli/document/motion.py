@@ -3,15 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from pathlib import Path
-from typing import Annotated, Any, Literal, Self, TypeAlias
+from typing import Annotated, Any, ClassVar, Literal, Self, TypeAlias
 
 import numpy as np
 from pydantic import Field, ValidationInfo, model_validator
 
 from rigidcli.bodies.rotations import EulerSequence, Quaternion, Rotation
 from rigidcli.core.arithmetic import Scalar
-from rigidcli.document.ensembles import Ensemble, OrMany, read_starts
+from rigidcli.document.ensembles import Ensemble, OrMany
 from rigidcli.document.sampling import Sampling
 from rigidcli.errors import ValueProblem, shown
 from rigidcli.fields.dimensions import ACCELERATION, ENERGY
@@ -92,44 +91,46 @@ RATES, QUATERNION = ("w1", "w2", "w3"), ("q0", "q1", "q2", "q3")
 """The heads of a table of starts: the components of omega, and of the orientation, if they are there."""
 
 
-def _read_table(path: Path, info: ValidationInfo) -> Ensemble:
-    def check(heads: Sequence[str]) -> tuple[str, ...]:
-        if {*heads} not in ({*RATES}, {*RATES, *QUATERNION}):
-            read = shown(",".join(heads))
-            raise ValueProblem(
-                f"header {read}, expected {','.join(RATES)}, and {','.join(QUATERNION)} or none"
-            )
-        return tuple(heads)
-
-    return read_starts(path, check, _fault)
+def _names(heads: Sequence[str], info: ValidationInfo) -> tuple[str, ...]:
+    """The names of the columns of a table of starts. Raises ValueProblem."""
+    if {*heads} not in ({*RATES}, {*RATES, *QUATERNION}):
+        expected = f"{','.join(RATES)}, and {','.join(QUATERNION)} or none"
+        raise ValueProblem(f"header {shown(','.join(heads))}, expected {expected}")
+    return tuple(heads)
 
 
 def _fault(ensemble: Ensemble) -> tuple[int, str] | None:
-    """The first start with an omega of no size that is known, or with no orientation."""
-    known = {name: ensemble.values[:, place] for place, name in enumerate(ensemble.names)}
-    rates = np.abs(np.column_stack([known[name] for name in RATES]))
+    """The place of a start whose omega is of no size that is read, or that has no orientation; and why."""
+    rates, quaternion = (
+        np.abs(ensemble.values[:, [name in names for name in ensemble.names]])
+        for names in (RATES, QUATERNION)
+    )
+    limits = f"{1 / DEFAULT_LIMIT:.0e} to {DEFAULT_LIMIT:.0e}"
     beyond = ((rates > 0) & ((rates < 1 / DEFAULT_LIMIT) | (rates > DEFAULT_LIMIT))).any(axis=1)
-    if beyond.any():
-        limits = f"{1 / DEFAULT_LIMIT:.0e} to {DEFAULT_LIMIT:.0e}"
-        return int(np.argmax(beyond)), f"expected angular velocities (rad/s) from {limits}"
-    if QUATERNION[0] in known:
-        none = ~np.any([known[name] for name in QUATERNION], axis=0)
-        if none.any():
-            return int(np.argmax(none)), "q0,q1,q2,q3 are all zero, expected a quaternion"
+    none = ~quaternion.any(axis=1) & bool(quaternion.size)
+    for wrong, message in (
+        (beyond, f"expected angular velocities (rad/s) from {limits}"),
+        (none, "q0,q1,q2,q3 are all zero, expected a quaternion"),
+    ):
+        if wrong.any():
+            return int(np.argmax(wrong)), message
     return None
 
 
 _OR_MANY = OrMany(
     lambda raw: not isinstance(raw[0], list),
     lambda rates: dict(zip(RATES, rates, strict=True)),
-    _read_table,
+    _names,
     Rates3,
     "w1,w2,w3",
+    _fault,
 )
 
 
 class Motion(Sampling):
     """How the body turns, from the time t = 0 on."""
+
+    STARTS: ClassVar = "omega"
 
     omega: Annotated[Rates3 | Ensemble, _OR_MANY] | None = optional(
         "Angular velocity at t = 0 (rad/s); or several starts: an ensemble"
@@ -153,24 +154,17 @@ class Motion(Sampling):
 
     @model_validator(mode="after")
     def _check_starts(self) -> Self:
-        if (
-            self.orientation is not None
-            and self.ensemble is not None
-            and QUATERNION[0] in self.ensemble.names
-        ):
+        turned = self.ensemble is not None and QUATERNION[0] in self.ensemble.names
+        if turned and self.orientation is not None:
             raise ValueProblem("the table of starts tells it, too: expected one", path=("orientation",))
         return self
 
-    @property
-    def ensemble(self) -> Ensemble | None:
-        """The starts, where there is not one."""
-        return self.omega if isinstance(self.omega, Ensemble) else None
-
-    def start(self, place: int) -> Self:
+    def at_start(self, place: int) -> Self:
         """The motion from one start of the ensemble."""
         assert self.ensemble is not None
-        changes: dict[str, Any] = {"omega": self.ensemble.of(place, RATES)}
-        if QUATERNION[0] in self.ensemble.names:
-            w, x, y, z = self.ensemble.of(place, QUATERNION)
+        start = self.ensemble.start(place)
+        changes: dict[str, Any] = {"omega": tuple(start[name] for name in RATES)}
+        if QUATERNION[0] in start:
+            w, x, y, z = (start[name] for name in QUATERNION)
             changes["orientation"] = Quaternion(quaternion=(w, x, y, z))
         return self.model_copy(update=changes)

@@ -5,17 +5,16 @@ from __future__ import annotations
 import re
 from collections.abc import Iterator, Mapping, Sequence
 from decimal import Decimal
-from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, Literal, Self
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal, Self
 
 import numpy as np
 from pydantic import Field, ValidationError, ValidationInfo
 
 from rigidcli.core.arithmetic import Floats, Scalar
-from rigidcli.document.ensembles import Ensemble, OrMany, read_starts
+from rigidcli.document.ensembles import Ensemble, OrMany
 from rigidcli.document.parameters import read_mapping
 from rigidcli.document.sampling import Sampling
-from rigidcli.document.variables import EXPRESSION_SCHEMA, MOST_COORDINATES, momentum, require_known, velocity
+from rigidcli.document.variables import EXPRESSION_SCHEMA, MOST_COORDINATES, momentum, velocity
 from rigidcli.errors import ValueProblem
 from rigidcli.fields.quantities import FULL_TURN
 from rigidcli.fields.readers import ReadBy
@@ -28,18 +27,13 @@ if TYPE_CHECKING:
 def _read_initial(raw: object, info: ValidationInfo) -> dict[str, Scalar]:
     env = environment(info)
     names = env.coordinates or ()
-    known = [*names, *map(momentum, names), *map(velocity, names)] or None
-
-    def read(name: str, value: Any) -> Scalar:
-        require_known(name, known, f"expected {_all_of(names)}, and {_second_half(names)}")
-        scalar: Scalar = env.read(value, None)
-        return scalar
-
     return read_mapping(
         raw,
-        read,
+        lambda name, value: env.read(value, None),
         example="{x: 1, p_x: 0}",
         most=2 * MOST_COORDINATES,
+        names=[*names, *map(momentum, names), *map(velocity, names)] or None,
+        expected=f"expected {_all_of(names)}, and {_second_half(names)}",
         needed=names,
         lacks="expected its value at t = 0",
         besides=lambda given: _missing(given, names),
@@ -78,24 +72,17 @@ _INITIAL = ReadBy(
 )
 
 
-def _read_table(path: Path, info: ValidationInfo) -> Ensemble:
-    def check(heads: Sequence[str]) -> tuple[str, ...]:
-        try:
-            return tuple(_read_initial(dict.fromkeys(heads, 0.0), info))
-        except ValidationError as error:
-            first = error.errors(include_url=False)[0]["ctx"]["error"]
-            raise ValueProblem(": ".join([*map(str, first.path), first.message])) from None
-
-    return read_starts(path, check)
+def _names(heads: Sequence[str], info: ValidationInfo) -> tuple[str, ...]:
+    """The names of the columns of a table of starts. Raises ValueProblem."""
+    try:
+        return tuple(_read_initial(dict.fromkeys(heads, 0.0), info))
+    except ValidationError as error:
+        first = error.errors(include_url=False)[0]["ctx"]["error"]
+        raise ValueProblem(": ".join([*map(str, first.path), first.message])) from None
 
 
-_OR_MANY = OrMany(
-    lambda raw: not isinstance(raw[0], Mapping),
-    dict,
-    _read_table,
-    Annotated[dict[str, Scalar], _INITIAL],
-    "x,p_x",
-)
+_START = Annotated[dict[str, Scalar], _INITIAL]
+_OR_MANY = OrMany(lambda raw: not isinstance(raw[0], Mapping), dict, _names, _START, "x,p_x")
 
 
 _OF_ANGLES = re.compile(r"\b(?:sin|cos|tan)\(([^()]*)\)")
@@ -104,6 +91,8 @@ _OF_ANGLES = re.compile(r"\b(?:sin|cos|tan)\(([^()]*)\)")
 
 class Orbit(Sampling):
     """An orbit from t = 0 on: all coordinates are given there, and all momenta or all velocities."""
+
+    STARTS: ClassVar = "initial"
 
     initial: Annotated[dict[str, Scalar] | Ensemble, _OR_MANY] = Field(
         description="Coordinates at t = 0, and all momenta or all velocities; or several starts: an ensemble"
@@ -151,15 +140,7 @@ class Orbit(Sampling):
         assert q is not None
         return q, p, v
 
-    @property
-    def ensemble(self) -> Ensemble | None:
-        """The starts, where there is not one."""
-        return self.initial if isinstance(self.initial, Ensemble) else None
-
     def at_start(self, place: int) -> Self:
         """The orbit from one start of the ensemble."""
         assert self.ensemble is not None
-        names = self.ensemble.names
-        return self.model_copy(
-            update={"initial": dict(zip(names, self.ensemble.of(place, names), strict=True))}
-        )
+        return self.model_copy(update={"initial": self.ensemble.start(place)})

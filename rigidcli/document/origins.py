@@ -1,16 +1,29 @@
-"""What a document is read from: a text, a file that is a body by itself, or a link of a robot."""
+"""What a document is read from: a text, a file that is a body by itself, or a link of a robot.
+
+`--set KEY=VALUE` and `--sweep` change values of it from outside.
+"""
 
 from __future__ import annotations
 
 import pathlib
 import re
 from collections.abc import Mapping, Sequence
+from copy import copy
 from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Any, Self
 
-from rigidcli.document.settings import put, split_setting
 from rigidcli.document.syntax import decimal, read_tree, read_value
-from rigidcli.errors import DocumentError, Excerpt, Path, Problem, ValueProblem
+from rigidcli.errors import (
+    UNKNOWN,
+    DocumentError,
+    Excerpt,
+    Path,
+    Problem,
+    UsageError,
+    ValueProblem,
+    nearest,
+    shown,
+)
 
 if TYPE_CHECKING:
     from rigidcli.bodies.robots.links import Link
@@ -33,6 +46,70 @@ BODY_FILES = dict.fromkeys((".glb", ".gltf", ".obj", ".off", ".ply", ".stl"), "m
 def body_form(name: str) -> str | None:
     """The key of the body that the file of this name is by itself; None for the file of a document."""
     return BODY_FILES.get(pathlib.PurePath(name).suffix.lower())
+
+
+SWEEP = "--sweep"
+"""The option that gives values one after the other."""
+
+_SETTING = re.compile(r"([^=.]+(?:\.[^=.]+)*)=(.*)", re.DOTALL)
+"""Keys joined by points, and the value after the first `=`."""
+
+
+def split_setting(
+    text: str, option: str = "--set", expected: str = "KEY=VALUE", example: str = 'body.mass="3 kg"'
+) -> tuple[Path, str]:
+    """`a.0.b=value` as path and text of the value. Raises UsageError, which names the option, for others."""
+    found = _SETTING.fullmatch(text)
+    if found is None:
+        message = f"{option}: read {shown(text)}, expected {expected}"
+        raise UsageError(message, hint=f"as in {option} {example}")
+    key, value = found.groups()
+    steps = re.sub(r"\[(\d+)\]", r".\1", key).split(".")  # `size[0]` is `size.0`
+    return tuple(int(step) if step.isdecimal() else step for step in map(str.strip, steps)), value
+
+
+def put(tree: Any, path: Path, value: object) -> tuple[Any, Path]:
+    """A tree with another value at the end of `path`, and the path with the indices of entries in lists.
+
+    What is not on the way is shared with the given tree, which stays as it is. Raises ValueProblem where
+    there is no such place.
+    """
+    root = place = copy(tree)
+    way: list[str | int] = []
+    for done, step in enumerate(path, start=1):
+        if not isinstance(place, dict):
+            step = _index(place, step)
+        else:
+            step = str(step)
+            if step not in place and done < len(path):
+                if isinstance(path[done], int):
+                    whole = ".".join(map(str, path[:done]))
+                    hint = f"give it whole, as in `--set {whole}=[0, 0, 1]`"
+                    raise ValueProblem(f"there is no list `{whole}`", hint=hint)
+                place[step] = {}
+        way.append(step)
+        place[step] = value if done == len(path) else copy(place[step])
+        place = place[step]
+    return root, tuple(way)
+
+
+def _index(place: Any, step: str | int) -> int:
+    """The entry of a list that a step of a path means, by its index or its name. Raises ValueProblem."""
+    entries = place if isinstance(place, list) else []
+    if isinstance(step, int) and step < len(entries):
+        return step
+    names = [entry.get("name") if isinstance(entry, dict) else None for entry in entries]
+    if names.count(str(step)) == 1:
+        return names.index(str(step))
+    known = [name for name in names if isinstance(name, str)]
+    near = nearest(str(step), known)
+    what = f"there is no {shown(str(step))} in {shown(place)}{f' (did you mean {near}?)' if near else ''}"
+    if str(step) in names:
+        what = f"{names.count(str(step))} entries have the name {shown(str(step))}"
+    hint = f"its entries are 0 to {len(entries) - 1}" if entries else None
+    if known and hint is not None:
+        hint += f", or by their names: {', '.join(known)}"
+    raise ValueProblem(what, hint=hint)
 
 
 @dataclass(frozen=True)
@@ -71,7 +148,14 @@ class Origin:
             path, text = split_setting(setting)
             key = ".".join(map(str, path))
             own = (options or {}).get(key)
-            tree, place = put(tree, path, read_value(text, own or f"{option} {key}"), self.source, option)
+            value = read_value(text, own or f"{option} {key}")
+            try:
+                tree, place = put(tree, path, value)
+            except ValueProblem as problem:
+                message = f"{option} {key}: {problem.message}"
+                raise DocumentError(
+                    [Problem(self.source, message, hint=problem.hint, code=UNKNOWN)]
+                ) from None
             changed[place] = own or option
         return replace(self, tree=tree, changed=changed, settings=(*self.settings, *settings))
 

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import contextlib
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from graphlib import CycleError, TopologicalSorter
 from typing import Any, TypeVar
 
-from rigidcli.errors import ExpressionError, Path, ValueProblem, at, gathered, shown
+from rigidcli.errors import ExpressionError, Path, ValueProblem, at, gathered, nearest, shown
 from rigidcli.fields.environment import Environment
 from rigidcli.fields.section import refuse
 from rigidcli.language.expression import RESERVED, Expression, parse
@@ -96,6 +96,8 @@ def read_mapping(
     *,
     example: str,
     most: int,
+    names: Sequence[str] | None = None,
+    expected: str = "",
     needed: Iterable[str] = (),
     lacks: str = "",
     besides: Callable[[Mapping[str, str]], Iterable[ValueProblem]] = lambda spelling: (),
@@ -103,9 +105,10 @@ def read_mapping(
 ) -> dict[str, _T]:
     """What `read` makes of the names and values of a mapping, of which there are at most so many.
 
-    It lacks the `needed` names that it does not have, and `lacks` says what is expected of them. `besides`
-    finds what else is wrong, from the names and their keys. `below` leads from the value of the field to the
-    mapping. Raises ValueProblem, or ValidationError with all problems.
+    Only `names` may stand there, if they are given; the hint for any other says what is `expected`. All
+    `needed` ones must, and `lacks` says what their values are. `besides` finds what else is wrong, from the
+    names and their keys. `below` leads from the value of the field to the mapping. Raises ValueProblem, or
+    ValidationError with all problems.
     """
     with at(*below):
         if not isinstance(raw, Mapping):
@@ -116,6 +119,9 @@ def read_mapping(
     found = {}
     for name, key in spelling.items():
         with gathered(problems, key):
+            if names is not None and name not in names:
+                near = nearest(name, names)
+                raise ValueProblem(f"unknown name{f' (did you mean {near}?)' if near else ''}", hint=expected)
             found[name] = read(name, raw[key])
     problems += [ValueProblem(f"missing, {lacks}", path=(name,)) for name in needed if name not in spelling]
     problems += besides(spelling)
@@ -146,26 +152,19 @@ def _in_order(
     problems: list[ValueProblem],
     spelling: Mapping[str, str],
 ) -> list[str]:
-    """The names so that each comes after those it uses; circles, and what hangs on them, are broken."""
+    """The names so that each comes after those it uses; what is in a circle, or hangs on one, is broken."""
     sorter = TopologicalSorter(uses)
-    with contextlib.suppress(CycleError):  # the names outside of circles come all the same
+    try:
         sorter.prepare()
+    except CycleError as error:  # the names outside of circles come all the same
+        *names, _ = reversed(error.args[1])
+        first = names.index(min(names))
+        circle = [*names[first:], *names[: first + 1]]
+        message = f"parameters in a circle: {' -> '.join(circle)}"
+        problems.append(ValueProblem(message, path=(spelling[circle[0]],)))
     order: list[str] = []
     while ready := sorter.get_ready():
         order += ready
         sorter.done(*ready)
-    stuck = uses.keys() - set(order)
-    env.broken |= stuck
-    seen: set[str] = set()
-    for name in sorted(stuck):
-        path: dict[str, None] = {}
-        while name not in seen:
-            seen.add(name)
-            path[name] = None
-            name = min(uses[name] & stuck)
-        if name in path:
-            names = list(path)
-            circle = [*names[names.index(name) :], name]
-            problem = ValueProblem(f"parameters in a circle: {' -> '.join(circle)}")
-            problems.append(problem.below(spelling[name]))
+    env.broken |= uses.keys() - set(order)
     return order

@@ -6,11 +6,12 @@ from itertools import pairwise
 from typing import Annotated, ClassVar, Self
 
 import numpy as np
-from pydantic import ValidationInfo, model_validator
+from pydantic import AfterValidator, ValidationInfo, model_validator
 
 from rigidcli.core.arithmetic import Floats, Scalar
+from rigidcli.document.ensembles import Ensemble
 from rigidcli.errors import ValueProblem, shown
-from rigidcli.fields.quantities import AsList, Duration, Number, Time, WholeNumber
+from rigidcli.fields.quantities import AsList, Duration, Number, Time, WholeNumber, limited
 from rigidcli.fields.section import Section, environment, optional
 
 MOST_SAMPLES = 10_000_000
@@ -29,16 +30,44 @@ WHOLE_STEP = 1e-9
 """A last step that misses the end by less than this, in units of the step, was meant to end there."""
 
 
+def _ascending(times: tuple[Scalar, ...], info: ValidationInfo) -> tuple[Scalar, ...]:
+    """The times, if they ascend from t = 0 or later."""
+    sizes = [environment(info).arithmetic.size(time) for time in times]
+    if not sizes:
+        raise ValueProblem("read an empty list, expected times")
+    if sizes[0] < 0:
+        raise ValueProblem(f"read {sizes[0]:g}, expected a time that is not negative", path=(0,))
+    for index, (before, after) in enumerate(pairwise(sizes), start=1):
+        if not before < after:
+            raise ValueProblem(f"read {after:g} after {before:g}, expected ascending times", path=(index,))
+    return times
+
+
+Times = Annotated[tuple[Time, ...], AsList, AfterValidator(_ascending)]
+Tolerance = Annotated[
+    Number,
+    limited(
+        lambda x, n: n.value(x) is None or LEAST_TOLERANCE <= n.value(x) <= LARGEST_TOLERANCE,
+        f"a number from {LEAST_TOLERANCE:g} to {LARGEST_TOLERANCE:g}",
+    ),
+]
+
+
 class Sampling(Section):
     """The span of a motion that begins at t = 0, and its samples."""
+
+    STARTS: ClassVar[str]
+    """The key of the start, or of several: an ensemble."""
 
     AT_MOST_ONE_OF: ClassVar = ("samples", "step", "times")
 
     duration: Duration | None = optional("End of the motion (s)")
     samples: WholeNumber | None = optional("How many times, evenly spaced (default 1001)")
     step: Duration | None = optional("Time between two samples (s)")
-    times: Annotated[tuple[Time, ...], AsList] | None = optional("The times themselves, ascending")
-    tolerance: Number | None = optional("Relative error of a step of numerical integration (default 1e-12)")
+    times: Times | None = optional("The times themselves, ascending")
+    tolerance: Tolerance | None = optional(
+        "Relative error of a step of numerical integration (default 1e-12)"
+    )
     max_step: Duration | None = optional("The longest step of the integration (s)")
 
     @model_validator(mode="after")
@@ -54,25 +83,15 @@ class Sampling(Section):
             if not 1 - WHOLE_STEP <= steps < MOST_SAMPLES:
                 message = f"there are {steps:.6g} steps in the duration, expected 1 to {MOST_SAMPLES:,}"
                 raise ValueProblem(message, path=("step",))
-        if self.times is not None:
-            self._check_times([n.size(time) for time in self.times])
-        tolerance = None if self.tolerance is None else n.value(self.tolerance)
-        if tolerance is not None and not LEAST_TOLERANCE <= tolerance <= LARGEST_TOLERANCE:
-            expected = f"a number from {LEAST_TOLERANCE:g} to {LARGEST_TOLERANCE:g}"
-            raise ValueProblem(f"read {tolerance:g}, expected {expected}", path=("tolerance",))
+        if self.times is not None and self.duration is not None:
+            raise ValueProblem("give `duration` or `times`, not both", path=("duration",))
         return self
 
-    def _check_times(self, times: list[float]) -> None:
-        if not times:
-            raise ValueProblem("read an empty list, expected times", path=("times",))
-        if times[0] < 0:
-            raise ValueProblem(f"read {times[0]:g}, expected a time that is not negative", path=("times", 0))
-        for index, (before, after) in enumerate(pairwise(times), start=1):
-            if not before < after:
-                message = f"read {after:g} after {before:g}, expected ascending times"
-                raise ValueProblem(message, path=("times", index))
-        if self.duration is not None:
-            raise ValueProblem("give `duration` or `times`, not both", path=("duration",))
+    @property
+    def ensemble(self) -> Ensemble | None:
+        """The starts, where there is not one."""
+        start = getattr(self, self.STARTS)
+        return start if isinstance(start, Ensemble) else None
 
     def instants(self, default: Scalar) -> Floats:
         """The times of the samples (n, s); `default` is the duration where none is given."""

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
 from typing import Any
 
 from rigidcli.document.document import Document
@@ -17,12 +16,12 @@ def json_schema(root: type[Section] = Document) -> dict[str, Any]:
     """The schema of a file that is a section, with every other that it may contain under `$defs`."""
     definitions: dict[str, Any] = {}
     waiting: list[str] = []
-    schema = _Linking(definitions, waiting).section(root)
+    schema = _of_section(root, definitions, waiting)
     sections = {section.__name__: section for section in _below(Section)}  # all are loaded by now
     while waiting:
         name = waiting.pop()
         if name not in definitions:
-            definitions[name] = _Linking(definitions, waiting).section(sections[name])
+            definitions[name] = _of_section(sections[name], definitions, waiting)
     return {"$schema": _DIALECT, **schema, "$defs": dict(sorted(definitions.items()))}
 
 
@@ -30,44 +29,34 @@ def _below(section: type[Section]) -> list[type[Section]]:
     return [section, *(found for child in section.__subclasses__() for found in _below(child))]
 
 
-@dataclass
-class _Linking:
+def _of_section(section: type[Section], definitions: dict[str, Any], waiting: list[str]) -> dict[str, Any]:
     """One section's schema, with references as JSON Schema writes them.
 
     What sections share is put into `definitions`; the sections to which it refers are added to `waiting`.
     """
+    schema = section.model_json_schema()
+    inner = schema.pop("$defs", {})  # what pydantic puts aside stands where it belongs
 
-    definitions: dict[str, Any]
-    waiting: list[str]
-    inner: dict[str, Any] = field(default_factory=dict)
-
-    def section(self, section: type[Section]) -> dict[str, Any]:
-        """The schema; what pydantic puts aside stands where it belongs."""
-        schema = section.model_json_schema()
-        self.inner = schema.pop("$defs", {})
-        linked: dict[str, Any] = self._link(schema)
-        return linked
-
-    def _link(self, node: Any) -> Any:
+    def linked(node: Any) -> Any:
         if isinstance(node, list):
-            return [self._link(item) for item in node]
+            return [linked(item) for item in node]
         if not isinstance(node, dict):
             return node
+        rest = {key: value for key, value in node.items() if key not in ("$ref", SHARED, "schema")}
         if "$ref" in node:
-            return self._link(self.inner[node["$ref"].rpartition("/")[2]] | _without(node, "$ref"))
+            return linked(inner[node["$ref"].rpartition("/")[2]] | rest)
         if SHARED in node:
-            self.definitions[node[SHARED]] = node["schema"]
-            return {"$ref": f"#/$defs/{node[SHARED]}", **_without(node, SHARED, "schema")}
+            definitions[node[SHARED]] = node["schema"]
+            return {"$ref": f"#/$defs/{node[SHARED]}", **rest}
         if SECTION in node:
-            self.waiting.append(node[SECTION])
+            waiting.append(node[SECTION])
             return {"$ref": f"#/$defs/{node[SECTION]}"}
         # An optional key is left out in documents, where null says nothing more.
-        if isinstance(node.get("anyOf"), list) and {"type": "null"} in node["anyOf"]:
-            choices = [choice for choice in node["anyOf"] if choice != {"type": "null"}]
+        if isinstance(choices := node.get("anyOf"), list) and {"type": "null"} in choices:
+            choices = [choice for choice in choices if choice != {"type": "null"}]
             only = choices[0] if len(choices) == 1 else {"anyOf": choices}
-            return self._link(only | _without(node, "anyOf", "default"))
-        return {key: self._link(value) for key, value in node.items()}
+            return linked(only | {key: node[key] for key in node if key not in ("anyOf", "default")})
+        return {key: linked(value) for key, value in node.items()}
 
-
-def _without(node: dict[str, Any], *keys: str) -> dict[str, Any]:
-    return {key: value for key, value in node.items() if key not in keys}
+    whole: dict[str, Any] = linked(schema)
+    return whole

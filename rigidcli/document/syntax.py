@@ -30,8 +30,9 @@ TITLES = frozenset(["name", "description", "assignment"])
 _LOADER: Any = getattr(yaml, "CBaseLoader", yaml.BaseLoader)
 """The parser in C, which is ten times faster, where there is one; both give the same events."""
 
-_NULL = frozenset(["", "~", "null", "Null", "NULL"])
-_BOOL = {"true": True, "True": True, "TRUE": True, "false": False, "False": False, "FALSE": False}
+_NULL = dict.fromkeys(["", "~", "null", "Null", "NULL"])
+_TRUE, _FALSE = ["true", "True", "TRUE"], ["false", "False", "FALSE"]
+_PLAIN = _NULL | dict.fromkeys(_TRUE, True) | dict.fromkeys(_FALSE, False)
 _NOT_FINITE = re.compile(r"[-+]?\.(inf|Inf|INF)|\.(nan|NaN|NAN)")
 _INT = re.compile(r"[-+]?[0-9]+")
 _BASED_INT = re.compile(r"0o[0-7]+|0x[0-9a-fA-F]+")
@@ -61,20 +62,23 @@ def read_tree(
     data = text.encode(errors="surrogatepass")
     require_bounded(data, source)
     try:
-        return _Builder(yaml.parse(data, Loader=_LOADER), source, number, lines, typed).root()
+        return _Builder(
+            yaml.parse(data, Loader=_LOADER), source, number, {} if lines is None else lines, typed
+        ).root()
     except yaml.MarkedYAMLError as error:
         from rigidcli.document.slips import find_slip
 
         slip = find_slip(text, error)
-        if slip is None:
-            raise _refusal(source, None, f"not YAML: {error.problem}") from None
-        excerpt = Excerpt.of("".join(text.splitlines()[slip.line - 1 : slip.line]), slip.column)
-        message = f"not YAML: {slip.message}"
-        problem = Problem(source, message, slip.line, "", slip.hint, "parse_error", excerpt)
+        problem = Problem(source, f"not YAML: {error.problem}", code="parse_error")
+        if slip is not None:
+            excerpt = Excerpt.of("".join(text.splitlines()[slip.line - 1 : slip.line]), slip.column)
+            message = f"not YAML: {slip.message}"
+            problem = Problem(source, message, slip.line, "", slip.hint, "parse_error", excerpt)
         raise DocumentError([problem]) from None
     except yaml.reader.ReaderError as error:
         line = text.count("\n", 0, error.position) + 1 if isinstance(error.position, int) else None
-        raise _refusal(source, line, f"not YAML: {error.reason}") from None
+        problem = Problem(source, f"not YAML: {error.reason}", line, code="parse_error")
+        raise DocumentError([problem]) from None
 
 
 def read_value(text: str, source: str) -> Any:
@@ -98,12 +102,6 @@ def _joined(pair: re.Match[str]) -> str:
     return pair[1] + chr(0x10000 + ((high - 0xD800) << 10) + (low - 0xDC00))
 
 
-def _refusal(
-    source: str, line: int | None, message: str, hint: str | None = None, code: str = "parse_error"
-) -> DocumentError:
-    return DocumentError([Problem(source, message, line=line, hint=hint, code=code)])
-
-
 @dataclass(slots=True)
 class _Builder:
     """Puts events together. Containers within containers are worked by recursion, to MAX_DEPTH."""
@@ -111,7 +109,7 @@ class _Builder:
     _events: Iterator[yaml.Event]
     _source: str
     _number: Callable[[str], object]
-    _lines: dict[Path, int] | None
+    _lines: dict[Path, int]
     _typed: bool
 
     def root(self) -> Any:
@@ -127,7 +125,7 @@ class _Builder:
         return root
 
     def _node(self, event: yaml.Event, path: Path, depth: int, is_text: bool = False) -> Any:
-        """The value that begins with `event`; its `path` is kept only if lines are asked for."""
+        """The value that begins with `event`; lists and mappings around it are `depth` deep."""
         self._refuse_unsafe(event)
         if isinstance(event, yaml.ScalarEvent):
             return self._scalar(event, is_text or self._typed)
@@ -159,18 +157,15 @@ class _Builder:
         return mapping
 
     def _placed(self, path: Path, step: str | int, event: yaml.Event) -> Path:
-        """The path to an entry, after taking note of its line; nothing where lines are not asked for."""
-        if self._lines is None:
-            return ()
-        place = (*path, step)
+        """The path to an entry, after taking note of its line."""
         mark: Any = event.start_mark
-        self._lines[place] = mark.line + 1
-        return place
+        self._lines[*path, step] = mark.line + 1
+        return (*path, step)
 
     def _refusal(
         self, event: Any, message: str, hint: str | None = None, code: str = "parse_error"
     ) -> DocumentError:
-        return _refusal(self._source, event.start_mark.line + 1, message, hint, code)
+        return DocumentError([Problem(self._source, message, event.start_mark.line + 1, "", hint, code)])
 
     def _refuse_unsafe(self, event: yaml.Event) -> None:
         if isinstance(event, yaml.AliasEvent) or getattr(event, "anchor", None) is not None:
@@ -184,14 +179,10 @@ class _Builder:
 
     def _scalar(self, event: yaml.ScalarEvent, is_text: bool) -> object:
         text: str = event.value
-        if event.style:
+        if event.style or (is_text and text not in _NULL):
             return text
-        if text in _NULL:
-            return None
-        if is_text:
-            return text
-        if text in _BOOL:
-            return _BOOL[text]
+        if text in _PLAIN:
+            return _PLAIN[text]
         if _INT.fullmatch(text):
             if len(text) > MAX_INTEGER_DIGITS:
                 message = f"a number of {len(text)} digits, expected at most {MAX_INTEGER_DIGITS}"

@@ -5,14 +5,13 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from functools import lru_cache
-from types import MappingProxyType
+from itertools import combinations_with_replacement
 from typing import Annotated, Any, ClassVar, Literal, TypeAlias
 
 from pydantic import Field, ValidationInfo
 from pydantic.json_schema import JsonSchemaValue
 
-from rigidcli.document.functions import FUNCTIONS
-from rigidcli.document.parameters import read_mapping
+from rigidcli.document.parameters import read_mapping, read_name
 from rigidcli.document.variables import (
     EXPRESSION_SCHEMA,
     MOST_COORDINATES,
@@ -24,7 +23,6 @@ from rigidcli.document.variables import (
     names_schema,
     read_expression,
     read_new_names,
-    require_known,
     velocity,
 )
 from rigidcli.errors import ValueProblem, shown
@@ -37,6 +35,13 @@ from rigidcli.language.tree import UnknownFunction
 
 MOST_PARTICLES = 200
 """The most particles of a system: far more than anybody writes, and still worked in bounded time."""
+
+
+MOST_ARGUMENTS = 6
+"""The most arguments of an unknown function: two points in space."""
+
+HIGHEST_DERIVATIVE = 3
+"""The highest derivative of an unknown function that may be written in a document, such as dV_dx_dx_dx."""
 
 
 def _read_coordinates(raw: object, info: ValidationInfo) -> tuple[str, ...]:
@@ -66,22 +71,20 @@ def _variables(coordinates: tuple[str, ...], besides: Kinds) -> tuple[tuple[str,
     """What an expression may contain besides parameters, and what the system's other names mean."""
     of = {"velocities": velocity, "momenta": momentum}
     variables = (*coordinates, *(of[kind](name) for kind in besides for name in coordinates), "t")
-    meanings = derived_names(coordinates) | {
-        acceleration(name): f"the acceleration of `{name}`" for name in coordinates
-    }
-    elsewhere = {name: what for name, what in meanings.items() if name not in variables}
-    return variables, MappingProxyType(elsewhere)
+    meanings = derived_names(coordinates)
+    meanings |= {acceleration(name): f"the acceleration of `{name}`" for name in coordinates}
+    return variables, {name: what for name, what in meanings.items() if name not in variables}
 
 
 @dataclass(frozen=True)
 class SystemExpression(Reader):
     """Marks a field as an expression in the parameters, the coordinates of the system, t, and `besides`.
 
-    It is worth a number of this dimension, as far as the parameters have units that tell.
+    It has this dimension, as far as the parameters have units that tell; None is any.
     `hint` says what to write for what is of the system, but does not stand there.
     """
 
-    dimension: Dimension
+    dimension: Dimension | None
     besides: Kinds
     hint: str
     sign: Literal["positive", "nonnegative"] | None = None
@@ -125,20 +128,72 @@ RotationalInertia: TypeAlias = Annotated[
 
 def _read_forces(raw: object, info: ValidationInfo) -> dict[str, Expression]:
     """Generalized forces by their coordinates."""
-    env = environment(info)
+    names = environment(info).coordinates
+    return read_mapping(
+        raw,
+        lambda name, value: _FORCE.read(value, info),
+        example="{x: -c*xdot}",
+        most=MOST_COORDINATES,
+        names=names,
+        expected=f"expected one of {', '.join(names or ())}",
+    )
 
-    def read(name: str, value: Any) -> Expression:
-        if env.coordinates is None:
-            return env.symbolic(value)
-        require_known(name, env.coordinates, f"expected one of {', '.join(env.coordinates)}")
-        variables, misplaced = _variables(env.coordinates, ("velocities", "momenta"))
-        return read_expression(value, env, variables, misplaced, _FORCE_HINT)
 
-    return read_mapping(raw, read, example="{x: -c*xdot}", most=MOST_COORDINATES)
-
-
-_FORCE_HINT = "write a force in coordinates, velocities, momenta and t"
+_FORCE = SystemExpression(
+    None, ("velocities", "momenta"), "write a force in coordinates, velocities, momenta and t"
+)
 _FORCES = ReadBy(_read_forces, {"type": "object", "additionalProperties": EXPRESSION_SCHEMA})
+
+
+def _read_functions(raw: object, info: ValidationInfo) -> tuple[UnknownFunction, ...]:
+    """Functions without a formula, such as a potential V(x) of which only the arguments are given."""
+    env = environment(info)
+    coordinates = env.coordinates or ()
+    taken = dict.fromkeys(coordinates, "a coordinate") | derived_names(coordinates)
+    slopes: dict[str, UnknownFunction] = {}
+
+    def read(name: str, value: Any) -> UnknownFunction:
+        arguments = _arguments(value)
+        if name in taken:
+            raise ValueProblem(f"`{name}` is {taken[name]}, expected another name")
+        blame_parameter(name, "an unknown function", env)
+        for order in range(HIGHEST_DERIVATIVE + 1):
+            for by in combinations_with_replacement(range(len(arguments)), order):
+                slope = UnknownFunction(name, arguments, by)
+                slopes[str(slope)] = slope
+        return slopes[name]
+
+    def twice(spelling: Mapping[str, str]) -> Iterator[ValueProblem]:
+        for name in spelling:
+            if name in slopes and (base := slopes[name].base) != name:
+                message = f"`{name}` is the derivative of `{base}`, expected another name"
+                yield ValueProblem(message, path=(spelling[name],))
+
+    functions = read_mapping(raw, read, example="{V: [x]}", most=MOST_COORDINATES, besides=twice)
+    env.functions = slopes
+    return tuple(functions.values())
+
+
+def _arguments(raw: object) -> list[str]:
+    """The names of the arguments: one, or a list of them."""
+    entries = [raw] if isinstance(raw, str) else raw
+    if not isinstance(entries, list | tuple) or not 1 <= len(entries) <= MOST_ARGUMENTS:
+        raise ValueProblem(f"read {shown(raw)}, expected a list of 1 to {MOST_ARGUMENTS} names, such as [x]")
+    names = [entry if entry == "t" else read_name(entry) for entry in entries]
+    if len(set(names)) < len(names):
+        raise ValueProblem(f"read {', '.join(names)}: expected different names")
+    return names
+
+
+_NAMES = {"anyOf": [{"type": "string"}, {"type": "array", "items": {"type": "string"}}]}
+_FUNCTIONS = ReadBy(
+    _read_functions,
+    {
+        "type": "object",
+        "additionalProperties": _NAMES,
+        "description": "Functions without a formula, with the names of their arguments, such as V: [x]",
+    },
+)
 
 
 # --- sections
@@ -186,7 +241,7 @@ class System(Section):
     coordinates: Coordinates = Field(
         description="Names of the generalized coordinates; the velocity of x is xdot, its momentum p_x"
     )
-    functions: Annotated[tuple[UnknownFunction, ...], FUNCTIONS] = optional(
+    functions: Annotated[tuple[UnknownFunction, ...], _FUNCTIONS] = optional(
         "Functions without a formula; the derivative of V(x) is written dV_dx(x)", ()
     )
     lagrangian: InVelocities | None = optional("L, in coordinates and velocities")

@@ -16,7 +16,6 @@ from rigidcli.document.variables import (
     names_schema,
     read_expression,
     read_new_names,
-    require_known,
 )
 from rigidcli.errors import ValueProblem
 from rigidcli.fields.readers import ReadBy
@@ -58,7 +57,6 @@ def _read_side(raw: object, info: ValidationInfo) -> dict[str, Expression]:
     misplaced = {name: what for name, what in meanings.items() if name not in (other or ())}
 
     def read(name: str, value: Any) -> Expression:
-        require_known(name, side, f"expected {', '.join(side or ())}")
         if other is None:
             return env.symbolic(value)
         return read_expression(value, env, (*other, "t"), misplaced, hint)
@@ -68,6 +66,8 @@ def _read_side(raw: object, info: ValidationInfo) -> dict[str, Expression]:
         read,
         example="{x: Q + P, p_x: P}",
         most=2 * MOST_COORDINATES,
+        names=side,
+        expected=f"expected {', '.join(side or ())}",
         needed=side or (),
         lacks="expected an expression for it",
     )

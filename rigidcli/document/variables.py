@@ -1,15 +1,19 @@
-"""Variables of a system in phase space, old and new: their names, and expressions in them."""
+"""Variables of a system in phase space: their names, expressions in them, and values at an equilibrium."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+from typing import Any
 
+from pydantic import ValidationInfo
 from pydantic.json_schema import JsonSchemaValue
 
-from rigidcli.document.parameters import read_name
-from rigidcli.errors import ExpressionError, ValueProblem, gathered, nearest, shown
+from rigidcli.document.parameters import read_mapping, read_name
+from rigidcli.errors import ExpressionError, ValueProblem, gathered, shown
 from rigidcli.fields.dimensions import Dimension
 from rigidcli.fields.environment import Environment
+from rigidcli.fields.section import environment
 from rigidcli.language.expression import Expression
 
 MOST_COORDINATES = 40
@@ -29,14 +33,8 @@ RESULTS: Mapping[str, str] = {"H": "the Hamiltonian"}
 """Names that no variable may have, because columns of an orbit have them."""
 
 
-def velocity(coordinate: str) -> str:
-    """The name of a coordinate's velocity."""
-    return f"{coordinate}dot"
-
-
-def momentum(coordinate: str) -> str:
-    """The name of a coordinate's momentum."""
-    return f"p_{coordinate}"
+velocity, momentum, acceleration = "{}dot".format, "p_{}".format, "{}ddot".format
+"""The names of a coordinate's velocity, of its momentum, and of its second derivative."""
 
 
 def derived_names(coordinates: Iterable[str]) -> dict[str, str]:
@@ -46,11 +44,6 @@ def derived_names(coordinates: Iterable[str]) -> dict[str, str]:
         for coordinate in coordinates
         for name, kind in ((velocity(coordinate), "velocity"), (momentum(coordinate), "momentum"))
     }
-
-
-def acceleration(coordinate: str) -> str:
-    """The name that a coordinate's second derivative would have."""
-    return f"{coordinate}ddot"
 
 
 def read_new_names(
@@ -80,13 +73,6 @@ def read_new_names(
     return found, problems
 
 
-def require_known(name: str, known: Sequence[str] | None, hint: str) -> None:
-    """Raise ValueProblem for a name that is none of the `known` ones, where these are known."""
-    if known is not None and name not in known:
-        near = nearest(name, known)
-        raise ValueProblem(f"unknown name{f' (did you mean {near}?)' if near else ''}", hint=hint)
-
-
 def blame_parameter(name: str, what: str, env: Environment) -> None:
     """Let a parameter of this name, if there is one, be refused: the name means something else."""
     if name in env.declared:
@@ -114,3 +100,36 @@ def read_expression(
         raise ExpressionError(f"`{name}` is {misplaced[name]}, which cannot stand here", hint=hint)
     env.admit(expression, variables, dimension)
     return expression
+
+
+@dataclass(frozen=True, slots=True)
+class Equilibrium:
+    """Values of all coordinates, in the parameters; if it `is_sought`, they are only near it."""
+
+    values: Mapping[str, Expression]
+    is_sought: bool
+
+
+def read_equilibrium(raw: object, info: ValidationInfo) -> Equilibrium:
+    """The equilibrium in a document: `{theta: pi}`, or `{find: {theta: 3}}`. Raises ValueProblem."""
+    env = environment(info)
+    names = env.coordinates or ()
+
+    def read(name: str, value: Any) -> Expression:
+        expression = env.symbolic(value)
+        env.admit(expression, ())
+        return expression
+
+    is_sought = isinstance(raw, Mapping) and raw.keys() == {"find"} and "find" not in names
+    values = read_mapping(
+        raw["find"] if isinstance(raw, Mapping) and is_sought else raw,
+        read,
+        example="{theta: 0}, or near it {find: {theta: 3}}",
+        most=MOST_COORDINATES,
+        names=env.coordinates,
+        expected=f"expected the coordinates {', '.join(names)}",
+        needed=names,
+        lacks="expected its value at the equilibrium, such as 0",
+        below=("find",) if is_sought else (),
+    )
+    return Equilibrium(values, is_sought)

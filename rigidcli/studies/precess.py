@@ -15,8 +15,7 @@ from rigidcli.core.principal import PrincipalFrame, body_class
 from rigidcli.core.tensor import Inertia
 from rigidcli.document.document import Document
 from rigidcli.document.motion import Motion
-from rigidcli.document.tide import Perturber, Tide
-from rigidcli.document.top import Top
+from rigidcli.document.precession import Perturber, Tide, Top
 from rigidcli.errors import DocumentError, Problem
 from rigidcli.report import Column, Field, Report, Step, Table, Value
 from rigidcli.studies.body import body_frame, principal_omega, require_one_start, require_spin

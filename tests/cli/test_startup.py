@@ -143,7 +143,7 @@ run()
         "bodies.solid_shapes",
         "bodies.thin_shapes",
         "document.slips",
-        "document.top",
+        "document.precession",
         "picture",
         "program",
         "scene",

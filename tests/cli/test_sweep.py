@@ -17,8 +17,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from rigidcli.document.ranges import Range
-from rigidcli.document.sweeps import read_sweep
+from rigidcli.document.sweeps import Range, read_sweep
 from rigidcli.errors import UsageError
 from rigidcli.studies.hamilton import derivation
 from tests.cli.test_commands import shell

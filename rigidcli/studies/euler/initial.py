@@ -15,8 +15,8 @@ from rigidcli.core.principal import PrincipalFrame, principal_frame
 from rigidcli.core.tensor import Inertia
 from rigidcli.document.document import Document
 from rigidcli.document.motion import Motion, OwnTorque, Weight
+from rigidcli.document.precession import Top
 from rigidcli.document.sampling import DEFAULT_TOLERANCE
-from rigidcli.document.top import Top
 from rigidcli.errors import ComputationError, DocumentError
 from rigidcli.studies.body import body_frame, principal_omega, require_spin
 from rigidcli.studies.common import require_values

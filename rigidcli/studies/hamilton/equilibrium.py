@@ -21,7 +21,7 @@ from rigidcli.algebra.values import is_zero
 from rigidcli.core.arithmetic import Floats
 from rigidcli.core.solution import NO_VALUE
 from rigidcli.document.document import Document
-from rigidcli.document.equilibrium import Equilibrium
+from rigidcli.document.variables import Equilibrium
 from rigidcli.errors import ComputationError
 from rigidcli.language import code
 from rigidcli.language.tree import UnknownFunction

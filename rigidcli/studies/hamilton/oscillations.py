@@ -16,7 +16,7 @@ from rigidcli.algebra.simplification import tidy
 from rigidcli.algebra.substitution import substitute, without
 from rigidcli.algebra.values import is_zero
 from rigidcli.document.document import Document
-from rigidcli.document.equilibrium import Equilibrium
+from rigidcli.document.variables import Equilibrium
 from rigidcli.errors import ComputationError, ExpressionError
 from rigidcli.language.latex_names import latex_name
 from rigidcli.mechanics import small_oscillations

@@ -9,8 +9,7 @@ from rigidcli.core import precession
 from rigidcli.core import top as heavytop
 from rigidcli.core.arithmetic import Arithmetic
 from rigidcli.document.document import Document
-from rigidcli.document.tide import Tide
-from rigidcli.document.top import Top
+from rigidcli.document.precession import Tide, Top
 from rigidcli.report import Field, Step, Value
 from rigidcli.studies.steps.writing import filled, law
 

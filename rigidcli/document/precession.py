@@ -1,14 +1,15 @@
-"""The torque of distant bodies on the equatorial bulge of a planet: precession of the equinoxes."""
+"""What makes an axis precess: gravity on a top, and distant bodies on the equatorial bulge of a planet."""
 
 from __future__ import annotations
 
-from typing import Annotated, ClassVar, Self
+from typing import Annotated, Any, ClassVar, Self
 
 from pydantic import Field, ValidationInfo, model_validator
 
 from rigidcli.core.arithmetic import Scalar
 from rigidcli.errors import ValueProblem
-from rigidcli.fields.dimensions import GRAVITATIONAL_PARAMETER
+from rigidcli.fields.dimensions import ACCELERATION, ANGULAR_VELOCITY, GRAVITATIONAL_PARAMETER
+from rigidcli.fields.environment import Environment
 from rigidcli.fields.quantities import (
     AngularVelocity,
     AsList,
@@ -20,8 +21,41 @@ from rigidcli.fields.quantities import (
     Quantity,
     limited,
 )
-from rigidcli.fields.readers import Title
+from rigidcli.fields.readers import Alternative, Title
 from rigidcli.fields.section import Section, environment, optional
+
+
+def _steady_or_rate(raw: str, env: Environment) -> Any:
+    return None if raw == "steady" else env.read(raw, ANGULAR_VELOCITY)
+
+
+class Top(Section):
+    """A top in uniform gravity; its moments are about the pivot, where its axis is held."""
+
+    spin: AngularVelocity = Field(description="Component of the angular velocity along the axis (rad/s)")
+    tilt: PolarAngle | None = optional("Angle of the axis from the vertical (rad), 0 to pi")
+    gravity: Annotated[Scalar, Quantity(ACCELERATION, "nonnegative")] = Field(
+        default=9.80665, validate_default=True, description="Acceleration of free fall (m/s^2)"
+    )
+    precession: Annotated[
+        Scalar | None,
+        Alternative(str, _steady_or_rate, otherwise=AngularVelocity | None, schema={"type": "string"}),
+    ] = Field(
+        default=0,
+        validate_default=True,
+        description="phi-dot at t = 0 (rad/s); null or `steady` for steady precession",
+    )
+    nutation: AngularVelocity = Field(default=0, validate_default=True, description="theta-dot at t = 0")
+    mass: Mass | None = None
+    distance: Length | None = optional("From the pivot to the centre of mass (m)")
+    lambda1: PositiveMoment | None = optional("Moment across the axis (kg m^2)")
+    lambda3: PositiveMoment | None = optional("Moment about the axis (kg m^2)")
+
+    @property
+    def numbers(self) -> dict[str, Scalar | None]:
+        """What describes the top without a body, by its keys."""
+        return {key: getattr(self, key) for key in ("mass", "distance", "lambda1", "lambda3")}
+
 
 Eccentricity = Annotated[
     Number,
@@ -30,8 +64,6 @@ Eccentricity = Annotated[
 Ellipticity = Annotated[
     Number, limited(lambda x, n: n.sign(1 - 2 * x) != -1, "(C - A)/C with C <= 2 A, a number up to 1/2")
 ]
-
-
 GravitationalParameter = Annotated[Scalar, Quantity(GRAVITATIONAL_PARAMETER, "positive")]
 Moments = Annotated[tuple[PositiveMoment, PositiveMoment, PositiveMoment], AsList]
 
@@ -43,7 +75,7 @@ class Perturber(Section):
 
     name: Title | None = None
     mass: Mass | None = None
-    gm: Annotated[Scalar, Quantity(GRAVITATIONAL_PARAMETER, "positive")] | None = optional(
+    gm: GravitationalParameter | None = optional(
         "Gravitational parameter G m (m^3/s^2), often known better than the mass"
     )
     distance: Length = Field(description="Semi-major axis of the orbit (m)")
