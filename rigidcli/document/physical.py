@@ -126,7 +126,8 @@ class Physical:
             or (self.about == "com" and not self.arithmetic.exact)
         ):
             return self.properties.inertia
-        return self.body.inertia_about(self.point, self.arithmetic)
+        found, n = self.properties.inertia_about(self.point), self.arithmetic
+        return Inertia(n.tidy(found.entries), found.noise, n.tidy(found.axes))
 
     @cached_property
     def tensor(self) -> Array:
