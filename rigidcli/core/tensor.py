@@ -120,8 +120,8 @@ class Inertia:
         """The entries, zero where they may be rounding errors alone."""
         if self.entries.dtype == object:
             return self.entries
-        hidden = (np.abs(self.entries) <= self.noise) & np.isfinite(self.noise)
-        return np.where(hidden, 0.0, self.entries)
+        hidden = np.abs(self.entries) <= self.noise
+        return np.where(hidden & np.isfinite(self.noise), 0.0, self.entries) if hidden.any() else self.entries
 
     def turned(self, rotation: Array) -> Inertia:
         """After the body was turned by `rotation` (3 by 3)."""

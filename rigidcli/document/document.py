@@ -232,9 +232,9 @@ class Document(Section):
 
     def environment_again(self) -> Environment:
         """The environment of the document, in which more of it may be read without a trace in this one."""
-        env = copy(self._environment)
-        env.used, env.faults = set(env.used), dict(env.faults)
-        env.notes, env.files = [*env.notes], [*env.files]
+        env, known = object.__new__(Environment), vars(self._environment)
+        own = {name: copy(known[name]) for name in ("used", "faults", "notes", "files")}
+        env.__dict__.update(known, **own)  # `copy` of all of it takes three times as long
         return env
 
     def completed(self, raw: Mapping[str, Any], env: Environment) -> Self:

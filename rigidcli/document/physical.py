@@ -15,7 +15,7 @@ from rigidcli.bodies.rotations import Rotation
 from rigidcli.core import rotation
 from rigidcli.core.arithmetic import Arithmetic, Array, Scalar
 from rigidcli.core.mass_properties import MassProperties
-from rigidcli.core.tensor import Inertia
+from rigidcli.core.tensor import IDENTITY, Inertia
 from rigidcli.errors import ValueProblem, at
 from rigidcli.fields.quantities import ReferencePoint
 
@@ -137,8 +137,10 @@ class Physical:
     @cached_property
     def direction(self) -> Array | None:
         """The unit vector (3) along the axis through O about which the moment is asked, if one is."""
+        if self.axis is None:
+            return None
         with at("axis"):
-            return None if self.axis is None else rotation.direction(self.axis, self.arithmetic)
+            return rotation.direction(self.axis, self.arithmetic)
 
     @cached_property
     def heavy_top(self) -> HeavyTop:
@@ -171,6 +173,10 @@ class Physical:
         """The axes of the results, as columns (3 by 3)."""
         return self._matrix(self.frame, "frame")
 
+    def along_axes(self, inertia: Inertia) -> Inertia:
+        """The same inertia along the axes of the results."""
+        return inertia if self.frame is None else inertia.turned(self.axes.T)
+
     @cached_property
     def orientation(self) -> Array:
         """The rotation from the document's axes to those of space at t = 0 (3 by 3)."""
@@ -178,6 +184,6 @@ class Physical:
 
     def _matrix(self, rotation: Rotation | None, *path: str) -> Array:
         if rotation is None:
-            return self.arithmetic.array(np.eye(3, dtype=int))
+            return self.arithmetic.array(IDENTITY)
         with at(*path):
             return rotation.as_matrix(self.arithmetic)

@@ -51,9 +51,10 @@ class Range:
         return self.count
 
     def __getitem__(self, index: int) -> str:
-        value = self._value(index)
-        text = f"{value.numerator / value.denominator!r}"
+        over, under = self._ratio(index)
+        text = f"{over / under!r}"
         if self.exact:
+            value = Fraction(over, under)
             decimal = _decimal(value)
             text = str(decimal) if Fraction(decimal) == value else str(value)
             if "/" in text and self.unit:
@@ -61,14 +62,15 @@ class Range:
                 raise UsageError(f"{text} {self.unit} has no decimal that is exact", hint=hint)
         return f"{text} {self.unit}".rstrip()
 
-    def _value(self, index: int) -> Fraction:
-        """The value in the unit."""
+    def _ratio(self, index: int) -> tuple[int, int]:
+        """The value in the unit, as two whole numbers: their quotient is rounded once."""
         if index in (0, self.count - 1):
-            return self.stop if index else self.start
+            return (self.stop if index else self.start).as_integer_ratio()
         if not self.logarithmic:
-            return self.start + (self.stop - self.start) * index / (self.count - 1)
+            steps, (a, c), (b, d) = self.count - 1, *map(Fraction.as_integer_ratio, (self.start, self.stop))
+            return a * d * (steps - index) + b * c * index, c * d * steps
         growth = DIGITS.power(_decimal(self.stop / self.start), Decimal(index) / (self.count - 1))
-        return self.start * Fraction(growth)
+        return (self.start * Fraction(growth)).as_integer_ratio()
 
     def exactly(self) -> Range:
         """The same range for exact numbers. Raises UsageError where its values are rounded."""

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 from copy import copy
+from functools import lru_cache
 from typing import Any
 
 from rigidcli.errors import UNKNOWN, DocumentError, Path, Problem, UsageError, nearest, shown
@@ -24,8 +25,14 @@ def split_setting(
         message = f"{option}: read {shown(text)}, expected {expected}"
         raise UsageError(message, hint=f"as in {option} {example}")
     key, value = found.groups()
+    return _steps(key), value
+
+
+@lru_cache(maxsize=64)
+def _steps(key: str) -> Path:
+    """The path that a key means; a sweep asks for the same one at every value."""
     steps = re.sub(r"\[(\d+)\]", r".\1", key).split(".")  # `size[0]` is `size.0`
-    return tuple(int(step) if step.isdecimal() else step for step in map(str.strip, steps)), value
+    return tuple(int(step) if step.isdecimal() else step for step in map(str.strip, steps))
 
 
 def put(tree: Any, path: Path, value: object, source: str, option: str) -> tuple[Any, Path]:
