@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 
 from rigidcli.core.arithmetic import FLOAT, Arithmetic, Array, Floats, Scalar
-from rigidcli.core.tensor import Inertia, misplaced, shift_from_com, shift_to_com, total
+from rigidcli.core.tensor import Inertia, combined, misplaced, shift_from_com
 from rigidcli.errors import ValueProblem
 
 FAR = 1e3
@@ -139,19 +139,18 @@ def combine(parts: Iterable[MassProperties], n: Arithmetic = FLOAT) -> MassPrope
     def summed(point: Array, error: float) -> Inertia:
         if n.exact or any(part.summed for part in parts):
             return reduce(add, (part.inertia_about(point, error) for part in parts))
-        errors = np.array([part.error for part in parts]) + (error + misplaced(point))
-        return total([part.inertia for part in parts], masses, coms - point, errors)
+        return combined(inertias, masses, coms - point, errors + (error + misplaced(point)))
 
     if n.exact:
         return replace(_sum_exactly(parts, n), summed=summed)
+    inertias, errors = [part.inertia for part in parts], np.array([part.error for part in parts])
     coms = np.array([part.com for part in parts])
     known = [abs(part.mass or 0) * part.integrated for part in parts if part.integrated is not None]
     integrated = float(sum(known) / abs(mass)) if known else None
     com = coms[0] + masses @ (coms - coms[0]) / mass
     reach = [part.error + misplaced(own) for part, own in zip(parts, coms - com, strict=True)]
     error = np.abs(masses) @ n.array(reach) / abs(mass)
-    errors = np.array([part.error for part in parts]) + error
-    inertia = total([part.inertia for part in parts], masses, coms - com, errors)
+    inertia = combined(inertias, masses, coms - com, errors + error)
     return MassProperties(mass, com, inertia, error, integrated=integrated, summed=summed)
 
 
@@ -165,7 +164,7 @@ def _sum_exactly(parts: Iterable[MassProperties], n: Arithmetic) -> MassProperti
         first = first + own * part.com
         tensor = tensor + shift_from_com(part.tensor, own, part.com)
     com = n.tidy(first / mass)
-    return MassProperties(mass, com, Inertia.of(n.tidy(shift_to_com(n.tidy(tensor), mass, com))))
+    return MassProperties(mass, com, Inertia.of(n.tidy(shift_from_com(n.tidy(tensor), -mass, com))))
 
 
 def place(
@@ -182,12 +181,6 @@ def place(
         there = n.tidy(rotation.T @ (point - displacement))
         return own(there, error + far + misplaced(point)).turned(rotation)
 
-    return MassProperties(
-        body.mass,
-        rotation @ body.com + displacement,
-        body.inertia.turned(rotation),
-        body.error + far + misplaced(body.com),
-        body.at_com,
-        body.integrated,
-        own and summed,
-    )
+    com, inertia = rotation @ body.com + displacement, body.inertia.turned(rotation)
+    off = body.error + far + misplaced(body.com)
+    return MassProperties(body.mass, com, inertia, off, body.at_com, body.integrated, own and summed)

@@ -136,11 +136,8 @@ def canonical_axes(projectors: Sequence[Floats], groups: Sequence[Sequence[int]]
                 raise ComputationError("the principal axes cannot be told")
             nearest = max(nearness) - PIVOT_TIE
             pivot = next(k for k in range(3) if nearness[k] >= nearest)
-            length = math.sqrt(nearness[pivot])
-            axis = [row[pivot] / length for row in left]
-            left = [
-                [x - a * b for x, b in zip(row, axis, strict=True)] for row, a in zip(left, axis, strict=True)
-            ]
+            axis = [row[pivot] / math.sqrt(nearness[pivot]) for row in left]
+            left = [[left[i][k] - axis[i] * axis[k] for k in range(3)] for i in range(3)]
             axes.append(axis)
     e1, e2, _ = axes
     (a, b, c), (x, y, z) = e1, e2

@@ -40,12 +40,8 @@ IDENTITY.setflags(write=False)
 
 def misplaced(*vectors: Array) -> float:
     """By how much rounding may misplace a sum of `vectors` (3, m), each turned; exact ones not at all."""
-    size = 0.0
-    for vector in vectors:
-        if vector.dtype == object:
-            return 0.0
-        size += math.hypot(*vector.tolist())
-    return MISPLACED * size
+    sizes = [math.hypot(*vector.tolist()) for vector in vectors if vector.dtype != object]
+    return MISPLACED * sum(sizes) if len(sizes) == len(vectors) else 0.0
 
 
 def spread_noise(mass: Scalar, spread: Array, error: float) -> Floats:
@@ -173,7 +169,7 @@ class Inertia:
         return momentum
 
 
-def total(bodies: Sequence[Inertia], masses: Floats, places: Floats, errors: Floats) -> Inertia:
+def combined(bodies: Sequence[Inertia], masses: Floats, places: Floats, errors: Floats) -> Inertia:
     """Of bodies with these `masses` (k) and inertias about their centres of mass, taken as one about a point.
 
     The centres are at `places` (k by 3, m, to within `errors`) from it. The entries are along axes that all
@@ -201,14 +197,9 @@ def point_tensor(d: Array) -> Array:
 def shift_from_com(tensor: Array, mass: Scalar, d: Array) -> Array:
     """Tensor about the point at `d` from the centre of mass, from that about the centre of mass.
 
-    Steiner's parallel-axis theorem, for all nine components at once.
+    Steiner's parallel-axis theorem, for all nine components at once. With a negative mass it is the way back.
     """
     return tensor + mass * point_tensor(d)
-
-
-def shift_to_com(tensor: Array, mass: Scalar, d: Array) -> Array:
-    """Tensor about the centre of mass, from that about the point at `d` from it."""
-    return tensor - mass * point_tensor(d)
 
 
 def rotate(tensor: Array, rotation: Array) -> Array:

@@ -253,10 +253,8 @@ class Document(Section):
         found = self.model_copy(update=update)
         found._environment = env
         found._require_whole()
-        turned = None if found.motion is None else found.motion.orientation
-        found.__dict__["physical"] = self.physical.changed(
-            found.body, found.axis, found.frame, found.top, turned
-        )
+        found.__dict__.pop("physical", None)
+        found.physical.share(self.physical)
         return found
 
     @cached_property

@@ -45,34 +45,20 @@ class Physical:
     turned: Rotation | None
 
     @np.errstate(over="ignore", invalid="ignore")
-    def changed(
-        self,
-        body: Body | None,
-        axis: tuple[Scalar, Scalar, Scalar] | None,
-        frame: Rotation | None,
-        top: Top | None,
-        turned: Rotation | None,
-    ) -> Physical:
-        """The same of other sections. What hangs on none that is another is worked out once, here."""
-        found = Physical(self.arithmetic, body, self.about, axis, frame, top, turned)
-        same = ["axes"] if found.frame is self.frame else []
-        same += ["orientation"] if found.turned is self.turned else []
-        if self.body is not None and found.body is self.body:
-            same += ["properties", "inertia", *(("body_top",) if found.top else ())]
+    def share(self, other: Physical) -> None:
+        """Take from a document that differs in sections alone what hangs on sections that both have."""
+        same = ["axes"] if self.frame is other.frame else []
+        same += ["orientation"] if self.turned is other.turned else []
+        if self.body is not None and self.body is other.body:
+            same += ["properties", "inertia", *(("body_top",) if self.top else ())]
         for name in same:
-            found.__dict__[name] = getattr(self, name)
-        return found
+            self.__dict__[name] = getattr(other, name)
 
     @np.errstate(over="ignore", invalid="ignore")
     def require(self) -> None:
         """Raise ValueProblem unless all that the document describes can exist."""
-        _ = (
-            self.axes,
-            self.direction,
-            self.body and self.properties,
-            self.top and self.heavy_top,
-            self.orientation,
-        )
+        _ = self.axes, self.direction, self.body and self.properties
+        _ = self.top and self.heavy_top, self.orientation
 
     @cached_property
     def properties(self) -> MassProperties:
@@ -120,13 +106,10 @@ class Physical:
     def inertia(self) -> Inertia:
         """The inertia about the point O, along axes in which it was worked out."""
         # A centre of mass is rounded, and the inertia about it known better; exact sums have axes in common.
-        if (
-            self.body is None
-            or self.properties.mass is None
-            or (self.about == "com" and not self.arithmetic.exact)
-        ):
-            return self.properties.inertia
-        found, n = self.properties.inertia_about(self.point), self.arithmetic
+        body, n = self.properties, self.arithmetic
+        if body.mass is None or (self.about == "com" and not n.exact):
+            return body.inertia
+        found = body.inertia_about(self.point)
         return Inertia(n.tidy(found.entries), found.noise, n.tidy(found.axes))
 
     @cached_property

@@ -199,7 +199,7 @@ def test_shift_from_the_centre_is_the_sum_about_the_point(points: Floats, about:
 def test_shift_there_and_back(points: Floats, d: Floats) -> None:
     body, mass = cloud_body(points)
     there = tensor.shift_from_com(body.tensor, mass, d)
-    back = tensor.shift_to_com(there, mass, d)
+    back = tensor.shift_from_com(there, -mass, d)
     assert near(back, body.tensor, mass * float(d @ d) + extent(points), 1e-15 * 4)
 
 
