@@ -32,17 +32,17 @@ from rigidcli.studies.results import RESULTS
 
 MOST_LINES = {
     "algebra": 3470,
-    "bodies": 7180,
-    "cli": 2110,
-    "core": 4060,
-    "document": 3260,
+    "bodies": 7135,
+    "cli": 2145,  # settings that nothing uses are refused, and the help has two parts
+    "core": 4100,  # how bodies add up about any point came here from `bodies`
+    "document": 3270,
     "fields": 1780,
     "check": 7880,
     "language": 2500,
-    "mechanics": 2830,
+    "mechanics": 2840,
     "reference": 645,
     "render": 3075,
-    "studies": 7010,
+    "studies": 7060,
     "": 1605,
 }
 """The most lines of Python that each room may have; "" is what stands at the top.

@@ -3,9 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from dataclasses import replace
-from functools import reduce
-from operator import add
 from typing import Annotated, Any, ClassVar, Self, TypeAlias
 
 import numpy as np
@@ -20,7 +17,7 @@ from rigidcli.bodies.shape import Shape
 from rigidcli.bodies.shape_names import shape_called
 from rigidcli.bodies.shapes import SHAPES
 from rigidcli.core import mass_properties, tensor
-from rigidcli.core.arithmetic import Arithmetic, Array, Scalar
+from rigidcli.core.arithmetic import Arithmetic, Scalar
 from rigidcli.errors import ValueProblem, at, shown
 from rigidcli.fields.environment import Environment
 from rigidcli.fields.quantities import AsList, Mass, MomentOfInertia, Point, PrincipalMoment, Vector3
@@ -140,9 +137,7 @@ class Composite(Form):
                 body = part.properties(arithmetic)
                 if body.mass is None:
                     raise ValueProblem("missing, expected the mass of a part", path=("mass",))
-            if part.hole:
-                body = replace(body, mass=-body.mass, inertia=body.inertia.times(-1))
-            bodies.append(body)
+            bodies.append(body.missing() if part.hole else body)
         whole = mass_properties.combine(bodies, arithmetic)
         if any(part.hole for part in self.parts):
             holes.require_material(list(self.leaves(arithmetic)), arithmetic)
@@ -151,11 +146,6 @@ class Composite(Form):
                 raise ValueProblem(f"the holes leave no mass: {arithmetic.size(whole.mass):.6g} kg")
             _require_physical(whole.tensor, arithmetic)
         return whole
-
-    def local_inertia_about(self, point: Array, n: Arithmetic, error: float) -> tensor.Inertia:
-        """The sum over the parts, less that over the holes, along axes that they have in common."""
-        found = (part.inertia_about(point, n, error).times(-1 if part.hole else 1) for part in self.parts)
-        return reduce(add, found)
 
     @property
     def rounding(self) -> float | None:
@@ -201,10 +191,6 @@ class RobotLink(Form):
     def local(self, arithmetic: Arithmetic) -> mass_properties.MassProperties:
         """The mass properties in the frame of the link."""
         return self._form.properties(arithmetic)
-
-    def local_inertia_about(self, point: Array, n: Arithmetic, error: float) -> tensor.Inertia:
-        """Inertia about `point` (3, m, to within `error`), both in the frame of the link."""
-        return self._form.inertia_about(point, n, error)
 
 
 FORMS: dict[str, type[Form]] = {

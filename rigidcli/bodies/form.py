@@ -2,10 +2,8 @@
 
 from abc import abstractmethod
 from collections.abc import Iterator, Mapping
-from dataclasses import replace
 from typing import Any, ClassVar
 
-import numpy as np
 from pydantic import Field
 
 from rigidcli.bodies.rotations import Rotation
@@ -50,34 +48,20 @@ class Form(Section):
         """The point of the form, in its own axes, that is put at `position` (3, m)."""
         return arithmetic.array([0, 0, 0])
 
-    def motion(self, arithmetic: Arithmetic) -> tuple[Array, Array]:
+    def motion(self, arithmetic: Arithmetic, pivot: Array | None = None) -> tuple[Array, Array]:
         """Rotation (3 by 3) and displacement (3, m) that take the form from its own axes to its place."""
-        turn = arithmetic.array(np.eye(3, dtype=int))
-        with at("rotation" if self.axis is None else "axis"):
-            if self.rotation is not None:
+        turn = arithmetic.array(tensor.IDENTITY)
+        if self.rotation is not None:
+            with at("rotation"):
                 turn = self.rotation.as_matrix(arithmetic)
-            elif self.axis is not None:
+        elif self.axis is not None:
+            with at("axis"):
                 turn = rotation.onto(self.axis, arithmetic)
-        return turn, arithmetic.array(self.position or [0, 0, 0]) - turn @ self.pivot(arithmetic)
+        pivot = self.pivot(arithmetic) if pivot is None else pivot
+        return turn, arithmetic.array(self.position or [0, 0, 0]) - turn @ pivot
 
     def properties(self, arithmetic: Arithmetic) -> mass_properties.MassProperties:
         """Mass properties in the axes in which the form is placed."""
-        placed = mass_properties.place(self.local(arithmetic), *self.motion(arithmetic))
-        moved = tensor.misplaced(self.pivot(arithmetic))
-        return replace(placed, error=placed.error + moved) if moved else placed
-
-    def inertia_about(self, point: Array, n: Arithmetic, error: float = 0.0) -> tensor.Inertia:
-        """Inertia about `point` (3, m, to within `error`), in the axes in which the form is placed.
-
-        It is summed about that point itself, and so free of the rounding of a centre of mass between.
-        """
-        turn, shift = self.motion(n)
-        error += tensor.misplaced(point, shift, self.pivot(n))
-        own = self.local_inertia_about(n.tidy(turn.T @ (point - shift)), n, error)
-        return replace(own, entries=n.tidy(own.entries), axes=n.tidy(turn @ own.axes))
-
-    def local_inertia_about(self, point: Array, n: Arithmetic, error: float) -> tensor.Inertia:
-        """Inertia about `point` (3, m, to within `error`), both in the form's own axes."""
-        body = self.local(n)
-        assert body.mass is not None
-        return body.inertia.shifted(body.mass, body.com - point, body.error + error)
+        local, pivot = self.local(arithmetic), self.pivot(arithmetic)
+        turn, shift = self.motion(arithmetic, pivot)
+        return mass_properties.place(local, turn, shift, tensor.misplaced(pivot), arithmetic)

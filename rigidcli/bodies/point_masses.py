@@ -12,8 +12,8 @@ from pydantic import BeforeValidator, Field, PrivateAttr, ValidationInfo, model_
 
 from rigidcli.bodies.form import Form
 from rigidcli.bodies.points import MOLECULE, Block, blocks
-from rigidcli.core import mass_properties, tensor
-from rigidcli.core.arithmetic import Arithmetic, Array, Scalar
+from rigidcli.core import mass_properties
+from rigidcli.core.arithmetic import Arithmetic, Scalar
 from rigidcli.errors import ComputationError, ValueProblem, at
 from rigidcli.fields.environment import Environment
 from rigidcli.fields.quantities import AsList, Coordinate, Mass, Vector3
@@ -117,9 +117,3 @@ class PointMasses(Form):
                 for _ in self.blocks(checked=True):
                     pass  # names the row to blame
             return body
-
-    def local_inertia_about(self, point: Array, n: Arithmetic, error: float) -> tensor.Inertia:
-        """Summed over the points; that of a file is shifted, so that the file is read once."""
-        if isinstance(self.points, pathlib.Path):
-            return super().local_inertia_about(point, n, error)
-        return mass_properties.about(n.array(self.points), point, error)

@@ -18,8 +18,10 @@ def shape_called(name: object, raw: Mapping[str, Any]) -> tuple[type[Shape] | No
     """
     word = name if isinstance(name, str) else ""
     named = SHAPES.get(word)
-    if named is not None and not any(_is_foreign(named, *item) for item in raw.items()):
-        return named, None
+    if named is not None and raw.keys() <= named.model_fields.keys():
+        lists = (key for key, value in raw.items() if isinstance(value, list) and key in named.dimensions())
+        if all(named.holds(key, raw[key]) for key in lists):
+            return named, None
     form = other_form(word)
     if word not in SHAPES and form is not None:
         return None, ValueProblem(f"{shown(name)} is no shape", hint=f"write `{form}` instead of `shape`")
@@ -32,13 +34,6 @@ def shape_called(name: object, raw: Mapping[str, Any]) -> tuple[type[Shape] | No
     if best.word() == word:
         return best, None
     return best, ValueProblem(f"read {shown(name)} (did you mean {best.word()}?)", hint=best.summary())
-
-
-def _is_foreign(shape: type[Shape], key: str, value: object) -> bool:
-    """Whether a key is none of the shape, or has a list of another length than there."""
-    if key not in shape.model_fields:
-        return True
-    return isinstance(value, list) and key in shape.dimensions() and not shape.holds(key, value)
 
 
 def _likeness(shape: type[Shape], raw: Mapping[str, Any]) -> int:

@@ -8,14 +8,14 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass, replace
-from functools import reduce
+from functools import partial, reduce
 from operator import add
 from typing import Any
 
 import numpy as np
 
 from rigidcli.core.arithmetic import FLOAT, Arithmetic, Array, Floats, Scalar
-from rigidcli.core.tensor import Inertia, misplaced, shift_from_com, shift_to_com
+from rigidcli.core.tensor import Inertia, combined, misplaced, shift_from_com
 from rigidcli.errors import ValueProblem
 
 FAR = 1e3
@@ -29,7 +29,8 @@ class MassProperties:
     Rounding may misplace the centre of mass by `error` (m). Of a body without a known mass the tensor
     cannot be shifted: `inertia` is then about the point `com`, and `at_com` says whether that
     is its centre of mass. `integrated` bounds the relative error of integrals over a varying density, by an
-    estimate; it is None where there are none.
+    estimate; it is None where there are none. `summed` gives the inertia about any point (3, m, to within an
+    error) where it is a sum that is better taken about that point itself than shifted.
     """
 
     mass: Scalar | None
@@ -38,18 +39,34 @@ class MassProperties:
     error: float = 0.0
     at_com: bool = True
     integrated: float | None = None
+    summed: Callable[[Array, float], Inertia] | None = None
 
     @property
     def tensor(self) -> Array:
         """The tensor about the centre of mass, along the axes of its components (3 by 3, kg m^2)."""
         return self.inertia.tensor
 
+    def inertia_about(self, point: Array, error: float = 0.0) -> Inertia:
+        """Inertia about `point` (3, m, to within `error`) of a body of known mass."""
+        if self.summed is not None:
+            return self.summed(point, error)
+        assert self.mass is not None
+        return self.inertia.shifted(self.mass, self.com - point, self.error + error + misplaced(point))
+
+    def missing(self) -> MassProperties:
+        """Those of a hole of this form: with them, what is left is a sum."""
+        assert self.mass is not None
+        whole = self.summed
+        summed = whole and (lambda point, error: whole(point, error).missing())
+        return replace(self, mass=-self.mass, inertia=self.inertia.missing(), summed=summed)
+
 
 def of_points(points: Array, n: Arithmetic = FLOAT) -> MassProperties:
     """Mass properties of point masses, rows (m, x, y, z) in kg and m; k by 4, k at least 1."""
     if n.exact:
         nothing = Inertia.of(n.array(np.zeros((3, 3), dtype=int)))
-        return _sum_exactly([MassProperties(point[0], point[1:], nothing) for point in points], n)
+        single = [MassProperties(point[0], point[1:], nothing) for point in points]
+        return replace(_sum_exactly(single, n), summed=partial(about, points))
     mass, origin = points[:, 0], points[0, 1:]
     total = mass.sum()
     offset = points[:, 1:] - origin
@@ -57,7 +74,7 @@ def of_points(points: Array, n: Arithmetic = FLOAT) -> MassProperties:
     offset = offset - centre
     com, extent = origin + centre, offset[np.argmax((offset**2).sum(axis=1))]
     inertia = Inertia.of_sums(total, com, (offset * mass[:, None]).T @ offset)
-    return MassProperties(total, com, inertia, misplaced(com, extent))
+    return MassProperties(total, com, inertia, misplaced(com, extent), summed=partial(about, points))
 
 
 def about(points: Array, point: Array, error: float = 0.0) -> Inertia:
@@ -115,25 +132,26 @@ def combine(parts: Iterable[MassProperties], n: Arithmetic = FLOAT) -> MassPrope
     """
     parts = list(parts)
     masses = n.array([part.mass for part in parts])
-    coms = n.array([part.com for part in parts])
     mass = masses.sum()
     if mass == 0:
         raise ValueProblem("the masses of the parts and holes add up to zero")
+
+    def summed(point: Array, error: float) -> Inertia:
+        if n.exact or any(part.summed for part in parts):
+            return reduce(add, (part.inertia_about(point, error) for part in parts))
+        return combined(inertias, masses, coms - point, errors + (error + misplaced(point)))
+
     if n.exact:
-        return _sum_exactly(parts, n)
+        return replace(_sum_exactly(parts, n), summed=summed)
+    inertias, errors = [part.inertia for part in parts], np.array([part.error for part in parts])
+    coms = np.array([part.com for part in parts])
     known = [abs(part.mass or 0) * part.integrated for part in parts if part.integrated is not None]
     integrated = float(sum(known) / abs(mass)) if known else None
     com = coms[0] + masses @ (coms - coms[0]) / mass
     reach = [part.error + misplaced(own) for part, own in zip(parts, coms - com, strict=True)]
     error = np.abs(masses) @ n.array(reach) / abs(mass)
-    inertia = reduce(
-        add,
-        (
-            part.inertia.shifted(own, d, part.error + error)
-            for part, own, d in zip(parts, masses, coms - com, strict=True)
-        ),
-    )
-    return MassProperties(mass, com, inertia, error, integrated=integrated)
+    inertia = combined(inertias, masses, coms - com, errors + error)
+    return MassProperties(mass, com, inertia, error, integrated=integrated, summed=summed)
 
 
 def _sum_exactly(parts: Iterable[MassProperties], n: Arithmetic) -> MassProperties:
@@ -146,10 +164,23 @@ def _sum_exactly(parts: Iterable[MassProperties], n: Arithmetic) -> MassProperti
         first = first + own * part.com
         tensor = tensor + shift_from_com(part.tensor, own, part.com)
     com = n.tidy(first / mass)
-    return MassProperties(mass, com, Inertia.of(n.tidy(shift_to_com(n.tidy(tensor), mass, com))))
+    return MassProperties(mass, com, Inertia.of(n.tidy(shift_from_com(n.tidy(tensor), -mass, com))))
 
 
-def place(body: MassProperties, rotation: Array, displacement: Array) -> MassProperties:
-    """`body` turned about the origin by `rotation` (3 by 3), then moved by `displacement` (3, m)."""
-    com, error = rotation @ body.com + displacement, body.error + misplaced(body.com, displacement)
-    return replace(body, com=com, inertia=body.inertia.turned(rotation), error=error)
+def place(
+    body: MassProperties, rotation: Array, displacement: Array, error: float = 0.0, n: Arithmetic = FLOAT
+) -> MassProperties:
+    """`body` turned about the origin by `rotation` (3 by 3), then moved by `displacement` (3, m).
+
+    The displacement is known to within `error` (m).
+    """
+    own, far = body.summed, error + misplaced(displacement)
+
+    def summed(point: Array, error: float) -> Inertia:
+        assert own is not None
+        there = n.tidy(rotation.T @ (point - displacement))
+        return own(there, error + far + misplaced(point)).turned(rotation)
+
+    com, inertia = rotation @ body.com + displacement, body.inertia.turned(rotation)
+    off = body.error + far + misplaced(body.com)
+    return MassProperties(body.mass, com, inertia, off, body.at_com, body.integrated, own and summed)

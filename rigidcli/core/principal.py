@@ -69,7 +69,7 @@ def principal_frame(inertia: Inertia) -> PrincipalFrame:
     values[0] = values[0] if values[0] > inertia.noise_along(rows[0]) else 0.0
     groups = _groups(values)
     rows = rows @ inertia.axes.T
-    projectors = [rows[group].T @ rows[group] for group in map(list, groups)]
+    projectors = [rows[group[0] : group[-1] + 1].T @ rows[group[0] : group[-1] + 1] for group in groups]
     return PrincipalFrame(values, canonical_axes(projectors, groups), groups)
 
 
@@ -127,18 +127,19 @@ def canonical_axes(projectors: Sequence[Floats], groups: Sequence[Sequence[int]]
     first. For a single axis this is the rule "largest component positive". e3 = e1 x e2 makes the
     frame right-handed, and e3 yields.
     """
-    axes = []
+    axes: list[list[float]] = []
     for projector, group in zip(projectors, groups, strict=True):
+        left = projector.tolist()
         for _ in group:
-            nearness = projector.diagonal().tolist()
+            nearness = [left[k][k] for k in range(3)]
             if not all(map(math.isfinite, nearness)):
                 raise ComputationError("the principal axes cannot be told")
             nearest = max(nearness) - PIVOT_TIE
             pivot = next(k for k in range(3) if nearness[k] >= nearest)
-            axis = projector[:, pivot] / math.sqrt(nearness[pivot])
-            projector = projector - np.outer(axis, axis)
+            axis = [row[pivot] / math.sqrt(nearness[pivot]) for row in left]
+            left = [[left[i][k] - axis[i] * axis[k] for k in range(3)] for i in range(3)]
             axes.append(axis)
-    e1, e2, _ = (axis.tolist() for axis in axes)
+    e1, e2, _ = axes
     (a, b, c), (x, y, z) = e1, e2
     return np.array([e1, e2, [b * z - c * y, c * x - a * z, a * y - b * x]])  # np.cross takes longer
 
@@ -164,6 +165,5 @@ def residual(tensor: Array, frame: PrincipalFrame) -> float:
     largest = frame.moments[2]
     if largest == 0:
         return 0.0
-    error = (tensor / largest) @ frame.axes.T - frame.axes.T * (frame.moments / largest)
-    worst: float = np.linalg.norm(error, axis=0).max()
-    return worst
+    error = frame.axes @ (tensor / largest) - frame.axes * (frame.moments / largest)[:, None]
+    return max(math.hypot(*row) for row in error.tolist())

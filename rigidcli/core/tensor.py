@@ -11,7 +11,10 @@ tensor along axes in which it is known best, with a bound on the rounding of eac
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, field, replace
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from functools import reduce
+from operator import add
 from typing import Any
 
 import numpy as np
@@ -37,9 +40,8 @@ IDENTITY.setflags(write=False)
 
 def misplaced(*vectors: Array) -> float:
     """By how much rounding may misplace a sum of `vectors` (3, m), each turned; exact ones not at all."""
-    if any(vector.dtype == object for vector in vectors):
-        return 0.0
-    return MISPLACED * sum(math.hypot(*vector) for vector in vectors)
+    sizes = [math.hypot(*vector.tolist()) for vector in vectors if vector.dtype != object]
+    return MISPLACED * sum(sizes) if len(sizes) == len(vectors) else 0.0
 
 
 def spread_noise(mass: Scalar, spread: Array, error: float) -> Floats:
@@ -114,8 +116,8 @@ class Inertia:
         """The entries, zero where they may be rounding errors alone."""
         if self.entries.dtype == object:
             return self.entries
-        hidden = (np.abs(self.entries) <= self.noise) & np.isfinite(self.noise)
-        return np.where(hidden, 0.0, self.entries)
+        hidden = np.abs(self.entries) <= self.noise
+        return np.where(hidden & np.isfinite(self.noise), 0.0, self.entries) if hidden.any() else self.entries
 
     def turned(self, rotation: Array) -> Inertia:
         """After the body was turned by `rotation` (3 by 3)."""
@@ -136,14 +138,14 @@ class Inertia:
         noise = self.noise if d.dtype == object else self.noise + spread_noise(mass, np.abs(d), error)
         return Inertia(shift_from_com(self.entries, mass, d), noise, self.axes)
 
-    def times(self, sign: int) -> Inertia:
-        """Of a body (1), or of a hole of its form (-1)."""
-        return self if sign == 1 else replace(self, entries=sign * self.entries)
+    def missing(self) -> Inertia:
+        """Of a hole of this form."""
+        return Inertia(-self.entries, self.noise, self.axes)
 
     def __add__(self, other: Inertia) -> Inertia:
         """Of both bodies; along axes that they have in common, if they have."""
         one, two = (self, other) if (self.axes == other.axes).all() else (self.in_space(), other.in_space())
-        return replace(one, entries=one.entries + two.entries, noise=one.noise + two.noise)
+        return Inertia(one.entries + two.entries, one.noise + two.noise, one.axes)
 
     def moment_about(self, axis: Array) -> tuple[Scalar, float]:
         """The moment about an `axis` (3, unit), and a bound on its rounding error, both in kg m^2."""
@@ -167,6 +169,26 @@ class Inertia:
         return momentum
 
 
+def combined(bodies: Sequence[Inertia], masses: Floats, places: Floats, errors: Floats) -> Inertia:
+    """Of bodies with these `masses` (k) and inertias about their centres of mass, taken as one about a point.
+
+    The centres are at `places` (k by 3, m, to within `errors`) from it. The entries are along axes that all
+    the bodies have in common, if they have.
+    """
+    axes = bodies[0].axes
+    if any(body.axes is not axes and (body.axes != axes).any() for body in bodies):
+        return reduce(add, map(Inertia.shifted, bodies, masses, places, errors))
+    d = places @ axes
+    widest = np.abs(d) + errors[:, None]
+    products = (np.abs(masses) * widest.T) @ (ROUNDING / 2 * widest + errors[:, None])
+    moments = (masses * d.T) @ d
+    entries = np.sum([body.entries for body in bodies], axis=0)
+    entries += from_second_moments(0.5, moments + moments.T)
+    noise = np.sum([body.noise for body in bodies], axis=0)
+    noise += np.abs(from_second_moments(1, products + products.T))
+    return Inertia(entries, noise, axes)
+
+
 def point_tensor(d: Array) -> Array:
     """Tensor of a unit mass at `d` (3, m) about the origin: d^2 1 - d d^T (3 by 3, m^2)."""
     return from_second_moments(1, np.outer(d, d))
@@ -175,14 +197,9 @@ def point_tensor(d: Array) -> Array:
 def shift_from_com(tensor: Array, mass: Scalar, d: Array) -> Array:
     """Tensor about the point at `d` from the centre of mass, from that about the centre of mass.
 
-    Steiner's parallel-axis theorem, for all nine components at once.
+    Steiner's parallel-axis theorem, for all nine components at once. With a negative mass it is the way back.
     """
     return tensor + mass * point_tensor(d)
-
-
-def shift_to_com(tensor: Array, mass: Scalar, d: Array) -> Array:
-    """Tensor about the centre of mass, from that about the point at `d` from it."""
-    return tensor - mass * point_tensor(d)
 
 
 def rotate(tensor: Array, rotation: Array) -> Array:

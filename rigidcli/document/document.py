@@ -17,7 +17,7 @@ from rigidcli.bodies.rotations import Rotation
 from rigidcli.core import rotation
 from rigidcli.core.arithmetic import Arithmetic, Array, Scalar
 from rigidcli.core.mass_properties import MassProperties
-from rigidcli.core.tensor import Inertia
+from rigidcli.core.tensor import IDENTITY, Inertia
 from rigidcli.document.origins import Origin
 from rigidcli.document.parameters import definitions
 from rigidcli.errors import DocumentError, Problem, ValueProblem, at
@@ -323,10 +323,11 @@ class Physical:
     def inertia(self) -> Inertia:
         """The inertia about the point O, along axes in which it was worked out."""
         # A centre of mass is rounded, and the inertia about it known better; exact sums have axes in common.
-        at_com = self.document.about == "com" and not self.arithmetic.exact
-        if self.body is None or self.properties.mass is None or at_com:
-            return self.properties.inertia
-        return self.body.inertia_about(self.point, self.arithmetic)
+        body, n = self.properties, self.arithmetic
+        if body.mass is None or (self.document.about == "com" and not n.exact):
+            return body.inertia
+        found = body.inertia_about(self.point)
+        return Inertia(n.tidy(found.entries), found.noise, n.tidy(found.axes))
 
     @cached_property
     def tensor(self) -> Array:
@@ -336,9 +337,10 @@ class Physical:
     @cached_property
     def direction(self) -> Array | None:
         """The unit vector (3) along the axis through O about which the moment is asked, if one is."""
+        if self.document.axis is None:
+            return None
         with at("axis"):
-            axis = self.document.axis
-            return None if axis is None else rotation.direction(axis, self.arithmetic)
+            return rotation.direction(self.document.axis, self.arithmetic)
 
     @cached_property
     def heavy_top(self) -> HeavyTop:
@@ -372,6 +374,10 @@ class Physical:
         """The axes of the results, as columns (3 by 3)."""
         return self._matrix(self.document.frame, "frame")
 
+    def along_axes(self, inertia: Inertia) -> Inertia:
+        """The same inertia along the axes of the results."""
+        return inertia if self.document.frame is None else inertia.turned(self.axes.T)
+
     @cached_property
     def orientation(self) -> Array:
         """The rotation from the document's axes to those of space at t = 0 (3 by 3)."""
@@ -380,7 +386,7 @@ class Physical:
 
     def _matrix(self, rotation: Rotation | None, *path: str) -> Array:
         if rotation is None:
-            return self.arithmetic.array(np.eye(3, dtype=int))
+            return self.arithmetic.array(IDENTITY)
         with at(*path):
             return rotation.as_matrix(self.arithmetic)
 

@@ -10,6 +10,7 @@ import re
 from collections.abc import Mapping, Sequence
 from copy import copy
 from dataclasses import dataclass, field, replace
+from functools import lru_cache
 from typing import TYPE_CHECKING, Any, Self
 
 from rigidcli.document.syntax import decimal, read_tree, read_value
@@ -64,8 +65,14 @@ def split_setting(
         message = f"{option}: read {shown(text)}, expected {expected}"
         raise UsageError(message, hint=f"as in {option} {example}")
     key, value = found.groups()
+    return _steps(key), value
+
+
+@lru_cache(maxsize=64)
+def _steps(key: str) -> Path:
+    """The path that a key means; a sweep asks for the same one at every value."""
     steps = re.sub(r"\[(\d+)\]", r".\1", key).split(".")  # `size[0]` is `size.0`
-    return tuple(int(step) if step.isdecimal() else step for step in map(str.strip, steps)), value
+    return tuple(int(step) if step.isdecimal() else step for step in map(str.strip, steps))
 
 
 def put(tree: Any, path: Path, value: object) -> tuple[Any, Path]:

@@ -65,18 +65,25 @@ class Range:
         return self.count
 
     def __getitem__(self, index: int) -> str:
-        value = self.start + (self.stop - self.start) * index / max(self.count - 1, 1)
-        if self.logarithmic and 0 < index < self.count - 1:
-            growth = DIGITS.power(_decimal(self.stop / self.start), Decimal(index) / (self.count - 1))
-            value = self.start * Fraction(growth)
-        text = f"{value.numerator / value.denominator!r}"
+        over, under = self._ratio(index)
+        text = f"{over / under!r}"
         if self.exact:
+            value = Fraction(over, under)
             decimal = _decimal(value)
             text = str(decimal) if Fraction(decimal) == value else str(value)
             if "/" in text and self.unit:
                 hint = "choose another COUNT, or list the values"
                 raise UsageError(f"{text} {self.unit} has no decimal that is exact", hint=hint)
         return f"{text} {self.unit}".rstrip()
+
+    def _ratio(self, index: int) -> tuple[int, int]:
+        """The value in the unit, as two whole numbers: their quotient is rounded once."""
+        steps = max(self.count - 1, 1)
+        if self.logarithmic and 0 < index < steps:
+            growth = DIGITS.power(_decimal(self.stop / self.start), Decimal(index) / steps)
+            return (self.start * Fraction(growth)).as_integer_ratio()
+        (a, c), (b, d) = self.start.as_integer_ratio(), self.stop.as_integer_ratio()
+        return a * d * (steps - index) + b * c * index, c * d * steps
 
     def exactly(self) -> Range:
         """The same range for exact numbers. Raises UsageError where its values are rounded."""

@@ -54,7 +54,7 @@ def run(document: Document, *, steps: bool = False, picture: str | None = None) 
     if motion is not None and motion.omega is not None:
         own = frame if motion.basis == "principal" else None
         axes = document.physical.axes if own is None else own.axes
-        inertia = document.physical.inertia.turned(document.physical.axes.T)
+        inertia = document.physical.along_axes(document.physical.inertia)
         fields += _motion(axes.T @ n.array(motion.omega), inertia, frame, n)
     about_axis, noted = axis_fields(document)
     rounding = None if document.body is None else document.body.rounding

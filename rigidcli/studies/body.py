@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
@@ -49,16 +50,16 @@ def inertia_fields(document: Document) -> tuple[Field, ...]:
     if com is not None and not n.exact:
         com[np.abs(com) <= body.error] = 0.0  # the rounding of a zero
     about = com if document.about == "com" else n.tidy(axes.T @ physical.point)
-    asked = n.tidy(physical.inertia.turned(axes.T).tensor)
-    central = n.tidy(body.inertia.turned(axes.T).tensor) if known else None
+    asked = n.tidy(physical.along_axes(physical.inertia).tensor)
+    central = n.tidy(physical.along_axes(body.inertia).tensor) if known else None
     if body.mass is not None:
         mass = n.tidied(body.mass)
-        if not n.exact and not (np.isfinite(mass) and np.isfinite(asked).all()):
+        if not n.exact and not (math.isfinite(mass) and np.isfinite(asked).all()):
             raise ComputationError("the inertia tensor is beyond the range of floating-point numbers")
     values = {"mass": mass, "center_of_mass": com, "about": about, "tensor": asked, "tensor_com": central}
     fields = tuple(told("inertia", key, value) for key, value in values.items())
     if com is not None and about is not None and (about == com).all():
-        fields = (*fields[:-1], replace(fields[-1], diagnostic=True))
+        fields[-1].diagnostic = True
     if body.integrated is None:
         return fields
     # A small error is for those who ask for it; a larger one is for everybody.
@@ -103,7 +104,7 @@ def body_frame(document: Document) -> PrincipalFrame:
     Raises ComputationError where an exact one is too long to print.
     """
     n, physical = document.arithmetic, document.physical
-    inertia = physical.inertia.turned(physical.axes.T)
+    inertia = physical.along_axes(physical.inertia)
     if not n.exact:
         return principal.principal_frame(inertia)
     from rigidcli.mechanics import principal_axes

@@ -81,13 +81,13 @@ def _representable(field: Field) -> Field:
     if value is None or (type(value) is float and TINY <= abs(value) < math.inf):
         return field
     if isinstance(value, float):
-        size, value = abs(value), float(value) + 0.0
+        sizes, value = [abs(value)], float(value) + 0.0
     elif isinstance(value, np.ndarray) and value.dtype.kind == "f":
-        size = float(np.abs(value).max(initial=0.0))
+        sizes = list(map(abs, value.ravel().tolist()))
         value = np.ascontiguousarray(value) + 0.0 if value.ndim else float(value) + 0.0
     else:
         return field
-    if not math.isfinite(size) or 0 < size < TINY:
+    if not all(map(math.isfinite, sizes)) or 0 < max(sizes, default=0) < TINY:
         raise ComputationError(
             f"the {field.title or field.key} is beyond the range of floating-point numbers"
         )

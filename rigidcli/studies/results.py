@@ -20,7 +20,6 @@ from __future__ import annotations
 
 import csv
 from collections.abc import Iterator
-from dataclasses import replace
 from importlib import resources
 from typing import Any
 
@@ -56,4 +55,6 @@ _BY_KEY = {(study, field.key): field for study, fields in RESULTS.items() for fi
 def told(study: str, key: str, value: Value, /, words: str = "", **changes: Any) -> Field:
     """The result of a study with its value, words for it, and what else is different about it this time."""
     field = _BY_KEY[study, key].with_value(value, words)
-    return replace(field, **changes) if changes else field
+    for name, change in changes.items():
+        setattr(field, name, change)
+    return field

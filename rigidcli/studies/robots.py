@@ -22,7 +22,7 @@ from rigidcli.bodies.robots.links import COLUMNS, ENTRIES, ROWS, Link, listed, m
 from rigidcli.bodies.shape import Region
 from rigidcli.core.arithmetic import FLOAT, Floats
 from rigidcli.core.mass_properties import MassProperties, combine
-from rigidcli.core.tensor import point_tensor, shift_to_com, shortfall
+from rigidcli.core.tensor import point_tensor, shift_from_com, shortfall
 from rigidcli.document.document import Document
 from rigidcli.errors import Problem, RigidError, ValueProblem
 from rigidcli.fields.environment import Environment
@@ -217,7 +217,7 @@ def _misfits(body: Weighed, forms: Sequence[Weighed], *, only_mass: bool) -> Ite
 
 def _cure(body: Weighed, form: Weighed) -> str | None:
     """A change that would bring the moments near to those of the form, if one thing does."""
-    central = shift_to_com(body.tensor, body.mass, body.centre)
+    central = shift_from_com(body.tensor, -body.mass, body.centre)
     hints = [
         f"the tensor may be in {unit}, expected kg m^2"
         for factor, unit in UNITS.items()
