@@ -32,10 +32,10 @@ from rigidcli.studies.results import RESULTS
 
 MOST_LINES = {
     "algebra": 3470,
-    "bodies": 7135,
+    "bodies": 7140,
     "cli": 2145,  # settings that nothing uses are refused, and the help has two parts
     "core": 4100,  # how bodies add up about any point came here from `bodies`
-    "document": 3270,
+    "document": 3280,
     "fields": 1780,
     "check": 7880,
     "language": 2500,
