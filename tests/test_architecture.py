@@ -5,6 +5,7 @@ from __future__ import annotations
 import importlib
 import inspect
 import pkgutil
+import subprocess
 from importlib import resources, util
 from pathlib import Path
 from typing import get_args
@@ -49,6 +50,10 @@ MOST_LINES = {
 
 A room that shrinks lowers its number in the same commit. None is raised without a reason beside it.
 """
+
+ROOT = Path(__file__).resolve().parents[1]
+
+TOP_LEVEL = {"CHANGELOG.md", "LICENSE", "README.md", "configs", "pyproject.toml", "rigidcli", "tests"}
 
 DRAWING = {f"rigidcli.render.plots.{module}" for module in LIBRARIES}
 """Modules that need the extra `show`."""
@@ -133,3 +138,10 @@ def test_every_module_says_what_it_is() -> None:
         if found.name in DRAWING and any(util.find_spec(library) is None for library in LIBRARIES.values()):
             continue  # they need the extra `show`
         assert importlib.import_module(found.name).__doc__, found.name
+
+
+@pytest.mark.skipif(not (ROOT / ".git").exists(), reason="only a checkout knows which files are kept")
+def test_the_top_level_holds_only_what_belongs_there() -> None:
+    kept = subprocess.run(["git", "ls-files"], cwd=ROOT, capture_output=True, text=True, check=True)
+    top = {name.split("/")[0] for name in kept.stdout.splitlines()}
+    assert {name for name in top if not name.startswith(".")} == TOP_LEVEL
