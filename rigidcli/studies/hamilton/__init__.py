@@ -79,7 +79,8 @@ def run(
         told("hamilton", "conserved", conserved, words=", ".join(conserved) or "nothing found"),
         told("hamilton", "explicit_time", derivation.explicit_time),
         _energy_rate(derivation),
-        told("hamilton", "natural", system.natural, words=natural),
+        # Where it cannot be decided, the row only repeats that L alone does not tell T from V.
+        told("hamilton", "natural", system.natural, words=natural, diagnostic=system.natural is None),
         Field("natural_reason", system.reason),
         *lagrange.fields(derivation),
         *equilibrium,
