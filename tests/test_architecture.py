@@ -43,7 +43,7 @@ MOST_LINES = {
     "reference": 645,
     "render": 3075,
     "studies": 7060,
-    "": 1605,
+    "": 1680,  # homework is judged from Python, too
 }
 """The most lines of Python that each room may have; "" is what stands at the top.
 
@@ -105,7 +105,7 @@ def test_every_study_and_command_is_listed_and_has_its_modules() -> None:
     assert isinstance(program, app.Commands)
     assert all(program.get_command(typer.Context(program), name) for name in COMMANDS)
     offered = {name for name in rigidcli.__all__ if callable(getattr(rigidcli, name)) and name in COMMANDS}
-    assert offered == {*STUDIES, "validate"}
+    assert offered == {*STUDIES, "check", "validate"}
     assert set(RESULTS) == set(STUDIES)
 
 
