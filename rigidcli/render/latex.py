@@ -24,6 +24,8 @@ _SYMBOLS = {
     r"\be([123])\b": r"$\\mathbf{e}_\1$",
     r"\bomega([123])\b": r"$\\omega_\1$",
     r"(?<!\\)\bomega\b": r"$\\boldsymbol{\\omega}$",
+    r"\b([pwLN])(?:\\_)?([1-3i-kq])\b": r"$\1_\2$",
+    r"\bqdot\b": r"$\\dot q$",
     r"\\textasciicircum\{\}(\d+|T\b)": r"\\textsuperscript{\1}",
 }
 """The symbols that stand in the words of a result, spelled out as in a terminal, and how LaTeX has them."""

@@ -80,8 +80,8 @@ DENSITY = 150
 """Dots per inch of png."""
 
 
-def drawn(report: Report, ending: str) -> bytes:
-    """The first picture of a report as a file of this kind."""
+def drawn(report: Report, ending: str, *, is_clear: bool = False) -> bytes:
+    """The first picture of a report as a file of this kind, on white ground unless it is clear."""
     logging.getLogger("matplotlib").setLevel(logging.ERROR)  # it tells of fonts that it looks for
     (picture, *_) = report.pictures
     file = io.BytesIO()
@@ -89,7 +89,7 @@ def drawn(report: Report, ending: str) -> bytes:
         mpl.rcdefaults()
         mpl.rcParams.update(SETTINGS)
         figure = figure_of(picture, report.about(picture.title))
-        figure.savefig(file, format=ending, dpi=DENSITY, metadata=METADATA[ending])
+        figure.savefig(file, format=ending, dpi=DENSITY, metadata=METADATA[ending], transparent=is_clear)
     return _shortened(file.getvalue()) if ending == "svg" else file.getvalue()
 
 
