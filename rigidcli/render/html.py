@@ -26,7 +26,7 @@ PAGE, NOTEBOOK = 300_000, 10_000
 """The most numbers of a replay that change in time: 1.6 MB on a page; in a notebook all takes 150 kB."""
 
 _NUMERIC = ' class="number"'
-"""What cells of numbers have, and the heads above them."""
+"""The class of cells with numbers, and of the heads above them."""
 
 _SYMBOLS = {
     r"(?<=\w)\^(\d+|T)\b": r"<sup>\1</sup>",
@@ -63,7 +63,7 @@ def render(reports: Iterable[Report], look: Look) -> Iterator[str]:
 
 
 def _documents_once(reports: Iterable[Report]) -> Iterator[Report]:
-    """The reports, of which those on one document, such as on the links of a robot, have it once."""
+    """The reports; of several on one document, such as the links of a robot, the first has its text."""
     before = ("", "")
     for report in reports:
         document = (report.source, report.document)

@@ -23,11 +23,11 @@ BYTES = 2**20
 """Bytes of a file that are read at a time."""
 
 TRUTH, NUMBER, TEXT = "bool", "double", "string"
-"""What a column holds: truth values, numbers, or texts, which also stand for what is mixed."""
+"""The kinds of columns: truth values, numbers, or texts, into which a mixture is turned."""
 
 
 class Piece(NamedTuple):
-    """So many rows: by their heads the columns, lists or arrays, and the units where there are any."""
+    """Rows of a table: its columns (lists or arrays) and their units, by the heads of the columns."""
 
     rows: int
     columns: Mapping[str, Value]
@@ -125,7 +125,7 @@ def joined(kinds: Mapping[str, str], others: Mapping[str, str]) -> dict[str, str
 
 
 def _schema(kinds: Mapping[str, str], units: Mapping[str, str]) -> Any:
-    """The columns with their units; those without any value are columns of numbers."""
+    """The columns with their units; a column without any value counts as numbers."""
     import pyarrow as pa
 
     types = {TRUTH: pa.bool_(), NUMBER: pa.float64(), TEXT: pa.string(), "": pa.float64()}

@@ -78,7 +78,7 @@ def run(document: Document, *, steps: bool = False, picture: str | None = None) 
 
 
 def _frame_fields(frame: PrincipalFrame | None, tensor: Array, n: Arithmetic) -> list[Field]:
-    """Moments, axes and class; null, and not shown to people, where there is no frame to tell."""
+    """Moments, axes and class; null, and not shown to people, where there is no frame."""
     keys = ("moments", "axes", "groups", "class", "residual")
     if frame is None:
         return [told("axes", key, None, title="") for key in keys]

@@ -27,7 +27,7 @@ from rigidcli.report import single_cells
 from rigidcli.scene import Part, Scene, Stage
 
 Rows: TypeAlias = NDArray[np.intp]
-"""Places of samples among those of a scene."""
+"""Indices of samples of a scene."""
 
 MOST_TRIANGLES = 8_000
 """The most triangles of one surface: 0.4 MB, and drawn in less than a millisecond."""
@@ -127,7 +127,7 @@ _CONTROLS = """<div class=stage>
 
 
 def _rows(scene: Scene, most: int) -> tuple[Rows, int]:
-    """Which rows are sent, and how many points for each of them may make a path smooth.
+    """The rows that are sent, and the most points a row that may make a path smooth.
 
     These are all rows, or each second, third and so on, so that they fit; and the last one.
     """
@@ -140,7 +140,7 @@ def _rows(scene: Scene, most: int) -> tuple[Rows, int]:
 
 
 def _turns(scene: Scene, rows: Rows) -> Floats:
-    """By which vectors (k, 3; rad, along the body's axes) the body turns between the rows.
+    """The rotation vectors (k, 3; rad, along the body's axes) of the body between the rows.
 
     That of the two orientations alone leaves out whole turns, which follow from the mean of omega.
     """
@@ -183,7 +183,7 @@ def _path(part: Part) -> float:
 
 @dataclass(frozen=True, slots=True)
 class _Stages:
-    """The stages of a scene as they are sent: at these rows, with at most so many points for each of them.
+    """The stages of a scene as they are sent: at these rows, with at most so many points a row.
 
     A surface has as many triangles as `finest` at most. `arrays` are all points once, packed, with their
     places in the list that is sent.

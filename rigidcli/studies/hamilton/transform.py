@@ -234,7 +234,7 @@ class _Change:
 
 
 def _gathered(e: Expr, phase: Phase) -> Expr:
-    """As a polynomial in the momenta, or else in all variables, each coefficient by itself; or as it is."""
+    """The expression as a polynomial in the momenta, or else in all variables, with tidy coefficients."""
     e = exponentials_merged(e)
     forms = [tidy(e)]
     for names in (phase.names, phase.momenta):

@@ -25,7 +25,7 @@ def formula(node: Node, n: Arithmetic) -> Formula:
 
 
 def power(base: Node | None, exponent: int) -> Node | None:
-    """A power; None, which is one, of what is None or raised to zero."""
+    """A power; None stands for one, which is also the power of None, and of anything raised to zero."""
     if base is None or exponent == 0:
         return None
     return base if exponent == 1 else Power(base, Number(str(exponent), exponent))
