@@ -8,7 +8,8 @@
 `inertia`, `axes`, `precess`, `euler` and `hamilton` answer documents with a `Result`, which maps the fields
 of the JSON output to floats, numpy arrays, texts and exact expressions, and shows itself as a table. `load`
 and `loads` read a document once for several of them, `load_all` the links of a robot. Problems are raised as
-`RigidError`; those of documents as `DocumentError`, which lists them, as `validate` does.
+`RigidError`; those of documents as `DocumentError`, which lists them, as `validate` does. `check` judges
+homework.
 """
 
 from __future__ import annotations
@@ -22,7 +23,7 @@ __version__ = "0.1.0"
 
 _PLACES = {
     **dict.fromkeys(STUDIES, "api"),
-    "validate": "api",
+    **dict.fromkeys(("check", "validate"), "api"),
     "Result": "result",
     **dict.fromkeys(("load", "load_all", "loads"), "document.load"),
     **dict.fromkeys(("DocumentError", "RigidError"), "errors"),
@@ -38,6 +39,7 @@ __all__ = [
     "RigidError",
     "__version__",
     "axes",
+    "check",
     "euler",
     "hamilton",
     "inertia",
@@ -51,7 +53,7 @@ __all__ = [
 if TYPE_CHECKING:
     from typing import Any
 
-    from rigidcli.api import axes, euler, hamilton, inertia, precess, validate
+    from rigidcli.api import axes, check, euler, hamilton, inertia, precess, validate
     from rigidcli.document.document import Document
     from rigidcli.document.load import load, load_all, loads
     from rigidcli.errors import DocumentError, RigidError

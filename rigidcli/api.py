@@ -4,16 +4,21 @@ from __future__ import annotations
 
 import inspect
 import json
+import os
+import sys
 from collections.abc import Mapping, Sequence
 from dataclasses import fields, replace
 from functools import partial
 from importlib import import_module
+from pathlib import Path
 from textwrap import indent
+from types import ModuleType
 from typing import Any, Protocol, TypeAlias
 
-from rigidcli.commands import COMMANDS, Command
+from rigidcli.check import Feedback
+from rigidcli.commands import COMMANDS, STUDIES, Command
 from rigidcli.document.load import KEYS, MAPPING, Source, plain, read
-from rigidcli.errors import DocumentError, Problem
+from rigidcli.errors import DocumentError, Problem, UsageError, nearest, shown
 from rigidcli.reference import tables
 from rigidcli.result import Result
 
@@ -135,3 +140,72 @@ def _texts(settings: Settings) -> Sequence[str]:
 
 
 inertia, axes, precess, euler, hamilton = map(_study, ("inertia", "axes", "precess", "euler", "hamilton"))
+
+
+class Judgements(list[dict[str, Any]]):
+    """Judged hand-ins, one mapping a student with the fields of `check -f json`, and the `notes` on them."""
+
+    def __init__(self, records: Sequence[dict[str, Any]], notes: Sequence[str]) -> None:
+        super().__init__(records)
+        self.notes = tuple(notes)
+
+
+def check(
+    assignment: str | os.PathLike[str],
+    *answers: str | os.PathLike[str],
+    feedback: str = "hint",
+    roster: str | os.PathLike[str] | None = None,
+    overrides: str | os.PathLike[str] | None = None,
+    jobs: int | None = None,
+) -> Judgements:
+    """Judge homework: answer files, folders of them, or a zip, as the command `check` does.
+
+    `feedback` is "none", "verdict", "hint" or "full", where only the last shows reference values. `roster`
+    and `overrides` are files of csv: who the students are, and a person's scores. `jobs` files are judged at
+    a time, as many as there are processors if it is None.
+
+    Returns one mapping a student, with the fields of `check -f json`: `student`, `source`, `score`,
+    `max_score`, and `questions` with `verdict`, `score` and `feedback`; `notes` tell what was left out.
+    Raises DocumentError for an assignment that is refused, and for files that cannot be read.
+
+        for student in rigidcli.check("homework.yaml", "answers/"):
+            print(student["student"], student["score"])
+    """
+    from tempfile import TemporaryDirectory
+
+    from rigidcli.check import batch, files
+    from rigidcli.check import roster as students
+    from rigidcli.check.assignment import prepare
+    from rigidcli.check.overrides import read_overrides
+    from rigidcli.check.reports import Style
+    from rigidcli.check.reports.formats import render
+
+    levels = list(Feedback)
+    if feedback not in levels:
+        guess = f" (did you mean {near}?)" if (near := nearest(feedback, levels)) else ""
+        raise UsageError(f"feedback: read {shown(feedback)}, expected {', '.join(levels)}{guess}")
+    if not answers:
+        raise UsageError("no answers are named: expected files, folders of them, or a zip")
+    prepared = prepare(os.fspath(assignment), {name: globals()[name] for name in STUDIES})
+    person = None if overrides is None else read_overrides(overrides, prepared.items)
+    with TemporaryDirectory(prefix="rigidcli-") as scratch:
+        gathered = files.gather([os.fspath(name) for name in answers], os.fspath(assignment), Path(scratch))
+        if gathered.problems:
+            raise DocumentError(gathered.problems)
+        people = None if roster is None else students.read_roster(os.fspath(roster))
+        papers, notes = students.papers(gathered, people)
+        judged = list(batch.run(prepared.items, papers, jobs))
+    notes = [*map(str, prepared.notes), *notes, *(note for each in judged for note in each.notes)]
+    if person is not None:
+        judged = list(person.over(judged, notes))
+    style = Style(Feedback(feedback))
+    return Judgements([json.loads(line) for line in render("json", judged, style)], notes)
+
+
+class _Package(ModuleType):
+    """The package `rigidcli.check`, which is called as the function whose name it has."""
+
+    __call__ = staticmethod(check)
+
+
+sys.modules["rigidcli.check"].__class__ = _Package

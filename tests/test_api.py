@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import doctest
+import json
 import subprocess
 import sys
 from fractions import Fraction
@@ -81,6 +82,40 @@ def test_a_document_is_validated() -> None:
     problems = rigidcli.validate("body: {shape: cube,\n mas: 1}")
     assert {problem.key for problem in problems} >= {"body.mas", "body.side"}
     assert all(problem.line for problem in problems)
+
+
+def test_homework_is_judged_as_on_the_command_line(tmp_path: Path, program: Program) -> None:
+    assignment, answers = "configs/homework/assignment.yaml", "configs/homework/answers"
+    judged = rigidcli.check(assignment, answers, jobs=1)
+    lines = program("check", assignment, answers, "-f", "json").out.splitlines()
+    assert judged == [json.loads(line) for line in lines]
+    (bob,) = rigidcli.check(assignment, f"{answers}/bob.yaml", feedback="full", jobs=1)
+    assert "expected" in bob["questions"][0]["feedback"][0]["message"]
+    (tmp_path / "roster.csv").write_text("name\nbob\nmallory\n")
+    (tmp_path / "scores.csv").write_text("student,question,score,reason\nbob,10.35a,3,oral\nzoe,10.35a,1,\n")
+    judged = rigidcli.check(
+        assignment,
+        f"{answers}/bob.yaml",
+        roster=tmp_path / "roster.csv",
+        overrides=tmp_path / "scores.csv",
+        jobs=1,
+    )
+    assert [student["student"] for student in judged] == ["bob", "mallory"]
+    assert judged[0]["score"] == pytest.approx(bob["score"] + 0.75)
+    assert "zoe" in "".join(judged.notes)
+
+
+@pytest.mark.parametrize(
+    ("answers", "options", "message"),
+    [
+        ((), {}, "no answers are named"),
+        (("configs/homework/answers/bobby.yaml",), {}, "cannot be read: No such file"),
+        (("configs/homework/answers",), {"feedback": "hnt"}, "did you mean hint"),
+    ],
+)
+def test_homework_that_cannot_be_judged_is_refused(answers: Any, options: Any, message: str) -> None:
+    with pytest.raises(rigidcli.RigidError, match=message):
+        rigidcli.check("configs/homework/assignment.yaml", *answers, **options)
 
 
 def test_a_misspelt_result_is_suggested() -> None:

@@ -34,7 +34,7 @@ from rigidcli.studies.results import RESULTS
 MOST_LINES = {
     "algebra": 3470,
     "bodies": 7140,
-    "cli": 2145,  # settings that nothing uses are refused, and the help has two parts
+    "cli": 2144,  # settings that nothing uses are refused, and the help has two parts
     "core": 4100,  # how bodies add up about any point came here from `bodies`
     "document": 3280,
     "fields": 1780,
@@ -42,9 +42,9 @@ MOST_LINES = {
     "language": 2500,
     "mechanics": 2840,
     "reference": 645,
-    "render": 3075,
-    "studies": 7060,
-    "": 1605,
+    "render": 3057,
+    "studies": 7375,  # the working shows brackets, vectors of modes, centres of mass, torques
+    "": 1680,  # homework is judged from Python, too
 }
 """The most lines of Python that each room may have; "" is what stands at the top.
 
@@ -110,7 +110,7 @@ def test_every_study_and_command_is_listed_and_has_its_modules() -> None:
     assert isinstance(program, app.Commands)
     assert all(program.get_command(typer.Context(program), name) for name in COMMANDS)
     offered = {name for name in rigidcli.__all__ if callable(getattr(rigidcli, name)) and name in COMMANDS}
-    assert offered == {*STUDIES, "validate"}
+    assert offered == {*STUDIES, "check", "validate"}
     assert set(RESULTS) == set(STUDIES)
 
 

@@ -75,4 +75,4 @@ def test_the_front_page_has_three_pictures() -> None:
 
 
 def test_the_front_page_is_read_in_a_sitting() -> None:
-    assert len(README.splitlines()) <= 250
+    assert len(README.splitlines()) <= 220

@@ -19,7 +19,7 @@ from rigidcli.errors import ComputationError, Problem, printable, shown
 
 
 class Commands(TyperGroup):
-    """The commands, each loaded when it is asked for; one that is forgotten before a FILE is told."""
+    """The commands, loaded when they are asked for; a FILE without a command gets a hint."""
 
     def list_commands(self, ctx: Any) -> list[str]:
         """Their names."""

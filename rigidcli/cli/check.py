@@ -166,7 +166,7 @@ def check(
 
 
 def _run_selftest(prepared: "Prepared", target: Output, failures: Failures) -> None:
-    """Show each key, judge it, and tell the tolerance and the mistakes that would be named."""
+    """Show the keys, judge them, and list the tolerances and the mistakes that would be named."""
     from rigidcli.check.selftest import selftest
 
     for words, is_right in selftest(prepared.items, prepared.questions):

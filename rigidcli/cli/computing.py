@@ -37,7 +37,7 @@ MOST_SHOWN = 100_000
 """The most rows of a table for people, which is kept whole until its columns are known."""
 
 PULSE = 2.0
-"""Seconds after which a terminal is told how long the work has taken, also where its share is not known."""
+"""Seconds after which a terminal shows how long the work has taken, also where its share is not known."""
 
 
 class Asked(NamedTuple):
@@ -152,7 +152,7 @@ def _with_options(command: Callable[..., None], row: Command) -> Callable[..., N
 
 
 def _require_sense(asked: Asked, form: Format, traits: Traits, single: dict[str, bool]) -> None:
-    """Raise BadParameter where options do not go together; `single` are those that are for one document."""
+    """Raise BadParameter where options exclude each other; the `single` ones are for one document."""
     files, sweep, output = asked.files, asked.sweep, asked.output
     several = "a comparison" if asked.compare else "a sweep" if sweep is not None else ""
     alone = next((name for name in single if single[name] and several), "")
@@ -210,7 +210,7 @@ def _picture_kind(
 
 
 def _run(asked: Asked, work: Work) -> int:
-    """Work all that is asked for, write it, and tell the exit code."""
+    """Work out all that is asked for, write it, and return the exit code."""
     from rigidcli.bodies.robots import is_robot
 
     failures, traits, pictures = Failures(), TRAITS[work.format], list[str | bytes]()
@@ -246,7 +246,7 @@ def _run(asked: Asked, work: Work) -> int:
 def _pieces(
     asked: Asked, work: Work, failures: Failures, target: Output, pictures: list[str | bytes]
 ) -> Iterator[Any]:
-    """The pieces of the output, one after the other; what is to be told of them is told on the way."""
+    """The pieces of the output, one after the other; notes on them are printed on the way."""
     known = defaultdict[str, set[str]](set)
     here = asked.hands == 1 and asked.sweep is None
     do = partial(answers, work=work, watch=partial(progress, pulse=PULSE) if here else None)

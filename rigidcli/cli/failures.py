@@ -1,4 +1,4 @@
-"""What the user is told on standard error: notes and failures, and the exit code that these make."""
+"""Notes and failures on standard error, and the exit code that follows from them."""
 
 from __future__ import annotations
 
@@ -42,7 +42,7 @@ def bad_parameter(option: str | None = None) -> Iterator[None]:
 
 @dataclass(frozen=True, slots=True)
 class Failure:
-    """What the user is told of an error, its exit code, and in a sweep the `place` where it occurred."""
+    """The message of an error, its exit code, and in a sweep the `place` where it occurred."""
 
     text: str
     code: int
@@ -70,7 +70,7 @@ class Failures:
         self._again = 0
 
     def tell(self, failure: Failure) -> None:
-        """Report a failure; the same one again is not told, and at the next places of a sweep counted."""
+        """Report a failure once; when it occurs again, as in a sweep, it is only counted."""
         self.code = max(self.code, failure.code)
         if failure.text == self._last:
             self._again += bool(failure.place)
@@ -95,11 +95,11 @@ class Failures:
 
 
 MOST_NOTES = 1000
-"""The most different notes on a FILE that are told, which is more than anybody reads."""
+"""The most different notes on a FILE that are printed, which is more than anybody reads."""
 
 
 def fresh(notes: Sequence[str], told: set[str]) -> list[str]:
-    """The notes that were not told yet: at each value of a sweep they are mostly the same."""
+    """The notes that were not printed yet: at all values of a sweep they are mostly the same."""
     new = [note for note in notes if note not in told][: MOST_NOTES - len(told)]
     told.update(new)
     return new

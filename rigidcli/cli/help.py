@@ -33,7 +33,7 @@ class Command(TyperCommand):
                 param.__class__ = Option
 
     def collect_usage_pieces(self, ctx: Any) -> list[str]:
-        """What follows the command: options, then the arguments, in brackets those that may be left out."""
+        """The usage behind the command: options, then arguments, in brackets if they may be left out."""
         return ["[OPTIONS]", *(name if needed else f"[{name}]" for name, needed, _ in self._arguments(ctx))]
 
     def format_options(self, ctx: Any, formatter: Any) -> None:

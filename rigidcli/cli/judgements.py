@@ -1,4 +1,4 @@
-"""What becomes of judgements: text in a format, pages, a gradebook; and what is told of them."""
+"""Judgements as text in a format, as pages, or in a gradebook, and the notes on them."""
 
 from __future__ import annotations
 

@@ -152,7 +152,7 @@ def write_whole(path: str, content: bytes) -> None:
 
 @contextlib.contextmanager
 def _told(path: str) -> Iterator[None]:
-    """A context in which a file that cannot be written is told, and ends the program."""
+    """A context in which a file that cannot be written ends the program with a message."""
     try:
         yield
     except OSError as failure:

@@ -52,7 +52,7 @@ def progress(pulse: float | None = None) -> Iterator[Callable[[float], None]]:
 
 @contextlib.contextmanager
 def counted(total: int) -> Iterator[Callable[[], None]]:
-    """A context in which each of so many steps is told, for the progress on a terminal; none of 0 steps."""
+    """A context that counts steps for the progress on a terminal; it shows nothing for 0 steps."""
     with progress() as show:
         counts = iter(range(1, total + 1))
 

@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from rigidcli.document.sweeps import Sweep
 
 Watch: TypeAlias = Callable[[], AbstractContextManager[Callable[[float], None]]]
-"""What makes a context in which progress is told, as a share of the whole."""
+"""Makes a context in which progress is shown, as a share of the whole."""
 
 FEW = 16
 """FILES up to which ensembles are divided among processes: with more of them, the FILES are."""
@@ -56,7 +56,7 @@ class Work:
         return drafts(file, exact=self.exact, settings=self.settings, options=self.named)
 
     def run(self, document: Document, watch: Watch | None = None) -> Report:
-        """What the study finds, within the context in which it may tell its progress."""
+        """The result of the study, worked out in a context that shows the progress."""
         require_fitting(document, self.command)
         run: Callable[..., Report] = import_module(f"rigidcli.studies.{self.command.name}").run
         with document.placing():

@@ -16,9 +16,9 @@ from rigidcli.report import Report
 class Look:
     """The look of the output: significant digits for people, the csv header, width and colour.
 
-    `columns` are those of tables of data, or of rows, to show, all of them when empty. With `several`
-    documents, such a table in csv begins with a column of their names. Heads of csv have `unit_header` where
-    they tell units, too. People see diagnostics when they are `verbose`, and the `steps` of the working on
+    `columns` are the columns of tables of data, or of rows, to show; all of them when empty. With `several`
+    documents, such a table in csv begins with a column of their names. With `unit_header`, heads of csv have
+    units, too. People see diagnostics when they are `verbose`, and the `steps` of the working on
     demand. LaTeX is a whole document where it is `standalone`.
     """
 
@@ -55,8 +55,8 @@ class Format(StrEnum):
 
 
 Ensembles: TypeAlias = Literal["rows", "starts", "few"]
-"""How the motions from many starts are told: all samples as rows that begin with the start, a report for each
-start, or a few samples of each start, of which a summary is made."""
+"""How the motions from many starts are written: all samples as rows that begin with the start, a report for
+every start, or a few samples a start, of which a summary is made."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -113,7 +113,7 @@ def renderer(name: Format) -> Renderer:
 
 
 def joined(name: Format, pieces: Iterable[Any], look: Look) -> Iterator[Any]:
-    """The output in a format, text or bytes, of what `piece` has made of each report."""
+    """The output in a format, text or bytes, from the pieces that `piece` made of the reports."""
     render = getattr(import_module(f"rigidcli.render.{name}"), "render", None)
     output: Iterator[Any] = iter(pieces) if render is None else render(pieces, look)
     return output

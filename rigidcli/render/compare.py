@@ -1,4 +1,4 @@
-"""Several FILES for people: their results side by side, and names that tell them apart."""
+"""Several FILES for people: their results side by side, and names that differ."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ def named(reports: Iterable[Report]) -> list[Report]:
 
 
 def told_apart(names: Sequence[tuple[str, str]]) -> list[str]:
-    """Names, each with the FILE that it stands in, which is added where another FILE has the same name."""
+    """The names of reports; the FILE is added where another FILE has the same name."""
     sources = defaultdict[str, set[str]](set)
     for name, source in names:
         sources[name].add(source)
@@ -68,7 +68,7 @@ def _cells(report: Report, look: Look) -> _Cells:
 
 
 def _entries(entry: Field) -> Iterator[tuple[str, Value]]:
-    """The entries of a result by their columns in csv; those of a tensor without columns by their axes."""
+    """The entries of a result by their columns in csv, or of a tensor without columns by their axes."""
     value = tidied(entry)
     if not isinstance(value, np.ndarray):
         is_cell = value is None or isinstance(value, str | bool | int | float) or is_exact(value)

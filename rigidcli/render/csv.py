@@ -87,7 +87,7 @@ def _lines(block: Floats, start: str) -> str:
 
 
 def _by_start(start: Column, columns: Sequence[Column], name: str) -> Iterator[str]:
-    """Rows of floats that begin with a whole number, those of one number together."""
+    """Rows of floats that begin with a whole number; rows with the same number stand together."""
     for begin in range(0, len(start.values), ROWS):
         places = start.values[begin : begin + ROWS]
         ends = pairwise([0, *(np.flatnonzero(np.diff(places)) + 1).tolist(), len(places)])

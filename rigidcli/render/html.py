@@ -6,6 +6,8 @@ import re
 from collections.abc import Iterable, Iterator
 from dataclasses import replace
 
+from rigidcli.language.latex_names import latex_name
+from rigidcli.language.tokens import GREEK
 from rigidcli.render import Look
 from rigidcli.render.latex import number, value
 from rigidcli.render.plots import has_library, inline_picture, require_library
@@ -14,11 +16,17 @@ from rigidcli.render.web.mathml import formula
 from rigidcli.render.web.page import page, resource, text
 from rigidcli.report import Column, Field, Report, Step, Table
 
-_NUMBER = re.compile(r"-?[0-9.]+")
-"""A number that needs no formula."""
+_NUMBER = re.compile(r"(-?[0-9.]+)(?: \\times 10\^\{(-?\d+)\})?")
+"""A number, with a power of ten or without: all numbers of a column are in the font of the page."""
+
+_NAME = re.compile(rf"\b(?:p_\w+|\w+dot|(?:{'|'.join(sorted({*GREEK} - {'lambda', 'omega'}))})\d*)\b")
+"""A coordinate, velocity or momentum in the title of a result."""
+
+PAGE, NOTEBOOK = 300_000, 10_000
+"""The most numbers of a replay that change in time: 1.6 MB on a page; in a notebook all takes 150 kB."""
 
 _NUMERIC = ' class="number"'
-"""What cells of numbers have, and the heads above them."""
+"""The class of cells with numbers, and of the heads above them."""
 
 _SYMBOLS = {
     r"(?<=\w)\^(\d+|T)\b": r"<sup>\1</sup>",
@@ -27,6 +35,8 @@ _SYMBOLS = {
     r"\be([123])\b": r"<b>e</b><sub>\1</sub>",
     r"\bomega([123])\b": r"ω<sub>\1</sub>",
     r"\bomega\b": "<b>ω</b>",
+    r"\b([pwLN])_?([1-3i-kq])\b": r"\1<sub>\2</sub>",
+    r"\bqdot\b": "q\N{COMBINING DOT ABOVE}",
 }
 """The symbols that stand in the words of a result, spelled out as in a terminal, and how HTML has them."""
 
@@ -53,7 +63,7 @@ def render(reports: Iterable[Report], look: Look) -> Iterator[str]:
 
 
 def _documents_once(reports: Iterable[Report]) -> Iterator[Report]:
-    """The reports, of which those on one document, such as on the links of a robot, have it once."""
+    """The reports; of several on one document, such as the links of a robot, the first has its text."""
     before = ("", "")
     for report in reports:
         document = (report.source, report.document)
@@ -71,16 +81,16 @@ def _contents(title: str, names: Iterable[str]) -> str:
 
 def fragment(report: Report, look: Look) -> str:
     """The section of a report for a page of someone else, such as a notebook, with its own style."""
-    return f"<style>\n{resource('result.css')}</style>\n{_section(report, look, 'h2', '')}"
+    return f"<style>\n{resource('result.css')}</style>\n{_section(report, look, 'h2', '', is_cell=True)}"
 
 
-def _section(report: Report, look: Look, head: str, anchor: str) -> str:
+def _section(report: Report, look: Look, head: str, anchor: str, *, is_cell: bool = False) -> str:
     """A report under a heading, in an element whose class has all of its style."""
     name = f' id="{anchor}"' if anchor else ""
     return "".join(
         [
             f'<section class="rigidcli"{name}>\n<{head}>{text(report.heading)}</{head}>\n',
-            *_figures(report, anchor, look),
+            *_figures(report, anchor, look, is_cell=is_cell),
             *_results(report, look),
             *_tables(report.tables, look),
             *_working(report.steps if look.steps else (), look),
@@ -91,12 +101,14 @@ def _section(report: Report, look: Look, head: str, anchor: str) -> str:
     )
 
 
-def _figures(report: Report, anchor: str, look: Look) -> Iterator[str]:
+def _figures(report: Report, anchor: str, look: Look, *, is_cell: bool) -> Iterator[str]:
     """What is seen at a glance: the motion, and the picture of the result, if there is what draws it."""
     if report.scene is not None:
         from rigidcli.render.web.replay import replay
 
-        yield replay(report.scene, look)
+        # A notebook is saved with all of its cells, so that a result has the first view only, and less of it.
+        scene = replace(report.scene, stages=report.scene.stages[:1]) if is_cell else report.scene
+        yield replay(scene, look, NOTEBOOK if is_cell else PAGE)
     if report.pictures and has_library("drawing"):
         yield f"<figure>{inline_picture(report, anchor)}</figure>\n"
 
@@ -104,9 +116,17 @@ def _figures(report: Report, anchor: str, look: Look) -> Iterator[str]:
 def _results(report: Report, look: Look) -> Iterator[str]:
     yield '<table class="results"><caption>Results</caption>\n'
     for entry in shown_fields(report, look):
-        head = f'<th scope="row">{_prose(entry.title)}</th>'
+        head = f'<th scope="row">{_title(entry.title)}</th>'
         yield f"<tr>{head}<td>{_result(entry, look)}</td></tr>\n"
     yield "</table>\n"
+
+
+def _title(title: str) -> str:
+    """The title of a result, in which names are set like the formulas beside them."""
+    if not (name := _NAME.search(title)):
+        return _prose(title)
+    before, after = title[: name.start()], title[name.end() :]
+    return f"{_prose(before)}{formula(latex_name(name[0]))}{_title(after)}"
 
 
 def _result(entry: Field, look: Look) -> str:
@@ -137,26 +157,28 @@ def _head(column: Column) -> str:
 
 
 def _cells(column: Column, texts: list[str]) -> Iterator[str]:
-    for told, is_word in worded(column, texts):
+    for cell, is_word in worded(column, texts):
         if is_word:
-            yield f"<td>{_prose(told)}</td>"
+            yield f"<td>{_prose(cell)}</td>"
+        elif number := _NUMBER.fullmatch(cell):
+            ten = f" × 10<sup>{number[2]}</sup>" if number[2] else ""
+            yield f"<td{_NUMERIC}>{number[1]}{ten}</td>".replace("-", "\N{MINUS SIGN}")
         else:
-            plain = told.replace("-", "\N{MINUS SIGN}")
-            yield f"<td{_NUMERIC}>{plain if _NUMBER.fullmatch(told) else formula(told)}</td>"
+            yield f"<td{_NUMERIC}>{formula(cell)}</td>"
 
 
 def _working(steps: Iterable[Step], look: Look) -> Iterator[str]:
-    """The steps of the way to the results, folded."""
+    """The steps of the way to the results."""
     if steps:
-        yield '<details class="working"><summary>The working</summary>\n<ol>\n'
+        yield '<div class="working"><h3>The working</h3>\n<ol>\n'
         for step in steps:
-            yield f"<li><h3>{_prose(step.title)}</h3><p>{_prose(step.sentence)}</p>\n"
+            yield f"<li><h4>{_prose(step.title)}</h4><p>{_prose(step.sentence)}</p>\n"
             for entry in step.fields:
                 title = "" if entry.symbol else f"{_prose(entry.title)}: "
                 yield f'<p class="formula">{title}{_result(entry, look)}</p>\n'
             yield from _tables(step.tables, look)
             yield "</li>\n"
-        yield "</ol></details>\n"
+        yield "</ol></div>\n"
 
 
 def _notes(report: Report) -> Iterator[str]:

@@ -24,6 +24,8 @@ _SYMBOLS = {
     r"\be([123])\b": r"$\\mathbf{e}_\1$",
     r"\bomega([123])\b": r"$\\omega_\1$",
     r"(?<!\\)\bomega\b": r"$\\boldsymbol{\\omega}$",
+    r"\b([pwLN])(?:\\_)?([1-3i-kq])\b": r"$\1_\2$",
+    r"\bqdot\b": r"$\\dot q$",
     r"\\textasciicircum\{\}(\d+|T\b)": r"\\textsuperscript{\1}",
 }
 """The symbols that stand in the words of a result, spelled out as in a terminal, and how LaTeX has them."""
@@ -77,7 +79,7 @@ def render(reports: Iterable[Report], look: Look) -> Iterator[str]:
 
 def _tables(tables: Iterable[Table], look: Look) -> Iterator[str]:
     for table in tables:
-        for columns in _pages([_told(*shown) for shown in shown_columns(table, look, number)]):
+        for columns in _pages([_column(*shown) for shown in shown_columns(table, look, number)]):
             yield _table(table, columns)
 
 
@@ -91,7 +93,7 @@ def _aligned(fields: Iterable[Field], look: Look) -> str:
     return f"\\begin{{align*}}\n{rows}\n\\end{{align*}}"
 
 
-def _told(column: Column, texts: list[str]) -> list[str]:
+def _column(column: Column, texts: list[str]) -> list[str]:
     """A column as LaTeX: its head with the unit, and what stands below."""
     head = f"${column.symbols[0]}$" if column.symbols else _prose(column.cells[0])
     cells = [_prose(text) if is_word else f"${text}$" for text, is_word in worded(column, texts)]

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
+import pickle
 import tempfile
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from importlib import util
-from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -23,11 +23,11 @@ BYTES = 2**20
 """Bytes of a file that are read at a time."""
 
 TRUTH, NUMBER, TEXT = "bool", "double", "string"
-"""What a column holds: truth values, numbers, or texts, which also stand for what is mixed."""
+"""The kinds of columns: truth values, numbers, or texts, into which a mixture is turned."""
 
 
 class Piece(NamedTuple):
-    """So many rows: by their heads the columns, lists or arrays, and the units where there are any."""
+    """Rows of a table: its columns (lists or arrays) and their units, by the heads of the columns."""
 
     rows: int
     columns: Mapping[str, Value]
@@ -50,42 +50,31 @@ def piece(report: Report, look: Look) -> Piece:
 
 
 def render(pieces: Iterable[Piece], look: Look) -> Iterator[bytes]:
-    """One file with the rows of all reports, in parts. Raises UsageError without pyarrow."""
+    """One file with the rows of all reports, in parts. Raises UsageError without pyarrow.
+
+    The rows wait in a temporary file until all are there: only then it is certain what each column holds.
+    """
     if util.find_spec("pyarrow") is None:
         raise UsageError("pyarrow is not installed", hint="python -m pip install 'rigidcli[parquet]'")
-    with tempfile.TemporaryDirectory() as name:
-        path = _written(pieces, Path(name))
-        if path is not None:
-            with path.open("rb") as file:
-                while part := file.read(BYTES):
-                    yield part
+    from pyarrow import parquet
 
-
-def _written(pieces: Iterable[Piece], folder: Path) -> Path | None:
-    """A file in the folder with all rows; None where there are none.
-
-    Where later rows have other columns, or texts where there were numbers, the file is begun anew.
-    """
-    path: Path | None = None
-    writer: Any = None
-    kinds, units = dict[str, str](), dict[str, str]()
-    try:
-        for number, group in enumerate(_groups(pieces)):
-            units = {**group.units, **units}
-            known, kinds = kinds, joined(kinds, {name: kind(group.columns[name]) for name in group.columns})
-            if writer is None or known != kinds:
-                before, path = path, folder / f"{number}.parquet"
-                if writer is not None:
-                    writer.close()
-                writer = _writer(path, kinds, units)
-                if before is not None:
-                    for rows in _read(before):
-                        writer.write_table(_table(rows, kinds, units))
-            writer.write_table(_table(group, kinds, units))
-    finally:
-        if writer is not None:
-            writer.close()
-    return path
+    kinds, units, count = dict[str, str](), dict[str, str](), 0
+    with tempfile.TemporaryFile() as waiting, tempfile.TemporaryFile() as file:
+        for group in _groups(pieces):
+            pickle.dump(group, waiting)
+            kinds = joined(kinds, {name: kind(values) for name, values in group.columns.items()})
+            units, count = {**group.units, **units}, count + 1
+        if not count:
+            return
+        schema = _schema(kinds, units)
+        waiting.seek(0)
+        with parquet.ParquetWriter(file, schema, compression="zstd") as writer:
+            for _ in range(count):
+                group = pickle.load(waiting)  # noqa: S301 - it was written above
+                writer.write_table(_table(group, kinds, schema))
+        file.seek(0)
+        while part := file.read(BYTES):
+            yield part
 
 
 def _groups(pieces: Iterable[Piece]) -> Iterator[Piece]:
@@ -135,14 +124,8 @@ def joined(kinds: Mapping[str, str], others: Mapping[str, str]) -> dict[str, str
     return all_kinds
 
 
-def _writer(path: Path, kinds: Mapping[str, str], units: Mapping[str, str]) -> Any:
-    from pyarrow import parquet
-
-    return parquet.ParquetWriter(path, _schema(kinds, units), compression="zstd")
-
-
 def _schema(kinds: Mapping[str, str], units: Mapping[str, str]) -> Any:
-    """The columns with their units; those without any value are columns of numbers."""
+    """The columns with their units; a column without any value counts as numbers."""
     import pyarrow as pa
 
     types = {TRUTH: pa.bool_(), NUMBER: pa.float64(), TEXT: pa.string(), "": pa.float64()}
@@ -154,11 +137,10 @@ def _schema(kinds: Mapping[str, str], units: Mapping[str, str]) -> Any:
     )
 
 
-def _table(rows: Piece, kinds: Mapping[str, str], units: Mapping[str, str]) -> Any:
+def _table(rows: Piece, kinds: Mapping[str, str], schema: Any) -> Any:
     """Rows as pyarrow has them, with nothing in cells that they do not have."""
     import pyarrow as pa
 
-    schema = _schema(kinds, units)
     columns = [
         pa.array(as_kind(rows.columns.get(name, [None] * rows.rows), kind), schema.field(name).type)
         for name, kind in kinds.items()
@@ -176,13 +158,3 @@ def _text(value: Value) -> str:
         return value
     number = float(value) if kind([value]) == NUMBER else value
     return orjson.dumps(number, option=orjson.OPT_SERIALIZE_NUMPY).decode()
-
-
-def _read(path: Path) -> Iterator[Piece]:
-    """The rows of a file, a group at a time."""
-    from pyarrow import parquet
-
-    with parquet.ParquetFile(path) as file:
-        for group in range(file.num_row_groups):
-            rows = file.read_row_group(group)
-            yield Piece(rows.num_rows, rows.to_pydict(), {})

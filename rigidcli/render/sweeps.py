@@ -13,7 +13,7 @@ from rigidcli.report import Column, Report, Table, Value
 
 
 def gathered(reports: Iterable[Report], look: Look, tell: Callable[[str], None]) -> Iterator[Report]:
-    """One report with the table, if there are any; `tell` is told how many columns do not fit in it.
+    """One report with the table, if there are any; `tell` gets a note on how many columns do not fit in it.
 
     Its columns are those that are asked for; or the keys that are swept, names where there are several, and
     those of csv that are not the same in all rows, as far as the width of the terminal allows.

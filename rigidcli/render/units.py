@@ -20,7 +20,7 @@ Units: TypeAlias = Mapping[Dimension, Unit]
 """The units that are asked for, by what they measure."""
 
 BASES = {MASS: "kg", LENGTH: "m", TIME: "s", ANGLE: "rad"}
-"""The dimensions that results are made of, in the order in which units are written, with those of the SI."""
+"""The dimensions that results are made of, in the order in which units are written, with their SI units."""
 
 
 _APART = (*BASES, ANGULAR_VELOCITY)

@@ -65,18 +65,20 @@ def run(document: Document, *, steps: bool = False, picture: str | None = None) 
         about_axis, noted = (*about_axis, *rotor), (*noted, *told_of_rotor)
     working: list[Step] = []
     if steps:
-        from rigidcli.studies.steps.axes import axes_steps
+        from rigidcli.studies.steps.axes import axes_steps, motion_step
         from rigidcli.studies.steps.inertia import inertia_steps
 
         working += inertia_steps(document, tensor)
         working += axes_steps(tensor, frame, n, frozenset(document.parameters or ()))
+        if motion is not None and motion.omega is not None:
+            working.append(motion_step(tensor, fields, n))
     title, pictures = "principal moments and axes", drawn("axes", picture, document)
     fields += [*about_axis, *mesh_fields(document)]
     return report(document, SCHEMA, title, fields, [*notes, *noted], (), working, pictures)
 
 
 def _frame_fields(frame: PrincipalFrame | None, tensor: Array, n: Arithmetic) -> list[Field]:
-    """Moments, axes and class; null, and not shown to people, where there is no frame to tell."""
+    """Moments, axes and class; null, and not shown to people, where there is no frame."""
     keys = ("moments", "axes", "groups", "class", "residual")
     if frame is None:
         return [told("axes", key, None, title="") for key in keys]

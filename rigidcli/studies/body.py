@@ -28,7 +28,7 @@ NO_SPIN = "the body is linear: it has no moment about its line, and cannot turn 
 TRUTH = {True: "yes", False: "no"}
 
 USUAL = {"mesh.components": 1, "mesh.watertight": True, "mesh.winding": "outward"}
-"""What is as usual of a mesh, and shown only to those who ask for more."""
+"""Results of a mesh that are shown only on demand, as long as nothing is wrong with it."""
 
 SMALL_ERROR = 1e-9
 """The relative error that the integrals of a smooth density have at most."""

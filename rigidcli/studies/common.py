@@ -101,7 +101,7 @@ MOST_NOISE = 1e-12
 """What people are shown as zero at most, in units of the largest: it may also be small, and no error."""
 
 SHOWN_DIGITS = 6
-"""The digits that people are shown: where fewer can be trusted, they are told without asking."""
+"""The digits that people are shown: where fewer can be trusted, their number is shown without asking."""
 
 
 def noise(trusted_digits: float | None) -> float:

@@ -1,4 +1,4 @@
-"""Ensembles: the motions of one document from many starts, row by row, and what is told of all together."""
+"""Ensembles: the motions of one document from many starts, row by row, and a summary of them."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from rigidcli.studies.pictures import ANY
 from rigidcli.studies.results import told
 
 Form: TypeAlias = Literal["rows", "starts", "few"]
-"""How an ensemble is told: rows of all samples that begin with the start, a report of each start with all
+"""How an ensemble is written: rows of all samples that begin with the start, a report of each start with all
 that is known of it, or a few samples of each, of which a summary is made."""
 
 Found: TypeAlias = tuple[int, Report | RigidError]
@@ -149,7 +149,7 @@ class _Moments:
 
 
 def summaries(found: Iterable[Report]) -> Iterator[Report]:
-    """One report for those on the starts of an ensemble, and all others as they are."""
+    """One report instead of the reports on the starts of an ensemble, and all others as they are."""
     for (_, _, is_part), group in groupby(found, lambda one: (one.source, one.name, _is_part(one))):
         yield from _told(group, is_part=is_part)
 
@@ -167,7 +167,7 @@ def _is_part(report: Report) -> bool:
 
 
 def _summary(found: Iterator[Report]) -> Report:
-    """The summary of an ensemble from the reports on its starts, which tell a few samples of each."""
+    """The summary of an ensemble from the reports on its starts, with a few samples a start."""
     first = next(found)
     moments, notes = _Moments(), dict.fromkeys(first.notes)
     columns = _variables(first)
@@ -219,7 +219,7 @@ def _values(report: Report, times: int) -> Floats:
 
 
 def _digits(report: Report) -> float:
-    """The trusted digits that a report tells; infinite where it does not."""
+    """The trusted digits of a report; infinite where it has none."""
     known = (entry.value for entry in report.fields if entry.key.endswith("trusted_digits"))
     return float(next(known, np.inf))
 

@@ -107,7 +107,7 @@ def _fields(sections: Mapping[str, Mapping[str, Value]]) -> Iterator[Field]:
 
 
 def _top(document: Document, section: Top, found: _Found) -> dict[str, Value]:
-    """Gyroscopic precession, and what `tilt` and `lambda1` tell besides where they are given."""
+    """Gyroscopic precession, and what follows besides from `tilt` and `lambda1` where they are given."""
     n, top = document.arithmetic, document.physical.heavy_top
     require_spin(document, section, top)
     fall = top.mass * section.gravity * top.distance

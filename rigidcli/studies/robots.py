@@ -40,7 +40,7 @@ FACTOR = 10.0
 """How far a moment may be from that of the uniform form: a shell has twice as much, a motor in it less."""
 
 NEAR = 3.0
-"""A repair is proposed where the moments are then within this factor of those of the form."""
+"""A repair is proposed where the moments are then within this factor of the moments of the form."""
 
 ALIKE = 1.2
 """Moments that agree with the geometry to within this factor are no placeholder, however round."""
@@ -58,7 +58,7 @@ UNITS = {1e3: "g m^2", 1e4: "kg cm^2", 1e6: "kg mm^2", 1e7: "g cm^2", 1e9: "g mm
 """Units in which tensors are often written by mistake, by how many of them are 1 kg m^2."""
 
 POWERS = (-3, -2, -1, 1, 2, 3)
-"""By how many places a decimal point slips: by a digit or two, or from a unit to the one next to it."""
+"""Places by which a decimal point slips: a digit or two, or the step from a unit to the next."""
 
 FARTHEST = 100.0
 """A parallel-axis term of this many times the tensor was not taken from it by mistake."""
@@ -216,7 +216,7 @@ def _misfits(body: Weighed, forms: Sequence[Weighed], *, only_mass: bool) -> Ite
 
 
 def _cure(body: Weighed, form: Weighed) -> str | None:
-    """A change that would bring the moments near to those of the form, if one thing does."""
+    """The one change that would bring the moments near to the moments of the form, if there is one."""
     central = shift_from_com(body.tensor, -body.mass, body.centre)
     hints = [
         f"the tensor may be in {unit}, expected kg m^2"

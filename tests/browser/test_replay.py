@@ -14,6 +14,8 @@ import pytest
 import rigidcli
 from rigidcli.core.arithmetic import Floats
 from rigidcli.picture import Mark
+from rigidcli.render import Look
+from rigidcli.render.html import PAGE
 from rigidcli.render.web.page import page
 from rigidcli.render.web.replay import replay
 from rigidcli.report import Column, Table
@@ -44,7 +46,7 @@ def opened(browser: Browser, tmp_path: Path) -> Open:
 
     def show(*scenes: Scene, first: str = "", last: str = "", **window: Any) -> Browser:
         file = tmp_path / "page.html"
-        figures = map(replay, scenes)
+        figures = [replay(scene, Look(), PAGE) for scene in scenes]
         file.write_text("".join(page("a replay", [first, *figures, last])), "utf-8")
         browser.open_page(file, **{"width": 640, **window})
         browser.wait("document.querySelectorAll('figure [hidden]:not(.trouble)').length === 0")

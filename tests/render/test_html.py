@@ -51,14 +51,34 @@ def test_heads_of_rows_and_columns_are_told_from_cells(program: Program) -> None
     assert all(table.children[0].tag == "caption" for table in root.all("table"))
 
 
-def test_the_working_is_folded_and_there_on_demand(program: Program) -> None:
+def test_the_working_stands_open_on_demand(program: Program) -> None:
     assert texts(page(program, "axes", CUBE), "summary") == [f"The document: {CUBE}"]
     root = page(program, "axes", CUBE, "--steps")
-    working = root.all("details")[0]
-    assert texts(working, "summary") == ["The working"]
-    assert "open" not in working.attributes
+    assert texts(root, "summary") == [f"The document: {CUBE}"]
+    (working,) = [part for part in root.all("div") if part.attributes.get("class") == "working"]
     assert len(working.all("li")) == len(rigidcli.axes(CUBE, steps=True).steps)
     assert any("(2μ−λ)(11μ−λ)2" in math.text for math in working.all("p"))
+
+
+def test_names_in_titles_are_set_like_formulas(program: Program) -> None:
+    root = page(program, "hamilton", "configs/coupled_pendulums.yaml")
+    heads = {head.text: len(head.all("math")) for head in root.all("th")}
+    assert heads["pθ1"] == heads["equilibrium, θ1"] == 1
+    assert heads["Hamiltonian"] == 0
+
+
+def test_numbers_of_a_column_are_in_one_font(program: Program) -> None:
+    root = page(program, "euler", HANDLE)
+    (stability,) = [table for table in root.all("table") if "left alone" in table.text]
+    cells = [cell.text for cell in stability.all("td") if cell.attributes.get("class") == "number"]
+    assert cells[0] == "3.02024 × 10−5"
+    assert stability.all("math") == []
+
+
+@pytest.mark.parametrize("config", ["t_handle", "damped_satellite", "top_looping", "toutatis", "earth"])
+def test_a_result_in_a_notebook_is_short(config: str) -> None:
+    pytest.importorskip("matplotlib")
+    assert len(rigidcli.euler(ROOT / f"configs/{config}.yaml")._repr_html_()) <= 150_000
 
 
 def test_digits_units_and_diagnostics_are_as_in_the_table(program: Program) -> None:
@@ -222,8 +242,9 @@ def test_hostile_text_stays_text_in_the_table_of_contents(program: Program, tmp_
 
 
 def section(shown: str) -> str:
-    """What stands in the section of a page or a fragment, names of its own left out."""
+    """What stands in the section of a page or a fragment, but for names of its own and the replay."""
     (found,) = re.findall(r"<section[^>]*>(.*)</section>", shown, re.DOTALL)
+    found = re.sub(r"<figure class=rigidcli-replay>.*?</figure>", "", found, flags=re.DOTALL)
     return re.sub(r"(picture-\w{8}|result-1)", "", found.replace("h1>", "h2>"))
 
 

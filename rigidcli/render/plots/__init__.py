@@ -52,9 +52,10 @@ def picture_file(report: Report, path: str) -> bytes:
     return _drawn(report, PurePath(path).suffix.lower().removeprefix("."))
 
 
-def _drawn(report: Report, ending: str) -> bytes:
+def _drawn(report: Report, ending: str, *, is_clear: bool = False) -> bytes:
     require_library("drawing")
-    data: bytes = import_module("rigidcli.render.plots.drawing").drawn(report, ending)
+    drawing = import_module("rigidcli.render.plots.drawing")
+    data: bytes = drawing.drawn(report, ending, is_clear=is_clear)
     return data
 
 
@@ -62,7 +63,7 @@ def inline_picture(report: Report, prefix: str) -> str:
     """The picture of a report as an element of HTML; all names in it begin with the prefix, if it has one."""
     from rigidcli.render.plots.inline import inline
 
-    return inline(_drawn(report, "svg"), report.about(report.pictures[0].title), prefix)
+    return inline(_drawn(report, "svg", is_clear=True), report.about(report.pictures[0].title), prefix)
 
 
 def chart(report: Report, width: int | None) -> str:

@@ -12,7 +12,7 @@ from rigidcli.picture import Mark, Panel, Ruler
 from rigidcli.report import Report
 
 WIDTH = 72
-"""Columns of a chart where there is no terminal to tell how wide it is."""
+"""Columns of a chart that is not drawn for a terminal."""
 
 HEIGHT = 20
 """Rows of a chart: some are left of a terminal for the results above it."""

@@ -21,13 +21,13 @@ from rigidcli.picture import Mark, Panel, Picture, Ruler
 from rigidcli.report import Report
 
 COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#000000", "#56B4E9")
-"""Colours of marks by their style, which the colour-blind can tell apart.
+"""Colours of marks by their style, which the colour-blind can distinguish.
 
 Source: M. Okabe, K. Ito, Color Universal Design (2008): blue, vermillion, green, purple, black, sky blue.
 """
 
 LINES: tuple[Any, ...] = ("-", (0, (6, 2)), (0, (6, 2, 1.5, 2)), (0, (1.5, 1.5)), (0, (3, 1.5)), "-")
-"""Line styles, which tell the same marks apart in print without colours."""
+"""Line styles, which distinguish the same marks in print without colours."""
 
 DOTS = ("o", "s", "^", "D", "P", "o")
 """Signs for dots, likewise."""
@@ -71,7 +71,7 @@ METADATA: dict[str, dict[str, Any]] = {
     "svg": {"Date": None, "Creator": None},
     "pdf": {"CreationDate": None, "Creator": None, "Producer": None},
 }
-"""What files would tell of the time and of versions, left out."""
+"""Entries with times and versions, which files leave out."""
 
 SIZE = (5.6, 3.8)
 """Width and height of a single panel, in inches."""
@@ -80,8 +80,8 @@ DENSITY = 150
 """Dots per inch of png."""
 
 
-def drawn(report: Report, ending: str) -> bytes:
-    """The first picture of a report as a file of this kind."""
+def drawn(report: Report, ending: str, *, is_clear: bool = False) -> bytes:
+    """The first picture of a report as a file of this kind, on white ground unless it is clear."""
     logging.getLogger("matplotlib").setLevel(logging.ERROR)  # it tells of fonts that it looks for
     (picture, *_) = report.pictures
     file = io.BytesIO()
@@ -89,12 +89,12 @@ def drawn(report: Report, ending: str) -> bytes:
         mpl.rcdefaults()
         mpl.rcParams.update(SETTINGS)
         figure = figure_of(picture, report.about(picture.title))
-        figure.savefig(file, format=ending, dpi=DENSITY, metadata=METADATA[ending])
+        figure.savefig(file, format=ending, dpi=DENSITY, metadata=METADATA[ending], transparent=is_clear)
     return _shortened(file.getvalue()) if ending == "svg" else file.getvalue()
 
 
 def _shortened(svg: bytes) -> bytes:
-    """The same picture, places in it to hundredths of a point, which no eye tells apart."""
+    """The same picture with its coordinates cut to hundredths of a point, which no eye sees."""
     return re.sub(rb' d="[^"]*"', lambda path: re.sub(rb"(\.[0-9]{2})[0-9]+", rb"\1", path[0]), svg)
 
 

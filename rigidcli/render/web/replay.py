@@ -20,18 +20,14 @@ from numpy.typing import NDArray
 from rigidcli.core import rotation
 from rigidcli.core.arithmetic import Floats
 from rigidcli.render import Look
-from rigidcli.render.table import number
-from rigidcli.render.values import shown_columns, without_noise
+from rigidcli.render.values import without_noise
 from rigidcli.render.web.page import resource, text
 from rigidcli.render.web.triangles import triangles
-from rigidcli.report import Table, single_cells
+from rigidcli.report import single_cells
 from rigidcli.scene import Part, Scene, Stage
 
 Rows: TypeAlias = NDArray[np.intp]
-"""Places of samples among those of a scene."""
-
-MOST_NUMBERS = 300_000
-"""The most numbers that change in time: of more samples than fit, evenly chosen ones. They take 1.6 MB."""
+"""Indices of samples of a scene."""
 
 MOST_TRIANGLES = 8_000
 """The most triangles of one surface: 0.4 MB, and drawn in less than a millisecond."""
@@ -62,12 +58,15 @@ TURN = 2 * np.pi
 """The angle of a turn (rad), and the path of a point that moves round, in units of its distance."""
 
 
-def replay(scene: Scene, look: Look | None = None) -> str:
-    """The figure with its style and script: all text in it is escaped, and no data ends its element."""
-    look = look or Look()
-    rows, most = _rows(scene)
+def replay(scene: Scene, look: Look, most: int) -> str:
+    """The figure with its style and script: all text in it is escaped, and no data ends its element.
+
+    Of samples with more than `most` numbers, evenly chosen ones are shown, and surfaces have fewer triangles.
+    """
+    finest = min(MOST_TRIANGLES, most // 16)
+    rows, most = _rows(scene, most)
     readings = replace(scene.readings, columns=tuple(map(without_noise, scene.readings.columns)))
-    stages = _Stages(scene, rows, most)
+    stages = _Stages(scene, rows, most, finest)
     data = {
         "stages": [stages.sent(stage) for stage in scene.stages],
         "arrays": list(stages.arrays),
@@ -83,10 +82,10 @@ def replay(scene: Scene, look: Look | None = None) -> str:
         turns = _turns(scene, rows)
         data |= {"orientation": _packed(scene.orientation[rows]), "turns": _packed(turns)}
     data["seconds"] = _seconds(scene, turns)
-    return "".join(_figure(scene, look, json.dumps(data, separators=(",", ":"))))
+    return "".join(_figure(scene, json.dumps(data, separators=(",", ":"))))
 
 
-def _figure(scene: Scene, look: Look, data: str) -> Iterator[str]:
+def _figure(scene: Scene, data: str) -> Iterator[str]:
     yield f"<figure class=rigidcli-replay>\n<style>\n{resource('replay.css')}</style>\n"
     yield f"<figcaption>{text(scene.title)}</figcaption>\n"
     options = "".join(
@@ -97,9 +96,6 @@ def _figure(scene: Scene, look: Look, data: str) -> Iterator[str]:
     )
     label = f"{scene.title}: {scene.stages[0].title}, in three dimensions"
     yield _CONTROLS.format(label=text(label), options=options, readings=heads)
-    yield "<details>\n<summary>Some samples as a table</summary>\n<div class=wide>\n"
-    yield from _table(scene.readings, look)
-    yield "</div>\n</details>\n"
     # A `<` in data is written as an escape of JSON, so that no text of a document ends the element.
     yield f"<script type=application/json>{data.replace('<', chr(92) + 'u003c')}</script>\n"
     script = "".join(map(resource, ("drawing.js", "replay.js")))
@@ -130,32 +126,21 @@ _CONTROLS = """<div class=stage>
 """What is about the picture; hidden until there is a script that answers."""
 
 
-def _table(readings: Table, look: Look) -> Iterator[str]:
-    """Some rows of the readings."""
-    shown = shown_columns(readings, look, number)
-    heads = (f"{c.cells[0]} ({c.unit})" if c.unit else c.cells[0] for c, _ in shown)
-    yield "<table>\n<caption>Readings</caption>\n"
-    yield f"<tr>{''.join(f'<th scope=col>{text(head)}</th>' for head in heads)}</tr>\n"
-    for row in zip(*(texts for _, texts in shown), strict=True):
-        yield f"<tr>{''.join(f'<td>{text(cell)}</td>' for cell in row)}</tr>\n"
-    yield "</table>\n"
-
-
-def _rows(scene: Scene) -> tuple[Rows, int]:
-    """Which rows are sent, and how many points for each of them may make a path smooth.
+def _rows(scene: Scene, most: int) -> tuple[Rows, int]:
+    """The rows that are sent, and the most points a row that may make a path smooth.
 
     These are all rows, or each second, third and so on, so that they fit; and the last one.
     """
     wide = 2 * len(single_cells(scene.readings)) + 7 * (scene.orientation is not None)
     for part in (part for stage in scene.stages for part in stage.parts if part.motion != "still"):
         wide += np.asarray(part.mark.points)[0].size
-    step, last = -(-len(scene.times) * wide // MOST_NUMBERS), len(scene.times) - 1
+    step, last = -(-len(scene.times) * wide // most), len(scene.times) - 1
     rows = np.append(np.arange(0, last, step), last)
-    return rows, max(1, MOST_NUMBERS // (len(rows) * wide))
+    return rows, max(1, most // (len(rows) * wide))
 
 
 def _turns(scene: Scene, rows: Rows) -> Floats:
-    """By which vectors (k, 3; rad, along the body's axes) the body turns between the rows.
+    """The rotation vectors (k, 3; rad, along the body's axes) of the body between the rows.
 
     That of the two orientations alone leaves out whole turns, which follow from the mean of omega.
     """
@@ -198,14 +183,16 @@ def _path(part: Part) -> float:
 
 @dataclass(frozen=True, slots=True)
 class _Stages:
-    """The stages of a scene as they are sent: at these rows, with at most so many points for each of them.
+    """The stages of a scene as they are sent: at these rows, with at most so many points a row.
 
-    `arrays` are all points once, packed, with their places in the list that is sent.
+    A surface has as many triangles as `finest` at most. `arrays` are all points once, packed, with their
+    places in the list that is sent.
     """
 
     scene: Scene
     rows: Rows
     most: int
+    finest: int
     arrays: dict[str, int] = field(default_factory=dict)
 
     def sent(self, stage: Stage) -> dict[str, Any]:
@@ -220,7 +207,7 @@ class _Stages:
 
     def _part(self, part: Part, reach: float) -> dict[str, Any]:
         mark = part.mark
-        points = triangles(mark.points, MOST_TRIANGLES) if mark.form == "faces" else np.asarray(mark.points)
+        points = triangles(mark.points, self.finest) if mark.form == "faces" else np.asarray(mark.points)
         if part.motion != "still":
             points = self._smooth(points[self.rows])
         return {

@@ -109,7 +109,7 @@ def driven_trajectory(
 
 
 def _along_principal_axes(problem: InitialValueProblem) -> _Equations:
-    """The equations along principal axes; those of the document where they are principal.
+    """The equations along principal axes, which are the document's axes where these are principal.
 
     A linear body that does not turn about its line moves as a sphere would.
     """

@@ -110,7 +110,7 @@ def _of_body(document: Document, motion: Motion) -> InitialValueProblem:
 
 
 def _orientation(document: Document, motion: Motion) -> Floats:
-    """The quaternion from the document's axes to those of space, with the sign of one that is given."""
+    """The quaternion from the document's axes to the axes of space, with the sign of a given one."""
     if isinstance(motion.orientation, Quaternion):
         given = np.array(motion.orientation.quaternion)
         unit: Floats = given / FLOAT.hypot(*given)

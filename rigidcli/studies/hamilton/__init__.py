@@ -40,7 +40,7 @@ def run(
     picture: str | None = None,
     scene: bool = False,
 ) -> Report:
-    """Derive what the system of the document has, and follow its orbit; `progress` is told how far."""
+    """Derive the equations of the document's system, and follow its orbit; `progress` gets the share done."""
     if document.ensemble is not None:
         from rigidcli.studies.ensembles import require_one_start, whole
 

@@ -19,11 +19,13 @@ from rigidcli.document.document import Document
 from rigidcli.errors import ExpressionError
 from rigidcli.language.text import reading
 from rigidcli.language.tree import Name
+from rigidcli.mechanics.spectrum import Mode
 from rigidcli.report import Field, Step, Table
 from rigidcli.studies.hamilton.derivation import TIME
 from rigidcli.studies.hamilton.linear_equations import MOST_COLUMNS
 from rigidcli.studies.hamilton.oscillations import Oscillations
 from rigidcli.studies.hamilton.typed_decimals import as_typed
+from rigidcli.studies.steps.axes import reduced, solution
 from rigidcli.studies.steps.writing import formula, free_name, power, product, total
 
 LONGEST = 300
@@ -44,8 +46,8 @@ def of_matrix(matrix: Sequence[Sequence[Expr]], document: Document) -> list[Fiel
 
 def of_oscillations(
     found: Oscillations, document: Document, place: Sequence[Field], modes: Sequence[Table]
-) -> Step:
-    """The linear equations about an equilibrium, the polynomial of their rates, and the modes."""
+) -> Iterator[Step]:
+    """The linear equations about an equilibrium, the polynomial of their rates, and the vectors of modes."""
     motion = found.motion
     names = frozenset(name for e in motion.entries for name in e.names)
     is_free = all(e.is_zero for row in motion.rates for e in row)
@@ -69,12 +71,52 @@ def of_oscillations(
         named = zip("MCK", motion.parts, strict=True)
         fields += [_matrix(name, part, document) for name, part in named if name in equations]
     fields += _polynomial(matrix, unknown, document, title, head)
-    return Step(
+    yield Step(
         "Small oscillations",
         f"To first order in the displacement y from the equilibrium, {equations}. {way}",
         (*place, *fields),
         tuple(modes),
     )
+    if is_free and len(matrix) <= MOST_COLUMNS:
+        yield from _vectors(found, document, unknown)
+
+
+def _vectors(found: Oscillations, document: Document, unknown: str) -> Iterator[Step]:
+    """The equations (K - omega^2 M) v = 0 at each rate, and the vectors that solve them."""
+    motion, names = found.motion, list(found.place)
+    n = FLOAT if _is_numeric(motion.entries, document) else EXACT
+    masses, stiffness = (n.array(part) for part in (motion.masses, motion.stiffness))
+    by_rate: dict[str, list[Mode]] = {}
+    for mode in found.modes or ():
+        if n.exact == isinstance(mode.rate, Expr):
+            by_rate.setdefault(str(mode.rate) if n.exact else f"{mode.rate:.9g}", []).append(mode)
+    for modes in by_rate.values():
+        angular: Any = modes[0].angular
+        growth: Any = modes[0].growth
+        square = angular**2 - growth**2
+        matrix = n.tidy(stiffness - square * masses)
+        head = f"K - {unknown}^2 M"
+        fields = [
+            Field("", square, f"{unknown}^2", rf"\{unknown}^2"),
+            Field("", matrix, head, rf"\mathbf{{K}} - \{unknown}^2\,\mathbf{{M}}"),
+        ]
+        echelon = reduced(matrix, len(matrix) - len(modes), n)
+        fields += [] if echelon is None else solution(*echelon, names, n)
+        vectors = [n.array([x for x, _ in mode.vector]) for mode in modes]
+        fields += [Field("", vector, "v", r"\mathbf{v}") for vector in vectors]
+        numbers = [place for place, mode in enumerate(found.modes or (), 1) if mode in modes]
+        yield Step(
+            f"Vector of mode {numbers[0]}"
+            if len(modes) == 1
+            else f"Vectors of modes {numbers[0]} to {numbers[-1]}",
+            f"At the rate of the mode, (K - {unknown}^2 M) v = 0 tells the ratios of the components of v."
+            + (
+                " Several modes have this rate: any solutions that are independent serve."
+                if len(modes) > 1
+                else ""
+            ),
+            tuple(fields),
+        )
 
 
 def _is_numeric(entries: Sequence[Expr], document: Document) -> bool:

@@ -1,4 +1,4 @@
-"""The equations of motion that are integrated for an orbit, and what their variables tell.
+"""The equations of motion that are integrated for an orbit, and the meaning of their variables.
 
 Where H has a closed form, these are Hamilton's equations. Where it has none, but the velocities follow from
 linear equations M(q, t) v = p - b(q, t), these are solved at each step, and p' = dL/dq. Otherwise the

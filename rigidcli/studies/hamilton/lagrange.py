@@ -1,4 +1,4 @@
-"""What a report tells of Lagrange's equations, and how far they are from Hamilton's at random points."""
+"""Lagrange's equations in a report, and how far they are from Hamilton's at random points."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What `hamilton` tells of linear equations of motion: their matrix, its eigenvalues, and the stability."""
+"""Linear equations of motion in a report: their matrix, the eigenvalues of it, and the stability."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ MOST_COLUMNS = 8
 """The widest matrix that people are shown: a terminal has room for no more."""
 
 SPECTRUM = ("eigenvalues", "frequencies", "stability")
-"""The keys of what the matrix of linear equations tells."""
+"""The keys of the results that follow from the matrix of linear equations."""
 
 STABILITY = {
     "stable": "stable: motion stays bounded",
@@ -49,13 +49,13 @@ def fields(document: Document, derivation: Derivation) -> list[Field]:
     shift = " + b" if any(not e.is_zero for e in offset) else ""
     title = f"A of z' = A z{shift}, z = ({', '.join(names)})"
     is_small = len(names) <= MOST_COLUMNS
-    told_so_far = [
+    shown_anyway = [
         told("hamilton", "matrix", np.array(matrix, dtype=object), title=title if is_small else ""),
         told("hamilton", "offset", np.array(offset, dtype=object), title="b" if shift and is_small else ""),
     ]
     spectrum = _spectrum(matrix, offset, document)
     if spectrum is None:
-        return [*told_so_far, *(Field(key, None) for key in SPECTRUM)]
+        return [*shown_anyway, *(Field(key, None) for key in SPECTRUM)]
     numeric = all(isinstance(f, float) for f in spectrum.frequencies)
     frequencies = np.array(spectrum.frequencies, dtype=float if numeric else object)
     changes: dict[str, Any] = {"cells": {f"frequencies.{k}": (k,) for k in range(len(frequencies))}}
@@ -63,7 +63,7 @@ def fields(document: Document, derivation: Derivation) -> list[Field]:
     driven = ", apart from what b(t) drives" if any(TIME in e.names for e in offset) else ""
     words = STABILITY[spectrum.stability] + driven
     return [
-        *told_so_far,
+        *shown_anyway,
         Field("eigenvalues", [{"re": re, "im": im} for re, im in spectrum.eigenvalues]),
         told("hamilton", "frequencies", frequencies, unit="rad/s" if numeric else "", **changes),
         told("hamilton", "stability", spectrum.stability, words=words),
@@ -73,7 +73,7 @@ def fields(document: Document, derivation: Derivation) -> list[Field]:
 def _spectrum(
     matrix: Sequence[Sequence[Expr]], offset: Sequence[Expr], document: Document
 ) -> Spectrum | None:
-    """Of numbers where all parameters have values, else of what symbols allow."""
+    """The spectrum in numbers where all parameters have values, else as far as symbols allow."""
     from rigidcli.mechanics.numeric_spectrum import numeric_spectrum
     from rigidcli.mechanics.spectrum import exact_spectrum
 

@@ -138,7 +138,7 @@ def _is_open(motion: LinearMotion) -> bool:
 
 
 def _notes(place: Place, modes: Sequence[Mode] | None) -> Iterator[str]:
-    """How the equilibrium was found, what is assumed, and where modes are what they are told to be."""
+    """Notes: how the equilibrium was found, what is assumed, and where a mode oscillates."""
     if place.note:
         yield place.note
     yield from (f"it is an equilibrium where {e} = 0" for e in place.assumed)

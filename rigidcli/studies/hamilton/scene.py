@@ -122,7 +122,7 @@ def _rods(places: Floats) -> Iterator[Floats]:
 
 
 def _portrait(values: Floats, names: tuple[str, ...], title: str) -> Stage:
-    """The orbit (n, 2 or 3) along axes of their own scales, which tell how far it goes."""
+    """The orbit (n, 2 or 3) along axes with scales of their own, which show how far it goes."""
     low, high = values.min(axis=0), values.max(axis=0)
     size = np.maximum(np.abs(low), np.abs(high))
     half = np.where(high - low > CONSTANT * size, (high - low) / 2, np.where(size > 0, size, 1.0))

@@ -18,6 +18,7 @@ from rigidcli.language.tree import Name, Negative, Product, Sum, bound
 from rigidcli.mechanics.energies import velocity
 from rigidcli.mechanics.hamilton_equations import Phase
 from rigidcli.report import Field, Step, Table
+from rigidcli.studies.hamilton.brackets import transform_steps
 from rigidcli.studies.hamilton.characteristic import LONGEST, of_matrix, of_oscillations
 from rigidcli.studies.hamilton.derivation import Derivation
 from rigidcli.studies.hamilton.findings import Found
@@ -45,7 +46,7 @@ ENERGIES = {
 """What is said of energies, by whether positions of particles are given."""
 
 PARTS = (
-    _Part("Lagrangian", "As it is given.", ("lagrangian",)),
+    _Part("Lagrangian", "", ("lagrangian",)),
     _Part(
         "Momenta",
         "The momentum of a coordinate q is the derivative of L by its velocity.",
@@ -93,11 +94,13 @@ def hamilton_steps(found: Found, fields: Sequence[Field], tables: Sequence[Table
     derivation = found.derivation
     parts: tuple[_Part, ...] = PARTS
     if not any(_belongs(entry, PARTS[1]) for entry in fields):
-        parts = (_Part("Hamiltonian", "As it is given.", ("hamiltonian",)), *PARTS[4:])
+        parts = PARTS[4:]
     for part in parts:
         shown = [_titled(entry) for entry in fields if _belongs(entry, part)]
+        if part is PARTS[0] and derivation.system.kinetic is None:
+            continue  # L is given as it stands among the results
         listed = tuple(table for table in tables if table.key in part.keys)
-        if part is PARTS[0] and derivation.system.kinetic is not None:
+        if part is PARTS[0]:
             part = part._replace(sentence=ENERGIES[bool(derivation.system.particles)])
             shown = [*_energies(derivation), *shown]
         if part is PARTS[5] and shown:
@@ -107,12 +110,18 @@ def hamilton_steps(found: Found, fields: Sequence[Field], tables: Sequence[Table
         if part.title == "Matrix form" and shown:
             given = [entry for entry in fields if entry.key in ("matrix", "offset") and _belongs(entry, part)]
             shown[len(given) : len(given)] = of_matrix(given[0].value, found.document)
+        if part.title == "Energy" and [entry.title for entry in shown] == ["dH/dt"] and shown[0].value == 0:
+            continue
         if shown or listed:
             sentence = part.forced if derivation.is_forced and part.forced else part.sentence
             yield Step(part.title, sentence, tuple(shown), listed)
+    if found.transform is not None:
+        yield from transform_steps(found.document, found.transform, derivation.phase, fields)
     if found.oscillations is not None:
         place = [_titled(entry) for entry in fields if entry.key.startswith("equilibrium.")]
-        yield of_oscillations(found.oscillations, found.document, place, [t for t in tables if not t.key])
+        yield from of_oscillations(
+            found.oscillations, found.document, place, [t for t in tables if not t.key]
+        )
     if derivation.hamiltonian is None:
         return
     momenta = [(name, symbol(name)) for name in derivation.conserved if name != "H"]
@@ -197,9 +206,9 @@ def _belongs(entry: Field, part: _Part) -> bool:
         return False
     if entry.key == "offset" and isinstance(entry.value, np.ndarray) and not any(entry.value.flat):
         return False
-    return bool(entry.words) or not (
-        entry.value is None or isinstance(entry.value, bool | list) or np.size(entry.value) == 0
-    )
+    if entry.value is None:
+        return False
+    return bool(entry.words) or not (isinstance(entry.value, bool | list) or np.size(entry.value) == 0)
 
 
 def _titled(entry: Field) -> Field:

@@ -6,7 +6,7 @@ import math
 from collections.abc import Iterable, Iterator, Mapping
 from contextlib import suppress
 from dataclasses import dataclass, replace
-from itertools import islice
+from itertools import combinations, islice
 
 from rigidcli.algebra import samples
 from rigidcli.algebra.arithmetic import sign
@@ -49,6 +49,14 @@ class TransformedSystem:
     equations: tuple[Expr, ...] | None
 
     @property
+    def canonical(self) -> dict[str, int]:
+        """What the brackets of a canonical change are."""
+        size = len(self.names) // 2
+        return dict(
+            zip(self.brackets, (int(b - a == size) for a, b in combinations(range(2 * size), 2)), strict=True)
+        )
+
+    @property
     def open_brackets(self) -> list[Expr]:
         """The wrong brackets, where each is a function of symbols that is 1 for a canonical change."""
         size = len(self.names) // 2
@@ -60,11 +68,7 @@ class TransformedSystem:
 def transformed(document: Document, transform: Transform, derivation: Derivation) -> TransformedSystem:
     """Judge a change of variables, for all values of the parameters or else for the given ones."""
     new, old = Phase(transform.coordinates, transform.momenta), derivation.phase
-    given = transform.old if transform.old is not None else transform.new
-    assert given is not None
-    derived = derived_parameters(document)
-    values = {name: from_tree(expression.root, derived) for name, expression in given.items()}
-    pairs, phase = (old, new) if transform.old is not None else (new, old)
+    values, pairs, phase = given_side(document, transform, old)
     brackets = canonical.brackets(values, pairs, phase)
     wrong, hamiltonian = canonical.wrong_brackets(brackets, pairs), derivation.hamiltonian
     conditions: tuple[str, ...] = ()
@@ -100,6 +104,16 @@ def transformed(document: Document, transform: Transform, derivation: Derivation
         None if found is None else found.hamiltonian,
         None if found is None else _equations(found, new, derivation),
     )
+
+
+def given_side(document: Document, transform: Transform, old: Phase) -> tuple[dict[str, Expr], Phase, Phase]:
+    """The given variables as functions of the other ones, the names of the given ones, and of the others."""
+    new = Phase(transform.coordinates, transform.momenta)
+    given = transform.old if transform.old is not None else transform.new
+    assert given is not None
+    derived = derived_parameters(document)
+    values = {name: from_tree(expression.root, derived) for name, expression in given.items()}
+    return (values, old, new) if transform.old is not None else (values, new, old)
 
 
 def _equations(found: _Found, new: Phase, derivation: Derivation) -> tuple[Expr, ...]:
@@ -220,7 +234,7 @@ class _Change:
 
 
 def _gathered(e: Expr, phase: Phase) -> Expr:
-    """As a polynomial in the momenta, or else in all variables, each coefficient by itself; or as it is."""
+    """The expression as a polynomial in the momenta, or else in all variables, with tidy coefficients."""
     e = exponentials_merged(e)
     forms = [tidy(e)]
     for names in (phase.names, phase.momenta):

@@ -26,7 +26,7 @@ SPEEDS = np.geomspace(1e-9, 1e9, 3601)
 """The speeds at which it is looked for changes of the sign of M: two hundred in each factor of ten."""
 
 MOST_INTERVALS = 64
-"""The most changes of the sign of M that are followed up, those of the smallest speeds."""
+"""The most changes of the sign of M that are followed up, beginning with the smallest speeds."""
 
 NEAR, GROWTH = 1e-6, 1.01
 """A momentum that grows by this factor over the last such part of an interval has no limit at its end."""
@@ -155,7 +155,7 @@ def _momentum(momenta: _Momenta, end: float, inwards: int) -> float:
 
 
 def velocities(derivation: Derivation, known: Mapping[str, float], p: Floats) -> list[Floats]:
-    """Velocities (n each) with the momenta p (n): all of one velocity, those that are found of several."""
+    """Velocities (n each) with the momenta p (n): all for one velocity, for several as many as are found."""
     momenta = _momenta(derivation, known)
     return _of_one(derivation, known, momenta, p[0]) if len(p) == 1 else _of_several(momenta, p)
 

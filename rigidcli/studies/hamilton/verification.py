@@ -1,4 +1,4 @@
-"""Whether Hamilton's equations of a system are those of Euler and Lagrange: a comparison at random points."""
+"""Hamilton's equations of a system and the equations of Euler and Lagrange, compared at random points."""
 
 from __future__ import annotations
 

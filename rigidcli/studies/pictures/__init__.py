@@ -31,7 +31,7 @@ def require_kind(command: str, kind: str) -> None:
 
 
 def drawn(command: str, kind: str | None, *result: object) -> tuple[Picture, ...]:
-    """The picture of this kind of what a study has found; none where the kind is None, or ANY finds none.
+    """The picture of this kind; none where the kind is None, or where ANY has nothing to draw.
 
     Raises UsageError where there is nothing to show, with all reasons.
     """

@@ -114,7 +114,7 @@ def marks_of_body(document: Document) -> Iterator[Mark]:
 
 
 def _outside(faces: list[Floats]) -> list[Floats]:
-    """The faces but for those where two parts meet, such as shells in each other: they are inside."""
+    """The faces of the outside: where two parts meet, such as shells in each other, faces are inside."""
     size = max((float(np.abs(face).max()) for face in faces), default=0.0) or 1.0
     names = [frozenset(map(tuple, np.round(face / size, SAME).tolist())) for face in faces]
     count = Counter(names)

@@ -1,15 +1,19 @@
-"""The working of `axes`: the characteristic polynomial, its roots, and the axis of each, by elimination."""
+"""The working of `axes`: the characteristic polynomial, its roots and axes, and L, T and N at omega."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 
 from rigidcli.core.arithmetic import Arithmetic, Array, Scalar
 from rigidcli.core.principal import PrincipalFrame
-from rigidcli.language.tree import Name, Node
+from rigidcli.language.latex_names import latex_name
+from rigidcli.language.text import reading
+from rigidcli.language.tree import Name, Node, Number, Product, Reciprocal
+from rigidcli.report import NOISE as ROUNDING
 from rigidcli.report import Field, Step
 from rigidcli.studies.steps.writing import formula, free_name, power, product, total
 
@@ -41,6 +45,46 @@ def axes_steps(
         "Along e1, e2, e3 the products of inertia vanish, and the moments stand on the diagonal.",
         (Field("", turned, "tensor along the axes", r"\mathbf{I}'", "kg m^2"),),
     )
+
+
+def motion_step(tensor: Array, fields: Sequence[Field], n: Arithmetic) -> Step:
+    """L, T and the torque at a given omega, put together from their components; `fields` are the results."""
+    results = {entry.key: replace(entry, key="") for entry in fields}
+    omega, momentum = (results[key].value for key in ("omega", "angular_momentum"))
+    shown: list[Field] = []
+    if not n.exact:
+        tensor, omega, momentum = (
+            np.where(np.abs(part) < ROUNDING * np.abs(part).max(), 0.0, part)
+            for part in (tensor, omega, momentum)
+        )
+
+    def worked(title: str, left: Sequence[Scalar], right: Sequence[Scalar], half: bool = False) -> None:
+        """A sum of products, with numbers in their places, where that is no longer than a line."""
+        pairs = [(a, b) for a, b in zip(left, right, strict=True) if a != 0 and b != 0]
+        terms = [product(n, a, product(n, b)) for a, b in pairs]
+        whole = total(terms)
+        if half:
+            whole = Product((whole, Reciprocal(Number("2", 2))))
+        if len(reading(whole)) <= 2 * LONGEST:
+            symbol = "_".join(title)
+            shown.append(Field("", formula(whole, n), title, symbol))
+
+    for k, axis in enumerate("xyz"):
+        worked(f"L{axis}", tensor[k], omega)
+    shown.append(results["angular_momentum"])
+    worked("T", omega, momentum, half=True)
+    shown.append(results["kinetic_energy"])
+    sentence = "L = I omega, and T = omega.L/2."
+    torque = results["holding_torque"]
+    if torque.value is not None and any(entry != 0 for entry in torque.value):
+        sentence += (
+            " While omega stays as it is, L turns with the body, which takes the torque N = omega x L."
+        )
+        for k, axis in enumerate("xyz"):
+            i, j = (k + 1) % 3, (k + 2) % 3
+            worked(f"N{axis}", (omega[i], -omega[j]), (momentum[j], momentum[i]))
+        shown.append(torque)
+    return Step("Turning at this angular velocity", sentence, tuple(shown))
 
 
 def _common_factor(tensor: Array, n: Arithmetic) -> tuple[Any, Array]:
@@ -103,11 +147,11 @@ def _axis(
     shown = singular if factor is None else n.tidy(factor * singular)
     fields = [Field("", shown, "I - lambda 1", r"\mathbf{I} - \lambda\mathbf{1}", "kg m^2")]
     sentence = ""
-    echelon = _reduced(singular, 3 - len(group), n)
+    echelon = reduced(singular, 3 - len(group), n)
     if echelon is not None:
         matrix, pivots = echelon
         fields.append(Field("", matrix, "row echelon form", r"\text{row echelon form}"))
-        fields += _solution(matrix, pivots, n)
+        fields += solution(matrix, pivots, "xyz", n)
         free = ["xyz"[k] for k in range(3) if k not in pivots]
         sentence = f"The free {'variable is' if len(free) == 1 else 'variables are'} {' and '.join(free)}. "
     fields += [Field("", frame.axes[k], f"e{k + 1}", rf"\mathbf{{e}}_{{{k + 1}}}") for k in group]
@@ -123,13 +167,13 @@ def _axis(
     return Step(f"{title} of {roots}", f"{sentence}{last} {names}.", tuple(fields))
 
 
-def _reduced(matrix: Array, rank: int, n: Arithmetic) -> tuple[Array, list[int]] | None:
+def reduced(matrix: Array, rank: int, n: Arithmetic) -> tuple[Array, list[int]] | None:
     """The reduced row echelon form and its pivot columns; None where the entries are too long to show."""
     if n.exact and max(len(str(entry)) for entry in matrix.flat) > LONGEST:
         return None
     rows, pivots = matrix.copy(), list[int]()
     noise = 0 if n.exact else NOISE * np.abs(matrix).max()
-    for column in range(3):
+    for column in range(len(matrix)):
         done = len(pivots)
         if done == rank:
             break
@@ -139,7 +183,7 @@ def _reduced(matrix: Array, rank: int, n: Arithmetic) -> tuple[Array, list[int]]
             continue
         rows[[done, best]] = rows[[best, done]]
         rows[done] = n.tidy(rows[done] / rows[done, column])
-        for other in range(3):
+        for other in range(len(matrix)):
             if other != done:
                 rows[other] = n.tidy(rows[other] - rows[other, column] * rows[done])
         pivots.append(column)
@@ -149,12 +193,12 @@ def _reduced(matrix: Array, rank: int, n: Arithmetic) -> tuple[Array, list[int]]
     return n.tidy(rows + 0), pivots
 
 
-def _solution(matrix: Array, pivots: Sequence[int], n: Arithmetic) -> Iterator[Field]:
+def solution(matrix: Array, pivots: Sequence[int], names: Sequence[str], n: Arithmetic) -> Iterator[Field]:
     """What the rows of the echelon form say of the variables that are not free."""
     for row, pivot in enumerate(pivots):
         right = [
-            product(n, -matrix[row, k], Name("xyz"[k]))
-            for k in range(3)
+            product(n, -matrix[row, k], Name(names[k]))
+            for k in range(len(matrix))
             if k not in pivots and matrix[row, k] != 0
         ]
-        yield Field("", formula(total(right), n), "xyz"[pivot], "xyz"[pivot])
+        yield Field("", formula(total(right), n), names[pivot], latex_name(names[pivot]))

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 
 import numpy as np
 
@@ -16,7 +16,7 @@ from rigidcli.core.arithmetic import Arithmetic, Array, Scalar
 from rigidcli.core.mass_properties import MassProperties
 from rigidcli.document.document import Document
 from rigidcli.fields.environment import Formula
-from rigidcli.report import Column, Field, Step, Table
+from rigidcli.report import NOISE, Column, Field, Step, Table, Value
 from rigidcli.studies.steps.writing import free_name
 
 MOST_POINTS = 20
@@ -39,17 +39,31 @@ def inertia_steps(document: Document, asked: Array) -> Iterator[Step]:
     whole = physical.properties
     if body is None or whole.mass is None:
         return
+    own = asked if document.frame is None else n.tidy(tensor.rotate(asked, physical.axes))
     if isinstance(body, PointMasses) and isinstance(body.points, tuple) and len(body.points) <= MOST_POINTS:
-        yield _points(body, physical.point, n)
+        yield from _points(body, physical.point, whole, own, n)
     elif isinstance(body, Composite):
-        for place, part in enumerate(body.parts):
-            name = part.name or getattr(part, "shape", None) or f"part {place + 1}"
-            sentence = (
-                "The tensor about its own centre of mass, and the parallel-axis term that takes it to O."
-            )
-            if part.hole:
-                sentence += " It is a hole: both are taken away."
-            yield Step(f"{name}", sentence, tuple(_parallel(part.properties(n), physical.point, n)))
+        parts = [part.properties(n) for part in body.parts]
+        names = [
+            part.name or getattr(part, "shape", None) or f"part {place + 1}"
+            for place, part in enumerate(body.parts)
+        ]
+        signs = [-1 if part.hole else 1 for part in body.parts]
+        masses = [sign * (part.mass or 0) for sign, part in zip(signs, parts, strict=True)]
+        yield _center(names, masses, [part.com for part in parts], whole, n)
+        terms = []
+        for name, sign, part in zip(names, signs, parts, strict=True):
+            fields = list(_parallel(part, physical.point, n))
+            sentence = "Its tensor about its own centre of mass, which is O."
+            if len(fields) > 3:
+                sentence = (
+                    "Its tensor about its own centre of mass, and the parallel-axis term that leads to O."
+                )
+            sentence += " It is a hole: all of it is taken away." if sign < 0 else ""
+            yield Step(name, sentence, tuple(fields))
+            terms.append(sign * sum(entry.value for entry in fields[2:]))
+        columns = [n.tidy(n.array([term[i, j] for term in terms])) for _, _, i, j in PAIRS]
+        yield _sum(names, [], columns, [f"I{a}{b}" for a, b, _, _ in PAIRS], own, n)
     else:
         if isinstance(body, Shape):
             yield from _shape(body, n)
@@ -57,16 +71,80 @@ def inertia_steps(document: Document, asked: Array) -> Iterator[Step]:
             yield Step(
                 "Parallel axes",
                 "With d from O to the centre of mass, I = I_cm + M (d^2 1 - d d^T).",
-                tuple(_parallel(whole, physical.point, n)),
+                (*_parallel(whole, physical.point, n), _about_o(own)),
             )
     if document.frame is not None:
         yield Step(
             "Axes of the results",
             "Along the axes of `frame`, the columns of R, the tensor is R^T I R.",
-            (Field("", physical.axes, "R", r"\mathbf{R}"),),
+            (
+                Field("", physical.axes, "R", r"\mathbf{R}"),
+                Field("", asked, "R^T I R", r"\mathbf{R}^\mathsf{T} \mathbf{I R}", "kg m^2"),
+            ),
         )
-    yield Step(
-        "Inertia tensor about O", "All terms together.", (Field("", asked, "I", r"\mathbf{I}_O", "kg m^2"),)
+
+
+def _about_o(own: Array) -> Field:
+    """The tensor about O, along the axes of the document."""
+    return Field("", own, "I", r"\mathbf{I}_O", "kg m^2")
+
+
+def _added(head: str, terms: Array, whole: Value, unit: str, n: Arithmetic) -> Column:
+    """A column of terms with their sum below them; in floats with zeros for what is rounding."""
+    if not n.exact:
+        least = NOISE * np.abs(terms).max()
+        terms = np.where(np.abs(terms) < least, 0.0, terms) + 0.0
+        whole = 0.0 if whole != "" and abs(whole) < least else whole
+    return Column("", [*terms, whole], (head,), unit)
+
+
+def _center(
+    names: Sequence[str],
+    masses: Sequence[Scalar],
+    places: Sequence[Array],
+    whole: MassProperties,
+    n: Arithmetic,
+) -> Step:
+    """The centre of mass of point masses or of parts: where the sum of m r stands, over the mass."""
+    mass, place = n.array(masses), n.tidy(n.array(places))
+    products = [n.tidy(mass * v) for v in place.T]
+    head = Column("", [*names, "sum"], ("",))
+    columns = (
+        head,
+        Column("", [*mass, whole.mass], ("m",), "kg"),
+        *(_added(a, v, "", "m", n) for a, v in zip("xyz", place.T, strict=True)),
+        *(_added(f"m {a}", v, n.tidied(v.sum()), "kg m", n) for a, v in zip("xyz", products, strict=True)),
+    )
+    holes = " The mass of a hole is negative." if any(n.size(m) < 0 for m in masses) else ""
+    return Step(
+        "Centre of mass",
+        f"It stands at the sum of m r, divided by the mass.{holes}",
+        (Field("", n.tidy(whole.com), "sum of m r / M", r"\frac{1}{M}\sum m\,\mathbf{r}", "m"),),
+        (Table("", "terms of the sums", columns),),
+    )
+
+
+def _sum(
+    names: Sequence[str],
+    given: Sequence[Column],
+    terms: Sequence[Array],
+    heads: Sequence[str],
+    own: Array,
+    n: Arithmetic,
+) -> Step:
+    """The terms of the six entries of the tensor, one row a point or part, and their sums."""
+    sums = [own[i, j] for _, _, i, j in PAIRS]
+    columns = [
+        _added(head, values, whole, "kg m^2", n)
+        for values, whole, head in zip(terms, sums, heads, strict=True)
+    ]
+    return Step(
+        "Inertia tensor about O",
+        "Measured from O, Ixx is the sum of m (y^2 + z^2), and Ixy that of -m x y."
+        if given
+        else "The terms of all parts are added.",
+        (_about_o(own),),
+        (Table("", "terms of the sums", (Column("", [*names, "sum"], ("",)), *given, *columns)),),
     )
 
 
@@ -181,18 +259,21 @@ def _parallel(part: MassProperties, point: Array, n: Arithmetic) -> Iterator[Fie
     yield Field("", part.mass, "mass", "M", "kg")
     yield Field("", offset, "d, from O to its centre of mass", r"\mathbf{d}", "m")
     yield Field("", n.tidy(part.tensor), "tensor about it", r"\mathbf{I}_\mathrm{cm}", "kg m^2")
-    term = n.tidy(part.mass * tensor.point_tensor(offset))
-    yield Field(
-        "", term, "M (d^2 1 - d d^T)", r"M (d^2 \mathbf{1} - \mathbf{d} \mathbf{d}^\mathsf{T})", "kg m^2"
-    )
+    if any(component != 0 for component in offset):
+        title, symbol = "M (d^2 1 - d d^T)", r"M (d^2 \mathbf{1} - \mathbf{d} \mathbf{d}^\mathsf{T})"
+        yield Field("", n.tidy(part.mass * tensor.point_tensor(offset)), title, symbol, "kg m^2")
 
 
-def _points(body: PointMasses, point: Array, n: Arithmetic) -> Step:
-    """The terms of the sums that define the tensor of point masses, one row a point."""
+def _points(
+    body: PointMasses, point: Array, whole: MassProperties, own: Array, n: Arithmetic
+) -> Iterator[Step]:
+    """The sums that define the centre of mass and the tensor of point masses, one row a point."""
     turn, shift = body.motion(n)
     rows = n.array(body.points)
-    mass, places = rows[:, 0], n.tidy(rows[:, 1:] @ turn.T + shift - point)
-    x, y, z = places.T
+    mass, places = rows[:, 0], n.tidy(rows[:, 1:] @ turn.T + shift)
+    names = [str(number + 1) for number in range(len(rows))]
+    yield _center(names, list(mass), list(places), whole, n)
+    x, y, z = from_o = n.tidy(places - point).T
     terms = {
         "m(y^2+z^2)": mass * (y**2 + z**2),
         "m(z^2+x^2)": mass * (z**2 + x**2),
@@ -201,14 +282,5 @@ def _points(body: PointMasses, point: Array, n: Arithmetic) -> Step:
         "-m x z": -mass * x * z,
         "-m y z": -mass * y * z,
     }
-    columns = (
-        Column("", mass, ("m",), "kg"),
-        *(Column("", values, (name,), "m") for name, values in zip("xyz", (x, y, z), strict=True)),
-        *(Column("", n.tidy(values), (name,), "kg m^2") for name, values in terms.items()),
-    )
-    return Step(
-        "Sums over the points",
-        "Measured from O, Ixx is the sum of m (y^2 + z^2), and Ixy that of -m x y.",
-        (),
-        (Table("", "terms of the sums", columns),),
-    )
+    given = [_added(a, v, "", "m", n) for a, v in zip("xyz", from_o, strict=True)]
+    yield _sum(names, given, [n.tidy(values) for values in terms.values()], list(terms), own, n)

@@ -25,7 +25,7 @@ def formula(node: Node, n: Arithmetic) -> Formula:
 
 
 def power(base: Node | None, exponent: int) -> Node | None:
-    """A power; None, which is one, of what is None or raised to zero."""
+    """A power; None stands for one, which is also the power of None, and of anything raised to zero."""
     if base is None or exponent == 0:
         return None
     return base if exponent == 1 else Power(base, Number(str(exponent), exponent))
@@ -64,10 +64,15 @@ def _whole(value: int) -> Node:
     return Negative(size) if value < 0 else size
 
 
-def filled(text: str, n: Arithmetic, title: str = "", /, **numbers: Scalar) -> Field:
-    """A formula such as `M*g*R*sin(theta)` with numbers in the places of letters, under itself or a title."""
+def filled(text: str, n: Arithmetic, title: str = "", added: Node = _ZERO, /, **numbers: Scalar) -> Field:
+    """A formula such as `M*g*R*sin(theta)` with numbers in the places of letters, under itself or a title.
+
+    Another term may be `added`.
+    """
     root, _ = read(text)
     numbered = bound(root, {letter: _number(number, n) for letter, number in numbers.items()})
+    if added != _ZERO:
+        numbered = Sum((numbered, *(added.terms if isinstance(added, Sum) else [added])))
     return Field("", formula(numbered, n), title or reading(root), "" if title else latex(root))
 
 
