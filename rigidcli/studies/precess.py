@@ -16,7 +16,7 @@ from rigidcli.core.principal import body_class
 from rigidcli.core.tensor import Inertia
 from rigidcli.document.document import Document
 from rigidcli.document.motion import Motion
-from rigidcli.document.precession import Perturber, Tide, Top
+from rigidcli.document.precession import Tide, Top
 from rigidcli.errors import DocumentError, Problem
 from rigidcli.report import Column, Field, Report, Step, Table, Value
 from rigidcli.studies.body import body_frame, principal_omega, require_one_start, require_spin
@@ -101,7 +101,7 @@ def _fields(sections: Sections) -> Iterator[Field]:
 
 
 def _top(document: Document, section: Top, notes: list[str], tables: list[Table]) -> dict[str, Value]:
-    """Gyroscopic precession, and what `tilt` and `lambda1` tell besides where they are given."""
+    """Gyroscopic precession, and the results that need `tilt` and `lambda1` where these are given."""
     n, top = document.arithmetic, document.physical.heavy_top
     require_spin(document, section, top)
     fall = top.mass * section.gravity * top.distance
@@ -214,7 +214,12 @@ def _tide(tide: Tide, n: Arithmetic, notes: list[str], tables: list[Table]) -> d
     """The precession of a planet: the sum of the rates that its perturbers cause."""
     bulge = tide.ellipticity if tide.moments is None else precession.ellipticity(tide.moments)
     assert bulge is not None
-    rates = [_rate(perturber, tide, bulge, n) for perturber in tide.perturbers]
+    rates = []
+    for one in tide.perturbers:
+        gm = one.gm if one.mass is None else precession.gravitational_parameter(one.mass)
+        assert gm is not None
+        orbit = (one.distance, one.eccentricity, one.inclination)
+        rates.append(precession.tidal_rate(gm, *orbit, bulge, tide.obliquity, tide.spin, n))
     total = n.tidied(sum(rates))
     names = [perturber.name or str(index) for index, perturber in enumerate(tide.perturbers, start=1)]
     yearly = [precession.arcseconds_per_year(rate, n) for rate in rates]
@@ -231,12 +236,3 @@ def _tide(tide: Tide, n: Arithmetic, notes: list[str], tables: list[Table]) -> d
         "rate_arcsec_per_year": precession.arcseconds_per_year(total, n),
         "period_years": precession.period_in_years(total, n),
     }
-
-
-def _rate(perturber: Perturber, tide: Tide, bulge: Scalar, n: Arithmetic) -> Scalar:
-    parameter = perturber.gm
-    if parameter is None:
-        assert perturber.mass is not None
-        parameter = precession.gravitational_parameter(perturber.mass)
-    orbit = (perturber.distance, perturber.eccentricity, perturber.inclination)
-    return precession.tidal_rate(parameter, *orbit, bulge, tide.obliquity, tide.spin, n)
