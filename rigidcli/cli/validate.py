@@ -5,7 +5,6 @@ from __future__ import annotations
 import os
 import re
 from collections.abc import Sequence
-from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -92,7 +91,7 @@ def _robot(
 ) -> list[str]:
     """How many links of a robot are valid; what is wrong with others is printed as errors."""
     from rigidcli.document.load import robot_drafts
-    from rigidcli.studies.robots import remarks, repair, uncompared
+    from rigidcli.studies.robots import remarks, uncompared
 
     robot = robot_drafts(text, source, folder, **options)
     links = [draft.link for draft in robot.each]
@@ -100,12 +99,7 @@ def _robot(
     valid = 0
     for link, draft in zip(links, robot.each, strict=True):
         with failures.of(source):
-            try:
-                document = draft.document()
-            except DocumentError as error:
-                hint = repair(link)
-                problems = (replace(problem, hint=hint or problem.hint) for problem in error.problems)
-                raise DocumentError(list(problems)) from None
+            document = draft.document()
             valid += 1
             told = () if quiet else (*document.notes, *remarks(link, document))
             for note in told:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -27,8 +26,8 @@ NO_SPIN = "the body is linear: it has no moment about its line, and cannot turn 
 
 TRUTH = {True: "yes", False: "no"}
 
-USUAL = {"mesh.components": 1, "mesh.watertight": True, "mesh.winding": "outward"}
-"""Results of a mesh that are shown only on demand, as long as nothing is wrong with it."""
+USUAL = {"components": 1, "watertight": True, "winding": "outward"}
+"""What is as usual of a mesh, and shown only to those who ask for more."""
 
 SMALL_ERROR = 1e-9
 """The relative error that the integrals of a smooth density have at most."""
@@ -68,19 +67,16 @@ def inertia_fields(document: Document) -> tuple[Field, ...]:
 
 
 def mesh_fields(document: Document) -> list[Field]:
-    """What the mesh is that the body consists of, if it is one."""
+    """The results for the mesh that the body consists of, if it is one."""
     from rigidcli.bodies.meshes import Mesh
 
-    body = document.body
-    found = body.report() if isinstance(body, Mesh) else {}
-    return [_mesh_field(told("inertia", f"mesh.{key}", value)) for key, value in found.items()]
-
-
-def _mesh_field(entry: Field) -> Field:
-    value = entry.value
-    words = TRUTH[value] if isinstance(value, bool) else value if isinstance(value, str) else ""
-    is_usual = entry.key in USUAL and value == USUAL[entry.key]
-    return replace(entry, words=words, diagnostic=entry.diagnostic or is_usual)
+    fields = []
+    for key, value in document.body.report().items() if isinstance(document.body, Mesh) else ():
+        field = told("inertia", f"mesh.{key}", value)
+        field.words = TRUTH[value] if isinstance(value, bool) else value if isinstance(value, str) else ""
+        field.diagnostic |= key in USUAL and value == USUAL[key]
+        fields.append(field)
+    return fields
 
 
 def axis_fields(document: Document) -> tuple[tuple[Field, ...], tuple[str, ...]]:

@@ -43,8 +43,8 @@ def report(
         title,
         tuple(fields),
         (*document.notes, *notes),
-        tuple(map(_without_signed_zeros, tables)),
-        tuple(map(_step_without_signed_zeros, steps)),
+        tuple(map(_unsigned, tables)),
+        tuple(map(_unsigned, steps)),
         tuple(pictures),
         document=document.text,
     )
@@ -57,22 +57,17 @@ def called(name: str | None, source: str) -> str:
     return "stdin" if source == STDIN else PurePath(source).stem
 
 
-def _without_signed_zeros(table: Table) -> Table:
-    if not any(isinstance(column.values, np.ndarray) for column in table.columns):
-        return table
-    columns = (replace(column, values=_unsigned(column.values)) for column in table.columns)
-    return replace(table, columns=tuple(columns))
-
-
-def _step_without_signed_zeros(step: Step) -> Step:
-    fields = (replace(entry, value=_unsigned(entry.value)) for entry in step.fields)
-    return replace(step, fields=tuple(fields), tables=tuple(map(_without_signed_zeros, step.tables)))
-
-
 def _unsigned(value: Value) -> Value:
-    """Floats without a signed zero, and all else as it is."""
-    is_float = isinstance(value, float) or (isinstance(value, np.ndarray) and value.dtype.kind == "f")
-    return value + 0.0 if is_float else value
+    """A float, an array of floats, or the entries of a table or a step, without a signed zero."""
+    if isinstance(value, float) or (isinstance(value, np.ndarray) and value.dtype.kind == "f"):
+        return value + 0.0
+    if isinstance(value, Table):
+        columns = tuple(replace(column, values=_unsigned(column.values)) for column in value.columns)
+        return replace(value, columns=columns)
+    if isinstance(value, Step):
+        fields = tuple(replace(entry, value=_unsigned(entry.value)) for entry in value.fields)
+        return replace(value, fields=fields, tables=tuple(map(_unsigned, value.tables)))
+    return value
 
 
 def _representable(field: Field) -> Field:
@@ -80,28 +75,25 @@ def _representable(field: Field) -> Field:
     value = field.value
     if value is None or (type(value) is float and TINY <= abs(value) < math.inf):
         return field
-    if isinstance(value, float):
-        sizes, value = [abs(value)], float(value) + 0.0
-    elif isinstance(value, np.ndarray) and value.dtype.kind == "f":
-        sizes = list(map(abs, value.ravel().tolist()))
-        value = np.ascontiguousarray(value) + 0.0 if value.ndim else float(value) + 0.0
-    else:
+    if not isinstance(value, float) and not (isinstance(value, np.ndarray) and value.dtype.kind == "f"):
         return field
+    sizes = list(map(abs, value.ravel().tolist() if isinstance(value, np.ndarray) else [value]))
     if not all(map(math.isfinite, sizes)) or 0 < max(sizes, default=0) < TINY:
         raise ComputationError(
             f"the {field.title or field.key} is beyond the range of floating-point numbers"
         )
-    return field.with_value(value)
+    is_array = isinstance(value, np.ndarray) and value.ndim
+    return field.with_value(np.ascontiguousarray(value) + 0.0 if is_array else float(value) + 0.0)
 
 
 TINY = float(np.finfo(np.float64).tiny)
 """The least float that has all its digits."""
 
 MOST_NOISE = 1e-12
-"""What people are shown as zero at most, in units of the largest: it may also be small, and no error."""
+"""Samples above this, in units of the largest, are never shown as zero: they may be small, and no error."""
 
 SHOWN_DIGITS = 6
-"""The digits that people are shown: where fewer can be trusted, their number is shown without asking."""
+"""The digits that people are shown: where fewer can be trusted, a result says so."""
 
 
 def noise(trusted_digits: float | None) -> float:

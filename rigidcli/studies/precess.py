@@ -3,19 +3,20 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping
-from dataclasses import asdict, dataclass, field, replace
+from collections.abc import Iterator
+from dataclasses import asdict, replace
+from typing import TypeAlias
 
 import numpy as np
 
 from rigidcli.core import free_body, precession
 from rigidcli.core import top as heavytop
-from rigidcli.core.arithmetic import Arithmetic, Floats, Scalar
-from rigidcli.core.principal import PrincipalFrame, body_class
+from rigidcli.core.arithmetic import Arithmetic, Scalar
+from rigidcli.core.principal import body_class
 from rigidcli.core.tensor import Inertia
 from rigidcli.document.document import Document
 from rigidcli.document.motion import Motion
-from rigidcli.document.precession import Perturber, Tide, Top
+from rigidcli.document.precession import Tide, Top
 from rigidcli.errors import DocumentError, Problem
 from rigidcli.report import Column, Field, Report, Step, Table, Value
 from rigidcli.studies.body import body_frame, principal_omega, require_one_start, require_spin
@@ -45,37 +46,33 @@ NUTATION = {"kind": "nutation_kind", "period": "nutation_period", "mean_rate": "
 """The keys of results of the nutation that have a shorter name in `core`."""
 
 
-@dataclass(slots=True)
-class _Found:
-    """What was found so far: results by section and key, notes, and tables."""
-
-    values: dict[str, dict[str, Value]] = field(default_factory=dict)
-    notes: list[str] = field(default_factory=list)
-    tables: list[Table] = field(default_factory=list)
+Sections: TypeAlias = dict[str, dict[str, Value]]
+"""Results by section and key."""
 
 
 @np.errstate(over="ignore", invalid="ignore")
 def run(document: Document, *, steps: bool = False, picture: str | None = None) -> Report:
     """Find how the document's top, free body or planet precesses, whichever of them it has."""
     require_one_start(document, "precess")
-    found = _Found()
+    sections: Sections = {}
+    notes: list[str] = []
+    tables: list[Table] = []
     if document.top is not None:
-        found.values["top"] = _top(document, document.top, found)
+        sections["top"] = _top(document, document.top, notes, tables)
     if document.body is not None and document.motion is not None and document.motion.omega is not None:
-        found.values["free"] = _free(document, document.motion, found)
+        sections["free"] = _free(document, document.motion, notes)
     if document.tide is not None:
-        found.values["tide"] = _tide(document.tide, document.arithmetic, found)
-    if not found.values:
+        sections["tide"] = _tide(document.tide, document.arithmetic, notes, tables)
+    if not sections:
         problem = "nothing here precesses, expected a `top`, a `tide`, or a `body` with `motion.omega`"
         raise DocumentError([Problem(document.source, problem)])
     working: list[Step] = []
     if steps:
         from rigidcli.studies.steps.precess import precess_steps
 
-        working += precess_steps(document, found.values)
-    pictures = drawn("precess", picture, document, found.values)
-    fields = _fields(found.values)
-    return report(document, SCHEMA, "precession", fields, found.notes, found.tables, working, pictures)
+        working += precess_steps(document, sections)
+    pictures = drawn("precess", picture, document, sections)
+    return report(document, SCHEMA, "precession", _fields(sections), notes, tables, working, pictures)
 
 
 _COLUMNS = [
@@ -83,31 +80,28 @@ _COLUMNS = [
     for entry in RESULTS["precess"]
     if entry.title
 ]
-
-_FIELDS = [
-    (entry, replace(entry, title=""), Field("", None, unit=entry.unit, cells=entry.cells))
-    for entry in _COLUMNS
-]
-"""Every result, the same without a value, and the column of CSV that is left where its section is not."""
+"""The results of all sections, each of which has a column of CSV, but for vectors."""
 
 
-def _fields(sections: Mapping[str, Mapping[str, Value]]) -> Iterator[Field]:
-    """All results, of sections that apply and of the others."""
-    for entry, unknown, absent in _FIELDS:
+def _fields(sections: Sections) -> Iterator[Field]:
+    """All results: a section that the document has not leaves empty columns of CSV."""
+    for entry in _COLUMNS:
         section, _, key = entry.key.partition(".")
         if section not in sections:
-            yield absent
-        elif (value := sections[section].get(key)) is None:
-            yield unknown
+            yield Field("", None, unit=entry.unit, cells=entry.cells)
+            continue
+        value = sections[section].get(key)
+        found = entry.with_value(value, WORDS[key][value] if key in WORDS and value is not None else "")
+        if value is None:
+            found.title = ""
         elif key == "minimum_spin" and sections[section].get("slow_rate") is not None:
             # How fast a top has to be is of interest where it is too slow.
-            yield replace(entry, value=value, diagnostic=True)
-        else:
-            yield entry.with_value(value, WORDS[key][value] if key in WORDS else "")
+            found.diagnostic = True
+        yield found
 
 
-def _top(document: Document, section: Top, found: _Found) -> dict[str, Value]:
-    """Gyroscopic precession, and what follows besides from `tilt` and `lambda1` where they are given."""
+def _top(document: Document, section: Top, notes: list[str], tables: list[Table]) -> dict[str, Value]:
+    """Gyroscopic precession, and the results that need `tilt` and `lambda1` where these are given."""
     n, top = document.arithmetic, document.physical.heavy_top
     require_spin(document, section, top)
     fall = top.mass * section.gravity * top.distance
@@ -118,8 +112,8 @@ def _top(document: Document, section: Top, found: _Found) -> dict[str, Value]:
             "top.spin",
             hint="with `tilt` and `lambda1` given, the swing of the top can be told",
         )
-    found.notes += top.remarks
-    found.notes += [f"`top.{key}` is not given, and what depends on it is not told" for key in unknown]
+    notes += top.remarks
+    notes += [f"`top.{key}` is not given, and what depends on it is not told" for key in unknown]
     rate = heavytop.gyroscopic_rate(top.lambda3, section.spin, fall, n)
     values: dict[str, Value] = {
         **{key: getattr(top, key) for key in ("mass", "distance", "lambda1", "lambda3")},
@@ -141,12 +135,17 @@ def _top(document: Document, section: Top, found: _Found) -> dict[str, Value]:
         }
     if section.tilt is not None and top.lambda1 is not None:
         given = (top.lambda1, top.lambda3, section.spin, section.tilt)
-        values |= _at_tilt(section, given, fall, n, found)
+        values |= _at_tilt(section, given, fall, n, notes, tables)
     return values
 
 
 def _at_tilt(
-    section: Top, top: tuple[Scalar, Scalar, Scalar, Scalar], fall: Scalar, n: Arithmetic, found: _Found
+    section: Top,
+    top: tuple[Scalar, Scalar, Scalar, Scalar],
+    fall: Scalar,
+    n: Arithmetic,
+    notes: list[str],
+    tables: list[Table],
 ) -> dict[str, Value]:
     """Steady precession of a `top` (lambda1, lambda3, spin, tilt), and nutation from its initial rates."""
     steady = heavytop.steady(*top, fall, n)
@@ -160,16 +159,14 @@ def _at_tilt(
         real, imaginary = ([root[part] for root in steady.complex_roots] for part in (0, 1))
         columns = (Column("re", real, ("re",), "rad/s"), Column("im", imaginary, ("im",), "rad/s"))
         title = "no steady precession: complex roots"
-        found.tables.append(Table("top.complex_roots", title, columns, records=True))
-        found.notes.append(
-            "the top is too slow for steady precession: it does not precess at the gyroscopic rate"
-        )
+        tables.append(Table("top.complex_roots", title, columns, records=True))
+        notes.append("the top is too slow for steady precession: it does not precess at the gyroscopic rate")
     if n.exact:
-        found.notes.append("nutation needs elliptic integrals, which have no exact form: give numbers for it")
+        notes.append("nutation needs elliptic integrals, which have no exact form: give numbers for it")
         return values
     start = steady.slow if section.precession is None else section.precession
     if start is None:
-        found.notes.append("there is no steady precession to begin with, so that nutation is not told")
+        notes.append("there is no steady precession to begin with, so that nutation is not told")
         return values
     from rigidcli.core.nutation import nutation
 
@@ -177,7 +174,7 @@ def _at_tilt(
     return values | {NUTATION.get(key, key): getattr(swinging, key) for key in swinging.__slots__}
 
 
-def _free(document: Document, motion: Motion, found: _Found) -> dict[str, Value]:
+def _free(document: Document, motion: Motion, notes: list[str]) -> dict[str, Value]:
     """Precession of the body of the document when it is left to itself."""
     n, frame = document.arithmetic, body_frame(document)
     omega = principal_omega(document, frame)
@@ -188,43 +185,41 @@ def _free(document: Document, motion: Motion, found: _Found) -> dict[str, Value]
         "kinetic_energy": n.tidied(omega @ momentum / 2),
     }
     if motion.torque is not None:
-        found.notes.append("free precession is told as if the torque did not act")
+        notes.append("free precession is told as if the torque did not act")
     if body_class(frame) == "point":
-        found.notes.append("the body is a point, about whose axes nothing can be told")
+        notes.append("the body is a point, about whose axes nothing can be told")
         return values
     alone = [group[0] for group in frame.groups if len(group) == 1]
     if len(alone) == 3:
-        if not n.exact:
-            return values | _asymmetric(frame, omega)
-        found.notes.append(
-            "the periods of an asymmetric body are elliptic integrals, which have no exact form"
-        )
-        return values
+        if n.exact:
+            notes.append("the periods of an asymmetric body are elliptic integrals, which have no exact form")
+            return values
+        free = free_body.periods(Inertia.of(np.diag(frame.moments)), omega)
+        rate = free.mean_space_rate
+        return values | {
+            "polhode_period": free.period,
+            "flip_interval": free.flip_interval,
+            "mean_space_rate": rate,
+            "mean_space_period": 2 * math.pi / rate if rate else None,
+        }
     # Which moments are equal can be told also where their order depends on symbols.
     axis = alone[0] if alone else 2
     if axis == 0:
-        found.notes.append("e3 here is the symmetry axis, which `axes` calls e1")
+        notes.append("e3 here is the symmetry axis, which `axes` calls e1")
     spin, across = omega[axis], n.hypot(*(rate for place, rate in enumerate(omega) if place != axis))
     return values | asdict(precession.free(frame.moments[1], frame.moments[axis], spin, across, n))
 
 
-def _asymmetric(frame: PrincipalFrame, omega: Floats) -> dict[str, Value]:
-    """The periods of an asymmetric body with this `omega` (3, rad/s) along its principal axes."""
-    motion = free_body.periods(Inertia.of(np.diag(frame.moments)), omega)
-    rate = motion.mean_space_rate
-    return {
-        "polhode_period": motion.period,
-        "flip_interval": motion.flip_interval,
-        "mean_space_rate": rate,
-        "mean_space_period": 2 * math.pi / rate if rate else None,
-    }
-
-
-def _tide(tide: Tide, n: Arithmetic, found: _Found) -> dict[str, Value]:
+def _tide(tide: Tide, n: Arithmetic, notes: list[str], tables: list[Table]) -> dict[str, Value]:
     """The precession of a planet: the sum of the rates that its perturbers cause."""
     bulge = tide.ellipticity if tide.moments is None else precession.ellipticity(tide.moments)
     assert bulge is not None
-    rates = [_rate(perturber, tide, bulge, n) for perturber in tide.perturbers]
+    rates = []
+    for one in tide.perturbers:
+        gm = one.gm if one.mass is None else precession.gravitational_parameter(one.mass)
+        assert gm is not None
+        orbit = (one.distance, one.eccentricity, one.inclination)
+        rates.append(precession.tidal_rate(gm, *orbit, bulge, tide.obliquity, tide.spin, n))
     total = n.tidied(sum(rates))
     names = [perturber.name or str(index) for index, perturber in enumerate(tide.perturbers, start=1)]
     yearly = [precession.arcseconds_per_year(rate, n) for rate in rates]
@@ -233,20 +228,11 @@ def _tide(tide: Tide, n: Arithmetic, found: _Found) -> dict[str, Value]:
         Column("rate", rates, ("rate",), "rad/s"),
         Column("rate_arcsec_per_year", yearly, ("in a Julian year",), "arcsec"),
     )
-    found.tables.append(Table("tide.perturbers", "precession by each perturber", columns, records=True))
+    tables.append(Table("tide.perturbers", "precession by each perturber", columns, records=True))
     if n.sign(total) == 0:
-        found.notes.append("the torques on the bulge have no mean effect, so that the period is infinite")
+        notes.append("the torques on the bulge have no mean effect, so that the period is infinite")
     return {
         "rate": total,
         "rate_arcsec_per_year": precession.arcseconds_per_year(total, n),
         "period_years": precession.period_in_years(total, n),
     }
-
-
-def _rate(perturber: Perturber, tide: Tide, bulge: Scalar, n: Arithmetic) -> Scalar:
-    parameter = perturber.gm
-    if parameter is None:
-        assert perturber.mass is not None
-        parameter = precession.gravitational_parameter(perturber.mass)
-    orbit = (perturber.distance, perturber.eccentricity, perturber.inclination)
-    return precession.tidal_rate(parameter, *orbit, bulge, tide.obliquity, tide.spin, n)

@@ -3,7 +3,7 @@
 `results.csv` has a row for each result, in the order in which they are shown. A result is added there, and
 gets its value in its study. The columns are
 
-    commands   the commands that tell it
+    commands   the commands that have it
     key        its name in JSON
     title      what people see before it; a result without a title is not in their tables
     symbol     its symbol in LaTeX; of a sample in time, the symbol of each column
@@ -19,42 +19,37 @@ Where a row of CSV is a document and not a sample in time, only scalars have cel
 from __future__ import annotations
 
 import csv
-from collections.abc import Iterator
 from importlib import resources
 from typing import Any
 
 from rigidcli.report import Field, Value
 
 
-def _read() -> Iterator[tuple[str, Field]]:
-    """The rows of the table, each for one command."""
+def _read() -> dict[str, dict[str, Field]]:
+    """The results of each command by their keys, still without values."""
     with resources.files("rigidcli.studies").joinpath("results.csv").open(encoding="utf-8") as table:
         _, *rows = csv.reader(table)
+    results: dict[str, dict[str, Field]] = {}
     for commands, key, title, symbol, unit, cells, kind, means in rows:
         places = (cell.partition(":") for cell in cells.split())
         columns = {name: tuple(map(int, place)) for name, _, place in places}
-        kinds = kind.split()
         field = Field(
-            key, None, title, symbol, unit, columns, "", "counts" in kinds, "diagnostic" in kinds, means
+            key, None, title, symbol, unit, columns, "", "counts" in kind, "diagnostic" in kind, means
         )
         for command in commands.split():
-            yield command, field
+            results.setdefault(command, {})[key] = field
+    return results
 
 
-_ROWS = tuple(_read())
+_BY_KEY = _read()
 
-RESULTS = {
-    study: tuple(field for command, field in _ROWS if command == study)
-    for study in dict.fromkeys(command for command, _ in _ROWS)
-}
+RESULTS = {study: tuple(fields.values()) for study, fields in _BY_KEY.items()}
 """The results of each study, still without values, by the name of its command."""
-
-_BY_KEY = {(study, field.key): field for study, fields in RESULTS.items() for field in reversed(fields)}
 
 
 def told(study: str, key: str, value: Value, /, words: str = "", **changes: Any) -> Field:
-    """The result of a study with its value, words for it, and what else is different about it this time."""
-    field = _BY_KEY[study, key].with_value(value, words)
+    """The result of a study with its value, words for the value, and other `changes` of the field."""
+    field = _BY_KEY[study][key].with_value(value, words)
     for name, change in changes.items():
         setattr(field, name, change)
     return field

@@ -82,10 +82,7 @@ def _kind(moments: Floats, mass: float, rounding: float) -> principal.BodyClass:
     if moments[0] <= mass * moved**2:
         return "linear"
     change = 2 * moved * math.sqrt(mass * moments.sum() / 2) + mass * moved**2
-    kinds: dict[tuple[bool, ...], principal.BodyClass] = {
-        (True, True): "spherical",
-        (True, False): "oblate",
-        (False, True): "prolate",
-        (False, False): "asymmetric",
-    }
-    return kinds[tuple(bool(gap <= 2 * change) for gap in np.diff(moments))]
+    lower, upper = (bool(gap <= 2 * change) for gap in np.diff(moments))
+    if lower and upper:
+        return "spherical"
+    return "oblate" if lower else "prolate" if upper else "asymmetric"

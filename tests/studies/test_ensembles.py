@@ -126,6 +126,11 @@ def test_an_ensemble_needs_common_times() -> None:
         rigidcli.euler({"body": BODY, "motion": {"omega": [[1, 2, 3]]}})
 
 
+def test_an_ensemble_has_no_exact_results() -> None:
+    with pytest.raises(RigidError, match="an ensemble has no exact results"):
+        rigidcli.euler(ensemble([[1, 2, 3], [0, 1, 0]]), exact=True)
+
+
 @pytest.mark.parametrize("study", [rigidcli.axes, rigidcli.precess])
 def test_studies_of_one_angular_velocity_refuse_an_ensemble(study: Any) -> None:
     with pytest.raises(RigidError, match="an ensemble of 2 starts, expected one"):

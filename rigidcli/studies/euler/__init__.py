@@ -12,12 +12,11 @@ from rigidcli.core import memory, stability
 from rigidcli.core.arithmetic import FLOAT
 from rigidcli.document.document import Document
 from rigidcli.errors import ValueProblem
-from rigidcli.report import Column, Field, Report, Step, Table
+from rigidcli.report import Column, Field, Report, Step, Table, Value
 from rigidcli.studies.common import SHOWN_DIGITS, if_known, report, trusted
 from rigidcli.studies.euler.closed import CLOSED_FORM, closed_form, together
-from rigidcli.studies.euler.columns import COLUMNS, trajectory_table
 from rigidcli.studies.euler.initial import initial_value_problem
-from rigidcli.studies.euler.trajectory import Trajectory
+from rigidcli.studies.euler.trajectory import QUANTITIES, Trajectory
 from rigidcli.studies.pictures import drawn
 from rigidcli.studies.results import told
 
@@ -58,22 +57,18 @@ def run(
         require_one_start(document, {"picture": picture})
         return whole(document, run, together)
     motion = follow(document, progress)
-    fields, (stable, shown) = (*_body(motion), *_kind(motion), *_quality(motion)), _stability(motion)
+    fields, samples, (stable, shown) = _fields(motion), motion.samples(), _stability(motion)
     working: list[Step] = []
     if steps:
         from rigidcli.studies.euler.steps import euler_steps
 
         working += euler_steps(motion, fields, shown)
-    rates = next(column for column in stable.columns if column.key == "rate")
-    fields += tuple(
-        Field("", rate, unit=rates.unit, cells={f"stability.{place}.rate": ()})
-        for place, rate in enumerate(rates.values)
-    )
-    samples, title = trajectory_table(motion), "motion by Euler's equations"
-    pictures = drawn("euler", picture, motion, samples)
-    notes, tables = motion.problem.notes, (stable, shown, samples)
+    for place, rate in enumerate(stable.columns[-1].values):
+        fields.append(Field("", rate, unit="1/s", cells={f"stability.{place}.rate": ()}))
+    pictures, notes = drawn("euler", picture, motion, samples), motion.problem.notes
     if motion.method == CLOSED_FORM and motion.trusted_digits < SHOWN_DIGITS:
         notes = (*notes, "few digits can be trusted, because the rounding of the input decides the others")
+    title, tables = "motion by Euler's equations", (stable, shown, samples)
     result = report(document, SCHEMA, title, fields, notes, tables, working, pictures)
     if not scene:
         return result
@@ -82,17 +77,14 @@ def run(
     return replace(result, scene=scene_of(document, motion, samples))
 
 
-def follow(
-    document: Document,
-    progress: Callable[[float], None] | None = None,
-) -> Trajectory:
+def follow(document: Document, progress: Callable[[float], None] | None = None) -> Trajectory:
     """The trajectory of the document's body: in closed form without torque and for a top, else integrated.
 
     Raises DocumentError where the document describes no motion, or one that a body cannot have, and
     ComputationError where the motion cannot be followed to its end.
     """
     problem = initial_value_problem(document)
-    memory.require(len(problem.times), len(COLUMNS))
+    memory.require(len(problem.times), sum(len(quantity.cells) for quantity in QUANTITIES))
     motion = document.motion
     is_auto = motion is None or motion.method == "auto"
     closed = closed_form(problem) if is_auto or not problem.weight.any() else None
@@ -109,47 +101,32 @@ def follow(
         ) from None
 
 
-def _body(motion: Trajectory) -> tuple[Field, ...]:
-    problem = motion.problem
-    frame, momentum = problem.frame, problem.inertia.momentum(problem.omega)
-    energy = float(problem.omega @ momentum) / 2
+def _fields(motion: Trajectory) -> list[Field]:
+    """The results but for the samples and the stability of the axes."""
+    frame, omega, free = motion.problem.frame, motion.problem.omega, motion.free
+    momentum = motion.problem.inertia.momentum(omega)
+    energy = float(omega @ momentum) / 2
     # So small an energy has lost its digits, while omega has not.
     is_lost = 0 < abs(energy) < np.finfo(np.float64).tiny
-    return (
-        told("euler", "moments", frame.moments),
-        told("euler", "axes", frame.axes),
-        told("euler", "angular_momentum", FLOAT.hypot(*momentum)),
-        told("euler", "kinetic_energy", None if is_lost else energy),
-    )
-
-
-def _kind(motion: Trajectory) -> tuple[Field, ...]:
-    """What kind of motion it is, and its periods where it is free."""
-    free = motion.free
     kind = "driven" if free is None else free.regime
     words = MOTIONS["top" if kind == "driven" and motion.method == CLOSED_FORM else kind]
     period, flip, rate = (free.period, free.flip_interval, free.mean_space_rate) if free else (None,) * 3
     turns = None if flip is None or rate is None else flip * rate / (2 * math.pi)
-    return (
+    return [
+        told("euler", "moments", frame.moments),
+        told("euler", "axes", frame.axes),
+        told("euler", "angular_momentum", FLOAT.hypot(*momentum)),
+        told("euler", "kinetic_energy", None if is_lost else energy),
         told("euler", "motion", kind, words=words),
         if_known(told("euler", "period", period)),
         if_known(told("euler", "flip_interval", flip)),
         if_known(told("euler", "turns_per_flip", turns)),
         if_known(told("euler", "mean_space_rate", rate)),
-    )
-
-
-def _quality(motion: Trajectory) -> tuple[Field, ...]:
-    """How the motion was followed, and how many digits can be trusted."""
-    drift = motion.drift
-    return (
         told("euler", "method", motion.method, words=motion.method),
         told("euler", "steps", motion.steps),
         trusted("euler", "trusted_digits", motion.trusted_digits),
-        told("euler", "drift.energy", drift["energy"]),
-        told("euler", "drift.angular_momentum", drift["angular_momentum"]),
-        told("euler", "drift.quaternion", drift["quaternion"]),
-    )
+        *(told("euler", f"drift.{key}", value) for key, value in motion.drift.items()),
+    ]
 
 
 def _stability(motion: Trajectory) -> tuple[Table, Table]:
@@ -157,32 +134,34 @@ def _stability(motion: Trajectory) -> tuple[Table, Table]:
 
     People see one row for axes of equal moments.
     """
-    frame = motion.problem.frame
-    found = stability.about_axes(frame.moments, frame.groups)
-    speed = FLOAT.hypot(*motion.problem.omega)
-    moments = [float(moment) for moment in frame.moments]
-    per_spin = [one.rate_per_spin for one in found]
-    rates = [None if rate is None else rate * speed for rate in per_spin]
-    shown = [group[0] for group in frame.groups]
+    frame, speed = motion.problem.frame, FLOAT.hypot(*motion.problem.omega)
+    about = stability.about_axes(frame.moments, frame.groups)
+    rows = [
+        (name, float(moment), one.stable, one.rate_per_spin, one.rate_per_spin and one.rate_per_spin * speed)
+        for name, moment, one in zip(AXES, frame.moments, about, strict=True)
+    ]
     verdicts = {True: "yes", False: "no", None: "neutral"}
-    whole = (
-        Column("axis", list(AXES), ("axis",), hidden=True),
-        Column("moment", moments, ("moment",), "kg m^2", hidden=True),
-        Column("stable", [one.stable for one in found], ("stable",), hidden=True),
-        Column("rate_per_spin", per_spin, ("rate/spin",), hidden=True),
-        Column("rate", rates, ("rate",), "1/s", hidden=True),
-    )
-    axes = [_axes_in_words(group) for group in frame.groups]
-    stable = [verdicts[found[k].stable] if moments[k] else "" for k in shown]
-    people = (
-        replace(whole[0], values=axes, hidden=False),
-        replace(whole[1], values=[moments[k] for k in shown], hidden=False),
-        replace(whole[2], values=stable, hidden=False),
-        replace(whole[3], values=[per_spin[k] for k in shown]),
-        replace(whole[4], values=[rates[k] for k in shown], hidden=False),
-    )
+    shown = []
+    for group in frame.groups:
+        _, moment, stable, *rates = rows[group[0]]
+        shown.append((_axes_in_words(group), moment, verdicts[stable] if moment else "", *rates))
     title = "rotation about the principal axes, when left alone"
-    return Table("stability", title, whole, records=True), Table("", title, people)
+    return (
+        Table("stability", title, _columns(rows, hidden=True), records=True),
+        Table("", title, _columns(shown, hidden=False)),
+    )
+
+
+def _columns(rows: Sequence[tuple[Value, ...]], *, hidden: bool) -> tuple[Column, ...]:
+    """The columns of a table of stability; the rate for omega = 1 rad/s is always hidden."""
+    axis, moment, stable, per_spin, rate = (list(values) for values in zip(*rows, strict=True))
+    return (
+        Column("axis", axis, ("axis",), hidden=hidden),
+        Column("moment", moment, ("moment",), "kg m^2", hidden=hidden),
+        Column("stable", stable, ("stable",), hidden=hidden),
+        Column("rate_per_spin", per_spin, ("rate/spin",), hidden=True),
+        Column("rate", rate, ("rate",), "1/s", hidden=hidden),
+    )
 
 
 def _axes_in_words(group: Sequence[int]) -> str:

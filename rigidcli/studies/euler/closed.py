@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterator
 from dataclasses import replace
-from functools import partial
 
 import numpy as np
 
@@ -15,10 +14,8 @@ from rigidcli.core.solution import digits
 from rigidcli.core.tensor import Inertia
 from rigidcli.document.document import Document
 from rigidcli.document.motion import QUATERNION, RATES
-from rigidcli.report import Column
 from rigidcli.studies.common import report
-from rigidcli.studies.ensembles import Found, Sampling
-from rigidcli.studies.euler.columns import trajectory_table
+from rigidcli.studies.ensembles import Found, Sampling, with_start
 from rigidcli.studies.euler.initial import InitialValueProblem, initial_value_problem
 from rigidcli.studies.euler.trajectory import Trajectory, drift_of
 from rigidcli.studies.results import told
@@ -34,7 +31,11 @@ def closed_form(problem: InitialValueProblem) -> Trajectory | None:
     """The trajectory of a free body, or of a symmetric top under its weight; None for other motions."""
     if problem.torque is not None:
         return None
-    return _heavy_top(problem) if problem.weight.any() else _free(problem)
+    if problem.weight.any():
+        return _heavy_top(problem)
+    given, (omega, orientation) = along_entries(problem), _free_motions(problem)
+    free, error = free_body.periods(given[0], given[1][0]), free_body.sensitivity(*given, problem.times)
+    return _trajectory(problem, omega[0], orientation[0], float(error[0]), free)
 
 
 def _trajectory(
@@ -57,21 +58,17 @@ def _digits(error: float) -> float:
 
 
 def along_entries(problem: InitialValueProblem) -> tuple[Inertia, Floats, Floats]:
-    """The body, omega (1, 3) and orientation (1, 4) along the axes of the tensor's entries."""
+    """The body, and omega (m, 3) and orientation (m, 4) of its m starts, along the axes of its entries."""
     body = problem.inertia
     turned = rotation.compose(problem.orientation, rotation.as_quaternion(body.axes))
-    return body, (problem.omega @ body.axes)[None], turned[None]
+    return body, np.atleast_2d(problem.omega @ body.axes), np.atleast_2d(turned)
 
 
-def _free(problem: InitialValueProblem) -> Trajectory:
-    """The trajectory of a body on which no torque acts, by Jacobi's elliptic functions."""
-    body, omegas, _ = given = along_entries(problem)
-    free = free_body.periods(body, omegas[0])
-    error = float(free_body.sensitivity(*given, problem.times)[0])
-    omega, orientation = free_body.motions(*given, problem.times)
-    turn = rotation.as_quaternion(body.axes)
-    orientation = rotation.compose(orientation[0], turn * [1, -1, -1, -1])
-    return _trajectory(problem, omega[0] @ body.axes.T, orientation, error, free)
+def _free_motions(problem: InitialValueProblem) -> tuple[Floats, Floats]:
+    """omega (m, n, 3) and orientation (m, n, 4) of a body on which no torque acts, from its m starts."""
+    omega, orientation = free_body.motions(*along_entries(problem), problem.times)
+    axes = problem.inertia.axes
+    return omega @ axes.T, rotation.compose(orientation, rotation.as_quaternion(axes) * [1, -1, -1, -1])
 
 
 def _heavy_top(problem: InitialValueProblem) -> Trajectory | None:
@@ -98,45 +95,36 @@ def _heavy_top(problem: InitialValueProblem) -> Trajectory | None:
 
 
 def together(document: Document, sampling: Sampling) -> Callable[[range], Iterator[Found]] | None:
-    """What works the free motions from some starts as arrays; None for driven ones, and for a linear body."""
+    """The function that works free motions from some starts as arrays; None for others and linear bodies.
+
+    Where the `sampling` is changed, for a summary, the reports tell the trusted digits, too.
+    """
     problem = initial_value_problem(document.start(0, **sampling))
     driven = problem.torque is not None or problem.weight.any() or problem.angles is not None
     if driven or not problem.frame.moments[0] > 0:
         return None
-    return partial(_samples, document, sampling)
+
+    def samples(places: range) -> Iterator[Found]:
+        starts = _starts(document, problem, places)
+        omega, orientation = _free_motions(starts)
+        beginning = problem.times == 0
+        omega[:, beginning], orientation[:, beginning] = starts.omega[:, None], starts.orientation[:, None]
+        every = replace(problem, times=np.tile(problem.times, len(places)))
+        states = omega.reshape(-1, 3), orientation.reshape(-1, 4)
+        exactly = digits(0.0)  # nothing is rounded for people here
+        table = Trajectory(every, *states, None, CLOSED_FORM, 0, exactly, {}).samples()
+        fields = []
+        if sampling:
+            error = float(free_body.sensitivity(*along_entries(starts), problem.times).max())
+            fields.append(told("euler", "trusted_digits", _digits(error), diagnostic=True))
+        title, tables = "motion by Euler's equations", (with_start(table, np.array(places)),)
+        yield places.start, report(document, "rigidcli.euler/1", title, fields, problem.notes, tables)
+
+    return samples
 
 
-def _samples(document: Document, sampling: Sampling, places: range) -> Iterator[Found]:
-    """The samples of the motions from the starts at these places.
-
-    Where the `sampling` is changed, for a summary, the digits that can be trusted are told, too.
-    """
-    problem = initial_value_problem(document.start(places.start, **sampling))
-    body, times = problem.inertia, problem.times
-    omegas, orientations = _starts(document, problem, places)
-    turn = rotation.as_quaternion(body.axes)
-    given = (body, omegas @ body.axes, rotation.compose(orientations, turn), times)
-    omega, orientation = free_body.motions(*given)
-    omega = omega @ body.axes.T
-    orientation = rotation.compose(orientation, turn * [1, -1, -1, -1])
-    omega[:, times == 0], orientation[:, times == 0] = omegas[:, None], orientations[:, None]
-    every = replace(problem, times=np.tile(times, len(places)))
-    unknown = digits(0.0)  # nothing is rounded for people here
-    samples = trajectory_table(
-        Trajectory(every, omega.reshape(-1, 3), orientation.reshape(-1, 4), None, CLOSED_FORM, 0, unknown, {})
-    )
-    start = Column("start", np.repeat(np.array(places), len(times)), ("start",))
-    table = replace(samples, columns=(start, *samples.columns))
-    fields = []
-    if sampling:
-        largest = float(free_body.sensitivity(*given).max())
-        fields.append(told("euler", "trusted_digits", _digits(largest), diagnostic=True))
-    title = "motion by Euler's equations"
-    yield places.start, report(document, "rigidcli.euler/1", title, fields, problem.notes, (table,))
-
-
-def _starts(document: Document, problem: InitialValueProblem, places: range) -> tuple[Floats, Floats]:
-    """omega (m, 3) and orientation (m, 4) at the starts of an ensemble, along the document's axes."""
+def _starts(document: Document, problem: InitialValueProblem, places: range) -> InitialValueProblem:
+    """The problem with omega (m, 3) and orientation (m, 4) of the starts at these places."""
     ensemble, motion = document.ensemble, document.motion
     assert ensemble is not None
     assert motion is not None
@@ -145,7 +133,8 @@ def _starts(document: Document, problem: InitialValueProblem, places: range) -> 
     if motion.basis == "principal":
         omegas = omegas @ (document.physical.axes @ problem.frame.axes.T).T
     if QUATERNION[0] not in names:
-        return omegas, np.tile(problem.orientation, (len(places), 1))
+        return replace(problem, omega=omegas, orientation=np.tile(problem.orientation, (len(places), 1)))
     given = values[:, [names.index(name) for name in QUATERNION]]
     scaled = given / np.abs(given).max(axis=1, keepdims=True)
-    return omegas, scaled / np.linalg.norm(scaled, axis=1, keepdims=True)
+    orientations = scaled / np.linalg.norm(scaled, axis=1, keepdims=True)
+    return replace(problem, omega=omegas, orientation=orientations)

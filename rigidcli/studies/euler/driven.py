@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import partial
 
 import numpy as np
@@ -11,47 +11,24 @@ import numpy as np
 from rigidcli.core import integrate, rotation
 from rigidcli.core.arithmetic import Floats
 from rigidcli.core.estimate import compared, foreseen, unshared
-from rigidcli.core.solution import digits
+from rigidcli.core.solution import Flow, Solution, digits
 from rigidcli.document.motion import VARIABLES, SpaceTorque
 from rigidcli.errors import Path, ValueProblem, at
 from rigidcli.fields.environment import Formula
 from rigidcli.language import code
 from rigidcli.language.tree import ZERO, Name, Node, bound, number
 from rigidcli.mechanics import rigid_body
-from rigidcli.studies.euler.balance import drift_of_balances
 from rigidcli.studies.euler.initial import InitialValueProblem
 from rigidcli.studies.euler.trajectory import Trajectory, drift_of
-
-TRIED = 64
-"""Random states at which a torque is evaluated, to see whether its component along a line is always zero."""
 
 NOTHING = 1e-12
 """A component below this, in units of the largest of the torque, is zero but for rounding."""
 
+NODES, WEIGHTS = np.polynomial.legendre.leggauss(6)
+"""Nodes and weights of the quadrature in a step; it is exact to the degree 11, beyond that of the method."""
 
-@dataclass(frozen=True, eq=False)
-class _Equations:
-    """A problem along principal axes: `axes` (3 by 3) has them as columns, in the document's components."""
-
-    problem: InitialValueProblem
-    moments: Floats
-    axes: Floats
-    torque: list[Node]
-    state: Floats
-
-    def along_document(self, states: Floats) -> tuple[Floats, Floats]:
-        """omega (n, 3) and orientation (n, 4) along the document's axes, of states (n, 7)."""
-        quaternions = states[:, :4] / np.linalg.norm(states[:, :4], axis=1, keepdims=True)
-        back = rotation.as_quaternion(self.axes) * [1, -1, -1, -1]
-        return (states[:, 4:] / self.moments) @ self.axes.T, rotation.compose(quaternions, back)
-
-    def drift(self, solution: integrate.Solution) -> dict[str, float]:
-        """The errors of the balances; weight alone conserves the energy, and L about the vertical."""
-        if self.problem.torque is None:
-            drift = drift_of(self.problem, *self.along_document(solution.at(solution.knots)))
-            return {key: drift[key] for key in ("energy", "angular_momentum")}
-        torque = code.function(self.torque, rigid_body.STATE, {})
-        return drift_of_balances(torque, self.moments, solution)
+BACK = np.array([1, -1, -1, -1])
+"""A unit quaternion times this is that of the turn back."""
 
 
 def driven_trajectory(
@@ -63,17 +40,32 @@ def driven_trajectory(
 ) -> Trajectory:
     """The trajectory of a body that a torque drives, one of so many `starts`, in steps of `max_step` at most.
 
-    Raises ComputationError where it ends early or cannot begin, and ValueProblem, with the path in
-    `motion`, for a torque that cannot be: one that is too large, or about a line without a moment.
+    It is integrated along principal axes. Raises ComputationError where it ends early or cannot begin, and
+    ValueProblem, with the path in `motion`, for a torque that is too large, or about a line without a moment.
     """
-    equations, name, end = _along_principal_axes(problem), "the motion", float(problem.times[-1])
-    slopes = rigid_body.equations(equations.moments, equations.torque)
-    watched = code.watched(slopes, rigid_body.STATE, {})
+    moments, axes = _principal(problem)
+    idle = moments <= 0
+    if idle.all():
+        raise ValueProblem(
+            "the body is a point, which has no moment of inertia, so that a torque has no finite effect",
+            path=("torque",),
+            hint="give the body some extent",
+        )
+    turn = rotation.as_quaternion(axes)
+    start = np.concatenate([rotation.compose(problem.orientation, turn), moments * (axes.T @ problem.omega)])
+    if idle.any():  # a linear body that does not turn about its line moves as a sphere would
+        moments = np.full(3, moments.max())
+        start[4:][idle] = 0.0
+    torque = _torque(problem, moments, axes, turn)
+    acting = code.function(torque, rigid_body.STATE, {})
+    across = [ZERO if is_idle else along for along, is_idle in zip(torque, idle, strict=True)]
+    slopes = rigid_body.equations(moments, across)
+    watched, name, end = code.watched(slopes, rigid_body.STATE, {}), "the motion", float(problem.times[-1])
     stops, longest = foreseen(watched, end, name)
     follow = partial(
         integrate.integrate,
         code.function(slopes, rigid_body.STATE, {}),
-        equations.state,
+        start,
         (0.0, end),
         blocks=(4, 3),
         name=name,
@@ -81,7 +73,7 @@ def driven_trajectory(
         starts=starts,
     )
     solution = follow(tolerance=problem.tolerance, engine=method, stops=stops.tolist(), progress=progress)
-    omega, orientation = equations.along_document(solution.at(problem.times))
+    _require_across(acting, np.flatnonzero(idle).tolist(), solution)
     error, lost = compared(
         solution,
         lambda tolerance, stops: follow(tolerance=tolerance, stops=stops, like=solution),
@@ -90,83 +82,60 @@ def driven_trajectory(
         lambda one, other: 2 * np.linalg.norm((one - other)[:, :4], axis=1),
         problem.times,
     )
+
+    def along_document(times: Floats) -> tuple[Floats, Floats]:
+        states = solution.at(times)
+        quaternions = states[:, :4] / np.linalg.norm(states[:, :4], axis=1, keepdims=True)
+        return (states[:, 4:] / moments) @ axes.T, rotation.compose(quaternions, turn * BACK)
+
+    if problem.torque is None:  # weight alone conserves the energy, and L about the vertical
+        drift = drift_of(problem, *along_document(solution.knots))
+    else:
+        drift = _drift_of_balances(acting, moments, solution)
     rounding = np.finfo(np.float64).eps * solution.steps**0.5
+    trusted = digits(max(error, rounding, drift["energy"], drift["angular_momentum"]))
+    lengths = np.linalg.norm(solution.at(solution.knots)[:, :4], axis=1)
+    drift["quaternion"] = float(np.abs(lengths - 1).max())
     notes = problem.notes if solution.note is None else (*problem.notes, solution.note)
     if lost is not None:
         notes += (unshared("motion", lost, may_be_chaotic=True),)
-    lengths = np.linalg.norm(solution.at(solution.knots)[:, :4], axis=1)
-    drift = equations.drift(solution)
-    return Trajectory(
-        replace(problem, notes=notes),
-        omega,
-        rotation.continuous(orientation),
-        None,
-        solution.method,
-        solution.steps,
-        digits(max(error, rounding, *drift.values())),
-        drift | {"quaternion": float(np.abs(lengths - 1).max())},
-    )
+    omega, orientation = along_document(problem.times)
+    problem, orientation = replace(problem, notes=notes), rotation.continuous(orientation)
+    return Trajectory(problem, omega, orientation, None, solution.method, solution.steps, trusted, drift)
 
 
-def _along_principal_axes(problem: InitialValueProblem) -> _Equations:
-    """The equations along principal axes, which are the document's axes where these are principal.
+def _principal(problem: InitialValueProblem) -> tuple[Floats, Floats]:
+    """The principal moments (3), and the axes as columns (3 by 3) in the document's components.
 
-    A linear body that does not turn about its line moves as a sphere would.
+    They are the axes of the document where these are principal.
     """
     tensor = problem.inertia.tensor
     diagonal = np.diag(tensor)
     if (tensor == np.diag(diagonal)).all():
-        moments, axes = diagonal, np.eye(3)
-    else:
-        moments, axes = problem.frame.moments, problem.shown @ problem.frame.axes.T
-    turn = rotation.as_quaternion(axes)
-    momentum = moments * (axes.T @ problem.omega)
-    state = np.concatenate([rotation.compose(problem.orientation, turn), momentum])
-    idle = moments <= 0
-    if idle.all():
-        raise ValueProblem(
-            "the body is a point, which has no moment of inertia, so that a torque has no finite effect",
-            path=("torque",),
-            hint="give the body some extent",
-        )
-    if idle.any():
-        moments = np.full(3, moments.max())
-        state[4:][idle] = 0.0
-    torque = _torque(problem, moments, axes, turn)
-    for line in np.flatnonzero(idle):
-        if not _is_across(torque, int(line), state, float(problem.times[-1])):
-            raise ValueProblem(
-                "the body is linear: a torque about its line, where it has no moment, has no finite effect",
-                path=("torque",),
-                hint="give a torque across the line, or the body some thickness",
-            )
-        torque[line] = ZERO
-    return _Equations(problem, moments, axes, torque, state)
+        return diagonal, np.eye(3)
+    return problem.frame.moments, problem.shown @ problem.frame.axes.T
 
 
-def _is_across(torque: Sequence[Node], line: int, state: Floats, end: float) -> bool:
-    """Whether the torque has no component along a `line` about which the body does not turn, in any state."""
-    if torque[line] == ZERO:
-        return True
-    tried = np.random.default_rng(0).uniform(-1, 1, (TRIED, len(rigid_body.STATE)))
-    tried[:, 0] = (1 + tried[:, 0]) / 2 * end
-    tried[:, 1:5] /= np.linalg.norm(tried[:, 1:5], axis=1, keepdims=True)
-    tried[:, 5:] *= 2 * (np.abs(state[4:]).max() or 1.0)
-    tried[:, 5 + line] = 0.0
+def _require_across(acting: Flow, idle: Sequence[int], solution: Solution) -> None:
+    """Raise ValueProblem where the torque on a linear body has a component along its line."""
+    states = solution.at(solution.knots)
     with np.errstate(all="ignore"):
-        acting = np.array(np.broadcast_arrays(*code.function(torque, rigid_body.STATE, {})(np)(*tried.T)))
-        known = acting[:, np.isfinite(acting).all(axis=0)]
-        return bool((np.abs(known[line]) <= NOTHING * np.abs(known).max(axis=0)).all())
+        torques = np.array(np.broadcast_arrays(*acting(np)(solution.knots, *states.T)))
+    if (np.abs(torques[idle]) > NOTHING * np.abs(torques).max(axis=0)).any():
+        raise ValueProblem(
+            "the body is linear: a torque about its line, where it has no moment, has no finite effect",
+            path=("torque",),
+            hint="give a torque across the line, or the body some thickness",
+        )
 
 
 def _torque(problem: InitialValueProblem, moments: Floats, axes: Floats, turn: Floats) -> list[Node]:
     """The torque along principal axes, as trees in the names of the state."""
     state = np.array([Name(name) for name in rigid_body.STATE[1:]])
     q, momentum = state[:4], state[4:]
-    back = q * [1, -1, -1, -1]
     total = np.array([ZERO] * 3)
     if problem.weight.any():
-        total = np.cross(axes.T @ problem.weight, -rotation.turned(back, np.array([0, 0, 1])))
+        total = np.cross(axes.T @ problem.weight, -rotation.turned(q * BACK, np.array([0, 0, 1])))
     if problem.torque is None:
         return list(total)
     omega = 1 / moments * momentum
@@ -174,16 +143,18 @@ def _torque(problem: InitialValueProblem, moments: Floats, axes: Floats, turn: F
         Name("t"),
         *(axes @ omega),
         *rotation.turned(q, omega),
-        *rotation.compose(q, turn * [1, -1, -1, -1]),
+        *rotation.compose(q, turn * BACK),
         *rotation.turned(q, axes.T @ problem.third),
     ]
     values = dict(zip(VARIABLES, meanings, strict=True))
     in_space = isinstance(problem.torque, SpaceTorque)
-    own = [
-        _bound(formula, values, ("torque", "space" if in_space else "body", index))
-        for index, formula in enumerate(problem.torque.components)
-    ]
-    return list(total + (rotation.turned(back, np.array(own)) if in_space else axes.T @ np.array(own)))
+    own = np.array(
+        [
+            _bound(formula, values, ("torque", "space" if in_space else "body", index))
+            for index, formula in enumerate(problem.torque.components)
+        ]
+    )
+    return list(total + (rotation.turned(q * BACK, own) if in_space else axes.T @ own))
 
 
 def _bound(formula: Formula, values: dict[str, Node], path: Path) -> Node:
@@ -193,3 +164,36 @@ def _bound(formula: Formula, values: dict[str, Node], path: Path) -> Node:
     with at(*path):
         code.function([node], rigid_body.STATE, {})
     return node
+
+
+def _drift_of_balances(torque: Flow, moments: Floats, solution: Solution) -> dict[str, float]:
+    """The largest errors of two balances at the ends of steps, in units of the largest energy and |L|.
+
+    The work of the torque, the integral of N.omega, is the change of the kinetic energy, and the integral of
+    N in space is the change of L in space. The `torque` is along the axes of the `moments` (3, kg m^2). All
+    is in units of the largest L and omega, so that squares of tiny and huge numbers are within range.
+    """
+    states, steps = solution.at(solution.knots), np.diff(solution.knots)
+    unit, rate = float(np.abs(states[:, 4:]).max()), float(np.abs(states[:, 4:] / moments).max())
+    if not unit:
+        return {"energy": 0.0, "angular_momentum": 0.0}
+    acting, gained = torque(np), np.zeros((len(steps), 4))
+    with np.errstate(all="ignore"):
+        for node, weight in zip(NODES, WEIGHTS, strict=True):
+            times = solution.knots[:-1] + steps * (1 + node) / 2
+            there = solution.at(times)
+            now = np.column_stack(np.broadcast_arrays(*acting(times, *there.T))) / unit
+            power = np.einsum("ij,ij->i", now, there[:, 4:] / moments / rate)
+            change = np.column_stack([power, rotation.turned(there[:, :4], now)])
+            gained += weight / 2 * steps[:, None] * change
+    sums = np.vstack([np.zeros(4), np.cumsum(gained, axis=0)])
+    quaternions = states[:, :4] / np.linalg.norm(states[:, :4], axis=1, keepdims=True)
+    momentum = states[:, 4:] / unit
+    energy = np.einsum("ij,ij->i", states[:, 4:] / moments / rate, momentum) / 2
+    has = np.column_stack([energy, rotation.turned(quaternions, momentum)])
+    missing = np.nan_to_num(has - has[0] - sums, nan=1.0)
+    largest = np.linalg.norm(has[:, 1:], axis=1).max()
+    return {
+        "energy": float(np.abs(missing[:, 0]).max() / (energy + np.abs(sums[:, 0])).max()),
+        "angular_momentum": float(np.linalg.norm(missing[:, 1:], axis=1).max() / largest),
+    }

@@ -28,7 +28,7 @@ DEFAULT_NUTATIONS = 3
 """Nutations of a top that are shown instead, where its nutation has a period."""
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@dataclass(frozen=True, slots=True, eq=False, kw_only=True)
 class InitialValueProblem:
     """What Euler's equations are solved for, in components along the document's axes, which the body carries.
 
@@ -52,7 +52,7 @@ class InitialValueProblem:
     third: Floats
     carried: Floats
     angles: str | None
-    notes: tuple[str, ...] = ()
+    notes: tuple[str, ...]
 
 
 def initial_value_problem(document: Document) -> InitialValueProblem:
@@ -91,98 +91,90 @@ def _of_body(document: Document, motion: Motion) -> InitialValueProblem:
     torque = motion.torque if isinstance(motion.torque, OwnTorque) else None
     if len(frame.groups[-1]) > 1 and torque is not None and torque.names & {"ux", "uy", "uz"}:
         notes.append("e3 is not unique, as its moment equals another: `ux uy uz` are the one that is printed")
-    times, noted = _times(motion, omega, at_rest=torque is None and not weight.any())
-    return InitialValueProblem(
-        physical.inertia,
-        omega,
-        _orientation(document, motion),
-        weight,
-        torque,
-        times,
-        motion.tolerance or DEFAULT_TOLERANCE,
-        physical.axes,
-        frame,
-        axes[:, 2],
-        physical.axes,
-        motion.angles,
-        (*notes, *noted),
-    )
-
-
-def _orientation(document: Document, motion: Motion) -> Floats:
-    """The quaternion from the document's axes to the axes of space, with the sign of a given one."""
-    if isinstance(motion.orientation, Quaternion):
+    orientation = rotation.as_quaternion(physical.orientation)
+    if isinstance(motion.orientation, Quaternion):  # which keeps the sign that is given
         given = np.array(motion.orientation.quaternion)
-        unit: Floats = given / FLOAT.hypot(*given)
-        return unit
-    return rotation.as_quaternion(document.physical.orientation)
+        orientation = given / FLOAT.hypot(*given)
+    may_rest = torque is None and not weight.any()
+    times, noted = _times(motion, None, FLOAT.hypot(*omega), may_rest)
+    return InitialValueProblem(
+        inertia=physical.inertia,
+        omega=omega,
+        orientation=orientation,
+        weight=weight,
+        torque=torque,
+        times=times,
+        tolerance=motion.tolerance or DEFAULT_TOLERANCE,
+        shown=physical.axes,
+        frame=frame,
+        third=axes[:, 2],
+        carried=physical.axes,
+        angles=motion.angles,
+        notes=(*notes, *noted),
+    )
 
 
 def _of_top(document: Document, motion: Motion, section: Top) -> InitialValueProblem:
     """The problem of a top with phi = psi = 0 at t = 0, so that it leans towards -y of space."""
     from rigidcli.core.nutation import nutation
 
-    top = document.physical.heavy_top
-    needed = {"tilt": section.tilt, "lambda1": top.lambda1}
-    missing = [key for key, value in needed.items() if value is None]
-    if missing:
+    top, tilt = document.physical.heavy_top, section.tilt
+    lambda1, lambda3, spin = top.lambda1, top.lambda3, section.spin
+    if tilt is None or lambda1 is None:
+        missing = [key for key, value in (("tilt", tilt), ("lambda1", lambda1)) if value is None]
         raise DocumentError([document.problem("missing: `euler` needs it", f"top.{key}") for key in missing])
     if motion.orientation is not None or isinstance(motion.torque, Weight):
         key = "orientation" if motion.orientation is not None else "torque.gravity"
         raise document.refusal("the `top` tells this already", f"motion.{key}")
-    assert section.tilt is not None
-    assert top.lambda1 is not None
     require_spin(document, section, top)
-    fall = top.mass * section.gravity * top.distance
-    precession = section.precession
+    fall, precession = top.mass * section.gravity * top.distance, section.precession
     if precession is None:
-        steady = heavytop.steady(top.lambda1, top.lambda3, section.spin, section.tilt, fall, FLOAT)
+        steady = heavytop.steady(lambda1, lambda3, spin, tilt, fall, FLOAT)
         precession = steady.slow
         if precession is None:
             raise ComputationError(
                 "there is no steady precession at this spin and tilt",
                 hint=f"it takes a spin of {steady.minimum_spin:.6g} rad/s" if steady.minimum_spin else None,
             )
-    sine, cosine = heavytop.sine(section.tilt, FLOAT), heavytop.cosine(section.tilt, FLOAT)
-    omega = np.array([section.nutation, precession * sine, section.spin])
+    sine, cosine = heavytop.sine(tilt, FLOAT), heavytop.cosine(tilt, FLOAT)
+    omega = np.array([section.nutation, precession * sine, spin])
     axes = rotation.onto(tuple(top.axis), FLOAT)
     tilted = np.array([[1.0, 0, 0], [0, cosine, -sine], [0, sine, cosine]])
-    inertia = Inertia.of(np.diag([top.lambda1, top.lambda1, top.lambda3])).turned(axes)
-    period = nutation(
-        top.lambda1, top.lambda3, section.spin, section.tilt, precession, section.nutation, fall
-    ).period
+    inertia = Inertia.of(np.diag([lambda1, lambda1, lambda3])).turned(axes)
+    period = nutation(lambda1, lambda3, spin, tilt, precession, section.nutation, fall).period
     torque = motion.torque if isinstance(motion.torque, OwnTorque) else None
-    times, noted = _times(motion, omega, at_rest=torque is None and period is None, nutation=period)
+    may_rest = torque is None and period is None
+    times, noted = _times(motion, period, FLOAT.hypot(*omega), may_rest)
     shown = document.physical.axes
     return InitialValueProblem(
-        inertia,
-        axes @ omega,
-        rotation.as_quaternion(tilted @ axes.T),
-        top.axis * fall,
-        torque,
-        times,
-        motion.tolerance or DEFAULT_TOLERANCE,
-        shown,
-        principal_frame(inertia.turned(shown.T)),
-        axes[:, 2],
-        axes,
-        motion.angles or "zxz",
-        (*top.remarks, *noted),
+        inertia=inertia,
+        omega=axes @ omega,
+        orientation=rotation.as_quaternion(tilted @ axes.T),
+        weight=top.axis * fall,
+        torque=torque,
+        times=times,
+        tolerance=motion.tolerance or DEFAULT_TOLERANCE,
+        shown=shown,
+        frame=principal_frame(inertia.turned(shown.T)),
+        third=axes[:, 2],
+        carried=axes,
+        angles=motion.angles or "zxz",
+        notes=(*top.remarks, *noted),
     )
 
 
 def _times(
-    motion: Motion, omega: Floats, *, at_rest: bool, nutation: float | None = None
+    motion: Motion, nutation: float | None, rate: float, may_rest: bool
 ) -> tuple[Floats, tuple[str, ...]]:
     """The times that are shown (n, s), and a note on a duration that the document does not give.
 
-    It is some nutations of a top, if its `nutation` has a period (s), or some turns of a body that turns, and
-    a second of one that does not turn yet, or is `at_rest`; nothing is noted of a body that rests.
+    It is some nutations of a top, if its `nutation` has a period (s), or some turns of a body that turns at a
+    `rate` (rad/s), and a second of one that does not turn yet; nothing is noted of a body that rests.
     """
-    duration, words = 1.0, "" if at_rest else "1 s is"
+    duration, words = 1.0, "" if may_rest else "1 s is"
     if nutation is not None:
         duration, words = DEFAULT_NUTATIONS * nutation, f"{DEFAULT_NUTATIONS} nutations are"
-    elif rate := FLOAT.hypot(*omega):
+    elif rate:
         duration, words = 2 * math.pi * DEFAULT_TURNS / rate, f"{DEFAULT_TURNS} turns are"
     given = motion.duration is not None or motion.times is not None
     note = f"`motion.duration` is not given: {words} shown"

@@ -15,16 +15,11 @@ from rigidcli.picture import Mark
 from rigidcli.report import Column, Table
 from rigidcli.scene import Part, Scene, Stage
 from rigidcli.studies.euler.trajectory import Trajectory
-from rigidcli.studies.pictures.bodies import marks_of_body
+from rigidcli.studies.pictures.bodies import marks_of_body, moved, reach
 
-AXES = 1.25
-"""Length of the axes of the body, in units of the distance from O to its farthest point."""
-
-VECTORS = 1.5
-"""Length of omega and L where they are longest, in the same unit."""
-
-SPACE = 1.6
-"""Length of the axes of space, in the same unit."""
+AXES, VECTORS, SPACE = 1.25, 1.5, 1.6
+"""Lengths of the axes of the body, of omega and L where they are longest, and of the axes of space, in units
+of the distance from O to the farthest point of the body: no tip hides another."""
 
 ROUND = np.linspace(0, 2 * np.pi, 72, endpoint=False)
 """Directions of the corners of what stands for a plane (rad)."""
@@ -35,20 +30,17 @@ def scene_of(document: Document, motion: Trajectory, samples: Table) -> Scene | 
     if len(motion.problem.times) < 2:
         return None
     stages = (_in_space(document, motion), *_rolling_ellipsoid(motion))
-    times, readings = motion.problem.times, _readings(motion, samples)
-    orientation = rotation.continuous(motion.orientation)
-    return Scene("the motion in space", times, readings, stages, orientation, motion.omega)
-
-
-def _readings(motion: Trajectory, samples: Table) -> Table:
-    """What is read off at each time: t, omega, T, the length of L, and angles if the motion has them."""
     known = {column.key: column for column in samples.columns}
     length = np.hypot.reduce(motion.momentum_in_space, axis=1)
-    of_momentum = known["angular_momentum_space"]
-    momentum = Column("L", length, ("|L|",), of_momentum.unit, (r"|\mathbf{L}|",), noise=of_momentum.noise)
-    angles = [known["angles"]] if "angles" in known else []
-    columns = (known["t"], known["omega"], known["kinetic_energy"], momentum, *angles)
-    return Table("", "the motion", columns, data=True)
+    space = known["angular_momentum_space"]
+    momentum = Column("L", length, ("|L|",), space.unit, (r"|\mathbf{L}|",), noise=space.noise)
+    read = [known["t"], known["omega"], known["kinetic_energy"], momentum]
+    read += [known["angles"]] if "angles" in known else []
+    readings, orientation = (
+        Table("", "the motion", tuple(read), data=True),
+        rotation.continuous(motion.orientation),
+    )
+    return Scene("the motion in space", motion.problem.times, readings, stages, orientation, motion.omega)
 
 
 def _in_space(document: Document, motion: Trajectory) -> Stage:
@@ -82,16 +74,15 @@ def _body(document: Document, motion: Trajectory) -> tuple[list[Mark], float]:
     """The body about O, or its ellipsoid of inertia where its parts are not known; and how far it reaches."""
     marks: list[Mark] = []
     if document.body is not None:
-        about = document.physical.point
-        marks += (replace(mark, points=_moved(mark.points, -about)) for mark in marks_of_body(document))
+        turn, shift = np.eye(3), -document.physical.point
+        marks += (replace(mark, points=moved(mark.points, turn, shift)) for mark in marks_of_body(document))
     if not marks:
         moments = motion.problem.frame.moments
         axes = poinsot.semi_axes(moments / moments.max(), 1.0)
         if axes is None:
             return [], 1.0
         marks.append(Mark("faces", _ellipsoid(axes, motion), "ellipsoid of inertia", style=5))
-    reach = max(float(np.linalg.norm(np.vstack(list(mark.points)), axis=1).max()) for mark in marks)
-    return marks, reach or 1.0
+    return marks, reach(marks, np.zeros(3)) or 1.0
 
 
 def _rolling_ellipsoid(motion: Trajectory) -> Iterator[Stage]:
@@ -125,11 +116,6 @@ def _ellipsoid(semi_axes: Floats, motion: Trajectory) -> list[Floats]:
     """The faces of an ellipsoid with these semi-axes (3) along the principal axes of the body."""
     principal = motion.problem.frame.axes @ motion.problem.shown.T
     return [face * semi_axes @ principal for face in charts.ball(1.0, FLOAT).faces()]
-
-
-def _moved(places: Floats | list[Floats], shift: Floats) -> Floats | list[Floats]:
-    """Points (n, 3), or a list of such, shifted."""
-    return [face + shift for face in places] if isinstance(places, list) else places + shift
 
 
 def _scaled(vectors: Floats, length: float) -> Floats:

@@ -1,4 +1,4 @@
-"""The trajectory that solves an initial-value problem, and how well it keeps the conservation laws."""
+"""The trajectory that solves an initial-value problem, its samples, and the drift of what is conserved."""
 
 from __future__ import annotations
 
@@ -10,7 +10,16 @@ import numpy as np
 from rigidcli.core import rotation
 from rigidcli.core.arithmetic import Floats
 from rigidcli.core.free_body import Periods
+from rigidcli.report import NOISE, Column, Table
+from rigidcli.studies.common import noise
 from rigidcli.studies.euler.initial import InitialValueProblem
+from rigidcli.studies.results import RESULTS
+
+QUANTITIES = tuple(field for field in RESULTS["euler"] if field.key.startswith("trajectory."))
+"""The results at each time, in the order of their columns."""
+
+HIDDEN = {"angular_momentum", "orientation", "angular_momentum_space"}
+"""The quantities that people are not shown, unless they ask for them."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -44,20 +53,45 @@ class Trajectory:
     @cached_property
     def energy(self) -> Floats:
         """Kinetic energy (n, J)."""
-        return _kinetic(self.omega, self.momentum)
+        return np.asarray(np.einsum("ij,ij->i", self.omega, self.momentum) / 2)
+
+    def samples(self) -> Table:
+        """The table of the samples, with body components along the axes of the results."""
+        problem, axes = self.problem, self.problem.shown
+        values = {
+            "t": problem.times,
+            "omega": self.omega @ axes,
+            "angular_momentum": self.momentum @ axes,
+            "kinetic_energy": self.energy,
+            "orientation": rotation.compose(self.orientation, rotation.as_quaternion(axes)),
+            "angular_momentum_space": self.momentum_in_space,
+        }
+        if problem.angles is not None:
+            carried = rotation.compose(self.orientation, rotation.as_quaternion(problem.carried))
+            values["angles"] = rotation.euler_angles(carried, problem.angles)
+        error, columns = noise(self.trusted_digits), []
+        for field in QUANTITIES:
+            key = field.key.removeprefix("trajectory.")
+            if key in values:
+                symbols, size = tuple(field.symbol.split(", ")), NOISE if key == "t" else error
+                cells, hidden = tuple(field.cells), key in HIDDEN
+                columns.append(Column(key, values[key], cells, field.unit, symbols, hidden, size))
+        own = "the body" if np.array_equal(axes, np.eye(3)) else "`frame`"
+        title = f"the motion: 1, 2, 3 are the axes x, y, z of {own}, which turn with it"
+        return Table("trajectory", title, tuple(columns), data=True)
 
 
 def drift_of(problem: InitialValueProblem, omega: Floats, orientation: Floats) -> dict[str, float]:
     """The drift of a motion (n, 3 and n, 4) without torque, or under weight alone.
 
-    What is conserved is the energy, and the angular momentum in space; under weight, its vertical component.
+    The energy is conserved, and the angular momentum in space; under weight, its vertical component is.
     """
     momentum = problem.inertia.momentum(omega)
     fast, size = np.abs(omega).max(), np.abs(momentum).max()
     if not size:
         return {"energy": 0.0, "angular_momentum": 0.0, "quaternion": 0.0}
     omega, momentum = omega / fast, momentum / size  # squares of tiny numbers would vanish
-    kinetic = _kinetic(omega, momentum)
+    kinetic = np.einsum("ij,ij->i", omega, momentum) / 2
     space = rotation.turned(orientation, momentum)
     potential = np.zeros_like(kinetic)
     if problem.weight.any():
@@ -70,8 +104,3 @@ def drift_of(problem: InitialValueProblem, omega: Floats, orientation: Floats) -
         "angular_momentum": float(np.linalg.norm(space - space[0], axis=1).max()),
         "quaternion": float(np.abs(np.linalg.norm(orientation, axis=1) - 1).max()),
     }
-
-
-def _kinetic(omega: Floats, momentum: Floats) -> Floats:
-    energy: Floats = np.einsum("ij,ij->i", omega, momentum) / 2
-    return energy

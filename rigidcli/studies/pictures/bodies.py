@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -22,7 +22,7 @@ from rigidcli.studies.common import require_values
 from rigidcli.studies.pictures.closed import ellipsoid
 
 MOST_POINTS = 2_000
-"""The most point masses that are drawn; of more, evenly chosen ones."""
+"""The most point masses that are drawn, so that a picture is small; of more, evenly chosen ones."""
 
 MOST_FACES = 4_000
 """The most triangles of a mesh that are drawn as they are; more make a file that no viewer likes."""
@@ -47,33 +47,28 @@ def body(document: Document) -> Picture:
     """The body along the axes of the results. Raises DocumentError where a parameter has no value."""
     require_values(document, "a picture")
     frame, physical = body_frame(document), document.physical
-    forms = [replace(mark, points=_moved(mark.points, physical.axes)) for mark in marks_of_body(document)]
-    known = physical.properties.mass is not None
-    centre = physical.axes.T @ physical.point if forms else np.zeros(3)
-    ends = [np.abs(np.linalg.norm(np.vstack(list(mark.points)) - centre, axis=1)).max() for mark in forms]
+    forms, axes = marks_of_body(document), physical.axes
+    marks = [replace(mark, points=moved(mark.points, axes, np.zeros(3))) for mark in forms]
+    centre = axes.T @ physical.point if marks else np.zeros(3)
     semi = poinsot.semi_axes(frame.moments, 1.0)
-    size = float(max(ends, default=0.0)) or (1.0 if semi is None or forms else float(semi.max()))
-    marks = list(forms)
+    size = reach(marks, centre) or (1.0 if semi is None or marks else float(semi.max()))
+    title, unit, com = "principal axes and ellipsoid of inertia", ELLIPSOID_UNIT, centre
+    if marks:
+        title, unit = f"body, {title}", "m"
+        if physical.properties.mass is not None:
+            com = axes.T @ physical.properties.com
     if semi is not None:
-        scale, label = (
-            (size * SHARE / semi.max(), "ellipsoid of inertia (scaled)")
-            if forms
-            else (1, "ellipsoid of inertia")
-        )
-        marks += ellipsoid(semi * scale, label, frame.axes, centre)
+        scale, label = (size * SHARE / semi.max(), " (scaled)") if marks else (1, "")
+        marks += ellipsoid(semi * scale, f"ellipsoid of inertia{label}", frame.axes, centre)
     for k, (axis, moment) in enumerate(zip(frame.axes, frame.moments, strict=True), start=1):
-        ends_of_arrow = np.array([centre, centre + REACH * size * axis])
         number = f"{moment:.4g}"
         symbol = rf"\mathbf{{e}}_{k}:\ \lambda_{k} = {_power(number)}\ \mathrm{{kg\,m^2}}"
-        marks.append(Mark("arrow", ends_of_arrow, f"e{k}: lambda{k} = {number} kg m^2", symbol, style=k))
+        ends = np.array([centre, centre + REACH * size * axis])
+        marks.append(Mark("arrow", ends, f"e{k}: lambda{k} = {number} kg m^2", symbol, style=k))
     marks.append(Mark("dots", centre[None], "O", "O", style=0))
-    if forms and known:
-        com = physical.axes.T @ physical.properties.com
-        if np.linalg.norm(com - centre) > 1e-9 * size:
-            marks.append(Mark("dots", com[None], "centre of mass", style=4))
-    unit = "m" if forms else ELLIPSOID_UNIT
+    if np.linalg.norm(com - centre) > 1e-9 * size:
+        marks.append(Mark("dots", com[None], "centre of mass", style=4))
     rulers = tuple(Ruler(name, name, unit) for name in "xyz")
-    title = f"{'body, ' if forms else ''}principal axes and ellipsoid of inertia"
     return Picture("body", title, (Panel(rulers, tuple(marks), is_even=True),))
 
 
@@ -83,9 +78,15 @@ def _power(number: str) -> str:
     return rf"{mantissa}\times 10^{{{int(exponent)}}}" if exponent else number
 
 
-def _moved(places: Floats | list[Floats], axes: Floats) -> Floats | list[Floats]:
-    """Points (n, 3), or a list of such, along the columns of `axes`."""
-    return [face @ axes for face in places] if isinstance(places, list) else places @ axes
+def moved(places: Floats | list[Floats], turn: Floats, shift: Floats) -> Floats | list[Floats]:
+    """Points (n, 3), or a list of such, along the columns of `turn` (3 by 3), and shifted (3)."""
+    return [face @ turn + shift for face in places] if isinstance(places, list) else places @ turn + shift
+
+
+def reach(marks: Sequence[Mark], centre: Floats) -> float:
+    """The distance from the centre (3) to the farthest point of the marks; zero where there are none."""
+    far = [np.linalg.norm(np.vstack(list(mark.points)) - centre, axis=1).max() for mark in marks]
+    return float(max(far, default=0.0))
 
 
 def marks_of_body(document: Document) -> Iterator[Mark]:
@@ -100,7 +101,9 @@ def marks_of_body(document: Document) -> Iterator[Mark]:
     for leaf in (leaf.within(place, 1, ()) for leaf in inner):
         turn, shift = leaf.rotation, leaf.displacement
         if isinstance(leaf.form, PointMasses):
-            yield Mark("dots", _places(leaf.form) @ turn.T + shift, "point masses", style=5)
+            step = -(-sum(map(len, leaf.form.blocks())) // MOST_POINTS)
+            places = np.vstack([block[::step, 1:] for block in leaf.form.blocks()]).astype(float)
+            yield Mark("dots", places @ turn.T + shift, "point masses", style=5)
         elif isinstance(leaf.form, Shape | Mesh):
             target = wires if isinstance(leaf.form, Wire) else holes if leaf.sign < 0 else material
             faces = leaf.form.faces(MOST_FACES, CELLS) if isinstance(leaf.form, Mesh) else leaf.form.faces()
@@ -119,13 +122,3 @@ def _outside(faces: list[Floats]) -> list[Floats]:
     names = [frozenset(map(tuple, np.round(face / size, SAME).tolist())) for face in faces]
     count = Counter(names)
     return [face for face, name in zip(faces, names, strict=True) if count[name] == 1]
-
-
-def _places(form: PointMasses) -> Floats:
-    """Where the point masses are (n, 3, m)."""
-    step = -(-sum(map(len, form.blocks())) // MOST_POINTS)
-    chosen, first = [], 0
-    for block in form.blocks():
-        chosen.append(np.array(block[first::step, 1:], dtype=float))
-        first = (first - len(block)) % step
-    return np.vstack(chosen)

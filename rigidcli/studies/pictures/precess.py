@@ -21,16 +21,13 @@ from rigidcli.studies.common import require_values
 from rigidcli.studies.pictures.closed import polhode_picture, trace_picture
 
 COUNT = 1001
-"""Points of a curve."""
+"""Points of a curve, more than a screen resolves."""
 
 NARROWEST = 0.02
 """The least half width of the range of tilts that is shown (rad): about a degree."""
 
 MOST_NUTATIONS = 24
 """The most nutations of which the trace is shown: more would fill the zone between the limits."""
-
-_TILT = Ruler("theta", r"\theta", "rad")
-_ENERGY = Ruler("V_eff", r"V_\mathrm{eff}", "J")
 
 
 def potential(document: Document, values: Mapping[str, Mapping[str, Value]]) -> Picture:
@@ -45,20 +42,24 @@ def potential(document: Document, values: Mapping[str, Mapping[str, Value]]) -> 
     depth = energy - float(at(np.linspace(low, high, COUNT)[1:-1]).min(initial=energy))
     room = max(depth, float(heights[len(heights) // 4 : -len(heights) // 4].max() - energy))
     heights = np.where(heights <= energy + 1.5 * room, heights, np.nan)
-    ends = np.array([theta[0], theta[-1]])
-    turning = np.array([[low, energy], [high, energy]])
+    level = np.array([[theta[0], energy], [theta[-1], energy]])
     marks = (
         Mark("line", np.column_stack([theta, heights]), "V_eff", r"V_\mathrm{eff}(\theta)", style=0),
-        Mark("line", np.column_stack([ends, [energy] * 2]), "energy E", r"\mathrm{energy}\ E", style=1),
-        Mark("dots", turning, "turning points", style=1),
+        Mark("line", level, "energy E", r"\mathrm{energy}\ E", style=1),
+        Mark("dots", np.array([[low, energy], [high, energy]]), "turning points", style=1),
     )
-    return Picture("potential", "effective potential of the tilt", (Panel((_TILT, _ENERGY), marks),))
+    rulers = Ruler("theta", r"\theta", "rad"), Ruler("V_eff", r"V_\mathrm{eff}", "J")
+    return Picture("potential", "effective potential of the tilt", (Panel(rulers, marks),))
 
 
 def trace(document: Document, values: Mapping[str, Mapping[str, Value]]) -> Picture:
-    """The path of the top's axis on the sphere, or of a planet's, over one turn or so many nutations."""
+    """The path of the axis of a top on the sphere, over one turn or some nutations; or of a planet's axis."""
     if "top" not in values and "tide" in values and document.tide is not None:
-        return _planet(document)
+        require_values(document, "a picture")
+        axis = _retrograde(float(document.tide.obliquity))
+        return trace_picture(
+            axis, "axis of the planet", "", "trace of the axis about the pole of the ecliptic, z"
+        )
     top, (lambda1, lambda3, spin, tilt, start, nutation, fall) = _top(document, values)
     if not fall:
         raise UsageError("the trace is that of a top with weight, and this one has none")
@@ -87,7 +88,7 @@ def polhode(document: Document, values: Mapping[str, Mapping[str, Value]]) -> Pi
 def _top(
     document: Document, values: Mapping[str, Mapping[str, Value]]
 ) -> tuple[Mapping[str, Value], tuple[float, ...]]:
-    """The results for a top, and what it starts with, as `core.top` wants it."""
+    """The results for a top, and the numbers with which it starts, in the order of `core.nutation`."""
     if "top" not in values or document.top is None:
         raise UsageError("it is drawn for a `top`")
     require_values(document, "a picture")
@@ -96,18 +97,13 @@ def _top(
         raise UsageError("it needs `top.tilt`, `top.lambda1` and a precession to begin with")
     start = top["slow_rate"] if section.precession is None else section.precession
     fall = top["mass"] * section.gravity * top["distance"]
-    found = (top["lambda1"], top["lambda3"], section.spin, section.tilt, start, section.nutation, fall)
-    return top, tuple(map(float, found))
+    given = (top["lambda1"], top["lambda3"], section.spin, section.tilt, start, section.nutation, fall)
+    return top, tuple(map(float, given))
 
 
-def _planet(document: Document) -> Picture:
-    """The circle of a planet's axis about the pole of the ecliptic, z; it is retrograde."""
-    require_values(document, "a picture")
-    assert document.tide is not None
-    tilt, turn = float(document.tide.obliquity), -np.linspace(0, 2 * math.pi, COUNT)
-    axis: Floats = np.column_stack(
+def _retrograde(tilt: float) -> Floats:
+    """Unit vectors (n, 3) along an axis at this tilt (rad) that goes round z once, clockwise from above."""
+    turn = -np.linspace(0, 2 * math.pi, COUNT)
+    return np.column_stack(
         [math.sin(tilt) * np.cos(turn), math.sin(tilt) * np.sin(turn), np.full(COUNT, math.cos(tilt))]
-    )
-    return trace_picture(
-        axis, "axis of the planet", "", "trace of the axis about the pole of the ecliptic, z"
     )
