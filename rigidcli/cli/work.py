@@ -19,7 +19,8 @@ if TYPE_CHECKING:
     from pathlib import Path
 
     from rigidcli.document.document import Document
-    from rigidcli.document.load import Draft, Drafts
+    from rigidcli.document.draft import Draft
+    from rigidcli.document.load import Drafts
     from rigidcli.document.sweeps import Sweep
 
 Watch: TypeAlias = Callable[[], AbstractContextManager[Callable[[float], None]]]
@@ -156,16 +157,18 @@ def documents(work: Work, files: Sequence[str], sweep: Sweep | None, jobs: Jobs)
             except (RigidError, MemoryError) as error:
                 yield Task(draft.source, failure(error, draft.source), notes)
             else:
-                read = draft.absolute() if isinstance(jobs, str) else draft
+                sent = draft.absolute() if isinstance(jobs, str) else draft
                 for starts in blocks:
-                    yield Task(draft.source, read, notes, fitting, starts=starts)
+                    yield Task(draft.source, sent, notes, fitting, starts=starts)
                     notes = ()
             notes = ()
 
 
 def _blocks(draft: Draft) -> Sequence[range | None]:
     """Starts of the ensemble of a document that are worked at a time; None of one that has no ensemble."""
-    document = draft.document()
+    from rigidcli.document.load import read
+
+    document = read(draft)
     if document.ensemble is None:
         return (None,)
     from rigidcli.studies.ensembles import block
@@ -177,10 +180,12 @@ def _blocks(draft: Draft) -> Sequence[range | None]:
 
 def _fitting(draft: Draft, sweep: Sweep, command: Command) -> Sweep:
     """The sweep with the kind of number of the document; raises RigidError where no document has its keys."""
+    from rigidcli.document.load import is_exact, read
+
     first = sweep.settings(sweep.point(0))
-    exact = draft.is_exact(first)
+    exact = is_exact(draft, first)
     try:
-        ensemble = draft.document(first).ensemble
+        ensemble = read(draft, first).ensemble
         if ensemble is not None and command.section:
             raise UsageError(
                 f"a sweep has one row a value, and this document an ensemble of {len(ensemble):,} starts",
@@ -205,13 +210,15 @@ def answers(task: Task, work: Work, watch: Watch | None = None) -> Iterator[Answ
 
 
 def _answers(task: Task, draft: Draft, work: Work, watch: Watch | None) -> Iterator[Answer]:
+    from rigidcli.document.load import read
+
     files: Sequence[Path] = ()
     settings: Sequence[str] = ()
     try:
         point = None if task.sweep is None else task.sweep.point(task.place)
         if task.sweep is not None and point is not None:
             settings = task.sweep.settings(point)
-        document = draft.document(settings)
+        document = read(draft, settings)
         files = tuple(document.files)
         if document.ensemble is not None and work.command.section:
             yield from _of_ensemble(document, work, task.starts)
