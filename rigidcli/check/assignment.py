@@ -231,8 +231,7 @@ class _Library:
             self.documents[name] = load(self.folder / name)
         document = self.documents[name]
         if (name, study) not in self.reports:
-            with document.placing():
-                self.reports[name, study] = self.studies[study](document)
+            self.reports[name, study] = self.studies[study](document)
         return document, self.reports[name, study]
 
     def asked(self, id: str, question: Question) -> tuple[Asked, str]:

@@ -60,11 +60,10 @@ class Work:
         """What the study finds, within the context in which it may tell its progress."""
         require_fitting(document, self.command)
         run: Callable[..., Report] = import_module(f"rigidcli.studies.{self.command.name}").run
-        with document.placing():
-            if watch is None or not self.command.section:
-                return run(document, **self.options)
-            with watch() as show:
-                return run(document, **self.options, progress=show)
+        if watch is None or not self.command.section:
+            return run(document, **self.options)
+        with watch() as show:
+            return run(document, **self.options, progress=show)
 
     def answer(self, report: Report, files: Sequence[Path]) -> Answer:
         """The answer that is a report, as it is handed over."""

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import pathlib
 from collections.abc import Iterator, Mapping, Sequence
-from contextlib import contextmanager
 from dataclasses import dataclass, field
 from functools import cache, cached_property
 from importlib import import_module
@@ -27,23 +26,26 @@ from rigidcli.language.expression import Expression
 
 if TYPE_CHECKING:
     from rigidcli.bodies.bodies import Body
-    from rigidcli.document.ensembles import Ensemble, Shared
     from rigidcli.document.motion import Motion
     from rigidcli.document.orbit import Orbit
     from rigidcli.document.precession import Tide, Top
+    from rigidcli.document.sampling import Ensemble
     from rigidcli.document.system import System
-    from rigidcli.document.transform import Transform
-    from rigidcli.document.variables import Equilibrium
+    from rigidcli.document.variables import Equilibrium, Transform
 else:
     # Loaded when a document has the section, as no document has all of them.
     Equilibrium = Any
     Body = Annotated[Section, Elsewhere("rigidcli.bodies.bodies", "BODY")]
-    Tide, Top = (
-        Annotated[Section, Elsewhere("rigidcli.document.precession", name)] for name in ("Tide", "Top")
-    )
-    Motion, Orbit, System, Transform = (
-        Annotated[Section, Elsewhere(f"rigidcli.document.{name.lower()}", name)]
-        for name in ("Motion", "Orbit", "System", "Transform")
+    Motion, Orbit, System, Tide, Top, Transform = (
+        Annotated[Section, Elsewhere(f"rigidcli.document.{module}", name)]
+        for module, name in (
+            ("motion", "Motion"),
+            ("orbit", "Orbit"),
+            ("system", "System"),
+            ("precession", "Tide"),
+            ("precession", "Top"),
+            ("variables", "Transform"),
+        )
     )
 
 _COORDINATES = {"type": "object", "additionalProperties": {"type": ["number", "string"]}}
@@ -55,11 +57,16 @@ _EQUILIBRIUM = ReadBy(
 
 @dataclass(slots=True)
 class Reading:
-    """What a document was read from, the environment of its numbers, and notes on both."""
+    """What a document was read from, the environment of its numbers, and notes on both.
+
+    The documents of all `starts` of an ensemble share it, and what is `kept` of their common work.
+    """
 
     draft: Draft = field(default_factory=lambda: Draft("", {}))
     environment: Environment = field(default_factory=Environment)
     notes: list[str] = field(default_factory=list)
+    starts: int = 1
+    kept: dict[str, Any] = field(default_factory=dict)
 
 
 class Document(Section):
@@ -139,6 +146,7 @@ class Document(Section):
         """Remember what the document was read from; it may share its body with the `rest` of a sweep."""
         # Beside the fields: a private attribute of pydantic takes ten times as long to look up.
         self.__dict__["reading"] = reading
+        reading.starts = 1 if self.ensemble is None else len(self.ensemble)
         self.__dict__["physical"] = Physical(self) if rest is None else rest.physical.of(self)
 
     @property
@@ -203,19 +211,6 @@ class Document(Section):
         """The refusal of the document for one such problem."""
         return DocumentError([self.problem(message, key, hint=hint)])
 
-    @contextmanager
-    def placing(self) -> Iterator[None]:
-        """A context in which problems of this document that have a key, and no line, get theirs."""
-
-        def placed(problem: Problem) -> Problem:
-            has_place = problem.line is not None or not problem.key or problem.source != self.source
-            return problem if has_place else self.problem(problem.message, problem.key, hint=problem.hint)
-
-        try:
-            yield
-        except DocumentError as error:
-            raise DocumentError(list(map(placed, error.problems))) from error
-
     @property
     def ensemble(self) -> Ensemble | None:
         """The starts of the motion or of the orbit, where there is not one."""
@@ -227,15 +222,8 @@ class Document(Section):
         key = "motion" if self.motion is not None and self.motion.ensemble is not None else "orbit"
         section = getattr(self, key).at_start(place).model_copy(update=sampling)
         found = self.model_copy(update={key: section})
-        found.__dict__ |= {"shared": self.shared, "physical": self.physical.of(found)}
+        found.__dict__["physical"] = self.physical.of(found)
         return found
-
-    @cached_property
-    def shared(self) -> Shared:
-        """What this document has in common with those of all starts, where it is an ensemble or one of it."""
-        from rigidcli.document.ensembles import Shared
-
-        return Shared(1 if self.ensemble is None else len(self.ensemble))
 
     @cached_property
     def physical(self) -> Physical:

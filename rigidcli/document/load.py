@@ -15,7 +15,6 @@ from typing import Any, NamedTuple, TypeAlias
 from pydantic import ValidationError
 
 from rigidcli.bodies.robots import is_robot
-from rigidcli.document.complaints import explain
 from rigidcli.document.document import Document, Reading
 from rigidcli.document.draft import SWEEP, Draft, body_form, of_text, split_setting
 from rigidcli.document.parameters import read_parameters
@@ -260,6 +259,8 @@ def _document(
         if is_physical and not problems and not env.faults:
             document.physical.require()
     except ValidationError as error:
+        from rigidcli.document.complaints import explain
+
         problems += explain(error)
     except ValueProblem as problem:
         problems.append(problem)

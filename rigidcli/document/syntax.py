@@ -65,7 +65,7 @@ def read_tree(
     try:
         return _Builder(data, source, number, {} if lines is None else lines, typed).root()
     except yaml.MarkedYAMLError as error:
-        from rigidcli.document.slips import find_slip
+        from rigidcli.document.complaints import find_slip
 
         slip = find_slip(text, error)
         problem = Problem(source, f"not YAML: {error.problem}", code="parse_error")
