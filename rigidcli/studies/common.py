@@ -76,7 +76,7 @@ def _unsigned(value: Value) -> Value:
 
 
 def _representable(field: Field) -> Field:
-    """The field; floats without a signed zero, and arrays of them contiguous in memory."""
+    """The field, in which floats lose the sign of a zero, and arrays of them are contiguous in memory."""
     value = field.value
     if value is None or (type(value) is float and TINY <= abs(value) < math.inf):
         return field
@@ -91,7 +91,8 @@ def _representable(field: Field) -> Field:
         raise ComputationError(
             f"the {field.title or field.key} is beyond the range of floating-point numbers"
         )
-    return field.with_value(value)
+    field.value = value
+    return field
 
 
 TINY = float(np.finfo(np.float64).tiny)
