@@ -62,7 +62,6 @@ def _is_idle_in(draft: Draft, work: Work, path: Path, first: Sequence[str]) -> b
     if not rest or not (is_parameter or path[0] in IDLE[work.command.name].split()):
         return False
     try:
-        unused = read(draft, first).unused
-        return not is_parameter or path[-1] in unused
+        return not is_parameter or path[-1] in read(draft, first).unused
     except DocumentError as error:  # a key that no document has is told when the file is worked
         return not is_parameter and UNKNOWN not in {problem.code for problem in error.problems}

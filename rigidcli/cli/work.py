@@ -191,8 +191,7 @@ def _fitting(draft: Draft, sweep: Sweep, command: Command) -> Sweep:
                 hint="give one start, and sweep over it, or leave out `--sweep`",
             )
     except DocumentError as error:
-        unknown = [problem for problem in error.problems if problem.code == UNKNOWN]
-        if unknown:
+        if unknown := [problem for problem in error.problems if problem.code == UNKNOWN]:
             raise DocumentError(unknown) from None
     return sweep.exactly() if exact else sweep
 
@@ -211,11 +210,10 @@ def answers(task: Task, work: Work, watch: Watch | None = None) -> Iterator[Answ
 def _answers(task: Task, draft: Draft, work: Work, watch: Watch | None) -> Iterator[Answer]:
     from rigidcli.document.load import read
 
-    files: Sequence[Path] = ()
-    settings: Sequence[str] = ()
+    files, settings = tuple[Any, ...](), list[str]()
     try:
-        point = None if task.sweep is None else task.sweep.point(task.place)
-        if task.sweep is not None and point is not None:
+        if task.sweep is not None:
+            point = task.sweep.point(task.place)
             settings = task.sweep.settings(point)
         document = read(draft, settings)
         files = tuple(document.files)
@@ -223,9 +221,10 @@ def _answers(task: Task, draft: Draft, work: Work, watch: Watch | None) -> Itera
             yield from _of_ensemble(document, work, task.starts)
             return
         report = work.run(document, watch)
-        if task.sweep is not None and point is not None:
+        if task.sweep is not None:
+            units = {entry.key: entry.unit for entry in report.fields}
             swept = (
-                Field(name, value, unit=unit or _unit(report, name), cells={name: ()})
+                Field(name, value, unit=unit or units.get(name, ""), cells={name: ()})
                 for name, value, unit in task.sweep.told(point, document.exact_results)
             )
             report = replace(report, swept=tuple(swept))
@@ -233,11 +232,6 @@ def _answers(task: Task, draft: Draft, work: Work, watch: Watch | None) -> Itera
     except (RigidError, MemoryError) as error:
         found = replace(failure(error, task.source), place=", ".join(settings))
         yield Answer(task.source, found, files=files)
-
-
-def _unit(report: Report, key: str) -> str:
-    """The unit of a result, where the key of a sweep is one."""
-    return next((entry.unit for entry in report.fields if entry.key == key), "")
 
 
 def _of_ensemble(document: Document, work: Work, starts: range | None) -> Iterator[Answer]:

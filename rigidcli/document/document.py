@@ -147,7 +147,8 @@ class Document(Section):
         # Beside the fields: a private attribute of pydantic takes ten times as long to look up.
         self.__dict__["reading"] = reading
         reading.starts = 1 if self.ensemble is None else len(self.ensemble)
-        self.__dict__["physical"] = Physical(self) if rest is None else rest.physical.of(self)
+        if rest is not None:
+            self.__dict__["physical"] = rest.physical.of(vars(self))
 
     @property
     def arithmetic(self) -> Arithmetic:
@@ -222,13 +223,13 @@ class Document(Section):
         key = "motion" if self.motion is not None and self.motion.ensemble is not None else "orbit"
         section = getattr(self, key).at_start(place).model_copy(update=sampling)
         found = self.model_copy(update={key: section})
-        found.__dict__["physical"] = self.physical.of(found)
+        found.__dict__["physical"] = self.physical.of(vars(found))
         return found
 
     @cached_property
     def physical(self) -> Physical:
         """The numbers that the sections describe."""
-        return Physical(self)
+        return Physical(vars(self), self.arithmetic)
 
 
 @cache

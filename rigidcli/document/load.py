@@ -190,10 +190,7 @@ def read(draft: Draft, swept: Sequence[str] = ()) -> Document:
         return document
     from rigidcli.document.trials import tried
 
-    def with_numbers(tree: Mapping[str, Any]) -> Document:
-        return _document(replace(given, tree=tree), False, is_physical=False)
-
-    return tried(document, given, with_numbers)
+    return tried(document, given, lambda tree: _document(replace(given, tree=tree), False, is_physical=False))
 
 
 @lru_cache(maxsize=1)

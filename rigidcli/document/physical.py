@@ -2,21 +2,22 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from functools import cached_property
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from rigidcli.core import rotation
-from rigidcli.core.arithmetic import Array
+from rigidcli.core.arithmetic import Arithmetic, Array
 from rigidcli.core.mass_properties import MassProperties
 from rigidcli.core.tensor import IDENTITY, Inertia
 from rigidcli.errors import ValueProblem, at
 
 if TYPE_CHECKING:
+    from rigidcli.bodies.bodies import Body
     from rigidcli.bodies.rotations import Rotation
     from rigidcli.bodies.tops import HeavyTop
-    from rigidcli.document.document import Document
 
 SAME_POINT = 1e-12
 """Two points closer than this, in units of their distance from the origin, differ by rounding only."""
@@ -31,15 +32,16 @@ class Physical:
     the document, for what cannot exist.
     """
 
-    def __init__(self, document: Document) -> None:
-        self.document, self.arithmetic, self.body = document, document.arithmetic, document.body
+    def __init__(self, sections: Mapping[str, Any], arithmetic: Arithmetic) -> None:
+        self.sections, self.arithmetic = sections, arithmetic
+        self.body: Body | None = sections["body"]
 
     @np.errstate(over="ignore", invalid="ignore")
-    def of(self, document: Document) -> Physical:
-        """The numbers of a document that may have the same body, which is then worked out once, here."""
-        found = Physical(document)
+    def of(self, sections: Mapping[str, Any]) -> Physical:
+        """The numbers of sections that may have the same body, which is then worked out once, here."""
+        found = Physical(sections, self.arithmetic)
         if self.body is not None and found.body is self.body:
-            for name in ("properties", "inertia", *(("body_top",) if document.top else ())):
+            for name in ("properties", "inertia", *(("body_top",) if sections["top"] else ())):
                 found.__dict__[name] = getattr(self, name)
         return found
 
@@ -47,7 +49,7 @@ class Physical:
     def require(self) -> None:
         """Raise ValueProblem unless all that the document describes can exist."""
         _ = self.axes, self.direction, self.orientation
-        _ = self.body and self.properties, self.document.top and self.heavy_top
+        _ = self.body and self.properties, self.sections["top"] and self.heavy_top
 
     @cached_property
     def properties(self) -> MassProperties:
@@ -63,7 +65,7 @@ class Physical:
     def _require_known(self, properties: MassProperties) -> None:
         """Raise ValueProblem unless a tensor without a mass is given about the point that is asked for."""
         n = self.arithmetic
-        if self.document.about == "com" and not properties.at_com:
+        if self.sections["about"] == "com" and not properties.at_com:
             raise ValueProblem("missing: without it the tensor cannot be shifted", path=("body", "mass"))
         asked = self._point(properties)
         off = max(abs(n.size(component)) for component in asked - properties.com)
@@ -82,7 +84,7 @@ class Physical:
         return self._point(self.properties)
 
     def _point(self, properties: MassProperties) -> Array:
-        about = self.document.about
+        about = self.sections["about"]
         if about == "com":
             return properties.com
         if isinstance(about, str) and about != "origin":
@@ -97,7 +99,7 @@ class Physical:
         """The inertia about the point O, along axes in which it was worked out."""
         # A centre of mass is rounded, and the inertia about it known better; exact sums have axes in common.
         body, n = self.properties, self.arithmetic
-        if body.mass is None or (self.document.about == "com" and not n.exact):
+        if body.mass is None or (self.sections["about"] == "com" and not n.exact):
             return body.inertia
         found = body.inertia_about(self.point)
         return Inertia(n.tidy(found.entries), found.noise, n.tidy(found.axes))
@@ -110,15 +112,15 @@ class Physical:
     @cached_property
     def direction(self) -> Array | None:
         """The unit vector (3) along the axis through O about which the moment is asked, if one is."""
-        if self.document.axis is None:
+        if self.sections["axis"] is None:
             return None
         with at("axis"):
-            return rotation.direction(self.document.axis, self.arithmetic)
+            return rotation.direction(self.sections["axis"], self.arithmetic)
 
     @cached_property
     def heavy_top(self) -> HeavyTop:
         """The top that the section `top` describes by itself or by the body, held at the point O."""
-        top = self.document.top
+        top = self.sections["top"]
         if top is None:
             raise ValueProblem("missing, expected a top", path=("top",))
         if self.body is None:
@@ -145,16 +147,16 @@ class Physical:
     @cached_property
     def axes(self) -> Array:
         """The axes of the results, as columns (3 by 3)."""
-        return self._matrix(self.document.frame, "frame")
+        return self._matrix(self.sections["frame"], "frame")
 
     def along_axes(self, inertia: Inertia) -> Inertia:
         """The same inertia along the axes of the results."""
-        return inertia if self.document.frame is None else inertia.turned(self.axes.T)
+        return inertia if self.sections["frame"] is None else inertia.turned(self.axes.T)
 
     @cached_property
     def orientation(self) -> Array:
         """The rotation from the document's axes to those of space at t = 0 (3 by 3)."""
-        motion = self.document.motion
+        motion = self.sections["motion"]
         return self._matrix(None if motion is None else motion.orientation, "motion", "orientation")
 
     def _matrix(self, rotation: Rotation | None, *path: str) -> Array:
