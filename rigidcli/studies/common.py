@@ -135,9 +135,7 @@ def require_values(document: Document, what: str) -> None:
     if document.arithmetic.exact and not missing:
         missing = tuple(name for name, value in (document.parameters or {}).items() if value is None)
     if missing:
-        faults = [
-            document.problem(f"missing: {what} needs its value", f"parameters.{name}") for name in missing
-        ]
-        raise DocumentError(faults)
+        message = f"missing: {what} needs its value"
+        raise DocumentError([document.problem(message, f"parameters.{name}") for name in missing])
     if document.arithmetic.exact:
         raise UsageError(f"{what} has no exact results", hint="leave out `--exact`")
