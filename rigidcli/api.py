@@ -17,7 +17,7 @@ from typing import Any, Protocol, TypeAlias
 
 from rigidcli.check import Feedback
 from rigidcli.commands import COMMANDS, STUDIES, Command
-from rigidcli.document.load import KEYS, MAPPING, Source, plain, read
+from rigidcli.document.load import KEYS, MAPPING, Source, plain, read_source
 from rigidcli.errors import DocumentError, Problem, UsageError, nearest, shown
 from rigidcli.reference import tables
 from rigidcli.result import Result
@@ -110,7 +110,7 @@ def _answer(
     """The result of a study; that of one document can be worked again with what is only made to be seen."""
     run = import_module(f"rigidcli.studies.{row.name}").run
     try:
-        document = read(source, exact, _texts(settings))
+        document = read_source(source, exact, _texts(settings))
         report = run(document, **options)
     except DocumentError as error:
         if any(problem.source.startswith(MAPPING) for problem in error.problems):
@@ -125,7 +125,7 @@ def _answer(
 def validate(document: Source, *, exact: bool = False, settings: Settings = ()) -> list[Problem]:
     """What is wrong with a document: problems with line, key, message and hint; none where it is valid."""
     try:
-        read(document, exact, _texts(settings))
+        read_source(document, exact, _texts(settings))
     except DocumentError as error:
         return list(error.problems)
     return []

@@ -36,8 +36,8 @@ MOST_LINES = {
     "bodies": 7140,
     "cli": 2144,  # settings that nothing uses are refused, and the help has two parts
     "core": 4100,  # how bodies add up about any point came here from `bodies`
-    "document": 3280,
-    "fields": 1780,
+    "document": 3130,
+    "fields": 1786,  # how an environment is copied came here from `document`
     "check": 7880,
     "language": 2500,
     "mechanics": 2840,

@@ -20,7 +20,7 @@ from rigidcli.document.orbit import Orbit
 from rigidcli.document.precession import Tide, Top
 from rigidcli.document.syntax import read_tree
 from rigidcli.document.system import Particle, System
-from rigidcli.document.transform import Transform
+from rigidcli.document.variables import Transform
 from rigidcli.fields.section import Section
 
 from .conftest import ROOT, Program

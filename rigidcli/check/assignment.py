@@ -20,8 +20,8 @@ from rigidcli.check.kinds import KINDS
 from rigidcli.check.question import EVERYWHERE, Assignment, Question
 from rigidcli.check.records import sentence
 from rigidcli.document.complaints import explain
+from rigidcli.document.draft import of_text
 from rigidcli.document.load import load
-from rigidcli.document.origins import of_text
 from rigidcli.document.syntax import read_tree
 from rigidcli.errors import DocumentError, Problem, RigidError, ValueProblem, nearest, shown
 from rigidcli.errors import Path as Keys
@@ -231,8 +231,7 @@ class _Library:
             self.documents[name] = load(self.folder / name)
         document = self.documents[name]
         if (name, study) not in self.reports:
-            with document.placing():
-                self.reports[name, study] = self.studies[study](document)
+            self.reports[name, study] = self.studies[study](document)
         return document, self.reports[name, study]
 
     def asked(self, id: str, question: Question) -> tuple[Asked, str]:

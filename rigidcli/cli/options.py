@@ -55,7 +55,7 @@ def listed(files: Sequence[str]) -> tuple[list[str], list[str]]:
 
 
 def _check_settings(settings: list[str] | None) -> list[str]:
-    from rigidcli.document.origins import split_setting
+    from rigidcli.document.draft import split_setting
 
     with bad_parameter():
         for setting in settings or ():

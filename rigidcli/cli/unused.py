@@ -10,7 +10,7 @@ from rigidcli.cli.work import Work
 from rigidcli.errors import UNKNOWN, DocumentError, Path, UsageError
 
 if TYPE_CHECKING:
-    from rigidcli.document.load import Draft
+    from rigidcli.document.draft import Draft
     from rigidcli.document.sweeps import Sweep
 
 IDLE = {
@@ -28,7 +28,7 @@ def require_used(work: Work, files: Sequence[str], sweep: Sweep | None) -> None:
 
     Nothing is said where a FILE can be read only once, as standard input and pipes.
     """
-    from rigidcli.document.origins import SWEEP, split_setting
+    from rigidcli.document.draft import SWEEP, split_setting
 
     first = [] if sweep is None else sweep.settings(sweep.point(0))
     given = [("--set", text) for text in work.settings] + [(SWEEP, text) for text in first]
@@ -53,14 +53,15 @@ def _is_idle(work: Work, file: str, path: Path, first: Sequence[str]) -> bool:
 
 
 def _is_idle_in(draft: Draft, work: Work, path: Path, first: Sequence[str]) -> bool:
-    tree, rest = draft.origin.tree, list(path)
+    from rigidcli.document.load import read
+
+    tree, rest = draft.tree, list(path)
     while rest and isinstance(tree, dict) and rest[0] in tree:
         tree = tree[rest.pop(0)]
     is_parameter = path[0] == "parameters"
     if not rest or not (is_parameter or path[0] in IDLE[work.command.name].split()):
         return False
     try:
-        unused = draft.document(first).unused
-        return not is_parameter or path[-1] in unused
+        return not is_parameter or path[-1] in read(draft, first).unused
     except DocumentError as error:  # a key that no document has is told when the file is worked
         return not is_parameter and UNKNOWN not in {problem.code for problem in error.problems}

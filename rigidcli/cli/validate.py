@@ -30,8 +30,8 @@ def validate(files: Files, settings: Settings = None, exact: Exact = False, quie
     Example: rigidcli validate cube.yaml homework.yaml arm.urdf
     """
     from rigidcli.bodies.robots import is_robot
+    from rigidcli.document.draft import body_form
     from rigidcli.document.load import load, loads
-    from rigidcli.document.origins import body_form
     from rigidcli.fields.texts import read_text
 
     failures = Failures()
@@ -90,16 +90,16 @@ def _robot(
     text: str, source: str, folder: Path, failures: Failures, quiet: bool, options: dict[str, Any]
 ) -> list[str]:
     """How many links of a robot are valid; what is wrong with others is printed as errors."""
-    from rigidcli.document.load import robot_drafts
+    from rigidcli.document.load import read, robot_drafts
     from rigidcli.studies.robots import remarks, uncompared
 
-    robot = robot_drafts(text, source, folder, **options)
-    links = [draft.link for draft in robot.each]
+    robot = robot_drafts(text, source, str(folder), **options)
+    links = [draft.link for draft in robot.each if draft.link is not None]
     tell_notes(source, [*robot.notes, *uncompared(links)], quiet)
     valid = 0
     for link, draft in zip(links, robot.each, strict=True):
         with failures.of(source):
-            document = draft.document()
+            document = read(draft)
             valid += 1
             told = () if quiet else (*document.notes, *remarks(link, document))
             for note in told:

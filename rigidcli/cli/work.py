@@ -19,7 +19,8 @@ if TYPE_CHECKING:
     from pathlib import Path
 
     from rigidcli.document.document import Document
-    from rigidcli.document.load import Draft, Drafts
+    from rigidcli.document.draft import Draft
+    from rigidcli.document.load import Drafts
     from rigidcli.document.sweeps import Sweep
 
 Watch: TypeAlias = Callable[[], AbstractContextManager[Callable[[float], None]]]
@@ -59,11 +60,10 @@ class Work:
         """The result of the study, worked out in a context that shows the progress."""
         require_fitting(document, self.command)
         run: Callable[..., Report] = import_module(f"rigidcli.studies.{self.command.name}").run
-        with document.placing():
-            if watch is None or not self.command.section:
-                return run(document, **self.options)
-            with watch() as show:
-                return run(document, **self.options, progress=show)
+        if watch is None or not self.command.section:
+            return run(document, **self.options)
+        with watch() as show:
+            return run(document, **self.options, progress=show)
 
     def answer(self, report: Report, files: Sequence[Path]) -> Answer:
         """The answer that is a report, as it is handed over."""
@@ -156,16 +156,18 @@ def documents(work: Work, files: Sequence[str], sweep: Sweep | None, jobs: Jobs)
             except (RigidError, MemoryError) as error:
                 yield Task(draft.source, failure(error, draft.source), notes)
             else:
-                read = draft.absolute() if isinstance(jobs, str) else draft
+                sent = draft.absolute() if isinstance(jobs, str) else draft
                 for starts in blocks:
-                    yield Task(draft.source, read, notes, fitting, starts=starts)
+                    yield Task(draft.source, sent, notes, fitting, starts=starts)
                     notes = ()
             notes = ()
 
 
 def _blocks(draft: Draft) -> Sequence[range | None]:
     """Starts of the ensemble of a document that are worked at a time; None of one that has no ensemble."""
-    document = draft.document()
+    from rigidcli.document.load import read
+
+    document = read(draft)
     if document.ensemble is None:
         return (None,)
     from rigidcli.studies.ensembles import block
@@ -177,18 +179,19 @@ def _blocks(draft: Draft) -> Sequence[range | None]:
 
 def _fitting(draft: Draft, sweep: Sweep, command: Command) -> Sweep:
     """The sweep with the kind of number of the document; raises RigidError where no document has its keys."""
+    from rigidcli.document.load import is_exact, read
+
     first = sweep.settings(sweep.point(0))
-    exact = draft.is_exact(first)
+    exact = is_exact(draft, first)
     try:
-        ensemble = draft.document(first).ensemble
+        ensemble = read(draft, first).ensemble
         if ensemble is not None and command.section:
             raise UsageError(
                 f"a sweep has one row a value, and this document an ensemble of {len(ensemble):,} starts",
                 hint="give one start, and sweep over it, or leave out `--sweep`",
             )
     except DocumentError as error:
-        unknown = [problem for problem in error.problems if problem.code == UNKNOWN]
-        if unknown:
+        if unknown := [problem for problem in error.problems if problem.code == UNKNOWN]:
             raise DocumentError(unknown) from None
     return sweep.exactly() if exact else sweep
 
@@ -205,21 +208,23 @@ def answers(task: Task, work: Work, watch: Watch | None = None) -> Iterator[Answ
 
 
 def _answers(task: Task, draft: Draft, work: Work, watch: Watch | None) -> Iterator[Answer]:
-    files: Sequence[Path] = ()
-    settings: Sequence[str] = ()
+    from rigidcli.document.load import read
+
+    files, settings = tuple[Any, ...](), list[str]()
     try:
-        point = None if task.sweep is None else task.sweep.point(task.place)
-        if task.sweep is not None and point is not None:
+        if task.sweep is not None:
+            point = task.sweep.point(task.place)
             settings = task.sweep.settings(point)
-        document = draft.document(settings)
+        document = read(draft, settings)
         files = tuple(document.files)
         if document.ensemble is not None and work.command.section:
             yield from _of_ensemble(document, work, task.starts)
             return
         report = work.run(document, watch)
-        if task.sweep is not None and point is not None:
+        if task.sweep is not None:
+            units = {entry.key: entry.unit for entry in report.fields}
             swept = (
-                Field(name, value, unit=unit or _unit(report, name), cells={name: ()})
+                Field(name, value, unit=unit or units.get(name, ""), cells={name: ()})
                 for name, value, unit in task.sweep.told(point, document.exact_results)
             )
             report = replace(report, swept=tuple(swept))
@@ -227,11 +232,6 @@ def _answers(task: Task, draft: Draft, work: Work, watch: Watch | None) -> Itera
     except (RigidError, MemoryError) as error:
         found = replace(failure(error, task.source), place=", ".join(settings))
         yield Answer(task.source, found, files=files)
-
-
-def _unit(report: Report, key: str) -> str:
-    """The unit of a result, where the key of a sweep is one."""
-    return next((entry.unit for entry in report.fields if entry.key == key), "")
 
 
 def _of_ensemble(document: Document, work: Work, starts: range | None) -> Iterator[Answer]:

@@ -1,11 +1,15 @@
-"""What pydantic complains of, in the words of a document."""
+"""What is wrong with a text, in the words of a document: complaints of pydantic, and slips in YAML.
+
+A parser notices a slip where the text makes no sense any more, which may be lines later. Here the lines
+before that are read as a person would read them.
+"""
 
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from decimal import Decimal
-from typing import Any
+from typing import Any, NamedTuple
 
 from pydantic import ValidationError
 
@@ -100,3 +104,136 @@ def _of_type(path: Path, kind: str, read: Any, context: Mapping[str, Any], messa
         names = ", ".join(f"{name}: null" for name in re.findall(r"[^\W\d]\w*", str(read)))
         problem.hint = f"write `parameters: {{{names}}}`, with values where there are some"
     return problem
+
+
+class Slip(NamedTuple):
+    """A slip: its place (line and column from 1), what is wrong there, and what to do about it."""
+
+    line: int
+    column: int
+    message: str
+    hint: str | None = None
+
+
+NEAR = 100
+"""A parser stops at most so many lines below a slip: a longer search takes time, and finds other things."""
+
+_KEY = r" *(?:- +)*(?P<key>[A-Za-z_]\w*)"
+_RULES = {
+    r"\s*(?P<at>//|/\*)": ("this begins no comment", "comments begin with `#`"),
+    r"\s*(?P<at><)(?:\?xml|robot|sdf|mujoco)\b": (
+        "this is XML",
+        "a robot is a file whose name ends in .urdf, .sdf or .xml",
+    ),
+    r"[ \t]*?(?P<at>\t)": ("a tab", "YAML indents with blanks, not tabs"),
+    rf"{_KEY}:(?P<at>)(?P<value>[^\s:/,][^:]*?)\s*$": (
+        "there is no blank after the colon",
+        "write `{key}: {value}`",
+    ),
+    rf"{_KEY}(?P<at>)(?: *[= ] *(?P<value>\S.*?))?\s*$": (
+        "there is no colon after the key",
+        "write `{key}: {value}`",
+    ),
+    r" *(?:- +)*(?P<value>[A-Za-z_]\w*: [^,{}]+, *[A-Za-z_]\w*(?P<at>:) .*?) *$": (
+        "a second colon in one line",
+        "several keys in one line stand in braces: `{{{value}}}`",
+    ),
+    rf"{_KEY}: [^{{\[\"']*?(?P<at>:)(?= |$)": (
+        "a second colon in one line",
+        "a text with a colon and a blank in it stands in quotes",
+    ),
+}
+"""What a line with a slip looks like, the group `at` being where that is; the message, and the hint."""
+
+_COMMENT, _XML, _TAB, _NO_BLANK, _NO_COLON, _NO_BRACES, _SECOND_COLON = _RULES
+
+_QUOTED = re.compile(r"\"(?:[^\"\\]|\\.)*\"|'[^']*'|(?<!\S)#.*")
+"""What has no brackets that count: quoted texts and comments."""
+
+_PAIRS = {"{": "}", "[": "]"}
+"""Brackets, and what closes them."""
+
+
+def find_slip(text: str, error: Any) -> Slip | None:
+    """The slip behind what a parser (an error of PyYAML with marks) complains of; None without a place."""
+    mark = error.problem_mark or error.context_mark
+    if mark is None:
+        return None
+    lines = text.splitlines() or [""]
+    noticed, context, problem = min(mark.line, len(lines) - 1), str(error.context), str(error.problem)
+    here, sign = Slip(noticed + 1, mark.column + 1, problem), lines[noticed][mark.column : mark.column + 1]
+    if slip := _by_rules(lines, range(max(0, noticed - NEAR), noticed + 1), _COMMENT, _XML):
+        return slip
+    if "quoted" in context and "escape" in problem:
+        hint = "in single quotes a backslash is only a backslash"
+        return here._replace(message="this backslash begins no escape", hint=hint)
+    if "quoted" in context and (begin := error.context_mark) is not None:
+        return Slip(begin.line + 1, begin.column + 1, "this quote is not closed", "close it on its own line")
+    if "flow" in context:
+        return _in_brackets(lines, noticed, mark.column)
+    if "cannot start any token" in problem and sign != "\t":
+        hint = f"a text that begins with `{sign}` stands in quotes"
+        return here._replace(message="this sign begins no value", hint=hint)
+    written = [n for n in range(noticed) if lines[n].strip() and not lines[n].lstrip().startswith("#")]
+    return (
+        _by_rules(lines, {noticed, max(noticed - 1, 0)}, _TAB)
+        or _by_rules(lines, written[:-3:-1], _NO_BLANK, _NO_COLON)
+        or _by_rules(lines, [noticed], _NO_BLANK, _NO_BRACES, _SECOND_COLON)
+        or _indented(lines, written, noticed)
+        or here
+    )
+
+
+def _by_rules(lines: list[str], numbers: Iterable[int], *patterns: str) -> Slip | None:
+    """The first slip in these lines."""
+    for number in numbers:
+        for pattern in patterns:
+            if found := re.match(pattern, lines[number]):
+                message, hint = _RULES[pattern]
+                typed = found.groupdict(default="")
+                hint = (
+                    hint.format(**typed) if typed.get("value") else hint.format(**typed).replace(": `", ":`")
+                )
+                return Slip(number + 1, found.start("at") + 1, message, hint)
+    return None
+
+
+def _in_brackets(lines: list[str], line: int, column: int) -> Slip:
+    """The slip within brackets: one that is not closed, or a comma that is missing."""
+    opened: list[tuple[int, int, str]] = []
+    for number, text in enumerate(lines):
+        for place, sign in enumerate(_QUOTED.sub(lambda found: " " * len(found[0]), text)):
+            if sign in _PAIRS:
+                opened.append((number, place, sign))
+            elif sign in _PAIRS.values() and opened:
+                last = opened.pop()
+                if _PAIRS[last[2]] != sign:
+                    return _unclosed(*last)
+    if opened:
+        return _unclosed(*opened[-1])
+    before = re.search(r"[\w.]*\W*$", lines[line][:column])
+    start = column if before is None or lines[line][column : column + 1] != ":" else before.start()
+    hint = "entries are separated by commas, as in `{a: 1, b: 2}`"
+    return Slip(line + 1, start + 1, "expected a comma, or the end of this list or mapping", hint)
+
+
+def _unclosed(line: int, column: int, sign: str) -> Slip:
+    return Slip(
+        line + 1, column + 1, f"this `{sign}` is not closed", f"close the bracket by `{_PAIRS[sign]}`"
+    )
+
+
+def _indented(lines: list[str], before: list[int], noticed: int) -> Slip | None:
+    """The slip of a line that begins at none of the indentations at which a line may go on."""
+    levels: list[int] = []
+    for line in (lines[number] for number in before):
+        here = len(line) - len(line.lstrip(" "))
+        levels = [level for level in levels if level < here or (level == here and line[here] == "-")]
+        dashes = re.match(r" *(?:- +)+", line)
+        levels.append(here if dashes is None else dashes.end())
+    here = len(lines[noticed]) - len(lines[noticed].lstrip(" "))
+    if not levels or here in levels:
+        return None
+    blanks = " or ".join(filter(None, [", ".join(map(str, levels[:-1])), str(levels[-1])]))
+    hint = f"the lines above begin after {blanks} blanks, this one after {here}"
+    return Slip(noticed + 1, here + 1, "the indentation fits no line above", hint)

@@ -8,34 +8,21 @@ import pathlib
 import re
 from collections.abc import Mapping, Sequence
 from contextlib import suppress
-from dataclasses import dataclass, field, fields, replace
-from functools import cached_property
-from typing import TYPE_CHECKING, Any, NamedTuple, TypeAlias
+from dataclasses import replace
+from functools import lru_cache
+from typing import Any, NamedTuple, TypeAlias
 
 from pydantic import ValidationError
 
 from rigidcli.bodies.robots import is_robot
-from rigidcli.document.complaints import explain
-from rigidcli.document.document import Document
-from rigidcli.document.origins import (
-    SWEEP,
-    BodyFile,
-    LinkOrigin,
-    Origin,
-    body_form,
-    links,
-    of_text,
-    split_setting,
-)
+from rigidcli.document.document import Document, Reading
+from rigidcli.document.draft import SWEEP, Draft, body_form, of_text, split_setting
 from rigidcli.document.parameters import read_parameters
-from rigidcli.errors import UNSETTLED, DocumentError, Problem, UsageError, ValueProblem, shown
+from rigidcli.errors import UNSETTLED, DocumentError, Path, Problem, UsageError, ValueProblem, shown
 from rigidcli.fields.environment import Environment, arithmetic_for
 from rigidcli.fields.section import Section
 from rigidcli.fields.texts import STDIN, read_text
 from rigidcli.fields.words import with_colon
-
-if TYPE_CHECKING:
-    from rigidcli.bodies.robots.links import Link
 
 Source: TypeAlias = Document | Mapping[str, Any] | str | os.PathLike[str]
 """A document, read already or not: what it says as a mapping, its text in YAML, or the path to its file."""
@@ -49,96 +36,11 @@ KEYS = tuple(Document.model_fields)
 APART = frozenset({"name", "description", "body", "axis", "frame", "motion", "top", "tide"})
 """Keys at the top that are read without another. Where only such keys are swept, all else is read once."""
 
+MOST_LINKS = 1000
+"""The most links of a robot, which take two seconds to read as documents; the largest robots have 200."""
+
 _TEXT = re.compile(r"\n|:\s|\{")
 """What the text of a document has, and the path to a file has not."""
-
-
-@dataclass(frozen=True)
-class Draft:
-    """What is written, and how it is to be read; some of its values may still change.
-
-    `settings` are texts `KEY=VALUE`, as after `--set`; `options` has the keys of those that an option of its
-    own has given, with its name. `exact` makes decimals rationals and parameters without a value symbols.
-    """
-
-    origin: Origin
-    exact: bool = False
-    settings: Sequence[str] = ()
-    options: Mapping[str, str] = field(default_factory=dict)
-
-    @property
-    def source(self) -> str:
-        """The name of the file."""
-        return self.origin.source
-
-    @property
-    def link(self) -> Link:
-        """The link of a robot that the document is about."""
-        assert isinstance(self.origin, LinkOrigin)
-        return self.origin.link
-
-    @cached_property
-    def _set(self) -> Origin:
-        """What is written, with the values that are set."""
-        return self.origin.changed_by(self.settings, self.options)
-
-    def absolute(self) -> Draft:
-        """The same draft for a process in another folder, which reads the files that the document names."""
-        return replace(self, origin=replace(self.origin, folder=self.origin.folder.absolute()))
-
-    def is_exact(self, swept: Sequence[str]) -> bool:
-        """Whether the document is worked exactly with these values swept. Raises as `load`."""
-        return self.exact or _has_symbols(self._set.changed_by(swept, option=SWEEP).tree)
-
-    def document(self, swept: Sequence[str] = ()) -> Document:
-        """The document with these values swept, texts `KEY=VALUE` of `--sweep`. Raises as `load`."""
-        if isinstance(self.origin, LinkOrigin) and self.link.problem is not None:
-            raise DocumentError([self.link.problem])
-        origin = self._set.changed_by(swept, option=SWEEP)
-        if not isinstance(origin.tree, dict):
-            raise DocumentError([origin.problem(_no_mapping(origin.tree))])
-        exact = self.exact or _has_symbols(origin.tree)
-        if swept and not exact:
-            rest = self._without(tuple(text.partition("=")[0] for text in swept))
-            return _read(origin, exact, rest=rest)[0]
-        positive: frozenset[str] = frozenset()
-        while True:
-            document, found = _read(origin, exact, positive)
-            if found <= positive:
-                break
-            # Symbols that stand for masses and lengths are positive; knowing that, read once more.
-            positive |= found
-        if not _has_symbols(origin.tree) or (document.body is None and document.top is None):
-            return document
-        from rigidcli.document.trials import tried
-
-        def with_numbers(tree: Mapping[str, Any]) -> Document:
-            return _read(replace(origin, tree=tree), False, is_physical=False)[0]
-
-        return tried(document, origin, with_numbers)
-
-    @cached_property
-    def _rests(self) -> dict[tuple[str, ...], Document | None]:
-        """What `_without` has made, by the paths that are swept."""
-        return {}
-
-    def _without(self, paths: tuple[str, ...]) -> Document | None:
-        """The document without the keys at its top to which paths lead: what is the same at all points.
-
-        None where it cannot be read without them; then each point is read whole, and tells what is wrong.
-        """
-        if paths not in self._rests:
-            self._rests[paths], keys = None, {split_setting(f"{path}=")[0][0] for path in paths}
-            tree = {key: value for key, value in self._set.tree.items() if key not in keys}
-            with suppress(DocumentError):
-                if keys <= APART:
-                    rest, _ = _read(replace(self._set, tree=tree), False, is_physical=False)
-                    self._rests[paths] = rest
-        return self._rests[paths]
-
-    def __getstate__(self) -> dict[str, Any]:
-        """What another process needs: not what was worked out here, which may be large."""
-        return {part.name: getattr(self, part.name) for part in fields(self)}
 
 
 class Drafts(NamedTuple):
@@ -156,14 +58,14 @@ def drafts(path: str | os.PathLike[str], **options: Any) -> Drafts:
     name = os.fspath(path)
     # A file name may have bytes that are no text.
     source = os.fsencode(name).decode(errors="backslashreplace")
-    folder = pathlib.Path() if name == STDIN else pathlib.Path(name).parent
+    folder = "" if name == STDIN else os.path.dirname(name)  # noqa: PTH120 - a Path takes ten times as long
     form = body_form(name)
     if form is not None:
-        origin: Origin = BodyFile(source, folder, {"body": {form: pathlib.PurePath(name).name}})
-        return Drafts([Draft(origin, **options)], ())
+        tree = {"body": {form: pathlib.PurePath(name).name}}
+        return Drafts([Draft(source, tree, folder=folder, form=form, **options)], ())
     text = read_text(name, source)
     if not is_robot(name):
-        return Drafts([Draft(of_text(text, source, folder), **options)], ())
+        return Drafts([of_text(text, source, folder, **options)], ())
     found = robot_drafts(text, source, folder, **options)
     if not found.each:
         message = "; ".join(["no link has a mass that is written", *found.notes])
@@ -171,10 +73,29 @@ def drafts(path: str | os.PathLike[str], **options: Any) -> Drafts:
     return found
 
 
-def robot_drafts(text: str, source: str, folder: pathlib.Path, **options: Any) -> Drafts:
+def robot_drafts(text: str, source: str, folder: str, **options: Any) -> Drafts:
     """The links of the robot in `text` that have a mass, or a problem. Raises DocumentError for no robot."""
-    origins, notes = links(text, source, folder)
-    return Drafts([Draft(origin, **options) for origin in origins], notes)
+    from rigidcli.bodies.robots import read_robot
+    from rigidcli.bodies.robots.links import listed
+
+    robot = read_robot(text, source, pathlib.Path(folder))
+    if len(robot.links) > MOST_LINKS:
+        problem = f"there are {len(robot.links):,} links, expected at most {MOST_LINKS:,}"
+        raise DocumentError([Problem(source, problem)])
+    found, without = [], dict[str, list[str]]()
+    for link in robot.links:
+        if link.without:
+            without.setdefault(link.without, []).append(f"{link.name} (line {link.line})")
+            continue
+        lines: dict[Path, int] = {(): link.line, ("body",): link.line_of("inertia")}
+        lines |= {("body", key): line for key, line in link.lines.items()}
+        tree = {"name": link.name, "body": link.body}
+        found.append(Draft(link.source, tree, text, lines, folder, link=link, **options))
+    notes = [
+        f"{len(names)} link{'s have' if len(names) > 1 else ' has'} {reason}: {listed(names)}"
+        for reason, names in without.items()
+    ]
+    return Drafts(found, [*robot.notes, *notes])
 
 
 def load(path: str | os.PathLike[str], **options: Any) -> Document:
@@ -182,7 +103,7 @@ def load(path: str | os.PathLike[str], **options: Any) -> Document:
 
     A file that is a body by itself, such as a table of points, stands for the document that has it as its
     body, and `settings` complete that; of a robot one link has a mass. The options are `exact`, `settings`
-    and `options`: the fields of a `Draft`. A document with a parameter that has no value is exact in any
+    and `options`: fields of a `Draft`. A document with a parameter that has no value is exact in any
     case. One of a system keeps its expressions as they are, and has floats for the numbers that it needs.
     Raises DocumentError with all problems, or UsageError for a setting that is not of its form.
     """
@@ -199,9 +120,9 @@ def load_all(path: str | os.PathLike[str], **options: Any) -> list[Document]:
     Raises DocumentError with the problems of all links.
     """
     found, problems = [], list[Problem]()
-    for each in drafts(path, **options).each:
+    for draft in drafts(path, **options).each:
         try:
-            found.append(each.document())
+            found.append(read(draft))
         except DocumentError as error:
             problems += error.problems
     if problems:
@@ -210,13 +131,13 @@ def load_all(path: str | os.PathLike[str], **options: Any) -> list[Document]:
 
 
 def loads(
-    text: str, *, source: str = "<text>", folder: pathlib.Path | None = None, **options: Any
+    text: str, *, source: str = "<text>", folder: os.PathLike[str] | None = None, **options: Any
 ) -> Document:
     """Read the document in `text`, as `load` does; files that it names are looked for in `folder`."""
-    return Draft(of_text(text, source, folder), **options).document()
+    return read(of_text(text, source, os.fspath(folder or ""), **options))
 
 
-def read(source: Source, exact: bool, settings: Sequence[str]) -> Document:
+def read_source(source: Source, exact: bool, settings: Sequence[str]) -> Document:
     """The document of a source. Raises DocumentError, and UsageError for a document with `settings`."""
     if isinstance(source, Document):
         if exact or settings:
@@ -242,17 +163,55 @@ def plain(value: Any) -> Any:
     return dict(value) if isinstance(value, Mapping) else str(value)
 
 
-def _has_time(tree: Mapping[str, Any]) -> bool:
-    """Whether expressions of the document may be in the time: in those, `t` is no parameter."""
-    motion = tree.get("motion")
-    torque = isinstance(motion, dict) and motion.get("torque") is not None
-    return torque or any(tree.get(key) is not None for key in ("system", "orbit", "transform"))
+def is_exact(draft: Draft, swept: Sequence[str]) -> bool:
+    """Whether the document is worked exactly with these values swept. Raises as `load`."""
+    return draft.exact or _settled(draft).changed_by(swept, SWEEP).has_symbols
 
 
-def _has_symbols(tree: object) -> bool:
-    """Whether a parameter stands without a value."""
-    parameters = tree.get("parameters") if isinstance(tree, dict) else None
-    return isinstance(parameters, dict) and None in parameters.values()
+def read(draft: Draft, swept: Sequence[str] = ()) -> Document:
+    """The document with these values swept, texts `KEY=VALUE` of `--sweep`. Raises as `load`."""
+    if draft.link is not None and draft.link.problem is not None:
+        raise DocumentError([draft.link.problem])
+    given = _settled(draft).changed_by(swept, SWEEP)
+    if not isinstance(given.tree, dict):
+        raise DocumentError([given.problem(_no_mapping(given.tree))])
+    exact = given.exact or given.has_symbols
+    if swept and not exact:
+        return _document(given, exact, rest=_without(draft, *(text.partition("=")[0] for text in swept)))
+    positive: frozenset[str] = frozenset()
+    while True:
+        document = _document(given, exact, positive)
+        found = document.reading.environment.positive
+        if found <= positive:
+            break
+        # Symbols that stand for masses and lengths are positive; knowing that, read once more.
+        positive |= found
+    if not given.has_symbols or (document.body is None and document.top is None):
+        return document
+    from rigidcli.document.trials import tried
+
+    return tried(document, given, lambda tree: _document(replace(given, tree=tree), False, is_physical=False))
+
+
+@lru_cache(maxsize=1)
+def _settled(draft: Draft) -> Draft:
+    """The draft with the values that are set, which all points of a sweep have in common."""
+    return draft.changed_by(draft.settings)
+
+
+@lru_cache(maxsize=1)
+def _without(draft: Draft, *paths: str) -> Document | None:
+    """The document without the keys at its top to which paths lead: what is the same at all points.
+
+    None where it cannot be read without them; then each point is read whole, and tells what is wrong.
+    """
+    keys = {split_setting(f"{path}=")[0][0] for path in paths}
+    with suppress(DocumentError):
+        if keys <= APART:
+            given = _settled(draft)
+            tree = {key: value for key, value in given.tree.items() if key not in keys}
+            return _document(replace(given, tree=tree), False, is_physical=False)
+    return None
 
 
 def _no_mapping(tree: object) -> ValueProblem:
@@ -265,49 +224,56 @@ def _no_mapping(tree: object) -> ValueProblem:
     return ValueProblem(f"read {shown(tree)}, expected a mapping", hint=hint, typed=cure and str(tree))
 
 
-def _read(
-    origin: Origin,
+def _document(
+    draft: Draft,
     exact: bool,
     positive: frozenset[str] = frozenset(),
     *,
     is_physical: bool = True,
     rest: Document | None = None,
-) -> tuple[Document, set[str]]:
-    """The document of a tree, and the symbols that make sense only as positive numbers.
+) -> Document:
+    """The document of a draft, in which the symbols in `positive` are taken to be positive.
 
-    Those in `positive` are taken to be positive. It is looked at whether what is described can exist, if
-    `is_physical`. The sections of the `rest` have been read. Raises DocumentError with all problems.
+    It is looked at whether what is described can exist, if `is_physical`. The sections of the `rest` have
+    been read. Raises DocumentError with all problems.
     """
-    tree = origin.tree
+    tree = draft.tree
     problems: list[ValueProblem] = []
     if rest is None:
         # A system alone keeps its expressions symbolic, and its numbers are floats.
         others = all(tree.get(key) is None for key in ("body", "top", "tide"))
-        alone = tree.get("system") is not None and others
-        n = arithmetic_for(exact and not alone)
-        env = Environment(n, folder=origin.folder, exact_results=exact, top_keys=KEYS)
+        n = arithmetic_for(exact and not (others and tree.get("system") is not None))
+        env = Environment(n, folder=draft.folder, exact_results=exact, top_keys=KEYS)
         parameters = tree.get("parameters")
         if isinstance(parameters, dict):
             problems += read_parameters(env, parameters, positive, has_time=_has_time(tree))
     else:
-        env = rest.environment_again()
+        env = rest.reading.environment.copied()
         tree = tree | {key: section for key, section in vars(rest).items() if isinstance(section, Section)}
     try:
         document = Document.model_validate(tree, context=env)
-        if rest is not None:
-            document.__dict__["physical"] = rest.physical.of(document)
+        document.came_from(reading := Reading(draft, env), rest)
         if is_physical and not problems and not env.faults:
             document.physical.require()
     except ValidationError as error:
+        from rigidcli.document.complaints import explain
+
         problems += explain(error)
     except ValueProblem as problem:
         problems.append(problem)
     problems += [fault.below("parameters", name) for name, fault in sorted(env.faults.items())]
     if problems:
-        placed = [origin.problem(problem) for problem in problems if problem.code != UNSETTLED]
+        placed = [draft.problem(problem) for problem in problems if problem.code != UNSETTLED]
         raise DocumentError(sorted(placed, key=lambda problem: problem.line or 0))
-    notes = list(dict.fromkeys(env.notes))
+    reading.notes += dict.fromkeys(env.notes)
     if document.orbit is not None and document.system is not None and document.orbit.ensemble is None:
-        notes += document.orbit.degrees_meant(document.system, origin.tree["orbit"]["initial"])
-    notes += [f"parameter `{name}` is not used" for name in document.unused]
-    return document.came_from(origin, notes), env.positive
+        reading.notes += document.orbit.degrees_meant(document.system, draft.tree["orbit"]["initial"])
+    reading.notes += [f"parameter `{name}` is not used" for name in document.unused]
+    return document
+
+
+def _has_time(tree: Mapping[str, Any]) -> bool:
+    """Whether expressions of the document may be in the time: in those, `t` is no parameter."""
+    motion = tree.get("motion")
+    torque = isinstance(motion, dict) and motion.get("torque") is not None
+    return torque or any(tree.get(key) is not None for key in ("system", "orbit", "transform"))

@@ -10,8 +10,7 @@ from pydantic import Field, ValidationInfo, model_validator
 
 from rigidcli.bodies.rotations import EulerSequence, Quaternion, Rotation
 from rigidcli.core.arithmetic import Scalar
-from rigidcli.document.ensembles import Ensemble, OrMany
-from rigidcli.document.sampling import Sampling
+from rigidcli.document.sampling import Ensemble, OrMany, Sampling
 from rigidcli.errors import ValueProblem, shown
 from rigidcli.fields.dimensions import ACCELERATION, ENERGY
 from rigidcli.fields.environment import Formula

@@ -11,9 +11,8 @@ import numpy as np
 from pydantic import Field, ValidationError, ValidationInfo
 
 from rigidcli.core.arithmetic import Floats, Scalar
-from rigidcli.document.ensembles import Ensemble, OrMany
 from rigidcli.document.parameters import read_mapping
-from rigidcli.document.sampling import Sampling
+from rigidcli.document.sampling import Ensemble, OrMany, Sampling
 from rigidcli.document.variables import EXPRESSION_SCHEMA, MOST_COORDINATES, momentum, velocity
 from rigidcli.errors import ValueProblem
 from rigidcli.fields.quantities import FULL_TURN

@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Any, ClassVar, Self
+from typing import Annotated, ClassVar, Self
 
 from pydantic import Field, ValidationInfo, model_validator
 
 from rigidcli.core.arithmetic import Scalar
 from rigidcli.errors import ValueProblem
 from rigidcli.fields.dimensions import ACCELERATION, ANGULAR_VELOCITY, GRAVITATIONAL_PARAMETER
-from rigidcli.fields.environment import Environment
 from rigidcli.fields.quantities import (
     AngularVelocity,
     AsList,
@@ -25,10 +24,6 @@ from rigidcli.fields.readers import Alternative, Title
 from rigidcli.fields.section import Section, environment, optional
 
 
-def _steady_or_rate(raw: str, env: Environment) -> Any:
-    return None if raw == "steady" else env.read(raw, ANGULAR_VELOCITY)
-
-
 class Top(Section):
     """A top in uniform gravity; its moments are about the pivot, where its axis is held."""
 
@@ -39,7 +34,12 @@ class Top(Section):
     )
     precession: Annotated[
         Scalar | None,
-        Alternative(str, _steady_or_rate, otherwise=AngularVelocity | None, schema={"type": "string"}),
+        Alternative(
+            str,
+            lambda raw, env: None if raw == "steady" else env.read(raw, ANGULAR_VELOCITY),
+            otherwise=AngularVelocity | None,
+            schema={"type": "string"},
+        ),
     ] = Field(
         default=0,
         validate_default=True,

@@ -1,18 +1,159 @@
-"""When a motion is looked at: its span of time, the samples in it, and how exactly it is followed."""
+"""Where a motion starts, be it once or many times, and when it is looked at."""
 
 from __future__ import annotations
 
+import math
+import re
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 from itertools import pairwise
-from typing import Annotated, ClassVar, Self
+from pathlib import Path
+from typing import Annotated, Any, ClassVar, Self
 
 import numpy as np
-from pydantic import AfterValidator, ValidationInfo, model_validator
+from pydantic import (
+    AfterValidator,
+    GetJsonSchemaHandler,
+    ValidationError,
+    ValidationInfo,
+    ValidatorFunctionWrapHandler,
+    model_validator,
+)
+from pydantic.json_schema import JsonSchemaValue
+from pydantic_core import CoreSchema, InitErrorDetails
 
+from rigidcli.bodies.points import opened
 from rigidcli.core.arithmetic import Floats, Scalar
-from rigidcli.document.ensembles import Ensemble
 from rigidcli.errors import ValueProblem, shown
 from rigidcli.fields.quantities import AsList, Duration, Number, Time, WholeNumber, limited
-from rigidcli.fields.section import Section, environment, optional
+from rigidcli.fields.readers import Wrapper
+from rigidcli.fields.section import Section, details, environment, optional
+
+MOST_STARTS = 1_000_000
+"""The most starts of an ensemble: as many rows with seven numbers take 56 MB."""
+
+LINE_BYTES = 10_000
+"""The most bytes of a line of a table: seven numbers take two hundred."""
+
+_NUMBER = re.compile(r"\s*[-+]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][-+]?[0-9]+)?\s*", re.ASCII)
+"""A decimal number, and blanks about it."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Ensemble:
+    """The values (m by k, SI units) of k quantities by their `names`, for each of m starts."""
+
+    names: tuple[str, ...]
+    values: Floats
+
+    def __len__(self) -> int:
+        return len(self.values)
+
+    def start(self, place: int) -> dict[str, float]:
+        """The values of one start, by the names of the quantities."""
+        return dict(zip(self.names, self.values[place].tolist(), strict=True))
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class OrMany(Wrapper):
+    """Marks a field of one start (`otherwise`) in which a list of starts, or the name of a table, may stand.
+
+    `is_one` tells a start from a list of them. `named` makes of it the values by their names. `heads` makes
+    names of the heads of a table, or raises ValueProblem; `fault` tells the place of a start in the table
+    that cannot be one, and what is wrong with it.
+    """
+
+    is_one: Callable[[Any], bool]
+    named: Callable[[Any], dict[str, Any]]
+    heads: Callable[[Sequence[str], ValidationInfo], tuple[str, ...]]
+    otherwise: Any
+    example: str
+    fault: Callable[[Ensemble], tuple[int, str] | None] = lambda ensemble: None
+
+    def wrapped(self, raw: Any, otherwise: ValidatorFunctionWrapHandler, info: ValidationInfo) -> object:
+        """One start as it is otherwise read, or several as an ensemble."""
+        if isinstance(raw, str) and raw.lower().endswith(".csv"):
+            return self._table(environment(info).file(raw), info)
+        many = isinstance(raw, list) and raw and not self.is_one(raw)
+        return self._many(raw, otherwise, info) if many else otherwise(raw)
+
+    def __get_pydantic_json_schema__(
+        self, schema: CoreSchema, handler: GetJsonSchemaHandler
+    ) -> JsonSchemaValue:
+        one = handler(schema)
+        words = f"A .csv file of starts, beside the document, with heads such as {self.example}"
+        table = {"type": "string", "pattern": r"\.[cC][sS][vV]$", "description": words}
+        return {"anyOf": [one, {"type": "array", "items": one, "minItems": 1}, table]}
+
+    def _many(
+        self, raw: list[object], otherwise: ValidatorFunctionWrapHandler, info: ValidationInfo
+    ) -> Ensemble:
+        """The starts of a list, or the problems of all of them."""
+        if len(raw) > MOST_STARTS:
+            raise ValueProblem(f"read {len(raw):,} starts, expected at most {MOST_STARTS:,}")
+        n, errors, rows = environment(info).arithmetic, list[InitErrorDetails](), list[dict[str, Any]]()
+        for place, entry in enumerate(raw):
+            try:
+                rows.append(self.named(otherwise(entry)))
+            except ValidationError as error:
+                errors += details(error, place)
+        if errors:
+            raise ValidationError.from_exception_data("starts", errors)
+        names = tuple(rows[0])
+        for place, row in enumerate(rows):
+            if row.keys() != rows[0].keys():
+                expected = f"expected {', '.join(names)}, as the first start has"
+                raise ValueProblem(f"read {', '.join(row)}, {expected}", path=(place,))
+        values = [[n.value(row[name]) for name in names] for row in rows]
+        for place, numbers in enumerate(values):
+            if None in numbers:
+                raise ValueProblem("a parameter in it has no value; expected numbers", path=(place,))
+        return Ensemble(names, np.array(values, dtype=np.float64))
+
+    def _table(self, path: Path, info: ValidationInfo) -> Ensemble:
+        """The starts in a .csv file.
+
+        Raises ValueProblem where it cannot be read or holds something else; the message begins with `path`
+        as given and the line.
+        """
+        values, places, line = [], [], 1
+        with opened(path) as file:
+            try:
+                heads = file.readline(LINE_BYTES).decode("utf-8-sig", "replace").strip()
+                titles = [title.strip() for title in heads.split(",")]
+                if len(set(titles)) < len(titles):
+                    raise ValueProblem(f"header {shown(heads)}, expected each head once")
+                names, line = self.heads(titles, info), 2
+                for line, text in enumerate(iter(lambda: file.readline(LINE_BYTES), b""), start=2):
+                    if text.strip():
+                        values.append(_numbers(text.decode("utf-8", "replace"), titles))
+                        places.append(line)
+                    if len(values) > MOST_STARTS:
+                        raise ValueProblem(f"more than {MOST_STARTS:,} starts")
+            except ValueProblem as problem:
+                raise ValueProblem(f"{path}:{line}: {problem.message}", hint=problem.hint) from None
+        if not values:
+            raise ValueProblem(f"{path}: no starts")
+        ensemble = Ensemble(names, np.array(values, dtype=np.float64))
+        if (found := self.fault(ensemble)) is not None:
+            raise ValueProblem(f"{path}:{places[found[0]]}: {found[1]}")
+        return ensemble
+
+
+def _numbers(text: str, titles: Sequence[str]) -> list[float]:
+    """The numbers of a line. Raises ValueProblem."""
+    if len(text) >= LINE_BYTES:
+        raise ValueProblem(f"a line of more than {LINE_BYTES:,} bytes")
+    cells = text.split(",")
+    if len(cells) != len(titles):
+        raise ValueProblem(f"read {len(cells)} values, expected {len(titles)}")
+    for title, cell in zip(titles, cells, strict=True):
+        is_number = _NUMBER.fullmatch(cell)
+        if not is_number or math.isinf(float(cell)):
+            expected = "a finite number" if is_number else "a number"
+            raise ValueProblem(f"column {title}: read {shown(cell.strip())}, expected {expected}")
+    return list(map(float, cells))
+
 
 MOST_SAMPLES = 10_000_000
 """The most samples of a motion: a trajectory of as many rows takes a gigabyte."""

@@ -15,18 +15,15 @@ from dataclasses import dataclass, replace
 from decimal import Context, Decimal, InvalidOperation
 from fractions import Fraction
 from functools import cached_property
-from typing import Any, TypeAlias
+from typing import Any, NamedTuple
 
-from rigidcli.document.origins import SWEEP, split_setting
+from rigidcli.document.draft import SWEEP, split_setting
 from rigidcli.document.syntax import read_value
 from rigidcli.errors import DocumentError, UsageError, ValueProblem, nearest, shown
 from rigidcli.fields.environment import Environment, arithmetic_for
-from rigidcli.fields.typed_numbers import finite, split_quantity
+from rigidcli.fields.typed_numbers import exact_text, finite, split_quantity
 from rigidcli.fields.units import parse_unit
 from rigidcli.language.expression import parse
-
-LOGARITHMIC = "log"
-"""What stands before START where the ratio of two neighbours is constant, and not their difference."""
 
 FORMS = "START:STOP:COUNT, log:START:STOP:COUNT, 1,2,5 or @table.csv:column"
 """The ways to write values, for messages."""
@@ -41,16 +38,12 @@ _DECIMAL = re.compile(r"[-+]?(\d|\.\d)")
 """How a decimal begins, and no expression such as `pi/2` that is rounded."""
 
 
-Point: TypeAlias = tuple[str, ...]
-"""The text of a value for each key of a sweep."""
-
-
 @dataclass(frozen=True)
 class Range:
-    """`count` values from `start` to `stop`, both included, all in the same `unit`.
+    """The texts of `count` values from `start` to `stop`, both included, all in the same `unit`.
 
     They are worked out exactly and rounded once: 0:1:11 has 0.3, where floats that add up have
-    0.30000000000000004.
+    0.30000000000000004. Two neighbours have the same ratio if it is `logarithmic`, else the same difference.
     """
 
     start: Fraction
@@ -58,32 +51,26 @@ class Range:
     count: int
     unit: str
     is_rounded: bool
-    logarithmic: bool = False
+    logarithmic: bool
     exact: bool = False
 
     def __len__(self) -> int:
         return self.count
 
     def __getitem__(self, index: int) -> str:
-        over, under = self._ratio(index)
-        text = f"{over / under!r}"
-        if self.exact:
-            value = Fraction(over, under)
-            decimal = _decimal(value)
-            text = str(decimal) if Fraction(decimal) == value else str(value)
-            if "/" in text and self.unit:
-                hint = "choose another COUNT, or list the values"
-                raise UsageError(f"{text} {self.unit} has no decimal that is exact", hint=hint)
+        part = Fraction(index, max(self.count - 1, 1))
+        value = self.start + (self.stop - self.start) * part
+        if self.logarithmic and 0 < part < 1:
+            ratio, share = (
+                DIGITS.divide(number.numerator, number.denominator)
+                for number in (self.stop / self.start, part)
+            )
+            value = self.start * Fraction(DIGITS.power(ratio, share))
+        text = exact_text(value, 0) if self.exact else repr(float(value))
+        if "/" in text and self.unit:
+            hint = "choose another COUNT, or list the values"
+            raise UsageError(f"{text} {self.unit} has no decimal that is exact", hint=hint)
         return f"{text} {self.unit}".rstrip()
-
-    def _ratio(self, index: int) -> tuple[int, int]:
-        """The value in the unit, as two whole numbers: their quotient is rounded once."""
-        steps = max(self.count - 1, 1)
-        if self.logarithmic and 0 < index < steps:
-            growth = DIGITS.power(_decimal(self.stop / self.start), Decimal(index) / steps)
-            return (self.start * Fraction(growth)).as_integer_ratio()
-        (a, c), (b, d) = self.start.as_integer_ratio(), self.stop.as_integer_ratio()
-        return a * d * (steps - index) + b * c * index, c * d * steps
 
     def exactly(self) -> Range:
         """The same range for exact numbers. Raises UsageError where its values are rounded."""
@@ -93,20 +80,11 @@ class Range:
         return replace(self, exact=True)
 
 
-def _decimal(number: Fraction) -> Decimal:
-    return DIGITS.divide(Decimal(number.numerator), Decimal(number.denominator))
-
-
-Values: TypeAlias = Range | tuple[str, ...]
-"""The texts of the values of one key."""
-
-
-@dataclass(frozen=True, slots=True)
-class Key:
+class Key(NamedTuple):
     """A key of a document, the values over which it runs, and the file that they are read from, if any."""
 
     name: str
-    values: Values
+    values: Range | tuple[str, ...]
     file: str = ""
 
 
@@ -120,17 +98,15 @@ class Sweep:
     @cached_property
     def count(self) -> int:
         """How many points there are; it may be more than a list can have."""
-        if self.paired:
-            return len(self.keys[0].values)
-        return math.prod(len(key.values) for key in self.keys)
+        return math.prod(len(key.values) for key in self.keys[: 1 if self.paired else None])
 
     @property
     def files(self) -> tuple[str, ...]:
         """The tables that values are read from."""
         return tuple(key.file for key in self.keys if key.file)
 
-    def point(self, index: int) -> Point:
-        """The values at a place of the sweep."""
+    def point(self, index: int) -> tuple[str, ...]:
+        """The values at a place of the sweep: a text for each key."""
         texts = []
         for key in reversed(self.keys):
             own = index
@@ -141,17 +117,15 @@ class Sweep:
 
     def exactly(self) -> Sweep:
         """The same sweep for exact numbers. Raises UsageError where values are rounded."""
-        keys = (
-            replace(key, values=key.values.exactly()) if isinstance(key.values, Range) else key
-            for key in self.keys
-        )
+        ranges = (key.values.exactly() if isinstance(key.values, Range) else key.values for key in self.keys)
+        keys = (key._replace(values=values) for key, values in zip(self.keys, ranges, strict=True))
         return replace(self, keys=tuple(keys))
 
-    def settings(self, point: Point) -> list[str]:
+    def settings(self, point: Sequence[str]) -> list[str]:
         """The point as texts `KEY=VALUE`."""
         return [f"{key.name}={text}" for key, text in zip(self.keys, point, strict=True)]
 
-    def told(self, point: Point, exact: bool) -> Iterator[tuple[str, Any, str]]:
+    def told(self, point: Sequence[str], exact: bool) -> Iterator[tuple[str, Any, str]]:
         """For each key its name, its value as results tell it, and the unit of that where one is typed."""
         for key, text in zip(self.keys, point, strict=True):
             yield key.name, *_told(text, exact)
@@ -190,7 +164,7 @@ def _read_key(text: str) -> Key:
 
 def _range(name: str, typed: str, parts: Sequence[str]) -> Range:
     """The range that START:STOP:COUNT describes. Raises UsageError."""
-    logarithmic = parts[0] == LOGARITHMIC
+    logarithmic = parts[0] == "log"
     if len(parts) != 3 + logarithmic:
         raise UsageError(f"`{name}`: read {shown(typed)}, expected {FORMS}")
     *texts, count = parts[-3:]
@@ -199,10 +173,10 @@ def _range(name: str, typed: str, parts: Sequence[str]) -> Range:
     start, stop = (_in_unit(name, text, *end, unit) for text, end in zip(texts, ends, strict=True))
     if logarithmic and start * stop <= 0:
         raise UsageError(f"`{name}`: logarithmic steps need ends of the same sign, and not 0")
-    is_rounded = not all(map(_DECIMAL.match, texts))
     with suppress(InvalidOperation):
         number = Decimal(count)
         if number.is_finite() and number == int(number) and 1 <= number <= MOST:
+            is_rounded = not all(map(_DECIMAL.match, texts))
             return Range(start, stop, int(number), unit, is_rounded, logarithmic)
     raise UsageError(f"`{name}`: read {shown(count)}, expected a COUNT from 1 to {MOST:.0e}")
 

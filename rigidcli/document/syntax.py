@@ -8,8 +8,7 @@ in which `1:30` is ninety and `no` is false. JSON is read by the same road, bein
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Iterator
-from dataclasses import dataclass
+from collections.abc import Callable
 from decimal import Decimal, InvalidOperation
 from typing import Any
 
@@ -33,10 +32,12 @@ _LOADER: Any = getattr(yaml, "CBaseLoader", yaml.BaseLoader)
 _NULL = dict.fromkeys(["", "~", "null", "Null", "NULL"])
 _TRUE, _FALSE = ["true", "True", "TRUE"], ["false", "False", "FALSE"]
 _PLAIN = _NULL | dict.fromkeys(_TRUE, True) | dict.fromkeys(_FALSE, False)
-_NOT_FINITE = re.compile(r"[-+]?\.(inf|Inf|INF)|\.(nan|NaN|NAN)")
-_INT = re.compile(r"[-+]?[0-9]+")
-_BASED_INT = re.compile(r"0o[0-7]+|0x[0-9a-fA-F]+")
-_FLOAT = re.compile(r"[-+]?(\.[0-9]+|[0-9]+(\.[0-9]*)?)([eE][-+]?[0-9]+)?")
+_NUMBER = re.compile(
+    r"(?P<whole>[-+]?[0-9]+)"
+    r"|(?P<decimal>[-+]?(?:\.[0-9]+|[0-9]+(?:\.[0-9]*)?)(?:[eE][-+]?[0-9]+)?)"
+    r"|(?P<based>0o[0-7]+|0x[0-9a-fA-F]+)"
+    r"|(?P<endless>[-+]?\.(?:inf|Inf|INF)|\.(?:nan|NaN|NAN))"
+)
 """What a plain scalar is, by the core schema of YAML 1.2; any other is a text."""
 
 _SURROGATES = re.compile(r"(?<!\\)((?:\\\\)*)\\u([dD][89abAB][0-9a-fA-F]{2})\\u([dD][c-fC-F][0-9a-fA-F]{2})")
@@ -62,11 +63,9 @@ def read_tree(
     data = text.encode(errors="surrogatepass")
     require_bounded(data, source)
     try:
-        return _Builder(
-            yaml.parse(data, Loader=_LOADER), source, number, {} if lines is None else lines, typed
-        ).root()
+        return _Builder(data, source, number, {} if lines is None else lines, typed).root()
     except yaml.MarkedYAMLError as error:
-        from rigidcli.document.slips import find_slip
+        from rigidcli.document.complaints import find_slip
 
         slip = find_slip(text, error)
         problem = Problem(source, f"not YAML: {error.problem}", code="parse_error")
@@ -74,18 +73,18 @@ def read_tree(
             excerpt = Excerpt.of("".join(text.splitlines()[slip.line - 1 : slip.line]), slip.column)
             message = f"not YAML: {slip.message}"
             problem = Problem(source, message, slip.line, "", slip.hint, "parse_error", excerpt)
-        raise DocumentError([problem]) from None
     except yaml.reader.ReaderError as error:
         line = text.count("\n", 0, error.position) + 1 if isinstance(error.position, int) else None
         problem = Problem(source, f"not YAML: {error.reason}", line, code="parse_error")
-        raise DocumentError([problem]) from None
+    raise DocumentError([problem])
 
 
 def read_value(text: str, source: str) -> Any:
     """The value in a text, which is mostly a number and then needs no parser. Raises DocumentError."""
-    if len(text) <= MAX_INTEGER_DIGITS and _FLOAT.fullmatch(text):
-        return int(text) if _INT.fullmatch(text) else decimal(text)
-    return read_tree(text, source, decimal)
+    kind = _NUMBER.fullmatch(text) if len(text) <= MAX_INTEGER_DIGITS else None
+    if kind is None or kind.lastgroup not in ("whole", "decimal"):
+        return read_tree(text, source, decimal)
+    return int(text) if kind.lastgroup == "whole" else decimal(text)
 
 
 def decimal(text: str) -> Decimal | float:
@@ -102,47 +101,56 @@ def _joined(pair: re.Match[str]) -> str:
     return pair[1] + chr(0x10000 + ((high - 0xD800) << 10) + (low - 0xDC00))
 
 
-@dataclass(slots=True)
 class _Builder:
     """Puts events together. Containers within containers are worked by recursion, to MAX_DEPTH."""
 
-    _events: Iterator[yaml.Event]
-    _source: str
-    _number: Callable[[str], object]
-    _lines: dict[Path, int]
-    _typed: bool
+    def __init__(
+        self,
+        data: bytes,
+        source: str,
+        number: Callable[[str], object],
+        lines: dict[Path, int],
+        is_typed: bool,
+    ) -> None:
+        self._next: Callable[[], Any] = _LOADER(data).get_event
+        self._source, self._number, self._lines, self._is_typed = source, number, lines, is_typed
 
     def root(self) -> Any:
         """The one document of the stream; None where there is nothing."""
         root, documents = None, 0
-        for event in self._events:
-            if isinstance(event, yaml.DocumentStartEvent):
+        while (event := self._next()) is not None:
+            if isinstance(event, yaml.NodeEvent):
+                root = self._node(event, (), 0, self._is_typed)
+            elif isinstance(event, yaml.DocumentStartEvent):
                 documents += 1
                 if documents > 1:
                     raise self._refusal(event, "a second document begins here, expected one in a file")
-            elif isinstance(event, yaml.NodeEvent):
-                root = self._node(event, (), 0)
         return root
 
-    def _node(self, event: yaml.Event, path: Path, depth: int, is_text: bool = False) -> Any:
+    def _node(self, event: Any, path: Path, depth: int, is_text: bool) -> Any:
         """The value that begins with `event`; lists and mappings around it are `depth` deep."""
-        self._refuse_unsafe(event)
-        if isinstance(event, yaml.ScalarEvent):
-            return self._scalar(event, is_text or self._typed)
+        if event.anchor is not None or event.tag is not None:
+            raise self._unsafe(event)
+        if type(event) is yaml.ScalarEvent:
+            return event.value if event.style else self._plain(event, is_text)
         if depth == MAX_DEPTH:
             raise self._refusal(event, f"nested more than {MAX_DEPTH} deep", code="too_deep")
-        if isinstance(event, yaml.MappingStartEvent):
+        if type(event) is yaml.MappingStartEvent:
             return self._mapping(path, depth + 1)
         items: list[Any] = []
-        while not isinstance(event := next(self._events), yaml.CollectionEndEvent):
-            items.append(self._node(event, self._placed(path, len(items), event), depth + 1))
+        while type(event := self._next()) is not yaml.SequenceEndEvent:
+            place = (*path, len(items))
+            self._lines[place] = event.start_mark.line + 1
+            items.append(self._node(event, place, depth + 1, self._is_typed))
         return items
 
     def _mapping(self, path: Path, depth: int) -> dict[str, Any]:
         mapping: dict[str, Any] = {}
-        while not isinstance(event := next(self._events), yaml.CollectionEndEvent):
-            self._refuse_unsafe(event)
-            if not isinstance(event, yaml.ScalarEvent):
+        while type(event := self._next()) is not yaml.MappingEndEvent:
+            line = event.start_mark.line + 1
+            if event.anchor is not None or event.tag is not None:
+                raise self._unsafe(event)
+            if type(event) is not yaml.ScalarEvent:
                 raise self._refusal(event, "a key is a list or a mapping, expected a text")
             key = event.value
             if key == "<<" and not event.style:
@@ -151,47 +159,37 @@ class _Builder:
             if key in mapping:
                 message = f"the key {shown(key)} stands twice in this mapping"
                 raise self._refusal(event, message, code="duplicate_key")
-            value = next(self._events)
-            place = self._placed(path, key, event)
-            mapping[key] = self._node(value, place, depth, is_text=key in TITLES)
+            place = (*path, key)
+            self._lines[place] = line
+            mapping[key] = self._node(self._next(), place, depth, self._is_typed or key in TITLES)
         return mapping
-
-    def _placed(self, path: Path, step: str | int, event: yaml.Event) -> Path:
-        """The path to an entry, after taking note of its line."""
-        mark: Any = event.start_mark
-        self._lines[*path, step] = mark.line + 1
-        return (*path, step)
 
     def _refusal(
         self, event: Any, message: str, hint: str | None = None, code: str = "parse_error"
     ) -> DocumentError:
         return DocumentError([Problem(self._source, message, event.start_mark.line + 1, "", hint, code)])
 
-    def _refuse_unsafe(self, event: yaml.Event) -> None:
-        if isinstance(event, yaml.AliasEvent) or getattr(event, "anchor", None) is not None:
+    def _unsafe(self, event: Any) -> DocumentError:
+        """The refusal of an alias, an anchor or a tag."""
+        if event.anchor is not None:
             hint = "write the value out, or quote the text"
-            message = "anchors and aliases (`&`, `*`) are not read"
-            raise self._refusal(event, message, hint, code="not_allowed")
-        tag = getattr(event, "tag", None)
-        if tag is not None:
-            hint = "leave out tags: the schema knows the types"
-            raise self._refusal(event, f"the tag {shown(tag)} is not read", hint, code="not_allowed")
+            return self._refusal(event, "anchors and aliases (`&`, `*`) are not read", hint, "not_allowed")
+        hint = "leave out tags: the schema knows the types"
+        return self._refusal(event, f"the tag {shown(event.tag)} is not read", hint, "not_allowed")
 
-    def _scalar(self, event: yaml.ScalarEvent, is_text: bool) -> object:
+    def _plain(self, event: Any, is_text: bool) -> object:
+        """The value of a scalar without quotes."""
         text: str = event.value
-        if event.style or (is_text and text not in _NULL):
-            return text
-        if text in _PLAIN:
+        if text in _NULL or (text in _PLAIN and not is_text):
             return _PLAIN[text]
-        if _INT.fullmatch(text):
-            if len(text) > MAX_INTEGER_DIGITS:
-                message = f"a number of {len(text)} digits, expected at most {MAX_INTEGER_DIGITS}"
-                raise self._refusal(event, message)
-            return int(text)
-        if _FLOAT.fullmatch(text):
+        kind = None if is_text else _NUMBER.fullmatch(text)
+        if kind is None:
+            return text
+        if kind.lastgroup == "decimal":
             return self._number(text)
-        if _BASED_INT.fullmatch(text) and len(text) <= MAX_INTEGER_DIGITS:
-            return int(text, 0)
-        if _NOT_FINITE.fullmatch(text):
+        if kind.lastgroup == "endless":
             return float(text.replace(".", ""))
-        return text
+        if len(text) > MAX_INTEGER_DIGITS:
+            message = f"a number of {len(text)} digits, expected at most {MAX_INTEGER_DIGITS}"
+            raise self._refusal(event, message)
+        return int(text) if kind.lastgroup == "whole" else int(text, 0)

@@ -12,7 +12,7 @@ from rigidcli.bodies.bodies import Composite
 from rigidcli.bodies.shape import Shape
 from rigidcli.core.arithmetic import FLOAT
 from rigidcli.document.document import Document
-from rigidcli.document.origins import Origin
+from rigidcli.document.draft import Draft
 from rigidcli.errors import ComputationError, DocumentError, Problem, ValueProblem
 from rigidcli.errors import Path as Keys
 from rigidcli.fields.environment import Formula
@@ -24,20 +24,20 @@ MOST_SYMBOLS = 3
 """With more symbols, values that allow a body may be missed by chance: then it is noted, and not refused."""
 
 
-def tried(document: Document, origin: Origin, read: Callable[[Mapping[str, Any]], Document]) -> Document:
+def tried(document: Document, draft: Draft, read: Callable[[Mapping[str, Any]], Document]) -> Document:
     """The document, with notes on the positive values of its symbols that it cannot have.
 
     `read` makes a document of a tree with numbers, without looking whether the body can exist. Problems and
     notes name the check that fails, without the values. Raises DocumentError where all values fail.
     """
-    parameters = origin.tree["parameters"]
+    parameters = draft.tree["parameters"]
     symbols = [name for name, value in parameters.items() if value is None]
     chance = random.Random(" ".join(symbols))  # noqa: S311 - the same trials for the same document
     failed: Counter[tuple[str, str]] = Counter()
     for _ in range(TRIALS):
         values = {name: 10 ** chance.uniform(-2, 2) for name in symbols}
         try:
-            _require_physical(read({**origin.tree, "parameters": {**parameters, **values}}))
+            _require_physical(read({**draft.tree, "parameters": {**parameters, **values}}))
         except DocumentError as error:
             failed.update({(problem.key, _check(problem.message)) for problem in error.problems})
         except ComputationError:
@@ -47,13 +47,14 @@ def tried(document: Document, origin: Origin, read: Callable[[Mapping[str, Any]]
         amount, names = "all" if count == TRIALS else "some", ", ".join(f"`{name}`" for name in symbols)
         sentence = f"for {amount} positive values of {names} that were tried: {check}"
         if count == TRIALS and len(symbols) <= MOST_SYMBOLS:
-            line = origin.place(tuple(key.split(".")))[1]
-            refused.append(Problem(origin.source, sentence, line, key))
+            line = draft.place(tuple(key.split(".")))[1]
+            refused.append(Problem(draft.source, sentence, line, key))
         else:
             notes.append(f"{key}: {sentence}" if key else sentence)
     if refused:
         raise DocumentError(refused)
-    return document.came_from(origin, [*document.notes, *notes])
+    document.reading.notes += notes
+    return document
 
 
 def _require_physical(document: Document) -> None:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import pathlib
 import re
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from fractions import Fraction
 from functools import cached_property, lru_cache
 from typing import Any
@@ -58,7 +58,7 @@ class Environment:
     arithmetic: Arithmetic = FLOAT
     parameters: dict[str, Scalar] = field(default_factory=dict)
     dimensions: dict[str, Dimension] = field(default_factory=dict)
-    folder: pathlib.Path = pathlib.Path()
+    folder: str = ""
     used: set[str] = field(default_factory=set)
     declared: set[str] = field(default_factory=set)
     broken: set[str] = field(default_factory=set)
@@ -73,9 +73,15 @@ class Environment:
     notes: list[str] = field(default_factory=list)
     files: list[pathlib.Path] = field(default_factory=list)
 
+    def copied(self) -> Environment:
+        """The same environment, in which more of a document may be read without a trace in this one."""
+        return replace(
+            self, used={*self.used}, faults={**self.faults}, notes=[*self.notes], files=[*self.files]
+        )
+
     def file(self, name: str) -> pathlib.Path:
         """The path of a file that the document names, which is taken note of."""
-        path = self.folder / name
+        path = pathlib.Path(self.folder, name)
         self.files.append(path)
         return path
 

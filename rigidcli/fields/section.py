@@ -49,7 +49,7 @@ class Section(BaseModel):
         """Refuse unknown, missing and contradicting keys here, beside whatever else is wrong."""
         if not isinstance(raw, dict):
             return validate(raw)
-        fields = cls.model_fields
+        fields = cls.__pydantic_fields__  # `model_fields` is the same, and looks it up in a roundabout way
         problems = [*cls._contradictions(raw)]
         if not raw.keys() <= fields.keys():
             top = environment(info).top_keys
@@ -66,7 +66,7 @@ class Section(BaseModel):
     @classmethod
     def _contradictions(cls, raw: Mapping[str, Any]) -> Iterator[ValueProblem]:
         for keys, least, expected in ((cls.ONE_OF, 1, "exactly"), (cls.AT_MOST_ONE_OF, 0, "at most")):
-            given = [key for key in keys if raw.get(key) is not None]
+            given = [key for key in keys if raw.get(key) is not None] if keys else ()
             if keys and not least <= len(given) <= 1:
                 words = " and ".join(f"`{key}`" for key in given or keys)
                 which = "both" if given else "neither"

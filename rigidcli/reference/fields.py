@@ -9,7 +9,7 @@ from typing import Any, Literal, Union, get_args, get_origin
 
 from pydantic.fields import FieldInfo
 
-from rigidcli.document.ensembles import OrMany
+from rigidcli.document.sampling import OrMany
 from rigidcli.document.system import SystemExpression
 from rigidcli.fields.quantities import Quantity
 from rigidcli.fields.readers import Alternative, Choice, Elsewhere, ReadBy

@@ -76,7 +76,7 @@ def mistakes() -> dict[str, str]:
 def files() -> str:
     """The kinds of FILES."""
     from rigidcli.bodies.robots import READERS
-    from rigidcli.document.origins import BODY_FILES
+    from rigidcli.document.draft import BODY_FILES
 
     bodies = [
         (", ".join(end for end in BODY_FILES if BODY_FILES[end] == form), f"`body.{form}` by itself")

@@ -21,11 +21,11 @@ def piece(report: Report, look: Look) -> str:
         require(len(table), sum(len(column.cells) for column in table.columns), ITS_TEXT)
     head: dict[str, Value] = {"schema": report.schema, "name": report.name, "source": report.source}
     if report.swept:
-        head["swept"] = {entry.key: plain(entry.value) for entry in report.swept}
+        head["swept"] = {entry.key: entry.value for entry in report.swept}
     if look.columns:
         report = replace(report, tables=tuple(_asked(table, look) for table in report.tables))
-    body = head | plain(report.tree()) | {"units": report.units}
-    return orjson.dumps(body, option=orjson.OPT_SERIALIZE_NUMPY).decode() + "\n"
+    body = head | report.tree() | {"units": report.units}
+    return orjson.dumps(body, default=plain, option=orjson.OPT_SERIALIZE_NUMPY).decode() + "\n"
 
 
 def _asked(table: Table, look: Look) -> Table:

@@ -12,7 +12,7 @@ from rigidcli.core.arithmetic import Array
 from rigidcli.core.principal import PrincipalFrame
 from rigidcli.core.tensor import ROUNDING
 from rigidcli.document.document import Document
-from rigidcli.errors import ComputationError, DocumentError, Problem
+from rigidcli.errors import ComputationError
 from rigidcli.report import Field
 from rigidcli.studies.common import if_known
 from rigidcli.studies.results import told
@@ -41,7 +41,7 @@ def inertia_fields(document: Document) -> tuple[Field, ...]:
     Raises DocumentError when there is no body, and ComputationError when floats cannot hold its tensor.
     """
     if document.body is None:
-        raise DocumentError([Problem(document.source, "missing, expected a body", key="body")])
+        raise document.refusal("missing, expected a body", "body")
     n, physical = document.arithmetic, document.physical
     axes, body, mass = physical.axes, physical.properties, None
     known = body.mass is not None or body.at_com

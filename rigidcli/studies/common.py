@@ -71,7 +71,7 @@ def _unsigned(value: Value) -> Value:
 
 
 def _representable(field: Field) -> Field:
-    """The field; floats without a signed zero, and arrays of them contiguous in memory."""
+    """The field, in which floats lose the sign of a zero, and arrays of them are contiguous in memory."""
     value = field.value
     if value is None or (type(value) is float and TINY <= abs(value) < math.inf):
         return field
@@ -83,7 +83,8 @@ def _representable(field: Field) -> Field:
             f"the {field.title or field.key} is beyond the range of floating-point numbers"
         )
     is_array = isinstance(value, np.ndarray) and value.ndim
-    return field.with_value(np.ascontiguousarray(value) + 0.0 if is_array else float(value) + 0.0)
+    field.value = np.ascontiguousarray(value) + 0.0 if is_array else float(value) + 0.0
+    return field
 
 
 TINY = float(np.finfo(np.float64).tiny)
@@ -126,8 +127,7 @@ def require_values(document: Document, what: str) -> None:
     if document.arithmetic.exact and not missing:
         missing = tuple(name for name, value in (document.parameters or {}).items() if value is None)
     if missing:
-        raise DocumentError(
-            [document.problem(f"missing: {what} needs its value", f"parameters.{name}") for name in missing]
-        )
+        message = f"missing: {what} needs its value"
+        raise DocumentError([document.problem(message, f"parameters.{name}") for name in missing])
     if document.arithmetic.exact:
         raise UsageError(f"{what} has no exact results", hint="leave out `--exact`")

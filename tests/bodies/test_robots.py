@@ -20,6 +20,7 @@ from scipy.spatial.transform import Rotation
 import rigidcli
 from rigidcli.bodies.robots import READERS, elements
 from rigidcli.document.load import Drafts, robot_drafts
+from rigidcli.document.load import read as read_draft
 from rigidcli.errors import RigidError
 from rigidcli.studies.robots import remarks
 from tests.conftest import ROOT
@@ -54,7 +55,7 @@ def read(text: str, ending: str, folder: Path) -> list[Any]:
 
 def robot_of(text: str, name: str) -> Drafts:
     """The links of a text, not yet read, and notes."""
-    return robot_drafts(text, name, Path())
+    return robot_drafts(text, name, "")
 
 
 def by_mujoco(text: str, name: str = "l") -> tuple[float, Any, Any]:
@@ -274,7 +275,7 @@ def test_what_is_wrong_in_a_link_is_told(good: str) -> None:
     assert good in text
     (each,) = robot_of(text.replace(good, bad, 1), "robot.urdf").each
     with pytest.raises(RigidError) as refused:
-        each.document()
+        read_draft(each)
     assert re.search(message, str(refused.value))
 
 
@@ -342,7 +343,7 @@ def test_a_mutated_file_is_answered_or_refused(ending: str) -> None:
             continue
         for each in links:
             with contextlib.suppress(RigidError):
-                document = each.document()
+                document = read_draft(each)
                 remarks(each.link, document)
                 rigidcli.axes(document)
         assert time.process_time() - began < 5, text

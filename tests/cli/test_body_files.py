@@ -11,7 +11,7 @@ import pytest
 import rigidcli
 from rigidcli.bodies.bodies import FORMS
 from rigidcli.bodies.points import MOLECULE, READERS
-from rigidcli.document.origins import BODY_FILES
+from rigidcli.document.draft import BODY_FILES
 from tests.conftest import ROOT, Program
 
 CLOUD = "m,x,y,z\n1,1,0,0\n2,0,1,0\n3,0,0,1\n"

@@ -142,7 +142,7 @@ run()
     others = (
         "bodies.solid_shapes",
         "bodies.thin_shapes",
-        "document.slips",
+        "document.complaints",
         "document.precession",
         "picture",
         "program",

@@ -22,7 +22,7 @@ from rigidcli.document.load import loads
 from rigidcli.document.orbit import Orbit
 from rigidcli.document.schema import json_schema
 from rigidcli.document.system import System
-from rigidcli.document.transform import Transform
+from rigidcli.document.variables import Transform
 from rigidcli.errors import DocumentError, UsageError
 from rigidcli.language.expression import Expression
 from rigidcli.studies.common import require_values

@@ -6,10 +6,11 @@ from collections.abc import Sequence
 from dataclasses import replace
 from functools import lru_cache
 from importlib import import_module
-from pathlib import Path, PurePath
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 from rigidcli.errors import DocumentError, Problem, ValueProblem, shown
+from rigidcli.fields.texts import ending
 
 if TYPE_CHECKING:
     from rigidcli.bodies.robots.links import Link, Robot
@@ -20,7 +21,7 @@ READERS = {".urdf": "urdf", ".sdf": "sdf", ".xml": "mjcf"}
 
 def is_robot(path: str) -> bool:
     """Whether a file has the name of a robot description."""
-    return PurePath(path).suffix.lower() in READERS
+    return ending(path) in READERS
 
 
 def read_robot(text: str, source: str, folder: Path) -> Robot:

@@ -46,7 +46,8 @@ def find(
     progress: Callable[[float], None] | None,
 ) -> Found:
     """Derive, search and follow what a document asks for; what it does not ask is not imported."""
-    derivation = document.shared.once("derivation", lambda: derive(document))
+    derivation: Derivation = document.reading.kept.get("derivation") or derive(document)
+    document.reading.kept["derivation"] = derivation
     branches, orbit, transform, small, initial = derivation.branches, None, None, None, None
     intervals = _intervals(document, derivation)
     if document.equilibrium is not None:
@@ -63,7 +64,7 @@ def find(
         require_formulas(document, [derivation.generator, *derivation.system.forces], "an orbit")
         derivation, initial = initial_state(document, document.orbit, derivation)
         searched = _searched(derivation)
-        starts = document.shared.starts
+        starts = document.reading.starts
         orbit = solve_orbit(document.orbit, derivation, initial, searched or (), progress, starts)
     if document.transform is not None:
         from rigidcli.studies.hamilton.transform import transformed

@@ -21,7 +21,7 @@ from rigidcli.algebra.substitution import substitute
 from rigidcli.algebra.trigonometry import exponentials_merged
 from rigidcli.algebra.values import is_zero, vanish_together
 from rigidcli.document.document import Document
-from rigidcli.document.transform import Transform
+from rigidcli.document.variables import Transform
 from rigidcli.errors import ComputationError, ExpressionError
 from rigidcli.mechanics import canonical
 from rigidcli.mechanics.hamilton_equations import Phase, equations

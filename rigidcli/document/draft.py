@@ -1,7 +1,4 @@
-"""What a document is read from: a text, a file that is a body by itself, or a link of a robot.
-
-`--set KEY=VALUE` and `--sweep` change values of it from outside.
-"""
+"""A document as it is written: its values, where each of them stands, and what is changed from outside."""
 
 from __future__ import annotations
 
@@ -25,6 +22,7 @@ from rigidcli.errors import (
     nearest,
     shown,
 )
+from rigidcli.fields.texts import ending
 
 if TYPE_CHECKING:
     from rigidcli.bodies.robots.links import Link
@@ -35,25 +33,21 @@ NEAR = 20
 LONGEST_LINE = 2000
 """The longest line (characters) that is searched for a slip: nobody would find the place in a longer one."""
 
-MOST_LINKS = 1000
-"""The most links of a robot, which take two seconds to read as documents; the largest robots have 200."""
-
 BODY_FILES = dict.fromkeys((".glb", ".gltf", ".obj", ".off", ".ply", ".stl"), "mesh") | dict.fromkeys(
     (".csv", ".npy", ".xyz"), "points"
 )
 """The key under which a document names a body that is a file, by the ending of the file's name."""
-
-
-def body_form(name: str) -> str | None:
-    """The key of the body that the file of this name is by itself; None for the file of a document."""
-    return BODY_FILES.get(pathlib.PurePath(name).suffix.lower())
-
 
 SWEEP = "--sweep"
 """The option that gives values one after the other."""
 
 _SETTING = re.compile(r"([^=.]+(?:\.[^=.]+)*)=(.*)", re.DOTALL)
 """Keys joined by points, and the value after the first `=`."""
+
+
+def body_form(name: str) -> str | None:
+    """The key of the body that the file of this name is by itself; None for the file of a document."""
+    return BODY_FILES.get(ending(name))
 
 
 def split_setting(
@@ -119,52 +113,64 @@ def _index(place: Any, step: str | int) -> int:
     raise ValueProblem(what, hint=hint)
 
 
-@dataclass(frozen=True)
-class Origin:
-    """What is written, as a tree of mappings, lists and scalars, and where each value stands.
+@dataclass(frozen=True, eq=False)
+class Draft:
+    """What is written, as a tree of mappings, lists and scalars, and how it is to be read.
 
-    `lines` has the line of every key and entry; files that the document names are looked for in `folder`.
-    `changed` has the paths to values that are given from outside, each with the option that gave it, and
-    `settings` has these as they are typed.
+    `lines` has the line of every key and entry in the `text`; files that the document names are looked for
+    in `folder`. `settings` are texts `KEY=VALUE`, as after `--set`, which are still to be put into the tree;
+    `options` has the keys of those that an option of its own has given, with its name. `changed` has the
+    paths to values that have been put there, each with its option, and `typed` these settings. `exact` makes
+    decimals rationals and parameters without a value symbols. A file that is a body by itself has the key of
+    that as its `form`; a link of a robot is `link`.
     """
 
     source: str
-    folder: pathlib.Path
     tree: Any
     text: str = ""
     lines: Mapping[Path, int] = field(default_factory=dict)
+    folder: str = ""
+    exact: bool = False
+    settings: Sequence[str] = ()
+    options: Mapping[str, str] = field(default_factory=dict)
     changed: Mapping[Path, str] = field(default_factory=dict)
-    settings: tuple[str, ...] = ()
+    typed: tuple[str, ...] = ()
+    form: str | None = None
+    link: Link | None = None
 
     @property
     def whole(self) -> str:
         """The text, and below it, in comments, what is given from outside."""
-        return f"{self.text.rstrip()}\n" + "".join(f"# with {setting}\n" for setting in self.settings)
+        return f"{self.text.rstrip()}\n" + "".join(f"# with {setting}\n" for setting in self.typed)
 
-    def changed_by(
-        self, settings: Sequence[str], options: Mapping[str, str] | None = None, option: str = "--set"
-    ) -> Self:
-        """The same with values replaced or added by `settings`, texts `KEY=VALUE`; this one stays as it is.
+    @property
+    def has_symbols(self) -> bool:
+        """Whether a parameter stands without a value."""
+        parameters = self.tree.get("parameters") if isinstance(self.tree, dict) else None
+        return isinstance(parameters, dict) and None in parameters.values()
 
-        `options` has the keys that an option of its own has given. Raises DocumentError, or UsageError.
-        """
+    def absolute(self) -> Self:
+        """The same draft for a process in another folder, which reads the files that the document names."""
+        return replace(self, folder=str(pathlib.Path(self.folder).absolute()))
+
+    def changed_by(self, settings: Sequence[str], option: str = "--set") -> Self:
+        """The same with values changed or added by texts `KEY=VALUE`. Raises DocumentError and UsageError."""
         if not settings:
             return self
         tree, changed = self.tree, dict(self.changed)
         for setting in settings:
             path, text = split_setting(setting)
             key = ".".join(map(str, path))
-            own = (options or {}).get(key)
+            own = self.options.get(key)
             value = read_value(text, own or f"{option} {key}")
             try:
                 tree, place = put(tree, path, value)
             except ValueProblem as problem:
                 message = f"{option} {key}: {problem.message}"
-                raise DocumentError(
-                    [Problem(self.source, message, hint=problem.hint, code=UNKNOWN)]
-                ) from None
+                refused = Problem(self.source, message, hint=problem.hint, code=UNKNOWN)
+                raise DocumentError([refused]) from None
             changed[place] = own or option
-        return replace(self, tree=tree, changed=changed, settings=(*self.settings, *settings))
+        return replace(self, tree=tree, changed=changed, typed=(*self.typed, *settings))
 
     def place(self, path: Path) -> tuple[str, int | None]:
         """The source and line of a value, or of what is nearest above it; without a line if set outside."""
@@ -177,6 +183,9 @@ class Origin:
     def problem(self, problem: ValueProblem) -> Problem:
         """The problem, at the place of its value."""
         source, line = self.place(problem.path)
+        key = ".".join(map(str, problem.path))
+        if self.form is not None:
+            return self._of_file(problem, source, key)
         if source == self.source:
             line = line or 1  # that of the document itself
         excerpt, typed = None, (problem.typed or "").partition("\n")[0].strip()
@@ -185,75 +194,28 @@ class Origin:
                 if len(text) <= LONGEST_LINE and typed in text:
                     line, excerpt = number, Excerpt.of(text, text.index(typed) + 1)
                     break
-        key = ".".join(map(str, problem.path))
+        if self.link is not None:
+            if problem.path[:1] == ("body",) and source == self.source:
+                # What stands in the file of a robot has no keys of documents.
+                key = str(problem.path[-1]) if problem.path[-1] in ("mass", "position", "rotation") else ""
+            key = f"link {self.link.name}: {key}".removesuffix(": ")
         return Problem(source, problem.message, line, key, problem.hint, problem.code, excerpt)
 
-
-def of_text(text: str, source: str, folder: pathlib.Path | None = None) -> Origin:
-    """What is written in a text of YAML. Raises DocumentError."""
-    lines: dict[Path, int] = {}
-    return Origin(source, folder or pathlib.Path(), read_tree(text, source, decimal, lines), text, lines)
-
-
-@dataclass(frozen=True)
-class BodyFile(Origin):
-    """A file that is a body by itself. Nothing has a line but what stands in the file."""
-
-    def problem(self, problem: ValueProblem) -> Problem:
-        """The problem, at the line of the file where its message begins with one, and else with a setting."""
-        source, _ = self.place(problem.path)
-        (name,) = (value for key, value in self.tree["body"].items() if key in BODY_FILES.values())
-        file = re.escape(str(self.folder / str(name)))
+    def _of_file(self, problem: ValueProblem, source: str, key: str) -> Problem:
+        """The problem of a body that is a file: at the line of that with which its message may begin."""
+        file = re.escape(str(pathlib.PurePath(self.folder, str(self.tree["body"][self.form]))))
         in_file = re.fullmatch(rf"{file}(?::(\d+))?: (.*)", problem.message, re.DOTALL)
         if in_file is not None:
             line, message = in_file.groups()
             return Problem(source, message, int(line) if line else None, hint=problem.hint)
-        key, hint = ".".join(map(str, problem.path)), problem.hint
+        hint = problem.hint
         if source == self.source and hint is None and problem.message.startswith(("missing", "neither")):
             example = "body.density=7850" if key == "body" else f"{key}=VALUE"
             hint = f"the file is the body of a document, which settings complete, as `--set {example}`"
         return Problem(source, problem.message, key=key, hint=hint, code=problem.code)
 
 
-@dataclass(frozen=True)
-class LinkOrigin(Origin):
-    """A link of a robot. Problems name it."""
-
-    link: Link = field(kw_only=True)
-
-    def problem(self, problem: ValueProblem) -> Problem:
-        """The problem at the place of its value, with the name of the link and what it is about."""
-        placed, key = super().problem(problem), f"link {self.link.name}"
-        about = ".".join(map(str, problem.path))
-        if problem.path[:1] == ("body",) and placed.source == self.source:
-            # What stands in the file has no keys of documents.
-            about = str(problem.path[-1]) if problem.path[-1] in ("mass", "position", "rotation") else ""
-        return replace(placed, key=f"{key}: {about}" if about else key)
-
-
-def links(text: str, source: str, folder: pathlib.Path) -> tuple[list[LinkOrigin], list[str]]:
-    """The links of the robot in `text` that have a mass or a problem, and notes.
-
-    Raises DocumentError for what is no robot.
-    """
-    from rigidcli.bodies.robots import read_robot
-    from rigidcli.bodies.robots.links import listed
-
-    robot = read_robot(text, source, folder)
-    if len(robot.links) > MOST_LINKS:
-        problem = f"there are {len(robot.links):,} links, expected at most {MOST_LINKS:,}"
-        raise DocumentError([Problem(source, problem)])
-    origins, without = [], dict[str, list[str]]()
-    for link in robot.links:
-        if link.without:
-            without.setdefault(link.without, []).append(f"{link.name} (line {link.line})")
-            continue
-        lines: dict[Path, int] = {(): link.line, ("body",): link.line_of("inertia")}
-        lines |= {("body", key): line for key, line in link.lines.items()}
-        tree = {"name": link.name, "body": link.body}
-        origins.append(LinkOrigin(link.source, folder, tree, text, lines, link=link))
-    notes = [
-        f"{len(names)} link{'s have' if len(names) > 1 else ' has'} {reason}: {listed(names)}"
-        for reason, names in without.items()
-    ]
-    return origins, [*robot.notes, *notes]
+def of_text(text: str, source: str, folder: str = "", **options: Any) -> Draft:
+    """What is written in a text of YAML. Raises DocumentError."""
+    lines: dict[Path, int] = {}
+    return Draft(source, read_tree(text, source, decimal, lines), text, lines, folder, **options)

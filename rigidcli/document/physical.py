@@ -1,0 +1,166 @@
+"""The numbers that the sections of a document describe: masses, tensors, axes and tops."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from functools import cached_property
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from rigidcli.core import rotation
+from rigidcli.core.arithmetic import Arithmetic, Array
+from rigidcli.core.mass_properties import MassProperties
+from rigidcli.core.tensor import IDENTITY, Inertia
+from rigidcli.errors import ValueProblem, at
+
+if TYPE_CHECKING:
+    from rigidcli.bodies.bodies import Body
+    from rigidcli.bodies.rotations import Rotation
+    from rigidcli.bodies.tops import HeavyTop
+
+SAME_POINT = 1e-12
+"""Two points closer than this, in units of their distance from the origin, differ by rounding only."""
+
+
+class Physical:
+    """The numbers that the sections of a document describe, worked out when they are first asked for.
+
+    They are asked for when a document is read, so that a body or a top that cannot exist is refused at once.
+
+    Vectors and tensors are along the document's axes. Every property raises ValueProblem, with the path in
+    the document, for what cannot exist.
+    """
+
+    def __init__(self, sections: Mapping[str, Any], arithmetic: Arithmetic) -> None:
+        self.sections, self.arithmetic = sections, arithmetic
+        self.body: Body | None = sections["body"]
+
+    @np.errstate(over="ignore", invalid="ignore")
+    def of(self, sections: Mapping[str, Any]) -> Physical:
+        """The numbers of sections that may have the same body, which is then worked out once, here."""
+        found = Physical(sections, self.arithmetic)
+        if self.body is not None and found.body is self.body:
+            for name in ("properties", "inertia", *(("body_top",) if sections["top"] else ())):
+                found.__dict__[name] = getattr(self, name)
+        return found
+
+    @np.errstate(over="ignore", invalid="ignore")
+    def require(self) -> None:
+        """Raise ValueProblem unless all that the document describes can exist."""
+        _ = self.axes, self.direction, self.orientation
+        _ = self.body and self.properties, self.sections["top"] and self.heavy_top
+
+    @cached_property
+    def properties(self) -> MassProperties:
+        """Mass, centre of mass (3, m) and the tensor of the body."""
+        if self.body is None:
+            raise ValueProblem("missing, expected a body", path=("body",))
+        with at("body"):
+            properties = self.body.properties(self.arithmetic)
+        if properties.mass is None:
+            self._require_known(properties)
+        return properties
+
+    def _require_known(self, properties: MassProperties) -> None:
+        """Raise ValueProblem unless a tensor without a mass is given about the point that is asked for."""
+        n = self.arithmetic
+        if self.sections["about"] == "com" and not properties.at_com:
+            raise ValueProblem("missing: without it the tensor cannot be shifted", path=("body", "mass"))
+        asked = self._point(properties)
+        off = max(abs(n.size(component)) for component in asked - properties.com)
+        far = max(abs(n.size(component)) for component in (*asked, *properties.com))
+        if off > SAME_POINT * far:
+            point = ", ".join(f"{n.size(component):.6g}" for component in properties.com)
+            raise ValueProblem(
+                f"missing: without it the tensor is known about ({point}) only",
+                path=("body", "mass"),
+                hint="give `mass`, or the tensor about the point asked for in `about`",
+            )
+
+    @property
+    def point(self) -> Array:
+        """The point O about which the tensor is asked (3, m)."""
+        return self._point(self.properties)
+
+    def _point(self, properties: MassProperties) -> Array:
+        about = self.sections["about"]
+        if about == "com":
+            return properties.com
+        if isinstance(about, str) and about != "origin":
+            from rigidcli.bodies.shape import Shape
+
+            assert isinstance(self.body, Shape)
+            return self.body.point_named(about, self.arithmetic)
+        return self.arithmetic.array([0, 0, 0] if about == "origin" else about)
+
+    @cached_property
+    def inertia(self) -> Inertia:
+        """The inertia about the point O, along axes in which it was worked out."""
+        # A centre of mass is rounded, and the inertia about it known better; exact sums have axes in common.
+        body, n = self.properties, self.arithmetic
+        if body.mass is None or (self.sections["about"] == "com" and not n.exact):
+            return body.inertia
+        found = body.inertia_about(self.point)
+        return Inertia(n.tidy(found.entries), found.noise, n.tidy(found.axes))
+
+    @cached_property
+    def tensor(self) -> Array:
+        """The inertia tensor about the point O (3 by 3, kg m^2)."""
+        return self.arithmetic.tidy(self.inertia.tensor)
+
+    @cached_property
+    def direction(self) -> Array | None:
+        """The unit vector (3) along the axis through O about which the moment is asked, if one is."""
+        if self.sections["axis"] is None:
+            return None
+        with at("axis"):
+            return rotation.direction(self.sections["axis"], self.arithmetic)
+
+    @cached_property
+    def heavy_top(self) -> HeavyTop:
+        """The top that the section `top` describes by itself or by the body, held at the point O."""
+        top = self.sections["top"]
+        if top is None:
+            raise ValueProblem("missing, expected a top", path=("top",))
+        if self.body is None:
+            from rigidcli.bodies.tops import described
+
+            with at("top"):
+                return described(self.arithmetic, **top.numbers)
+        if given := [key for key, number in top.numbers.items() if number is not None]:
+            raise ValueProblem("the `body` tells this; give one or the other", path=("top", given[0]))
+        return self.body_top
+
+    @cached_property
+    def body_top(self) -> HeavyTop:
+        """The top that the body makes when it is held at the point O."""
+        from rigidcli.bodies.tops import of_body
+
+        try:
+            return of_body(self.properties, self.point, self.inertia, self.arithmetic)
+        except ValueProblem as problem:
+            if problem.path[:1] != ("body",):
+                problem.below("top")
+            raise
+
+    @cached_property
+    def axes(self) -> Array:
+        """The axes of the results, as columns (3 by 3)."""
+        return self._matrix(self.sections["frame"], "frame")
+
+    def along_axes(self, inertia: Inertia) -> Inertia:
+        """The same inertia along the axes of the results."""
+        return inertia if self.sections["frame"] is None else inertia.turned(self.axes.T)
+
+    @cached_property
+    def orientation(self) -> Array:
+        """The rotation from the document's axes to those of space at t = 0 (3 by 3)."""
+        motion = self.sections["motion"]
+        return self._matrix(None if motion is None else motion.orientation, "motion", "orientation")
+
+    def _matrix(self, rotation: Rotation | None, *path: str) -> Array:
+        if rotation is None:
+            return self.arithmetic.array(IDENTITY)
+        with at(*path):
+            return rotation.as_matrix(self.arithmetic)
