@@ -95,11 +95,8 @@ def swing(start: Start, slack: float = 0.0) -> Swing:
     The tilt is constant where f is zero at u0 and its slope there is at most `slack`, in units of the terms
     of that slope.
     """
-    terms = (
-        2 * start.turning * start.a,
-        (start.down - start.up) * start.energy,
-        -start.beta * start.down * start.up,
-    )
+    pull = -start.beta * start.down * start.up
+    terms = 2 * start.turning * start.a, (start.down - start.up) * start.energy, pull
     c0, c1 = float(start.slope**2), float(sum(terms))
     c2 = float((start.up - start.down) * start.beta - start.energy - start.a**2)
     lift = float(2 * (start.a * start.poles[0] - start.energy + start.beta * start.down))
@@ -220,7 +217,7 @@ def nutation(
     """
     unit = rate_unit(lambda3 * spin / lambda1, precession, nutation, math.sqrt(2 * weight_moment / lambda1))
     given = (spin / unit, tilt, precession / unit, nutation / unit, weight_moment / unit / unit)
-    found = _in_units(lambda1, lambda3, *given, is_steady)
+    found = _in_units(lambda1, lambda3, given, is_steady)
     return replace(
         found,
         phi_dot_at_theta_min=_times(found.phi_dot_at_theta_min, unit),
@@ -239,17 +236,9 @@ def rate_unit(*rates: float) -> float:
     return math.ldexp(1.0, math.frexp(max(map(abs, rates)))[1])
 
 
-def _in_units(
-    lambda1: float,
-    lambda3: float,
-    spin: float,
-    tilt: float,
-    precession: float,
-    nutation: float,
-    weight_moment: float,
-    is_steady: bool,
-) -> Nutation:
+def _in_units(lambda1: float, lambda3: float, given: tuple[float, ...], is_steady: bool) -> Nutation:
     """The nutation in units of time in which no rate is far above 1."""
+    spin, tilt, precession, nutation, weight_moment = given
     down, up = 2 * math.sin(tilt / 2) ** 2, 2 * math.cos(tilt / 2) ** 2
     if abs(tilt - math.pi) <= ROUNDING:
         down, up = 2.0, 0.0
@@ -257,11 +246,8 @@ def _in_units(
     turning, slope = precession * square, nutation * math.sqrt(square)
     energy = nutation**2 + precession * turning
     a, beta = lambda3 * spin / lambda1, 2 * weight_moment / lambda1
-    along = Fraction(a)
-    poles = (
-        _unless_rounding(Fraction(turning), -along * Fraction(down)),
-        _unless_rounding(Fraction(turning), along * Fraction(up)),
-    )
+    along, turn, below, above = map(Fraction, (a, turning, down, up))
+    poles = _unless_rounding(turn, -along * below), _unless_rounding(turn, along * above)
     start = Start(poles, *map(Fraction, (a, beta, turning, slope, energy, down, up)))
     found = swing(start, 2.0 if is_steady else 4 * ROUNDING)
     if not any(found.x):
