@@ -25,6 +25,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 from dataclasses import dataclass, fields, replace
+from fractions import Fraction
 from typing import Any
 
 import numpy as np
@@ -38,6 +39,9 @@ from rigidcli.core.tensor import Inertia
 
 TURNED_NOISE = 8 * EPS
 """The relative rounding error of a tensor that is not diagonal, or of an omega that was turned."""
+
+CLOSE = 0.01
+"""Numbers that differ by less of their size lose two digits or more in a difference of floats."""
 
 HALF_TURNS = np.array([[0.0, 0.0, 1.0, 0.0], [0.0, 0.0, 0.0, 1.0]])
 """The quaternions of half a turn about b, and about c."""
@@ -77,11 +81,20 @@ class State:
         return cls((low, middle, high), rows, rates, speeds, coupled, body.is_turned)
 
     def excess(self) -> tuple[Floats, Floats, Floats]:
-        """The two terms (m) of which d2 = L^2 - 2 T I2 is the difference, over the third squared."""
+        """d2 = L^2 - 2 T I2 (m) and the sum of its two terms, in units of squares of the third (m).
+
+        It is the difference of these terms, formed in fractions where they are almost equal.
+        """
         (low, middle, high), (first, _, third) = self.moments, self.rates.T
         unit = power_of_two(np.maximum(np.abs(first), np.abs(third)))
-        more, less = high * (high - middle) * (third / unit) ** 2, low * (middle - low) * (first / unit) ** 2
-        return more, less, unit
+        x, z = first / unit, third / unit
+        more, less = high * (high - middle) * z**2, low * (middle - low) * x**2
+        difference, total = more - less, more + less
+        one, two, three = map(Fraction, self.moments)
+        for k in np.flatnonzero(np.abs(difference) < CLOSE * total):
+            exact = three * (three - two) * Fraction(z[k]) ** 2 - one * (two - one) * Fraction(x[k]) ** 2
+            difference[k] = float(exact)
+        return difference, total, unit
 
     def steady(self, *, rounded: bool) -> NDArray[np.bool_]:
         """Whether omega is constant (m): L x omega is 0, or may be so when what is `rounded` is off by that.
@@ -173,7 +186,7 @@ _PER_MOTION = [one.name for one in fields(Circulation) if one.name not in ("axes
 def _circulation(state: State, chosen: NDArray[np.int_], about_low: bool) -> Circulation:
     """The constants of the `chosen` motions of a state, all of which go round the same axis."""
     (Ia, Ib, Ic), axes, rates = state.moments, state.axes, state.rates[chosen]
-    more, less, unit = (term[chosen] for term in state.excess())
+    excess, _, unit = (term[chosen] for term in state.excess())
     if about_low:
         turn = np.array([1, -1, 1])
         axes, rates, (Ia, Ib, Ic) = turn[:, None] * axes[::-1], turn * rates[:, ::-1], (Ic, Ib, Ia)
@@ -186,7 +199,7 @@ def _circulation(state: State, chosen: NDArray[np.int_], about_low: bool) -> Cir
     a2 = np.hypot(wb, math.sqrt(Ia / Ib * ((Ic - Ia) / (Ic - Ib))) * wa) * (1 if Ic > Ib else -1)
     a3 = np.hypot(wc, math.sqrt(Ib / Ic * ((Ib - Ia) / (Ic - Ia))) * wb)
     k = math.sqrt(Ia / Ic * ((Ib - Ia) / (Ic - Ib))) * a1 / a3
-    d = np.sqrt(np.abs(more - less)) * unit
+    d = np.sqrt(np.abs(excess)) * unit
     complement = np.minimum(d[:, None] / math.sqrt(Ic * abs(Ic - Ib)) / a3, 1.0)
     n = Ic / Ia * ((Ib - Ia) / (Ic - Ib))
     rate = math.sqrt((Ic - Ib) / Ia * ((Ic - Ia) / Ib)) * a3
@@ -233,8 +246,8 @@ def _along(along: Floats, angle: Floats) -> Floats:
 
 def circulations(state: State, moving: NDArray[np.bool_]) -> Iterator[tuple[NDArray[np.int_], Circulation]]:
     """The places of the motions in which omega circulates, by the axis about which it does."""
-    more, less, _ = state.excess()
+    excess, _, _ = state.excess()
     for about_low in (False, True):
-        chosen = np.flatnonzero(moving & ((more < less) == about_low))
+        chosen = np.flatnonzero(moving & ((excess < 0) == about_low))
         if len(chosen):
             yield chosen, _circulation(state, chosen, about_low)

@@ -113,16 +113,16 @@ def _regime(state: State) -> Regime:
         return "principal"
     if lower or upper:
         return "oblate" if lower else "prolate"
-    more, less, unit = (float(term[0]) for term in state.excess())
+    excess, terms, unit = (float(term[0]) for term in state.excess())
     # How far d2 moves, at worst, when each input is off by its rounding: that of a diagonal tensor as it is
     # given is half a unit in the last place, and the arithmetic of `excess` has as much.
     first, third = (state.rates[0, [0, 2]] / unit) ** 2
     slopes = abs(2 * high - middle) * high * third + (high * third + low * first) * middle
     slopes += abs(middle - 2 * low) * low * first
     noise = TURNED_NOISE if state.coupled or state.turned else EPS / 2
-    if abs(more - less) <= noise * (slopes + 2 * (more + less)):
+    if abs(excess) <= noise * (slopes + 2 * terms):
         return "separatrix"
-    return "about_highest" if more > less else "about_lowest"
+    return "about_highest" if excess > 0 else "about_lowest"
 
 
 def motions(

@@ -18,6 +18,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
+from fractions import Fraction
 from typing import TypeAlias
 
 import numpy as np
@@ -33,6 +34,9 @@ Complexes: TypeAlias = NDArray[np.complex128]
 
 PASSING = 1e-3
 """The axis is passing the vertical where it is there within this time, in units of 1/rate."""
+
+NEAR = 1e-6
+"""Below this k', several roundings of an input may change k'^2 by a large part of it."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -149,31 +153,34 @@ def heavy_motion(
     """
     fall = math.sqrt(2 * weight_moment / lambda1)
     unit = rate_unit(fall, *omega, lambda3 * omega[2] / lambda1)
-    w1, w2, w3 = (omega / unit).tolist()
-    q0, q1, q2, q3 = (orientation / np.hypot.reduce(orientation)).tolist()
-    z1, z2 = 2 * (q1 * q3 - q0 * q2), 2 * (q2 * q3 + q0 * q1)
-    start = Start(
-        lambda3 * w3 / lambda1,
-        (fall / unit) ** 2,
-        w1 * z1 + w2 * z2,
-        w2 * z1 - w1 * z2,
-        w1 * w1 + w2 * w2,
-        2 * (q1 * q1 + q2 * q2),
-        2 * (q0 * q0 + q3 * q3),
-    )
+    start = _start(lambda1, lambda3, weight_moment / unit**2, omega / unit, orientation)
     limits = swing(start)
+    w3 = float(omega[2] / unit)
     rate, own = math.sqrt(limits.rise) / 2, w3 * (lambda1 - lambda3) / lambda1
     motion = HeavyMotion(
         unit,
         w3,
         limits,
-        math.sqrt(start.beta * limits.width / limits.rise),
+        math.sqrt(limits.beta * limits.width / limits.rise),
         rate,
-        _first_argument(limits, start.slope),
+        _first_argument(limits, float(start.slope)),
         _total(own, limits, rate),
         _difference(-own, limits, rate),
     )
     return replace(motion, leads=_leads(motion, omega / unit, orientation))
+
+
+def _start(lambda1: float, lambda3: float, weight_moment: float, omega: Floats, orientation: Floats) -> Start:
+    """How the axis begins, exactly as it follows from these floats."""
+    across, weight = Fraction(lambda1), Fraction(weight_moment)
+    w1, w2, w3 = map(Fraction, omega.tolist())
+    q0, q1, q2, q3 = map(Fraction, orientation.tolist())
+    square = q0 * q0 + q1 * q1 + q2 * q2 + q3 * q3
+    z1, z2 = 2 * (q1 * q3 - q0 * q2) / square, 2 * (q2 * q3 + q0 * q1) / square
+    down, up = 2 * (q1 * q1 + q2 * q2) / square, 2 * (q0 * q0 + q3 * q3) / square
+    a, turning = Fraction(lambda3) * w3 / across, w1 * z1 + w2 * z2
+    poles = turning - a * down, turning + a * up
+    return Start(poles, a, 2 * weight / across, turning, w2 * z1 - w1 * z2, w1 * w1 + w2 * w2, down, up)
 
 
 def _first_argument(limits: Swing, slope: float) -> float:
@@ -258,14 +265,18 @@ def sensitivity(
     sample = representative(times)
     inputs = np.array([lambda1, lambda3, weight_moment, *omega, *orientation])
 
-    def orientations(values: Floats) -> Floats:
+    def motion(values: Floats) -> HeavyMotion:
         first, third, weight = values[:3].tolist()
-        return heavy_motion(first, third, weight, values[3:6], values[6:]).at(sample)[1][None]
+        return heavy_motion(first, third, weight, values[3:6], values[6:])
+
+    given = motion(inputs)
+    # Time at the top goes as log(1/k'), so that what many roundings do is no measure of what one does.
+    grown = 1 if given.limits.complement < NEAR else GROWN
 
     def moved() -> Iterator[Floats]:
         for place in np.flatnonzero(inputs):
             changed = inputs.copy()
-            changed[place] *= 1 + GROWN * EPS
-            yield orientations(changed)
+            changed[place] *= 1 + grown * EPS
+            yield motion(changed).at(sample)[1][None]
 
-    return float(to_rounding(moved(), orientations(inputs))[0])
+    return float(to_rounding(moved(), given.at(sample)[1][None], grown)[0])

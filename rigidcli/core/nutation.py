@@ -8,7 +8,8 @@ u = cos(theta)
 
 Source: H. Goldstein, Classical Mechanics, 2nd edition, section 5.7. Unlike there, the roots of f are found
 about the initial u0, which keeps the digits of a small nutation, and beside the vertical by Vieta's products,
-as f(1) = -(b - a)^2 and f(-1) = -(b + a)^2.
+as f(1) = -(b - a)^2 and f(-1) = -(b + a)^2. How long a top stays that rises almost upright depends on small
+differences of large terms: they are formed in fractions, without rounding.
 """
 
 from __future__ import annotations
@@ -16,6 +17,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from fractions import Fraction
 from typing import Literal, TypeAlias
 
 import numpy as np
@@ -32,15 +34,20 @@ CUSP = 1e-12
 
 @dataclass(frozen=True, slots=True)
 class Start:
-    """a, beta, b - a u, u-dot but for its sign, alpha - beta u, 1 - u and 1 + u, all at u0 (units of 1/s)."""
+    """The motion of the axis at u0, in units of time.
 
-    a: float
-    beta: float
-    turning: float
-    slope: float
-    energy: float
-    down: float
-    up: float
+    `poles` are b - a and b + a, zero where only rounding makes them differ from it; then a, beta, b - a u,
+    u-dot but for its sign, alpha - beta u, 1 - u and 1 + u.
+    """
+
+    poles: tuple[Fraction, Fraction]
+    a: Fraction
+    beta: Fraction
+    turning: Fraction
+    slope: Fraction
+    energy: Fraction
+    down: Fraction
+    up: Fraction
 
 
 @dataclass(frozen=True, slots=True)
@@ -48,7 +55,7 @@ class Swing:
     """The limits between which u moves, each as a pair (at u1, at u2).
 
     `x` has u - u0, `down` 1 - u, `up` 1 + u, and `turning` b - a u. `poles` are b - a and b + a, zero where
-    rounding may have made them. `third` is beta (u3 - 1), `gap` beta (u3 - u2), and `rise` beta (u3 - u1).
+    u2 = 1 and u1 = -1. `third` is beta (u3 - 1), `gap` beta (u3 - u2), and `rise` beta (u3 - u1).
     """
 
     x: tuple[float, float]
@@ -88,23 +95,22 @@ def swing(start: Start, slack: float = 0.0) -> Swing:
     The tilt is constant where f is zero at u0 and its slope there is at most `slack`, in units of the terms
     of that slope.
     """
-    a, beta, down, up = start.a, start.beta, start.down, start.up
-    poles = _unless_rounding(start.turning, -a * down), _unless_rounding(start.turning, a * up)
-    terms = (2 * start.turning * a, (down - up) * start.energy, -beta * down * up)
-    c0, c1, c2 = start.slope**2, sum(terms), (up - down) * beta - start.energy - a * a
+    pull = -start.beta * start.down * start.up
+    terms = 2 * start.turning * start.a, (start.down - start.up) * start.energy, pull
+    c0, c1 = float(start.slope**2), float(sum(terms))
+    c2 = float((start.up - start.down) * start.beta - start.energy - start.a**2)
+    lift = float(2 * (start.a * start.poles[0] - start.energy + start.beta * start.down))
+    a, beta, turning, down, up = map(float, (start.a, start.beta, start.turning, start.down, start.up))
+    pole, bottom_pole = map(float, start.poles)
     if c0 == 0 and abs(c1) <= slack * sum(map(abs, terms)):
-        both = (start.turning, start.turning)
         rise = -c2 if c2 < 0 else 1.0  # of an unstable top nothing moves, in any unit
-        return Swing((0.0, 0.0), (down, down), (up, up), both, poles, beta, rise, rise, rise)
+        both = (turning, turning)
+        return Swing((0.0, 0.0), (down, down), (up, up), both, (pole, bottom_pole), beta, rise, rise, rise)
     low, high = _turning_points(c0, c1, c2, beta, -up)
     farthest = down - low
-    # The roots 1 - u2 and 1 - u3 obey beta v^2 - m v = (b - a)^2/(1 - u1), and m by Vieta has two forms. Of
-    # several forms of a number, here and below, the one with the smaller terms has lost less.
-    pole, energy = poles[0], start.energy - beta * down
-    m = _better(
-        (2 * beta, -energy, -a * a, -beta * farthest),
-        (2 * a * pole / farthest, -2 * energy / farthest, (pole / farthest) ** 2),
-    )
+    # The roots 1 - u2 and 1 - u3 obey beta v^2 - m v = (b - a)^2/(1 - u1), and by Vieta's sums this is m. Of
+    # a top that rises nearly upright, the terms of `lift` are almost opposite.
+    m = lift / farthest + (pole / farthest) ** 2
     gap = math.hypot(m, 2 * math.sqrt(beta / farthest) * pole)
     nearest = 2 * pole / farthest * (pole / (gap - m)) if m < 0 else (m + gap) / (2 * beta)
     third = (gap - m) / 2 if m < 0 else pole / farthest * (pole / nearest) if nearest else 0.0
@@ -112,16 +118,16 @@ def swing(start: Start, slack: float = 0.0) -> Swing:
         nearest = down - high
     else:
         high = down - nearest
-    bottom = up + low if -2 * low <= up else poles[1] / (up + high) * (poles[1] / (third + 2 * beta))
+    bottom = up + low if -2 * low <= up else bottom_pole / (up + high) * (bottom_pole / (third + 2 * beta))
     return Swing(
         (low, high),
         (farthest, nearest),
         (bottom, up + high),
         (
-            _better((start.turning, -a * low), (poles[1], -a * bottom)),
-            _better((start.turning, -a * high), (poles[0], a * nearest)),
+            _better((turning, -a * low), (bottom_pole, -a * bottom)),
+            _better((turning, -a * high), (pole, a * nearest)),
         ),
-        (pole if nearest else 0.0, poles[1] if bottom else 0.0),
+        (pole if nearest else 0.0, bottom_pole if bottom else 0.0),
         beta,
         third,
         gap,
@@ -129,14 +135,14 @@ def swing(start: Start, slack: float = 0.0) -> Swing:
     )
 
 
-def _unless_rounding(one: float, other: float) -> float:
+def _unless_rounding(one: Fraction, other: Fraction) -> Fraction:
     """The sum, and zero where it may be the rounding of its terms alone."""
     total = one + other
-    return 0.0 if abs(total) <= ROUNDING * (abs(one) + abs(other)) else total
+    return total if abs(total) > ROUNDING * (abs(one) + abs(other)) else Fraction(0)
 
 
 def _better(*sums: tuple[float, ...]) -> float:
-    """The same number from one of several sums: that with the smallest terms."""
+    """The same number from one of several sums: that with the smallest terms, which loses least."""
     return sum(min(sums, key=lambda terms: sum(map(abs, terms))))
 
 
@@ -211,7 +217,7 @@ def nutation(
     """
     unit = rate_unit(lambda3 * spin / lambda1, precession, nutation, math.sqrt(2 * weight_moment / lambda1))
     given = (spin / unit, tilt, precession / unit, nutation / unit, weight_moment / unit / unit)
-    found = _in_units(lambda1, lambda3, *given, is_steady)
+    found = _in_units(lambda1, lambda3, given, is_steady)
     return replace(
         found,
         phi_dot_at_theta_min=_times(found.phi_dot_at_theta_min, unit),
@@ -230,17 +236,9 @@ def rate_unit(*rates: float) -> float:
     return math.ldexp(1.0, math.frexp(max(map(abs, rates)))[1])
 
 
-def _in_units(
-    lambda1: float,
-    lambda3: float,
-    spin: float,
-    tilt: float,
-    precession: float,
-    nutation: float,
-    weight_moment: float,
-    is_steady: bool,
-) -> Nutation:
+def _in_units(lambda1: float, lambda3: float, given: tuple[float, ...], is_steady: bool) -> Nutation:
     """The nutation in units of time in which no rate is far above 1."""
+    spin, tilt, precession, nutation, weight_moment = given
     down, up = 2 * math.sin(tilt / 2) ** 2, 2 * math.cos(tilt / 2) ** 2
     if abs(tilt - math.pi) <= ROUNDING:
         down, up = 2.0, 0.0
@@ -248,7 +246,9 @@ def _in_units(
     turning, slope = precession * square, nutation * math.sqrt(square)
     energy = nutation**2 + precession * turning
     a, beta = lambda3 * spin / lambda1, 2 * weight_moment / lambda1
-    start = Start(*map(float, (a, beta, turning, slope, energy, down, up)))
+    along, turn, below, above = map(Fraction, (a, turning, down, up))
+    poles = _unless_rounding(turn, -along * below), _unless_rounding(turn, along * above)
+    start = Start(poles, *map(Fraction, (a, beta, turning, slope, energy, down, up)))
     found = swing(start, 2.0 if is_steady else 4 * ROUNDING)
     if not any(found.x):
         rate = precession if square else None
@@ -258,8 +258,8 @@ def _in_units(
         return Nutation(tilt, tilt, 0.0, rate, rate, period, rate * period, rate, "steady")
     angles = [2 * math.atan2(math.sqrt(d), math.sqrt(e)) for d, e in zip(found.down, found.up, strict=True)]
     largest, least = (tilt if x == 0 else angle for x, angle in zip(found.x, angles, strict=True))
-    lower, upper = _phi_dot(found, start.a, 0), _phi_dot(found, start.a, 1)
-    variation = CUSP * (abs(start.turning) + abs(start.a) * found.width)
+    lower, upper = _phi_dot(found, a, 0), _phi_dot(found, a, 1)
+    variation = CUSP * (abs(turning) + abs(a) * found.width)
     rests = any(abs(turning) <= variation for turning in found.turning) and 0 not in found.poles
     kind: NutationKind = "looping" if (lower > 0) != (upper > 0) else "wavy"
     if rests or not lower or not upper:
@@ -268,7 +268,7 @@ def _in_units(
     if not found.gap:
         return Nutation(*ends, None, None, None, kind)
     quarter = found.quarter
-    mean, period = _mean_rate(found, start, quarter), 4 * quarter / math.sqrt(found.rise)
+    mean, period = _mean_rate(found, quarter), 4 * quarter / math.sqrt(found.rise)
     return Nutation(*ends, period, mean * period, mean, kind)
 
 
@@ -289,22 +289,22 @@ def _amplitude(found: Swing) -> float:
     )
 
 
-def _mean_rate(found: Swing, start: Start, quarter: float) -> float:
+def _mean_rate(found: Swing, quarter: float) -> float:
     """The mean of phi-dot = ((b - a)/(1 - u) + (b + a)/(1 + u))/2 in time.
 
     By f(1) and f(-1), |b -+ a| is sqrt(beta (u3 -+ 1) (1 -+ u1)(1 -+ u2)), and the mean of the root of
     (1 -+ u1)(1 -+ u2) over 1 -+ u is 1 without weight. So a fast top, whose b - a and b + a are almost
     opposite, loses nothing.
     """
-    k = math.sqrt(start.beta * found.width / found.rise)
+    k = math.sqrt(found.beta * found.width / found.rise)
     signs = [(pole > 0) - (pole < 0) for pole in found.poles]
     top, bottom = (
         beyond_first(k, found.complement, math.sqrt(last / first)) / quarter if sign else 0.0
         for sign, (first, last) in zip(signs, (found.down, found.up), strict=True)
     )
-    less, more = math.sqrt(found.third), math.sqrt(found.third + 2 * start.beta)
+    less, more = math.sqrt(found.third), math.sqrt(found.third + 2 * found.beta)
     if signs[0] * signs[1] < 0:
-        return signs[1] * (start.beta / (less + more) * (1 + bottom) + less * (bottom - top) / 2)
+        return signs[1] * (found.beta / (less + more) * (1 + bottom) + less * (bottom - top) / 2)
     return (signs[0] * less * (1 + top) + signs[1] * more * (1 + bottom)) / 2
 
 

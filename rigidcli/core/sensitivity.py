@@ -27,16 +27,16 @@ def representative(times: Floats) -> Floats:
     return np.append(times[:: 1 + len(times) // SAMPLES], times[-1:])
 
 
-def to_rounding(moved: Iterable[Floats], reference: Floats) -> Floats:
+def to_rounding(moved: Iterable[Floats], reference: Floats, grown: int = GROWN) -> Floats:
     """The largest angle (m, rad, at most pi) by which one rounding of each input turns m motions.
 
     `reference` (m, n, 4) are orientations, and `moved` the same with one input after the other larger by
-    GROWN roundings; the angles are combined as a root of the sum of squares. Where such an input
+    so many roundings as `grown`; the angles are combined as a root of the sum of squares. Where such an input
     takes the body somewhere else altogether, nothing is certain, and the angle is pi.
     """
     squares = np.zeros(reference.shape[:2])
     for orientations in moved:
         angle = angles_between(reference, orientations)
-        squares += np.where(angle < LOST, angle / GROWN, np.pi) ** 2
+        squares += np.where(angle < LOST, angle / grown, np.pi) ** 2
     largest: Floats = np.clip(np.sqrt(squares.max(axis=1, initial=0.0)), LEAST, np.pi)
     return largest

@@ -421,6 +421,3 @@ def test_the_symmetric_limit() -> None:
     for motion in motions[:2]:
         for one, two in zip(motions[2].found(times), motion.found(times), strict=True):
             assert two == pytest.approx(one, abs=5e-11)
-
-
-# --- samples

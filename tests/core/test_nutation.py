@@ -14,7 +14,7 @@ from hypothesis import strategies as st
 from rigidcli.core.arithmetic import FLOAT
 from rigidcli.core.nutation import Nutation, nutation
 from rigidcli.core.top import sleeping, steady
-from tests.core.tops import MOMENTS, RATES, SPINS, TILTS, WEIGHTS, Start, moved
+from tests.core.tops import MOMENTS, RATES, SPINS, TILTS, WEIGHTS, Start
 
 fewest = settings(max_examples=15, deadline=None)
 few = settings(max_examples=30, deadline=None)
@@ -274,38 +274,3 @@ def test_numbers_without_measure_end_in_numbers(start: Start) -> None:
     assert 0 <= found.theta_min <= start[3] <= found.theta_max <= math.pi
     assert found.period is not None
     assert found.period > 0
-
-
-# --- the equations of motion themselves
-
-
-MOTIONS: dict[str, Start] = {
-    "cuspidal": (1.0, 0.5, 12.0, 0.5, 0.0, 0.0, 1.0),
-    "looping": (1.0, 0.5, 12.0, 0.5, -0.4, 0.0, 1.0),
-    "wavy": (1.0, 0.5, -12.0, 0.5, -0.4, 0.0, 1.0),
-    "slow spin": (1.0, 0.5, 0.7, 0.5, 0.3, 0.0, 1.0),
-    "hanging": (1.5, 0.5, 5.0, 2.8, 1.0, 0.0, 2.0),
-    "spherical pendulum": (1.5, 0.5, 0.0, 2.0, 1.0, 0.0, 2.0),
-    "on the way": (1.0, 1.5, 3.0, 1.2, -1.0, 2.0, 2.0),
-    "no weight": (1.0, 1.5, 3.0, 1.2, -1.0, 2.0, 0.0),
-    "nearly over the top": (1.0, 0.5, 1.0, 3.0, 0.1, 2.0, 1.0),
-}
-
-
-@pytest.mark.parametrize("start", MOTIONS.values(), ids=MOTIONS)
-def test_the_equations_of_motion_have_this_period_and_precession(start: Start) -> None:
-    found = nutation(*start)
-    assert found.period is not None
-    assert found.precession_per_nutation is not None
-    theta, phi, _, _ = moved(start, found.period)
-    assert math.cos(theta) == pytest.approx(math.cos(start[3]), abs=1e-13)
-    assert math.remainder(phi - found.precession_per_nutation, 2 * math.pi) == pytest.approx(0, abs=3e-13)
-    if start[5] == 0:
-        theta, _, rate, _ = moved(start, found.period / 2)
-        other = found.theta_max if found.theta_min == start[3] else found.theta_min
-        assert math.cos(theta) == pytest.approx(math.cos(other), abs=1e-13)
-        at_other = found.phi_dot_at_theta_max if other == found.theta_max else found.phi_dot_at_theta_min
-        assert rate == pytest.approx(at_other, rel=1e-12)
-
-
-# --- laws of nutation

@@ -126,21 +126,6 @@ def test_exact_numbers_agree_with_floats(lambda3: int, along: int, across: int) 
         assert b == (None if a is None else pytest.approx(float(a), rel=1e-14))
 
 
-def value(e: Any, values: dict[Any, int]) -> float:
-    return float(e.evaluate(**{str(name): v for name, v in values.items() if str(name) in e.names}))
-
-
-def test_symbols_stay_formulas() -> None:
-    A, C = ex.symbol("A", True), ex.symbol("C", True)
-    w, s = ex.symbol("w"), ex.symbol("s", True)
-    found: Any = free(A, C, w, s, EXACT)
-    assert work.tidy(found.body_rate - (C - A) * w / A) == 0
-    values = {A: 2, C: 3, w: -5, s: 7}
-    expected = free(2.0, 3.0, -5.0, 7.0, FLOAT)
-    for name, number in zip(Free.__slots__, astuple(expected), strict=True):
-        assert value(getattr(found, name), values) == pytest.approx(number, rel=1e-14)
-
-
 # --- tides
 
 SUN = (1.32712e20, 1.495979e11, 0.0167, 0.0)

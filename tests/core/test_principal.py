@@ -203,19 +203,6 @@ def test_the_sign_of_a_tie_does_not_hang_on_rounding(noise: float) -> None:
 # --- zero moments
 
 
-@few
-@given(QUATERNIONS, SCALES)
-def test_a_linear_body_has_the_moment_zero(quaternion: list[float], scale: float) -> None:
-    turn = of_quaternion(quaternion)
-    frame = principal_frame(turned([0, 1, 1], turn) * scale)
-    assert frame.moments[0] == 0.0
-    assert frame.moments[1:] == pytest.approx([scale, scale], rel=1e-15 * 4, abs=0)
-    assert frame.groups == ((0,), (1, 2))
-    assert principal.body_class(frame) == "linear"
-    assert np.abs(np.cross(turn[:, 0], frame.axes[0])).max() < 1e-14
-    require_frame(frame)
-
-
 def test_a_point_has_the_axes_of_the_document() -> None:
     frame = principal_frame(np.zeros((3, 3)))
     assert frame.moments.tolist() == [0, 0, 0]
@@ -223,9 +210,6 @@ def test_a_point_has_the_axes_of_the_document() -> None:
     assert frame.groups == ((0, 1, 2),)
     assert principal.body_class(frame) == "point"
     assert principal.residual(np.zeros((3, 3)), frame) == 0.0
-
-
-# --- thin bodies
 
 
 # --- the residual

@@ -274,6 +274,3 @@ def test_symbols_that_decide_are_heard() -> None:
     assert hanging.slow == -work.sqrt(2 * P / A)
     assert hanging.minimum_spin == 0
     assert steady(A, C, SPIN, ex.PI / 2, P, EXACT).slow == P / (C * SPIN)
-
-
-# --- the equations of motion
