@@ -32,6 +32,7 @@ class Listed:
 
 _OPEN, _CLOSE = "[({", "])}"
 _UNIT_TAIL = re.compile(r"(?P<entry>.*[\d)\]])\s+(?P<unit>(?![\d+*/^)\]-])\S.*)", re.DOTALL)
+_NUMBER = re.compile(r"[-+]?(?:\d+\.?|\d*[.,]\d+)(?:[eE][-+]?\d+)?(?:/\d+)?")
 _NAMED = re.compile(r"[^\W\d]\w*\s*[=:]")
 _PAIR = re.compile(r"\s*(?P<name>[^\W\d][\w ]*?)\s*[=:]\s*(?P<value>[^=:]+)\Z", re.DOTALL)
 
@@ -162,18 +163,19 @@ def _row(piece: str) -> Any:
     inner = _inner(piece)
     if not isinstance(inner, str):
         return inner
-    commas = split(inner)
-    decimal = re.fullmatch(r"[^,]*\d,\d[^,]*", inner) is not None
-    if len(commas) > 1 and not decimal:
-        return [_inner(comma) for comma in commas]
-    numbers = _blanks(inner)
-    return numbers if len(numbers) > 1 else inner
+    numbers, commas = _blanks(inner), split(inner)
+    if len(numbers) > 1:
+        return numbers
+    is_decimal = re.fullmatch(r"[^,]*\d,\d[^,]*", inner) is not None
+    return inner if len(commas) == 1 or is_decimal else [_inner(comma) for comma in commas]
 
 
 def _blanks(piece: str) -> list[Any]:
     """The numbers of a row that only blanks separate; else the piece alone."""
     numbers = piece.split()
-    if len(numbers) > 1 and all(re.fullmatch(r"[-+]?[\d.,]+(?:[eE][-+]?\d+)?(?:/\d+)?", n) for n in numbers):
+    if len(numbers) > 1 and all(
+        re.fullmatch(r"[-+]?(?:\d+\.?|\d*[.,]\d+)(?:[eE][-+]?\d+)?(?:/\d+)?", n) for n in numbers
+    ):
         return list(numbers)
     return [piece]
 
