@@ -16,8 +16,8 @@ import rigidcli
 from rigidcli import STUDIES
 from rigidcli.bodies import flat_shapes, prism_shapes, shapes, solid_shapes, thin_shapes
 from rigidcli.bodies.shape import Hollow, Lamina, Shape, Shell, Solid, Wire
+from rigidcli.check.base import CODES
 from rigidcli.check.base import Kind as KindOfAnswer
-from rigidcli.check.codes import CODES
 from rigidcli.check.kinds import KINDS
 from rigidcli.check.question import CREDITED, KindName
 from rigidcli.check.reports.formats import FORMATS

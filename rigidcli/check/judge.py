@@ -1,10 +1,14 @@
-"""One answer file, judged question by question. It runs in a process that is confined: see `batch`."""
+"""One answer file, judged question by question, and many, each in a process that is confined.
+
+One bad file is one bad row, and harms no other.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
+from functools import partial
 from pathlib import Path
 from typing import Any, TypeAlias
 
@@ -12,8 +16,10 @@ from rigidcli.check.answers import as_typed, folded, read_answers
 from rigidcli.check.base import Finding, Kind, Outcome, Tree, Unreadable
 from rigidcli.check.files import beside, is_contested, read_file, safe_name
 from rigidcli.check.records import MISSING, Judged, Judgement, judged
+from rigidcli.check.roster import Paper
+from rigidcli.check.workers import Ended, each
 from rigidcli.errors import nearest, shortened, shown
-from rigidcli.sandbox import ForbiddenError, LateError, timed
+from rigidcli.sandbox import LIMITS, ForbiddenError, LateError, Limits, timed, usable_cores
 
 SECONDS = 2.0
 """Of the processor, that one answer may take: it must not use up the time of the others."""
@@ -200,3 +206,43 @@ def _with_reference(found: Outcome, item: Item) -> Outcome:
         return found
     first, *others = found.findings
     return replace(found, findings=(replace(first, reference=f"expected {item.reference}"), *others))
+
+
+# --- many hand-ins
+
+
+def run(
+    items: Mapping[str, Item],
+    papers: Sequence[Paper],
+    jobs: int | None = None,
+    progress: Callable[[float], None] = lambda share: None,
+    limits: Limits = LIMITS,
+) -> Iterator[Judgement]:
+    """Judge what was handed in, in that order, whatever is done first; `jobs` at a time, or one a core.
+
+    `progress` is told the share that is done. Raises ComputationError where no process can be started.
+    """
+    files = [paper.file for paper in papers if paper.file is not None and paper.outcome is None]
+    _warm_up(items)
+    results = each(partial(judge_file, dict(items), {}), files, jobs or usable_cores(), limits, progress)
+    for paper in papers:
+        result = paper.outcome or next(results)
+        if isinstance(result, Ended):
+            result = Unreadable(result.code, result.detail).outcome
+        found = same_for_all(items, result) if isinstance(result, Outcome) else Judgement.from_bytes(result)
+        yield replace(found, student=safe_name(paper.student), source=paper.source)
+
+
+def judge_file(items: Mapping[str, Item], seen: Seen, path: Path) -> bytes:
+    """The judgement of the answer file at `path`, whose student is known elsewhere."""
+    try:
+        return judge(read_file(path), path, items, seen).to_bytes()
+    except Unreadable as unreadable:
+        return same_for_all(items, unreadable.outcome).to_bytes()
+
+
+def _warm_up(items: Mapping[str, Item]) -> None:
+    """Judge the keys: what is loaded and worked out for that, forks need not load and work out again."""
+    for item in items.values():
+        with suppress(Exception):  # what is wrong with a key, its own test says
+            item.kind.judge(item.key, item.kind.read(item.key, item.kind.typed(item.key)).value)

@@ -9,8 +9,7 @@ from typing import Literal
 import orjson
 
 from rigidcli.check import Feedback
-from rigidcli.check.base import Finding, Outcome, Verdict
-from rigidcli.check.codes import CODES
+from rigidcli.check.base import CODES, Finding, Outcome, Verdict
 from rigidcli.errors import printable
 
 PLACES = 6

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from pathlib import Path
 
-from rigidcli.check.codes import CODES
+from rigidcli.check.base import CODES
 from rigidcli.check.judge import Item, outcome
 from rigidcli.check.question import RELATIVE, Question, Tolerance
 from rigidcli.errors import printable, shortened
