@@ -8,11 +8,9 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Callable, Iterator, Sequence
-from contextlib import suppress
-from dataclasses import dataclass, replace
-from itertools import combinations
-from typing import ClassVar, TypeAlias
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from typing import ClassVar
 
 import numpy as np
 
@@ -56,17 +54,13 @@ NOISE = 1e-9
 MAGNIFIED = 3
 """The digits that a motion may lose: an ordinary integration, with an error of 1e-6, is then off by 0.001."""
 
-Columns: TypeAlias = Callable[[Floats], Floats]
-"""The columns (k by m) at any times (k)."""
-
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Key:
     """What is right: the `columns` (m), as `values` (n by m) at ascending `times` (n).
 
     `margins` (m) are the errors that are allowed, `periods` (m) those of angles, infinite for other columns.
-    Columns of an answer without a unit are in `units`. The `reference` has the columns at any time; a key of
-    few rows has none. With a mistake, the columns of an answer stand in the `order`.
+    Columns of an answer without a unit are in `units`. A key that is `dense` has its columns at any time.
     """
 
     columns: tuple[str, ...]
@@ -75,8 +69,7 @@ class Key:
     margins: Floats
     periods: Floats
     units: tuple[Unit | None, ...]
-    reference: Columns | None = None
-    order: tuple[int, ...] = ()
+    dense: bool
 
     @property
     def start(self) -> float:
@@ -123,7 +116,10 @@ class Trajectory(Kind):
         if (margins >= periods / 4).any():
             raise ValueProblem("any angle is within this tolerance", path=("tolerance",))
         units = tuple(found[name].unit for name in names)
-        return Key(names, times, values, margins, periods, units, _spline(times, values, margins))
+        off = np.abs(_between(times[::2], values[::2], times[1:-1:2]) - values[1:-1:2]).max(axis=0)
+        # With twice the rows, cubic curves between them are at least four times as near.
+        dense = bool((off <= 4 * OFF * margins).all())
+        return Key(names, times, values, margins, periods, units, dense)
 
     def read(self, key: Key, answer: Tree) -> Reading:
         """The table of an answer, in SI units; a column that is missing is NaN. Raises Unreadable."""
@@ -145,16 +141,13 @@ class Trajectory(Kind):
         if not later.all():
             detail = f"row {np.argmin(later) + 2} is not later than the one before"
             return Outcome.earning(0.0, Finding("wrong_order", shown(TIME), detail))
-        rows = value[:, [0, *(1 + place for place in key.order)]] if key.order else value
-        there = np.asarray(~np.isnan(rows[:, 1:]).all(axis=0))
+        there = np.asarray(~np.isnan(value[:, 1:]).all(axis=0))
         missing = [Finding("missing_column", shown(key.columns[k])) for k in np.flatnonzero(~there)]
-        compared = _compared(key, rows)
-        if compared is None:
-            return Outcome.review(
-                "the key has few rows, and those of the answer are at other times", *missing
-            )
-        times, own, expected = compared
-        until, complete = _reach(key, rows[:, 0] if key.reference else times)
+        times, own, expected = compared = _compared(key, value)
+        if not key.dense and len(times) < LEAST_SAMPLES:
+            why = "the key has few rows, and those of the answer are at other times"
+            return Outcome.review(why, *missing)
+        until, complete = _reach(key, value[:, 0] if key.dense else times)
         bad = np.abs(_wrapped(key, own - expected)) > key.margins
         wrong = np.asarray(there & bad.any(axis=0))
         ranges = np.ptp(key.values, axis=0)
@@ -177,13 +170,6 @@ class Trajectory(Kind):
             findings.append(Finding("time_range_short", detail=detail))
         return Outcome.earning(float((ends[counted] - key.start).mean() / key.span), *findings)
 
-    def mistaken(self, key: Key) -> Iterator[tuple[str, Key]]:
-        """The keys by which two columns of an answer stand under each other's names."""
-        for one, other in combinations(range(len(key.columns)), 2):
-            order = list(range(len(key.columns)))
-            order[one], order[other] = other, one
-            yield "components_permuted", replace(key, order=tuple(order))
-
     def typed(self, key: Key) -> Tree:
         """The rows of the key."""
         units = [1.0 if unit is None else unit.scale for unit in key.units]
@@ -195,23 +181,20 @@ class Trajectory(Kind):
 # --- judging
 
 
-def _compared(key: Key, rows: Floats) -> tuple[Floats, Floats, Floats] | None:
+def _compared(key: Key, rows: Floats) -> tuple[Floats, Floats, Floats]:
     """Times (k), what an answer has there, and what is expected (both k by m).
 
-    The times are those of the answer, or of a key of few rows: None where these differ. A quaternion has the
-    sign that is nearer to the key.
+    The times are those of the answer that the key has, too. A quaternion has the sign that is nearer.
     """
     times, own, slack = rows[:, 0], rows[:, 1:], SAME_TIME * key.span
-    if key.reference is not None:
-        inside = (times >= key.start - slack) & (times <= key.times[-1] + slack)
-        times, own = times[inside], own[inside]
-        expected = key.reference(np.clip(times, key.start, key.times[-1]))
+    if key.dense:
+        met = (times >= key.start - slack) & (times <= key.times[-1] + slack)
+        expected = _between(key.times, key.values, np.clip(times[met], key.start, key.times[-1]))
     else:
-        near = np.abs(times[:, None] - key.times).argmin(axis=0)
-        met = np.abs(times[near] - key.times) <= slack
-        if met.sum() < LEAST_SAMPLES:
-            return None
-        times, own, expected = key.times[met], own[near[met]], key.values[met]
+        near = np.abs(times[:, None] - key.times).argmin(axis=1)
+        met = np.abs(times - key.times[near]) <= slack
+        expected = key.values[near[met]]
+    times, own = times[met], own[met]
     if set(QUATERNION) <= set(key.columns):
         places = [key.columns.index(name) for name in QUATERNION]
         sign = np.where((own[:, places] * expected[:, places]).sum(axis=1) < 0, -1.0, 1.0)
@@ -280,22 +263,14 @@ def _smooth(values: Floats, periods: Floats) -> Floats:
     return np.column_stack([np.unwrap(column) if turn < np.inf else column for column, turn in both])
 
 
-def _spline(times: Floats, values: Floats, margins: Floats) -> Columns | None:
-    """The spline through samples (n by m) that is sure to be near enough between them; None without one.
-
-    Its error is estimated from every second sample, by which the others are missed by more.
-    """
-    from scipy.interpolate import make_interp_spline
-
-    for degree in (5, 3, 1):  # the low ones are better where a motion is not smooth
-        if degree < len(times[::2]):
-            with suppress(np.linalg.LinAlgError):  # samples that are very near to each other
-                half = make_interp_spline(times[::2], values[::2], degree)(times[1:-1:2])
-                # Halving the step makes the error of a line four times smaller, and others even more.
-                if (np.abs(half - values[1:-1:2]).max(axis=0, initial=0.0) <= 4 * OFF * margins).all():
-                    found: Columns = make_interp_spline(times, values, degree)
-                    return found
-    return None
+def _between(times: Floats, values: Floats, at: Floats) -> Floats:
+    """The columns (k by m) at any times (k): Hermite's cubic curves through samples (n by m)."""
+    slopes = np.gradient(values, times, axis=0, edge_order=2)
+    k = np.clip(np.searchsorted(times, at) - 1, 0, len(times) - 2)
+    step = (times[k + 1] - times[k])[:, None]
+    s = (at - times[k])[:, None] / step
+    by_values = (1 - s) ** 2 * (1 + 2 * s) * values[k] + s**2 * (3 - 2 * s) * values[k + 1]
+    return np.asarray(by_values + step * s * (1 - s) * ((1 - s) * slopes[k] - s * slopes[k + 1]))
 
 
 def _of_report(asked: Asked) -> tuple[dict[str, Column], Sequence[str]]:
