@@ -138,31 +138,29 @@ def gather(paths: Sequence[str], assignment: str | None, scratch: Path) -> Found
             if not given:
                 raise ValueError
             path.lstat()
-            into = path.is_dir() and not is_answer(path.name)
+            is_folder = path.is_dir() and not is_answer(path.name)
         except (OSError, ValueError) as error:
             found.trouble(path, _reason(error))
             continue
-        if path.suffix.lower() == ".zip":
-            places = [*_unpacked(path, root, scratch, found)]
-        elif into:
-            places = [
-                Place(file, safe_name(file), root, file.relative_to(path).parts[:-1])
-                for file in _walk(path, found)
-            ]
+        is_archive = path.suffix.lower() == ".zip" and not is_folder
+        if is_folder or is_archive:
+            folder = _unpacked(path, scratch / str(root), found) if is_archive else path
+            inside = (file.relative_to(folder) for file in _walk(folder, found))
+            places = [Place(folder / file, safe_name(path / file), root, file.parts[:-1]) for file in inside]
             direct = [place for place in places if is_answer(place.file.name)]
             if len(paths) > 1 and len(direct) == 1 and not direct[0].way:
                 # One of several folders, with a single hand-in: it is a student's.
-                name = path.absolute().name
+                name = path.absolute().stem if is_archive else path.absolute().name
                 places = [Place(each.file, each.source, -1, (name, *each.way)) for each in places]
+            if not places:
+                found.trouble(path, "no answer files: their names end in .json, .yaml, .yml")
         else:
             places = [Place(path, safe_name(path), -2, ways.get(given, ()))]
-        explicit = not into and path.suffix.lower() != ".zip"
-        if not places:
-            found.trouble(path, "no answer files: their names end in .json, .yaml, .yml")
         for place in _named(places):
             if _spot(place.file) not in seen:
                 seen.add(_spot(place.file))
-                (found.answers if explicit or is_answer(place.file.name) else found.others).append(place)
+                is_judged = place.file == path or is_answer(place.file.name)
+                (found.answers if is_judged else found.others).append(place)
     return found
 
 
@@ -195,32 +193,33 @@ def _walk(folder: Path, found: Found) -> Iterator[Path]:
         folders[:] = into if left > 0 else []
 
 
-def _unpacked(path: Path, root: int, scratch: Path, found: Found) -> Iterator[Place]:
-    """The files of an archive of the class, each cut off where it is too long to be judged anyway."""
+def _unpacked(path: Path, folder: Path, found: Found) -> Path:
+    """The folder of the files of an archive, each cut off where it is too long to be judged anyway."""
     left = MOST_UNPACKED
+    folder.mkdir(parents=True)
     try:
         with zipfile.ZipFile(path) as archive:
             for number, info in enumerate(archive.infolist()):
                 parts = [part for part in re.split(r"[/\\]", info.filename) if part not in ("", ".")]
-                if info.is_dir() or not parts or any(part.startswith(HIDDEN) for part in parts):
+                if info.is_dir() or not parts:
                     continue
                 inside = safe_name(Path(*parts))
                 if number >= MOST_FILES or left <= 0 or len(parts) > DEEPEST + 1:
                     found.trouble(path, f"`{inside}` is left out: the archive is too large or too deep")
-                    return
-                if stat.S_ISLNK(info.external_attr >> 16) or ELSEWHERE & set("".join(parts)):
+                    break
+                if stat.S_ISLNK(info.external_attr >> 16) or ".." in parts or ELSEWHERE & set("".join(parts)):
                     found.trouble(path, f"`{inside}` is left out: it is a link, or has no name for a file")
                     continue
                 with archive.open(info) as packed:
                     data = packed.read(MOST_BYTES + 1)
                 left -= len(data)
-                file = scratch.joinpath(str(root), *parts)
+                file = folder.joinpath(*parts)
                 file.parent.mkdir(parents=True, exist_ok=True)
                 file.write_bytes(data)
-                yield Place(file, f"{safe_name(path)}/{inside}", root, tuple(parts[:-1]))
     except (zipfile.BadZipFile, OSError, RuntimeError, NotImplementedError, ValueError, EOFError) as error:
         reason = getattr(error, "strerror", None) or str(error)
         found.trouble(path, f"cannot be read as a zip: {reason}")
+    return folder
 
 
 def _named(places: Sequence[Place]) -> Iterator[Place]:

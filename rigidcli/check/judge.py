@@ -56,7 +56,7 @@ class Item:
     points: float
     title: str = ""
     reference: str = ""
-    credit: str | Mapping[str, float] = "parts"
+    credit: str | Mapping[Any, float] = "parts"
     accepted: tuple[Accepted, ...] = ()
     changes: tuple[tuple[str, Any], ...] = ()
 

@@ -10,6 +10,9 @@ from rigidcli.check.judge import Item, outcome
 from rigidcli.check.question import RELATIVE, Question, Tolerance
 from rigidcli.errors import printable, shortened
 
+EXACT = ("choice", "expression", "equations")
+"""The kinds of which no tolerance is usual: a decimal in a formula stands for all that rounds to it."""
+
 
 def selftest(items: Mapping[str, Item], questions: Mapping[str, Question]) -> Iterator[tuple[str, bool]]:
     """For each question what it would do, in words, and whether its own key is judged to be right."""
@@ -21,7 +24,7 @@ def selftest(items: Mapping[str, Item], questions: Mapping[str, Question]) -> It
             f"{printable(id)}: {item.kind.name}, {item.points:.12g} point{'s' * (item.points != 1)}",
             f"  key        {printable(shortened(item.reference or read_as))}",
             f"  judged     {', '.join([found.verdict, *(CODES[each.code] for each in found.findings)])}",
-            "" if item.kind.name == "choice" else f"  tolerance  {_tolerance(questions[id].tolerance)}",
+            f"  tolerance  {tolerance}" if (tolerance := _tolerance(item, questions[id].tolerance)) else "",
             f"  mistakes   {named}" if named else "",
             *(
                 f"  accepted   {other.credit:.0%} {printable(other.message)}".rstrip()
@@ -31,17 +34,7 @@ def selftest(items: Mapping[str, Item], questions: Mapping[str, Question]) -> It
         yield "".join(f"{line}\n" for line in lines if line), is_right
 
 
-def _tolerance(tolerance: Tolerance) -> str:
-    """A tolerance in words."""
-    given = {
-        "relative": "{:.6g} of the value",
-        "absolute": "{:.6g} in SI units",
-        "significant_figures": "{} significant figures, typed and right",
-        "angle": "{:.6g} rad between axes",
-    }
-    found = [
-        words.format(value)
-        for name, words in given.items()
-        if (value := getattr(tolerance, name)) is not None
-    ]
-    return ", ".join(found) or f"{RELATIVE:g} of the value"
+def _tolerance(item: Item, tolerance: Tolerance) -> str:
+    """A tolerance in words; formulas have one only where the question says so, and words have none."""
+    given = ", ".join(f"{name} {value:g}" for name, value in tolerance if value is not None)
+    return given or ("" if item.kind.name in EXACT else f"relative {RELATIVE:g}")

@@ -277,8 +277,7 @@ H = "p_x^2/(2*m) + k*x^2/2"
       p_x^2/(2*m) + k*x^2/2 + x*p_x  p_x^2/(2*m) + k*x^2/2 + w*x*p_x  x^2*p_x^2  0  1/0
     constant_factor | p_x^2/m + k*x^2
     number_for_symbol | p_x^2/4 + k*x^2/2  p_x^2/4 + 4*x^2
-    velocity_in_hamiltonian | m*xdot^2/2 + k*x^2/2  p_x*xdot - m*xdot^2/2 + k*x^2/2
-    velocity_in_hamiltonian lagrangian_or_potential_sign | m*xdot^2/2 - k*x^2/2
+    velocity_in_hamiltonian | m*xdot^2/2 + k*x^2/2  p_x*xdot - m*xdot^2/2 + k*x^2/2  m*xdot^2/2 - k*x^2/2
     """)
 def test_the_hamiltonian_of_a_spring(answer: str, code: str) -> None:
     assert told(FORMULA.computed(SPRING, "hamilton.hamiltonian"), answer) == code

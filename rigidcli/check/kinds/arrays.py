@@ -31,8 +31,8 @@ from rigidcli.check.entries import (
     typed_as,
 )
 from rigidcli.check.factors import common_factor
-from rigidcli.check.numbers import Number, is_right
-from rigidcli.check.question import Question, Tolerance
+from rigidcli.check.numbers import Number
+from rigidcli.check.question import Question
 from rigidcli.core.arithmetic import Array, Floats
 from rigidcli.errors import ValueProblem, shown
 
@@ -137,7 +137,7 @@ class Arrays(Kind):
     def said(self, key: Key, triples: Triples, wrong: Sequence[str], *, partly: bool) -> list[Finding]:
         """What is said of an answer of which these places are wrong, and others right `partly`."""
         off = [(name, own, right) for name, own, right in triples if name in wrong]
-        if all(_is_short(key.ruler, own, right) for _, own, right in off):
+        if all(isinstance(own, Number) and key.ruler.is_short(own, right) for _, own, right in off):
             return [Finding("too_few_sig_figs", listed(wrong) if partly else "")]
         plain = [name for name, own, right in off if is_constant(own) and not is_constant(right)]
         if plain and not key.ruler.numbers_allowed:
@@ -212,15 +212,6 @@ def factor(ruler: Ruler, path: tuple[str, ...], own: Floats, expected: Floats) -
     # Of entries of different sizes any shared factor is one; of one number it may be anything.
     differ = sizes.max() > sizes.min() * (1 + 2 * slack)
     return common_factor(middle, ruler.unit, path, slack) or ("constant_factor" if differ else None)
-
-
-def _is_short(ruler: Ruler, entry: Entry, right: Right) -> bool:
-    """Whether a number is that of the key, rounded to one figure less than is asked."""
-    figures = (ruler.tolerance.significant_figures or 1) - 1
-    if not figures or not isinstance(entry, Number) or entry.figures != figures:
-        return False
-    assert isinstance(right, float)
-    return is_right(entry, right, Tolerance(significant_figures=figures), ruler.largest)
 
 
 def _shown(texts: list[Any]) -> str:

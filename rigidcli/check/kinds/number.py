@@ -11,7 +11,17 @@ import numpy as np
 
 from rigidcli.check.base import Asked, Finding, Kind, Outcome, Reading, Tree, Unreadable
 from rigidcli.check.factors import TURN, common_factor
-from rigidcli.check.numbers import PURE, Number, as_typed, beside, margin, scale_in, too_few, with_hint
+from rigidcli.check.numbers import (
+    PURE,
+    Number,
+    as_typed,
+    beside,
+    is_short,
+    margin,
+    scale_in,
+    too_few,
+    with_hint,
+)
 from rigidcli.check.question import Tolerance
 from rigidcli.errors import ValueProblem
 from rigidcli.fields.dimensions import ANGLE, DIMENSIONLESS
@@ -108,10 +118,7 @@ class Quantity(Kind):
 
     def _slip(self, key: Key, number: Number) -> str:
         """The code of the one mistake that makes this number of the key."""
-        figures = key.tolerance.significant_figures
-        gap = abs(number.value - key.reference)
-        is_rounded = gap <= number.half_a_digit * number.scale * (1 + NOISE)
-        if is_rounded and figures is not None and number.figures == figures - 1:
+        if is_short(number, key.reference, key.tolerance):
             return "too_few_sig_figs"
         if number.unit is not None and key.is_near(number.typed * key.unit.scale, key.unit.scale):
             return "wrong_unit_right_number"
