@@ -196,7 +196,7 @@ def _walk(folder: Path, found: Found) -> Iterator[Path]:
 def _unpacked(path: Path, folder: Path, found: Found) -> Path:
     """The folder of the files of an archive, each cut off where it is too long to be judged anyway."""
     left = MOST_UNPACKED
-    folder.mkdir(parents=True)
+    folder.mkdir(parents=True, exist_ok=True)
     try:
         with zipfile.ZipFile(path) as archive:
             for number, info in enumerate(archive.infolist()):

@@ -29,7 +29,8 @@ def made(folder: Path, *names: str) -> Path:
 
 def found(folder: Path, *given: str) -> Found:
     """What is found below a folder of ANSWERS, or in what is given in it."""
-    return gather([str(folder / name) for name in given] or [str(folder)], None, folder / ".scratch")
+    scratch = folder / ".scratch" / "-".join(given)
+    return gather([str(folder / name) for name in given] or [str(folder)], None, scratch)
 
 
 def owners(folder: Path, *given: str, roster: Roster | None = None) -> dict[str, str]:
