@@ -9,7 +9,7 @@ the text that it is: `[1, 2] cm`, `- 3.2`, `|T|`.
 from __future__ import annotations
 
 import re
-from collections.abc import Collection, Mapping
+from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import TypeAlias
 
@@ -23,8 +23,8 @@ Answers: TypeAlias = dict[str, Tree | Unreadable]
 MOST_ANSWERS = 1000
 """Entries of a file that are read."""
 
-MOST_STRAY = 5
-"""Lines without an answer that are named one by one."""
+MOST_NOTES = 5
+"""Notes of one kind on a file that are told one by one."""
 
 LONGEST_NAME = 100
 """Characters of a question's name in an answer file."""
@@ -109,7 +109,7 @@ def read_answers(text: str, known: Collection[str] = ()) -> tuple[Answers, list[
         heads = {folded(entry.name) for entry in reader.entries}
         if not (heads & names if names else heads - ABOUT) and not heads & ABOUT:
             raise Unreadable("wrong_shape", "expected `answers`, a mapping from questions to answers")
-    return reader.answers(), reader.notes()
+    return reader.answers(), capped(reader.stray)
 
 
 def _literal(quoted: re.Match[str]) -> str:
@@ -265,10 +265,11 @@ class _Lines:
                 answers[name] = entry.value()
         return answers
 
-    def notes(self) -> list[str]:
-        """Notes on the lines that belong to no answer."""
-        more = len(self.stray) - MOST_STRAY
-        return [*self.stray[:MOST_STRAY], *([f"{more:,} more lines are no answers"] if more > 0 else [])]
+
+def capped(names: Sequence[str], note: Callable[[str], str] = str) -> list[str]:
+    """A note on each of the first names, and how many more there are."""
+    more = len(names) - MOST_NOTES
+    return [*map(note, names[:MOST_NOTES]), *([f"and {more:,} more of this kind"] if more > 0 else [])]
 
 
 def as_typed(answer: Tree | Unreadable) -> str:

@@ -158,10 +158,6 @@ def _notes(question: Question, item: Item, name: str) -> Iterator[tuple[Keys, st
     if (question.tolerance.relative or 0.0) > 0.2:  # it may be meant in per cent
         share = f"{question.tolerance.relative:.0%}"
         yield ("tolerance", "relative"), f"it is {share} of the value: per cent meant?"
-    used = [item.kind.names(key) for key in (item.key, *(other.key for other in item.accepted))]
-    for symbol in () if None in used else question.symbols or ():
-        if not any(symbol in names for names in used if names is not None):
-            yield ("symbols", symbol), "no key has this symbol"
 
 
 # --- keys

@@ -200,7 +200,3 @@ class Kind(ABC):
     @abstractmethod
     def typed(self, key: Any) -> Tree:
         """The key as a student would type it; judging this answer gives `correct`."""
-
-    def names(self, key: Any) -> frozenset[str] | None:
-        """The symbols in a key; None for a kind without symbols."""
-        return None

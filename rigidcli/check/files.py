@@ -20,13 +20,13 @@ MOST_BYTES = 1_000_000
 """Length of an answer file, and of one beside it."""
 
 MOST_FILES = 50_000
-"""Files of one folder or archive that are looked at: more than any class hands in."""
+"""Files of an archive that are unpacked, and of a folder in which names are looked for."""
 
 MOST_UNPACKED = 500_000_000
 """Bytes that an archive may become: those of a class of thousands, which every disk has room for."""
 
 DEEPEST = 8
-"""Levels of folders in a folder that are looked into: a download has one or two."""
+"""Levels of folders in an archive that are unpacked: a download has one or two."""
 
 HIDDEN = (".", "__MACOSX")
 """Beginnings of names that are passed over without a word: some systems put such files beside others."""
@@ -174,23 +174,14 @@ def _ways(files: Sequence[str]) -> dict[str, tuple[str, ...]]:
 
 def _walk(folder: Path, found: Found) -> Iterator[Path]:
     """What there is in a folder and its folders, but for folders that are looked into."""
-    left = MOST_FILES
-    top = len(folder.parts)
     for name, folders, files in os.walk(
         folder, onerror=lambda error: found.trouble(Path(error.filename), _reason(error))
     ):
         here = Path(name)
-        into = [each for each in sorted(folders) if not each.startswith(HIDDEN) and not is_answer(each)]
-        into = [each for each in into if not (here / each).is_symlink()]
-        named = sorted(each for each in {*files, *folders} - {*into} if not each.startswith(HIDDEN))
-        if len(here.parts) - top == DEEPEST and into:
-            found.trouble(here, f"not looked into: expected at most {DEEPEST} folders in each other")
-            into = []
-        if len(named) > left:
-            found.trouble(folder, f"expected at most {MOST_FILES:,} files: the others are left out")
-        yield from (here / each for each in named[:left])
-        left -= len(named)
-        folders[:] = into if left > 0 else []
+        named = sorted(each for each in {*files, *folders} if not each.startswith(HIDDEN))
+        looked_into = [each for each in named if each in folders and not is_answer(each)]
+        folders[:] = [each for each in looked_into if not (here / each).is_symlink()]
+        yield from (here / each for each in named if each not in folders)
 
 
 def _unpacked(path: Path, folder: Path, found: Found) -> Path:

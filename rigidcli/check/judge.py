@@ -12,20 +12,18 @@ from functools import partial
 from pathlib import Path
 from typing import Any, TypeAlias
 
-from rigidcli.check.answers import as_typed, folded, read_answers
-from rigidcli.check.base import Finding, Kind, Outcome, Tree, Unreadable
+from rigidcli.check.answers import as_typed, capped, folded, read_answers
+from rigidcli.check.base import CODES, Finding, Kind, Outcome, Tree, Unreadable
 from rigidcli.check.files import beside, is_contested, read_file, safe_name
+from rigidcli.check.question import RELATIVE, Question, Tolerance
 from rigidcli.check.records import MISSING, Judged, Judgement, judged
 from rigidcli.check.roster import Paper
 from rigidcli.check.workers import Ended, each
-from rigidcli.errors import nearest, shortened, shown
+from rigidcli.errors import nearest, printable, shortened, shown
 from rigidcli.sandbox import LIMITS, ForbiddenError, LateError, Limits, timed, usable_cores
 
 SECONDS = 2.0
 """Of the processor, that one answer may take: it must not use up the time of the others."""
-
-MOST_STRANGERS = 5
-"""Answers to no question that are named one by one."""
 
 LONGEST_ANSWER = 2000
 """Characters of an answer that reports repeat."""
@@ -111,16 +109,16 @@ def same_for_all(items: Mapping[str, Item], found: Outcome) -> Judgement:
     return Judgement("", "", tuple(judged(id, item.title, item.points, found) for id, item in items.items()))
 
 
-def _strangers(answers: Iterable[str], items: Mapping[str, Item]) -> Iterator[str]:
+def _strangers(answers: Iterable[str], items: Mapping[str, Item]) -> list[str]:
     """Notes on answers that no question asks for."""
     known = {folded(id) for id in items}
     strange = [id for id in answers if folded(id) not in known]
-    for id in strange[:MOST_STRANGERS]:
+
+    def note(id: str) -> str:
         near = nearest(id, list(items))
-        guess = f" (did you mean {near}?)" if near else ""
-        yield f"there is no question {shown(id)}{guess}"
-    if len(strange) > MOST_STRANGERS:
-        yield f"there are {len(strange) - MOST_STRANGERS:,} more answers that no question asks for"
+        return f"there is no question {shown(id)}" + (f" (did you mean {near}?)" if near else "")
+
+    return capped(strange, note)
 
 
 def outcome(item: Item, answer: Tree | Unreadable, path: Path) -> tuple[Outcome, str]:
@@ -246,3 +244,36 @@ def _warm_up(items: Mapping[str, Item]) -> None:
     for item in items.values():
         with suppress(Exception):  # what is wrong with a key, its own test says
             item.kind.judge(item.key, item.kind.read(item.key, item.kind.typed(item.key)).value)
+
+
+# --- an assignment held against itself
+
+
+EXACT = ("choice", "expression", "equations")
+"""The kinds of which no tolerance is usual: a decimal in a formula stands for all that rounds to it."""
+
+
+def selftest(items: Mapping[str, Item], questions: Mapping[str, Question]) -> Iterator[tuple[str, bool]]:
+    """For each question what it would do, in words, and whether its own key is judged to be right."""
+    for id, item in items.items():
+        found, read_as = outcome(item, item.kind.typed(item.key), Path())
+        is_right = found.verdict == "correct"
+        named = ", ".join(dict.fromkeys(code for code, _ in item.changes))
+        lines = [
+            f"{printable(id)}: {item.kind.name}, {item.points:.12g} point{'s' * (item.points != 1)}",
+            f"  key        {printable(shortened(item.reference or read_as))}",
+            f"  judged     {', '.join([found.verdict, *(CODES[each.code] for each in found.findings)])}",
+            f"  tolerance  {tolerance}" if (tolerance := _tolerance(item, questions[id].tolerance)) else "",
+            f"  mistakes   {named}" if named else "",
+            *(
+                f"  accepted   {other.credit:.0%} {printable(other.message)}".rstrip()
+                for other in item.accepted
+            ),
+        ]
+        yield "".join(f"{line}\n" for line in lines if line), is_right
+
+
+def _tolerance(item: Item, tolerance: Tolerance) -> str:
+    """A tolerance in words; formulas have one only where the question says so, and words have none."""
+    given = ", ".join(f"{name} {value:g}" for name, value in tolerance if value is not None)
+    return given or ("" if item.kind.name in EXACT else f"relative {RELATIVE:g}")

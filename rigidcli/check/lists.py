@@ -14,9 +14,6 @@ from rigidcli.errors import ExpressionError, shown
 from rigidcli.language.latex import plain as without_latex
 from rigidcli.language.typed import unnamed
 
-MAX_ENTRIES = 10_000
-"""The most entries of a list, so that one answer cannot fill the memory."""
-
 
 @dataclass(frozen=True, slots=True)
 class Listed:
@@ -61,8 +58,6 @@ def read_list(answer: Tree, place: str = "") -> Listed:
         raise Unreadable(error.code or "parse_error", with_hint(error), place=place) from None
     if not factor and not unit and isinstance(found.entries, list):
         found = _with_unit_of_last(found)
-    if _count(found.entries) > MAX_ENTRIES:
-        raise Unreadable("too_large", f"more than {MAX_ENTRIES} entries", place=place)
     return found
 
 
@@ -187,9 +182,3 @@ def _with_unit_of_last(found: Listed) -> Listed:
     if tail is None or not others or any(not isinstance(e, str) or _UNIT_TAIL.fullmatch(e) for e in others):
         return found
     return replace(found, entries=[*others, tail["entry"]], unit=tail["unit"])
-
-
-def _count(entries: Any) -> int:
-    if isinstance(entries, dict):
-        entries = list(entries.values())
-    return sum(map(_count, entries)) if isinstance(entries, list) else 1

@@ -97,8 +97,6 @@ def state_of(rate: str) -> str:
 def of_document(asked: Asked) -> Motion:
     """The motion by the equations in a report. Raises ValueProblem."""
     told, report = asked.value, asked.report
-    if told is None:
-        raise ValueProblem("the document has no equations in closed form")
     if asked.path[-1:] != ("equations",) or not isinstance(told, Mapping) or len(told) % 2 or report is None:
         raise ValueProblem("this result has no equations of motion, expected `hamilton.equations`")
     states = tuple(told)

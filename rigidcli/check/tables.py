@@ -27,11 +27,8 @@ TIME = "t"
 
 SECOND = parse_unit("s")
 
-MOST_CHARACTERS = 1_000_000
-"""The most characters of a table."""
-
-MOST_COLUMNS, LONGEST_HEAD = 200, 200
-"""The most columns, and the most characters of a head."""
+LONGEST_HEAD = 200
+"""The most characters of a head: a search for a unit in a longer one might take long."""
 
 LEAST_TIMES, MOST_TIMES = 4001, 1_000_000
 """The times of formulas: so many that a line between two of them is near, and at most."""
@@ -66,12 +63,8 @@ def read_table(text: str, wanted: Collection[str] | None = None) -> dict[str, Co
     Names are compared as typed, then without regard to capitals, underscores and Greek letters; two heads
     that come to the same name are none of them. Raises Unreadable.
     """
-    if len(text) > MOST_CHARACTERS:
-        raise Unreadable("too_large", f"expected at most {MOST_CHARACTERS:,} characters")
     lines = _lines(text)
     heads, separator, begin = _heads(lines)
-    if len(heads) > MOST_COLUMNS:
-        raise Unreadable("too_large", f"expected at most {MOST_COLUMNS} columns")
     rows = [(number, _cells(line, separator)) for number, line in lines[begin:]]
     if not rows:
         raise Unreadable("wrong_shape", "there are no rows of numbers")

@@ -168,7 +168,7 @@ def check(
 
 def _run_selftest(prepared: "Prepared", target: Output, failures: Failures) -> None:
     """Show each key, judge it, and tell the tolerance and the mistakes that would be named."""
-    from rigidcli.check.selftest import selftest
+    from rigidcli.check.judge import selftest
 
     for words, is_right in selftest(prepared.items, prepared.questions):
         target.write(words)

@@ -30,7 +30,7 @@ from rigidcli.check.entries import (
     shown_as,
     typed_as,
 )
-from rigidcli.check.factors import common_factor
+from rigidcli.check.kinds.number import common_factor
 from rigidcli.check.numbers import Number
 from rigidcli.check.question import Question
 from rigidcli.core.arithmetic import Array, Floats
@@ -156,10 +156,6 @@ class Arrays(Kind):
         """The key with all digits, each entry with its unit."""
         typed: Tree = filled([typed_as(key.ruler, each) for each in key.right], key.entries.shape).tolist()
         return typed
-
-    def names(self, key: Key) -> frozenset[str]:
-        """The symbols of the key."""
-        return key.ruler.symbols(key.right)
 
 
 def compared(key: Key, entries: Sequence[Entry]) -> dict[str, Same]:

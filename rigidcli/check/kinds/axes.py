@@ -135,10 +135,6 @@ class Axes(Kind):
         axes = [[typed_as(direction, each) for each in axis] for axis in key.typed[:, 1:].tolist()]
         return axes if key.alone else [{"moment": m, "axis": e} for m, e in zip(moments, axes, strict=True)]
 
-    def names(self, key: Key) -> frozenset[str]:
-        """The symbols of the tensor."""
-        return key.ruler.symbols(key.tensor.flat)
-
 
 class _Answer:
     """Pairs beside the solutions of the eigenproblem."""

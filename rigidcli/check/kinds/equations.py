@@ -22,7 +22,7 @@ from rigidcli.algebra.matrices import determinant
 from rigidcli.algebra.trees import to_tree
 from rigidcli.check.balls import Ball
 from rigidcli.check.base import Asked, Finding, Kind, Outcome, Reading, Tree, Unreadable
-from rigidcli.check.motions import Motion, mistaken, of_document, of_functions, of_text, state_of
+from rigidcli.check.motions import Motion, mistaken, of_document, of_functions, of_text
 from rigidcli.check.reading import Sides, names_in_all, plain, read_equations
 from rigidcli.check.same import same, values
 from rigidcli.document.variables import acceleration, velocity
@@ -139,10 +139,6 @@ class Equations(Kind):
     def typed(self, key: Motion) -> Tree:
         """The derivatives of the states."""
         return {rate: text(node) for rate, node in key.rates.items()}
-
-    def names(self, key: Motion) -> frozenset[str]:
-        """The symbols in the equations."""
-        return frozenset().union(*map(names_in, key.rates.values()), map(state_of, key.rates))
 
 
 def _readings(key: Motion, sides: Sequence[Sides]) -> list[frozenset[str]]:

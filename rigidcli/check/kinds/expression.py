@@ -12,15 +12,13 @@ from dataclasses import dataclass, replace
 from fractions import Fraction
 from typing import ClassVar
 
-import numpy as np
-
 from rigidcli.algebra.expansion import expand
 from rigidcli.algebra.expressions import Expr
 from rigidcli.algebra.reading import from_tree
 from rigidcli.algebra.trees import to_tree
 from rigidcli.check.balls import Ball
 from rigidcli.check.base import Asked, Finding, Kind, Outcome, Reading, Tree, Unreadable
-from rigidcli.check.factors import common_factor
+from rigidcli.check.kinds.number import common_factor
 from rigidcli.check.question import Tolerance
 from rigidcli.check.reading import Names, names_of, plain, read_expression
 from rigidcli.check.same import NEEDED, same, values
@@ -30,9 +28,6 @@ from rigidcli.language.tree import Name, Negative, Node, Number, Product, Sum, b
 
 ENERGIES = ("hamiltonian", "lagrangian", "energy")
 """Last names of results to which a constant may be added."""
-
-DIGITS = 12
-"""Digits of a number of a report that count: rounding has spoiled those behind."""
 
 HINTED = NEEDED + 1
 """The points at which an answer that is wrong is looked at for a hint."""
@@ -141,10 +136,6 @@ class Expression(Kind):
         """The key in the language of documents."""
         return text(key.tree)
 
-    def names(self, key: Key) -> frozenset[str]:
-        """The symbols in the key."""
-        return frozenset(names_in(key.tree))
-
 
 def _tree(asked: Asked) -> Node:
     """The formula that is the key. Raises ValueProblem."""
@@ -153,9 +144,6 @@ def _tree(asked: Asked) -> Node:
         return literal(value, asked)
     if isinstance(value, Expr):
         return to_tree(value)
-    if isinstance(value, int | float | np.number) and not isinstance(value, bool) and np.isfinite(value):
-        positive = Number(f"{abs(float(value)):.{DIGITS}g}", abs(float(value)))
-        return Negative(positive) if value < 0 else positive
     raise ValueProblem("what is asked for is not one expression")
 
 
