@@ -11,7 +11,6 @@ from collections.abc import Iterator, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
 from functools import cached_property
-from itertools import combinations
 from typing import ClassVar
 
 from rigidcli.algebra.atoms import Atom
@@ -29,9 +28,6 @@ from rigidcli.document.variables import acceleration, velocity
 from rigidcli.errors import ExpressionError, ValueProblem
 from rigidcli.language.text import text
 from rigidcli.language.tree import Negative, Node, Sum, bound, names_in
-
-MAX_CHOICES = 50
-"""The most ways to choose equations that are tried, for some of them to determine the motion everywhere."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -230,18 +226,10 @@ class _System:
                 return found[0]
         if not self.unknowns:
             return ""
-        first = ""
-        for chosen in [tuple(self.chosen), *combinations(range(len(self.rows)), len(self.unknowns))][
-            :MAX_CHOICES
-        ]:
-            try:
-                zero = self._zero(determinant([self.rows[k] for k in chosen]))
-            except ExpressionError as error:
-                zero = f"where it cannot be worked out: {error.message}"
-            if not zero:
-                return ""
-            first = first or zero
-        return first
+        try:
+            return self._zero(determinant([self.rows[k] for k in self.chosen]))
+        except ExpressionError as error:
+            return f"where it cannot be worked out: {error.message}"
 
     def _zero(self, e: Expr) -> str:
         """Where a determinant vanishes, though the motion goes on; empty where it does so nowhere."""
