@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 
 TABULAR = {
     "--items": ("table", "json", "csv"),
-    "--regrade": ("table", "csv"),
+    "--regrade": ("table",),
     "--canvas": ("table", "csv"),
     "--selftest": ("table",),
 }

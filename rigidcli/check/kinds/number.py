@@ -23,6 +23,7 @@ from rigidcli.check.numbers import (
     with_hint,
 )
 from rigidcli.check.question import Tolerance
+from rigidcli.core.arithmetic import Floats
 from rigidcli.errors import ValueProblem
 from rigidcli.fields.dimensions import ANGLE, DIMENSIONLESS
 from rigidcli.fields.units import Unit, parse_unit
@@ -186,6 +187,26 @@ def common_factor(ratio: float, unit: Unit | None, path: tuple[str, ...], slack:
         if abs(factor - 1) > 2 * slack and abs(ratio / factor - 1) <= slack
     ]
     return codes[0] if codes else None
+
+
+def shared_factor(
+    own: Floats, expected: Floats, unit: Unit | None, path: tuple[str, ...], slack: float
+) -> str | None:
+    """The code of the one factor by which all numbers (n by k) are wrong; None where there is none.
+
+    The slack is relative to the largest number of a column; the larger half of each tells the factor.
+    """
+    sizes = np.abs(expected)
+    scale = sizes.max(axis=0)
+    with np.errstate(all="ignore"):
+        middle = float(np.median((own / expected)[sizes >= scale / 2]))
+        is_shared = bool((np.abs(own - middle * expected) <= abs(middle) * slack * scale).all())
+    if not is_shared or not middle or abs(middle - 1) <= slack:
+        return None
+    # Of numbers of different sizes any shared factor is one; of one number it may be anything.
+    least = np.where(sizes > NOISE * scale, sizes, np.inf).min(axis=0)
+    differ = bool((scale > least * (1 + 2 * slack)).any())
+    return common_factor(middle, unit, path, slack) or ("constant_factor" if differ else None)
 
 
 def _factors(unit: Unit | None, path: tuple[str, ...]) -> Iterator[tuple[str, float]]:

@@ -15,7 +15,7 @@ from typing import ClassVar
 import numpy as np
 
 from rigidcli.check.base import Asked, Finding, Kind, Outcome, Reading, Tree, Unreadable
-from rigidcli.check.kinds.number import common_factor
+from rigidcli.check.kinds.number import shared_factor
 from rigidcli.check.numbers import margin
 from rigidcli.check.tables import SECOND, TIME, Column, read_table, table_text, tabulated
 from rigidcli.core.arithmetic import Floats, Mask
@@ -103,13 +103,12 @@ class Trajectory(Kind):
                     raise ValueProblem(f"the key has no column {shown(name)}", path=(option,), hint=hint)
         if not names or len(set(names)) < len(names):
             raise ValueProblem("expected columns to judge, each once", path=("columns",))
-        known = times <= times[0] + _horizon(asked) * (times[-1] - times[0])
-        if known.sum() < LEAST_SAMPLES or not (np.diff(times) > 0).all():
+        _require_predictable(asked)
+        if len(times) < LEAST_SAMPLES or not (np.diff(times) > 0).all():
             raise ValueProblem(f"expected a key of at least {LEAST_SAMPLES} rows at ascending times")
         is_angle = [name in question.angles or ANGLES.fullmatch(name) is not None for name in names]
         periods = np.where(is_angle, 2 * math.pi, np.inf)
-        times, values = times[known], np.column_stack([columns[name] for name in names])[known]
-        values = _smooth(values, periods)
+        values = _smooth(np.column_stack([columns[name] for name in names]), periods)
         sizes = np.minimum(np.abs(values).max(axis=0), periods / 2)
         sizes = np.where(sizes <= NOISE * sizes.max(), sizes.max() or 1.0, sizes)
         margins = np.array([margin(size, question.tolerance) for size in sizes.tolist()])
@@ -231,7 +230,9 @@ def _said(
 ) -> Iterator[Finding]:
     """What is said of wrong columns: the factor that all of them have, or until when they are right."""
     places = np.flatnonzero(wrong).tolist()
-    codes = {_factor(key, k, own[:, k], expected[:, k]) for k in places}
+    slack = key.margins / np.abs(expected).max(axis=0, initial=0.0)
+    columns = ((own[:, [k]], expected[:, [k]], key.units[k], (), float(slack[k])) for k in places)
+    codes = {shared_factor(*column) for column in columns}
     if len(codes) == 1 and (code := codes.pop()):
         yield Finding(code, ", ".join(shown(key.columns[k]) for k in places))
         return
@@ -242,16 +243,6 @@ def _said(
             yield Finding("outside_tolerance", shown(name), f"it is right until t = {ends[k]:.4g}", reference)
         else:
             yield Finding("wrong_initial_condition", shown(name), reference=reference)
-
-
-def _factor(key: Key, place: int, own: Floats, expected: Floats) -> str | None:
-    """The code of the one factor by which a column is wrong, told from its larger half."""
-    largest = np.abs(expected).max()
-    large = np.abs(expected) >= largest / 2
-    middle = float(np.median(own[large] / expected[large]))
-    if not (np.abs(own - middle * expected) <= abs(middle) * key.margins[place]).all():
-        return None
-    return common_factor(middle, key.units[place], (), float(key.margins[place] / largest))
 
 
 # --- keys
@@ -293,21 +284,15 @@ def _of_report(asked: Asked) -> tuple[dict[str, Column], Sequence[str]]:
     return found, default
 
 
-def _horizon(asked: Asked) -> float:
-    """The part of the span until which a motion can be predicted. Raises ValueProblem where that is unknown.
-
-    In a chaotic motion digits are lost evenly; the report tells how many are left at the end.
-    """
+def _require_predictable(asked: Asked) -> None:
+    """Raise ValueProblem for a chaotic motion, whose end no ordinary integration shows."""
     results = {} if asked.report is None else asked.report.tree()
     digits = results.get("trusted_digits", results.get("orbit", {}).get("trusted_digits"))
-    if digits is None:
-        return 1.0
-    if digits < 1:
-        hint = "ask for a shorter time, or lower the tolerance of the orbit itself"
-        raise ValueProblem("only a small part of this motion can be predicted", hint=hint)
     section = getattr(asked.document, "orbit", None) or getattr(asked.document, "motion", None)
     tolerance = float(getattr(section, "tolerance", None) or DEFAULT_TOLERANCE)
-    return MAGNIFIED / max(MAGNIFIED, -math.log10(tolerance) - float(digits))
+    if digits is not None and -math.log10(tolerance) - float(digits) > MAGNIFIED:
+        hint = "ask for a shorter time, or lower the tolerance of the orbit itself"
+        raise ValueProblem("only a part of this motion can be predicted", hint=hint)
 
 
 def _of_literal(value: Tree) -> tuple[dict[str, Column], Sequence[str]]:
