@@ -33,9 +33,6 @@ if TYPE_CHECKING:
 
     Study = Callable[[Document], Report]
 
-LONGEST_KEY = 500
-"""Characters of a key that is shown to those who are told all."""
-
 DECIMALS = re.compile(r"[0-9]*\.(?:[0-9]{7,}|0(?![0-9]))(?:e[-+]?[0-9]+)?")
 """Numbers in a key that are shown in fewer digits, or without a decimal point."""
 
@@ -174,7 +171,7 @@ def _item(kind: Kind, asked: Asked, folder: Path) -> Item:
         accepted.append(Accepted(key_of_it, other.credit, other.message))
     typed = kind.typed(key)
     words = DECIMALS.sub(lambda number: f"{float(number[0]):.6g}", as_typed(typed))
-    reference = words if len(words) <= LONGEST_KEY else ""
+    reference = words if len(words) <= 500 else ""  # a longer key tells nobody anything
     changes = tuple(_changes(kind, key, typed))
     return Item(
         kind, key, question.points, question.title, reference, question.credit, tuple(accepted), changes

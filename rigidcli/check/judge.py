@@ -265,10 +265,6 @@ def selftest(items: Mapping[str, Item], questions: Mapping[str, Question]) -> It
             f"  judged     {', '.join([found.verdict, *(CODES[each.code] for each in found.findings)])}",
             f"  tolerance  {tolerance}" if (tolerance := _tolerance(item, questions[id].tolerance)) else "",
             f"  mistakes   {named}" if named else "",
-            *(
-                f"  accepted   {other.credit:.0%} {printable(other.message)}".rstrip()
-                for other in item.accepted
-            ),
         ]
         yield "".join(f"{line}\n" for line in lines if line), is_right
 

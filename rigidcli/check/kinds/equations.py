@@ -108,12 +108,6 @@ class Equations(Kind):
         has_numbers = bool(key.names.values) and replace(key, numbers=True).is_true(*side[1:]) is True
         return "number_for_symbol" if has_numbers else "equation_wrong"
 
-    def is_right(self, key: Motion, value: Answer) -> bool:
-        """Whether all equations are true, and determine the motion."""
-        if any(key.is_true(left, right) is not True for _, left, right in value.sides):
-            return False
-        return self.judge(key, value).verdict == "correct"
-
     def _complete(self, key: Motion, systems: Sequence[_System], remarks: list[Finding]) -> Outcome:
         """The outcome of true equations that determine the motion in general states."""
         whole = [system for system in systems if system.is_complete]

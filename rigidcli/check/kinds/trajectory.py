@@ -45,9 +45,6 @@ SAME_TIME = 1e-6
 SHOWN = 0.5
 """The part of the range of a column that the rows must show: of a swing, not only its returns."""
 
-OFF = 0.25
-"""The part of a margin by which interpolation may be off."""
-
 NOISE = 1e-9
 """A column below this, in units of the largest, is zero but for rounding and integration."""
 
@@ -108,7 +105,8 @@ class Trajectory(Kind):
             raise ValueProblem(f"expected a key of at least {LEAST_SAMPLES} rows at ascending times")
         is_angle = [name in question.angles or ANGLES.fullmatch(name) is not None for name in names]
         periods = np.where(is_angle, 2 * math.pi, np.inf)
-        values = _smooth(np.column_stack([columns[name] for name in names]), periods)
+        values = np.column_stack([columns[name] for name in names])
+        values = np.where(np.isfinite(periods), np.unwrap(values, axis=0), values)
         sizes = np.minimum(np.abs(values).max(axis=0), periods / 2)
         sizes = np.where(sizes <= NOISE * sizes.max(), sizes.max() or 1.0, sizes)
         margins = np.array([margin(size, question.tolerance) for size in sizes.tolist()])
@@ -117,7 +115,7 @@ class Trajectory(Kind):
         units = tuple(found[name].unit for name in names)
         off = np.abs(_between(times[::2], values[::2], times[1:-1:2]) - values[1:-1:2]).max(axis=0)
         # With twice the rows, cubic curves between them are at least four times as near.
-        dense = bool((off <= 4 * OFF * margins).all())
+        dense = bool((off <= margins).all())
         return Key(names, times, values, margins, periods, units, dense)
 
     def read(self, key: Key, answer: Tree) -> Reading:
@@ -206,7 +204,7 @@ def _wrapped(key: Key, differences: Floats) -> Floats:
     """Differences of the columns (k by m), those of angles to the nearest of their turns."""
     own = np.where(np.isfinite(key.periods), key.periods, 1.0)
     # Where the digits of a huge angle do not tell what is left of it, it stays as it is.
-    turns = np.isfinite(key.periods) & (np.spacing(np.abs(differences)) <= OFF * key.margins)
+    turns = np.isfinite(key.periods) & (np.spacing(np.abs(differences)) <= key.margins / 4)
     return np.where(turns, differences - own * np.round(differences / own), differences)
 
 
@@ -246,12 +244,6 @@ def _said(
 
 
 # --- keys
-
-
-def _smooth(values: Floats, periods: Floats) -> Floats:
-    """Columns (n by m) without the jumps of angles by a turn."""
-    both = zip(values.T, periods, strict=True)
-    return np.column_stack([np.unwrap(column) if turn < np.inf else column for column, turn in both])
 
 
 def _between(times: Floats, values: Floats, at: Floats) -> Floats:
