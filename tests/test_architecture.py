@@ -17,10 +17,10 @@ import rigidcli
 from rigidcli import STUDIES
 from rigidcli.bodies import flat_shapes, prism_shapes, shapes, solid_shapes, thin_shapes
 from rigidcli.bodies.shape import Hollow, Lamina, Shape, Shell, Solid, Wire
+from rigidcli.check.base import CODES
 from rigidcli.check.base import Kind as KindOfAnswer
-from rigidcli.check.codes import CODES
 from rigidcli.check.kinds import KINDS
-from rigidcli.check.question import CREDITED, KindName
+from rigidcli.check.question import Credited, KindName
 from rigidcli.check.reports.formats import FORMATS
 from rigidcli.cli import app
 from rigidcli.cli.judgements import CheckFormat
@@ -125,7 +125,7 @@ def test_every_kind_of_answer_is_listed() -> None:
     assert set(KINDS) == set(get_args(KindName))
     assert all(isinstance(kind, KindOfAnswer) for kind in KINDS.values())
     assert all(kind.name == name for name, kind in KINDS.items())
-    assert set(CREDITED) <= set(CODES)
+    assert set(get_args(Credited)) <= set(CODES)
 
 
 def test_every_starter_is_a_kind() -> None:

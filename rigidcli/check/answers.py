@@ -9,7 +9,7 @@ the text that it is: `[1, 2] cm`, `- 3.2`, `|T|`.
 from __future__ import annotations
 
 import re
-from collections.abc import Collection, Mapping
+from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import TypeAlias
 
@@ -23,8 +23,8 @@ Answers: TypeAlias = dict[str, Tree | Unreadable]
 MOST_ANSWERS = 1000
 """Entries of a file that are read."""
 
-MOST_STRAY = 5
-"""Lines without an answer that are named one by one."""
+MOST_NOTES = 5
+"""Notes of one kind on a file that are told one by one."""
 
 LONGEST_NAME = 100
 """Characters of a question's name in an answer file."""
@@ -109,7 +109,7 @@ def read_answers(text: str, known: Collection[str] = ()) -> tuple[Answers, list[
         heads = {folded(entry.name) for entry in reader.entries}
         if not (heads & names if names else heads - ABOUT) and not heads & ABOUT:
             raise Unreadable("wrong_shape", "expected `answers`, a mapping from questions to answers")
-    return reader.answers(), reader.notes()
+    return reader.answers(), capped(reader.stray)
 
 
 def _literal(quoted: re.Match[str]) -> str:
@@ -200,11 +200,16 @@ class _Lines:
             indent = len(line) - len(text)
             last = self.entries[-1] if self.entries else None
             is_open = last is not None and last.open > 0 and not (_KEY.match(text) and last.is_list)
-            if _SILENT.match(text) or is_open or (last and indent > last.indent):
+            head = self._head(text, last)
+            # A question that is indented too deep, below another answer, stands by itself.
+            is_astray = head and last and last.lines[0].strip() and folded(head[0]) in self.names
+            is_deeper = last and indent > last.indent and not is_astray
+            if _SILENT.match(text) or is_open or is_deeper:
                 if last:
                     last.add(line)
-            elif head := self._head(text, last):
-                entry = _Entry(head[0], number, indent, [])
+            elif head:
+                depth = min(indent, last.indent) if last and is_astray else indent
+                entry = _Entry(head[0], number, depth, [])
                 entry.add(head[1])
                 self.entries.append(entry)
                 if len(self.entries) > MOST_ANSWERS:
@@ -213,7 +218,6 @@ class _Lines:
                 last.add(line)
             else:
                 self.stray.append(f"line {number} is no answer: {shown(text)}")
-        self._cut()
 
     def _head(self, text: str, last: _Entry | None) -> tuple[str, str] | None:
         """The name at the beginning of a line, and what is behind it."""
@@ -230,22 +234,6 @@ class _Lines:
             return name, text.partition(":")[2].strip()
         numbered = None if self.names or (last and last.is_begun) else _NUMBERED.fullmatch(text)
         return (numbered["name"], numbered["value"]) if numbered else None
-
-    def _cut(self) -> None:
-        """Let questions that are indented too deep, below another answer, stand by themselves."""
-        heads = {folded(entry.name) for entry in self.entries}
-        for place in range(len(self.entries) - 1, -1, -1):
-            entry = self.entries[place]
-            for line in range(len(entry.lines) - 1, 0, -1):
-                text = entry.lines[line].strip()
-                head = self._head(text, entry) if text and not _SILENT.match(text) else None
-                if head and folded(head[0]) in {*self.names} - heads and entry.lines[0].strip():
-                    cut = _Entry(
-                        head[0], entry.number + line, entry.indent, [head[1], *entry.lines[line + 1 :]]
-                    )
-                    self.entries.insert(place + 1, cut)
-                    del entry.lines[line:]
-                    heads.add(folded(head[0]))
 
     def answers(self) -> Answers:
         """The answers; one that stands twice is none."""
@@ -265,10 +253,11 @@ class _Lines:
                 answers[name] = entry.value()
         return answers
 
-    def notes(self) -> list[str]:
-        """Notes on the lines that belong to no answer."""
-        more = len(self.stray) - MOST_STRAY
-        return [*self.stray[:MOST_STRAY], *([f"{more:,} more lines are no answers"] if more > 0 else [])]
+
+def capped(names: Sequence[str], note: Callable[[str], str] = str) -> list[str]:
+    """A note on each of the first names, and how many more there are."""
+    more = len(names) - MOST_NOTES
+    return [*map(note, names[:MOST_NOTES]), *([f"and {more:,} more of this kind"] if more > 0 else [])]
 
 
 def as_typed(answer: Tree | Unreadable) -> str:

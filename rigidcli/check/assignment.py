@@ -33,9 +33,6 @@ if TYPE_CHECKING:
 
     Study = Callable[[Document], Report]
 
-LONGEST_KEY = 500
-"""Characters of a key that is shown to those who are told all."""
-
 DECIMALS = re.compile(r"[0-9]*\.(?:[0-9]{7,}|0(?![0-9]))(?:e[-+]?[0-9]+)?")
 """Numbers in a key that are shown in fewer digits, or without a decimal point."""
 
@@ -158,10 +155,6 @@ def _notes(question: Question, item: Item, name: str) -> Iterator[tuple[Keys, st
     if (question.tolerance.relative or 0.0) > 0.2:  # it may be meant in per cent
         share = f"{question.tolerance.relative:.0%}"
         yield ("tolerance", "relative"), f"it is {share} of the value: per cent meant?"
-    used = [item.kind.names(key) for key in (item.key, *(other.key for other in item.accepted))]
-    for symbol in () if None in used else question.symbols or ():
-        if not any(symbol in names for names in used if names is not None):
-            yield ("symbols", symbol), "no key has this symbol"
 
 
 # --- keys
@@ -178,7 +171,7 @@ def _item(kind: Kind, asked: Asked, folder: Path) -> Item:
         accepted.append(Accepted(key_of_it, other.credit, other.message))
     typed = kind.typed(key)
     words = DECIMALS.sub(lambda number: f"{float(number[0]):.6g}", as_typed(typed))
-    reference = words if len(words) <= LONGEST_KEY else ""
+    reference = words if len(words) <= 500 else ""  # a longer key tells nobody anything
     changes = tuple(_changes(kind, key, typed))
     return Item(
         kind, key, question.points, question.title, reference, question.credit, tuple(accepted), changes

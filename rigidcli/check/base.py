@@ -20,6 +20,69 @@ Verdict: TypeAlias = Literal["review", "correct", "partial", "incorrect", "inval
 VERDICTS: tuple[Verdict, ...] = get_args(Verdict)
 """The verdicts in the order of reports: what waits for a person first."""
 
+CODES: dict[str, str] = {
+    "accepted": "this answer was foreseen",
+    "additive_constant": "differs from the expected answer by a constant",
+    "axes_not_orthogonal": "the axes are not at right angles to each other",
+    "axis_not_normalised": "the axis is right, but it is no unit vector",
+    "component_wrong": "this component is not right",
+    "components_permuted": "the components are right, but in another order",
+    "constant_factor": "differs from the expected answer by a constant factor",
+    "degrees_radians": "degrees and radians are confused",
+    "duplicate_key": "a name stands twice, so that it is not clear which answer is meant",
+    "equation_wrong": "this equation does not hold for the motion",
+    "euler_sign": "a cross term of Euler's equations has the wrong sign",
+    "extra_solutions": "the equations have other solutions besides the right ones",
+    "frequency_vs_angular_frequency": "a frequency and an angular frequency are confused",
+    "hamilton_sign": "a sign in Hamilton's equations is wrong: q' = dH/dp, p' = -dH/dq",
+    "kinetic_factor": "the kinetic energy has a wrong factor",
+    "lagrangian_or_potential_sign": "this is T - V instead of T + V, or the potential has the wrong sign",
+    "missing_axis": "an axis is missing",
+    "missing_column": "a column is missing",
+    "missing_equation": "an equation is missing",
+    "missing_file": "there is no such file",
+    "moment_axis_pairing": "the moments and the axes are right, but wrongly paired",
+    "not_a_number": "cannot be read as a number",
+    "not_allowed": "is not allowed in an answer",
+    "not_an_eigenvector": "is not along a principal axis",
+    "not_symmetric": "the tensor is not symmetric",
+    "number_for_symbol": "a number stands in place of a symbol",
+    "other_frame": "is right, but along other axes than those asked for",
+    "outside_tolerance": "is not right",
+    "overridden": "was judged by a person",
+    "parallel_axis_missing": "this is about the centre of mass: the parallel-axis theorem is not applied",
+    "parallel_axis_sign": "the parallel-axis theorem is applied with the wrong sign",
+    "parse_error": "cannot be read",
+    "path_outside": "names a file that is not beside the answer file",
+    "potential_sign": "the potential energy has the wrong sign",
+    "power_of_ten": "is wrong by a power of ten",
+    "products_of_inertia_missing": "the products of inertia are missing",
+    "products_of_inertia_sign": "the products of inertia have the wrong sign",
+    "second_order_form": "the equations are right, and of second order",
+    "sign_error": "has the wrong sign",
+    "term_wrong": "a term is missing, or has a wrong factor",
+    "time_range_short": "does not cover the time that is asked for",
+    "timeout": "took too long to judge",
+    "too_few_sig_figs": "has too few significant figures",
+    "too_large": "is too large",
+    "transposed": "rows and columns are exchanged",
+    "trivial_equation": "this equation is true of every motion",
+    "undecided": "the program cannot say whether this is right: a person will judge it",
+    "unit_incompatible": "the unit does not fit what is asked",
+    "unit_missing": "the unit is missing",
+    "unknown_symbol": "holds a symbol that is not in the question",
+    "velocity_in_hamiltonian": "the Hamiltonian is a function of coordinates and momenta, not of velocities",
+    "wrong_initial_condition": "the initial conditions are not right",
+    "wrong_order": "the order is not the one asked for",
+    "wrong_shape": "does not have the form that is expected",
+    "wrong_unit_right_number": "the number is right, the unit is not",
+}
+"""What is said of an answer: codes for programs, and the sentence that a student reads.
+
+A sentence may follow the name of the part that is meant (`Ixy: this component is not right`). It holds no
+number, so that it cannot give a reference value away.
+"""
+
 
 @dataclass(frozen=True, slots=True)
 class Finding:
@@ -137,7 +200,3 @@ class Kind(ABC):
     @abstractmethod
     def typed(self, key: Any) -> Tree:
         """The key as a student would type it; judging this answer gives `correct`."""
-
-    def names(self, key: Any) -> frozenset[str] | None:
-        """The symbols in a key; None for a kind without symbols."""
-        return None

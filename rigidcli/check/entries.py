@@ -17,7 +17,7 @@ from rigidcli.algebra.expressions import Expr
 from rigidcli.algebra.trees import to_tree
 from rigidcli.check.base import Asked, Finding, Tree, Unreadable
 from rigidcli.check.lists import read_list
-from rigidcli.check.numbers import Number, as_typed, beside, is_right, read_number, share
+from rigidcli.check.numbers import Number, as_typed, beside, is_right, is_short, read_number, share
 from rigidcli.check.question import RELATIVE, Tolerance
 from rigidcli.check.reading import Names, exactly, names_of, plain, read_expression
 from rigidcli.check.same import same, values
@@ -99,6 +99,10 @@ class Ruler:
             return True
         grouped = None if entry.thousands is None else replace(entry, value=entry.thousands)
         return COMMA if grouped and is_right(grouped, right, self.tolerance, self.largest) else False
+
+    def is_short(self, entry: Number, right: Right) -> bool:
+        """Whether an entry is that of the key, rounded to one figure less than is asked."""
+        return isinstance(right, float) and is_short(entry, right, self.tolerance, self.largest)
 
     def differ(self, one: Entry | Right, other: Entry | Right) -> bool:
         """Whether two entries of one answer, or of one key, are certainly not the same."""

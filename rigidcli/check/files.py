@@ -10,7 +10,6 @@ import zipfile
 from collections.abc import Iterator, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field
-from itertools import islice
 from pathlib import Path
 
 from rigidcli.check.base import Tree, Unreadable
@@ -20,13 +19,13 @@ MOST_BYTES = 1_000_000
 """Length of an answer file, and of one beside it."""
 
 MOST_FILES = 50_000
-"""Files of one folder or archive that are looked at: more than any class hands in."""
+"""Files of an archive that are unpacked, and of a folder in which names are looked for."""
 
 MOST_UNPACKED = 500_000_000
 """Bytes that an archive may become: those of a class of thousands, which every disk has room for."""
 
 DEEPEST = 8
-"""Levels of folders in a folder that are looked into: a download has one or two."""
+"""Levels of folders in an archive that are unpacked: a download has one or two."""
 
 HIDDEN = (".", "__MACOSX")
 """Beginnings of names that are passed over without a word: some systems put such files beside others."""
@@ -138,31 +137,29 @@ def gather(paths: Sequence[str], assignment: str | None, scratch: Path) -> Found
             if not given:
                 raise ValueError
             path.lstat()
-            into = path.is_dir() and not is_answer(path.name)
+            is_folder = path.is_dir() and not is_answer(path.name)
         except (OSError, ValueError) as error:
             found.trouble(path, _reason(error))
             continue
-        if path.suffix.lower() == ".zip":
-            places = [*_unpacked(path, root, scratch, found)]
-        elif into:
-            places = [
-                Place(file, safe_name(file), root, file.relative_to(path).parts[:-1])
-                for file in _walk(path, found)
-            ]
+        is_archive = path.suffix.lower() == ".zip" and not is_folder
+        if is_folder or is_archive:
+            folder = _unpacked(path, scratch / str(root), found) if is_archive else path
+            inside = (file.relative_to(folder) for file in _walk(folder, found))
+            places = [Place(folder / file, safe_name(path / file), root, file.parts[:-1]) for file in inside]
             direct = [place for place in places if is_answer(place.file.name)]
             if len(paths) > 1 and len(direct) == 1 and not direct[0].way:
                 # One of several folders, with a single hand-in: it is a student's.
-                name = path.absolute().name
+                name = path.absolute().stem if is_archive else path.absolute().name
                 places = [Place(each.file, each.source, -1, (name, *each.way)) for each in places]
+            if not places:
+                found.trouble(path, "no answer files: their names end in .json, .yaml, .yml")
         else:
             places = [Place(path, safe_name(path), -2, ways.get(given, ()))]
-        explicit = not into and path.suffix.lower() != ".zip"
-        if not places:
-            found.trouble(path, "no answer files: their names end in .json, .yaml, .yml")
         for place in _named(places):
             if _spot(place.file) not in seen:
                 seen.add(_spot(place.file))
-                (found.answers if explicit or is_answer(place.file.name) else found.others).append(place)
+                is_judged = place.file == path or is_answer(place.file.name)
+                (found.answers if is_judged else found.others).append(place)
     return found
 
 
@@ -176,51 +173,43 @@ def _ways(files: Sequence[str]) -> dict[str, tuple[str, ...]]:
 
 def _walk(folder: Path, found: Found) -> Iterator[Path]:
     """What there is in a folder and its folders, but for folders that are looked into."""
-    left = MOST_FILES
-    top = len(folder.parts)
     for name, folders, files in os.walk(
         folder, onerror=lambda error: found.trouble(Path(error.filename), _reason(error))
     ):
         here = Path(name)
-        into = [each for each in sorted(folders) if not each.startswith(HIDDEN) and not is_answer(each)]
-        into = [each for each in into if not (here / each).is_symlink()]
-        named = sorted(each for each in {*files, *folders} - {*into} if not each.startswith(HIDDEN))
-        if len(here.parts) - top == DEEPEST and into:
-            found.trouble(here, f"not looked into: expected at most {DEEPEST} folders in each other")
-            into = []
-        if len(named) > left:
-            found.trouble(folder, f"expected at most {MOST_FILES:,} files: the others are left out")
-        yield from (here / each for each in named[:left])
-        left -= len(named)
-        folders[:] = into if left > 0 else []
+        named = sorted(each for each in {*files, *folders} if not each.startswith(HIDDEN))
+        looked_into = [each for each in named if each in folders and not is_answer(each)]
+        folders[:] = [each for each in looked_into if not (here / each).is_symlink()]
+        yield from (here / each for each in named if each not in folders)
 
 
-def _unpacked(path: Path, root: int, scratch: Path, found: Found) -> Iterator[Place]:
-    """The files of an archive of the class, each cut off where it is too long to be judged anyway."""
+def _unpacked(path: Path, folder: Path, found: Found) -> Path:
+    """The folder of the files of an archive, each cut off where it is too long to be judged anyway."""
     left = MOST_UNPACKED
+    folder.mkdir(parents=True, exist_ok=True)
     try:
         with zipfile.ZipFile(path) as archive:
             for number, info in enumerate(archive.infolist()):
                 parts = [part for part in re.split(r"[/\\]", info.filename) if part not in ("", ".")]
-                if info.is_dir() or not parts or any(part.startswith(HIDDEN) for part in parts):
+                if info.is_dir() or not parts:
                     continue
                 inside = safe_name(Path(*parts))
                 if number >= MOST_FILES or left <= 0 or len(parts) > DEEPEST + 1:
                     found.trouble(path, f"`{inside}` is left out: the archive is too large or too deep")
-                    return
-                if stat.S_ISLNK(info.external_attr >> 16) or ELSEWHERE & set("".join(parts)):
+                    break
+                if stat.S_ISLNK(info.external_attr >> 16) or ".." in parts or ELSEWHERE & set("".join(parts)):
                     found.trouble(path, f"`{inside}` is left out: it is a link, or has no name for a file")
                     continue
                 with archive.open(info) as packed:
                     data = packed.read(MOST_BYTES + 1)
                 left -= len(data)
-                file = scratch.joinpath(str(root), *parts)
+                file = folder.joinpath(*parts)
                 file.parent.mkdir(parents=True, exist_ok=True)
                 file.write_bytes(data)
-                yield Place(file, f"{safe_name(path)}/{inside}", root, tuple(parts[:-1]))
     except (zipfile.BadZipFile, OSError, RuntimeError, NotImplementedError, ValueError, EOFError) as error:
         reason = getattr(error, "strerror", None) or str(error)
         found.trouble(path, f"cannot be read as a zip: {reason}")
+    return folder
 
 
 def _named(places: Sequence[Place]) -> Iterator[Place]:
@@ -332,11 +321,9 @@ def is_contested(file: Path, answers: Path) -> bool:
 
 def _names_in(folder: Path) -> list[str]:
     """The names of what lies in a folder, as far as it can be read, in any order."""
-    try:
-        with os.scandir(folder) as entries:
-            return [entry.name for entry in islice(entries, MOST_FILES)]
-    except OSError:
-        return []
+    with suppress(OSError):
+        return os.listdir(folder)[:MOST_FILES]  # noqa: PTH208 - names are all that is needed
+    return []
 
 
 def _student(name: str) -> str:

@@ -1,25 +1,29 @@
-"""One answer file, judged question by question. It runs in a process that is confined: see `batch`."""
+"""One answer file, judged question by question, and many, each in a process that is confined.
+
+One bad file is one bad row, and harms no other.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
+from functools import partial
 from pathlib import Path
 from typing import Any, TypeAlias
 
-from rigidcli.check.answers import as_typed, folded, read_answers
-from rigidcli.check.base import Finding, Kind, Outcome, Tree, Unreadable
+from rigidcli.check.answers import as_typed, capped, folded, read_answers
+from rigidcli.check.base import CODES, Finding, Kind, Outcome, Tree, Unreadable
 from rigidcli.check.files import beside, is_contested, read_file, safe_name
+from rigidcli.check.question import RELATIVE, Question, Tolerance
 from rigidcli.check.records import MISSING, Judged, Judgement, judged
-from rigidcli.errors import nearest, shortened, shown
-from rigidcli.sandbox import ForbiddenError, LateError, timed
+from rigidcli.check.roster import Paper
+from rigidcli.check.workers import Ended, each
+from rigidcli.errors import nearest, printable, shortened, shown
+from rigidcli.sandbox import LIMITS, ForbiddenError, LateError, Limits, timed, usable_cores
 
 SECONDS = 2.0
 """Of the processor, that one answer may take: it must not use up the time of the others."""
-
-MOST_STRANGERS = 5
-"""Answers to no question that are named one by one."""
 
 LONGEST_ANSWER = 2000
 """Characters of an answer that reports repeat."""
@@ -50,7 +54,7 @@ class Item:
     points: float
     title: str = ""
     reference: str = ""
-    credit: str | Mapping[str, float] = "parts"
+    credit: str | Mapping[Any, float] = "parts"
     accepted: tuple[Accepted, ...] = ()
     changes: tuple[tuple[str, Any], ...] = ()
 
@@ -105,16 +109,16 @@ def same_for_all(items: Mapping[str, Item], found: Outcome) -> Judgement:
     return Judgement("", "", tuple(judged(id, item.title, item.points, found) for id, item in items.items()))
 
 
-def _strangers(answers: Iterable[str], items: Mapping[str, Item]) -> Iterator[str]:
+def _strangers(answers: Iterable[str], items: Mapping[str, Item]) -> list[str]:
     """Notes on answers that no question asks for."""
     known = {folded(id) for id in items}
     strange = [id for id in answers if folded(id) not in known]
-    for id in strange[:MOST_STRANGERS]:
+
+    def note(id: str) -> str:
         near = nearest(id, list(items))
-        guess = f" (did you mean {near}?)" if near else ""
-        yield f"there is no question {shown(id)}{guess}"
-    if len(strange) > MOST_STRANGERS:
-        yield f"there are {len(strange) - MOST_STRANGERS:,} more answers that no question asks for"
+        return f"there is no question {shown(id)}" + (f" (did you mean {near}?)" if near else "")
+
+    return capped(strange, note)
 
 
 def outcome(item: Item, answer: Tree | Unreadable, path: Path) -> tuple[Outcome, str]:
@@ -200,3 +204,72 @@ def _with_reference(found: Outcome, item: Item) -> Outcome:
         return found
     first, *others = found.findings
     return replace(found, findings=(replace(first, reference=f"expected {item.reference}"), *others))
+
+
+# --- many hand-ins
+
+
+def run(
+    items: Mapping[str, Item],
+    papers: Sequence[Paper],
+    jobs: int | None = None,
+    progress: Callable[[float], None] = lambda share: None,
+    limits: Limits = LIMITS,
+) -> Iterator[Judgement]:
+    """Judge what was handed in, in that order, whatever is done first; `jobs` at a time, or one a core.
+
+    `progress` is told the share that is done. Raises ComputationError where no process can be started.
+    """
+    files = [paper.file for paper in papers if paper.file is not None and paper.outcome is None]
+    _warm_up(items)
+    results = each(partial(judge_file, dict(items), {}), files, jobs or usable_cores(), limits, progress)
+    for paper in papers:
+        result = paper.outcome or next(results)
+        if isinstance(result, Ended):
+            result = Unreadable(result.code, result.detail).outcome
+        found = same_for_all(items, result) if isinstance(result, Outcome) else Judgement.from_bytes(result)
+        yield replace(found, student=safe_name(paper.student), source=paper.source)
+
+
+def judge_file(items: Mapping[str, Item], seen: Seen, path: Path) -> bytes:
+    """The judgement of the answer file at `path`, whose student is known elsewhere."""
+    try:
+        return judge(read_file(path), path, items, seen).to_bytes()
+    except Unreadable as unreadable:
+        return same_for_all(items, unreadable.outcome).to_bytes()
+
+
+def _warm_up(items: Mapping[str, Item]) -> None:
+    """Judge the keys: what is loaded and worked out for that, forks need not load and work out again."""
+    for item in items.values():
+        with suppress(Exception):  # what is wrong with a key, its own test says
+            item.kind.judge(item.key, item.kind.read(item.key, item.kind.typed(item.key)).value)
+
+
+# --- an assignment held against itself
+
+
+EXACT = ("choice", "expression", "equations")
+"""The kinds of which no tolerance is usual: a decimal in a formula stands for all that rounds to it."""
+
+
+def selftest(items: Mapping[str, Item], questions: Mapping[str, Question]) -> Iterator[tuple[str, bool]]:
+    """For each question what it would do, in words, and whether its own key is judged to be right."""
+    for id, item in items.items():
+        found, read_as = outcome(item, item.kind.typed(item.key), Path())
+        is_right = found.verdict == "correct"
+        named = ", ".join(dict.fromkeys(code for code, _ in item.changes))
+        lines = [
+            f"{printable(id)}: {item.kind.name}, {item.points:.12g} point{'s' * (item.points != 1)}",
+            f"  key        {printable(shortened(item.reference or read_as))}",
+            f"  judged     {', '.join([found.verdict, *(CODES[each.code] for each in found.findings)])}",
+            f"  tolerance  {tolerance}" if (tolerance := _tolerance(item, questions[id].tolerance)) else "",
+            f"  mistakes   {named}" if named else "",
+        ]
+        yield "".join(f"{line}\n" for line in lines if line), is_right
+
+
+def _tolerance(item: Item, tolerance: Tolerance) -> str:
+    """A tolerance in words; formulas have one only where the question says so, and words have none."""
+    given = ", ".join(f"{name} {value:g}" for name, value in tolerance if value is not None)
+    return given or ("" if item.kind.name in EXACT else f"relative {RELATIVE:g}")

@@ -14,9 +14,6 @@ from rigidcli.errors import ExpressionError, shown
 from rigidcli.language.latex import plain as without_latex
 from rigidcli.language.typed import unnamed
 
-MAX_ENTRIES = 10_000
-"""The most entries of a list, so that one answer cannot fill the memory."""
-
 
 @dataclass(frozen=True, slots=True)
 class Listed:
@@ -32,6 +29,7 @@ class Listed:
 
 _OPEN, _CLOSE = "[({", "])}"
 _UNIT_TAIL = re.compile(r"(?P<entry>.*[\d)\]])\s+(?P<unit>(?![\d+*/^)\]-])\S.*)", re.DOTALL)
+_NUMBER = re.compile(r"[-+]?(?:\d+\.?|\d*[.,]\d+)(?:[eE][-+]?\d+)?(?:/\d+)?")
 _NAMED = re.compile(r"[^\W\d]\w*\s*[=:]")
 _PAIR = re.compile(r"\s*(?P<name>[^\W\d][\w ]*?)\s*[=:]\s*(?P<value>[^=:]+)\Z", re.DOTALL)
 
@@ -60,8 +58,6 @@ def read_list(answer: Tree, place: str = "") -> Listed:
         raise Unreadable(error.code or "parse_error", with_hint(error), place=place) from None
     if not factor and not unit and isinstance(found.entries, list):
         found = _with_unit_of_last(found)
-    if _count(found.entries) > MAX_ENTRIES:
-        raise Unreadable("too_large", f"more than {MAX_ENTRIES} entries", place=place)
     return found
 
 
@@ -162,18 +158,19 @@ def _row(piece: str) -> Any:
     inner = _inner(piece)
     if not isinstance(inner, str):
         return inner
-    commas = split(inner)
-    decimal = re.fullmatch(r"[^,]*\d,\d[^,]*", inner) is not None
-    if len(commas) > 1 and not decimal:
-        return [_inner(comma) for comma in commas]
-    numbers = _blanks(inner)
-    return numbers if len(numbers) > 1 else inner
+    numbers, commas = _blanks(inner), split(inner)
+    if len(numbers) > 1:
+        return numbers
+    is_decimal = re.fullmatch(r"[^,]*\d,\d[^,]*", inner) is not None
+    return inner if len(commas) == 1 or is_decimal else [_inner(comma) for comma in commas]
 
 
 def _blanks(piece: str) -> list[Any]:
     """The numbers of a row that only blanks separate; else the piece alone."""
     numbers = piece.split()
-    if len(numbers) > 1 and all(re.fullmatch(r"[-+]?[\d.,]+(?:[eE][-+]?\d+)?(?:/\d+)?", n) for n in numbers):
+    if len(numbers) > 1 and all(
+        re.fullmatch(r"[-+]?(?:\d+\.?|\d*[.,]\d+)(?:[eE][-+]?\d+)?(?:/\d+)?", n) for n in numbers
+    ):
         return list(numbers)
     return [piece]
 
@@ -185,9 +182,3 @@ def _with_unit_of_last(found: Listed) -> Listed:
     if tail is None or not others or any(not isinstance(e, str) or _UNIT_TAIL.fullmatch(e) for e in others):
         return found
     return replace(found, entries=[*others, tail["entry"]], unit=tail["unit"])
-
-
-def _count(entries: Any) -> int:
-    if isinstance(entries, dict):
-        entries = list(entries.values())
-    return sum(map(_count, entries)) if isinstance(entries, list) else 1

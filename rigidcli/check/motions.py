@@ -23,9 +23,6 @@ from rigidcli.document.variables import acceleration, momentum, velocity
 from rigidcli.errors import ExpressionError, ValueProblem
 from rigidcli.language.tree import Name, Negative, Node, Sum, bound, names_in
 
-MAX_SIGNS = 6
-"""The most equations whose signs are tried one by one."""
-
 _DERIVATIVE = re.compile(r"(.+?)(d?)dot")
 
 
@@ -97,8 +94,6 @@ def state_of(rate: str) -> str:
 def of_document(asked: Asked) -> Motion:
     """The motion by the equations in a report. Raises ValueProblem."""
     told, report = asked.value, asked.report
-    if told is None:
-        raise ValueProblem("the document has no equations in closed form")
     if asked.path[-1:] != ("equations",) or not isinstance(told, Mapping) or len(told) % 2 or report is None:
         raise ValueProblem("this result has no equations of motion, expected `hamilton.equations`")
     states = tuple(told)
@@ -229,9 +224,8 @@ def mistaken(key: Motion) -> Iterator[tuple[str, Motion]]:
 def _signs(key: Motion) -> Iterator[dict[str, Node]]:
     """One equation of the wrong sign, and all of them."""
     turned: dict[str, Node] = {rate: Negative(node) for rate, node in key.rates.items()}
-    if len(turned) <= MAX_SIGNS:
-        yield from ({rate: node} for rate, node in turned.items())
-        yield turned
+    yield from ({rate: node} for rate, node in turned.items())
+    yield turned
 
 
 def _hamilton_sign(key: Motion) -> Iterator[dict[str, Node]]:

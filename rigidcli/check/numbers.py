@@ -93,11 +93,6 @@ class Number:
         return len(digits.lstrip("0")) or len(digits[:1])
 
     @property
-    def half_a_digit(self) -> float:
-        """Half of one in the last digit that is typed, in the unit as typed; 0 for an expression."""
-        return 0.5 * 10.0 ** (self.power - len(self.mantissa.partition(".")[2])) if self.mantissa else 0.0
-
-    @property
     def read_as(self) -> str:
         """The number as it is shown to the student."""
         digits = f"{self.typed:.12g}" if not self.mantissa or self.power else f"{self.typed:.15g}"
@@ -326,6 +321,13 @@ def is_right(number: Number, reference: float, tolerance: Tolerance, largest: fl
     """Whether a number is within the tolerance, and has as many figures as are asked for."""
     gap = abs(number.value - reference)
     return gap <= margin(reference, tolerance, largest, number.scale) and not too_few(number, tolerance)
+
+
+def is_short(number: Number, reference: float, tolerance: Tolerance, largest: float = 0.0) -> bool:
+    """Whether a number is the reference, rounded to one figure less than is asked."""
+    figures = (tolerance.significant_figures or 1) - 1
+    fewer = tolerance.model_copy(update={"significant_figures": figures, "relative": None, "absolute": None})
+    return 0 < figures == number.figures and is_right(number, reference, fewer, largest)
 
 
 def too_few(number: Number, tolerance: Tolerance) -> bool:

@@ -8,12 +8,12 @@ from __future__ import annotations
 from decimal import Decimal
 from typing import Annotated, Any, Literal
 
-from pydantic import ConfigDict, Field, ValidationInfo
+from pydantic import ConfigDict, Field
 
-from rigidcli.errors import ValueProblem, nearest, shown
+from rigidcli.errors import ValueProblem, shown
 from rigidcli.fields.dimensions import ANGLE, DIMENSIONLESS
 from rigidcli.fields.quantities import AsList, Quantity
-from rigidcli.fields.readers import Alternative, ReadBy, Title
+from rigidcli.fields.readers import Alternative, Title
 from rigidcli.fields.section import Section
 
 NotNegative = Annotated[float, Quantity(DIMENSIONLESS, "nonnegative")]
@@ -27,10 +27,10 @@ KindName = Literal[
 RELATIVE = 0.01
 """The tolerance of a question that names none: an answer of three figures may be wrong by half a percent."""
 
-CREDITED = (
+Credited = Literal[
     "unit_missing", "sign_error", "products_of_inertia_sign", "wrong_order", "axis_not_normalised",
     "additive_constant", "power_of_ten", "degrees_radians", "too_few_sig_figs", "second_order_form",
-)  # fmt: skip
+]  # fmt: skip
 """The codes that mean `right but for this`: a question may give a share of its points for them."""
 
 
@@ -64,33 +64,17 @@ Share = Annotated[float, Field(ge=0, le=1)]
 """A part of the points of a question."""
 
 
-def _read_credit(raw: object, info: ValidationInfo) -> str | dict[str, float]:
-    """`parts`, `whole`, or the shares of codes that mean `right but for this`."""
-    if not isinstance(raw, dict):
-        if raw not in ("parts", "whole"):
-            raise ValueProblem(f"read {shown(raw)}, expected parts, whole, or a mapping from codes to shares")
-        return str(raw)
-    for code, share in raw.items():
-        if code not in CREDITED:
-            near = nearest(code, CREDITED)
-            hint = f"did you mean `{near}`?" if near else f"these do: {', '.join(CREDITED)}"
-            message = f"the code {shown(code)} does not say that an answer is right but for one thing"
-            raise ValueProblem(message, path=(code,), hint=hint)
-        if isinstance(share, bool) or not isinstance(share, int | float) or not 0 <= share <= 1:
-            raise ValueProblem(f"read {shown(share)}, expected a share from 0 to 1", path=(code,))
+def _parts_or_whole(raw: str, _: object) -> str:
+    if raw not in ("parts", "whole"):
+        raise ValueProblem(f"read {shown(raw)}, expected parts, whole, or a mapping from codes to shares")
     return raw
 
 
-_CREDIT = {
-    "anyOf": [
-        {"enum": ["parts", "whole"]},
-        {
-            "type": "object",
-            "properties": {code: {"type": "number", "minimum": 0, "maximum": 1} for code in CREDITED},
-            "additionalProperties": False,
-        },
-    ]
-}
+Credit = Annotated[
+    str | dict[Credited, Share],
+    Alternative(str, _parts_or_whole, otherwise=dict[Credited, Share], schema={"enum": ["parts", "whole"]}),
+]
+"""`parts`, `whole`, or the shares of codes that mean `right but for this`."""
 
 
 class Accepted(Section):
@@ -160,7 +144,7 @@ class Question(Section):
     """whether the document's values may stand for its letters: `numbers: allowed`"""
     products: Literal["minus", "plus"] = "minus"
     """the sign of products of inertia: `minus`, Ixy = -sum m x y (default), or `plus`"""
-    credit: Annotated[str | dict[str, float], ReadBy(_read_credit, _CREDIT)] = "parts"
+    credit: Credit = "parts"
     """points for a part: `parts` (default), `whole` (none), `{unit_missing: 0.5}` (right but for that)"""
     accept: Annotated[tuple[Accepted, ...], AsList] = ()
     """further answers and what they earn: `accept: [{answer: oblate, credit: 0.5, message: almost}]`"""

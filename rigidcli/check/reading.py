@@ -164,9 +164,6 @@ def plain(node: Node) -> str:
 # --- without a question
 
 
-LONGEST = 200
-"""Characters of a description."""
-
 _WORDS = re.compile(r"[\w\s,.;'<>-]*[^\W\d_]{3}[\w\s,.;'<>-]*")
 """Words, which may be the answer to a question with a choice."""
 
@@ -185,9 +182,9 @@ def described(answer: Tree | Unreadable, path: Path) -> str:
         if "file" in answer:
             text = read_file(beside(answer["file"], path), shown(answer["file"]), table=True)
         head, *rows = [line for line in text.splitlines() if line.strip()] or [""]
-        return f"a table with {len(rows)} rows below `{shortened(head, LONGEST)}`"
+        return f"a table with {len(rows)} rows below `{shortened(head)}`"
     try:
-        return f"read as {shortened(describe(answer), LONGEST)}"
+        return f"read as {shortened(describe(answer))}"
     except Unreadable:
         if isinstance(answer, str) and _WORDS.fullmatch(answer):
             return f"{shown(answer)} as it is typed: how it is read depends on the question"

@@ -9,15 +9,11 @@ from typing import Literal
 import orjson
 
 from rigidcli.check import Feedback
-from rigidcli.check.base import Finding, Outcome, Verdict
-from rigidcli.check.codes import CODES
-from rigidcli.errors import printable
+from rigidcli.check.base import CODES, Finding, Outcome, Verdict
+from rigidcli.errors import printable, shortened
 
 PLACES = 6
 """Decimal places of a score: shares such as 1/3 need an end."""
-
-LONGEST_DETAIL = 500
-"""Characters of the detail in a message, which may repeat what was typed."""
 
 MISSING = Outcome("missing", 0.0)
 """The outcome of a student, or a question, without an answer."""
@@ -173,7 +169,7 @@ def _told(question: Judged, feedback: Feedback) -> Told:
 def sentence(finding: Finding, *, full: bool = False) -> str:
     """What a student reads of a finding; the reference only where all is told."""
     text = f"{finding.place}: {CODES[finding.code]}" if finding.place else CODES[finding.code]
-    text = f"{text}; {finding.detail[:LONGEST_DETAIL]}" if finding.detail else text
+    text = f"{text}; {shortened(finding.detail, 500)}" if finding.detail else text
     return f"{text}; {finding.reference}" if full and finding.reference else text
 
 

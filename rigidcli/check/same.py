@@ -20,19 +20,8 @@ from typing import TYPE_CHECKING
 from rigidcli.algebra.expansion import expand
 from rigidcli.algebra.expressions import Expr, symbol
 from rigidcli.algebra.reading import from_tree
-from rigidcli.check.balls import (
-    BITS,
-    NEVER,
-    RANGES,
-    TINY,
-    Ball,
-    NoValue,
-    Point,
-    Steps,
-    Unclear,
-    coordinate,
-    points,
-)
+from rigidcli.check import balls
+from rigidcli.check.balls import Ball, NoValue, Point, Steps, Unclear
 from rigidcli.errors import ExpressionError
 from rigidcli.language import tree
 from rigidcli.language.text import reading
@@ -73,11 +62,11 @@ def same(
 
     answer, key = names.without_derived(answer), names.without_derived(key)
     comparison = _Comparison(answer, key, names, seed, constant, relative, by_answer)
-    with ctx.workprec(BITS):
+    with ctx.workprec(balls.BITS):
         return comparison.outcome()
 
 
-def values(node: Node, names: Names, seed: str, most: int = len(RANGES)) -> list[Ball | None]:
+def values(node: Node, names: Names, seed: str, most: int = len(balls.RANGES)) -> list[Ball | None]:
     """The values of a formula at the points of a seed, or at the first ones; None where it has none."""
     from flint import ctx
 
@@ -86,8 +75,8 @@ def values(node: Node, names: Names, seed: str, most: int = len(RANGES)) -> list
     used = steps.names
     domains = {name: domain for name, domain in names.domains.items() if name in used}
     found: list[Ball | None] = []
-    with ctx.workprec(BITS):
-        for point in islice(points(domains, seed), most):
+    with ctx.workprec(balls.BITS):
+        for point in islice(balls.points(domains, seed), most):
             try:
                 found.append(steps.values(root, point)[root])
             except (NoValue, Unclear):
@@ -126,8 +115,8 @@ class _Comparison:
         self.is_identical = partial(_identical, answer, key, names)
         self.steps = Steps()
         self.relative = relative
-        self.key = self.steps.add(key, ROUNDED if relative is None else NEVER)
-        self.answer = self.steps.add(answer, 1 if relative is None else NEVER)
+        self.key = self.steps.add(key, ROUNDED if relative is None else balls.NEVER)
+        self.answer = self.steps.add(answer, 1 if relative is None else balls.NEVER)
         roots = [self.key] + [self.answer] * (by_answer or relative is None)
         self.terms = [term for root in roots for term in self.steps.terms(root)]
         used = self.steps.names
@@ -144,7 +133,7 @@ class _Comparison:
             return True
         agreeing = unclear = lost = 0
         identical = False
-        for place, point in enumerate(points(self.domains, self.seed)):
+        for place, point in enumerate(balls.points(self.domains, self.seed)):
             if place == 1 and (identical := self.is_identical()) and not self.steps.sided(self.answer):
                 return True
             pair = [point] if self.changing is None else [point, self.moved(point, self.changing, place)]
@@ -181,7 +170,7 @@ class _Comparison:
         seeds = {name: f"{self.seed}\nmoved {place}\n{name}" for name in changing}
         return {
             **point,
-            **{name: coordinate(seed, self.domains[name], place) for name, seed in seeds.items()},
+            **{name: balls.coordinate(seed, self.domains[name], place) for name, seed in seeds.items()},
         }
 
     def agree(self, found: Sequence[Sequence[Ball]]) -> bool | None:
@@ -205,7 +194,7 @@ class _Comparison:
             return True
         # A gap that is zero has no size of its own, but that of the terms which cancel in it.
         whole = sum(self.steps.size(root, state) for root in (self.answer, self.key) for state in found)
-        return True if gap.rad() <= whole * TINY else None
+        return True if gap.rad() <= whole * balls.TINY else None
 
     def one_sided(self) -> str:
         """The function whose argument may have another sign that no point has shown; empty without one."""
@@ -228,7 +217,7 @@ class _Comparison:
         first, second = steps.add(one), steps.add(other)
         real = [name for name, domain in self.domains.items() if domain == "real"]
         quotients, products = list[tuple[Ball, Ball]](), list[tuple[Ball, Ball]]()
-        for place, point in enumerate(points(self.domains, self.seed)):
+        for place, point in enumerate(balls.points(self.domains, self.seed)):
             with suppress(NoValue, Unclear):
                 both = [
                     steps.values(second, at, steps.values(first, at))

@@ -8,8 +8,8 @@ heads, are passed over; as numpy writes a table, the last of these has the heads
 from __future__ import annotations
 
 import re
-import unicodedata
 from collections.abc import Collection, Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 
 import numpy as np
@@ -21,28 +21,21 @@ from rigidcli.errors import ExpressionError, ValueProblem, shown
 from rigidcli.fields.units import Unit, parse_unit
 from rigidcli.language import evaluation, tree
 from rigidcli.language.expression import parse
-from rigidcli.language.typed import expression
+from rigidcli.language.latex import plain
 
 TIME = "t"
 
 SECOND = parse_unit("s")
 
-MOST_CHARACTERS = 1_000_000
-"""The most characters of a table."""
-
-MOST_EXPRESSIONS = 1_000
-"""The most cells that are no decimal numbers, but expressions such as `pi/6`, which take longer to read."""
-
-MOST_COLUMNS, LONGEST_HEAD = 200, 200
-"""The most columns, and the most characters of a head."""
+LONGEST_HEAD = 200
+"""The most characters of a head: a search for a unit in a longer one might take long."""
 
 LEAST_TIMES, MOST_TIMES = 4001, 1_000_000
 """The times of formulas: so many that a line between two of them is near, and at most."""
 
 _UNIT = re.compile(r"(?P<name>[^(\[/]*?)\s*(?:\((?P<round>.*)\)|\[(?P<square>.*)\]|/(?P<below>.*))")
-_BRACKETS = re.compile(r"\s{0,9}[(\[][^()\[\]]{0,60}[)\]]")
-_DECIMALS = re.compile(r"[0-9eE+\-.\s]*")
-"""All that decimal numbers consist of: of such characters, float() accepts nothing else."""
+_DECIMAL = re.compile(r"[-+]?(?:[0-9]{1,30}\.?[0-9]*|\.[0-9]+)(?:[eE][-+]?[0-9]{1,2})?")
+"""A decimal number within the range of numbers; others, and expressions, take longer to read."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -70,13 +63,9 @@ def read_table(text: str, wanted: Collection[str] | None = None) -> dict[str, Co
     Names are compared as typed, then without regard to capitals, underscores and Greek letters; two heads
     that come to the same name are none of them. Raises Unreadable.
     """
-    if len(text) > MOST_CHARACTERS:
-        raise Unreadable("too_large", f"expected at most {MOST_CHARACTERS:,} characters")
     lines = _lines(text)
     heads, separator, begin = _heads(lines)
-    if len(heads) > MOST_COLUMNS:
-        raise Unreadable("too_large", f"expected at most {MOST_COLUMNS} columns")
-    rows = [(number, line.split(separator)) for number, line in lines[begin:]]
+    rows = [(number, _cells(line, separator)) for number, line in lines[begin:]]
     if not rows:
         raise Unreadable("wrong_shape", "there are no rows of numbers")
     for number, cells in rows:
@@ -88,8 +77,8 @@ def read_table(text: str, wanted: Collection[str] | None = None) -> dict[str, Co
     named = [_head(head) for head in heads]
     found = {}
     for name, place in _places([name for name, _ in named], wanted).items():
-        column = [(number, cells[place].strip()) for number, cells in rows]
-        found[name] = Column(name, named[place][1], _numbers(column, name, comma=separator != ","))
+        numbers = [_number(cells[place], f"line {line}, column {shown(name)}") for line, cells in rows]
+        found[name] = Column(name, named[place][1], np.array(numbers))
     return found
 
 
@@ -107,20 +96,23 @@ def _heads(lines: Sequence[tuple[int, str]]) -> tuple[list[str], str | None, int
         raise Unreadable("wrong_shape", "read an empty table, expected a line of names and lines of numbers")
     line = lines[begin][1]
     separator = next((each for each in ";\t," if each in line), None)
-    heads = _split(line, separator)
-    if not all(_DECIMALS.fullmatch(head.replace(",", ".")) for head in heads):
+    heads = [head.strip() for head in line.split(separator)]
+    if not all(map(_DECIMAL.fullmatch, _cells(line, separator))):
         return heads, separator, begin + 1
-    above = _split(lines[begin - 1][1].lstrip(" #"), separator) if begin else []
+    above = lines[begin - 1][1].lstrip(" #").split(separator) if begin else []
     if len(above) != len(heads):
         raise Unreadable("missing_column", "the first line has no names of columns", place=shown(TIME))
-    return above, separator, begin
+    return [head.strip() for head in above], separator, begin
 
 
-def _split(line: str, separator: str | None) -> list[str]:
-    """The heads in a line, between blanks where there is no separator: `t (s)  x (m)` are two."""
-    if separator is None:
-        line = _BRACKETS.sub(lambda found: "*".join(found[0].split()), line)
-    return [head.strip() for head in line.split(separator)]
+def _cells(line: str, separator: str | None) -> list[str]:
+    """The cells of a line, with decimal points; blanks separate them where `separator` is None."""
+    return [cell.strip() for cell in (line if separator == "," else line.replace(",", ".")).split(separator)]
+
+
+def _number(cell: str, place: str) -> float:
+    """The number in a cell. Raises Unreadable."""
+    return float(cell) if _DECIMAL.fullmatch(cell) else read_number(cell, None, place).value
 
 
 def _head(text: str) -> tuple[str, Unit | None]:
@@ -157,35 +149,10 @@ def _places(heads: Sequence[str], wanted: Collection[str] | None) -> dict[str, i
 
 def _usual(name: str) -> str:
     """A name in small ASCII letters without underscores: `Θ_1` is theta1, `omega_1` is w1, `Time` is t."""
-    try:
-        root = expression(unicodedata.normalize("NFKC", name.strip()), None)
-        name = root.name if isinstance(root, tree.Name) else name
-    except ExpressionError:
-        pass  # a head that is no name, such as `P X`
+    with suppress(ExpressionError):  # a head that is no name
+        name = plain(name)
     small = re.sub(r"[\s_{}]", "", name).casefold()
     return {"time": TIME}.get(small) or re.sub(r"omega(?=[0-9]|$)", "w", small)
-
-
-def _numbers(cells: Sequence[tuple[int, str]], name: str, *, comma: bool) -> Floats:
-    """The numbers in the cells of a column, with the numbers of their lines. Raises Unreadable."""
-    texts = [cell.replace(",", ".") for _, cell in cells] if comma else [cell for _, cell in cells]
-    if all(map(_DECIMALS.fullmatch, texts)):
-        try:
-            values = np.array(list(map(float, texts)))
-        except ValueError:
-            pass  # such as `1e`: what follows says where
-        else:
-            if np.isfinite(values).all():
-                return values
-    read, expressions = [], 0
-    for line, cell in cells:
-        place = f"line {line}, column {shown(name)}"
-        number = read_number(cell, None, place)
-        expressions += not number.mantissa
-        if expressions > MOST_EXPRESSIONS:
-            raise Unreadable("too_large", f"expected at most {MOST_EXPRESSIONS:,} expressions", place=place)
-        read.append(number.value)
-    return np.array(read)
 
 
 def table_text(answer: Tree) -> str:

@@ -49,16 +49,17 @@ _LATE = Ended("timeout")
 _NO_MEMORY = Ended("too_large", "it takes too much memory")
 _STOPPED = Ended("not_allowed", "the process that judged it was stopped")
 
-_SIGNALS = {
-    "SIGALRM": _LATE,
-    "SIGABRT": _NO_MEMORY,
-    "SIGBUS": _NO_MEMORY,
-    "SIGKILL": _NO_MEMORY,
-    "SIGSEGV": Ended("too_large", "the process that judged it broke down"),
+_BY_NUMBER = {
+    getattr(signal, name, None): ended
+    for name, ended in {
+        "SIGALRM": _LATE,
+        "SIGABRT": _NO_MEMORY,
+        "SIGBUS": _NO_MEMORY,
+        "SIGKILL": _NO_MEMORY,
+        "SIGSEGV": Ended("too_large", "the process that judged it broke down"),
+    }.items()
 }
 """What it means when a signal ends a process; the system kills one when memory runs out for all."""
-
-_BY_NUMBER = {getattr(signal, name, None): ended for name, ended in _SIGNALS.items()}
 
 _FRESH, _WORN, _MEMORY, _LONG = b"f", b"w", b"m", b"l"
 """Marks before what is handed over: bytes, because pickled objects of a process in doubt are not opened."""

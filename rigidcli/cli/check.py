@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 
 TABULAR = {
     "--items": ("table", "json", "csv"),
-    "--regrade": ("table", "csv"),
+    "--regrade": ("table",),
     "--canvas": ("table", "csv"),
     "--selftest": ("table",),
 }
@@ -115,9 +115,10 @@ def check(
         _target(format, output, feedback) as target,
         tempfile.TemporaryDirectory(prefix="rigidcli-") as scratch,
     ):
-        from rigidcli.check import batch, files
+        from rigidcli.check import files
         from rigidcli.check import roster as students
         from rigidcli.check.assignment import prepare
+        from rigidcli.check.judge import run
         from rigidcli.check.overrides import read_overrides
         from rigidcli.check.records import MISSING
         from rigidcli.check.reports import Style
@@ -152,7 +153,7 @@ def check(
         with progress() as show:
             # On a terminal, the results themselves show the progress.
             seen = (lambda share: None) if width else show
-            judgements = batch.run(prepared.items, papers, jobs, seen)
+            judgements = run(prepared.items, papers, jobs, seen)
             late = list[str]()
             if person is not None:
                 judgements = person.over(judgements, late)
@@ -167,7 +168,7 @@ def check(
 
 def _run_selftest(prepared: "Prepared", target: Output, failures: Failures) -> None:
     """Show the keys, judge them, and list the tolerances and the mistakes that would be named."""
-    from rigidcli.check.selftest import selftest
+    from rigidcli.check.judge import selftest
 
     for words, is_right in selftest(prepared.items, prepared.questions):
         target.write(words)

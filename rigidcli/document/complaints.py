@@ -58,7 +58,8 @@ def explain(error: ValidationError) -> list[ValueProblem]:
     """Every complaint of pydantic, in the document's words."""
     explained: dict[Path, ValueProblem] = {}
     for complaint in error.errors(include_url=False):
-        path, kind, read = complaint["loc"], complaint["type"], complaint["input"]
+        path = tuple(key for key in complaint["loc"] if key != "[key]")  # a key of a mapping is meant itself
+        kind, read = complaint["type"], complaint["input"]
         context = complaint.get("ctx", {})
         if isinstance(own := context.get("error"), ValueProblem):
             problem = own.below(*path)

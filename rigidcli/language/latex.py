@@ -156,6 +156,8 @@ class _Latex:
         return f"_{_index(self.argument())} " if braced else "_"
 
     def command(self, name: str) -> str:
+        if name == "sqrt":
+            return self.root()
         if name in _WORDS:
             return _WORDS[name]
         if name in _DROPPED:
@@ -167,8 +169,6 @@ class _Latex:
             return self.argument()
         if name in _DOTS:
             return self.dotted(_DOTS[name])
-        if name == "sqrt":
-            return self.root()
         if name == "begin":
             return self.environment()
         if name in _SPACES:

@@ -68,7 +68,7 @@ def torque_variable(name: str) -> list[str]:
 
 def mistakes() -> dict[str, str]:
     """The codes of findings, each with its sentence."""
-    from rigidcli.check.codes import CODES
+    from rigidcli.check.base import CODES
 
     return CODES
 

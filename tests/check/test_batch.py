@@ -25,9 +25,8 @@ import pytest
 
 from rigidcli.check import workers
 from rigidcli.check.base import Asked, Outcome, Tree
-from rigidcli.check.batch import run
 from rigidcli.check.files import MOST_BYTES, gather
-from rigidcli.check.judge import Item
+from rigidcli.check.judge import Item, run
 from rigidcli.check.kinds import KINDS
 from rigidcli.check.question import Question
 from rigidcli.check.records import Judgement, sentence
@@ -432,7 +431,7 @@ def test_what_is_buffered_is_not_written_twice(tmp_path: Path) -> None:
 import atexit, sys
 sys.path.insert(0, {str(Path(__file__).parents[2])!r})
 from pathlib import Path
-from rigidcli.check.batch import run
+from rigidcli.check.judge import run
 from rigidcli.check.roster import Paper
 atexit.register(lambda: print("at the end"))
 sys.stdout.write("once ")
@@ -448,7 +447,7 @@ def test_streams_may_be_closed(tmp_path: Path) -> None:
 import sys
 sys.path.insert(0, {str(Path(__file__).parents[2])!r})
 from pathlib import Path
-from rigidcli.check.batch import run
+from rigidcli.check.judge import run
 from rigidcli.check.judge import Item
 from rigidcli.check.kinds import KINDS
 from rigidcli.check.base import Asked
@@ -495,7 +494,7 @@ import signal, sys, time
 signal.signal(signal.SIGINT, signal.default_int_handler)
 sys.path.insert(0, {str(Path(__file__).parents[2])!r})
 from pathlib import Path
-from rigidcli.check.batch import run
+from rigidcli.check.judge import run
 from rigidcli.check.judge import Item
 from rigidcli.check.roster import Paper
 class Loop:

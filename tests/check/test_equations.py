@@ -14,6 +14,7 @@ from hypothesis import strategies as st
 
 from rigidcli.check.base import Outcome
 from rigidcli.check.judge import Item
+from rigidcli.check.motions import state_of
 from rigidcli.errors import DocumentError, ExpressionError
 from rigidcli.language.expression import parse
 from tests.check.asking import codes, judged, typed
@@ -130,7 +131,7 @@ def states(item: Item) -> list[str]:
     """The names on which a motion depends."""
     key = item.key
     given = {*key.names.derived, *key.meanings, *key.aliases}
-    return sorted({*key.names.domains, *(item.kind.names(key) or ())} - given)
+    return sorted({*key.names.domains, *map(state_of, key.rates)} - given)
 
 
 def rearranged(chance: random.Random, item: Item, equations: Sequence[Equation]) -> list[str]:

@@ -6,8 +6,7 @@ from collections.abc import Sequence
 
 import pytest
 
-from rigidcli.check.base import Finding, Verdict
-from rigidcli.check.codes import CODES
+from rigidcli.check.base import CODES, Finding, Verdict
 from rigidcli.check.records import Judgement
 from rigidcli.check.reports import Style
 from rigidcli.check.reports.items import MOST_TOLD, UNNAMED, Taken, csv, json, table, tally

@@ -43,6 +43,8 @@ NAMES = Names(
     log(x) | \ln x  ln(x)  log x
     exp(-x) | e^{-x}  exp(-x)  \exp(-x)
     sqrt(k/m) | \sqrt{k/m}  √(k/m)  sqrt(k/m)
+    m/sqrt(2) | \frac{m}{\sqrt2}  m/\sqrt{2}
+    x^(1/3) | \sqrt[3]{x}
     abs(x) a | |x|a  \lvert x\rvert a
     2.5 x | 2,5 x  2.5x
     lambda1 | λ₁  \lambda_1  lambda_1  lambda1  \lambda_{1}
@@ -88,6 +90,7 @@ def test_what_is_unclear_is_refused_with_the_readings(typed: str, hint: str) -> 
         ("[[1,2],[3,4]]", [["1", "2"], ["3", "4"]], "", ""),
         ("[1, 2; 3, 4]", [["1", "2"], ["3", "4"]], "", ""),
         ("1 2\n3 4", [["1", "2"], ["3", "4"]], "", ""),
+        ("1,0 0; 0 2,5", [["1,0", "0"], ["0", "2,5"]], "", ""),
         (["(1,2)", "(3,4)"], [["1", "2"], ["3", "4"]], "", ""),
         ("M a^2/12 * [[8,-3],[-3,8]]", [["8", "-3"], ["-3", "8"]], "M a^2/12", ""),
         ("[1, 2]/12", ["1", "2"], "(1)/12", ""),

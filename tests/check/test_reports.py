@@ -17,8 +17,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from rigidcli.check import Feedback
-from rigidcli.check.base import VERDICTS, Finding
-from rigidcli.check.codes import CODES
+from rigidcli.check.base import CODES, VERDICTS, Finding
 from rigidcli.check.records import Judged, Judgement, sentence, told
 from rigidcli.check.reports import Style, items
 from rigidcli.check.reports.formats import FORMATS, csv_rows, harmless, render

@@ -148,7 +148,7 @@ X, P = oscillator()["x"], oscillator()["p"]
         ("sign_error@`x`,-`p`", 0, changed(x=-X, p=-P)),
         ("power_of_ten@`p`", 0.5, changed(p=100 * P)),
         ("constant_factor@`p`", 0.5, changed(p=2 * P)),
-        ("components_permuted", 0, changed(x=P, p=X)),
+        ("wrong_initial_condition@`x` wrong_initial_condition@`p`", 0, changed(x=P, p=X)),
         ("wrong_initial_condition@`x` wrong_initial_condition@`p`", 0, oscillator(phase=0.5)),
         ("outside_tolerance@`x`", 0.7, changed(x=np.where(T > 4, 0, X))),
         ("wrong_order@`t`", 0, {name: values[::-1] for name, values in oscillator().items()}),
@@ -284,16 +284,16 @@ def double_pendulum(duration: float, tolerance: float, g: float = 9.81) -> dict[
     return {"t": t} | dict(zip(("theta1", "theta2", "p_theta1", "p_theta2"), y, strict=True))
 
 
-def test_chaotic_motion_is_judged_as_far_as_it_can_be_predicted() -> None:
-    item = asked("{ask: hamilton.orbit}", PENDULUM)
+def test_chaotic_motion_is_judged_where_it_can_be_predicted() -> None:
+    item = asked("{ask: hamilton.orbit}", PENDULUM.replace("25}", "6}"))
     for tolerance in (1e-6, 1e-10):
-        right = double_pendulum(25, tolerance)
+        right = double_pendulum(6, tolerance)
         assert given_rows(item, right).verdict == "correct"
         wound = right["theta2"] % (2 * math.pi)
         assert given_rows(item, right | {"theta2": wound}).verdict == "correct"
-    assert given_rows(item, double_pendulum(25, 1e-9, g=9.6)).verdict == "partial"
-    with pytest.raises(DocumentError, match="only a small part"):
-        asked("{ask: hamilton.orbit}", PENDULUM.replace("25}", "60}"))
+    assert given_rows(item, double_pendulum(6, 1e-9, g=9.6)).verdict == "partial"
+    with pytest.raises(DocumentError, match="only a part of this motion"):
+        asked("{ask: hamilton.orbit}", PENDULUM)
 
 
 # --- what is none
@@ -338,7 +338,6 @@ def test_tables_that_cannot_be_read(spring: Item, code: str, text: str) -> None:
 def test_what_is_no_table(spring: Item) -> None:
     for answer in ("orbit.csv", ["orbit.csv"], {"path": "a.csv"}, {"csv": ["t,x"]}, {"csv": None}, "t,x,p"):
         assert judged(spring, answer).verdict == "invalid"
-    assert codes(judged(spring, {"csv": "t,x,p\n" + "0,1,pi\n" * 1001})) == ["too_large"]
     detail = judged(spring, {"csv": "t,x,p\n0,0,1,5,0,2\n"}).findings[0].detail
     assert "separate cells with `;`" in detail
 

@@ -15,7 +15,6 @@ from rigidcli.check.base import Asked, Finding, Kind, Outcome, Reading, Tree, Un
 from rigidcli.check.entries import (
     EXACT,
     MOST_ENTRIES,
-    NOISE,
     Entry,
     Layout,
     Right,
@@ -30,9 +29,9 @@ from rigidcli.check.entries import (
     shown_as,
     typed_as,
 )
-from rigidcli.check.factors import common_factor
-from rigidcli.check.numbers import Number, is_right
-from rigidcli.check.question import Question, Tolerance
+from rigidcli.check.kinds.number import shared_factor
+from rigidcli.check.numbers import Number
+from rigidcli.check.question import Question
 from rigidcli.core.arithmetic import Array, Floats
 from rigidcli.errors import ValueProblem, shown
 
@@ -137,7 +136,7 @@ class Arrays(Kind):
     def said(self, key: Key, triples: Triples, wrong: Sequence[str], *, partly: bool) -> list[Finding]:
         """What is said of an answer of which these places are wrong, and others right `partly`."""
         off = [(name, own, right) for name, own, right in triples if name in wrong]
-        if all(_is_short(key.ruler, own, right) for _, own, right in off):
+        if all(isinstance(own, Number) and key.ruler.is_short(own, right) for _, own, right in off):
             return [Finding("too_few_sig_figs", listed(wrong) if partly else "")]
         plain = [name for name, own, right in off if is_constant(own) and not is_constant(right)]
         if plain and not key.ruler.numbers_allowed:
@@ -145,7 +144,8 @@ class Arrays(Kind):
         if partly:
             return [Finding("component_wrong", listed(wrong))]
         _, entries, expected = zip(*triples, strict=True)
-        code = factor(key.ruler, key.path, key.ruler.numbers(entries), key.ruler.numbers(expected))
+        own, right = key.ruler.numbers(entries), key.ruler.numbers(expected)
+        code = shared_factor(own, right, key.ruler.unit, key.path, max(key.ruler.slack, EXACT))
         return [Finding(code or "outside_tolerance")]
 
     def mistaken(self, key: Key) -> Iterator[tuple[str, Key]]:
@@ -156,10 +156,6 @@ class Arrays(Kind):
         """The key with all digits, each entry with its unit."""
         typed: Tree = filled([typed_as(key.ruler, each) for each in key.right], key.entries.shape).tolist()
         return typed
-
-    def names(self, key: Key) -> frozenset[str]:
-        """The symbols of the key."""
-        return key.ruler.symbols(key.right)
 
 
 def compared(key: Key, entries: Sequence[Entry]) -> dict[str, Same]:
@@ -194,33 +190,6 @@ def listed(names: Sequence[str]) -> str:
     names = sorted(set(names), key=lambda name: (len(name), name))
     more = f" and {len(names) - MOST_PLACES} more" if len(names) > MOST_PLACES else ""
     return ("; " if "," in names[0] else ", ").join(names[:MOST_PLACES]) + more
-
-
-def factor(ruler: Ruler, path: tuple[str, ...], own: Floats, expected: Floats) -> str | None:
-    """The code of the one factor by which all entries (n by k) are wrong; None where there is none."""
-    used, slack = np.abs(expected) > NOISE * np.abs(expected).max(), max(ruler.slack, EXACT)
-    if not used.any():
-        return None
-    with np.errstate(all="ignore"):
-        ratios = (own / expected)[used]
-        middle = float((ratios.min() + ratios.max()) / 2)
-        is_shared = bool((np.abs(ratios / middle - 1) <= slack).all())
-        zeros = bool((np.abs(own[~used]) <= slack * np.abs(own).max()).all())
-    if not (math.isfinite(middle) and is_shared and zeros) or abs(middle - 1) <= slack:
-        return None
-    sizes = np.abs(expected[used])
-    # Of entries of different sizes any shared factor is one; of one number it may be anything.
-    differ = sizes.max() > sizes.min() * (1 + 2 * slack)
-    return common_factor(middle, ruler.unit, path, slack) or ("constant_factor" if differ else None)
-
-
-def _is_short(ruler: Ruler, entry: Entry, right: Right) -> bool:
-    """Whether a number is that of the key, rounded to one figure less than is asked."""
-    figures = (ruler.tolerance.significant_figures or 1) - 1
-    if not figures or not isinstance(entry, Number) or entry.figures != figures:
-        return False
-    assert isinstance(right, float)
-    return is_right(entry, right, Tolerance(significant_figures=figures), ruler.largest)
 
 
 def _shown(texts: list[Any]) -> str:

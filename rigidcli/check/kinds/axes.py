@@ -21,7 +21,8 @@ from rigidcli.algebra.reading import from_tree
 from rigidcli.check import entries
 from rigidcli.check.base import Asked, Finding, Kind, Outcome, Reading, Tree, Unreadable
 from rigidcli.check.entries import Cell, Entry, Layout, Ruler, Same, opened, read_cells, shown_as, typed_as
-from rigidcli.check.kinds.arrays import are_bare, factor, has_unit_length, row, unit_vectors
+from rigidcli.check.kinds.arrays import are_bare, has_unit_length, row, unit_vectors
+from rigidcli.check.kinds.number import shared_factor
 from rigidcli.check.kinds.tensors import OTHER_PRODUCTS, Tensor, matched, mistaken_tensors
 from rigidcli.check.question import RELATIVE, Question
 from rigidcli.core.arithmetic import Array, Floats, Mask
@@ -113,7 +114,8 @@ class Axes(Kind):
         if count == 3 and not findings:
             return Outcome.review(opens[0]) if opens else _by_rules(key, answer)
         if count == 3 and {each.code for each in findings} == {"outside_tolerance"}:
-            code = factor(key.ruler, key.path, key.ruler.numbers(value.moments), answer.expected())
+            both = key.ruler.numbers(value.moments), answer.expected()
+            code = shared_factor(*both, key.ruler.unit, key.path, key.ruler.slack)
             findings = findings if code is None else [Finding(code)]
         return Outcome.earning((worth - max(0, count - 3)) / 3, *findings)
 
@@ -134,10 +136,6 @@ class Axes(Kind):
         moments = [typed_as(key.ruler, each) for each in key.typed[:, 0].tolist()]
         axes = [[typed_as(direction, each) for each in axis] for axis in key.typed[:, 1:].tolist()]
         return axes if key.alone else [{"moment": m, "axis": e} for m, e in zip(moments, axes, strict=True)]
-
-    def names(self, key: Key) -> frozenset[str]:
-        """The symbols of the tensor."""
-        return key.ruler.symbols(key.tensor.flat)
 
 
 class _Answer:

@@ -40,8 +40,6 @@ class Choice(Kind):
     def key(self, asked: Asked) -> Key:
         """The text, the truth value or the set that is asked for. Raises ValueProblem."""
         value, fields = asked.value, () if asked.report is None else asked.report.fields
-        if value is None:
-            raise ValueProblem("the document has no such value")
         words = next((field.words for field in fields if field.key == ".".join(asked.path[1:])), "")
         if isinstance(value, bool | np.bool_):
             value = "true" if value else "false"

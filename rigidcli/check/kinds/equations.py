@@ -11,7 +11,6 @@ from collections.abc import Iterator, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
 from functools import cached_property
-from itertools import combinations
 from typing import ClassVar
 
 from rigidcli.algebra.atoms import Atom
@@ -22,16 +21,13 @@ from rigidcli.algebra.matrices import determinant
 from rigidcli.algebra.trees import to_tree
 from rigidcli.check.balls import Ball
 from rigidcli.check.base import Asked, Finding, Kind, Outcome, Reading, Tree, Unreadable
-from rigidcli.check.motions import Motion, mistaken, of_document, of_functions, of_text, state_of
+from rigidcli.check.motions import Motion, mistaken, of_document, of_functions, of_text
 from rigidcli.check.reading import Sides, names_in_all, plain, read_equations
 from rigidcli.check.same import same, values
 from rigidcli.document.variables import acceleration, velocity
 from rigidcli.errors import ExpressionError, ValueProblem
 from rigidcli.language.text import text
 from rigidcli.language.tree import Negative, Node, Sum, bound, names_in
-
-MAX_CHOICES = 50
-"""The most ways to choose equations that are tried, for some of them to determine the motion everywhere."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -112,12 +108,6 @@ class Equations(Kind):
         has_numbers = bool(key.names.values) and replace(key, numbers=True).is_true(*side[1:]) is True
         return "number_for_symbol" if has_numbers else "equation_wrong"
 
-    def is_right(self, key: Motion, value: Answer) -> bool:
-        """Whether all equations are true, and determine the motion."""
-        if any(key.is_true(left, right) is not True for _, left, right in value.sides):
-            return False
-        return self.judge(key, value).verdict == "correct"
-
     def _complete(self, key: Motion, systems: Sequence[_System], remarks: list[Finding]) -> Outcome:
         """The outcome of true equations that determine the motion in general states."""
         whole = [system for system in systems if system.is_complete]
@@ -139,10 +129,6 @@ class Equations(Kind):
     def typed(self, key: Motion) -> Tree:
         """The derivatives of the states."""
         return {rate: text(node) for rate, node in key.rates.items()}
-
-    def names(self, key: Motion) -> frozenset[str]:
-        """The symbols in the equations."""
-        return frozenset().union(*map(names_in, key.rates.values()), map(state_of, key.rates))
 
 
 def _readings(key: Motion, sides: Sequence[Sides]) -> list[frozenset[str]]:
@@ -234,18 +220,10 @@ class _System:
                 return found[0]
         if not self.unknowns:
             return ""
-        first = ""
-        for chosen in [tuple(self.chosen), *combinations(range(len(self.rows)), len(self.unknowns))][
-            :MAX_CHOICES
-        ]:
-            try:
-                zero = self._zero(determinant([self.rows[k] for k in chosen]))
-            except ExpressionError as error:
-                zero = f"where it cannot be worked out: {error.message}"
-            if not zero:
-                return ""
-            first = first or zero
-        return first
+        try:
+            return self._zero(determinant([self.rows[k] for k in self.chosen]))
+        except ExpressionError as error:
+            return f"where it cannot be worked out: {error.message}"
 
     def _zero(self, e: Expr) -> str:
         """Where a determinant vanishes, though the motion goes on; empty where it does so nowhere."""

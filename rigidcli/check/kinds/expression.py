@@ -12,28 +12,22 @@ from dataclasses import dataclass, replace
 from fractions import Fraction
 from typing import ClassVar
 
-import numpy as np
-
 from rigidcli.algebra.expansion import expand
 from rigidcli.algebra.expressions import Expr
 from rigidcli.algebra.reading import from_tree
 from rigidcli.algebra.trees import to_tree
 from rigidcli.check.balls import Ball
 from rigidcli.check.base import Asked, Finding, Kind, Outcome, Reading, Tree, Unreadable
-from rigidcli.check.factors import common_factor
+from rigidcli.check.kinds.number import common_factor
 from rigidcli.check.question import Tolerance
 from rigidcli.check.reading import Names, names_of, plain, read_expression
 from rigidcli.check.same import NEEDED, same, values
 from rigidcli.errors import ExpressionError, ValueProblem
-from rigidcli.language import evaluation
 from rigidcli.language.text import text
 from rigidcli.language.tree import Name, Negative, Node, Number, Product, Sum, bound, names_in
 
 ENERGIES = ("hamiltonian", "lagrangian", "energy")
 """Last names of results to which a constant may be added."""
-
-DIGITS = 12
-"""Digits of a number of a report that count: rounding has spoiled those behind."""
 
 HINTED = NEEDED + 1
 """The points at which an answer that is wrong is looked at for a hint."""
@@ -62,7 +56,6 @@ class Key:
     rates: tuple[str, ...] = ()
     is_lagrangian: bool = False
     misplaced: frozenset[str] = frozenset()
-    lagrangian: Node | None = None
 
     def same(self, answer: Node, *, constant: bool = False) -> bool | str:
         """Whether an answer is this formula, up to a constant if one is allowed."""
@@ -89,18 +82,16 @@ class Expression(Kind):
         rates = names.velocities if used & set(names.velocities) else names.momenta
         is_energy = last in ENERGIES if asked.report is not None else not used.isdisjoint(rates)
         in_momenta = last == "hamiltonian" or not used.isdisjoint(names.momenta)
-        lagrangian = asked.report.get("lagrangian") if asked.report and last == "hamiltonian" else None
         key = Key(
             asked.name,
             tree,
             names,
             is_energy and bool(used & names.states) and question.constant == "allowed",
-            _relative(question.tolerance, tree),
+            _relative(question.tolerance),
             question.numbers == "allowed" and bool(names.values),
             rates if is_energy else (),
             last == "lagrangian" or rates == names.velocities,
             frozenset(names.velocities) - used if in_momenta and rates == names.momenta else frozenset(),
-            None if lagrangian is None else to_tree(lagrangian),
         )
         if all(value is None for value in values(tree, names, asked.name)):
             raise ValueProblem("the key has no value")
@@ -145,10 +136,6 @@ class Expression(Kind):
         """The key in the language of documents."""
         return text(key.tree)
 
-    def names(self, key: Key) -> frozenset[str]:
-        """The symbols in the key."""
-        return frozenset(names_in(key.tree))
-
 
 def _tree(asked: Asked) -> Node:
     """The formula that is the key. Raises ValueProblem."""
@@ -157,14 +144,6 @@ def _tree(asked: Asked) -> Node:
         return literal(value, asked)
     if isinstance(value, Expr):
         return to_tree(value)
-    if isinstance(value, int | float | np.number) and not isinstance(value, bool) and np.isfinite(value):
-        positive = Number(f"{abs(float(value)):.{DIGITS}g}", abs(float(value)))
-        return Negative(positive) if value < 0 else positive
-    if isinstance(value, str):
-        try:
-            return read_expression(value, None, leading=False)
-        except Unreadable:
-            pass
     raise ValueProblem("what is asked for is not one expression")
 
 
@@ -183,16 +162,11 @@ def literal(value: Tree, asked: Asked) -> Node:
         raise ValueProblem(f"the key cannot be read: {unreadable.findings[0].code}") from None
 
 
-def _relative(tolerance: Tolerance, tree: Node) -> float | None:
+def _relative(tolerance: Tolerance) -> float | None:
     """The tolerance relative to the sizes of terms, if the question gives any. Raises ValueProblem."""
     if tolerance.absolute is not None:
-        if names_in(tree):
-            message = "an expression has a tolerance `relative` to its terms"
-            raise ValueProblem(message, path=("tolerance", "absolute"))
-        try:
-            return tolerance.absolute / abs(evaluation.real(tree, {}))
-        except (ExpressionError, ZeroDivisionError):
-            raise ValueProblem("the key has no value, or is zero") from None
+        message = "an expression has a tolerance `relative` to its terms"
+        raise ValueProblem(message, path=("tolerance", "absolute"))
     figures = tolerance.significant_figures
     return tolerance.relative if figures is None else 0.5 * 10.0 ** (1 - figures)
 
@@ -200,9 +174,7 @@ def _relative(tolerance: Tolerance, tree: Node) -> float | None:
 def _findings(key: Key, answer: Node) -> list[Finding]:
     """What is wrong with an answer, apart from the mistakes that change the key."""
     if velocities := sorted(key.misplaced & names_in(answer)):
-        found = [Finding("velocity_in_hamiltonian", detail=f"read `{velocities[0]}`")]
-        is_lagrangian = key.lagrangian is not None and replace(key, tree=key.lagrangian).same(answer) is True
-        return [*found, Finding("lagrangian_or_potential_sign")] if is_lagrangian else found
+        return [Finding("velocity_in_hamiltonian", detail=f"read `{velocities[0]}`")]
     missing = names_in(key.names.without_derived(key.tree)) - names_in(key.names.without_derived(answer))
     if key.names.values and missing:
         given = replace(key, tree=key.with_values(key.tree))

@@ -8,16 +8,14 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Callable, Iterator, Sequence
-from contextlib import suppress
-from dataclasses import dataclass, replace
-from itertools import combinations
-from typing import ClassVar, TypeAlias
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from typing import ClassVar
 
 import numpy as np
 
 from rigidcli.check.base import Asked, Finding, Kind, Outcome, Reading, Tree, Unreadable
-from rigidcli.check.factors import common_factor
+from rigidcli.check.kinds.number import shared_factor
 from rigidcli.check.numbers import margin
 from rigidcli.check.tables import SECOND, TIME, Column, read_table, table_text, tabulated
 from rigidcli.core.arithmetic import Floats, Mask
@@ -47,17 +45,11 @@ SAME_TIME = 1e-6
 SHOWN = 0.5
 """The part of the range of a column that the rows must show: of a swing, not only its returns."""
 
-OFF = 0.25
-"""The part of a margin by which interpolation may be off."""
-
 NOISE = 1e-9
 """A column below this, in units of the largest, is zero but for rounding and integration."""
 
 MAGNIFIED = 3
 """The digits that a motion may lose: an ordinary integration, with an error of 1e-6, is then off by 0.001."""
-
-Columns: TypeAlias = Callable[[Floats], Floats]
-"""The columns (k by m) at any times (k)."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -65,8 +57,7 @@ class Key:
     """What is right: the `columns` (m), as `values` (n by m) at ascending `times` (n).
 
     `margins` (m) are the errors that are allowed, `periods` (m) those of angles, infinite for other columns.
-    Columns of an answer without a unit are in `units`. The `reference` has the columns at any time; a key of
-    few rows has none. With a mistake, the columns of an answer stand in the `order`.
+    Columns of an answer without a unit are in `units`. A key that is `dense` has its columns at any time.
     """
 
     columns: tuple[str, ...]
@@ -75,8 +66,7 @@ class Key:
     margins: Floats
     periods: Floats
     units: tuple[Unit | None, ...]
-    reference: Columns | None = None
-    order: tuple[int, ...] = ()
+    dense: bool
 
     @property
     def start(self) -> float:
@@ -110,20 +100,23 @@ class Trajectory(Kind):
                     raise ValueProblem(f"the key has no column {shown(name)}", path=(option,), hint=hint)
         if not names or len(set(names)) < len(names):
             raise ValueProblem("expected columns to judge, each once", path=("columns",))
-        known = times <= times[0] + _horizon(asked) * (times[-1] - times[0])
-        if known.sum() < LEAST_SAMPLES or not (np.diff(times) > 0).all():
+        _require_predictable(asked)
+        if len(times) < LEAST_SAMPLES or not (np.diff(times) > 0).all():
             raise ValueProblem(f"expected a key of at least {LEAST_SAMPLES} rows at ascending times")
         is_angle = [name in question.angles or ANGLES.fullmatch(name) is not None for name in names]
         periods = np.where(is_angle, 2 * math.pi, np.inf)
-        times, values = times[known], np.column_stack([columns[name] for name in names])[known]
-        values = _smooth(values, periods)
+        values = np.column_stack([columns[name] for name in names])
+        values = np.where(np.isfinite(periods), np.unwrap(values, axis=0), values)
         sizes = np.minimum(np.abs(values).max(axis=0), periods / 2)
         sizes = np.where(sizes <= NOISE * sizes.max(), sizes.max() or 1.0, sizes)
         margins = np.array([margin(size, question.tolerance) for size in sizes.tolist()])
         if (margins >= periods / 4).any():
             raise ValueProblem("any angle is within this tolerance", path=("tolerance",))
         units = tuple(found[name].unit for name in names)
-        return Key(names, times, values, margins, periods, units, _spline(times, values, margins))
+        off = np.abs(_between(times[::2], values[::2], times[1:-1:2]) - values[1:-1:2]).max(axis=0)
+        # With twice the rows, cubic curves between them are at least four times as near.
+        dense = bool((off <= margins).all())
+        return Key(names, times, values, margins, periods, units, dense)
 
     def read(self, key: Key, answer: Tree) -> Reading:
         """The table of an answer, in SI units; a column that is missing is NaN. Raises Unreadable."""
@@ -145,16 +138,13 @@ class Trajectory(Kind):
         if not later.all():
             detail = f"row {np.argmin(later) + 2} is not later than the one before"
             return Outcome.earning(0.0, Finding("wrong_order", shown(TIME), detail))
-        rows = value[:, [0, *(1 + place for place in key.order)]] if key.order else value
-        there = np.asarray(~np.isnan(rows[:, 1:]).all(axis=0))
+        there = np.asarray(~np.isnan(value[:, 1:]).all(axis=0))
         missing = [Finding("missing_column", shown(key.columns[k])) for k in np.flatnonzero(~there)]
-        compared = _compared(key, rows)
-        if compared is None:
-            return Outcome.review(
-                "the key has few rows, and those of the answer are at other times", *missing
-            )
-        times, own, expected = compared
-        until, complete = _reach(key, rows[:, 0] if key.reference else times)
+        times, own, expected = compared = _compared(key, value)
+        if not key.dense and len(times) < LEAST_SAMPLES:
+            why = "the key has few rows, and those of the answer are at other times"
+            return Outcome.review(why, *missing)
+        until, complete = _reach(key, value[:, 0] if key.dense else times)
         bad = np.abs(_wrapped(key, own - expected)) > key.margins
         wrong = np.asarray(there & bad.any(axis=0))
         ranges = np.ptp(key.values, axis=0)
@@ -177,13 +167,6 @@ class Trajectory(Kind):
             findings.append(Finding("time_range_short", detail=detail))
         return Outcome.earning(float((ends[counted] - key.start).mean() / key.span), *findings)
 
-    def mistaken(self, key: Key) -> Iterator[tuple[str, Key]]:
-        """The keys by which two columns of an answer stand under each other's names."""
-        for one, other in combinations(range(len(key.columns)), 2):
-            order = list(range(len(key.columns)))
-            order[one], order[other] = other, one
-            yield "components_permuted", replace(key, order=tuple(order))
-
     def typed(self, key: Key) -> Tree:
         """The rows of the key."""
         units = [1.0 if unit is None else unit.scale for unit in key.units]
@@ -195,23 +178,20 @@ class Trajectory(Kind):
 # --- judging
 
 
-def _compared(key: Key, rows: Floats) -> tuple[Floats, Floats, Floats] | None:
+def _compared(key: Key, rows: Floats) -> tuple[Floats, Floats, Floats]:
     """Times (k), what an answer has there, and what is expected (both k by m).
 
-    The times are those of the answer, or of a key of few rows: None where these differ. A quaternion has the
-    sign that is nearer to the key.
+    The times are those of the answer that the key has, too. A quaternion has the sign that is nearer.
     """
     times, own, slack = rows[:, 0], rows[:, 1:], SAME_TIME * key.span
-    if key.reference is not None:
-        inside = (times >= key.start - slack) & (times <= key.times[-1] + slack)
-        times, own = times[inside], own[inside]
-        expected = key.reference(np.clip(times, key.start, key.times[-1]))
+    if key.dense:
+        met = (times >= key.start - slack) & (times <= key.times[-1] + slack)
+        expected = _between(key.times, key.values, np.clip(times[met], key.start, key.times[-1]))
     else:
-        near = np.abs(times[:, None] - key.times).argmin(axis=0)
-        met = np.abs(times[near] - key.times) <= slack
-        if met.sum() < LEAST_SAMPLES:
-            return None
-        times, own, expected = key.times[met], own[near[met]], key.values[met]
+        near = np.abs(times[:, None] - key.times).argmin(axis=1)
+        met = np.abs(times - key.times[near]) <= slack
+        expected = key.values[near[met]]
+    times, own = times[met], own[met]
     if set(QUATERNION) <= set(key.columns):
         places = [key.columns.index(name) for name in QUATERNION]
         sign = np.where((own[:, places] * expected[:, places]).sum(axis=1) < 0, -1.0, 1.0)
@@ -224,7 +204,7 @@ def _wrapped(key: Key, differences: Floats) -> Floats:
     """Differences of the columns (k by m), those of angles to the nearest of their turns."""
     own = np.where(np.isfinite(key.periods), key.periods, 1.0)
     # Where the digits of a huge angle do not tell what is left of it, it stays as it is.
-    turns = np.isfinite(key.periods) & (np.spacing(np.abs(differences)) <= OFF * key.margins)
+    turns = np.isfinite(key.periods) & (np.spacing(np.abs(differences)) <= key.margins / 4)
     return np.where(turns, differences - own * np.round(differences / own), differences)
 
 
@@ -248,7 +228,9 @@ def _said(
 ) -> Iterator[Finding]:
     """What is said of wrong columns: the factor that all of them have, or until when they are right."""
     places = np.flatnonzero(wrong).tolist()
-    codes = {_factor(key, k, own[:, k], expected[:, k]) for k in places}
+    slack = key.margins / np.abs(expected).max(axis=0, initial=0.0)
+    columns = ((own[:, [k]], expected[:, [k]], key.units[k], (), float(slack[k])) for k in places)
+    codes = {shared_factor(*column) for column in columns}
     if len(codes) == 1 and (code := codes.pop()):
         yield Finding(code, ", ".join(shown(key.columns[k]) for k in places))
         return
@@ -261,41 +243,17 @@ def _said(
             yield Finding("wrong_initial_condition", shown(name), reference=reference)
 
 
-def _factor(key: Key, place: int, own: Floats, expected: Floats) -> str | None:
-    """The code of the one factor by which a column is wrong, told from its larger half."""
-    largest = np.abs(expected).max()
-    large = np.abs(expected) >= largest / 2
-    middle = float(np.median(own[large] / expected[large]))
-    if not (np.abs(own - middle * expected) <= abs(middle) * key.margins[place]).all():
-        return None
-    return common_factor(middle, key.units[place], (), float(key.margins[place] / largest))
-
-
 # --- keys
 
 
-def _smooth(values: Floats, periods: Floats) -> Floats:
-    """Columns (n by m) without the jumps of angles by a turn."""
-    both = zip(values.T, periods, strict=True)
-    return np.column_stack([np.unwrap(column) if turn < np.inf else column for column, turn in both])
-
-
-def _spline(times: Floats, values: Floats, margins: Floats) -> Columns | None:
-    """The spline through samples (n by m) that is sure to be near enough between them; None without one.
-
-    Its error is estimated from every second sample, by which the others are missed by more.
-    """
-    from scipy.interpolate import make_interp_spline
-
-    for degree in (5, 3, 1):  # the low ones are better where a motion is not smooth
-        if degree < len(times[::2]):
-            with suppress(np.linalg.LinAlgError):  # samples that are very near to each other
-                half = make_interp_spline(times[::2], values[::2], degree)(times[1:-1:2])
-                # Halving the step makes the error of a line four times smaller, and others even more.
-                if (np.abs(half - values[1:-1:2]).max(axis=0, initial=0.0) <= 4 * OFF * margins).all():
-                    found: Columns = make_interp_spline(times, values, degree)
-                    return found
-    return None
+def _between(times: Floats, values: Floats, at: Floats) -> Floats:
+    """The columns (k by m) at any times (k): Hermite's cubic curves through samples (n by m)."""
+    slopes = np.gradient(values, times, axis=0, edge_order=2)
+    k = np.clip(np.searchsorted(times, at) - 1, 0, len(times) - 2)
+    step = (times[k + 1] - times[k])[:, None]
+    s = (at - times[k])[:, None] / step
+    by_values = (1 - s) ** 2 * (1 + 2 * s) * values[k] + s**2 * (3 - 2 * s) * values[k + 1]
+    return np.asarray(by_values + step * s * (1 - s) * ((1 - s) * slopes[k] - s * slopes[k + 1]))
 
 
 def _of_report(asked: Asked) -> tuple[dict[str, Column], Sequence[str]]:
@@ -318,21 +276,15 @@ def _of_report(asked: Asked) -> tuple[dict[str, Column], Sequence[str]]:
     return found, default
 
 
-def _horizon(asked: Asked) -> float:
-    """The part of the span until which a motion can be predicted. Raises ValueProblem where that is unknown.
-
-    In a chaotic motion digits are lost evenly; the report tells how many are left at the end.
-    """
+def _require_predictable(asked: Asked) -> None:
+    """Raise ValueProblem for a chaotic motion, whose end no ordinary integration shows."""
     results = {} if asked.report is None else asked.report.tree()
     digits = results.get("trusted_digits", results.get("orbit", {}).get("trusted_digits"))
-    if digits is None:
-        return 1.0
-    if digits < 1:
-        hint = "ask for a shorter time, or lower the tolerance of the orbit itself"
-        raise ValueProblem("only a small part of this motion can be predicted", hint=hint)
     section = getattr(asked.document, "orbit", None) or getattr(asked.document, "motion", None)
     tolerance = float(getattr(section, "tolerance", None) or DEFAULT_TOLERANCE)
-    return MAGNIFIED / max(MAGNIFIED, -math.log10(tolerance) - float(digits))
+    if digits is not None and -math.log10(tolerance) - float(digits) > MAGNIFIED:
+        hint = "ask for a shorter time, or lower the tolerance of the orbit itself"
+        raise ValueProblem("only a part of this motion can be predicted", hint=hint)
 
 
 def _of_literal(value: Tree) -> tuple[dict[str, Column], Sequence[str]]:

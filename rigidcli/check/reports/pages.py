@@ -28,11 +28,6 @@ STYLE = "classroom.css"
 INDEX = "index.html"
 """The page of the class in a folder of pages."""
 
-RESERVED = frozenset(
-    ["index", "con", "prn", "aux", "nul", *(f"{name}{n}" for name in ("com", "lpt") for n in range(1, 10))]
-)
-"""Names, without their ending, that no page of a student has: the class's, and those of Windows' devices."""
-
 LONGEST_NAME = 50
 """Characters of a file's name that are taken from a student's: 200 bytes at most, where systems allow 255."""
 
@@ -65,7 +60,7 @@ def one_page(judgements: Iterable[Judgement], course: Course, style: Style) -> I
 def pages(judgements: Iterable[Judgement], course: Course, style: Style) -> Iterator[tuple[str, str]]:
     """Files of a folder, each a name and what stands in it: a page for each student, then the class's."""
     judged, links = [], []
-    taken = set(RESERVED)
+    taken = {"index"}
     for judgement in judgements:
         name = file_name(judgement.student, taken)
         judged.append(judgement)

@@ -11,7 +11,6 @@ import orjson
 from rigidcli.check.records import Judgement
 from rigidcli.check.reports import Style
 from rigidcli.check.reports import read as read_text
-from rigidcli.check.reports.formats import csv_rows
 from rigidcli.check.reports.table import block, points
 from rigidcli.errors import DocumentError, Problem, printable
 from rigidcli.render.terminal import Row
@@ -88,18 +87,3 @@ def table(found: Sequence[Change], style: Style) -> Iterator[str]:
     counts = {"waiting for a person": sum(each.waits for each in found), "questions changed": len(found)}
     words = ", ".join(f"{name}: {count}" for name, count in counts.items() if count)
     yield block([(words or "nothing has changed", "")], [], style)
-
-
-HEADER = ("student", "question", *(f"{run}_{part}" for run in ("old", "new") for part in Mark._fields))
-"""The columns of csv: what each part of a mark was, then what it is."""
-
-
-def csv(found: Sequence[Change], style: Style) -> Iterator[str]:
-    """A row for each change, with empty cells where there is, or was, no mark."""
-    nothing = (None,) * len(Mark._fields)
-    rows = ((each.student, each.question, *(each.old or nothing), *(each.new or nothing)) for each in found)
-    return csv_rows(HEADER, rows, style)
-
-
-TEXTS = {"table": table, "csv": csv}
-"""The formats of changes."""
