@@ -22,7 +22,7 @@ from typing import NamedTuple, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from rigidcli.core.arithmetic import Floats, Mask
+from rigidcli.core.arithmetic import Floats
 
 Numbers: TypeAlias = NDArray[np.intp]
 
@@ -30,7 +30,7 @@ Integrand: TypeAlias = Callable[[Floats], Floats]
 """Values (c by n) at points (d by n) of the unit box; the first is positive, and the scale of all."""
 
 Kink: TypeAlias = Callable[[Floats], Floats]
-"""A function (d by n to n) that changes its sign where an integrand has a kink or a jump."""
+"""A function (d by n to n) with another sign on each side of a kink or a jump of an integrand."""
 
 WORST = 1e-4
 """The largest relative error that an answer may have."""
@@ -62,23 +62,14 @@ PIECES = (8, 12, 18, 28)
 SAMPLES = (15, 18)
 """Points at which the lines of the two runs are searched for kinks."""
 
-STEPS = 14
-"""Steps by which a cut is found to the last digit; each third one halves the interval that holds it."""
-
-SHORTEST = 1e-13
-"""Pieces of lines below this are the rounding of a cut that is there twice."""
-
 FIRST = {1: (8, 9), 2: (24, 29), 3: (12, 15)}
 """The first boxes of the two runs along each of so many coordinates."""
 
-LEAST_BOX = 1e-13
-"""The sides of a box that is not halved further, as its points are hardly told apart by floats."""
+TINY = 1e-13
+"""Pieces of lines below this are the rounding of a cut that is there twice; smaller boxes are not halved."""
 
 NEAR = 1e-7
 """The sides of the boxes that are first taken at a peak: less than a peak that may be answered."""
-
-HALVED = 2000
-"""The most boxes that are halved at a time, so that the next ones are chosen by newer errors."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -185,9 +176,8 @@ def _gauss(count: int) -> tuple[Floats, Floats]:
 
 
 def _summed(f: Integrand, points: Floats, weights: Floats) -> Floats:
-    begins = range(0, weights.size, BLOCK)
-    parts = [f(points[:, at : at + BLOCK]) @ weights[at : at + BLOCK] for at in begins]
-    return np.asarray(np.sum(parts, axis=0))
+    blocks = [slice(at, at + BLOCK) for at in range(0, weights.size, BLOCK)]
+    return np.asarray(sum(f(points[:, block]) @ weights[block] for block in blocks))
 
 
 # --- lines
@@ -271,8 +261,8 @@ def _crossings(kink: Kink, k: int, lines: Floats, samples: int) -> tuple[Numbers
     line, at = np.nonzero((values[:, 1:] > 0) != (values[:, :-1] > 0))
     low, high, below, above = (part[line, at + side] for part in (places, values) for side in (0, 1))
     points, kept = lines[:, line].copy(), np.zeros(line.size)
-    for step in range(STEPS if line.size else 0):
-        # The rule of false position with the halved values of Illinois, and bisection.
+    # The rule of false position with the halved values of Illinois, and bisection: 14 steps give all digits.
+    for step in range(14 if line.size else 0):
         share = 0.5 if step % 3 == 2 else np.clip(below / (below - above), 1e-3, 1 - 1e-3)
         points[k] = place = low + share * (high - low)
         value = kink(points)
@@ -296,7 +286,7 @@ def _between(
     order = np.lexsort((place, line))
     line, place = line[order], place[order]
     width = np.diff(place)
-    pieces = np.flatnonzero((line[1:] == line[:-1]) & (width > SHORTEST))
+    pieces = np.flatnonzero((line[1:] == line[:-1]) & (width > TINY))
     nodes, own = _gauss(count)
     # A root at an end of a piece becomes smooth in u where t = u^3 (10 - 15 u + 6 u^2).
     shares, slopes = nodes**3 * (10 + nodes * (6 * nodes - 15)), 30 * (nodes * (1 - nodes)) ** 2
@@ -368,10 +358,9 @@ class _Boxes(NamedTuple):
         """The longest side of each (n)."""
         return np.asarray((self.high - self.low).max(axis=0))
 
-    def holds(self, point: Floats) -> Mask:
-        """Which of them (n) hold a point (d)."""
-        x = point[:, None]
-        return np.asarray(((self.low <= x) & (x <= self.high)).all(axis=0))
+    def apart(self, point: Floats) -> Floats:
+        """How far the point (d) is outside of each (n); not above zero inside."""
+        return np.asarray(np.maximum(self.low - point[:, None], point[:, None] - self.high).max(axis=0))
 
     def halved(self, f: Integrand, rule: _Rule, chosen: Numbers, axes: Numbers) -> _Boxes:
         """The boxes, of which the `chosen` ones (m) are halved along these coordinates (m)."""
@@ -396,11 +385,11 @@ def _by_boxes(work: _Work, depth: int, which: int) -> Iterator[Integral]:
     )
     boxes = _Boxes.of(work.f, rule, low, high)
     for peak in work.peaks:
-        while (at := np.flatnonzero(boxes.holds(peak) & (boxes.sides > NEAR))).size:
+        while (at := np.flatnonzero((boxes.apart(peak) <= 0) & (boxes.sides > NEAR))).size:
             boxes = boxes.halved(work.f, rule, at, np.argmax((boxes.high - boxes.low)[:, at], axis=0))
     target, agreed = work.left, False
     while not agreed:
-        errors = np.where(boxes.sides > LEAST_BOX, boxes.errors, 0.0)
+        errors = np.where(boxes.sides > TINY, boxes.errors, 0.0)
         total = boxes.values.sum(axis=1)
         stuck = float(boxes.errors.sum() - errors.sum()) / abs(total[0]) if total[0] else np.inf
         agreed = errors.sum() <= GOAL * abs(total[0]) or not stuck <= WORST
@@ -409,5 +398,5 @@ def _by_boxes(work: _Work, depth: int, which: int) -> Iterator[Integral]:
             target = 2 * work.left - MOST
         descending = np.argsort(-errors)
         count = 1 + int(np.searchsorted(errors[descending].cumsum(), errors.sum() / 2))
-        worst = descending[: min(count, HALVED)]
+        worst = descending[: min(count, 2000)]  # so that the next ones are chosen by newer errors
         boxes = boxes.halved(work.f, rule, worst, boxes.axes[worst])
