@@ -59,9 +59,6 @@ PRODUCTS = (12, 16, 22, 30, 42)
 PIECES = (8, 12, 18, 28)
 """Nodes on each piece of a line; the second run has one more."""
 
-SAMPLES = (15, 18)
-"""Points at which the lines of the two runs are searched for kinks."""
-
 FIRST = {1: (8, 9), 2: (24, 29), 3: (12, 15)}
 """The first boxes of the two runs along each of so many coordinates."""
 
@@ -185,7 +182,7 @@ def _summed(f: Integrand, points: Floats, weights: Floats) -> Floats:
 
 def _by_lines(work: _Work, depth: int, which: int) -> Iterator[Integral]:
     """The integral along lines that are cut at the kinks, with more nodes each time."""
-    samples = SAMPLES[which]
+    samples = (15, 18)[which]  # where lines are searched for kinks, so that few pass by both runs
     order = _order(work.kinks, depth)
     # The two runs take the outer coordinates in turn.
     order = order if which == 0 else [*order[:-1][::-1], order[-1]]
@@ -205,7 +202,7 @@ def _by_lines(work: _Work, depth: int, which: int) -> Iterator[Integral]:
 def _order(kinks: Sequence[Kink], depth: int) -> list[int]:
     """The coordinates; along the last of them, kinks are crossed most often."""
     lines = np.random.default_rng(1).random((depth, 64))
-    crossed = [sum(_crossings(kink, k, lines, SAMPLES[0])[0].size for kink in kinks) for k in range(depth)]
+    crossed = [sum(_crossings(kink, k, lines, 15)[0].size for kink in kinks) for k in range(depth)]
     return sorted(range(depth), key=crossed.__getitem__)
 
 

@@ -12,8 +12,6 @@ import mpmath
 import numpy as np
 import pytest
 import yaml
-from hypothesis import given, settings
-from hypothesis import strategies as st
 from numpy.typing import NDArray
 from scipy import integrate
 
@@ -358,23 +356,6 @@ def test_a_density_without_symmetry_against_scipy() -> None:
     result = found(plate)
     assert result["mass"] == pytest.approx(mass, rel=SMOOTH)
     assert result["center_of_mass"][0] == pytest.approx(moment / mass, rel=1e-11)
-
-
-@settings(max_examples=8, deadline=None)
-@given(
-    st.sampled_from(sorted(DIMENSIONS)),
-    st.lists(st.tuples(st.integers(1, 9), *[st.integers(0, 3)] * 3), min_size=1, max_size=3),
-)
-def test_polynomials_are_the_same_exact_and_by_quadrature(
-    shape: str, terms: list[tuple[int, int, int, int]]
-) -> None:
-    """The even powers keep the density positive where the terms may not be."""
-    powers = " + ".join(f"{c}*x^{2 * a}*y^{b}*z^{2 * k}*(10 + y)^{b}" for c, a, b, k in terms if b % 2 == 0)
-    body = yaml.safe_load(f"{{shape: {shape}, {DIMENSIONS[shape]}, density: '7 + {powers or 'z^2'}'}}")
-    exact, floats = found(body, exact=True), found(body)
-    assert float(exact["mass"]) == pytest.approx(floats["mass"], rel=SMOOTH)
-    tensor = [[float(entry) for entry in row] for row in exact["tensor"]]
-    np.testing.assert_allclose(tensor, floats["tensor"], atol=1e-11 * np.trace(floats["tensor"]))
 
 
 def test_an_answer_about_a_body_of_varying_density_is_judged(tmp_path: Path, program: Program) -> None:
