@@ -217,12 +217,12 @@ def _looked_at(function: Kink, k: int, lines: Floats, samples: int) -> tuple[Flo
     """Places (n by m) along n lines (d by n) in coordinate k, in ascending order, and the values there.
 
     Beside even places these are the vertices of parabolas through three neighbours, so that a short piece of
-    the other sign is seen; then twice more about the highest and the lowest value.
+    the other sign is seen; then once more about the highest and the lowest value.
     """
     rows = np.arange(lines.shape[1])[:, None]
     places = np.tile(np.linspace(0, 1, samples), (lines.shape[1], 1))
     values = _along(function, k, lines, places)
-    for sign in (0, 1, -1, 1, -1):
+    for sign in (0, 1, -1):
         best = (sign * values).argmax(axis=1)[:, None] if sign else np.arange(samples)[None, 1:-1]
         middle = np.clip(best, 1, places.shape[1] - 2)
         at, height = ([part[rows, middle + side] for side in (-1, 0, 1)] for part in (places, values))
