@@ -33,6 +33,9 @@ FEW = 4
 PEAK = 5.0
 """A function that rises by this factor between the points of a net is not seen well enough by others."""
 
+APART = 1e-3
+"""Searches that end farther apart than this, in the unit box, have met a ridge and not one peak."""
+
 NEGATIVE = 1e-12
 """How far below zero a density may come by rounding, in units of its largest value."""
 
@@ -86,10 +89,7 @@ class Field:
             self.about, self.size = com, np.maximum(2 * spread, cubature.NEAR * self.size)
             mass, com, second, error = self._sums()
         if not error <= cubature.WORST:
-            raise ComputationError(
-                f"the density changes too much, or too suddenly, for a relative error of {cubature.WORST:g}",
-                hint="give the body in `parts`, so that the density is smooth in each of them",
-            )
+            raise _too_sudden()
         inertia = tensor.Inertia.of_sums(mass, com, mass * second)
         noise = error * mass * tensor.from_second_moments(1, np.outer(self.size, self.size))
         inertia = replace(inertia, noise=inertia.noise + np.abs(noise))
@@ -154,18 +154,20 @@ class Field:
 
         net = np.split(chart.net(NET), chart.pieces, axis=1)[piece]
         kinks = [partial(part, node, level) for node, level in _kinks(self.root) if self._varies(node)]
-        peaks = [peak[moving] for peak in self._peaks(chart, net)]
+        peaks = list(self._peaks(chart, net, moving))
         turning = [turn_is_whole(chart.coordinates[k]) for k in np.flatnonzero(moving)]
         return cubature.integral(moments, turning, kinks, peaks, weights.size)
 
     def _varies(self, node: tree.Node) -> bool:
         return not tree.names_in(node).isdisjoint({*VARIABLES} - self.formula.constants.keys())
 
-    def _peaks(self, chart: Chart, net: Floats) -> Iterator[Floats]:
-        """Points (d) at which a function in the density is much higher than on a net of points (1 + d by n).
+    def _peaks(self, chart: Chart, net: Floats, moving: Mask) -> Iterator[Floats]:
+        """Points at which a function in the density is much higher than on a net of points (1 + d by n).
 
-        A search goes on from the extremes of its argument. The function is compared with a net of which no
-        point is at a place that people like.
+        They have the `moving` coordinates. A search goes on from the extremes of the function's argument. The
+        function is compared with a net of which no point is at a place that people like.
+
+        Raises ComputationError for a narrow ridge, of which boxes about a point would see a part only.
         """
         beside = np.vstack([net[:1], 0.0137 + 0.9683 * net[1:]])
         here, there = (self._located(chart, points)[0] for points in (net, beside))
@@ -182,8 +184,11 @@ class Field:
                 start = net[1:, np.argsort(sign * heights)[:FEW]]
                 ends = _with_piece(net, cubature.downhill(argument, start, 1 / (NET - 1)))
                 highest = np.abs(of_node(node, self.formula, self._density(chart, ends)[1]))
-                if np.isfinite(highest).all() and highest.max() > PEAK * usual[np.isfinite(usual)].max():
-                    yield ends[1:, np.argmax(highest)]
+                high = ends[1:, highest > PEAK * usual[np.isfinite(usual)].max()][moving]
+                if np.isfinite(highest).all() and high.size:
+                    if len(high) > 1 and np.ptp(high, axis=1).max() > APART:
+                        raise _too_sudden()
+                    yield high[:, 0]
 
     def _moving(self, chart: Chart) -> Mask:
         """The coordinates (d) of a chart on which variables of the density hang."""
@@ -247,6 +252,13 @@ class Field:
                 self.least = -NEGATIVE * highest
                 watched = net[:, np.argsort(density, kind="stable")[:WATCHED]]
                 self._density(chart, self._lowest(chart, watched))
+
+
+def _too_sudden() -> ComputationError:
+    return ComputationError(
+        f"the density changes too much, or too suddenly, for a relative error of {cubature.WORST:g}",
+        hint="give the body in `parts`, so that the density is smooth in each of them",
+    )
 
 
 def _with_piece(like: Floats, points: Floats) -> Floats:

@@ -122,11 +122,6 @@ KINKS: list[tuple[str, dict[str, Any], float]] = [
     ("exp(-((x - 0.1)/1e-3)^2)", {"shape": "cube", "side": 1}, 1e-3 * math.sqrt(math.pi)),
     ("2 + tanh((x - 0.1)/1e-4)", {"shape": "cube", "side": 1}, 1.8),
     ("exp(-((x-0.1)^2 + (y-0.2)^2)/1e-6)", {"shape": "cube", "side": 1}, 1e-6 * math.pi),
-    (
-        "exp(-((x-0.1)/1e-3)^2) + exp(-((y-0.2)/1e-3)^2)",
-        {"shape": "cube", "side": 1},
-        2e-3 * math.sqrt(math.pi),
-    ),
     ("1/(1 + (x/1e-3)^2)", {"shape": "cube", "side": 1}, 2e-3 * math.atan(500)),
     ("exp(-(r - 0.5)^2/1e-6)", {"shape": "sphere", "radius": 1}, SHELL),
     ("exp(-((x - 0.1)/1e-3)^2)", {"shape": "sphere", "radius": 1}, math.pi**1.5 * 1e-3 * (0.99 - 0.5e-6)),
@@ -268,8 +263,10 @@ def test_a_density_may_be_infinite_where_its_integral_is_not(
     assert result["integration_error"] <= ROUGH
 
 
-@pytest.mark.parametrize("density", ["1/(x - 0.3)^2", "1/s^2", "1/x^2"])
-def test_a_density_with_an_infinite_integral_is_refused(density: str) -> None:
+@pytest.mark.parametrize(
+    "density", ["1/(x - 0.3)^2", "1/s^2", "1/x^2", "1 + 1e3*exp(-((x + y + z - 0.1)/1e-4)^2)"]
+)
+def test_an_infinite_integral_or_a_narrow_ridge_askew_is_refused(density: str) -> None:
     with pytest.raises(ComputationError, match="changes too much"):
         found({"shape": "cube", "side": 1, "density": density})
 
