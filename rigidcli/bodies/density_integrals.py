@@ -7,13 +7,13 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from functools import partial
 from itertools import product
-from typing import Any, NamedTuple, NoReturn
+from typing import Any, NoReturn
 
 import numpy as np
 
 from rigidcli.bodies import cubature
 from rigidcli.bodies.charts import Chart, turn_is_whole
-from rigidcli.bodies.density import PAIRS, of_node, places, symmetric, values
+from rigidcli.bodies.density import PAIRS, VARIABLES, of_node, places, symmetric, values
 from rigidcli.core import tensor
 from rigidcli.core.arithmetic import Arithmetic, Floats, Mask
 from rigidcli.core.mass_properties import MassProperties
@@ -21,29 +21,26 @@ from rigidcli.errors import ComputationError, ValueProblem
 from rigidcli.fields.environment import Formula
 from rigidcli.language import tree
 
-ROUGH = 1e-4
-"""The largest relative error of an answer: what is further off is refused."""
-
 NET = 13
 """Points along each coordinate of a net in which a density is first looked at: 2,197 in a solid."""
+
+WATCHED = 24
+"""Points of the net from which the lowest density is searched for, by halved steps."""
 
 FEW = 4
 """Points of the net from which the extremes of the argument of a function are searched for."""
 
-WATCHED = 24
-"""Points of the net from which the lowest density is searched for, by halved steps."""
+PEAK = 5.0
+"""A function that rises by this factor between the points of a net is not seen well enough by others."""
+
+APART = 1e-3
+"""Searches that end farther apart than this, in the unit box, have met a ridge and not one peak."""
 
 NEGATIVE = 1e-12
 """How far below zero a density may come by rounding, in units of its largest value."""
 
 SPREAD = 0.2
 """A body that is narrower, in units of the shape, is integrated once more about its own centre of mass."""
-
-NARROWEST = 1e-6
-"""The least unit of length of the moments, in units of the shape."""
-
-MOST_WAVES = 40
-"""The most half waves of a sine whose zeros are cuts: more are seen by the halving of boxes, if at all."""
 
 
 def integrated(
@@ -67,18 +64,6 @@ def require_possible(density: Any, charts: Sequence[Chart], geometry: Any, unit:
     Field(density, charts, geometry, unit).require_possible()
 
 
-class Sums(NamedTuple):
-    """The mass (kg), the centre of mass (3, m) and the mean of r r^T about it (3 by 3, m^2).
-
-    `error` is that of the mass, and of the moments in units of the mass and of `size` (3, m).
-    """
-
-    mass: float
-    com: Floats
-    second: Floats
-    error: float
-
-
 class Field:
     """A density over the charts of a shape; `geometry` is that of the shape if it were uniform."""
 
@@ -98,25 +83,25 @@ class Field:
         is too large.
         """
         self.require_possible()
-        found = self._sums()
-        spread = np.sqrt(found.second.diagonal())
+        mass, com, second, error = self._sums()
+        spread = np.sqrt(second.diagonal())
         if (spread < SPREAD * self.size).any():
-            self.about, self.size = found.com, np.maximum(2 * spread, NARROWEST * self.size)
-            found = self._sums()
-        mass, com, second, error = found
-        if not error <= ROUGH:
-            raise ComputationError(
-                f"the density changes too much, or too suddenly, for a relative error of {ROUGH:g}",
-                hint="give the body in `parts`, so that the density is smooth in each of them",
-            )
+            self.about, self.size = com, np.maximum(2 * spread, cubature.NEAR * self.size)
+            mass, com, second, error = self._sums()
+        if not error <= cubature.WORST:
+            raise _too_sudden()
         inertia = tensor.Inertia.of_sums(mass, com, mass * second)
         noise = error * mass * tensor.from_second_moments(1, np.outer(self.size, self.size))
         inertia = replace(inertia, noise=inertia.noise + np.abs(noise))
         misplaced = tensor.misplaced(com) + error * float(np.linalg.norm(self.size))
         return MassProperties(mass, com, inertia, misplaced, integrated=error)
 
-    def _sums(self) -> Sums:
-        """The integrals, with moments taken about the point `about` in units of `size`."""
+    def _sums(self) -> tuple[float, Floats, Floats, float]:
+        """The mass (kg), the centre of mass (3, m), the mean of r r^T about it (3 by 3, m^2), and an error.
+
+        The error is that of the mass, and of the moments in units of the mass and of `size`. Moments are
+        taken about the point `about`.
+        """
         parts = [self._integral(chart, piece) for chart in self.charts for piece in range(chart.pieces)]
         sums = np.sum([part.values for part in parts], axis=0)
         mass = float(sums[0])
@@ -124,11 +109,10 @@ class Field:
             where = "the density leaves no mass at the points where it was looked at"
             raise ValueProblem(f"{where}: {mass:.6g} kg; a peak may be narrower", path=("density",))
         error = sum(part.error * abs(part.values[0]) for part in parts) / mass
-        first, pairs = sums[1:4] / mass, sums[4:] / mass
-        second = symmetric(pairs) - np.outer(first, first)
-        second[[0, 1, 2], [0, 1, 2]] = np.maximum(second.diagonal(), 0.0)
-        units = self.units
-        return Sums(mass, self.about + units * first, second * np.outer(units, units), float(error))
+        first, second = sums[1:4] / mass, symmetric(sums[4:]) / mass
+        second -= np.outer(first, first)
+        np.fill_diagonal(second, np.maximum(second.diagonal(), 0.0))
+        return mass, self.about + self.units * first, second * np.outer(self.units, self.units), float(error)
 
     @property
     def units(self) -> Floats:
@@ -157,86 +141,68 @@ class Field:
 
         def moments(points: Floats) -> Floats:
             density, known, measure = self._density(chart, whole(points, nodes))
-            found = np.empty((10, density.size))
             offset = [(known[name] - self.about[k]) / self.units[k] for k, name in enumerate("xyz")]
-            np.multiply(density, measure, out=found[0])
-            for k in range(3):
-                np.multiply(found[0], offset[k], out=found[1 + k])
-            for k, (i, j) in enumerate(PAIRS):
-                np.multiply(found[1 + i], offset[j], out=found[4 + k])
-            return np.asarray(found.reshape(10, points.shape[1], -1) @ weights)
+            mass = density * measure
+            first = [mass * own for own in offset]
+            second = [first[i] * offset[j] for i, j in PAIRS]
+            return np.asarray(np.reshape([mass, *first, *second], (10, points.shape[1], -1)) @ weights)
 
-        def height(node: tree.Node, points: Floats) -> Floats:
-            """The values of a part of the density."""
-            known, _ = self._located(chart, whole(points, nodes[:, :1]))
-            return np.nan_to_num(of_node(node, self.formula, known))
+        def part(node: tree.Node, level: float, points: Floats) -> Floats:
+            """How far a part of the density is above a level."""
+            known = self._located(chart, whole(points, nodes[:, :1]))[0]
+            return np.nan_to_num(of_node(node, self.formula, known) - level)
 
-        net_points = chart.net(NET)
-        net = self._located(chart, net_points)[0]
-        steep = {node: (inner, heights) for node, inner, heights in self._steep(net)}
-        surfaces = [cubature.Surfaces(partial(height, inner), heights) for inner, heights in steep.values()]
-        narrow = any(self._is_narrow(chart, net_points, node, inner) for node, (inner, _) in steep.items())
-        smooth = not any(isinstance(node, tree.Call) and node.function in KINKED for node in steep)
+        net = np.split(chart.net(NET), chart.pieces, axis=1)[piece]
+        kinks = [partial(part, node, level) for node, level in _kinks(self.root) if self._varies(node)]
+        peaks = list(self._peaks(chart, net, moving))
         turning = [turn_is_whole(chart.coordinates[k]) for k in np.flatnonzero(moving)]
-        return cubature.integral(moments, surfaces, turning, smooth and not narrow)
+        return cubature.integral(moments, turning, kinks, peaks, weights.size)
 
-    def _is_narrow(self, chart: Chart, net: Floats, node: tree.Node, inner: tree.Node) -> bool:
-        """Whether a function in the density is much higher between the points of a net than on it.
+    def _varies(self, node: tree.Node) -> bool:
+        return not tree.names_in(node).isdisjoint({*VARIABLES} - self.formula.constants.keys())
 
-        A search goes on from the extremes of its argument on the net; the density is looked at there.
+    def _peaks(self, chart: Chart, net: Floats, moving: Mask) -> Iterator[Floats]:
+        """Points at which a function in the density is much higher than on a net of points (1 + d by n).
+
+        They have the `moving` coordinates. A search goes on from the extremes of the function's argument. The
+        function is compared with a net of which no point is at a place that people like.
+
+        Raises ComputationError for a narrow ridge, of which boxes about a point would see a part only.
         """
-        known, _ = self._located(chart, net)
-        heights, seen = (of_node(each, self.formula, known) for each in (inner, node))
-        for sign in (1, -1):
-
-            def argument(places: Floats, sign: int = sign) -> Floats:
-                at = self._located(chart, np.vstack([np.zeros(places.shape[1]), places]))[0]
-                return np.nan_to_num(sign * of_node(inner, self.formula, at))
-
-            ends = net[:, np.argsort(sign * heights)[:FEW]]
-            ends[1:] = cubature.downhill(argument, ends[1:], 1 / (NET - 1))
-            _, at, _ = self._density(chart, ends)
-            highest = np.abs(of_node(node, self.formula, at))
-            if np.isfinite(highest).all() and highest.max() > NARROW * np.abs(seen[np.isfinite(seen)]).max():
-                return True
-        return False
-
-    def _steep(self, net: Mapping[str, Floats]) -> Iterator[tuple[tree.Node, tree.Node, tuple[float, ...]]]:
-        """Functions in the density, their arguments, and the heights of these at which they have a kink, or
-        between which they change quickly."""
-        for node in tree.nodes([self.root]):
-            match node:
-                case tree.Call(function, (argument, *_)):
-                    inner, kind = argument, function
-                case tree.Power(base, tree.Number(_, value)) if value == int(value):
-                    continue
-                case tree.Power(base, tree.Number()):
-                    inner, kind = base, "root"
-                case tree.Power(base, _) | tree.Reciprocal(base):
-                    inner, kind = base, "inverse"
-                case _:
-                    continue
-            if not tree.names_in(inner) & set(net):
+        beside = np.vstack([net[:1], 0.0137 + 0.9683 * net[1:]])
+        here, there = (self._located(chart, points)[0] for points in (net, beside))
+        for node, inner in _functions(self.root):
+            if not self._varies(inner):
                 continue
-            values = of_node(inner, self.formula, net)
-            values = values[np.isfinite(values)]
-            heights = _heights(kind, float(values.min()), float(values.max())) if values.size else []
-            if heights:
-                yield node, inner, tuple(sorted(set(heights)))
+            heights, usual = of_node(inner, self.formula, here), np.abs(of_node(node, self.formula, there))
+            for sign in (1, -1):
+
+                def argument(points: Floats, inner: tree.Node = inner, sign: int = sign) -> Floats:
+                    at = self._located(chart, _with_piece(net, points))[0]
+                    return np.nan_to_num(sign * of_node(inner, self.formula, at))
+
+                start = net[1:, np.argsort(sign * heights)[:FEW]]
+                ends = _with_piece(net, cubature.downhill(argument, start, 1 / (NET - 1)))
+                highest = np.abs(of_node(node, self.formula, self._density(chart, ends)[1]))
+                high = ends[1:, highest > PEAK * usual[np.isfinite(usual)].max()][moving]
+                if np.isfinite(highest).all() and high.size:
+                    if len(high) > 1 and np.ptp(high, axis=1).max() > APART:
+                        raise _too_sudden()
+                    yield high[:, 0]
 
     def _moving(self, chart: Chart) -> Mask:
         """The coordinates (d) of a chart on which variables of the density hang."""
         depth = len(chart.coordinates)
         found = np.zeros(depth, dtype=bool)
         for start, other in ((0.2137, 0.7391), (0.3719, 0.8963)):
-            points = np.full((1 + depth, chart.pieces), start)
-            points[0] = np.arange(chart.pieces)
-            here = self._located(chart, points)[0]
-            for k in range(depth):
-                moved = points.copy()
-                moved[1 + k] = other
-                there = self._located(chart, moved)[0]
-                found[k] |= any((here[name] != there[name]).any() for name in here if name in self.names)
+            points = np.full((1 + depth, 1 + depth), start)
+            points[1:][np.eye(depth, 1 + depth, 1, dtype=bool)] = other
+            for piece in range(chart.pieces):
+                points[0] = piece
+                known = self._located(chart, points)[0]
+                found |= np.any(
+                    [known[name][1:] != known[name][0] for name in known if name in self.names], axis=0
+                )
         return found
 
     def _located(self, chart: Chart, points: Floats) -> tuple[Mapping[str, Floats], Floats]:
@@ -258,20 +224,19 @@ class Field:
 
     def _refuse_near(self, chart: Chart, point: Floats) -> NoReturn:
         """Raise ValueProblem for the density at a point (1 + d by 1), or where it is lowest near it."""
-        point = self._lowest(chart, point)
-        known, _ = self._located(chart, point)
+        known = self._located(chart, self._lowest(chart, point))[0]
         density = float(values(self.formula, known)[0])
         where = ", ".join(f"{known[name][0]:.6g}" for name in "xyz")
         what = f"negative ({density:.6g} {self.unit})" if np.isfinite(density) else "without a value"
         raise ValueProblem(f"the density is {what} at x, y, z = ({where}) m of the shape", path=("density",))
 
     def _lowest(self, chart: Chart, points: Floats) -> Floats:
-        """Points (1 + d by n) of a chart from which a search has gone downhill."""
+        """Points (1 + d by n) of one piece of a chart from which a search has gone downhill."""
 
         def density(places: Floats) -> Floats:
-            return values(self.formula, self._located(chart, np.vstack([points[:1], places]))[0])
+            return values(self.formula, self._located(chart, _with_piece(points, places))[0])
 
-        return np.vstack([points[:1], cubature.downhill(density, points[1:], 1 / (NET - 1))])
+        return _with_piece(points, cubature.downhill(density, points[1:], 1 / (NET - 1)))
 
     def require_possible(self) -> None:
         """Raise ValueProblem for a density that is negative somewhere, or has no value.
@@ -281,39 +246,41 @@ class Field:
         """
         highest = 0.0
         for chart in self.charts:
-            net = chart.net(NET)
-            density, _, _ = self._density(chart, net)
-            highest = max(highest, float(np.where(np.isfinite(density), density, 0.0).max()))
-            low = self._lowest(chart, net[:, np.argsort(density, kind="stable")[:WATCHED]])
-            density = values(self.formula, self._located(chart, low)[0])
-            self.least = -NEGATIVE * highest
-            if not (density >= self.least).all():
-                self._refuse_near(chart, low[:, [int(np.argmin(np.nan_to_num(density, nan=-np.inf)))]])
+            for net in np.split(chart.net(NET), chart.pieces, axis=1):
+                density = self._density(chart, net)[0]
+                highest = max(highest, float(np.where(np.isfinite(density), density, 0.0).max()))
+                self.least = -NEGATIVE * highest
+                watched = net[:, np.argsort(density, kind="stable")[:WATCHED]]
+                self._density(chart, self._lowest(chart, watched))
 
 
-NARROW = 5.0
-"""A function that rises by this factor between the points of a net is not seen well enough by others."""
+def _too_sudden() -> ComputationError:
+    return ComputationError(
+        f"the density changes too much, or too suddenly, for a relative error of {cubature.WORST:g}",
+        hint="give the body in `parts`, so that the density is smooth in each of them",
+    )
 
-KINKED = frozenset({"abs", "sign", "sqrt", "log", "asin", "acos", "atan2"})
-"""Functions with a kink, a jump or an end, where no product of Gauss's rules converges quickly."""
+
+def _with_piece(like: Floats, points: Floats) -> Floats:
+    """Points (1 + d by n) for those without the first row, in the piece of others (1 + d by m)."""
+    return np.vstack([np.full(points.shape[1], like[0, 0]), points])
 
 
-def _heights(kind: str, low: float, high: float) -> list[float]:
-    """The levels between which a function of this kind is smooth, for arguments between about two values."""
-    match kind:
-        case "abs" | "sign" | "sqrt" | "log" | "root" | "atan2":
-            return [0.0]
-        case "asin" | "acos":
-            return [-1.0, 1.0]
-        case "tanh" | "atan":
-            return [side * level for level in (0.0, 1.5, 6.0, 20.0) for side in (1, -1)]
-        case "exp":
-            return [top - below for top in {0.0, max(high, 0.0)} for below in (1, 4, 10, 20, 36)]
-        case "sin" | "cos" | "tan" | "cot" | "sec" | "csc":
-            waves = range(math.ceil(low / math.pi), math.floor(high / math.pi) + 1)
-            return [wave * math.pi for wave in waves] if 2 < len(waves) <= MOST_WAVES else []
-        case "inverse":
-            sides = [side for side, is_there in ((1, high > 0), (-1, low < 0)) if is_there]
-            return [0.0, *(max(-low, high) * side / 10.0**power for power in range(1, 11) for side in sides)]
-        case _:
-            return []
+def _functions(root: tree.Node) -> Iterator[tuple[tree.Node, tree.Node]]:
+    """The functions, quotients and powers in a density that may be narrow, with their arguments."""
+    for node in tree.nodes([root]):
+        match node:
+            case tree.Power(_, tree.Number(_, value)) if value == int(value):
+                continue
+            case tree.Call(_, (inner, *_)) | tree.Power(inner, _) | tree.Reciprocal(inner):
+                yield node, inner
+
+
+def _kinks(root: tree.Node) -> Iterator[tuple[tree.Node, float]]:
+    """The arguments of functions in a density, and the levels where these have a kink, a jump or an end."""
+    for node, inner in _functions(root):
+        match node:
+            case tree.Call("abs" | "sign" | "sqrt" | "log" | "atan2") | tree.Power(_, tree.Number()):
+                yield inner, 0.0
+            case tree.Call("asin" | "acos"):
+                yield from ((inner, -1.0), (inner, 1.0))

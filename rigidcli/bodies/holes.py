@@ -2,8 +2,8 @@
 
 A hole outside its body, larger than it, overlapping another, or denser than what it is cut from, can
 leave a total mass and tensor that look harmless; at some point in the hole the material then falls
-below zero. The points are a grid over the hole, its corners, and its surface as seen from a few of them in
-many directions: of a round hole, half a per cent of its radius may escape them.
+below zero. The points are images of those of a unit box, as for integrals and pictures: of a round hole,
+half a per cent of its radius may escape them.
 """
 
 from __future__ import annotations
@@ -25,14 +25,8 @@ from rigidcli.core.arithmetic import FLOAT, Arithmetic, Array, Floats, Mask, Sca
 from rigidcli.errors import Path, ValueProblem
 from rigidcli.fields.environment import Formula
 
-GRID = 9
-"""Points along each side of a hole's bounding box: 729 for a solid, which take milliseconds."""
-
-DIRECTIONS = 600
-"""Rays along which the surface of a solid hole is looked for, 8 degrees apart; of a flat one, a fifth."""
-
-BISECTIONS = 40
-"""Halvings by which the surface is found along a ray: to a part in 10^12 of its length."""
+GRID, FINE = 9, 33
+"""Points along each side of the unit box inside a hole, and on its surface: 11 degrees apart in a circle."""
 
 MARGIN = 1e-9
 """How far points of a hole are drawn in and bodies are grown, in units of their size: beyond all rounding."""
@@ -249,54 +243,16 @@ class _Placed:
 
 @lru_cache(maxsize=8)
 def _samples(shape: Region) -> Floats:
-    """Points of the shape (3 by n): a grid over it, its corners and its surface, drawn in a little."""
-    flat = isinstance(shape, Lamina)
-    bounds = np.array(shape.bounds())
-    middle, half = bounds.mean(axis=1)[:, None], np.ptp(bounds, axis=1)[:, None] / 2
-    steps = np.linspace(MARGIN - 1, 1 - MARGIN, GRID)
-    grid = np.stack(np.meshgrid(steps, steps, [0.0] if flat else steps, indexing="ij"))
-    inner = middle + half * grid.reshape(3, -1)
-    inner = inner[:, shape.contains(*inner)]
+    """Points of the shape (3 by n): images of a net in its unit boxes, and of a finer one on their sides."""
     plane, origin = shape.plane()
-    centre = plane.T @ (np.array(shape.geometry(FLOAT).centre) - origin)[:, None]
-    corners = plane.T @ (shape.corners() - origin).T
-    parts = [inner, centre, centre + (1 - MARGIN) * (corners - centre)]
-    starts = np.hstack([centre, inner[:, :: max(1, inner.shape[1] // 8)]])
-    parts.append(_surface(shape, starts, 2 * half * _directions(flat=flat)))
-    circle = _directions(flat=True)
-    for axis in range(0 if flat else 3):
-        # Edges, such as the rim of a cylinder, are seen from the middle of the faces that they bound.
-        across = 2 * half * np.roll(circle, axis + 1, axis=0)
-        for side in (MARGIN - 1, 1 - MARGIN):
-            face = middle + side * half * np.eye(3)[:, [axis]]
-            if shape.contains(*face).all():
-                parts.append(_surface(shape, face, across))
-    local = np.hstack(parts)
-    return local[:, shape.contains(*local)]
-
-
-def _surface(shape: Region, starts: Floats, reach: Floats) -> Floats:
-    """The points (3 by k n) where rays from points in the shape (3 by k) leave it, drawn in by MARGIN.
-
-    `reach` (3 by n) are the rays from each of them, long enough to end outside.
-    """
-    start, reach = np.repeat(starts, reach.shape[1], axis=1), np.tile(reach, starts.shape[1])
-    low, high = np.zeros(reach.shape[1]), np.ones(reach.shape[1])
-    for _ in range(BISECTIONS):
-        trial = (low + high) / 2
-        inside = shape.contains(*(start + trial * reach))
-        low, high = np.where(inside, trial, low), np.where(inside, high, trial)
-    found: Floats = start + np.maximum(low - MARGIN, 0.0) * reach
-    return found
-
-
-def _directions(*, flat: bool) -> Floats:
-    """Unit vectors spread evenly (3 by n): by the golden angle over the sphere, or round a circle."""
-    if flat:
-        angle = np.arange(DIRECTIONS // 5) * (2 * np.pi / (DIRECTIONS // 5))
-        return np.array([np.cos(angle), np.sin(angle), 0 * angle])
-    count = np.arange(DIRECTIONS)
-    z = 1 - (2 * count + 1) / DIRECTIONS
-    angle = count * np.pi * (3 - 5**0.5)
-    around = np.sqrt(1 - z**2)
-    return np.array([around * np.cos(angle), around * np.sin(angle), z])
+    found = []
+    for chart in shape.maps(FLOAT):
+        fine = chart.net(FINE if chart.pieces == 1 else GRID)
+        sides = fine[:, ((fine[1:] == 0) | (fine[1:] == 1)).any(axis=0)]
+        points = np.hstack([chart.net(GRID), sides])
+        points[1:] = MARGIN + (1 - 2 * MARGIN) * points[1:]
+        spot = chart.at(points)
+        places = np.array([spot.x, spot.y, spot.z]) + np.reshape(chart.origin, (3, 1))
+        local = plane.T @ (places - np.reshape(origin, (3, 1)))
+        found.append(local[:, shape.contains(*local)])
+    return np.hstack(found)

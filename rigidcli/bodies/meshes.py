@@ -179,12 +179,10 @@ class Mesh(Form):
     @cached_property
     def _of_field(self) -> mass_properties.MassProperties:
         """`local` for a density that varies; the integrals are taken once."""
-        from rigidcli.bodies.mesh_density import MeshDensity
+        from rigidcli.bodies.mesh_density import properties
 
         assert isinstance(self.density, Formula)
-        found, contains = self.checked, lambda points: self.contains(*points)
-        varying = MeshDensity(self.density, found.read, found.surface, self.unit, found.is_inward, contains)
-        return varying.properties()
+        return properties(self.density, self.checked, self.unit, self.contains)
 
     def report(self) -> dict[str, Any]:
         """What the mesh is, by the names of the results: lengths, areas and volumes in SI units."""

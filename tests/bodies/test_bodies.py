@@ -522,16 +522,15 @@ SIDE_BY_SIDE = [solid("box", size=[4, 4, 4], position=[x, 0, 0]) for x in (-2, 2
         ("annulus", {"outer_radius": 1, "inner_radius": 1 - 1e-11}),
     ],
 )
-def test_a_hole_too_thin_to_be_found_is_refused(shape: str, d: dict[str, float]) -> None:
+def test_a_thin_hole_is_seen_where_it_is(shape: str, d: dict[str, float]) -> None:
     plates = [solid("plate", size=[4, 4], position=[x, 0, 0]) for x in (-2, 2)]
     sides = plates if shape == "annulus" else SIDE_BY_SIDE
-    with pytest.raises(DocumentError, match=r"parts\.2: the hole is thinner than 1e-09"):
-        result({"parts": [*sides, cut(shape, **d)]})
-    # In a body without a seam there is nothing to be looked for.
     whole = PLATE if shape == "annulus" else solid("cube", side=4)
-    assert result({"parts": [whole, cut(shape, **d)]})["mass"] == pytest.approx(
-        4**2 if shape == "annulus" else 4**3
-    )
+    for parts, mass in ((sides, 2), ([whole], 1)):
+        found = result({"parts": [*parts, cut(shape, **d)]})["mass"]
+        assert found == pytest.approx(mass * (4**2 if shape == "annulus" else 4**3))
+        with pytest.raises(DocumentError, match="the hole reaches outside the body"):
+            result({"parts": [*parts, cut(shape, **d, position=[0, 1.5, 0])]})
 
 
 @pytest.mark.parametrize(
@@ -551,7 +550,7 @@ def test_many_holes_take_little_more_than_one(body: Body, monkeypatch: pytest.Mo
         hole = cut("cylinder", radius=0.1, height=1 - count / 100)
         result({"parts": [body, *(hole | {"position": [x, 0, 0]} for x in range(count))]})
         counts.append(looked_at[0])
-    assert counts[2] < 3 * (counts[0] or 1)
+    assert counts[2] < 5 * (counts[0] or 1)  # each is compared with its own points; these are made once
 
 
 def test_holes_in_turned_parts_side_by_side() -> None:

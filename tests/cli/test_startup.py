@@ -111,7 +111,7 @@ for path in sys.argv[1:]:
         check=True,
     )
     parts = {
-        *(f"rigidcli.bodies.{name}" for name in ("edges", "inside", "solid_sums", "surfaces")),
+        *(f"rigidcli.bodies.{name}" for name in ("edges", "inside", "mesh_density", "surfaces")),
         *(
             f"rigidcli.bodies.{name}"
             for name in ("mesh_checks", "mesh_files", "molecules", "robots.elements")
@@ -122,7 +122,7 @@ for path in sys.argv[1:]:
     assert shapes == earth == set()
     assert benzene == {"rigidcli.bodies.molecules"}
     assert {"rigidcli.bodies.inside", "rigidcli.bodies.mesh_files"} <= bracket
-    assert not {"pyexpat", "rigidcli.bodies.solid_sums"} & bracket
+    assert not {"pyexpat", "rigidcli.bodies.mesh_density"} & bracket
 
 
 def test_a_plate_needs_no_other_shapes() -> None:
