@@ -18,7 +18,7 @@ from rigidcli.document.document import Document
 from rigidcli.document.variables import acceleration
 from rigidcli.errors import ComputationError, ExpressionError
 from rigidcli.mechanics import constraints, energies, jumps
-from rigidcli.mechanics.hamilton_equations import Phase, equations
+from rigidcli.mechanics.hamilton_equations import Phase, equations, linear
 from rigidcli.mechanics.lagrange_equations import LagrangeEquations, lagrange_equations
 from rigidcli.mechanics.legendre import NOTHING, Momenta, canonical_momenta, legendre_transform
 from rigidcli.mechanics.velocity_inversion import Branch
@@ -72,6 +72,13 @@ class Derivation:
         velocities = free[: len(self.phase.coordinates)]
         rates = zip(free[len(velocities) :], self.forces_of(velocities), strict=True)
         return (*velocities, *(rate + force for rate, force in rates))
+
+    @cached_property
+    def linear(self) -> tuple[list[list[Expr]], list[Expr]] | None:
+        """A and b where the equations are z' = A z + b; None where they are not, or not known."""
+        with suppress(ExpressionError):
+            return None if self.equations is None else linear(self.equations, self.phase.names)
+        return None
 
     def forces_of(self, velocities: Sequence[Expr]) -> list[Expr]:
         """The forces beside L or H where the velocities are these, such as functions of the momenta."""
