@@ -51,6 +51,17 @@ def kinetic(particles: Sequence[Particle], velocities: Mapping[str, str]) -> Exp
     return tidy(total(tidy(total(terms)) * rates[i] * rates[j] for (i, j), terms in sorted(parts.items())))
 
 
+def squares(particles: Sequence[Particle], coordinates: Sequence[str]) -> list[tuple[Expr, list[Expr]]]:
+    """The squares of T = sum a (w.v)^2: m/2 and the slopes of each path of a particle by the coordinates."""
+    paths = [
+        (factor / 2, path)
+        for one in particles
+        for factor, path in ((one.moment, one.angle), *((one.mass, path) for path in one.position))
+        if factor is not None and path is not None
+    ]
+    return [(factor, [derivative(path, name) for name in coordinates]) for factor, path in paths]
+
+
 def velocity(path: Expr, velocities: Mapping[str, str]) -> Expr:
     """The rate of a Cartesian coordinate, sum_i dx/dq_i v_i + dx/dt; `velocities` as for `kinetic`."""
     slopes = (derivative(path, name) for name in (*velocities, TIME))

@@ -280,7 +280,8 @@ def _branches(
     """The ways from momenta to velocities that pass the check, and the largest residual of it."""
     phase, velocities = derivation.phase, derivation.velocity_names
     good, residuals = [], []
-    for branch in legendre_transform(lagrangian, velocities, phase.momenta, values, momenta):
+    squares = energies.squares(derivation.system.particles, phase.coordinates)
+    for branch in legendre_transform(lagrangian, velocities, phase.momenta, values, momenta, squares):
         decided = [e.names for e in branch.region if e.names <= values.keys()]
         fixed = {name: values[name].evaluate() for names in decided for name in names}
         residual = residual_of(lagrangian, momenta, branch, phase, velocities, fixed)
