@@ -11,9 +11,8 @@ from typing import Any
 
 from rigidcli.algebra.allowance import Allowance
 from rigidcli.algebra.atoms import Applied, Atom, Group, Pi, Surd, Symbol
-from rigidcli.algebra.expressions import Expr, factored, gathered, product
+from rigidcli.algebra.expressions import Expr
 from rigidcli.algebra.fractions import vanishes
-from rigidcli.algebra.trigonometry import elementary_angles
 from rigidcli.errors import ExpressionError
 from rigidcli.language.functions import FUNCTIONS
 from rigidcli.language.tree import UnknownFunction
@@ -44,10 +43,9 @@ def is_zero(e: Expr) -> bool:
     """Whether an expression vanishes wherever it has a value.
 
     Different products of powers of symbols are independent, so that a sum of these is not zero. Otherwise
-    values at random points, with proved bounds, tell an expression from zero, or the laws of functions prove
-    it to be zero, or it vanishes as a fraction of polynomials in which roots and functions have names. What
-    all leave open is zero to 330 digits, and taken for zero. An expression for which no point with a value is
-    found is not zero unless that is proved.
+    values at random points, with proved bounds, tell an expression from zero, or it vanishes as a fraction of
+    polynomials in which roots and functions have names. What both leave open is zero to 330 digits, and taken
+    for zero. An expression for which no point with a value is found is not zero unless that is proved.
     """
     if not e.terms:
         return True
@@ -58,8 +56,9 @@ def is_zero(e: Expr) -> bool:
     with ctx.workprec(PRECISIONS[0]):
         if _seems_zero(e) is False:
             return False
-    if _is_proved(e):
-        return True
+    with suppress(ExpressionError):
+        if vanishes(e, Allowance(MAX_STEPS)):
+            return True
     verdict: bool | None = None
     for bits, points in zip(PRECISIONS, (SIGNED_POINTS, POINTS, POINTS), strict=True):
         with ctx.workprec(bits):
@@ -69,30 +68,12 @@ def is_zero(e: Expr) -> bool:
     return verdict is True
 
 
-def _is_proved(e: Expr) -> bool:
-    """Whether the laws of functions, or of polynomials, prove that an expression vanishes."""
-    allowance = Allowance(MAX_STEPS)
-    with suppress(ExpressionError):
-        if not _numerator(elementary_angles(e, allowance), allowance).terms:
-            return True
-    with suppress(ExpressionError):
-        return vanishes(e, Allowance(MAX_STEPS))
-    return False
-
-
 def has_value(e: Expr) -> bool:
     """Whether it is proved that an expression has a finite real value, at one of some points at least."""
     from flint import ctx
 
     with ctx.workprec(PRECISIONS[-1]):
         return _seems_zero(e) is not None
-
-
-def _numerator(e: Expr, allowance: Allowance) -> Expr:
-    """What vanishes where the expression does, multiplied out."""
-    coefficient, monomial = factored(e)
-    above = [gathered(coefficient, {atom: n}) for atom, n in monomial if n > 0 and isinstance(atom, Group)]
-    return elementary_angles(product(above), allowance) if above else e
 
 
 _Functions = Mapping[str, Callable[..., Any]]

@@ -92,7 +92,7 @@ def _trial_sums(hamiltonian: Expr, phase: Phase) -> Iterator[list[Expr]]:
     if len(coordinates) > MOST_COORDINATES:
         yield momenta
         return
-    straight, angles = _kinds(parts, phase)
+    straight, angles = _kinds(hamiltonian, phase)
     if angles and len(hamiltonian.key) > LONGEST_TURNING:
         yield momenta
         return
@@ -153,31 +153,20 @@ def _pieces(parts: Iterable[Monomial], phase: Phase) -> Iterator[Expr]:
                 yield gathered(1, {a: n / Fraction(2) for a, n in still.items()})
 
 
-def _kinds(parts: Iterable[Monomial], phase: Phase) -> tuple[list[str], list[str]]:
-    """The coordinates that are taken by themselves, and the angles, as they stand in H; others are both."""
-    atoms = [atom for monomial in parts for atom, _ in monomial]
-    inside = {name for atom in _within(atoms) if isinstance(atom, Applied) for name in atom.names}
-    outside = {atom.name for atom in _within(atoms, functions=False) if isinstance(atom, Symbol)}
+def _kinds(hamiltonian: Expr, phase: Phase) -> tuple[list[str], list[str]]:
+    """The coordinates that are taken by themselves, and the angles, which stand in functions or nowhere."""
+    functions = [atom for atom in hamiltonian.everywhere() if isinstance(atom, Applied)]
+    inside = {name for atom in functions for name in atom.names}.intersection(phase.coordinates)
+    outside = {atom.name for atom in _outside(hamiltonian) if isinstance(atom, Symbol)}
     straight = [q for q in phase.coordinates if q in outside or q not in inside]
-    curved = any(
-        not a.names.isdisjoint(phase.coordinates)
-        for monomial in parts
-        for a, _ in monomial
-        if any(not b.names.isdisjoint(phase.momenta) for b, _ in monomial)
-    )
-    angles = [q for q in phase.coordinates if q in inside or (curved and q not in outside)]
+    angles = [q for q in phase.coordinates if q in inside or (inside and q not in outside)]
     return straight, angles if len(phase.coordinates) <= FEW_COORDINATES else []
 
 
-def _within(atoms: Iterable[Atom], functions: bool = True) -> Iterator[Atom]:
-    """Atoms, and those of their sums and, if these are asked for, arguments."""
-    for atom in atoms:
-        yield atom
-        if isinstance(atom, Group):
-            yield from _within(atom.inner.atoms, functions)
-        elif isinstance(atom, Applied) and functions:
-            for argument in atom.arguments:
-                yield from _within(argument.atoms, functions)
+def _outside(e: Expr) -> Iterator[Atom]:
+    """The atoms that do not stand in functions."""
+    for atom in e.atoms:
+        yield from _outside(atom.inner) if isinstance(atom, Group) else (atom,)
 
 
 def _null_sums(terms: Sequence[Expr], hamiltonian: Expr, phase: Phase) -> Iterator[Expr]:

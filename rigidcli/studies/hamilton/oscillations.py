@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from rigidcli.algebra import matrices
-from rigidcli.algebra.atoms import Applied, Group
+from rigidcli.algebra.atoms import Applied
 from rigidcli.algebra.expressions import PI, ZERO, Expr, symbol
 from rigidcli.algebra.simplification import tidy
 from rigidcli.algebra.substitution import substitute, without
@@ -84,15 +84,11 @@ def oscillations(document: Document, equilibrium: Equilibrium, derivation: Deriv
 
 def _require_smooth(expressions: Sequence[Expr], there: Mapping[str, Expr]) -> None:
     """Raise ExpressionError where `abs` and `sign` have their corner or jump: nothing is linear there."""
-    for atom in {atom for e in expressions for atom in e.atoms}:
-        inner = (
-            atom.arguments if isinstance(atom, Applied) else [atom.inner] if isinstance(atom, Group) else ()
-        )
+    for atom in {atom for e in expressions for atom in e.everywhere()}:
         if isinstance(atom, Applied) and atom.function in ("abs", "sign"):
             (argument,) = atom.arguments
             if is_zero(substitute(argument, there)):
                 raise ExpressionError(f"`{atom.function}({argument})` is not smooth")
-        _require_smooth(inner, there)
 
 
 def _motion(derivation: Derivation, there: Mapping[str, Expr]) -> LinearMotion | None:
