@@ -8,20 +8,73 @@ Mechanics, section 41.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+import math
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import suppress
+from dataclasses import dataclass
 from typing import TypeAlias
 
 from rigidcli.algebra.allowance import Allowance
+from rigidcli.algebra.arithmetic import root_of_either_sign, tidy
+from rigidcli.algebra.atoms import Applied, Atom, Group
 from rigidcli.algebra.calculus import derivative
-from rigidcli.algebra.expressions import ZERO, Expr, symbol, total
-from rigidcli.algebra.isolation import Branch, isolated
-from rigidcli.algebra.substitution import substitute
+from rigidcli.algebra.expressions import ZERO, Expr, power, symbol, total
+from rigidcli.algebra.functions import apply
+from rigidcli.algebra.roots import Rational
+from rigidcli.algebra.substitution import rebuilt, substitute, with_powers
 from rigidcli.errors import ComputationError, ExpressionError
 from rigidcli.mechanics.hamilton_equations import Phase, linear
+from rigidcli.mechanics.undoing import solutions
+
+NEAR = 1e-6
+"""Values that differ by less than this, in units of their size, are those of the same branch."""
 
 MOST_TRIALS = 60
 """Values of unknowns that are looked at, at most, in the search for a way through the equations."""
+
+
+@dataclass(frozen=True, slots=True)
+class Branch:
+    """The signs of square roots of squares: those that they have where names have the values of `point`.
+
+    Where the point does not tell, a root may have either sign.
+    """
+
+    point: Mapping[str, float]
+
+    def value(self, e: Expr) -> float:
+        """The value at the point; nan where there is none."""
+        try:
+            return float(e.evaluate(**{name: self.point[name] for name in e.names}))
+        except (ExpressionError, KeyError):
+            return math.nan
+
+    def is_at(self, e: Expr, value: float) -> bool:
+        """Whether an expression has this value at the point."""
+        return abs(self.value(e) - value) <= NEAR * (1 + abs(value))
+
+    def root(self, e: Expr) -> Expr:
+        """The square root, without a root where it is one of a square."""
+        found = root_of_either_sign(e)
+        return -found if self.value(found) < 0 else found
+
+    def put(self, e: Expr, values: Mapping[str, Expr]) -> Expr:
+        """The same as `with_roots`, in a short form."""
+        return tidy(self.with_roots(e, values))
+
+    def with_roots(self, e: Expr, values: Mapping[str, Expr]) -> Expr:
+        """An expression with names replaced, roots worked out, and tangents in sines and cosines."""
+        return self._rooted(substitute(e, values))
+
+    def _rooted(self, e: Expr) -> Expr:
+        return with_powers(e, self._of_power)
+
+    def _of_power(self, atom: Atom, n: Rational) -> Expr:
+        inner = rebuilt(atom, self._rooted)
+        if isinstance(atom, Applied) and atom.function == "tan":
+            inner = apply("sin", *atom.arguments) / apply("cos", *atom.arguments)
+        half = isinstance(atom, Group) and n.denominator == 2
+        return power(self.root(inner), 2 * n) if half else power(inner, n)
 
 
 def inverse(values: Mapping[str, Expr], new: Phase, old: Phase, branch: Branch) -> dict[str, Expr] | None:
@@ -88,6 +141,12 @@ def _of_half(
     return found | {name: branch.put(e, found) for name, e in others.items()}
 
 
+def _values(equation: Expr, unknown: str) -> Iterator[Expr]:
+    """The values of an unknown for which an equation may hold, as far as they are found."""
+    with suppress(ExpressionError, ComputationError):
+        yield from (value for value, _, _ in solutions(equation, unknown))
+
+
 def _solution(
     equations: Sequence[Expr], unknowns: Sequence[str], trials: Allowance, branch: Branch
 ) -> dict[str, Expr] | None:
@@ -99,7 +158,7 @@ def _solution(
         return {}
     for equation in sorted(equations, key=lambda e: (len(e.names.intersection(unknowns)), len(e.key))):
         for unknown in unknowns:
-            for value in isolated(equation, unknown, branch) if unknown in equation.names else ():
+            for value in _values(equation, unknown) if unknown in equation.names else ():
                 trials.spend(1)
                 if not branch.is_at(value, branch.point[unknown]):
                     continue

@@ -5,12 +5,11 @@ from __future__ import annotations
 import pytest
 
 from rigidcli.algebra.expressions import ONE
-from rigidcli.algebra.isolation import Branch
 from rigidcli.algebra.simplification import tidy
 from rigidcli.algebra.values import is_zero
 from rigidcli.mechanics import canonical, energies
 from rigidcli.mechanics.hamilton_equations import Phase, bracket, linear
-from rigidcli.mechanics.inverse_change import inverse
+from rigidcli.mechanics.inverse_change import Branch, inverse
 from tests.trees import expression, written
 
 ONE_FREEDOM = Phase(("x",), ("p_x",))

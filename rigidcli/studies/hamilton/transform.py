@@ -14,7 +14,6 @@ from rigidcli.algebra.arithmetic import tidy as in_lowest_terms
 from rigidcli.algebra.calculus import derivative
 from rigidcli.algebra.expansion import coefficients
 from rigidcli.algebra.expressions import ZERO, Expr, product, symbol, total
-from rigidcli.algebra.isolation import Branch
 from rigidcli.algebra.reading import from_tree
 from rigidcli.algebra.simplification import shortest, tidy
 from rigidcli.algebra.substitution import substitute
@@ -25,7 +24,7 @@ from rigidcli.document.transform import Transform
 from rigidcli.errors import ComputationError, ExpressionError
 from rigidcli.mechanics import canonical
 from rigidcli.mechanics.hamilton_equations import Phase, equations
-from rigidcli.mechanics.inverse_change import inverse
+from rigidcli.mechanics.inverse_change import Branch, inverse
 from rigidcli.studies.hamilton.derivation import TIME, Derivation
 from rigidcli.studies.hamilton.system import derived_parameters, known_values
 
