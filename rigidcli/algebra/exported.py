@@ -9,8 +9,8 @@ from rigidcli.algebra.atoms import Applied, Atom, Group, Monomial, Surd, Symbol,
 from rigidcli.algebra.roots import Rational
 from rigidcli.algebra.trees import to_tree
 from rigidcli.errors import ExpressionError
-from rigidcli.language.decimals import in_decimals
 from rigidcli.language.expression import Expression
+from rigidcli.language.formula import in_decimals
 from rigidcli.language.text import latex, text
 from rigidcli.language.tree import Node, UnknownFunction
 

@@ -21,7 +21,6 @@ from itertools import combinations_with_replacement, permutations, product
 
 import numpy as np
 
-from rigidcli.algebra import samples
 from rigidcli.algebra.allowance import Allowance
 from rigidcli.algebra.atoms import Applied, Atom, Group, Monomial, Symbol
 from rigidcli.algebra.calculus import derivative
@@ -32,10 +31,10 @@ from rigidcli.algebra.roots import Rational
 from rigidcli.algebra.simplification import tidy
 from rigidcli.algebra.substitution import substitute
 from rigidcli.algebra.trigonometry import elementary_angles, without_squares
+from rigidcli.algebra.values import sampled
 from rigidcli.core.arithmetic import Floats
 from rigidcli.errors import ExpressionError
-from rigidcli.mechanics.energies import TIME
-from rigidcli.mechanics.hamilton_equations import Phase
+from rigidcli.mechanics.hamilton_equations import TIME, Phase
 
 MOST_COORDINATES = 9
 """With more coordinates only sums of momenta are tried: there are n^2 products of coordinates and momenta."""
@@ -240,7 +239,7 @@ def _reduced(e: Expr, root: Group[Expr], atom: Atom, c: Rational, allowance: All
 def _is_new(e: Expr, known: Sequence[Expr], phase: Phase) -> bool:
     """Whether the gradient of a function is no combination of others at random points."""
     slopes = [derivative(f, name) for f in (*known, e) for name in phase.names]
-    values = samples.values(slopes, {}, count=POINTS, signed=phase.names)
+    values = sampled(slopes, {}, count=POINTS, signed=phase.names)
     if values is None:
         return False
     gradients: Floats = values.reshape(POINTS, len(known) + 1, -1)

@@ -20,7 +20,7 @@ from typing import NamedTuple, TypeAlias
 
 import numpy as np
 
-from rigidcli.algebra import matrices, samples
+from rigidcli.algebra import matrices
 from rigidcli.algebra.allowance import Allowance
 from rigidcli.algebra.arithmetic import MAX_STEPS, root_of_either_sign
 from rigidcli.algebra.atoms import Group, Symbol
@@ -29,6 +29,7 @@ from rigidcli.algebra.expressions import ONE, ZERO, Expr, gathered, total
 from rigidcli.algebra.matrices import Matrix
 from rigidcli.algebra.simplification import shortest, tidy
 from rigidcli.algebra.trigonometry import elementary_angles
+from rigidcli.algebra.values import sampled
 from rigidcli.errors import ComputationError, ExpressionError
 from rigidcli.mechanics.hamilton_equations import coefficient, has_degrees
 
@@ -92,11 +93,11 @@ def energy(
 def _is_definite(matrix: Matrix, coordinates: Sequence[str]) -> bool:
     """Whether M is definite wherever random points of coordinates and positive parameters show it."""
     entries = [entry for row in matrix for entry in row]
-    values = samples.values(entries, {}, count=8, signed=coordinates)
+    values = sampled(entries, {}, count=8, signed=coordinates)
     if values is None:
         return True
-    sampled = np.linalg.eigvalsh(values.reshape(-1, len(matrix), len(matrix)))
-    return bool((sampled > 0).all() or (sampled < 0).all())
+    found = np.linalg.eigvalsh(values.reshape(-1, len(matrix), len(matrix)))
+    return bool((found > 0).all() or (found < 0).all())
 
 
 def _is_fixed(entry: Expr, coordinates: Sequence[str]) -> bool:

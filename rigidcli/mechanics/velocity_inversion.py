@@ -21,7 +21,7 @@ from contextlib import suppress
 from dataclasses import dataclass, replace
 from fractions import Fraction
 
-from rigidcli.algebra import arithmetic, matrices, samples
+from rigidcli.algebra import arithmetic, matrices
 from rigidcli.algebra.allowance import Allowance
 from rigidcli.algebra.atoms import Applied, Atom, Group, is_positive
 from rigidcli.algebra.calculus import derivative
@@ -39,6 +39,7 @@ from rigidcli.algebra.fractions import factors
 from rigidcli.algebra.functions import apply
 from rigidcli.algebra.simplification import shortest, tidy
 from rigidcli.algebra.substitution import mapped, rebuilt, substitute
+from rigidcli.algebra.values import sample_points
 from rigidcli.errors import ComputationError, ExpressionError
 from rigidcli.mechanics.hamilton_equations import coefficient, has_degrees
 from rigidcli.mechanics.undoing import solutions
@@ -288,7 +289,7 @@ def _undone(K: Expr, v: str, P: Expr) -> list[Branch]:
 
 def _holds(K: Expr, u: Expr, conditions: Sequence[Expr], slope: Expr, v: str, momentum: Expr) -> bool:
     """Whether a velocity is that of its momentum at one of some points, within the conditions."""
-    for place, point in enumerate(samples.points(sorted(K.names), {}, signed=[v])):
+    for place, point in enumerate(sample_points(sorted(K.names), {}, signed=[v])):
         here = point | {v: point[v] * (1 + place % 4)}
         with suppress(ExpressionError):
             K.evaluate(**here)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from rigidcli.algebra.expressions import Expr
-from rigidcli.mechanics import constraints
+from rigidcli.mechanics import lagrange_equations as constraints
 from tests.trees import matrix, written
 
 

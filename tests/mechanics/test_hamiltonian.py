@@ -7,9 +7,10 @@ import pytest
 from rigidcli.algebra.expressions import ONE
 from rigidcli.algebra.simplification import tidy
 from rigidcli.algebra.values import is_zero
-from rigidcli.mechanics import canonical, energies
+from rigidcli.mechanics import canonical
+from rigidcli.mechanics import hamilton_equations as energies
+from rigidcli.mechanics.canonical import Branch, inverse
 from rigidcli.mechanics.hamilton_equations import Phase, bracket, linear
-from rigidcli.mechanics.inverse_change import Branch, inverse
 from tests.trees import expression, written
 
 ONE_FREEDOM = Phase(("x",), ("p_x",))

@@ -11,15 +11,14 @@ from rigidcli.algebra.expressions import Expr
 from rigidcli.algebra.trees import to_tree
 from rigidcli.core.estimate import unshared
 from rigidcli.document.document import Document
-from rigidcli.language.latex_names import latex_name
-from rigidcli.language.text import reading
+from rigidcli.language.text import latex_name, reading
+from rigidcli.mechanics.hamilton_equations import TIME
 from rigidcli.picture import Picture
 from rigidcli.report import NOISE, Column, Field, Report, Step, Table
 from rigidcli.studies.common import if_known, noise, report, trusted
 from rigidcli.studies.hamilton import linear_equations
-from rigidcli.studies.hamilton.derivation import TIME, Derivation
-from rigidcli.studies.hamilton.findings import Found, find
-from rigidcli.studies.hamilton.typed_decimals import as_typed
+from rigidcli.studies.hamilton.derivation import Derivation
+from rigidcli.studies.hamilton.findings import Found, as_typed, find
 from rigidcli.studies.pictures import drawn
 from rigidcli.studies.results import told
 

@@ -19,11 +19,11 @@ from rigidcli.document.document import Document
 from rigidcli.errors import ExpressionError
 from rigidcli.language.text import reading
 from rigidcli.language.tree import Name
+from rigidcli.mechanics.hamilton_equations import TIME
 from rigidcli.report import Field, Step, Table
-from rigidcli.studies.hamilton.derivation import TIME
+from rigidcli.studies.hamilton.findings import as_typed
 from rigidcli.studies.hamilton.linear_equations import MOST_COLUMNS
 from rigidcli.studies.hamilton.oscillations import Oscillations
-from rigidcli.studies.hamilton.typed_decimals import as_typed
 from rigidcli.studies.steps.writing import formula, free_name, power, product, total
 
 LONGEST = 300

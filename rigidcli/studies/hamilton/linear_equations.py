@@ -14,8 +14,9 @@ from rigidcli.algebra.substitution import substitute
 from rigidcli.algebra.values import is_zero
 from rigidcli.document.document import Document
 from rigidcli.errors import ExpressionError
+from rigidcli.mechanics.hamilton_equations import TIME
 from rigidcli.report import Field
-from rigidcli.studies.hamilton.derivation import TIME, Derivation
+from rigidcli.studies.hamilton.derivation import Derivation
 from rigidcli.studies.hamilton.system import known_values
 from rigidcli.studies.results import told
 

@@ -18,13 +18,14 @@ from rigidcli.algebra.values import is_zero
 from rigidcli.document.document import Document
 from rigidcli.document.variables import Equilibrium
 from rigidcli.errors import ComputationError, ExpressionError
-from rigidcli.language.latex_names import latex_name
+from rigidcli.language.text import latex_name
 from rigidcli.mechanics import small_oscillations
+from rigidcli.mechanics.hamilton_equations import TIME
 from rigidcli.mechanics.numeric_spectrum import FOUND, ROUNDING, numeric_modes
 from rigidcli.mechanics.small_oscillations import LinearMotion
 from rigidcli.mechanics.spectrum import Mode, exact_modes
 from rigidcli.report import Column, Field, Table
-from rigidcli.studies.hamilton.derivation import TIME, Derivation
+from rigidcli.studies.hamilton.derivation import Derivation
 from rigidcli.studies.hamilton.equilibrium import KEY, Place, forces_at_rest, found_place, given_place
 from rigidcli.studies.hamilton.system import known_values
 
