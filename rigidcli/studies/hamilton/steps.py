@@ -8,17 +8,26 @@ from typing import NamedTuple
 
 import numpy as np
 
+from rigidcli.algebra.arithmetic import EXACT
 from rigidcli.algebra.calculus import derivative
+from rigidcli.algebra.expansion import coefficients
 from rigidcli.algebra.expressions import Expr, symbol, total
+from rigidcli.algebra.matrices import Matrix, short_determinant
 from rigidcli.algebra.simplification import tidy
+from rigidcli.core.arithmetic import FLOAT
+from rigidcli.document.document import Document
+from rigidcli.errors import ExpressionError
 from rigidcli.language.formula import Formula
 from rigidcli.language.text import latex_name, reading
 from rigidcli.language.tree import Name, Negative, Product, Sum, bound
-from rigidcli.mechanics.hamilton_equations import Phase, velocity
+from rigidcli.mechanics.hamilton_equations import TIME, Phase, velocity
 from rigidcli.report import Field, Step, Table
-from rigidcli.studies.hamilton.characteristic import LONGEST, of_matrix, of_oscillations
 from rigidcli.studies.hamilton.derivation import Derivation
-from rigidcli.studies.hamilton.findings import Found
+from rigidcli.studies.hamilton.findings import Found, as_typed
+from rigidcli.studies.hamilton.linear_equations import MOST_COLUMNS
+from rigidcli.studies.hamilton.oscillations import Oscillations
+from rigidcli.studies.steps.writing import formula, free_name, power, product
+from rigidcli.studies.steps.writing import total as total_of
 
 
 class _Part(NamedTuple):
@@ -206,3 +215,84 @@ def _titled(entry: Field) -> Field:
         return replace(entry, key="", cells={})
     name = entry.key.rpartition(".")[2]
     return replace(entry, key="", cells={}, title=name, symbol=latex_name(name))
+
+
+LONGEST = 300
+"""The longest polynomial that is shown, in characters: a longer one teaches nothing."""
+
+
+def of_matrix(matrix: Sequence[Sequence[Expr]], document: Document) -> list[Field]:
+    """det(A - lambda 1), of a matrix A that people are shown and that does not change with the time."""
+    names = {name for row in matrix for e in row for name in e.names}
+    if len(matrix) > MOST_COLUMNS or TIME in names:
+        return []
+    unknown = free_name(("lambda", "Lambda"), frozenset(names))
+    x = symbol(unknown)
+    shifted = [[e - x if i == j else e for j, e in enumerate(row)] for i, row in enumerate(matrix)]
+    head = rf"\det(\mathbf{{A}} - \{unknown}\mathbf{{1}})"
+    return list(_polynomial(shifted, unknown, document, f"det(A - {unknown} 1)", head))
+
+
+def of_oscillations(
+    found: Oscillations, document: Document, place: Sequence[Field], modes: Sequence[Table]
+) -> Step:
+    """The linear equations about an equilibrium, the polynomial of their rates, and the modes."""
+    motion = found.motion
+    names = frozenset(name for e in motion.entries for name in e.names)
+    is_free = all(e.is_zero for row in motion.rates for e in row)
+    unknown = free_name(("omega", "Omega"), names) if is_free else free_name(("s", "S", "sigma"), names)
+    x = symbol(unknown)
+    if is_free:
+        equations = "M y'' + K y = 0"
+        way = "At the rate of a mode this determinant vanishes; where its square is negative, motion grows."
+        rows = zip(motion.stiffness, motion.masses, strict=True)
+        matrix = [[k - m * x**2 for k, m in zip(*row, strict=True)] for row in rows]
+        title = f"det(K - {unknown}^2 M)"
+        head = rf"\det(\mathbf{{K}} - \{unknown}^2\,\mathbf{{M}})"
+    else:
+        equations = "M y'' + C y' + K y = 0"
+        way = f"For y = Re(v exp({unknown} t)) this determinant vanishes; a root with Re {unknown} > 0 grows."
+        matrix = motion.pencil(x)
+        title = f"det(M {unknown}^2 + C {unknown} + K)"
+        head = rf"\det(\mathbf{{M}} {unknown}^2 + \mathbf{{C}} {unknown} + \mathbf{{K}})"
+    fields: list[Field] = []
+    if len(matrix) <= MOST_COLUMNS:
+        named = zip("MCK", motion.parts, strict=True)
+        fields += [_matrix(name, part, document) for name, part in named if name in equations]
+    fields += _polynomial(matrix, unknown, document, title, head)
+    return Step(
+        "Small oscillations",
+        f"To first order in the displacement y from the equilibrium, {equations}. {way}",
+        (*place, *fields),
+        tuple(modes),
+    )
+
+
+def _is_numeric(entries: Sequence[Expr], document: Document) -> bool:
+    return not document.exact_results and not any(e.names or e.unknown for e in entries)
+
+
+def _matrix(name: str, matrix: Matrix, document: Document) -> Field:
+    entries = [e for row in matrix for e in row]
+    kind = float if _is_numeric(entries, document) else object
+    entry = Field("", np.array(matrix, dtype=kind), name, rf"\mathbf{{{name}}}")
+    return as_typed([entry], document)[0]
+
+
+def _polynomial(matrix: Matrix, unknown: str, document: Document, title: str, head: str) -> Iterator[Field]:
+    """The determinant as a polynomial in one name."""
+    try:
+        determinant = tidy(short_determinant(matrix))
+        found = coefficients(determinant, [unknown])
+    except ExpressionError:
+        return
+    if found is None:
+        return
+    x, values = Name(unknown), {k: tidy(e) for (k,), e in sorted(found.items(), reverse=True)}
+    n = FLOAT if _is_numeric(list(values.values()), document) else EXACT
+    if n.exact and len(str(determinant)) > LONGEST:
+        return
+    (told,) = as_typed([Field("", list(values.values()))], document)
+    by_power = zip(values, told.value, strict=True)
+    polynomial = total_of([product(n, e if n.exact else float(e), power(x, k)) for k, e in by_power])
+    yield Field("", formula(polynomial, n), title, head)
