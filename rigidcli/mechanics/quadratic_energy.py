@@ -39,6 +39,9 @@ SHORT = 300
 LONG = 200
 """Characters of an H beyond which the velocities of particles are tried as squares, which takes a second."""
 
+MOST_COUPLED = 6
+"""Velocities that all act on each other, beyond which the squares are too long in any case."""
+
 MOST_ROWS = 5
 """The most squares that are solved for their momenta: a load on a crane that moves in space has so many."""
 
@@ -75,7 +78,7 @@ def energy(
     definite = _is_definite(matrix, coordinates)
     inside = [(a, row) for a, row in typed if any(row)]
     found: list[Energy] = []
-    if len(momenta) > 2 and definite:
+    if len(momenta) > 2 and definite and min(sum(map(bool, row)) for row in matrix) <= MOST_COUPLED:
         orders = (False, True) if len(momenta) == 3 else (False,)
         found += [form for order in orders if (form := _as_squares(matrix, momenta, order))]
     if not found or len(str(found[0].hamiltonian)) > SHORT:
