@@ -173,9 +173,10 @@ def check(
     """
     from tempfile import TemporaryDirectory
 
-    from rigidcli.check import batch, files
+    from rigidcli.check import files
     from rigidcli.check import roster as students
     from rigidcli.check.assignment import prepare
+    from rigidcli.check.judge import run
     from rigidcli.check.overrides import read_overrides
     from rigidcli.check.reports import Style
     from rigidcli.check.reports.formats import render
@@ -194,7 +195,7 @@ def check(
             raise DocumentError(gathered.problems)
         people = None if roster is None else students.read_roster(os.fspath(roster))
         papers, notes = students.papers(gathered, people)
-        judged = list(batch.run(prepared.items, papers, jobs))
+        judged = list(run(prepared.items, papers, jobs))
     notes = [*map(str, prepared.notes), *notes, *(note for each in judged for note in each.notes)]
     if person is not None:
         judged = list(person.over(judged, notes))

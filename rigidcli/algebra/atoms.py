@@ -6,7 +6,7 @@ This module only holds the data. `expressions.Expr` adds the arithmetic, and is 
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from typing import Generic, TypeAlias, TypeVar, cast
 from weakref import WeakValueDictionary
 
@@ -75,20 +75,21 @@ class Terms:
     @property
     def unknown(self) -> frozenset[str]:
         """The unknown functions in it, at any depth, by the names under which they are declared."""
-        found: set[str] = set()
-        for atom in self.atoms:
-            if isinstance(atom, Applied):
-                found.update(*(argument.unknown for argument in atom.arguments))
-                if isinstance(atom.function, UnknownFunction):
-                    found.add(atom.function.base)
-            elif isinstance(atom, Group):
-                found |= atom.inner.unknown
-        return frozenset(found)
+        functions = (atom.function for atom in self.everywhere() if isinstance(atom, Applied))
+        return frozenset(f.base for f in functions if isinstance(f, UnknownFunction))
 
     @property
     def atoms(self) -> list[Atom]:
         """The atoms of its terms, each once."""
         return list(dict.fromkeys(atom for monomial in self.terms for atom, _ in monomial))
+
+    def everywhere(self) -> Iterator[Atom]:
+        """The atoms of its terms, and of the sums and arguments of these, at any depth."""
+        for atom in self.atoms:
+            yield atom
+            parts = atom.arguments if isinstance(atom, Applied) else ()
+            for part in (atom.inner,) if isinstance(atom, Group) else parts:
+                yield from part.everywhere()
 
     @property
     def depth(self) -> int:

@@ -2,15 +2,16 @@
 
 from __future__ import annotations
 
+import operator
 from functools import lru_cache
 from typing import Any, Self
 
-from rigidcli.algebra.atoms import Applied, Atom, Group, Monomial, Surd, Symbol, Terms
-from rigidcli.algebra.roots import Rational
+from rigidcli.algebra.atoms import Symbol, Terms
 from rigidcli.algebra.trees import to_tree
 from rigidcli.errors import ExpressionError
-from rigidcli.language.decimals import in_decimals
+from rigidcli.language.evaluation import SIGNS, Operations, value
 from rigidcli.language.expression import Expression
+from rigidcli.language.formula import in_decimals
 from rigidcli.language.text import latex, text
 from rigidcli.language.tree import Node, UnknownFunction
 
@@ -67,13 +68,24 @@ class Exported(Terms):
         """The same as an expression of sympy, which must be installed. Its symbols are real or positive."""
         import sympy
 
-        def rational(value: Rational) -> Any:
-            return sympy.Rational(value.numerator, value.denominator)
+        positive = {atom.name for atom in self.everywhere() if isinstance(atom, Symbol) and atom.positive}
 
-        def product(monomial: Monomial, coefficient: Rational) -> Any:
-            return sympy.Mul(rational(coefficient), *(_to_sympy(atom) ** rational(n) for atom, n in monomial))
+        def called(function: str, values: list[Any]) -> Any:
+            if not isinstance(function, UnknownFunction):
+                return getattr(sympy, "Abs" if function == "abs" else function)(*values)
+            places = sympy.symbols(f"x:{len(values)}", cls=sympy.Dummy)
+            slope = sympy.Function(function.base)(*places).diff(*(places[k] for k in function.by))
+            return sympy.Subs(slope, places, values).doit()
 
-        return sympy.Add(*(product(monomial, coefficient) for monomial, coefficient in self.ordered))
+        operations = Operations(
+            name=lambda name: sympy.Symbol(name, real=True, positive=True if name in positive else None),
+            number=lambda value, text: sympy.pi if text == "pi" else sympy.Rational(text),
+            negative=operator.neg,
+            joined=lambda left, sign, right: SIGNS[sign](int(left) if left in (0.0, 1.0) else left, right),
+            power=operator.pow,
+            call=called,
+        )
+        return value(to_tree(self), operations)
 
     _sympy_ = to_sympy  # by this name sympy's own functions take it
 
@@ -82,27 +94,3 @@ class Exported(Terms):
 def _text(e: Exported, decimal: bool) -> str:
     """The text of an expression; `decimal` tells apart equal ones that are written in two ways."""
     return text(e.tree())
-
-
-def _to_sympy(atom: Atom) -> Any:
-    """An atom as an expression of sympy."""
-    import sympy
-
-    match atom:
-        case Symbol(name=name, positive=positive):
-            return sympy.Symbol(name, positive=True) if positive else sympy.Symbol(name, real=True)
-        case Surd(value=value):
-            return sympy.Integer(value)
-        case Group(inner=inner):
-            return inner.to_sympy()
-        case Applied(function="pow", arguments=(base, exponent)):
-            return base.to_sympy() ** exponent.to_sympy()
-        case Applied(function=function, arguments=arguments):
-            values = [argument.to_sympy() for argument in arguments]
-            if not isinstance(function, UnknownFunction):
-                return getattr(sympy, "Abs" if function == "abs" else function)(*values)
-            places = sympy.symbols(f"x:{len(values)}", cls=sympy.Dummy)
-            slope = sympy.Function(function.base)(*places).diff(*(places[k] for k in function.by))
-            return sympy.Subs(slope, places, values).doit()
-        case _:
-            return sympy.pi

@@ -5,9 +5,8 @@
     (x - m) ** 2 == (m - x) ** 2       # True
 
 An expression is a dict from monomials to their rational coefficients, and a monomial is a tuple of
-atoms with rational exponents. An atom is a symbol, pi, the integer under a root, a function with
-its arguments, or a group: a sum that stands in a product or under a power. A product of sums is
-kept as it is, `calculus.expand` multiplies it out.
+atoms with rational exponents. An atom is a symbol, pi, the integer under a root, a function with its
+arguments, or a group: a sum in a product or under a power. `expansion.expand` multiplies these out.
 
 The algebra is real: a step is taken only where both sides are equal for all real values for which
 the first one has a value. So x*y/x is y, but sqrt(x**2) is not x.
@@ -101,7 +100,7 @@ class Expr(Exported):
         return _absolute(self)
 
     def __pow__(self, exponent: Number) -> Expr:
-        """The power; where the exponent is no rational number, `elementary.apply` knows the laws."""
+        """The power; where the exponent is no rational number, `functions.apply` knows the laws."""
         exponent = expr(exponent)
         known = exponent.as_number
         if known is not None:

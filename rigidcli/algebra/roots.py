@@ -72,7 +72,7 @@ def root(base: Fraction, exponent: Fraction) -> tuple[Rational, dict[int, Fracti
 
 
 def _factors(integer: int) -> dict[int, int]:
-    """Small prime factors, and what they leave as the power of an integer, each with its multiplicity."""
+    """Small prime factors, and what they leave, perhaps as a square, each with its multiplicity."""
     if integer.bit_length() > MAX_ROOT_BITS:
         raise ExpressionError(f"a number under a root has more than {MAX_ROOT_BITS} bits")
     factors: dict[int, int] = {}
@@ -83,21 +83,7 @@ def _factors(integer: int) -> dict[int, int]:
             integer //= divisor
         divisor += 1 if divisor == 2 else 2
     if integer > 1:
-        base, multiplicity = _perfect_power(integer)
+        whole = math.isqrt(integer)
+        base, multiplicity = (whole, 2) if whole**2 == integer else (integer, 1)
         factors[base] = factors.get(base, 0) + multiplicity
     return factors
-
-
-def _perfect_power(integer: int) -> tuple[int, int]:
-    """The smallest base of which an integer above 1 is a power, and the exponent."""
-    for exponent in range(integer.bit_length(), 1, -1):
-        low, high = 1, 1 << (integer.bit_length() // exponent + 1)
-        while low < high:
-            middle = (low + high + 1) // 2
-            if middle**exponent <= integer:
-                low = middle
-            else:
-                high = middle - 1
-        if low > 1 and low**exponent == integer:
-            return low, exponent
-    return integer, 1

@@ -95,7 +95,7 @@ def _power_inside(group: Group[Terms], n: Rational, divisor: Atom, k: Rational) 
     is_linear = 1 in degrees.values() and {*degrees.values()} <= {0, 1}
     powers = {dict(term).get(divisor, 0) for term, degree in degrees.items() if degree or not is_linear} - {0}
     if is_linear:
-        return -min(powers) if len(powers) == 1 and 0 < min(powers) <= k else 0
+        return -min(powers) if powers and 0 < min(powers) <= k else 0
     is_mixed = len({degree > 0 for degree in degrees.values()}) > 1
     return 0 if n > 1 or is_mixed or not powers or isinstance(divisor, Symbol) else -k
 

@@ -2,19 +2,25 @@
 
 from __future__ import annotations
 
+import math
 import random
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from contextlib import suppress
 from fractions import Fraction
 from itertools import islice
 from typing import Any
 
+import numpy as np
+
 from rigidcli.algebra.allowance import Allowance
 from rigidcli.algebra.atoms import Applied, Atom, Group, Pi, Surd, Symbol
-from rigidcli.algebra.expressions import Expr, factored, gathered, product
+from rigidcli.algebra.expressions import Expr
 from rigidcli.algebra.fractions import vanishes
-from rigidcli.algebra.trigonometry import elementary_angles
+from rigidcli.algebra.trees import plain_tree
+from rigidcli.core.arithmetic import Floats
+from rigidcli.core.solution import NO_VALUE
 from rigidcli.errors import ExpressionError
+from rigidcli.language import code
 from rigidcli.language.functions import FUNCTIONS
 from rigidcli.language.tree import UnknownFunction
 
@@ -44,10 +50,9 @@ def is_zero(e: Expr) -> bool:
     """Whether an expression vanishes wherever it has a value.
 
     Different products of powers of symbols are independent, so that a sum of these is not zero. Otherwise
-    values at random points, with proved bounds, tell an expression from zero, or the laws of functions prove
-    it to be zero, or it vanishes as a fraction of polynomials in which roots and functions have names. What
-    all leave open is zero to 330 digits, and taken for zero. An expression for which no point with a value is
-    found is not zero unless that is proved.
+    values at random points, with proved bounds, tell an expression from zero, or it vanishes as a fraction of
+    polynomials in which roots and functions have names. What both leave open is zero to 330 digits, and taken
+    for zero. An expression for which no point with a value is found is not zero unless that is proved.
     """
     if not e.terms:
         return True
@@ -58,8 +63,9 @@ def is_zero(e: Expr) -> bool:
     with ctx.workprec(PRECISIONS[0]):
         if _seems_zero(e) is False:
             return False
-    if _is_proved(e):
-        return True
+    with suppress(ExpressionError):
+        if vanishes(e, Allowance(MAX_STEPS)):
+            return True
     verdict: bool | None = None
     for bits, points in zip(PRECISIONS, (SIGNED_POINTS, POINTS, POINTS), strict=True):
         with ctx.workprec(bits):
@@ -69,30 +75,12 @@ def is_zero(e: Expr) -> bool:
     return verdict is True
 
 
-def _is_proved(e: Expr) -> bool:
-    """Whether the laws of functions, or of polynomials, prove that an expression vanishes."""
-    allowance = Allowance(MAX_STEPS)
-    with suppress(ExpressionError):
-        if not _numerator(elementary_angles(e, allowance), allowance).terms:
-            return True
-    with suppress(ExpressionError):
-        return vanishes(e, Allowance(MAX_STEPS))
-    return False
-
-
 def has_value(e: Expr) -> bool:
     """Whether it is proved that an expression has a finite real value, at one of some points at least."""
     from flint import ctx
 
     with ctx.workprec(PRECISIONS[-1]):
         return _seems_zero(e) is not None
-
-
-def _numerator(e: Expr, allowance: Allowance) -> Expr:
-    """What vanishes where the expression does, multiplied out."""
-    coefficient, monomial = factored(e)
-    above = [gathered(coefficient, {atom: n}) for atom, n in monomial if n > 0 and isinstance(atom, Group)]
-    return elementary_angles(product(above), allowance) if above else e
 
 
 _Functions = Mapping[str, Callable[..., Any]]
@@ -205,3 +193,49 @@ def _value_of_atom(atom: Atom, point: Mapping[str, Fraction], functions: _Functi
             return functions["power" if function == "pow" else function](*values)
         case _:
             return functions["pi"]()
+
+
+LOW, HIGH = 0.3, 1.7
+"""Random values lie between these: near 1, and positive as masses and lengths are."""
+
+TRIES = 40
+"""Most random points that are tried, as expressions may have no value at some."""
+
+
+def sample_points(
+    names: Sequence[str], fixed: Mapping[str, float], seed: int = 1, signed: Collection[str] = ()
+) -> Iterator[dict[str, float]]:
+    """Random values for the names that are not `fixed`, again and again: positive, but of `signed` names."""
+    chance = random.Random(seed)  # noqa: S311 - a probe needs no secrecy
+    for _ in range(TRIES):
+        point = {name: chance.uniform(LOW, HIGH) for name in names}
+        for name in signed:
+            if name in point:
+                point[name] *= chance.choice((1, -1))
+        yield point | dict(fixed)
+
+
+def sampled(
+    expressions: Sequence[Expr],
+    fixed: Mapping[str, float],
+    count: int = 3,
+    seed: int = 1,
+    signed: Collection[str] = (),
+) -> Floats | None:
+    """The values of the expressions at some points (count by n); None if there are not so many with values.
+
+    Names have their `fixed` values, others random ones: positive, but for those of `signed` names.
+    """
+    names = sorted(set().union(*(e.names for e in expressions)) | set(fixed))
+    f = code.function([plain_tree(e) for e in expressions], names, {})(math)
+    rows = []
+    for point in sample_points(names, fixed, seed, signed):
+        try:
+            row = f(*(point[name] for name in names))
+        except NO_VALUE:
+            continue
+        if all(map(math.isfinite, row)):
+            rows.append(row)
+        if len(rows) == count:
+            return np.array(rows, dtype=np.float64).reshape(count, len(expressions))
+    return None

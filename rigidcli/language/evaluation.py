@@ -20,7 +20,8 @@ class Operations(NamedTuple):
     """What names, numbers and operations are, where trees are worked out in one kind of values."""
 
     name: Callable[[str], Any]
-    number: Callable[[float], Any]
+    number: Callable[[float, str], Any]
+    """A number by its nearest float and its text, which is the name of a constant."""
     negative: Callable[[Any], Any]
     joined: Callable[[Any, str, Any], Any]
     """What two values with one of `+-*/` between them come to; a sum begins with 0.0, a product with 1.0."""
@@ -34,10 +35,10 @@ def value(node: tree.Node, by: Operations) -> Any:
     match node:
         case tree.Name(name):
             return by.name(name)
-        case tree.Number(_, number):
-            return by.number(number)
+        case tree.Number(text, number):
+            return by.number(number, text)
         case tree.Constant(name):
-            return by.number(CONSTANTS[name])
+            return by.number(CONSTANTS[name], name)
         case tree.Negative(operand):
             return by.negative(value(operand, by))
         case tree.Power(base, exponent):
@@ -57,7 +58,7 @@ def value(node: tree.Node, by: Operations) -> Any:
     return total
 
 
-_SIGNS = {"+": operator.add, "-": operator.sub, "*": operator.mul, "/": operator.truediv}
+SIGNS = {"+": operator.add, "-": operator.sub, "*": operator.mul, "/": operator.truediv}
 
 
 def real(node: tree.Node, values: Mapping[str, float]) -> float:
@@ -83,7 +84,7 @@ def known(name: str, values: Mapping[str, float]) -> float:
     raise ExpressionError(f"the value of `{name}` is not a finite number")
 
 
-def finite(value: float) -> float:
+def finite(value: float, text: str = "") -> float:
     """The value; ExpressionError if it is not finite."""
     if math.isfinite(value):
         return value
@@ -93,7 +94,7 @@ def finite(value: float) -> float:
 def joined(left: float, sign: str, right: float) -> float:
     """The sum, difference, product or quotient; ExpressionError where it is not finite."""
     try:
-        return finite(_SIGNS[sign](left, right))
+        return finite(SIGNS[sign](left, right))
     except ZeroDivisionError:
         raise ExpressionError("division by zero") from None
 
@@ -140,9 +141,9 @@ def array(node: tree.Node, values: Mapping[str, float | NDArray[np.float64]]) ->
 
     by = Operations(
         lambda name: np.asarray(values[name], dtype=np.float64),
-        np.float64,
+        lambda number, text: np.float64(number),
         operator.neg,
-        lambda left, sign, right: _SIGNS[sign](left, right),
+        lambda left, sign, right: SIGNS[sign](left, right),
         np.power,
         called,
     )

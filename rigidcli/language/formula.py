@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from decimal import Decimal
+from fractions import Fraction
 from typing import ClassVar
 
-from rigidcli.language.tree import Node, Number, rebuilt
+from rigidcli.language.tree import Node, Number, Power, Product, Reciprocal, rebuilt
 
 
 @dataclass(frozen=True, slots=True)
@@ -30,3 +32,63 @@ def _rounded(node: Node, digits: int) -> Node:
     if isinstance(node, Number):
         return Number(f"{node.value:.{digits}g}", node.value)
     return rebuilt(node, lambda operand: _rounded(operand, digits))
+
+
+MOST_DIGITS = 15
+"""The most digits of a coefficient: a float holds so many, and nobody types more."""
+
+
+def in_decimals(node: Node) -> Node:
+    """A tree of exact arithmetic with decimals for its fractions, where these end: x/0.74 for 50 x/37.
+
+    Halves, quarters and the like with numerator one stay fractions, and so do 2/3, 4/3, and exponents.
+    """
+    match node:
+        case Power(base, exponent):
+            return Power(in_decimals(base), exponent)
+        case Product(factors):
+            return _product([in_decimals(factor) for factor in factors])
+        case _:
+            return rebuilt(node, in_decimals)
+
+
+def _product(factors: list[Node]) -> Node:
+    """A product as `algebra.trees` makes them: numbers first, the denominator last."""
+    above, below = list(factors), list[Node]()
+    if isinstance(last := above[-1], Reciprocal):
+        above.pop()
+        below = list(last.operand.factors if isinstance(last.operand, Product) else [last.operand])
+    ratio = _taken(above) / _taken(below)
+    if decimal := _digits(ratio):
+        over, under = decimal, "1"
+    elif ratio.numerator % 5 == 0 and (decimal := _digits(1 / ratio)):
+        over, under = "1", decimal
+    else:
+        over, under = str(ratio.numerator), str(ratio.denominator)
+    if over != "1" or not above:
+        above.insert(0, Number(over, float(over)))
+    if under != "1":
+        below.insert(0, Number(under, float(under)))
+    if below:
+        above.append(Reciprocal(below[0] if len(below) == 1 else Product(tuple(below))))
+    return above[0] if len(above) == 1 else Product(tuple(above))
+
+
+def _taken(factors: list[Node]) -> Fraction:
+    """The number at the head of the factors, which is taken off."""
+    if not factors or not isinstance(first := factors[0], Number):
+        return Fraction(1)
+    del factors[0]
+    return Fraction(first.text)
+
+
+def _digits(ratio: Fraction) -> str | None:
+    """The ratio as a decimal; None where it has no end, or is better read as a fraction."""
+    denominator = ratio.denominator
+    if ratio.numerator == 1 and denominator & (denominator - 1) == 0 and denominator > 1:
+        return None
+    value = Decimal(ratio.numerator) / Decimal(denominator)
+    if len(value.as_tuple().digits) > MOST_DIGITS:
+        value = value.normalize()  # without the zeros at the end
+    ends = Fraction(value) == ratio and len(value.as_tuple().digits) <= MOST_DIGITS
+    return str(value).lower().replace("e+", "e") if ends else None

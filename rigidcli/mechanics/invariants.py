@@ -21,7 +21,6 @@ from itertools import combinations_with_replacement, permutations, product
 
 import numpy as np
 
-from rigidcli.algebra import samples
 from rigidcli.algebra.allowance import Allowance
 from rigidcli.algebra.atoms import Applied, Atom, Group, Monomial, Symbol
 from rigidcli.algebra.calculus import derivative
@@ -32,10 +31,10 @@ from rigidcli.algebra.roots import Rational
 from rigidcli.algebra.simplification import tidy
 from rigidcli.algebra.substitution import substitute
 from rigidcli.algebra.trigonometry import elementary_angles, without_squares
+from rigidcli.algebra.values import sampled
 from rigidcli.core.arithmetic import Floats
 from rigidcli.errors import ExpressionError
-from rigidcli.mechanics.energies import TIME
-from rigidcli.mechanics.hamilton_equations import Phase
+from rigidcli.mechanics.hamilton_equations import TIME, Phase
 
 MOST_COORDINATES = 9
 """With more coordinates only sums of momenta are tried: there are n^2 products of coordinates and momenta."""
@@ -92,7 +91,7 @@ def _trial_sums(hamiltonian: Expr, phase: Phase) -> Iterator[list[Expr]]:
     if len(coordinates) > MOST_COORDINATES:
         yield momenta
         return
-    straight, angles = _kinds(parts, phase)
+    straight, angles = _kinds(hamiltonian, phase)
     if angles and len(hamiltonian.key) > LONGEST_TURNING:
         yield momenta
         return
@@ -153,31 +152,20 @@ def _pieces(parts: Iterable[Monomial], phase: Phase) -> Iterator[Expr]:
                 yield gathered(1, {a: n / Fraction(2) for a, n in still.items()})
 
 
-def _kinds(parts: Iterable[Monomial], phase: Phase) -> tuple[list[str], list[str]]:
-    """The coordinates that are taken by themselves, and the angles, as they stand in H; others are both."""
-    atoms = [atom for monomial in parts for atom, _ in monomial]
-    inside = {name for atom in _within(atoms) if isinstance(atom, Applied) for name in atom.names}
-    outside = {atom.name for atom in _within(atoms, functions=False) if isinstance(atom, Symbol)}
+def _kinds(hamiltonian: Expr, phase: Phase) -> tuple[list[str], list[str]]:
+    """The coordinates that are taken by themselves, and the angles, which stand in functions or nowhere."""
+    functions = [atom for atom in hamiltonian.everywhere() if isinstance(atom, Applied)]
+    inside = {name for atom in functions for name in atom.names}.intersection(phase.coordinates)
+    outside = {atom.name for atom in _outside(hamiltonian) if isinstance(atom, Symbol)}
     straight = [q for q in phase.coordinates if q in outside or q not in inside]
-    curved = any(
-        not a.names.isdisjoint(phase.coordinates)
-        for monomial in parts
-        for a, _ in monomial
-        if any(not b.names.isdisjoint(phase.momenta) for b, _ in monomial)
-    )
-    angles = [q for q in phase.coordinates if q in inside or (curved and q not in outside)]
+    angles = [q for q in phase.coordinates if q in inside or (inside and q not in outside)]
     return straight, angles if len(phase.coordinates) <= FEW_COORDINATES else []
 
 
-def _within(atoms: Iterable[Atom], functions: bool = True) -> Iterator[Atom]:
-    """Atoms, and those of their sums and, if these are asked for, arguments."""
-    for atom in atoms:
-        yield atom
-        if isinstance(atom, Group):
-            yield from _within(atom.inner.atoms, functions)
-        elif isinstance(atom, Applied) and functions:
-            for argument in atom.arguments:
-                yield from _within(argument.atoms, functions)
+def _outside(e: Expr) -> Iterator[Atom]:
+    """The atoms that do not stand in functions."""
+    for atom in e.atoms:
+        yield from _outside(atom.inner) if isinstance(atom, Group) else (atom,)
 
 
 def _null_sums(terms: Sequence[Expr], hamiltonian: Expr, phase: Phase) -> Iterator[Expr]:
@@ -251,7 +239,7 @@ def _reduced(e: Expr, root: Group[Expr], atom: Atom, c: Rational, allowance: All
 def _is_new(e: Expr, known: Sequence[Expr], phase: Phase) -> bool:
     """Whether the gradient of a function is no combination of others at random points."""
     slopes = [derivative(f, name) for f in (*known, e) for name in phase.names]
-    values = samples.values(slopes, {}, count=POINTS, signed=phase.names)
+    values = sampled(slopes, {}, count=POINTS, signed=phase.names)
     if values is None:
         return False
     gradients: Floats = values.reshape(POINTS, len(known) + 1, -1)

@@ -5,29 +5,20 @@ The momentum changes suddenly where H has a step, so that Hamilton's equations h
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Sequence
 from contextlib import suppress
 from fractions import Fraction
-from typing import TypeGuard, cast
 
 from rigidcli.algebra.atoms import Applied, Atom, Group
 from rigidcli.algebra.calculus import derivative
-from rigidcli.algebra.expansion import Polynomial, coefficients
-from rigidcli.algebra.expressions import (
-    ONE,
-    ZERO,
-    Expr,
-    Number,
-    atomic,
-    gathered,
-    power,
-    symbol,
-)
-from rigidcli.algebra.functions import apply
+from rigidcli.algebra.expansion import coefficients
+from rigidcli.algebra.expressions import ZERO, Expr, gathered, power, symbol
 from rigidcli.algebra.roots import Rational
-from rigidcli.algebra.substitution import rebuilt, substitute, with_powers
+from rigidcli.algebra.substitution import mapped, rebuilt, substitute, with_powers
 from rigidcli.algebra.values import is_zero
 from rigidcli.errors import ExpressionError
+
+STEPPING = ("sign", "abs")
 
 
 def is_constant_in(e: Expr, name: str) -> bool:
@@ -39,73 +30,43 @@ def is_constant_in(e: Expr, name: str) -> bool:
 
 def jumps(e: Expr, names: Sequence[str]) -> list[Expr]:
     """Functions of the names, as far as they are found, at whose zeros `e` has a step."""
-    places = dict.fromkeys(_places(e))
-    return [u for u in places if any(not is_zero(height) for height in _heights(e, u, names))]
+    e = _with_bars(e)
+    found = (atom for atom in e.everywhere() if isinstance(atom, Applied) and atom.function in STEPPING)
+    places = dict.fromkeys(atom.arguments[0] for atom in found)
+    return [u for u in places if not is_zero(_height(e, u, names))]
 
 
-def _places(e: Expr) -> Iterator[Expr]:
-    """The u of which e holds sign(u), abs(u) or a root of u**2."""
-    for monomial in e.terms:
-        for atom, n in monomial:
-            u = _step(atom, n)
-            if u is not None:
-                yield u
-            for inner in _within(atom):
-                yield from _places(inner)
+def _with_bars(e: Expr) -> Expr:
+    """The function with |u| for the root of u^2."""
 
-
-def _within(atom: Atom) -> Sequence[Expr]:
-    """The expressions that an atom is made of."""
-    match atom:
-        case Group(inner=inner):
-            return (inner,)
-        case Applied(arguments=arguments):
-            return arguments
-        case _:
-            return ()
-
-
-def _step(atom: Atom, n: Rational) -> Expr | None:
-    """The u of which a power of an atom is a function of sign(u)*u or of sign(u)."""
-    match atom:
-        case Applied(function="sign" | "abs", arguments=(u,)):
-            return cast(Expr, u)
-        case Group(inner=inner) if n.denominator == 2 and len(inner.terms) == 1:
-            ((monomial, _),) = inner.terms.items()
+    def change(atom: Atom, n: Rational) -> Expr:
+        if isinstance(atom, Group) and n.denominator == 2 and len(atom.inner.terms) == 1:
+            ((monomial, _),) = atom.inner.terms.items()
             if all(k.denominator == 1 and k % 2 == 0 for _, k in monomial):
-                return gathered(1, {factor: k / Fraction(2) for factor, k in monomial})
-    return None
+                return abs(gathered(1, {factor: k / Fraction(2) for factor, k in monomial})) ** (2 * n)
+        return power(rebuilt(atom, _with_bars), n)
+
+    return with_powers(e, change)
 
 
-def _heights(e: Expr, u: Expr, names: Sequence[str]) -> Iterator[Expr]:
-    """What the function has more on the side where u is positive, where u is zero."""
-
-    def beside(side: int) -> Expr:
-        return _with_signs(e, lambda v: side if v == u else apply("sign", v))
-
-    height = beside(1) - beside(-1)
-    lines = {name: coefficients(u, [name]) for name in names if name in u.names}
-    solved = {name: -line.get((0,), ZERO) / line[(1,)] for name, line in lines.items() if _is_line(line)}
-    if lines and not solved:
-        yield height
-    for name, value in solved.items():
-        with suppress(ExpressionError):
-            yield substitute(height, {name: value})
+def _height(e: Expr, u: Expr, names: Sequence[str]) -> Expr:
+    """How much more the function is where u is just above zero than where it is just below."""
+    height = _beside(e, u, 1) - _beside(e, u, -1)
+    for name in u.names.intersection(names):
+        line = coefficients(u, [name])
+        if line is not None and max(line) == (1,):
+            with suppress(ExpressionError):
+                return substitute(height, {name: -line.get((0,), ZERO) / line[(1,)]})
+            return ZERO  # a pole, as of 1/|x|, is no step
+    return height if u.names.intersection(names) else ZERO
 
 
-def _is_line(found: Polynomial | None) -> TypeGuard[Polynomial]:
-    return found is not None and max(found) == (1,)
+def _beside(e: Expr, u: Expr, side: int) -> Expr:
+    """The function with `side` for the sign of u."""
 
+    def change(atom: Atom) -> Expr:
+        if isinstance(atom, Applied) and atom.function in STEPPING and atom.arguments[0] == u:
+            return side * (u if atom.function == "abs" else u**0)
+        return rebuilt(atom, lambda inner: _beside(inner, u, side))
 
-def _with_signs(e: Expr, sign: Callable[[Expr], Number]) -> Expr:
-    """The function with something else in place of the sign of each u."""
-
-    def changed(atom: Atom, n: Rational) -> Expr:
-        u = _step(atom, n)
-        if u is None:
-            return power(rebuilt(atom, lambda inner: _with_signs(inner, sign)), n)
-        if isinstance(atom, Applied):
-            return power(sign(u) * (u if atom.function == "abs" else ONE), n)
-        return power(atomic(atom) / u**2, n) * power(sign(u) * u, 2 * n)
-
-    return with_powers(e, changed)
+    return mapped(e, change)

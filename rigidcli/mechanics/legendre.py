@@ -28,7 +28,7 @@ from rigidcli.algebra.simplification import over_shared_sums, shortest, tidy
 from rigidcli.algebra.substitution import substitute
 from rigidcli.errors import ExpressionError
 from rigidcli.mechanics.hamilton_equations import has_degrees
-from rigidcli.mechanics.quadratic_energy import of_blocks, typed_squares
+from rigidcli.mechanics.quadratic_energy import Squares, of_blocks, typed_squares
 from rigidcli.mechanics.velocity_inversion import Branch, inverted
 
 MOST_BRANCHES = 16
@@ -65,11 +65,13 @@ def legendre_transform(
     names: Sequence[str],
     values: Mapping[str, Expr] = NOTHING,
     momenta: Momenta | None = None,
+    squares: Squares = (),
 ) -> list[Branch]:
     """All ways back from the momenta, called `names`; none where no closed form is found.
 
     Where their form depends on signs, as that of a mass, it is the form for the `values` of parameters and
-    coordinates, and where these do not decide for positive ones. The mass matrix must be regular.
+    coordinates, and where these do not decide for positive ones. The mass matrix must be regular. `squares`
+    are those of the velocities of particles, where L is given by these.
     """
     momenta = momenta or canonical_momenta(lagrangian, velocities)
     moving, still = _apart(lagrangian, velocities)
@@ -82,7 +84,7 @@ def legendre_transform(
     try:
         if curved:
             return _mixed(moving, still, curved, velocities, P, values)
-        branch = _quadratic(lagrangian, moving, still, momenta, velocities, P)
+        branch = _quadratic(lagrangian, moving, still, momenta, velocities, P, squares)
     except ExpressionError:
         return []
     return [] if branch is None else [branch]
@@ -103,6 +105,7 @@ def _quadratic(
     momenta: Momenta,
     velocities: Sequence[str],
     P: Sequence[Expr],
+    squares: Squares,
 ) -> Branch | None:
     """The inverse of a Lagrangian that is quadratic in all velocities."""
     at_rest = dict.fromkeys(velocities, ZERO)
@@ -110,7 +113,8 @@ def _quadratic(
     rest = substitute(moving, at_rest)
     shifted = [p - b for p, b in zip(P, linear, strict=True)]
     coordinates = [v.removesuffix("dot") for v in velocities]
-    found = of_blocks(momenta.mass_matrix, shifted, typed_squares(lagrangian, velocities), coordinates)
+    typed = typed_squares(lagrangian, velocities)
+    found = of_blocks(momenta.mass_matrix, shifted, typed, squares, coordinates)
     if found is None:
         return None
     energy = over_shared_sums(total(found[1]))

@@ -112,12 +112,7 @@ def _cubic(tensor: Array) -> list[Expr]:
     p, d = tidy((rest * rest).sum() / 6), tidy(rest[0] @ np.cross(rest[1], rest[2]) / 2)
     if p.names or d.names:
         raise ComputationError("the principal moments are roots of a cubic, too long to print with symbols")
-    if sign(p) == 0:
-        return [mean] * 3
     radius, cosine = sqrt(p), tidy(d / sqrt(p) ** 3)
-    if sign(1 - cosine**2) == 0:
-        pair, single = mean - d / p, mean + 2 * d / p
-        return [tidy(pair), tidy(pair), tidy(single)]
     angle = apply("acos", cosine) / 3
     return [mean + 2 * radius * apply("cos", angle + 2 * PI * j / 3) for j in (1, 2, 0)]
 

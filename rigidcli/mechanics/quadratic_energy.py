@@ -20,20 +20,30 @@ from typing import NamedTuple, TypeAlias
 
 import numpy as np
 
-from rigidcli.algebra import matrices, samples
+from rigidcli.algebra import matrices
 from rigidcli.algebra.allowance import Allowance
 from rigidcli.algebra.arithmetic import MAX_STEPS, root_of_either_sign
 from rigidcli.algebra.atoms import Group, Symbol
-from rigidcli.algebra.expansion import coefficients
+from rigidcli.algebra.expansion import coefficients, expand
 from rigidcli.algebra.expressions import ONE, ZERO, Expr, gathered, total
 from rigidcli.algebra.matrices import Matrix
 from rigidcli.algebra.simplification import shortest, tidy
 from rigidcli.algebra.trigonometry import elementary_angles
+from rigidcli.algebra.values import sampled
 from rigidcli.errors import ComputationError, ExpressionError
 from rigidcli.mechanics.hamilton_equations import coefficient, has_degrees
 
 SHORT = 300
 """Characters of an H as a sum of squares beyond which the inverse matrix is tried, too: four lines."""
+
+LONG = 200
+"""Characters of an H beyond which the velocities of particles are tried as squares, which takes a second."""
+
+MOST_COUPLED = 6
+"""Velocities that all act on each other, beyond which the squares are too long in any case."""
+
+MOST_ROWS = 5
+"""The most squares that are solved for their momenta: a load on a crane that moves in space has so many."""
 
 LONGEST_TO_TIDY = 2_000
 """The longest key of a velocity that is made shorter: about ten lines of text."""
@@ -58,16 +68,17 @@ class Energy(NamedTuple):
 
 
 def energy(
-    matrix: Matrix, momenta: Sequence[Expr], typed: Squares, coordinates: Sequence[str]
+    matrix: Matrix, momenta: Sequence[Expr], typed: Squares, particles: Squares, coordinates: Sequence[str]
 ) -> Energy | None:
     """H = P.M^-1.P/2 of a block (n by n); None where all forms are too long to print.
 
-    `typed` are the squares as whose sum the energy of the velocities was typed.
+    `typed` are the squares as whose sum the energy of the velocities was typed, or else it is the sum of the
+    squares of velocities of `particles`.
     """
     definite = _is_definite(matrix, coordinates)
     inside = [(a, row) for a, row in typed if any(row)]
     found: list[Energy] = []
-    if len(momenta) > 2 and definite:
+    if len(momenta) > 2 and definite and min(sum(map(bool, row)) for row in matrix) <= MOST_COUPLED:
         orders = (False, True) if len(momenta) == 3 else (False,)
         found += [form for order in orders if (form := _as_squares(matrix, momenta, order))]
     if not found or len(str(found[0].hamiltonian)) > SHORT:
@@ -77,17 +88,19 @@ def energy(
     if not found:
         return None
     forms = [*(form.hamiltonian for form in found), *_by_rows(inside, momenta)]
+    if len(str(shortest(forms))) > LONG and not inside:
+        forms += _by_rows([(a, row) for a, row in particles if any(row)], momenta)
     return Energy(shortest(forms), found[0].velocities)
 
 
 def _is_definite(matrix: Matrix, coordinates: Sequence[str]) -> bool:
     """Whether M is definite wherever random points of coordinates and positive parameters show it."""
     entries = [entry for row in matrix for entry in row]
-    values = samples.values(entries, {}, count=8, signed=coordinates)
+    values = sampled(entries, {}, count=8, signed=coordinates)
     if values is None:
         return True
-    sampled = np.linalg.eigvalsh(values.reshape(-1, len(matrix), len(matrix)))
-    return bool((sampled > 0).all() or (sampled < 0).all())
+    found = np.linalg.eigvalsh(values.reshape(-1, len(matrix), len(matrix)))
+    return bool((found > 0).all() or (found < 0).all())
 
 
 def _is_fixed(entry: Expr, coordinates: Sequence[str]) -> bool:
@@ -196,21 +209,29 @@ def _eigenvectors(rows: Matrix, places: Sequence[int]) -> list[tuple[Expr, Expr,
 def _by_rows(squares: Squares, momenta: Sequence[Expr]) -> Iterator[Expr]:
     """H by the rows of the squares as they were typed, as far as these tell it."""
     size, rows = len(momenta), [row for _, row in squares]
-    if size == len(squares) <= matrices.LARGEST and size > 1:
+    if size == len(squares) <= MOST_ROWS and size > 1:
         whole = tidy(matrices.determinant(rows))
         if whole:
-            energies = []
+            parts: dict[Expr, list[Expr]] = {}
             for k, (factor, _) in enumerate(squares):
                 minors = (matrices.minor(rows, k, i) * (-1) ** (i + k) for i in range(size))
                 momentum = total(tidy(m / whole) * p for m, p in zip(minors, momenta, strict=True))
-                energies.append(tidy(1 / (4 * factor)) * tidy(momentum) ** 2)
-            yield total(energies)
+                parts.setdefault(tidy(1 / (4 * factor)), []).append(momentum)
+            for change in (tidy, expand):
+                sums = [(factor, [change(e) ** 2 for e in own]) for factor, own in parts.items()]
+                yield total(shortest(_together(factor, own)) for factor, own in sums)
     elif size == 2 and len(squares) > 2:
         above = tidy(total(a * tidy(_cross(row, momenta)) ** 2 for a, row in squares))
         pairs = combinations(squares, 2)
         below = tidy(total(4 * a * b * _cross(u, w) ** 2 for (a, u), (b, w) in pairs))
         if below:
             yield shortest([above / below, tidy(above / below)])
+
+
+def _together(factor: Expr, squares: Sequence[Expr]) -> list[Expr]:
+    """The same sum of squares in three forms: with the factor at each, in one bracket, and multiplied out."""
+    whole = total(squares)
+    return [factor * whole, factor * tidy(whole), total(factor * e for e in squares)]
 
 
 def _cross(u: Sequence[Expr], w: Sequence[Expr]) -> Expr:
@@ -248,7 +269,7 @@ def _squares(e: Expr, velocities: Sequence[str], factor: Expr) -> Iterator[tuple
 
 
 def of_blocks(
-    matrix: Matrix, momenta: Sequence[Expr], typed: Squares, coordinates: Sequence[str]
+    matrix: Matrix, momenta: Sequence[Expr], typed: Squares, particles: Squares, coordinates: Sequence[str]
 ) -> tuple[list[Expr], list[Expr]] | None:
     """The velocities (n), and the terms of H = P.M^-1.P/2, block by block; None where one is too long."""
     velocities, found = [ZERO] * len(momenta), list[Expr]()
@@ -263,7 +284,8 @@ def of_blocks(
             found.append(tidy(1 / own[0][0]) / 2 * P[0] ** 2)
             velocities[block[0]] = tidy(P[0] / own[0][0])
             continue
-        form = energy(own, P, [(a, [row[i] for i in block]) for a, row in typed], coordinates)
+        ours, theirs = ([(a, [row[i] for i in block]) for a, row in rows] for rows in (typed, particles))
+        form = energy(own, P, ours, theirs, coordinates)
         if form is None:
             return None
         found.append(form.hamiltonian)

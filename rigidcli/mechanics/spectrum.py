@@ -19,7 +19,7 @@ from dataclasses import dataclass
 from fractions import Fraction
 from typing import Literal, NamedTuple, TypeAlias
 
-from rigidcli.algebra import matrices, samples
+from rigidcli.algebra import matrices
 from rigidcli.algebra.arithmetic import polynomial_factors, root_of_either_sign, tidy, weak_sign
 from rigidcli.algebra.atoms import Atom, Group
 from rigidcli.algebra.expansion import expand
@@ -28,7 +28,7 @@ from rigidcli.algebra.matrices import Matrix
 from rigidcli.algebra.roots import Rational
 from rigidcli.algebra.simplification import shortest
 from rigidcli.algebra.substitution import rebuilt, substitute, with_powers
-from rigidcli.algebra.values import is_zero
+from rigidcli.algebra.values import is_zero, sampled
 from rigidcli.errors import ExpressionError
 from rigidcli.mechanics.small_oscillations import LinearMotion
 
@@ -111,7 +111,7 @@ def is_positive_definite(matrix: Matrix, known: Known) -> bool:
 def positive_root(square: Expr, known: Known) -> Expr:
     """The root of a square that no positive parameters make zero, in its shortest form."""
     free = root_of_either_sign(square)
-    sizes = samples.values([free], {name: float(value) for name, value in known.items()}, count=SIGNS)
+    sizes = sampled([free], {name: float(value) for name, value in known.items()}, count=SIGNS)
     root = square ** Fraction(1, 2)
     if sizes is None or sizes.min() < 0 < sizes.max():
         return root
@@ -292,7 +292,7 @@ def exact_modes(motion: LinearMotion, known: Known, is_free: bool) -> list[Mode]
         except ExpressionError:
             return None
     rates = [rate for mode in modes if isinstance(rate := mode.rate, Expr)]
-    sizes = samples.values(rates, {name: float(value) for name, value in known.items()}, count=1)
+    sizes = sampled(rates, {name: float(value) for name, value in known.items()}, count=1)
     order = range(len(modes)) if sizes is None else sizes[0].argsort(kind="stable")
     return [modes[place] for place in order]
 

@@ -1,4 +1,9 @@
-"""The values of a name at which a function has a value, its operations undone one by one."""
+"""The values of a name at which a function has a value: what is done to the name is undone step by step.
+
+    v/sqrt(1 + v^2) = p    ->    v^2/(1 + v^2) = p^2    ->    v = p/sqrt(1 - p^2), v = -p/sqrt(1 - p^2)
+
+Squaring adds solutions, and inverse functions have several branches: the caller puts each to the test.
+"""
 
 from __future__ import annotations
 
@@ -7,22 +12,14 @@ from fractions import Fraction
 
 from rigidcli.algebra import arithmetic
 from rigidcli.algebra.allowance import Allowance
-from rigidcli.algebra.atoms import Applied, Group
+from rigidcli.algebra.atoms import Applied, Atom, Group
 from rigidcli.algebra.calculus import derivative
-from rigidcli.algebra.expansion import MAX_STEPS, coefficients, expand
-from rigidcli.algebra.expressions import (
-    ONE,
-    PI,
-    ZERO,
-    Expr,
-    gathered,
-    power,
-    total,
-)
+from rigidcli.algebra.expansion import MAX_STEPS, Polynomial, coefficients, expand
+from rigidcli.algebra.expressions import ONE, PI, ZERO, Expr, gathered, power, product, total
 from rigidcli.algebra.fractions import factors
 from rigidcli.algebra.functions import apply
+from rigidcli.algebra.roots import Rational
 from rigidcli.algebra.simplification import tidy
-from rigidcli.mechanics.hamilton_equations import coefficient
 
 HALF = Fraction(1, 2)
 
@@ -30,34 +27,45 @@ _Solution = tuple[Expr, tuple[Expr, ...], Expr | None]
 """A value, what must be positive for it, and the period of further values."""
 
 
-def solutions(e: Expr, v: str, r: Expr) -> Iterator[_Solution]:
-    """The values of a name at which an expression is r, its operations undone one by one."""
+def solutions(e: Expr, v: str, r: Expr = ZERO) -> Iterator[_Solution]:
+    """The values of a name at which an expression is r."""
     e = _tangents(e)
     still = total(Expr({m: c}) for m, c in e.terms.items() if all(v not in atom.names for atom, _ in m))
     e, r = e - still, tidy(r - still)
     found = coefficients(e, [v])
     if found is not None:
-        a, b = (coefficient(found, 1, *[0] * n) for n in (2, 1))
-        if max(found) == (1,):
-            yield tidy(r / b), (), None
-        elif max(found) == (2,):
-            shift = tidy(b / (2 * a))
-            square = tidy(r / a + shift**2)
-            yield from ((side * square**HALF - shift, (square,), None) for side in (1, -1))
+        yield from _of_polynomial({n: c for (n,), c in found.items()}, r)
         return
     moving = {factor for m in e.terms for factor in m if v in factor[0].names}
-    if len(moving) > 1 or len(e.terms) > 1:
-        yield from _of_fraction(e, v, r)
-        return
-    ((atom, n),) = moving
-    w = tidy(r * gathered(1, {atom: n}) / e)
-    for u, conditions in _roots(w, Fraction(n)):
-        inner: Iterator[_Solution] = iter([(u, (), None)])
-        if isinstance(atom, Group):
-            inner = solutions(atom.inner, v, u)
-        elif isinstance(atom, Applied):
-            inner = _of_function(atom, v, u)
-        yield from ((x, (*conditions, *further), period) for x, further, period in inner)
+    if r.is_zero and len(e.terms) == 1:
+        for atom, n in moving:
+            yield from solutions(_base(atom), v) if n > 0 and isinstance(atom, Group) else ()
+    elif len(moving) == 1:
+        ((atom, n),) = moving
+        for u, conditions in _roots(tidy(r * power(_base(atom), n) / e), Fraction(n)):
+            yield from ((x, (*conditions, *more), t) for x, more, t in _of_atom(atom, v, u))
+    else:
+        yield from _of_several(e, v, r, moving)
+
+
+def _base(atom: Atom) -> Expr:
+    return atom.inner if isinstance(atom, Group) else gathered(1, {atom: 1})
+
+
+def _of_polynomial(found: Mapping[int, Expr], r: Expr) -> Iterator[_Solution]:
+    """The roots of a polynomial without a constant that has one power, or one and its square."""
+    first, *others = sorted(found)
+    if not others:
+        yield from (
+            (u, conditions, None) for u, conditions in _roots(tidy(r / found[first]), Fraction(first))
+        )
+    elif others == [2 * first]:
+        a, b = found[2 * first], found[first]
+        shift = tidy(b / (2 * a))
+        square = tidy(r / a + shift**2)
+        for side in (1, -1):
+            for u, conditions in _roots(side * square**HALF - shift, Fraction(first)):
+                yield u, (square, *conditions), None
 
 
 def _roots(w: Expr, n: Fraction) -> Iterator[tuple[Expr, tuple[Expr, ...]]]:
@@ -71,31 +79,55 @@ def _roots(w: Expr, n: Fraction) -> Iterator[tuple[Expr, tuple[Expr, ...]]]:
             yield -(w ** (1 / n)), (w,)
 
 
-def _of_fraction(e: Expr, v: str, r: Expr) -> Iterator[_Solution]:
-    """The solutions of a fraction of polynomials, or of roots of these: its square is one."""
-    if any(n.denominator == 2 for m in e.terms for atom, n in m if v in atom.names):
-        e, r = arithmetic.tidy(expand(e**2)), r**2
-    else:
-        e = arithmetic.tidy(e)
-    above, below = ONE, ONE
-    for factor, n in factors(e, Allowance(MAX_STEPS)):
-        above, below = (above * factor**n, below) if n > 0 else (above, below * factor**-n)
-    whole = expand(above - r * below)
-    found = coefficients(whole, [v])
-    if found is not None and max(found) in ((1,), (2,)):
-        yield from solutions(whole, v, ZERO)
+def _of_atom(atom: Atom, v: str, u: Expr) -> Iterator[_Solution]:
+    """The solutions where an atom, which holds the name, is u."""
+    if isinstance(atom, Group):
+        yield from solutions(atom.inner, v, u)
+    elif not isinstance(atom, Applied):
+        yield u, (), None
+    elif atom.function == "atan2":
+        y, x = atom.arguments
+        yield from solutions(y * apply("cos", u) - x * apply("sin", u), v)
+    elif atom.function == "pow" and v not in atom.arguments[1].names:
+        yield from solutions(atom.arguments[0], v, u ** (1 / atom.arguments[1]))
+    elif atom.function in _INVERSES:
+        (inner,) = atom.arguments
+        for w, conditions in _INVERSES[atom.function](u):
+            for x, further, _ in solutions(inner, v, w):
+                turns = atom.function in ("sin", "cos", "tan")
+                period = tidy(2 * PI / abs(derivative(inner, v))) if turns else None
+                yield x, (*conditions, *further), period
 
 
-def _of_function(atom: Applied[Expr], v: str, w: Expr) -> Iterator[_Solution]:
-    """The solutions of f(u) = w, where u is a function of the name."""
-    if atom.function not in _INVERSES or len(atom.arguments) > 1:
-        return
-    (inner,) = atom.arguments
-    for u, conditions in _INVERSES[atom.function](w):
-        for x, further, _ in solutions(inner, v, u):
-            rate = derivative(inner, v)
-            turns = atom.function in ("sin", "cos", "tan")
-            yield x, (*conditions, *further), tidy(2 * PI / abs(rate)) if turns else None
+def _of_several(e: Expr, v: str, r: Expr, moving: set[tuple[Atom, Rational]]) -> Iterator[_Solution]:
+    """The solutions where the name stands in several places: a root is squared, a sine is over its cosine."""
+    for atom, n in sorted(moving, key=lambda factor: factor[0].key):
+        holding = Expr({m: c for m, c in e.terms.items() if (atom, n) in m})
+        above, rest = holding / gathered(1, {atom: n}), e - holding - r
+        if isinstance(atom, Group) and n.denominator == 2:
+            squared = expand(above**2 * power(atom.inner, 2 * n) - rest**2)
+            fewer = 0 < len(_under_roots(squared, v)) < len(_under_roots(e, v))
+            yield from solutions(squared, v) if fewer else _of_fraction(arithmetic.tidy(squared), v)
+            return
+        if isinstance(atom, Applied) and atom.function == "sin" and n == 1:
+            slope = tidy(-rest / (above * apply("cos", *atom.arguments)))
+            if v not in slope.names:
+                yield from solutions(atom.arguments[0], v, apply("atan", slope))
+                return
+    yield from _of_fraction(arithmetic.tidy(e - r), v)
+
+
+def _under_roots(e: Expr, v: str) -> set[Atom]:
+    """The sums with the name under square roots."""
+    return {atom for m in e.terms for atom, n in m if n.denominator == 2 and v in atom.names}
+
+
+def _of_fraction(e: Expr, v: str) -> Iterator[_Solution]:
+    """The zeros of a fraction of polynomials."""
+    above = product(f for f, n in factors(e, Allowance(MAX_STEPS)) if n > 0 and v in f.names)
+    found: Polynomial | None = coefficients(expand(above), [v])
+    if found is not None and len(found) <= 3:
+        yield from solutions(expand(above), v)
 
 
 def _tangents(e: Expr) -> Expr:

@@ -20,9 +20,8 @@ from collections.abc import Iterator, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
 from fractions import Fraction
-from itertools import combinations
 
-from rigidcli.algebra import arithmetic, matrices, samples
+from rigidcli.algebra import arithmetic, matrices
 from rigidcli.algebra.allowance import Allowance
 from rigidcli.algebra.atoms import Applied, Atom, Group, is_positive
 from rigidcli.algebra.calculus import derivative
@@ -40,6 +39,7 @@ from rigidcli.algebra.fractions import factors
 from rigidcli.algebra.functions import apply
 from rigidcli.algebra.simplification import shortest, tidy
 from rigidcli.algebra.substitution import mapped, rebuilt, substitute
+from rigidcli.algebra.values import sample_points
 from rigidcli.errors import ComputationError, ExpressionError
 from rigidcli.mechanics.hamilton_equations import coefficient, has_degrees
 from rigidcli.mechanics.undoing import solutions
@@ -105,7 +105,7 @@ def inverted(K: Expr, velocities: Sequence[str], momenta: Sequence[Expr]) -> lis
             return found
         if len(velocities) > 1:
             return _of_length(K, velocities, momenta)
-        return _of_powers(K, velocities[0], momenta[0]) or _undone(_hyperbolic(K), velocities[0], momenta[0])
+        return _of_powers(K, velocities[0], momenta[0]) or _undone(K, velocities[0], momenta[0])
     return []
 
 
@@ -264,28 +264,6 @@ def _of_power(A: Expr, n: Fraction, is_absolute: bool, P: Expr) -> list[Branch]:
     return [Branch((root,), (1 - 1 / n) * P * root, _positive([base])) for root in roots]
 
 
-def _hyperbolic(K: Expr) -> Expr:
-    """The same with cosh or sinh for two exponentials that make one."""
-    for (first, a), (second, b) in combinations(K.terms.items(), 2):
-        rest = {atom: n for atom, n in first if not _is_exponential(atom)}
-        exponents = [
-            total(
-                n * atom.arguments[0] for atom, n in m if isinstance(atom, Applied) and _is_exponential(atom)
-            )
-            for m in (first, second)
-        ]
-        same = rest == {atom: n for atom, n in second if not _is_exponential(atom)}
-        if same and exponents[0] and exponents[0] == -exponents[1] and abs(a) == abs(b):
-            other = Expr({m: c for m, c in K.terms.items() if m not in (first, second)})
-            name = "cosh" if a == b else "sinh"
-            return other + 2 * gathered(a, rest) * apply(name, exponents[0])
-    return K
-
-
-def _is_exponential(atom: object) -> bool:
-    return isinstance(atom, Applied) and atom.function == "exp"
-
-
 def _undone(K: Expr, v: str, P: Expr) -> list[Branch]:
     """The inverses of one velocity that come from undoing what is done to it, and hold at sample points."""
     momentum = symbol("momentum P")
@@ -311,7 +289,7 @@ def _undone(K: Expr, v: str, P: Expr) -> list[Branch]:
 
 def _holds(K: Expr, u: Expr, conditions: Sequence[Expr], slope: Expr, v: str, momentum: Expr) -> bool:
     """Whether a velocity is that of its momentum at one of some points, within the conditions."""
-    for place, point in enumerate(samples.points(sorted(K.names), {}, signed=[v])):
+    for place, point in enumerate(sample_points(sorted(K.names), {}, signed=[v])):
         here = point | {v: point[v] * (1 + place % 4)}
         with suppress(ExpressionError):
             K.evaluate(**here)

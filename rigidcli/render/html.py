@@ -6,7 +6,7 @@ import re
 from collections.abc import Iterable, Iterator
 from dataclasses import replace
 
-from rigidcli.language.latex_names import latex_name
+from rigidcli.language.text import latex_name
 from rigidcli.language.tokens import GREEK
 from rigidcli.render import Look
 from rigidcli.render.latex import number, value

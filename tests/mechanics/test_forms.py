@@ -177,3 +177,49 @@ def test_a_change_that_is_canonical_for_some_parameters(program: Program) -> Non
         "transform: {new_variables: [Q, P], new: {Q: q**al*cos(be*p_q), P: q**al*sin(be*p_q)}}\n"
     )
     assert "no: only where al be q^(2 al - 1) = 1" in program("hamilton", "-", stdin=document).out
+
+
+HANGING = {
+    # The momentum of the load in Cartesian coordinates is what the trolley loses.
+    "load on a rope that is wound up": (
+        "x y l theta phi",
+        [
+            ("M", ["x", "y"]),
+            ("m", ["x + l*sin(theta)*cos(phi)", "y + l*sin(theta)*sin(phi)", "-l*cos(theta)"]),
+        ],
+        (
+            "((p_x + p_phi*sin(phi)/(l*sin(theta)) - p_theta*cos(phi)*cos(theta)/l"
+            " - p_l*sin(theta)*cos(phi))**2 + (p_y - p_phi*cos(phi)/(l*sin(theta))"
+            " - p_theta*sin(phi)*cos(theta)/l - p_l*sin(phi)*sin(theta))**2)/(2*M)"
+            " + (p_l**2 + p_theta**2/l**2 + p_phi**2/(l**2*sin(theta)**2))/(2*m)"
+        ),
+    ),
+    "bead on a hill": (
+        "x y",
+        [("m", ["x", "y", "h*exp(-(x**2 + y**2)/2)"])],
+        (
+            "(p_x**2 + p_y**2 + h**2*(x*p_y - y*p_x)**2*exp(-x**2 - y**2))"
+            "/(2*m*(1 + h**2*(x**2 + y**2)*exp(-x**2 - y**2)))"
+        ),
+    ),
+}
+
+
+@pytest.mark.parametrize("name", HANGING)
+def test_particles_have_the_form_of_their_velocities(name: str) -> None:
+    coordinates, particles, book = HANGING[name]
+    names = coordinates.split()
+    found = rigidcli.hamilton(
+        {
+            "system": {
+                "coordinates": names,
+                "particles": [{"mass": mass, "position": position} for mass, position in particles],
+            },
+            "parameters": dict.fromkeys({"M", "m", "h"} & parse(book).names),
+        }
+    )
+    ours, chance = str(found["hamiltonian"]), random.Random(name)
+    for _ in range(5):
+        point = {symbol: chance.uniform(0.5, 1.5) for symbol in sorted(parse(book).names)}
+        assert real(read(ours)[0], point) == pytest.approx(real(read(book)[0], point), rel=1e-12)
+    assert len("".join(ours.split())) <= LONGEST * len("".join(book.split())), ours

@@ -570,3 +570,25 @@ def test_a_kick_of_any_size_runs_along_a_chain(kind: str, kick: float, program: 
     error = float(np.abs(found / truth - 1).max())
     assert orbit["trusted_digits"] < -math.log10(error) + 0.5
     assert orbit["trusted_digits"] > 11 + math.log10(kick) - 1.5
+
+
+def test_a_ring_of_springs_moves_as_the_sum_of_its_waves() -> None:
+    size = 8
+    names = [f"x{i}" for i in range(size)]
+    kinetic = " + ".join(f"m*{name}dot**2/2" for name in names)
+    springs = " + ".join(f"k*({a} - {b})**2/2" for a, b in zip(names, [*names[1:], names[0]], strict=True))
+    start = {name: float(name == "x0") for name in names} | {f"p_{name}": 0.0 for name in names}
+    orbit = rigidcli.hamilton(
+        {
+            "parameters": {"m": 1e-6, "k": 4e-6},
+            "system": {"coordinates": names, "kinetic": kinetic, "potential": springs},
+            "orbit": {"initial": start, "duration": 500, "samples": 201},
+        }
+    )["orbit"]
+    numbers = np.arange(size)
+    waves = np.cos(4 * np.abs(np.sin(np.pi * numbers / size)) * np.array(orbit["t"])[:, None])
+    for place, name in enumerate(names):
+        exact = (waves * np.cos(2 * np.pi * numbers * place / size)).mean(axis=1)
+        miss = np.abs(orbit["q"][name] - exact).max()
+        assert miss < 10 ** (0.5 - orbit["trusted_digits"])  # half a digit of slack, as of every orbit
+    assert orbit["method"] == "matrix exponential"

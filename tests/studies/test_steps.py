@@ -313,8 +313,8 @@ def test_the_polynomial_of_modes_is_the_determinant_of_the_matrices(is_numeric: 
         np.array([e.evaluate(**numbers) if isinstance(e, Expr) else e for e in value(step, name).flat])
         for name in "MK"
     )
-    forms = [field.value for field in step.fields if field.title in ("det(K - omega^2 M)", "in factors")]
-    assert len(forms) == (1 if is_numeric else 2)
+    forms = [field.value for field in step.fields if field.title == "det(K - omega^2 M)"]
+    assert len(forms) == 1
     for form in forms:
         for omega in (0.3, 2.5):
             exact = np.linalg.det((stiffness - omega**2 * masses).reshape(2, 2))

@@ -11,15 +11,14 @@ from rigidcli.algebra.expressions import Expr
 from rigidcli.algebra.trees import to_tree
 from rigidcli.core.estimate import unshared
 from rigidcli.document.document import Document
-from rigidcli.language.latex_names import latex_name
-from rigidcli.language.text import reading
+from rigidcli.language.text import latex_name, reading
+from rigidcli.mechanics.hamilton_equations import TIME
 from rigidcli.picture import Picture
 from rigidcli.report import NOISE, Column, Field, Report, Step, Table
 from rigidcli.studies.common import if_known, noise, report, trusted
-from rigidcli.studies.hamilton import lagrange, linear_equations
-from rigidcli.studies.hamilton.derivation import TIME, Derivation
-from rigidcli.studies.hamilton.findings import Found, find
-from rigidcli.studies.hamilton.typed_decimals import as_typed
+from rigidcli.studies.hamilton import linear_equations
+from rigidcli.studies.hamilton.derivation import Derivation
+from rigidcli.studies.hamilton.findings import Found, as_typed, find
 from rigidcli.studies.pictures import drawn
 from rigidcli.studies.results import told
 
@@ -51,8 +50,6 @@ def run(
     phase = derivation.phase
     definitions = None if derivation.momenta is None else derivation.momenta.definitions
     natural = f"{TRUTH[system.natural]}: {system.reason}"
-    residuals = [r for r in (derivation.residual, lagrange.residual(derivation)) if r is not None]
-    residual = max(residuals, default=None)
     cyclic, conserved = derivation.cyclic, derivation.conserved
     dots = [f"{name}dot" for name in phase.names]
     equilibrium, modes = [Field("equilibrium", None), Field("modes", None)], list[Table]()
@@ -82,11 +79,11 @@ def run(
         # Where it cannot be decided, the row only repeats that L alone does not tell T from V.
         told("hamilton", "natural", system.natural, words=natural, diagnostic=system.natural is None),
         Field("natural_reason", system.reason),
-        *lagrange.fields(derivation),
+        *_lagrange(derivation),
         *equilibrium,
         _expression("energy", derivation.energy),
         _is_energy(derivation),
-        if_known(told("hamilton", "verified", residual)),
+        if_known(told("hamilton", "verified", derivation.residual)),
         *_invariants(found),
         *([] if _branch_table(found) else [Field("branches", [])]),
         *_transform(found),
@@ -140,6 +137,17 @@ def _expressions(
         )
         for name, e, title in zip(names, values, titles or [""] * len(names), strict=True)
     ]
+
+
+def _lagrange(derivation: Derivation) -> list[Field]:
+    """Lagrange's equations as expressions that vanish, and solved for the accelerations."""
+    found = derivation.lagrange
+    if found is None:
+        return [Field("lagrange_equations", None), Field("accelerations", None)]
+    titles = [f"Lagrange, {q}: 0 =" for q in derivation.phase.coordinates]
+    written = _expressions("lagrange_equations", derivation.phase.coordinates, found.equations, titles)
+    written = [replace(entry, symbol="0") for entry in written]
+    return [*written, *_expressions("accelerations", found.names, found.accelerations, found.names)]
 
 
 def _energy_rate(derivation: Derivation) -> Field:

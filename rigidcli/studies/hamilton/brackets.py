@@ -11,8 +11,7 @@ from rigidcli.algebra.expressions import Expr
 from rigidcli.algebra.simplification import tidy
 from rigidcli.document.document import Document
 from rigidcli.language.formula import Formula
-from rigidcli.language.latex_names import latex_name
-from rigidcli.language.text import reading
+from rigidcli.language.text import latex_name, reading
 from rigidcli.language.tree import Negative, Node, Product
 from rigidcli.mechanics.hamilton_equations import Phase
 from rigidcli.report import Field, Step

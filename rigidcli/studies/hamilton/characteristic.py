@@ -1,4 +1,4 @@
-"""Linear motion as the working shows it: its matrices, and the characteristic polynomial with its factors."""
+"""Linear motion as the working shows it: its matrices, the characteristic polynomial, and the vectors of modes."""
 
 from __future__ import annotations
 
@@ -7,24 +7,21 @@ from typing import Any
 
 import numpy as np
 
-from rigidcli.algebra.arithmetic import EXACT, polynomial_factors
+from rigidcli.algebra.arithmetic import EXACT
 from rigidcli.algebra.expansion import coefficients
 from rigidcli.algebra.expressions import Expr, symbol
-from rigidcli.algebra.expressions import product as all_product
-from rigidcli.algebra.expressions import total as all_of
 from rigidcli.algebra.matrices import Matrix, short_determinant
 from rigidcli.algebra.simplification import tidy
 from rigidcli.core.arithmetic import FLOAT
 from rigidcli.document.document import Document
 from rigidcli.errors import ExpressionError
-from rigidcli.language.text import reading
 from rigidcli.language.tree import Name
+from rigidcli.mechanics.hamilton_equations import TIME
 from rigidcli.mechanics.spectrum import Mode
 from rigidcli.report import Field, Step, Table
-from rigidcli.studies.hamilton.derivation import TIME
+from rigidcli.studies.hamilton.findings import as_typed
 from rigidcli.studies.hamilton.linear_equations import MOST_COLUMNS
 from rigidcli.studies.hamilton.oscillations import Oscillations
-from rigidcli.studies.hamilton.typed_decimals import as_typed
 from rigidcli.studies.steps.axes import reduced, solution
 from rigidcli.studies.steps.writing import formula, free_name, power, product, total
 
@@ -131,10 +128,9 @@ def _matrix(name: str, matrix: Matrix, document: Document) -> Field:
 
 
 def _polynomial(matrix: Matrix, unknown: str, document: Document, title: str, head: str) -> Iterator[Field]:
-    """The determinant as a polynomial in one name, and in factors where it has some."""
+    """The determinant as a polynomial in one name."""
     try:
         determinant = tidy(short_determinant(matrix))
-        factors = polynomial_factors(determinant, unknown)
         found = coefficients(determinant, [unknown])
     except ExpressionError:
         return
@@ -148,9 +144,3 @@ def _polynomial(matrix: Matrix, unknown: str, document: Document, title: str, he
     by_power = zip(values, told.value, strict=True)
     polynomial = total([product(n, e if n.exact else float(e), power(x, k)) for k, e in by_power])
     yield Field("", formula(polynomial, n), title, head)
-    if n.exact and sum(times for _, times in factors) > 1:
-        parts = [(all_of(c * symbol(unknown) ** k for k, c in p.items()), times) for p, times in factors]
-        rest: Any = tidy(determinant / all_product(factor**times for factor, times in parts))
-        form = product(EXACT, rest, *(power(factor.tree(), times) for factor, times in parts))
-        if reading(form) != reading(polynomial):
-            yield Field("", formula(form, n), "in factors", "")

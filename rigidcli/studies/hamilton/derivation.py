@@ -17,15 +17,18 @@ from rigidcli.algebra.values import is_zero
 from rigidcli.document.document import Document
 from rigidcli.document.variables import acceleration
 from rigidcli.errors import ComputationError, ExpressionError
-from rigidcli.mechanics import constraints, energies, jumps
-from rigidcli.mechanics.hamilton_equations import Phase, equations
-from rigidcli.mechanics.lagrange_equations import LagrangeEquations, lagrange_equations
+from rigidcli.mechanics import jumps
+from rigidcli.mechanics.hamilton_equations import TIME, Phase, equations, linear, squares
+from rigidcli.mechanics.lagrange_equations import (
+    LagrangeEquations,
+    lagrange_equations,
+    primary_constraints,
+    rank,
+)
 from rigidcli.mechanics.legendre import NOTHING, Momenta, canonical_momenta, legendre_transform
 from rigidcli.mechanics.velocity_inversion import Branch
 from rigidcli.studies.hamilton.system import SystemFunctions, known_values, system_functions
 from rigidcli.studies.hamilton.verification import MOST_RESIDUAL, is_short, residual_of
-
-TIME = energies.TIME
 
 SPECIAL_VALUES = {"0": ZERO, "pi/2": PI / 2, "pi": PI}
 """Values of coordinates at which it is looked whether the mass matrix is singular, as at poles of angles."""
@@ -72,6 +75,13 @@ class Derivation:
         velocities = free[: len(self.phase.coordinates)]
         rates = zip(free[len(velocities) :], self.forces_of(velocities), strict=True)
         return (*velocities, *(rate + force for rate, force in rates))
+
+    @cached_property
+    def linear(self) -> tuple[list[list[Expr]], list[Expr]] | None:
+        """A and b where the equations are z' = A z + b; None where they are not, or not known."""
+        with suppress(ExpressionError):
+            return None if self.equations is None else linear(self.equations, self.phase.names)
+        return None
 
     def forces_of(self, velocities: Sequence[Expr]) -> list[Expr]:
         """The forces beside L or H where the velocities are these, such as functions of the momenta."""
@@ -273,7 +283,8 @@ def _branches(
     """The ways from momenta to velocities that pass the check, and the largest residual of it."""
     phase, velocities = derivation.phase, derivation.velocity_names
     good, residuals = [], []
-    for branch in legendre_transform(lagrangian, velocities, phase.momenta, values, momenta):
+    typed = squares(derivation.system.particles, phase.coordinates)
+    for branch in legendre_transform(lagrangian, velocities, phase.momenta, values, momenta, typed):
         decided = [e.names for e in branch.region if e.names <= values.keys()]
         fixed = {name: values[name].evaluate() for names in decided for name in names}
         residual = residual_of(lagrangian, momenta, branch, phase, velocities, fixed)
@@ -299,12 +310,12 @@ def _singular_points(momenta: Momenta, phase: Phase) -> Iterator[str]:
 def _require_regular(momenta: Momenta, phase: Phase, velocities: tuple[str, ...]) -> None:
     """Raise ComputationError if the velocities do not follow from the momenta."""
     matrix, size = momenta.mass_matrix, len(velocities)
-    rank = constraints.rank(matrix, {})
-    if rank is not None and rank < size:
-        limits = constraints.primary_constraints(matrix, momenta.definitions, velocities, phase.momenta)
+    found = rank(matrix, {})
+    if found is not None and found < size:
+        limits = primary_constraints(matrix, momenta.definitions, velocities, phase.momenta)
         shown = "; ".join(f"{limit} = 0" for limit in limits)
         raise ComputationError(
-            f"the Lagrangian is degenerate: its mass matrix has rank {rank} of {size}"
+            f"the Lagrangian is degenerate: its mass matrix has rank {found} of {size}"
             + (f"; primary constraints: {shown}" if shown else ""),
             hint="the momenta do not tell the velocities, so that there is no Hamiltonian of this kind",
         )
@@ -315,10 +326,10 @@ def _require_regular_at(values: Mapping[str, Expr], momenta: Momenta) -> None:
     matrix, size = momenta.mass_matrix, len(momenta.definitions)
     names = {name for row in matrix for entry in row for name in entry.names}
     fixed = {name: value for name, value in values.items() if name in names}
-    rank = constraints.rank(matrix, fixed) if fixed else size
-    if rank is not None and rank < size:
+    found = rank(matrix, fixed) if fixed else size
+    if found is not None and found < size:
         shown = ", ".join(f"{name} = {value}" for name, value in fixed.items())
         raise ComputationError(
-            f"the mass matrix has rank {rank} of {size} at the given values ({shown}), "
+            f"the mass matrix has rank {found} of {size} at the given values ({shown}), "
             "so that the momenta do not tell the velocities"
         )

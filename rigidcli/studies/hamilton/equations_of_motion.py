@@ -24,8 +24,8 @@ from rigidcli.errors import ComputationError
 from rigidcli.language import code
 from rigidcli.language.sharing import Step, solved
 from rigidcli.language.tree import Name, Node, rounding
-from rigidcli.mechanics.hamilton_equations import Phase
-from rigidcli.studies.hamilton.derivation import TIME, Derivation
+from rigidcli.mechanics.hamilton_equations import TIME, Phase
+from rigidcli.studies.hamilton.derivation import Derivation
 from rigidcli.studies.hamilton.initial import InitialState
 
 ENERGY_CHANGE = ".energy_change"

@@ -26,8 +26,9 @@ from rigidcli.errors import ComputationError
 from rigidcli.language import code
 from rigidcli.language.tree import UnknownFunction
 from rigidcli.mechanics import small_oscillations
+from rigidcli.mechanics.hamilton_equations import TIME
 from rigidcli.studies.common import require_values
-from rigidcli.studies.hamilton.derivation import TIME, Derivation
+from rigidcli.studies.hamilton.derivation import Derivation
 from rigidcli.studies.hamilton.system import derived_parameters, known_values, require_formulas
 
 KEY = "equilibrium"

@@ -2,15 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+import re
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import dataclass, replace
 from functools import lru_cache
 from typing import TYPE_CHECKING
+
+import numpy as np
 
 from rigidcli.algebra.expressions import Expr, symbol
 from rigidcli.document.document import Document
 from rigidcli.mechanics.legendre import MOST_BRANCHES
 from rigidcli.mechanics.velocity_inversion import Branch
+from rigidcli.report import Field, Value
 from rigidcli.studies.common import require_values
 from rigidcli.studies.hamilton.derivation import Derivation, derive
 from rigidcli.studies.hamilton.system import require_formulas
@@ -98,3 +102,29 @@ def _searched(derivation: Derivation) -> tuple[Expr, ...] | None:
     from rigidcli.mechanics.invariants import conserved_quantities
 
     return conserved_quantities(hamiltonian, derivation.phase, [symbol(f"p_{q}") for q in derivation.cyclic])
+
+
+DECIMAL = re.compile(r"\.\d|\de-")
+"""What the text of a decimal has, and no other part of an expression."""
+
+
+def as_typed(fields: Iterable[Field], document: Document) -> list[Field]:
+    """The results with decimals, where the system has some and exact ones are not asked for."""
+    if document.exact_results or not DECIMAL.search(repr(document.system)):
+        return list(fields)
+    return [replace(entry, value=_in_decimals(entry.value)) for entry in fields]
+
+
+def _in_decimals(value: Value) -> Value:
+    """Exact expressions written with decimals, and all else as it is."""
+    match value:
+        case Expr():
+            return value.in_decimals()
+        case list():
+            return [_in_decimals(entry) for entry in value]
+        case dict():
+            return {key: _in_decimals(entry) for key, entry in value.items()}
+        case np.ndarray() if value.dtype == object:
+            return np.array([_in_decimals(entry) for entry in value.flat], dtype=object).reshape(value.shape)
+        case _:
+            return value

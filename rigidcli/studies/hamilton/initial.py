@@ -18,10 +18,11 @@ from rigidcli.document.document import Document
 from rigidcli.document.orbit import Orbit
 from rigidcli.errors import ComputationError, DocumentError
 from rigidcli.language import code
+from rigidcli.mechanics.hamilton_equations import TIME
 from rigidcli.mechanics.legendre import MOST_BRANCHES
 from rigidcli.mechanics.velocity_inversion import Branch
 from rigidcli.studies.hamilton import velocity_branches
-from rigidcli.studies.hamilton.derivation import TIME, Derivation, on_this_side
+from rigidcli.studies.hamilton.derivation import Derivation, on_this_side
 
 KEY = "orbit.initial"
 """The key under which a document gives the initial state."""

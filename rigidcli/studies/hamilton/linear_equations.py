@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from contextlib import suppress
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
@@ -15,9 +14,9 @@ from rigidcli.algebra.substitution import substitute
 from rigidcli.algebra.values import is_zero
 from rigidcli.document.document import Document
 from rigidcli.errors import ExpressionError
-from rigidcli.mechanics.hamilton_equations import linear
+from rigidcli.mechanics.hamilton_equations import TIME
 from rigidcli.report import Field
-from rigidcli.studies.hamilton.derivation import TIME, Derivation
+from rigidcli.studies.hamilton.derivation import Derivation
 from rigidcli.studies.hamilton.system import known_values
 from rigidcli.studies.results import told
 
@@ -39,13 +38,9 @@ STABILITY = {
 
 def fields(document: Document, derivation: Derivation) -> list[Field]:
     """The matrix of linear equations, and its eigenvalues."""
-    equations, names = derivation.equations, derivation.phase.names
-    parts = None
-    with suppress(ExpressionError):
-        parts = None if equations is None else linear(equations, names)
-    if parts is None:
+    if derivation.linear is None:
         return [Field(key, None) for key in ("matrix", "offset", *SPECTRUM)]
-    matrix, offset = parts
+    (matrix, offset), names = derivation.linear, derivation.phase.names
     shift = " + b" if any(not e.is_zero for e in offset) else ""
     title = f"A of z' = A z{shift}, z = ({', '.join(names)})"
     is_small = len(names) <= MOST_COLUMNS

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from rigidcli.algebra import matrices
-from rigidcli.algebra.atoms import Applied, Group
+from rigidcli.algebra.atoms import Applied
 from rigidcli.algebra.expressions import PI, ZERO, Expr, symbol
 from rigidcli.algebra.simplification import tidy
 from rigidcli.algebra.substitution import substitute, without
@@ -18,13 +18,14 @@ from rigidcli.algebra.values import is_zero
 from rigidcli.document.document import Document
 from rigidcli.document.variables import Equilibrium
 from rigidcli.errors import ComputationError, ExpressionError
-from rigidcli.language.latex_names import latex_name
+from rigidcli.language.text import latex_name
 from rigidcli.mechanics import small_oscillations
+from rigidcli.mechanics.hamilton_equations import TIME
 from rigidcli.mechanics.numeric_spectrum import FOUND, ROUNDING, numeric_modes
 from rigidcli.mechanics.small_oscillations import LinearMotion
 from rigidcli.mechanics.spectrum import Mode, exact_modes
 from rigidcli.report import Column, Field, Table
-from rigidcli.studies.hamilton.derivation import TIME, Derivation
+from rigidcli.studies.hamilton.derivation import Derivation
 from rigidcli.studies.hamilton.equilibrium import KEY, Place, forces_at_rest, found_place, given_place
 from rigidcli.studies.hamilton.system import known_values
 
@@ -84,15 +85,11 @@ def oscillations(document: Document, equilibrium: Equilibrium, derivation: Deriv
 
 def _require_smooth(expressions: Sequence[Expr], there: Mapping[str, Expr]) -> None:
     """Raise ExpressionError where `abs` and `sign` have their corner or jump: nothing is linear there."""
-    for atom in {atom for e in expressions for atom in e.atoms}:
-        inner = (
-            atom.arguments if isinstance(atom, Applied) else [atom.inner] if isinstance(atom, Group) else ()
-        )
+    for atom in {atom for e in expressions for atom in e.everywhere()}:
         if isinstance(atom, Applied) and atom.function in ("abs", "sign"):
             (argument,) = atom.arguments
             if is_zero(substitute(argument, there)):
                 raise ExpressionError(f"`{atom.function}({argument})` is not smooth")
-        _require_smooth(inner, there)
 
 
 def _motion(derivation: Derivation, there: Mapping[str, Expr]) -> LinearMotion | None:

@@ -10,7 +10,7 @@ import numpy as np
 from rigidcli.algebra.expressions import Expr
 from rigidcli.core.arithmetic import Floats
 from rigidcli.errors import UsageError
-from rigidcli.language.latex_names import latex_name
+from rigidcli.language.text import latex_name
 from rigidcli.picture import Mark, Panel, Picture, Ruler
 from rigidcli.report import Field
 from rigidcli.studies.hamilton.equations_of_motion import columns, flow_of_terms

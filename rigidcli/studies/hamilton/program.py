@@ -11,8 +11,9 @@ from rigidcli.document.document import Document
 from rigidcli.errors import ComputationError, ExpressionError
 from rigidcli.language import code
 from rigidcli.language.sharing import shared
+from rigidcli.mechanics.hamilton_equations import TIME
 from rigidcli.program import Program, Run
-from rigidcli.studies.hamilton.derivation import TIME, Derivation
+from rigidcli.studies.hamilton.derivation import Derivation
 from rigidcli.studies.hamilton.equations_of_motion import columns, symbolic_equations
 from rigidcli.studies.hamilton.initial import InitialState
 from rigidcli.studies.hamilton.orbit import OrbitSolution

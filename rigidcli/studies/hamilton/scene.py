@@ -10,10 +10,10 @@ import numpy as np
 from rigidcli.core.arithmetic import Floats
 from rigidcli.document.document import Document
 from rigidcli.language import code
+from rigidcli.mechanics.hamilton_equations import TIME
 from rigidcli.picture import Mark
 from rigidcli.report import Column, Table
 from rigidcli.scene import Part, Scene, Stage
-from rigidcli.studies.hamilton.derivation import TIME
 from rigidcli.studies.hamilton.equations_of_motion import columns
 from rigidcli.studies.hamilton.orbit import OrbitSolution
 

@@ -12,11 +12,9 @@ from rigidcli.algebra.calculus import derivative
 from rigidcli.algebra.expressions import Expr, symbol, total
 from rigidcli.algebra.simplification import tidy
 from rigidcli.language.formula import Formula
-from rigidcli.language.latex_names import latex_name
-from rigidcli.language.text import reading
+from rigidcli.language.text import latex_name, reading
 from rigidcli.language.tree import Name, Negative, Product, Sum, bound
-from rigidcli.mechanics.energies import velocity
-from rigidcli.mechanics.hamilton_equations import Phase
+from rigidcli.mechanics.hamilton_equations import Phase, velocity
 from rigidcli.report import Field, Step, Table
 from rigidcli.studies.hamilton.brackets import transform_steps
 from rigidcli.studies.hamilton.characteristic import LONGEST, of_matrix, of_oscillations

@@ -14,7 +14,7 @@ from rigidcli.document.document import Document
 from rigidcli.document.system import System
 from rigidcli.errors import DocumentError, ExpressionError
 from rigidcli.language.expression import Expression
-from rigidcli.mechanics import energies
+from rigidcli.mechanics import hamilton_equations as energies
 from rigidcli.mechanics.hamilton_equations import linear
 
 

@@ -8,25 +8,23 @@ from contextlib import suppress
 from dataclasses import dataclass, replace
 from itertools import combinations, islice
 
-from rigidcli.algebra import samples
 from rigidcli.algebra.arithmetic import sign
 from rigidcli.algebra.arithmetic import tidy as in_lowest_terms
 from rigidcli.algebra.calculus import derivative
 from rigidcli.algebra.expansion import coefficients
 from rigidcli.algebra.expressions import ZERO, Expr, product, symbol, total
-from rigidcli.algebra.isolation import Branch
 from rigidcli.algebra.reading import from_tree
 from rigidcli.algebra.simplification import shortest, tidy
 from rigidcli.algebra.substitution import substitute
 from rigidcli.algebra.trigonometry import exponentials_merged
-from rigidcli.algebra.values import is_zero, vanish_together
+from rigidcli.algebra.values import is_zero, sample_points, vanish_together
 from rigidcli.document.document import Document
 from rigidcli.document.variables import Transform
 from rigidcli.errors import ComputationError, ExpressionError
 from rigidcli.mechanics import canonical
-from rigidcli.mechanics.hamilton_equations import Phase, equations
-from rigidcli.mechanics.inverse_change import inverse
-from rigidcli.studies.hamilton.derivation import TIME, Derivation
+from rigidcli.mechanics.canonical import Branch, inverse
+from rigidcli.mechanics.hamilton_equations import TIME, Phase, equations
+from rigidcli.studies.hamilton.derivation import Derivation
 from rigidcli.studies.hamilton.system import derived_parameters, known_values
 
 MOST_BRANCHES = 3
@@ -202,7 +200,7 @@ class _Change:
         """Points at which all variables have values; those on the right-hand sides are positive."""
         exprs = (self.hamiltonian, *self.values.values())
         names = {name for e in exprs for name in e.names}.difference(self.values)
-        for point in samples.points(sorted(names), {}):
+        for point in sample_points(sorted(names), {}):
             here = Branch(point)
             values = {name: here.value(e) for name, e in self.values.items()}
             if all(map(math.isfinite, values.values())):

@@ -20,7 +20,8 @@ from rigidcli.algebra.trees import to_tree
 from rigidcli.core.arithmetic import Floats
 from rigidcli.errors import ComputationError
 from rigidcli.language import code
-from rigidcli.studies.hamilton.derivation import TIME, Derivation
+from rigidcli.mechanics.hamilton_equations import TIME
+from rigidcli.studies.hamilton.derivation import Derivation
 
 SPEEDS = np.geomspace(1e-9, 1e9, 3601)
 """The speeds at which it is looked for changes of the sign of M: two hundred in each factor of ten."""

@@ -7,15 +7,14 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from rigidcli.algebra import samples
 from rigidcli.algebra.calculus import derivative
 from rigidcli.algebra.expressions import Expr, symbol, total
 from rigidcli.algebra.trees import plain_tree
+from rigidcli.algebra.values import sample_points
 from rigidcli.core.arithmetic import Floats
 from rigidcli.core.solution import NO_VALUE
 from rigidcli.language import code
-from rigidcli.mechanics.energies import TIME
-from rigidcli.mechanics.hamilton_equations import Phase
+from rigidcli.mechanics.hamilton_equations import TIME, Phase
 from rigidcli.mechanics.legendre import Momenta
 from rigidcli.mechanics.velocity_inversion import Branch
 
@@ -62,7 +61,7 @@ def residual_of(
     trees = [plain_tree(e) for e in (*found, *limits)]
     from_momenta = code.function(trees, [*shared, *phase.momenta], {})(math)
     size, worst, seen = len(velocities), 0.0, 0
-    for place, point in enumerate(samples.points([*shared, *velocities], fixed)):
+    for place, point in enumerate(sample_points([*shared, *velocities], fixed)):
         if place % 2:
             point |= {name: -point[name] for name in velocities}
         v = np.array([point[name] for name in velocities])

@@ -10,8 +10,7 @@ import numpy as np
 
 from rigidcli.core.arithmetic import Arithmetic, Array, Scalar
 from rigidcli.core.principal import PrincipalFrame
-from rigidcli.language.latex_names import latex_name
-from rigidcli.language.text import reading
+from rigidcli.language.text import latex_name, reading
 from rigidcli.language.tree import Name, Node, Number, Product, Reciprocal
 from rigidcli.report import NOISE as ROUNDING
 from rigidcli.report import Field, Step
