@@ -509,20 +509,6 @@ def test_what_is_typed_in_another_way_on_the_command_line(tmp_path: Path, progra
     assert "save the file as UTF-8" in program("axes", str(tmp_path / "wide.yaml")).err
 
 
-MISPLACED = [
-    ("system: {coordinates: [x], lagrangian: xdot**2/2, orbit: {}}", "system.orbit: belongs beside `system`"),
-    ("system: {coordinates: [x], lagrangian: xdot**2/2, transform: {}}", "belongs beside `system`"),
-    ("body: {shape: cube, side: 1, mass: 1, motion: {}}", "body.motion: belongs beside `body`"),
-    ("body: {parts: [{shape: cube, side: 1, mass: 1, frame: {}}]}", "frame: belongs beside `body`"),
-    ("lagrangian: x", "lagrangian: belongs inside `system`"),
-]
-
-
-@pytest.mark.parametrize(("text", "told"), MISPLACED)
-def test_a_key_in_the_wrong_section_is_told_where_it_belongs(text: str, told: str, program: Program) -> None:
-    assert told in program("validate", "-", stdin=text).err
-
-
 def test_the_tables_of_words_lead_to_what_there_is(program: Program) -> None:
     known = {key.path[-1] for key in keys.every()} | {"Ixy", "Ixz", "Iyz"}
     known |= {key for each in SHAPES.values() for key in each.model_fields}
