@@ -38,8 +38,6 @@ FORMATS = ["table", "json", "csv", "latex"]
 # That of a mesh needs a file beside it.
 STARTERS = [path for path in ROOT.glob("rigidcli/starters/*.yaml") if path.stem not in [*SchemaKind, "mesh"]]
 DOCUMENTS = sorted([*ROOT.glob("configs/*.yaml"), *STARTERS])
-BODIES = [path for path in DOCUMENTS if "body" in read_tree(path.read_text(), path.name)]
-
 INERTIA = ["schema", "name", "source", "mass", "center_of_mass", "about", "tensor", "tensor_com"]
 AXES = [*INERTIA, "moments", "axes", "groups", "class", "residual"]
 MOTION = ["omega", "angular_momentum", "kinetic_energy", "angle", "wobbles", "holding_torque"]
@@ -323,25 +321,6 @@ def test_tables_in_a_pipe_keep_every_value_on_its_line_and_an_empty_line_between
     assert all(line == line.rstrip() for line in out.split("\n"))
 
 
-@pytest.mark.parametrize("path", BODIES, ids=lambda path: path.stem)
-def test_latex_is_balanced(path: Path, program: Program) -> None:
-    out = program("axes", "-f", "latex", str(path)).out
-    lines = out.rstrip("\n").split("\n")
-    assert lines[0].startswith("% ")
-    assert (lines[1], lines[-1]) == (r"\begin{align*}", r"\end{align*}")
-    body = lines[2:-1]
-    assert all(line.endswith(r" \\") for line in body[:-1])
-    assert not body[-1].endswith(r"\\")
-    for line in body:
-        bare = re.sub(r"\\begin\{pmatrix\}.*?\\end\{pmatrix\}", "", line)
-        assert len(re.findall(r"(?<!\\)&", bare)) == 1
-    for opening, closing in [("{", "}"), (r"\left(", r"\right)"), (r"\begin{pmatrix}", r"\end{pmatrix}")]:
-        assert out.count(opening) == out.count(closing)
-    assert not re.search(r"\de[-+]\d", out)
-    assert not re.search(r"\\text\{[^}]*[<>]", out)  # they come out as upside down ! and ?
-    assert out.isascii()
-
-
 # --- several files, standard input, notes
 
 
@@ -410,17 +389,6 @@ def test_notes_go_to_standard_error_and_quiet_stops_them(folder: Path, program: 
     assert "body.side" in program("axes", "-q", str(folder / "bad.yaml")).err
 
 
-def test_settings_on_the_command_line(program: Program) -> None:
-    options = ["-s", "body.mass=3 kg", "--set", "name=it", "--set=motion.omega=[0, 0, 60 rpm]"]
-    result = json.loads(program("axes", "-f", "json", "-", *options, stdin=CUBE).out)
-    assert (result["mass"], result["name"]) == (3, "it")
-    assert result["omega"][2] == pytest.approx(2 * np.pi)
-    outcome = program("axes", "-", "-s", "body.mass=-3", stdin=CUBE)
-    assert outcome.code == 3
-    assert "--set" in outcome.err
-    assert "body.mass" in outcome.err
-
-
 def test_validate_tells_what_answers_are_read_as(tmp_path: Path, program: Program) -> None:
     path = tmp_path / "ada.yaml"
     path.write_text("answers:\n  a: 20.8 rad/s\n  b: [1, 2]\n  c: {csv: 't,x\n\n    0,1'}\n")
@@ -479,33 +447,12 @@ def test_new_overwrites_nothing_unless_it_is_forced(tmp_path: Path, program: Pro
     assert path.read_text() == program("new", "assignment").out
 
 
-def test_the_starters_of_homework_fit_each_other(tmp_path: Path, program: Program) -> None:
-    for kind in ("assignment", "answers"):
-        assert program("new", kind, "-o", str(tmp_path / f"{kind}.yaml")).code == 0
-    done = program("check", f"{tmp_path}/assignment.yaml", f"{tmp_path}/answers.yaml", "-q")
-    assert (done.code, done.out) == (0, "answers  6/6  all correct\n")
-    assert program("check", "--selftest", f"{tmp_path}/assignment.yaml").code == 0
-
-
 def test_validate_prints_the_valid_ones(folder: Path, program: Program) -> None:
     good, bad = str(folder / "good.yaml"), str(folder / "bad.yaml")
     outcome = program("validate", good, bad, "-", good, stdin="- 1")
     assert outcome.code == 3
     assert outcome.out == f"{good}: valid\n{good}: valid\n"
     assert program("validate", good, bad, "-s", "body.side=2").code == 0
-
-
-@pytest.mark.parametrize(
-    "frame",
-    [
-        "{axis: [0, 0, 0], angle: 1}",
-        "{quaternion: [0, 0, 0, 0]}",
-        "{matrix: [[1, 0, 0], [0, 1, 0], [0, 0, -1]]}",
-    ],
-)
-def test_what_validate_accepts_the_studies_accept(frame: str, program: Program) -> None:
-    document = f"{CUBE}frame: {frame}\n"
-    assert program("validate", "-", stdin=document).code == program("inertia", "-", stdin=document).code == 3
 
 
 def test_same_input_same_bytes() -> None:

@@ -17,8 +17,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from rigidcli.document.sweeps import Range, read_sweep
-from rigidcli.errors import UsageError
+from rigidcli.document.sweeps import read_sweep
 from rigidcli.studies.hamilton import derivation
 from tests.cli.test_commands import shell
 from tests.conftest import ROOT, Program
@@ -425,12 +424,6 @@ def test_an_unknown_key_is_told_once_as_set_tells_it(program: Program, key: str)
     assert swept.err.splitlines()[0].replace("--sweep", "--set") == single.err.splitlines()[0]
 
 
-def test_a_value_in_a_wrong_unit_is_refused(program: Program) -> None:
-    done = program("inertia", "-f", "csv", "--sweep", "body.side=1 kg:2 kg:2", CUBE)
-    assert (done.code, done.out) == (3, "")
-    assert "expected a length (m)" in done.err
-
-
 def test_a_file_that_cannot_be_read_is_told_once(program: Program) -> None:
     done = program("inertia", "-f", "csv", "--sweep", "body.side=1:2:5", "none.yaml", CUBE)
     assert done.code == 3
@@ -531,17 +524,6 @@ def test_columns_that_are_not_there_are_refused(
 # --- tables for people
 
 
-def test_a_table_has_the_columns_that_change(program: Program) -> None:
-    lines = program("inertia", "--sweep", "body.side=1:2:3", CUBE).out.splitlines()
-    heads = lines[3].split("  ")
-    assert [head.strip() for head in heads if head.strip()][:3] == [
-        "body.side (m)",
-        "com_x (m)",
-        "com_y (m)",
-    ] or ("mass" not in lines[3])
-    assert len(lines) == 7
-
-
 @pytest.mark.parametrize("width", [60, 100])
 def test_a_table_is_no_wider_than_the_terminal(width: int) -> None:
     setup = f"export NO_COLOR=1; unset COLUMNS; stty cols {width}"
@@ -599,14 +581,6 @@ def test_an_interrupt_leaves_whole_rows(jobs: str) -> None:
     assert (begun[-1] + out).endswith("\n")
 
 
-def test_an_output_file_is_whole_or_not_there(program: Program, tmp_path: Path) -> None:
-    file = tmp_path / "out.csv"
-    arguments = ("inertia", "-f", "csv", "--sweep", "body.side=1:2:20", "-o", str(file))
-    assert program(*arguments, CUBE).code == 0
-    assert len(table(file.read_text())) == 20
-    assert list(tmp_path.iterdir()) == [file]
-
-
 # --- lists of files
 
 
@@ -634,9 +608,3 @@ def test_answers_from_a_list(program: Program, tmp_path: Path) -> None:
     (tmp_path / "answers.txt").write_text("\n".join(names))
     arguments = ("check", "-f", "csv", "configs/homework/assignment.yaml")
     assert program(*arguments, f"@{tmp_path}/answers.txt") == program(*arguments, *names)
-
-
-def test_exactness_is_asked_of_ranges_alone() -> None:
-    with pytest.raises(UsageError):
-        read_sweep(["a=log:1:2:3"], False).exactly()
-    assert isinstance(read_sweep(["a=1:2:3"], False).exactly().keys[0].values, Range)
