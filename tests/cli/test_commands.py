@@ -15,14 +15,17 @@ import subprocess
 import sys
 import termios
 from collections.abc import Iterator, Mapping
+from functools import cache
 from pathlib import Path
 from typing import Any
 
 import jsonschema
 import numpy as np
 import pytest
+from typer.testing import CliRunner
 
 import rigidcli
+from rigidcli.cli.app import app
 from rigidcli.cli.printing import ENDINGS, Kind, SchemaKind
 from rigidcli.commands import COMMANDS
 from rigidcli.document.load import loads
@@ -836,17 +839,17 @@ def schema() -> Any:
     return json.loads(json.dumps(json_schema()))
 
 
-def validator_of(kind: str, program: Program) -> jsonschema.Draft202012Validator:
+@cache
+def validator_of(kind: SchemaKind) -> jsonschema.Draft202012Validator:
     """The schema that the command prints."""
-    found = json.loads(program("schema", kind).out)
+    found = json.loads(CliRunner().invoke(app, ["schema", kind]).output)
     jsonschema.Draft202012Validator.check_schema(found)
     return jsonschema.Draft202012Validator(found)
 
 
 @pytest.fixture(scope="module")
-def validator(schema: Any) -> jsonschema.Draft202012Validator:
-    jsonschema.Draft202012Validator.check_schema(schema)
-    return jsonschema.Draft202012Validator(schema)
+def validator() -> jsonschema.Draft202012Validator:
+    return validator_of(SchemaKind.document)
 
 
 def test_the_command_prints_the_schema(schema: Any, program: Program) -> None:
@@ -940,7 +943,7 @@ HOMEWORK = sorted((ROOT / "configs/homework").rglob("*.[yj]*"))
 )
 def test_schema_and_program_accept_the_homework(path: Path, program: Program) -> None:
     kind = "assignment" if path.stem == "assignment" else "answers"
-    validator_of(kind, program).validate(read_tree(path.read_text(), path.name))
+    validator_of(SchemaKind(kind)).validate(read_tree(path.read_text(), path.name))
     assert program("validate", str(path)).code == (3 if path.stem == "dave" else 0)
 
 
@@ -964,7 +967,7 @@ def test_schema_and_program_accept_the_homework(path: Path, program: Program) ->
 )
 def test_schema_and_program_refuse_the_same_questions(question: str, program: Program) -> None:
     good = "questions: {a: {answer: 1, kind: number, credit: {unit_missing: 1}, accept: [{answer: 2}]}}"
-    validator = validator_of("assignment", program)
+    validator = validator_of(SchemaKind.assignment)
     validator.validate(read_tree(good, "hw"))
     assert program("validate", "-", stdin=good).code == 0
     bad = f"questions: {{a: {question}}}"
@@ -992,7 +995,7 @@ def test_a_starter_is_commented_and_valid(kind: str, program: Program) -> None:
     assert starter.count("#") >= 3
     assert "\t" not in starter
     assert max(map(len, starter.splitlines())) <= 120
-    validator_of(kind if kind in [*SchemaKind] else "document", program).validate(read_tree(starter, kind))
+    validator_of(SchemaKind(kind if kind in [*SchemaKind] else "document")).validate(read_tree(starter, kind))
     outcome = program("validate", "-", stdin=starter)
     assert (outcome.code, outcome.err) == (0, "")
     assert set(re.findall(r"rigidcli (\w+)", starter)) <= set(COMMANDS)
