@@ -510,12 +510,6 @@ def test_the_comet_turns_back_and_comes_back() -> None:
     assert found.columns["phi"][-1] == pytest.approx(2 * math.pi, rel=1e-8)
 
 
-def test_periods_of_the_pendulum_in_the_elevator() -> None:
-    quarter = mpmath.ellipk(mpmath.sin(0.5) ** 2)
-    assert float(4 * quarter * mpmath.sqrt(1 / 12.2)) == printed("1.92")
-    assert float(4 * quarter * mpmath.sqrt(1 / 9.8)) == printed("2.14")
-
-
 def test_limits_of_the_spherical_pendulum() -> None:
     """theta comes back after the period, and its other limit lies half of it away."""
     degrees = np.degrees(orbit("spherical_pendulum").columns["theta"])

@@ -557,7 +557,11 @@ def test_help_everywhere(command: list[str], flag: str, program: Program) -> Non
     outcome = program(*command, flag)
     assert (outcome.code, outcome.err) == (0, "")
     assert outcome.out.startswith("Usage: ")
-    assert max(map(len, outcome.out.splitlines())) <= 80
+    lines = outcome.out.splitlines()
+    assert max(map(len, lines)) <= 80
+    assert not any(line.endswith("...") for line in lines if not line.startswith("Usage"))
+    assert not any(word in outcome.out for word in ("list[", "{FILE}"))
+    assert f"rigidcli {' '.join(command)}" in outcome.out.partition("Options:")[0].partition("\n")[2]
     if command and command[0] in rigidcli.STUDIES:
         for option in ["--format", "--output", "--set", "--digits", "--exact", "--no-header", "--quiet"]:
             assert option in outcome.out

@@ -84,14 +84,6 @@ def test_where_lagranges_equations_are_not_told() -> None:
     assert words(found["accelerations"]) == {"xddot": "-x/(5*xdot**4 + 1)"}
 
 
-def test_friction_in_the_lagrangian_leaves_no_exponentials() -> None:
-    text = "exp(g*t)*(m*xdot^2/2 - k*x^2/2)"
-    found = hamilton(
-        f"system: {{coordinates: [x], lagrangian: {text}}}\nparameters: {{m: null, k: null, g: null}}\n"
-    )
-    assert words(found["accelerations"]) == {"xddot": "-g*xdot - k*x/m"}
-
-
 @pytest.mark.parametrize(
     "text", ["2*cosh(xdot/3) + 3*x*xdot", "exp(xdot) + x*xdot", "xdot^4/4 + sin(x)*xdot"]
 )
