@@ -15,83 +15,39 @@ from rigidcli.bodies.shapes import SHAPES
 from rigidcli.fields import words
 from rigidcli.reference import keys
 from tests.conftest import Program
+from tests.tables import words_of
 
 STARTS = """
-shape: cuboid
-shape: cuboid, side: 2
-shape: cuboid, size: 2
-shape: cuboid, side: [1, 2, 3]
-shape: cuboid, width: 1, height: 2, depth: 3
-shape: brick, dimensions: [1, 2, 3]
-shape: block, edges: [1, 2, 3]
-shape: Cuboid, length: 3, width: 2, height: 1
-shape: rectangular prism, size: [1, 2, 3]
-shape: box, side: 2
-shape: box, side: [1, 2, 3]
-shape: cube, size: [1, 2, 3]
-shape: cube, size: 2
-shape: cube, edge: 2
-shape: cube, length: 2
-shape: rectangle, size: [1, 2]
-shape: rectangle, width: 1, height: 2
-shape: square, side: 2
-shape: ball, radius: 1
-shape: ball, r: 1
-shape: solid sphere, R: 1
-shape: sphere, diameter: 10 cm
-shape: sphere, outer_radius: 2, inner_radius: 1
-shape: hollow ball, outer_radius: 2, inner_radius: 1
-shape: hoop, radius: 1
-shape: hoop, r: 1
-shape: ring, inner_radius: 1, outer_radius: 2
+shape: cuboid   shape: cuboid, side: 2   shape: cuboid, size: 2   shape: cuboid, side: [1, 2, 3]
+shape: cuboid, width: 1, height: 2, depth: 3   shape: brick, dimensions: [1, 2, 3]
+shape: block, edges: [1, 2, 3]   shape: Cuboid, length: 3, width: 2, height: 1
+shape: rectangular prism, size: [1, 2, 3]   shape: box, side: 2   shape: box, side: [1, 2, 3]
+shape: cube, size: [1, 2, 3]   shape: cube, size: 2   shape: cube, edge: 2   shape: cube, length: 2
+shape: rectangle, size: [1, 2]   shape: rectangle, width: 1, height: 2   shape: square, side: 2
+shape: ball, radius: 1   shape: ball, r: 1   shape: solid sphere, R: 1   shape: sphere, diameter: 10 cm
+shape: sphere, outer_radius: 2, inner_radius: 1   shape: hollow ball, outer_radius: 2, inner_radius: 1
+shape: hoop, radius: 1   shape: hoop, r: 1   shape: ring, inner_radius: 1, outer_radius: 2
 shape: hollow_cylinder, inner_radius: 1, outer_radius: 2, height: 3
 shape: hollow cylinder, r1: 1, r2: 2, length: 3
 shape: pipe, inner_diameter: 1, outer_diameter: 2, length: 3
 shape: pipe, inner_radius: 1, outer_radius: 2, length: 3
-shape: cylinder, inner_radius: 1, outer_radius: 2, height: 3
-shape: cylinder, radius: 1, length: 3
-shape: cylinder, r: 1, h: 3
-shape: cylinder, diameter: 2, length: 3
-shape: stick, length: 2
-shape: stick, l: 2
-shape: wire, length: 2
-shape: bar, length: 2
-shape: bar, radius: 0.1, length: 2
-shape: pole, length: 2
-shape: rod, height: 2
-shape: rod, radius: 0.1, length: 2
-shape: thin rod, length: 2
-shape: washer, inner_radius: 1, outer_radius: 2
-shape: washer, inner_radius: 1, outer_radius: 2, thickness: 0.1
-shape: dumbbell, length: 2
-shape: point
-shape: disc, radius: 1
-shape: disc, radius: 1, thickness: 0.1
-shape: disk, radius: 1, height: 0.1
-shape: disk, diameter: 2
-shape: plate, size: [1, 2, 0.1]
-shape: plate, width: 1, height: 2
-shape: plate, vertices: [[0, 0], [1, 0], [0, 1]]
-shape: wheel, radius: 1, width: 0.1
-shape: donut, major_radius: 3, minor_radius: 1
-shape: donut, R: 3, r: 1
-shape: egg, semi_axes: [1, 2, 3]
-shape: bowl, radius: 1
-shape: dome, radius: 1
-shape: shell, radius: 1
+shape: cylinder, inner_radius: 1, outer_radius: 2, height: 3   shape: cylinder, radius: 1, length: 3
+shape: cylinder, r: 1, h: 3   shape: cylinder, diameter: 2, length: 3   shape: stick, length: 2
+shape: stick, l: 2   shape: wire, length: 2   shape: bar, length: 2   shape: bar, radius: 0.1, length: 2
+shape: pole, length: 2   shape: rod, height: 2   shape: rod, radius: 0.1, length: 2
+shape: thin rod, length: 2   shape: washer, inner_radius: 1, outer_radius: 2
+shape: washer, inner_radius: 1, outer_radius: 2, thickness: 0.1   shape: dumbbell, length: 2   shape: point
+shape: disc, radius: 1   shape: disc, radius: 1, thickness: 0.1   shape: disk, radius: 1, height: 0.1
+shape: disk, diameter: 2   shape: plate, size: [1, 2, 0.1]   shape: plate, width: 1, height: 2
+shape: plate, vertices: [[0, 0], [1, 0], [0, 1]]   shape: wheel, radius: 1, width: 0.1
+shape: donut, major_radius: 3, minor_radius: 1   shape: donut, R: 3, r: 1   shape: egg, semi_axes: [1, 2, 3]
+shape: bowl, radius: 1   shape: dome, radius: 1   shape: shell, radius: 1
 shape: truncated cone, bottom_radius: 2, top_radius: 1, height: 3
-shape: cone, bottom_radius: 2, top_radius: 1, height: 3
-shape: cone, base_radius: 2, h: 3
-shape: pyramid, side: 2, height: 3
-shape: semicircle, radius: 1
-shape: hexagon, corners: [[0, 0], [1, 0], [0, 1]]
-shape: pill, r: 1, length: 2
-type: cube, side: 1
-type: ball, radius: 1
-kind: cylinder, radius: 1, height: 2
-shap: cube, side: 1
-shape: cube, side: 1, mas: 1
-shape: sphere, radius: 1, centre: [0, 0, 1]
+shape: cone, bottom_radius: 2, top_radius: 1, height: 3   shape: cone, base_radius: 2, h: 3
+shape: pyramid, side: 2, height: 3   shape: semicircle, radius: 1
+shape: hexagon, corners: [[0, 0], [1, 0], [0, 1]]   shape: pill, r: 1, length: 2   type: cube, side: 1
+type: ball, radius: 1   kind: cylinder, radius: 1, height: 2   shap: cube, side: 1
+shape: cube, side: 1, mas: 1   shape: sphere, radius: 1, centre: [0, 0, 1]
 """
 """Bodies in words of their authors; the masses are added."""
 
@@ -183,7 +139,7 @@ def walked(text: str, program: Program) -> list[str]:
     raise AssertionError("\n".join([*told, json.dumps(tree)]))
 
 
-@pytest.mark.parametrize("start", STARTS.strip().splitlines())
+@pytest.mark.parametrize("start", words_of(STARTS))
 def test_the_word_of_a_shape_leads_to_a_valid_body(start: str, program: Program) -> None:
     mass = "" if "mas:" in start else ", mass: 1"
     assert 1 <= len(walked(f"{{body: {{{start}{mass}}}}}", program)) <= 2

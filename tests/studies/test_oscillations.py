@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import math
+import re
 from collections.abc import Callable
 from typing import Any
 
@@ -38,6 +39,7 @@ def at_values(expression: Any) -> float:
     return float(text.evaluate({name: VALUES[name] for name in text.names}))
 
 
+CARTS = "  kinetic: m*(xdot^2 + ydot^2)/2\n  potential: k*(x^2 + (y-x)^2 + y^2)/2"
 WALLS = "  kinetic: m*(xdot^2 + ydot^2 + zdot^2)/2\n  potential: k*(x^2 + (y-x)^2 + (z-y)^2 + z^2)/2"
 PENDULA = (
     "  kinetic: m*l^2*(adot^2 + bdot^2)/2\n"
@@ -63,73 +65,53 @@ FIELD = "  lagrangian: m*(xdot^2 + ydot^2)/2 + q*B*(x*ydot - y*xdot)/2"
 ROOT2 = math.sqrt(2)
 
 
-@pytest.mark.parametrize(
-    ("document", "rates", "vectors"),
-    [
-        # J. R. Taylor, Classical Mechanics, sections 11.1 and 11.2: two equal carts, three equal springs.
-        (
-            system(
-                "x, y",
-                "  kinetic: m*(xdot^2 + ydot^2)/2\n  potential: k*(x^2 + (y-x)^2 + y^2)/2",
-                "x: 0, y: 0",
-                m=None,
-                k=None,
-            ),
-            ["sqrt(k/m)", "sqrt(3*k/m)"],
-            [[1, 1], [1, -1]],
-        ),
-        (
-            system("x, y, z", WALLS, "x: 0, y: 0, z: 0", m=None, k=None),
-            ["sqrt((2 - sqrt(2))*k/m)", "sqrt(2*k/m)", "sqrt((2 + sqrt(2))*k/m)"],
-            [[1, ROOT2, 1], [1, 0, -1], [1, -ROOT2, 1]],
-        ),
-        # The same, section 11.4: a double pendulum with equal masses and lengths.
-        (
-            system("a, b", DOUBLE, "a: 0, b: 0", m=None, l=None, g=None),
-            ["sqrt((2 - sqrt(2))*g/l)", "sqrt((2 + sqrt(2))*g/l)"],
-            [[1, ROOT2], [1, -ROOT2]],
-        ),
-        (
-            system("a, b", PENDULA, "a: 0, b: 0", m=None, l=None, k=None, g=None),
-            ["sqrt(g/l)", "sqrt(g/l + 2*k/m)"],
-            [[1, 1], [1, -1]],
-        ),
-        # The same, section 11.6: three pendulums in a row.
-        (
-            system("x, y, z", ROW, "x: 0, y: 0, z: 0", k=None),
-            ["1", "sqrt(1 + k)", "sqrt(1 + 3*k)"],
-            [[1, 1, 1], [1, 0, -1], [1, -2, 1]],
-        ),
-        # H. Goldstein, C. Poole, J. Safko, Classical Mechanics, section 6.4: a linear triatomic molecule.
-        (
-            system("x, y, z", MOLECULE, "x: 0, y: 0, z: 0", m=None, M=None, k=None),
-            ["0", "sqrt(k/m)", "sqrt(k/m*(1 + 2*m/M))"],
-            [[1, 1, 1], [1, 0, -1], [1, -2 * VALUES["m"] / VALUES["M"], 1]],
-        ),
-        (
-            system("a", HOOP, "a: acos(g/(R*w^2))", m=None, R=None, w=None, g=None),
-            ["sqrt(w^2 - g^2/(R*w)^2)"],
-            [[1]],
-        ),
-        # L. Landau, E. Lifshitz, Mechanics, section 23, problem 3, and a charge in a field: complex vectors.
-        (
-            system("x, y", MAGNETIC, "x: 0, y: 0", m=None, q=None, B=None, k=None),
-            ["(sqrt(q^2*B^2 + 4*m*k) - q*B)/(2*m)", "(sqrt(q^2*B^2 + 4*m*k) + q*B)/(2*m)"],
-            [[1, -1j], [1, 1j]],
-        ),
-        (
-            system("x, y", FIELD, "x: 0, y: 0", m=None, q=None, B=None),
-            ["0", "0", "q*B/m"],
-            [[1, 0], [0, 1], [1, 1j]],
-        ),
-    ],
-)
+TEXTBOOKS: list[tuple[str, str, str, list[str], list[list[complex]]]] = [
+    # J. R. Taylor, Classical Mechanics, sections 11.1 and 11.2: two equal carts, three equal springs.
+    ("x, y", CARTS, "x: 0, y: 0", ["sqrt(k/m)", "sqrt(3*k/m)"], [[1, 1], [1, -1]]),
+    (
+        *("x, y, z", WALLS, "x: 0, y: 0, z: 0"),
+        ["sqrt((2 - sqrt(2))*k/m)", "sqrt(2*k/m)", "sqrt((2 + sqrt(2))*k/m)"],
+        [[1, ROOT2, 1], [1, 0, -1], [1, -ROOT2, 1]],
+    ),
+    # The same, section 11.4: a double pendulum with equal masses and lengths.
+    (
+        *("a, b", DOUBLE, "a: 0, b: 0"),
+        ["sqrt((2 - sqrt(2))*g/l)", "sqrt((2 + sqrt(2))*g/l)"],
+        [[1, ROOT2], [1, -ROOT2]],
+    ),
+    ("a, b", PENDULA, "a: 0, b: 0", ["sqrt(g/l)", "sqrt(g/l + 2*k/m)"], [[1, 1], [1, -1]]),
+    # The same, section 11.6: three pendulums in a row.
+    (
+        *("x, y, z", ROW, "x: 0, y: 0, z: 0"),
+        ["1", "sqrt(1 + k)", "sqrt(1 + 3*k)"],
+        [[1, 1, 1], [1, 0, -1], [1, -2, 1]],
+    ),
+    # H. Goldstein, C. Poole, J. Safko, Classical Mechanics, section 6.4: a linear triatomic molecule.
+    (
+        *("x, y, z", MOLECULE, "x: 0, y: 0, z: 0"),
+        ["0", "sqrt(k/m)", "sqrt(k/m*(1 + 2*m/M))"],
+        [[1, 1, 1], [1, 0, -1], [1, -2 * VALUES["m"] / VALUES["M"], 1]],
+    ),
+    ("a", HOOP, "a: acos(g/(R*w^2))", ["sqrt(w^2 - g^2/(R*w)^2)"], [[1]]),
+    # L. Landau, E. Lifshitz, Mechanics, section 23, problem 3, and a charge in a field: complex vectors.
+    (
+        *("x, y", MAGNETIC, "x: 0, y: 0"),
+        ["(sqrt(q^2*B^2 + 4*m*k) - q*B)/(2*m)", "(sqrt(q^2*B^2 + 4*m*k) + q*B)/(2*m)"],
+        [[1, -1j], [1, 1j]],
+    ),
+    ("x, y", FIELD, "x: 0, y: 0", ["0", "0", "q*B/m"], [[1, 0], [0, 1], [1, 1j]]),
+]
+"""Coordinates, what moves them, the equilibrium, rates and vectors; all parameters are symbols."""
+
+
+@pytest.mark.parametrize(("coordinates", "body", "place", "rates", "vectors"), TEXTBOOKS)
 @pytest.mark.parametrize("exact", [True, False])
-def test_modes_of_textbooks(document: str, rates: list[str], vectors: Any, exact: bool) -> None:
-    if not exact:
-        for name, size in VALUES.items():
-            document = document.replace(f"{name}: null", f"{name}: {size}")
-    modes = hamilton(document)["modes"]
+def test_modes_of_textbooks(
+    coordinates: str, body: str, place: str, rates: list[str], vectors: Any, exact: bool
+) -> None:
+    names = [name for name in VALUES if re.search(rf"\b{name}\b", body.partition(":")[2])]
+    parameters = {name: None if exact else VALUES[name] for name in names}
+    modes = hamilton(system(coordinates, body, place, **parameters))["modes"]
     value: Callable[[Any], float] = at_values if exact else float
     assert [value(mode["rate"]) for mode in modes] == pytest.approx(list(map(at_values, rates)), rel=1e-13)
     if exact:
