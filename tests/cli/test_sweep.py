@@ -21,7 +21,7 @@ from rigidcli.document.sweeps import read_sweep
 from rigidcli.studies.hamilton import derivation
 from tests.cli.test_commands import shell
 from tests.conftest import ROOT, Outcome, Program
-from tests.tables import rows
+from tests.tables import pairs_of, rows
 
 CUBE = "configs/cube_corner.yaml"
 TOP = "configs/cone_top.yaml"
@@ -294,28 +294,25 @@ def test_values_from_a_table(program: Program, tmp_path: Path) -> None:
     assert [float(row["top.spin"]) for row in table(done.out)] == pytest.approx([10.47197551, 200])
 
 
+UNREADABLE = """
+body.side=1:2 -> expected START:STOP:COUNT   body.side=1:2:0 -> read `0`, expected a COUNT from 1
+body.side=1:2:-3 -> read `-3`, expected a COUNT from 1
+body.side=1:2:2.5 -> read `2.5`, expected a COUNT from 1   body.side=1:2:1e99 -> expected a COUNT from 1
+body.side=nan:2:3 -> it is not finite   body.side=1:1e999:3 -> it is not finite
+body.side=1 kg:2 m:3 -> `kg` and `m` do not measure the same
+body.side=1:2 cm:3 -> `1` has no unit (write `1 cm`)   body.side=1 foo:2 foo:3 -> unknown unit `foo`
+body.side=log:0:1:3 -> ends of the same sign   body.side=log:-1:1:3 -> ends of the same sign
+body.side=1,,2 -> read `1,,2`   body.side= -> expected START:STOP:COUNT
+body.side -> expected KEY=START:STOP:COUNT
+body.side=@none.csv:x -> `none.csv` cannot be read: No such file
+body.side=@configs/cube_corner.yaml:x -> has no column `x`
+body.side=@none.csv -> expected @table.csv:column
+"""
+
+
 @pytest.mark.parametrize(
     ("sweep", "told"),
-    [
-        ("body.side=1:2", "expected START:STOP:COUNT"),
-        ("body.side=1:2:0", "read `0`, expected a COUNT from 1"),
-        ("body.side=1:2:-3", "read `-3`, expected a COUNT from 1"),
-        ("body.side=1:2:2.5", "read `2.5`, expected a COUNT from 1"),
-        ("body.side=1:2:1e99", "expected a COUNT from 1"),
-        ("body.side=nan:2:3", "it is not finite"),
-        ("body.side=1:1e999:3", "it is not finite"),
-        ("body.side=1 kg:2 m:3", "`kg` and `m` do not measure the same"),
-        ("body.side=1:2 cm:3", "`1` has no unit (write `1 cm`)"),
-        ("body.side=1 foo:2 foo:3", "unknown unit `foo`"),
-        ("body.side=log:0:1:3", "ends of the same sign"),
-        ("body.side=log:-1:1:3", "ends of the same sign"),
-        ("body.side=1,,2", "read `1,,2`"),
-        ("body.side=", "expected START:STOP:COUNT"),
-        ("body.side", "expected KEY=START:STOP:COUNT"),
-        ("body.side=@none.csv:x", "`none.csv` cannot be read: No such file"),
-        ("body.side=@configs/cube_corner.yaml:x", "has no column `x`"),
-        ("body.side=@none.csv", "expected @table.csv:column"),
-    ],
+    pairs_of(UNREADABLE),
 )
 def test_values_that_cannot_be_read(program: Program, sweep: str, told: str) -> None:
     done = program("inertia", "--sweep", sweep, CUBE)
@@ -392,12 +389,6 @@ def test_notes_are_those_of_what_each_value_leaves_unused(program: Program) -> N
     assert done.code == 0
     assert ["parameter `b` is not used" in done.err, "parameter `a` is not used" in done.err] == [True, True]
     assert "parameter `c`" not in done.err
-
-
-def test_notes_are_told_once(program: Program) -> None:
-    unused = "parameters: {unused: 1}\nbody: {shape: cube, side: 1, mass: 1}"
-    done = program("inertia", "-f", "csv", "--sweep", "body.side=1:2:50", "-", stdin=unused)
-    assert done.err.count("unused") == 1
 
 
 # --- exact documents

@@ -203,18 +203,6 @@ def test_a_circle_does_not_hide_other_problems() -> None:
     assert {"parameters.c", "parameters.d", "namee"} < keys
 
 
-def test_an_undeclared_name_is_told_with_all_that_are_declared() -> None:
-    for text in (
-        "parameters: {k: 2, m: 1}\nbody: {shape: cube, side: x, mass: m*k}",
-        f"parameters: {{k: 2, m: x}}\n{CUBE}",
-        f"parameters: {{m: x, k: 2}}\n{CUBE}",
-    ):
-        message = told(text)
-        assert "`x`" in message
-        assert "`k`" in message
-        assert "`m`" in message
-
-
 @pytest.mark.parametrize(
     "value", ["zz", "1/0", "5 parsnips", "2*", "5cmm", "''", "true", "[1]", ".inf", "sqrt(-1)", "1e300*1e300"]
 )

@@ -49,22 +49,6 @@ def test_the_mass_on_a_spring_in_symbols() -> None:
 # --- three questions that are not one
 
 
-def test_a_pulley_with_a_moment_of_inertia() -> None:
-    # Atwood's machine: (m1 + m2 + I/R^2) x'' = (m1 - m2) g.
-    found = hamilton(
-        "system:\n  coordinates: [x]\n  particles:\n"
-        "    - {mass: m1, position: [-x], potential: -m1*g*x}\n"
-        "    - {mass: m2, position: [x], potential: m2*g*x}\n"
-        "    - {moment_of_inertia: M*R^2/2, angle: x/R}\n"
-        "parameters: {m1: 3, m2: 1, M: 2, R: 0.1, g: 10}\n"
-        "orbit: {initial: {x: 0, xdot: 0}, duration: 2, samples: 3}\n"
-    )
-    t, q, _ = orbit(found)
-    acceleration = (3 - 1) * 10 / (3 + 1 + 1)
-    assert q["x"] == pytest.approx(acceleration * t**2 / 2, rel=1e-12)
-    assert found["natural"] is True
-
-
 def test_unequal_pendulums_have_the_energy_for_their_hamiltonian() -> None:
     size = 6
     particles = []
