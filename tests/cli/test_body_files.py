@@ -85,21 +85,10 @@ def test_what_is_missing_is_to_be_set(program: Program, cloud: Path) -> None:
     assert "`--set top.spin=VALUE`" in outcome.err
 
 
-def test_another_command_is_named(program: Program, cloud: Path) -> None:
-    outcome = program("hamilton", str(cloud))
-    assert outcome.code == 3
-    assert f"`rigidcli inertia {cloud}`" in outcome.err
-
-
 def test_has_no_exact_results(program: Program, cloud: Path) -> None:
     outcome = program("axes", "--exact", str(cloud))
     assert (outcome.code, outcome.out) == (4, "")
     assert "have no exact results" in outcome.err
-
-
-def test_is_not_overwritten(program: Program, cloud: Path) -> None:
-    assert program("axes", str(cloud), "-o", str(cloud)).code == 2
-    assert cloud.read_text() == CLOUD
 
 
 def test_validate_reads_it(program: Program, cloud: Path) -> None:

@@ -5,7 +5,6 @@ from __future__ import annotations
 import pytest
 
 from rigidcli.bodies.shapes import SHAPES
-from rigidcli.commands import COMMANDS
 from rigidcli.errors import EXIT_CODES, RigidError
 from rigidcli.fields.units import TABLE
 from rigidcli.language.functions import FUNCTIONS
@@ -164,13 +163,3 @@ def test_exit_codes_are_those_of_the_errors() -> None:
 
 
 # --- help
-
-
-@pytest.mark.parametrize("command", ["", *COMMANDS])
-def test_help_fits_a_terminal(command: str, program: Program) -> None:
-    out = program(*([command] if command else []), "--help").out
-    assert all(len(line) <= 80 for line in out.splitlines())
-    assert not any(line.endswith("...") for line in out.splitlines() if not line.startswith("Usage"))
-    assert "list[" not in out
-    assert "{FILE}" not in out
-    assert f"rigidcli {command}" in out.partition("Options:")[0].partition("\n")[2]

@@ -57,7 +57,6 @@ def run(folder: Path, name: str, source: str, *arguments: str) -> subprocess.Com
     ("name", "arguments"),
     [
         ("yaml", ["axes", "configs/cube_corner.yaml"]),
-        ("numpy", ["axes", "configs/cube_corner.yaml"]),
         (
             "heyoka",
             ["euler", "-s", "motion.method=taylor", "-s", "motion.duration=0.1", "configs/driven_gyro.yaml"],
@@ -76,7 +75,7 @@ def test_an_interrupt_while_the_program_loads(tmp_path: Path) -> None:
     assert (done.returncode, done.stdout, done.stderr) == (130, "", "")
 
 
-@pytest.mark.parametrize("error", ["ImportError", "ModuleNotFoundError", "SystemError", "AttributeError"])
+@pytest.mark.parametrize("error", ["ImportError", "SystemError"])
 def test_a_heyoka_that_does_not_load(error: str, tmp_path: Path) -> None:
     arguments = ("euler", "-s", "motion.method=taylor", "configs/driven_gyro.yaml")
     done = run(tmp_path, "heyoka", f"raise {error}('libboost.so: no such file')\n", *arguments)

@@ -103,13 +103,6 @@ def test_a_refused_value_is_told_and_the_others_stay(program: Program, tmp_path:
     assert len(rows_of(tmp_path / "t.parquet")) == len(cells(text.out))
 
 
-@needs_arrow
-def test_nothing_is_written_where_all_is_refused(program: Program, tmp_path: Path) -> None:
-    arguments = ("-f", "parquet", "-o", f"{tmp_path}/t.parquet", "-s", "body.side=-1")
-    assert program("inertia", *arguments, "configs/cube_corner.yaml").code == 3
-    assert not list(tmp_path.iterdir())
-
-
 @pytest.mark.parametrize(
     ("output", "told"),
     [

@@ -5,7 +5,6 @@ from __future__ import annotations
 import csv
 import io
 import json
-import re
 from pathlib import Path
 from typing import Any
 
@@ -175,17 +174,6 @@ def test_mujoco_reads_a_block_as_it_is_meant(form: str, program: Program) -> Non
     assert model.body_mass[1] == told["mass"]
     np.testing.assert_allclose(model.body_ipos[1], told["center_of_mass"], rtol=1e-15)
     np.testing.assert_allclose(turn @ np.diag(model.body_inertia[1]) @ turn.T, told["tensor_com"], rtol=1e-13)
-
-
-def test_blocks_of_a_robot_in_another_format(program: Program, tmp_path: Path) -> None:
-    blocks = re.split("<!-- .* -->", program("inertia", "-q", "-f", "sdf", "configs/arm.urdf").out)[1:]
-    links = "".join(f'<link name="{place}">{text}</link>' for place, text in enumerate(blocks))
-    path = tmp_path / "arm.sdf"
-    path.write_text(f'<sdf version="1.9"><model name="m">{links}</model></sdf>')
-    tables = [program("inertia", "-q", "-f", "csv", file).out for file in ("configs/arm.urdf", str(path))]
-    first, second = ([row.split(",")[1:] for row in table.splitlines()] for table in tables)
-    assert first == second
-    assert len(first) == 4
 
 
 @pytest.mark.parametrize("form", BLOCKS)

@@ -50,8 +50,8 @@ motion: {omega: [0, 0, 1800 rpm]}
 @pytest.mark.parametrize(
     "arguments",
     [
-        *("--version", "--help", "axes --help", "euler --help", "check --help", "new points"),
-        *("explain", "explain axes.groups", "explain precess", "explain units", "explain functions"),
+        *("--version", "--help", "euler --help", "check --help", "new points"),
+        *("explain axes.groups", "explain units"),
     ],
 )
 def test_what_computes_nothing_loads_nothing(arguments: str) -> None:
@@ -61,17 +61,10 @@ def test_what_computes_nothing_loads_nothing(arguments: str) -> None:
 @pytest.mark.parametrize(
     "arguments",
     [
-        "axes configs/cube_corner.yaml",
         "axes -",
-        *(
-            f"euler --duration 0.1 configs/{name}.yaml"
-            for name in ("tennis_racket", "cone_top", "damped_satellite", "driven_gyro")
-        ),
-        *(f"precess configs/{name}.yaml" for name in ("cone_top", "earth", "feynman_plate")),
-        *(
-            f"hamilton -s orbit.duration=0.1 configs/{name}.yaml"
-            for name in ("notes_spring", "double_pendulum", "relativistic_oscillator")
-        ),
+        *(f"euler --duration 0.1 configs/{name}.yaml" for name in ("tennis_racket", "driven_gyro")),
+        *(f"precess configs/{name}.yaml" for name in ("cone_top", "earth")),
+        *(f"hamilton -s orbit.duration=0.1 configs/{name}.yaml" for name in ("double_pendulum",)),
     ],
 )
 def test_numbers_need_no_algebra_and_everyday_units_no_pint(arguments: str) -> None:

@@ -17,11 +17,11 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from rigidcli.document.sweeps import Range, read_sweep
-from rigidcli.errors import UsageError
+from rigidcli.document.sweeps import read_sweep
 from rigidcli.studies.hamilton import derivation
 from tests.cli.test_commands import shell
-from tests.conftest import ROOT, Program
+from tests.conftest import ROOT, Outcome, Program
+from tests.tables import pairs_of, rows
 
 CUBE = "configs/cube_corner.yaml"
 TOP = "configs/cone_top.yaml"
@@ -38,43 +38,6 @@ def objects(text: str) -> list[dict[str, Any]]:
 
 
 # --- a row is a run
-
-RUNS = [
-    ("inertia", CUBE, "body.side", ["0.5", "5 cm", "2"]),
-    ("inertia", CUBE, "body.mass", ["1 lb", "3"]),
-    ("inertia", CUBE, "about", ["com", "origin", "[1, 2, 3]"]),
-    ("inertia", "configs/triangular_plate.yaml", "frame", ["{axis: [0, 0, 1], angle: 30 deg}"]),
-    ("axes", CUBE, "body.side", ["1", "1e-3"]),
-    ("axes", "configs/water.yaml", "body.points.0.mass", ["1 u", "16"]),
-    ("axes", "configs/crooked_wheel.yaml", "motion.omega.2", ["-3", "1 rpm"]),
-    ("precess", TOP, "top.spin", ["100 rpm", "700", "2000", "0"]),
-    ("precess", TOP, "top.tilt", ["0", "90 deg", "pi/3"]),
-    ("precess", TOP, "body.height", ["2 cm", "0.2"]),
-    ("precess", "configs/earth.yaml", "tide.obliquity", ["10 deg", "90 deg"]),
-    ("precess", "configs/feynman_plate.yaml", "motion.omega.0", ["0.1", "0"]),
-    ("euler", "configs/t_handle.yaml", "motion.omega.1", ["0.1", "0"]),
-    ("euler", TOP, "motion.samples", ["2", "3"]),
-    ("euler", "configs/damped_satellite.yaml", "motion.duration", ["0.1", "0.2"]),
-    ("hamilton", "configs/bead_on_hoop.yaml", "parameters.w", ["1", "9"]),
-    ("hamilton", "configs/bead_on_hoop.yaml", "orbit.initial.theta", ["1 deg", "0.5"]),
-    ("hamilton", "configs/coupled_pendulums.yaml", "parameters.k", ["1", "2.5", "null"]),
-    ("hamilton", "configs/notes_spring.yaml", "parameters.k", ["4"]),
-]
-
-
-@pytest.mark.parametrize(("command", "file", "key", "values"), RUNS)
-def test_a_row_is_what_a_run_with_that_value_prints(
-    program: Program, command: str, file: str, key: str, values: list[str]
-) -> None:
-    shorter = ["--duration", "0.1"] if command == "euler" and "duration" not in key else []
-    swept = program(command, "-f", "json", "--sweep", f"{key}={','.join(values)}", *shorter, file)
-    assert swept.code == 0
-    rows = objects(swept.out)
-    assert len(rows) == len(values)
-    for row, value in zip(rows, values, strict=True):
-        assert list(row.pop("swept")) == [key]
-        single = program(command, "-f", "json", "-s", f"{key}={value}", *shorter, file)
-        assert [row] == objects(single.out)
 
 
 def test_swept_numbers_are_si_and_read_back_as_the_same_row(program: Program) -> None:
@@ -111,22 +74,63 @@ def test_standard_input_is_read_with_processes_too(sweep: list[str]) -> None:
 
 # --- values of which some are refused
 
-POINTS = [
-    ("precess", TOP, ["top.spin=-50:700:40"]),
-    ("precess", TOP, ["top.spin=100 rpm:9000 rpm:20"]),
-    ("precess", TOP, ["top.tilt=0 deg:180 deg:19"]),
-    ("precess", TOP, ["top.tilt=-1:4:20"]),
-    ("precess", TOP, ["top.gravity=-1:30:20"]),
-    ("precess", TOP, ["top.precession=-20:60:20"]),
-    ("precess", TOP, ["top.precession=steady,1,2,3,4,5,6,7,8,9,10,11,12,13,14,15,16,17,18,foo,null"]),
-    ("precess", TOP, ["top.spin=10:700:6", "top.tilt=-0.1:3:4"]),
-    ("precess", TOP, ["--zip", "top.spin=10:700:20", "top.tilt=0.1:4:20"]),
-    ("precess", TOP, ["body.height=5 cm:9 cm:18"]),
-    ("precess", "configs/openstax_gyroscope.yaml", ["top.spin=-5:5:21"]),
-    ("precess", "configs/earth.yaml", ["tide.obliquity=0 deg:100 deg:20"]),
-    ("precess", "configs/earth.yaml", ["tide.perturbers.0.eccentricity=0:1.2:20"]),
-    ("precess", "configs/feynman_plate.yaml", ["motion.omega.0=0:3:20"]),
-]
+POINTS = """
+inertia | CUBE | body.side=0.5,5 cm,2
+inertia | CUBE | body.mass=1 lb,3
+inertia | CUBE | about=com,origin,[1, 2, 3]
+inertia | configs/triangular_plate.yaml | frame={axis: [0, 0, 1], angle: 30 deg}
+inertia | box | body.mass=0,2 | axis.0=-2:2:19
+inertia | points | body.points.0.0=-1 kg:4 kg:20
+inertia | parts | body.parts.0.rotation.angle=0:1:20
+inertia | bored | body.parts.1.position.0=0:2.4:20
+inertia | nine points | body.points.4.0=0:2:21
+axes | configs/water.yaml | body.points.0.mass=1 u,16
+axes | configs/crooked_wheel.yaml | motion.omega.2=-3,1 rpm
+axes | box | body.size.0=0.5:3:20
+axes | box | motion.omega.0=-1:1:21
+axes | cone | parameters.r=0.1:8:19
+axes | cone | frame.angle=0 deg:400 deg:20
+axes | points | body.points.2.2=-1:1:21
+axes | tensor | body.mass=1:8:20
+axes | tensor | body.inertia.2.2=2:8:20
+axes | parts | body.parts.1.radius=0.2:2:20
+axes | bored | body.parts.1.radius=0.1:2.6:20
+axes | nine points | parameters.a=-0.1:2:22
+precess | TOP | top.spin=-50:700:40
+precess | TOP | top.spin=100 rpm:9000 rpm:20
+precess | TOP | top.tilt=0 deg:180 deg:19
+precess | TOP | top.tilt=-1:4:20
+precess | TOP | top.gravity=-1:30:20
+precess | TOP | top.precession=-20:60:20
+precess | TOP | top.precession=steady,1,2,3,4,5,6,7,8,9,10,11,12,13,14,15,16,17,18,foo,null
+precess | TOP | top.spin=10:700:6 | top.tilt=-0.1:3:4
+precess | TOP | top.spin=10:700:20 | top.tilt=0.1:4:20 | --zip
+precess | TOP | body.height=5 cm:9 cm:18
+precess | configs/openstax_gyroscope.yaml | top.spin=-5:5:21
+precess | configs/earth.yaml | tide.obliquity=0 deg:100 deg:20
+precess | configs/earth.yaml | tide.perturbers.0.eccentricity=0:1.2:20
+precess | configs/feynman_plate.yaml | motion.omega.0=0:3:20
+precess | turning box | motion.omega.0=0:4:21
+precess | turning box | body.size.0=0.5:4:29
+precess | turning cylinder | motion.omega.2=-1:1:21
+precess | nutating top | top.nutation=-1:4:21
+precess | nutating top | top.tilt=0.01:3.1:20
+precess | nutating top | top.spin=10:80:16 | top.tilt=9,1,2
+euler | configs/t_handle.yaml | motion.omega.1=0.1,0
+euler | TOP | motion.samples=2,3
+euler | configs/damped_satellite.yaml | motion.duration=0.1,0.2
+hamilton | configs/bead_on_hoop.yaml | parameters.w=1,9
+hamilton | configs/bead_on_hoop.yaml | orbit.initial.theta=1 deg,0.5
+hamilton | configs/coupled_pendulums.yaml | parameters.k=1,2.5,null
+hamilton | coupled | parameters.c=0,0.5,1,0.25,2
+hamilton | cubic | parameters.b=1,-1,2,-3
+hamilton | relativistic | parameters.m=1,-2,0.5
+hamilton | derived | parameters.w=0,1,g/l,sqrt(g/l),null
+"""
+"""Commands, files or documents below, and the keys that are swept.
+
+In step with the second key, the spin of the nutating top would be tried at the tilt that is refused alone.
+"""
 
 BODIES = {
     "box": """
@@ -172,122 +176,69 @@ motion: {omega: [0.3, 2, 1]}
     "nutating top": """
 top: {spin: 100, tilt: 0.5, mass: 1, distance: 0.1, lambda1: 0.02, lambda3: 0.01, nutation: 0.3}
 """,
+    # The mass matrix is singular at c = 1, and H is as for a = 1 at any other value.
+    "coupled": """
+parameters: {a: 1, c: 0.5, k: 2}
+system: {coordinates: [x, y], lagrangian: a*xdot^2/2 + ydot^2/2 + c*xdot*ydot - k*(x^2 + y^2)}
+equilibrium: {x: 0, y: 0}
+""",
+    # Which velocity a momentum has hangs on the sign of b.
+    "cubic": """
+parameters: {m: 1, b: 1}
+system: {coordinates: [x], lagrangian: m*xdot^2/2 + b*xdot^3/3 - x^2}
+""",
+    "relativistic": """
+parameters: {m: 1, c: 3, k: 1}
+system: {coordinates: [x], lagrangian: -m*c^2*sqrt(1 - xdot^2/c^2) - k*x^2/2}
+orbit: {initial: {x: 1, xdot: 0}, duration: 1, samples: 3}
+""",
+    # A parameter that follows from others is a function of them: x is cyclic for no value alone.
+    "derived": """
+parameters: {g: 9.8, l: 2, w: sqrt(g/l)}
+system: {coordinates: [x], kinetic: xdot^2/2, potential: w^2*x^2/2}
+""",
 }
-"""Bodies whose numbers are swept."""
-
-POINTS_OF_BODIES = [
-    ("axes", "box", ["body.size.0=0.5:3:20"]),
-    ("axes", "box", ["motion.omega.0=-1:1:21"]),
-    ("inertia", "box", ["body.mass=0,2", "axis.0=-2:2:19"]),
-    ("axes", "cone", ["parameters.r=0.1:8:19"]),
-    ("axes", "cone", ["frame.angle=0 deg:400 deg:20"]),
-    ("axes", "points", ["body.points.2.2=-1:1:21"]),
-    ("inertia", "points", ["body.points.0.0=-1 kg:4 kg:20"]),
-    ("axes", "tensor", ["body.mass=1:8:20"]),
-    ("axes", "tensor", ["body.inertia.2.2=2:8:20"]),
-    ("axes", "parts", ["body.parts.1.radius=0.2:2:20"]),
-    ("inertia", "parts", ["body.parts.0.rotation.angle=0:1:20"]),
-    ("axes", "bored", ["body.parts.1.radius=0.1:2.6:20"]),
-    ("inertia", "bored", ["body.parts.1.position.0=0:2.4:20"]),
-    ("axes", "nine points", ["parameters.a=-0.1:2:22"]),
-    ("inertia", "nine points", ["body.points.4.0=0:2:21"]),
-    ("precess", "turning box", ["motion.omega.0=0:4:21"]),
-    ("precess", "turning box", ["body.size.0=0.5:4:29"]),
-    ("precess", "turning cylinder", ["motion.omega.2=-1:1:21"]),
-    ("precess", "nutating top", ["top.nutation=-1:4:21"]),
-    ("precess", "nutating top", ["top.tilt=0.01:3.1:20"]),
-    # In step with the second key, it would be tried at the value that is refused alone.
-    ("precess", "nutating top", ["top.spin=10:80:16", "top.tilt=9,1,2"]),
-]
+"""Documents whose numbers are swept."""
 
 
-@pytest.mark.parametrize(("command", "body", "keys"), [*POINTS, *POINTS_OF_BODIES])
-def test_rows_are_those_of_runs_one_by_one(
-    program: Program, tmp_path: Path, command: str, body: str, keys: list[str]
-) -> None:
+@pytest.mark.parametrize("case", rows(POINTS), ids=" ".join)
+def test_rows_are_those_of_runs_one_by_one(program: Program, tmp_path: Path, case: tuple[str, ...]) -> None:
     """What a sweep reads once is what a run at its value reads; a value that is refused is refused alone."""
-    file = body
-    if body in BODIES:
-        (tmp_path / "body.yaml").write_text(BODIES[body])
+    command, file, *keys = case
+    file = {"CUBE": CUBE, "TOP": TOP}.get(file, file)
+    if file in BODIES:
+        (tmp_path / "body.yaml").write_text(BODIES[file])
         file = str(tmp_path / "body.yaml")
+    zipped = [key for key in keys if key == "--zip"]
+    sweep = read_sweep([key for key in keys if key != "--zip"], bool(zipped))
     options = [option for key in keys for option in ([key] if key == "--zip" else ["--sweep", key])]
-    sweep = read_sweep([key for key in keys if key != "--zip"], "--zip" in keys)
-    swept = program(command, "-q", "-f", "csv", *options, file)
-    found_objects = objects(program(command, "-q", "-f", "json", *options, file).out)
-    rows, codes = table(swept.out), []
+    short = ["--duration", "0.1"] if command == "euler" and "duration" not in keys[0] else []
+
+    def run(form: str, *options: str) -> Outcome:
+        derivation._derived.cache_clear()
+        return program(command, "-q", "-f", form, *options, *short, file)
+
+    swept, described, codes = run("csv", *options), objects(run("json", *options).out), []
+    # Of a motion csv has the samples, and a sweep one row: its objects are compared.
+    moving = command in ("euler", "hamilton")
+    lines = [] if moving else table(swept.out)
     for index in range(sweep.count):
         settings = sweep.settings(sweep.point(index))
         given = [option for setting in settings for option in ("-s", setting)]
-        single = program(command, "-q", "-f", "csv", *given, file)
+        single = run("csv", *given)
         codes.append(single.code)
         if single.code:
             assert f"at {', '.join(settings)}: " in swept.err or "the same at " in swept.err
             continue
-        [expected] = table(single.out)
-        row, found = rows.pop(0), found_objects.pop(0)
-        assert {head: row[head] for head in expected} == expected
-        found.pop("swept")
-        if index % 5 == 0:
-            assert [found] == objects(program(command, "-q", "-f", "json", *given, file).out)
-    assert (rows, found_objects) == ([], [])
+        found = described.pop(0)
+        assert list(found.pop("swept")) == [setting.partition("=")[0] for setting in settings]
+        if not moving:
+            (expected,), row = table(single.out), lines.pop(0)
+            assert {head: row[head] for head in expected} == expected
+        if moving or index % 5 == 0:
+            assert [found] == objects(run("json", *given).out)
+    assert (lines, described) == ([], [])
     assert swept.code == max(codes)
-
-
-SYSTEMS = {
-    # The mass matrix is singular at c = 1, and H is as for a = 1 at any other value.
-    "coupled": (
-        (
-            "parameters: {a: 1, c: 0.5, k: 2}\n"
-            "system: {coordinates: [x, y], lagrangian: a*xdot^2/2 + ydot^2/2 + c*xdot*ydot - k*(x^2 + y^2)}\n"
-            "equilibrium: {x: 0, y: 0}\n"
-        ),
-        "parameters.c=0,0.5,1,0.25,2",
-    ),
-    # Which velocity a momentum has hangs on the sign of b.
-    "cubic": (
-        "parameters: {m: 1, b: 1}\nsystem: {coordinates: [x], lagrangian: m*xdot^2/2 + b*xdot^3/3 - x^2}\n",
-        "parameters.b=1,-1,2,-3",
-    ),
-    "relativistic": (
-        (
-            "parameters: {m: 1, c: 3, k: 1}\n"
-            "system: {coordinates: [x], lagrangian: -m*c^2*sqrt(1 - xdot^2/c^2) - k*x^2/2}\n"
-            "orbit: {initial: {x: 1, xdot: 0}, duration: 1, samples: 3}\n"
-        ),
-        "parameters.m=1,-2,0.5",
-    ),
-    # A parameter that follows from others is a function of them: x is cyclic for no value alone.
-    "derived": (
-        (
-            "parameters: {g: 9.8, l: 2, w: sqrt(g/l)}\n"
-            "system: {coordinates: [x], kinetic: xdot^2/2, potential: w^2*x^2/2}\n"
-        ),
-        "parameters.w=0,1,g/l,sqrt(g/l),null",
-    ),
-}
-"""Systems, and parameters on whose values more than numbers may hang."""
-
-
-@pytest.mark.parametrize("name", SYSTEMS)
-def test_equations_derived_for_another_value_are_those_of_a_single_run(
-    program: Program, tmp_path: Path, name: str
-) -> None:
-    document, sweep = SYSTEMS[name]
-    key, _, values = sweep.partition("=")
-    file = tmp_path / f"{name}.yaml"
-    file.write_text(document)
-    swept = program("hamilton", "-q", "-f", "json", "--sweep", sweep, str(file))
-    found = objects(swept.out)
-    for value in values.split(","):
-        derivation._derived.cache_clear()
-        single = program("hamilton", "-q", "-f", "json", "-s", f"{key}={value}", str(file))
-        if single.code:
-            assert single.err.partition("yaml: ")[2].splitlines()[0] in swept.err
-            continue
-        one = found.pop(0)
-        del one["swept"]
-        assert [one] == objects(single.out)
-    assert found == []
 
 
 def test_notes_on_single_values_are_told(program: Program) -> None:
@@ -343,28 +294,25 @@ def test_values_from_a_table(program: Program, tmp_path: Path) -> None:
     assert [float(row["top.spin"]) for row in table(done.out)] == pytest.approx([10.47197551, 200])
 
 
+UNREADABLE = """
+body.side=1:2 -> expected START:STOP:COUNT   body.side=1:2:0 -> read `0`, expected a COUNT from 1
+body.side=1:2:-3 -> read `-3`, expected a COUNT from 1
+body.side=1:2:2.5 -> read `2.5`, expected a COUNT from 1   body.side=1:2:1e99 -> expected a COUNT from 1
+body.side=nan:2:3 -> it is not finite   body.side=1:1e999:3 -> it is not finite
+body.side=1 kg:2 m:3 -> `kg` and `m` do not measure the same
+body.side=1:2 cm:3 -> `1` has no unit (write `1 cm`)   body.side=1 foo:2 foo:3 -> unknown unit `foo`
+body.side=log:0:1:3 -> ends of the same sign   body.side=log:-1:1:3 -> ends of the same sign
+body.side=1,,2 -> read `1,,2`   body.side= -> expected START:STOP:COUNT
+body.side -> expected KEY=START:STOP:COUNT
+body.side=@none.csv:x -> `none.csv` cannot be read: No such file
+body.side=@configs/cube_corner.yaml:x -> has no column `x`
+body.side=@none.csv -> expected @table.csv:column
+"""
+
+
 @pytest.mark.parametrize(
     ("sweep", "told"),
-    [
-        ("body.side=1:2", "expected START:STOP:COUNT"),
-        ("body.side=1:2:0", "read `0`, expected a COUNT from 1"),
-        ("body.side=1:2:-3", "read `-3`, expected a COUNT from 1"),
-        ("body.side=1:2:2.5", "read `2.5`, expected a COUNT from 1"),
-        ("body.side=1:2:1e99", "expected a COUNT from 1"),
-        ("body.side=nan:2:3", "it is not finite"),
-        ("body.side=1:1e999:3", "it is not finite"),
-        ("body.side=1 kg:2 m:3", "`kg` and `m` do not measure the same"),
-        ("body.side=1:2 cm:3", "`1` has no unit (write `1 cm`)"),
-        ("body.side=1 foo:2 foo:3", "unknown unit `foo`"),
-        ("body.side=log:0:1:3", "ends of the same sign"),
-        ("body.side=log:-1:1:3", "ends of the same sign"),
-        ("body.side=1,,2", "read `1,,2`"),
-        ("body.side=", "expected START:STOP:COUNT"),
-        ("body.side", "expected KEY=START:STOP:COUNT"),
-        ("body.side=@none.csv:x", "`none.csv` cannot be read: No such file"),
-        ("body.side=@configs/cube_corner.yaml:x", "has no column `x`"),
-        ("body.side=@none.csv", "expected @table.csv:column"),
-    ],
+    pairs_of(UNREADABLE),
 )
 def test_values_that_cannot_be_read(program: Program, sweep: str, told: str) -> None:
     done = program("inertia", "--sweep", sweep, CUBE)
@@ -425,12 +373,6 @@ def test_an_unknown_key_is_told_once_as_set_tells_it(program: Program, key: str)
     assert swept.err.splitlines()[0].replace("--sweep", "--set") == single.err.splitlines()[0]
 
 
-def test_a_value_in_a_wrong_unit_is_refused(program: Program) -> None:
-    done = program("inertia", "-f", "csv", "--sweep", "body.side=1 kg:2 kg:2", CUBE)
-    assert (done.code, done.out) == (3, "")
-    assert "expected a length (m)" in done.err
-
-
 def test_a_file_that_cannot_be_read_is_told_once(program: Program) -> None:
     done = program("inertia", "-f", "csv", "--sweep", "body.side=1:2:5", "none.yaml", CUBE)
     assert done.code == 3
@@ -447,12 +389,6 @@ def test_notes_are_those_of_what_each_value_leaves_unused(program: Program) -> N
     assert done.code == 0
     assert ["parameter `b` is not used" in done.err, "parameter `a` is not used" in done.err] == [True, True]
     assert "parameter `c`" not in done.err
-
-
-def test_notes_are_told_once(program: Program) -> None:
-    unused = "parameters: {unused: 1}\nbody: {shape: cube, side: 1, mass: 1}"
-    done = program("inertia", "-f", "csv", "--sweep", "body.side=1:2:50", "-", stdin=unused)
-    assert done.err.count("unused") == 1
 
 
 # --- exact documents
@@ -531,17 +467,6 @@ def test_columns_that_are_not_there_are_refused(
 # --- tables for people
 
 
-def test_a_table_has_the_columns_that_change(program: Program) -> None:
-    lines = program("inertia", "--sweep", "body.side=1:2:3", CUBE).out.splitlines()
-    heads = lines[3].split("  ")
-    assert [head.strip() for head in heads if head.strip()][:3] == [
-        "body.side (m)",
-        "com_x (m)",
-        "com_y (m)",
-    ] or ("mass" not in lines[3])
-    assert len(lines) == 7
-
-
 @pytest.mark.parametrize("width", [60, 100])
 def test_a_table_is_no_wider_than_the_terminal(width: int) -> None:
     setup = f"export NO_COLOR=1; unset COLUMNS; stty cols {width}"
@@ -599,14 +524,6 @@ def test_an_interrupt_leaves_whole_rows(jobs: str) -> None:
     assert (begun[-1] + out).endswith("\n")
 
 
-def test_an_output_file_is_whole_or_not_there(program: Program, tmp_path: Path) -> None:
-    file = tmp_path / "out.csv"
-    arguments = ("inertia", "-f", "csv", "--sweep", "body.side=1:2:20", "-o", str(file))
-    assert program(*arguments, CUBE).code == 0
-    assert len(table(file.read_text())) == 20
-    assert list(tmp_path.iterdir()) == [file]
-
-
 # --- lists of files
 
 
@@ -634,9 +551,3 @@ def test_answers_from_a_list(program: Program, tmp_path: Path) -> None:
     (tmp_path / "answers.txt").write_text("\n".join(names))
     arguments = ("check", "-f", "csv", "configs/homework/assignment.yaml")
     assert program(*arguments, f"@{tmp_path}/answers.txt") == program(*arguments, *names)
-
-
-def test_exactness_is_asked_of_ranges_alone() -> None:
-    with pytest.raises(UsageError):
-        read_sweep(["a=log:1:2:3"], False).exactly()
-    assert isinstance(read_sweep(["a=1:2:3"], False).exactly().keys[0].values, Range)

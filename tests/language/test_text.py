@@ -17,6 +17,7 @@ from rigidcli.language.functions import FUNCTIONS
 from rigidcli.language.parser import MAX_DEPTH, read
 from rigidcli.language.text import latex, reading, text
 from rigidcli.language.tree import Call, Constant, Name, Negative, Node, Product, Sum
+from tests.tables import pairs_of, words_of
 from tests.trees import number, trees
 
 many = settings(max_examples=200, deadline=None)
@@ -98,91 +99,41 @@ def test_no_parentheses_could_be_left_out(node: Node) -> None:
         assert without != root(written)
 
 
-@pytest.mark.parametrize(
-    "written",
-    [
-        "x",
-        "pi",
-        "6.67e-11",
-        "-a",
-        "a - b",
-        "-a + b",
-        "a - (b - c)",
-        "-(a + b)",
-        "-(a + b)*c",
-        "p_x**2/(2*m) + k*x**2/2",
-        "k*(x - y)**2/2",
-        "(a + b)/(c*d)",
-        "a/b*c",
-        "a/(b/c)",
-        "a*(b*c)",
-        "1/x",
-        "1/(a + b)**2",
-        "-1/x",
-        "-x**2",
-        "(-x)**2",
-        "-(-2)**x",
-        "a**b**c",
-        "(a**b)**c",
-        "(a*b)**c",
-        "a**(b*c)",
-        "a**(1/2)",
-        "x**(-2)",
-        "x**(-a/b)",
-        "sin(theta)**2",
-        "sqrt(x)**3",
-        "sqrt(a**2 + b**2)",
-        "atan2(-y, x)",
-        "m*l**2*(theta1dot**2 + 2*cos(theta1 - theta2)*theta1dot*theta2dot)/2",
-    ],
-)
+SHORT = """
+x   pi   6.67e-11   -a   a - b   -a + b   a - (b - c)   -(a + b)   -(a + b)*c   p_x**2/(2*m) + k*x**2/2
+k*(x - y)**2/2   (a + b)/(c*d)   a/b*c   a/(b/c)   a*(b*c)   1/x   1/(a + b)**2   -1/x   -x**2   (-x)**2
+-(-2)**x   a**b**c   (a**b)**c   (a*b)**c   a**(b*c)   a**(1/2)   x**(-2)   x**(-a/b)   sin(theta)**2
+sqrt(x)**3   sqrt(a**2 + b**2)   atan2(-y, x)
+m*l**2*(theta1dot**2 + 2*cos(theta1 - theta2)*theta1dot*theta2dot)/2
+"""
+
+
+@pytest.mark.parametrize("written", words_of(SHORT))
 def test_text_is_short(written: str) -> None:
     assert text(root(written)) == written
 
 
-@pytest.mark.parametrize(
-    ("source", "expected"),
-    [
-        ("((x))", "x"),
-        ("(a + b) + c", "a + b + c"),
-        ("(a*b)/c", "a*b/c"),
-        ("a*-b", "-a*b"),
-        ("a/-b", "-a/b"),
-        ("-a*-b", "a*b"),
-        ("--a", "a"),
-        ("a - -b", "a + b"),
-        ("a + (-b)*c", "a - b*c"),
-        ("-(-(a + b))", "a + b"),
-        ("a^(b^c)", "a**b**c"),
-        ("x^-2", "x**(-2)"),
-        ("(sin(x))^2", "sin(x)**2"),
-        ("θ̇".replace("\u0307", "dot"), "thetadot"),
-    ],
-)
+BARE = """
+((x)) -> x   (a + b) + c -> a + b + c   (a*b)/c -> a*b/c   a*-b -> -a*b   a/-b -> -a/b   -a*-b -> a*b
+--a -> a   a - -b -> a + b   a + (-b)*c -> a - b*c   -(-(a + b)) -> a + b   a^(b^c) -> a**b**c
+x^-2 -> x**(-2)   (sin(x))^2 -> sin(x)**2
+"""
+
+
+@pytest.mark.parametrize(("source", "expected"), pairs_of(BARE))
 def test_text_leaves_out_what_says_nothing(source: str, expected: str) -> None:
     assert text(root(source)) == expected
 
 
-@pytest.mark.parametrize(
-    ("source", "expected"),
-    [
-        ("M*a^2/12", "M a^2/12"),
-        ("x/(2*m)", "x/(2 m)"),
-        ("a*(b + c)", "a (b + c)"),
-        ("10*2^(1/3)", "10*2^(1/3)"),
-        ("x*.5", "x*.5"),
-        ("2*3*x", "2*3 x"),
-        ("-k*x", "-k x"),
-        ("a*b/c*d", "a b/c*d"),
-        ("(a/b)*c", "a/b*c"),
-        ("1/2*m*v^2", "1/2*m*v^2"),
-        ("(a + b)*(c - d)", "(a + b) (c - d)"),
-        ("(a*b)^2", "(a b)^2"),
-        ("p_x^2/(2*m) + k*x^2/2", "p_x^2/(2 m) + k x^2/2"),
-        ("2*m*g*l*sin(theta)^2", "2 m g l sin(theta)^2"),
-        ("atan2(2*y, x)", "atan2(2 y, x)"),
-    ],
-)
+READ = """
+M*a^2/12 -> M a^2/12   x/(2*m) -> x/(2 m)   a*(b + c) -> a (b + c)   10*2^(1/3) -> 10*2^(1/3)   x*.5 -> x*.5
+2*3*x -> 2*3 x   -k*x -> -k x   a*b/c*d -> a b/c*d   (a/b)*c -> a/b*c   1/2*m*v^2 -> 1/2*m*v^2
+(a + b)*(c - d) -> (a + b) (c - d)   (a*b)^2 -> (a b)^2   p_x^2/(2*m) + k*x^2/2 -> p_x^2/(2 m) + k x^2/2
+2*m*g*l*sin(theta)^2 -> 2 m g l sin(theta)^2   atan2(2*y, x) -> atan2(2 y, x)
+"""
+
+
+@pytest.mark.parametrize(("source", "expected"), pairs_of(READ))
 def test_reading(source: str, expected: str) -> None:
     assert reading(root(source)) == expected
 
@@ -199,64 +150,33 @@ def test_reading_is_read_back_as_the_same_tree(node: Node) -> None:
     assert root(reading(node)) == root(text(node))
 
 
-@pytest.mark.parametrize(
-    ("source", "expected"),
-    [
-        ("p_x^2/(2*m) + k*x^2/2", r"\frac{p_{x}^{2}}{2 m} + \frac{k x^{2}}{2}"),
-        ("-k*x", "-k x"),
-        ("-x/2", r"-\frac{x}{2}"),
-        ("x/-2", r"-\frac{x}{2}"),
-        ("(a - b)/-c", r"-\frac{a - b}{c}"),
-        ("a - (b - c)", r"a - \left(b - c\right)"),
-        ("-(a + b)", r"-\left(a + b\right)"),
-        ("a - -b", "a + b"),
-        ("1/x", r"\frac{1}{x}"),
-        ("1/2*m*v^2", r"\frac{m v^{2}}{2}"),
-        ("1*1", "1"),
-        ("a/b/c*d", r"\frac{a d}{b c}"),
-        ("(a + b)*c/(d*(e + f))", r"\frac{\left(a + b\right) c}{d \left(e + f\right)}"),
-        ("a/(1 + b/c)", r"\frac{a}{1 + \frac{b}{c}}"),
-        ("a/(b/c)", r"\frac{a}{\frac{b}{c}}"),
-        ("(a/b)^2", r"\left(\frac{a}{b}\right)^{2}"),
-        ("sin(theta)^2", r"\sin^{2}\theta"),
-        ("sin(x)", r"\sin x"),
-        ("sin(2*x)^2", r"\sin^{2}\left(2 x\right)"),
-        ("cos(theta_1 - theta_2)", r"\cos\left(\theta_{1} - \theta_{2}\right)"),
-        ("sin(-x)", r"\sin\left(-x\right)"),
-        ("sin(x)^(-1)", r"\left(\sin x\right)^{-1}"),
-        ("sin(x)^y", r"\left(\sin x\right)^{y}"),
-        ("sin(theta)*phidot*cos(phi)", r"\dot{\phi} \sin\theta \cos\phi"),
-        ("(a*sin(x))*b", r"a b \sin x"),
-        ("(-(a*sin(x)))*b", r"-a b \sin x"),
-        ("sin(cos(x))", r"\sin\left(\cos x\right)"),
-        ("theta1dot^2", r"\dot{\theta}_{1}^{2}"),
-        ("xdot*p_x", r"\dot{x} p_{x}"),
-        ("m*xddot", r"m \ddot{x}"),
-        ("omega_0*t", r"\omega_{0} t"),
-        ("2*pi*hbar", r"2 \pi \hbar"),
-        ("sqrt(k/m)*t", r"\sqrt{\frac{k}{m}} t"),
-        ("sqrt(x)^3", r"\left(\sqrt{x}\right)^{3}"),
-        ("x^(3/2)", "x^{3/2}"),
-        ("x^(-1/2)", "x^{-1/2}"),
-        ("x^(a*b/2)", r"x^{\frac{a b}{2}}"),
-        ("(-2)^x", r"\left(-2\right)^{x}"),
-        ("-2^x", "-2^{x}"),
-        ("a^b^c", "a^{b^{c}}"),
-        ("(a^b)^c", r"\left(a^{b}\right)^{c}"),
-        ("exp(-gamma*t)*cos(omega*t)", r"\mathrm{e}^{-\gamma t} \cos\left(\omega t\right)"),
-        ("abs(x)^2*sign(y)", r"\left|x\right|^{2} \operatorname{sgn}y"),
-        ("log(x)", r"\ln x"),
-        ("asin(x/2)", r"\arcsin\left(\frac{x}{2}\right)"),
-        ("atan2(y, x)", r"\operatorname{atan2}\left(y, x\right)"),
-        ("2*mass*length/t", r"\frac{2 \, \mathrm{mass} \, \mathrm{length}}{t}"),
-        ("x*massdot", r"x \, \dot{\mathrm{mass}}"),
-        ("I_max*omega", r"I_{\mathrm{max}} \omega"),
-        ("2*3*x", r"2 \cdot 3 x"),
-        ("x*2^y", r"x \cdot 2^{y}"),
-        ("6.67e-11*m", r"6.67 \times 10^{-11} m"),
-        ("2E05^2", r"\left(2 \times 10^{5}\right)^{2}"),
-    ],
-)
+LATEX = r"""
+p_x^2/(2*m) + k*x^2/2 -> \frac{p_{x}^{2}}{2 m} + \frac{k x^{2}}{2}   -k*x -> -k x   -x/2 -> -\frac{x}{2}
+x/-2 -> -\frac{x}{2}   (a - b)/-c -> -\frac{a - b}{c}   a - (b - c) -> a - \left(b - c\right)
+-(a + b) -> -\left(a + b\right)   a - -b -> a + b   1/x -> \frac{1}{x}   1/2*m*v^2 -> \frac{m v^{2}}{2}
+1*1 -> 1   a/b/c*d -> \frac{a d}{b c}
+(a + b)*c/(d*(e + f)) -> \frac{\left(a + b\right) c}{d \left(e + f\right)}
+a/(1 + b/c) -> \frac{a}{1 + \frac{b}{c}}   a/(b/c) -> \frac{a}{\frac{b}{c}}
+(a/b)^2 -> \left(\frac{a}{b}\right)^{2}   sin(theta)^2 -> \sin^{2}\theta   sin(x) -> \sin x
+sin(2*x)^2 -> \sin^{2}\left(2 x\right)   cos(theta_1 - theta_2) -> \cos\left(\theta_{1} - \theta_{2}\right)
+sin(-x) -> \sin\left(-x\right)   sin(x)^(-1) -> \left(\sin x\right)^{-1}
+sin(x)^y -> \left(\sin x\right)^{y}   sin(theta)*phidot*cos(phi) -> \dot{\phi} \sin\theta \cos\phi
+(a*sin(x))*b -> a b \sin x   (-(a*sin(x)))*b -> -a b \sin x   sin(cos(x)) -> \sin\left(\cos x\right)
+theta1dot^2 -> \dot{\theta}_{1}^{2}   xdot*p_x -> \dot{x} p_{x}   m*xddot -> m \ddot{x}
+omega_0*t -> \omega_{0} t   2*pi*hbar -> 2 \pi \hbar   sqrt(k/m)*t -> \sqrt{\frac{k}{m}} t
+sqrt(x)^3 -> \left(\sqrt{x}\right)^{3}   x^(3/2) -> x^{3/2}   x^(-1/2) -> x^{-1/2}
+x^(a*b/2) -> x^{\frac{a b}{2}}   (-2)^x -> \left(-2\right)^{x}   -2^x -> -2^{x}   a^b^c -> a^{b^{c}}
+(a^b)^c -> \left(a^{b}\right)^{c}
+exp(-gamma*t)*cos(omega*t) -> \mathrm{e}^{-\gamma t} \cos\left(\omega t\right)
+abs(x)^2*sign(y) -> \left|x\right|^{2} \operatorname{sgn}y   log(x) -> \ln x
+asin(x/2) -> \arcsin\left(\frac{x}{2}\right)   atan2(y, x) -> \operatorname{atan2}\left(y, x\right)
+2*mass*length/t -> \frac{2 \, \mathrm{mass} \, \mathrm{length}}{t}   x*massdot -> x \, \dot{\mathrm{mass}}
+I_max*omega -> I_{\mathrm{max}} \omega   2*3*x -> 2 \cdot 3 x   x*2^y -> x \cdot 2^{y}
+6.67e-11*m -> 6.67 \times 10^{-11} m   2E05^2 -> \left(2 \times 10^{5}\right)^{2}
+"""
+
+
+@pytest.mark.parametrize(("source", "expected"), pairs_of(LATEX))
 def test_latex(source: str, expected: str) -> None:
     assert latex(root(source)) == expected
 

@@ -105,21 +105,10 @@ HALIDES = (
 MEASURED: dict[str, Any] = {
     # r_e and B_e, to the digits of the bond
     "CO": (line("C", 1.128323, "O"), CM, [None, 1.93128087], 2e-6, HUBER),
-    "HCl": (line("H", 1.274552, "Cl"), CM, [None, 10.593416], 2e-6, HUBER),
     "DCl": (line("D", 1.274581, "Cl"), CM, [None, 5.448794], 2e-6, HUBER),
-    "N2": (line("N", 1.097685, "N"), CM, [None, 1.998241], 2e-6, HUBER),
-    "HF": (line("H", 0.916808, "F"), CM, [None, 20.9557], 5e-6, HUBER),
     # r_0 or r_s and B_0
     "CO2": (line("O", 1.1621, "C", 1.1621, "O"), CM, [None, 0.39021], 2e-4, HERZBERG),
-    "C2H2": (line("H", 1.058, "C", 1.208, "C", 1.058, "H"), CM, [None, 1.1766], 1e-3, HERZBERG),
     "CH4": (METHANE, CM, [5.2412] * 3, 2e-4, HERZBERG),
-    "N2O": (
-        line("N", 1.1286, "N", 1.1876, "O"),
-        GHZ,
-        [None, 12.5616348],
-        2e-3,
-        f"structure: {COSTAIN}; B_0: {NIST}",
-    ),
     "OCS": (
         line("O", 1.1604, "C", 1.5602, "S"),
         CM,
@@ -128,20 +117,12 @@ MEASURED: dict[str, Any] = {
         f"structure: {COSTAIN}; B_0: {HERZBERG}",
     ),
     "SO2": (bent("S", "OO", 1.432, 119.5), CM, [2.02736, 0.34417, 0.29354], 4e-3, HERZBERG),
-    "O3": (bent("O", "OO", 1.278, 116.8), CM, [3.55348, 0.44525, 0.39479], 1e-2, HERZBERG),
     "H2CO": (
         planar([0], 1.111, 116.133, 1.205),
         CM,
         [9.4053, 1.2953, 1.1342],
         4e-3,
         f"structure: Gurvich, in NIST's CCCBDB; constants: {HERZBERG}",
-    ),
-    "C2H4": (
-        planar([0.6695, -0.6695], 1.086, 117.6),
-        CM,
-        [4.828, 1.0012, 0.8282],
-        5e-3,
-        HERZBERG,
     ),
     "C6H6": (
         ring(("C", 1.397), ("H", 2.481)),
@@ -152,11 +133,8 @@ MEASURED: dict[str, Any] = {
     ),
     "CH3Cl": (halide("Cl", 1.781, 110 + 31 / 60), GHZ, [None, 13.29286], 2e-3, HALIDES),
     "CH3Br": (halide("79Br", 1.939, 111 + 14 / 60), GHZ, [None, 9.56820], 2e-3, HALIDES),
-    "CH3Br81": (halide("81Br", 1.939, 111 + 14 / 60), GHZ, [None, 9.53182], 2e-3, HALIDES),
-    "CH3I": (halide("I", 2.139, 111 + 25 / 60), GHZ, [None, 7.50130], 2e-3, HALIDES),
     # r_e and B_0: what atoms do in the lowest state is told by hundredths
     "H2O": (bent("O", "HH", 0.9572, 104.52), GHZ, [835.840, 435.352, 278.139], 3e-2, "water"),
-    "HDO": (bent("O", "HD", 0.9572, 104.52), GHZ, [701.932, 272.913, 192.055], 3e-2, "water"),
     "D2O": (bent("O", "DD", 0.9572, 104.52), GHZ, [462.279, 218.038, 145.258], 3e-2, "water"),
     "NH3": (
         with_three([("N", (0, 0, 0))], "H", 1.0124, 106.67),
@@ -239,7 +217,7 @@ def moved(atoms: Atoms, seed: int) -> Atoms:
     return [(kind, tuple(place)) for (kind, _), place in zip(atoms, places, strict=True)]
 
 
-@pytest.mark.parametrize("name", ["CO2", "SO2", "C6H6", "CH4", "CH3Cl", "C2H4"])
+@pytest.mark.parametrize("name", ["CO2", "SO2", "C6H6", "CH4", "CH3Cl", "H2CO"])
 @pytest.mark.parametrize("decimals", [3, 4, 6, 10])
 def test_neither_place_nor_rounding_changes_the_kind(name: str, decimals: int, told: Told) -> None:
     atoms = MEASURED[name][0]

@@ -1,4 +1,4 @@
-"""Linear motion as the working shows it: its matrices, the characteristic polynomial, and the vectors of modes."""
+"""The working of linear motion: its matrices, the characteristic polynomial, and the vectors of modes."""
 
 from __future__ import annotations
 

@@ -1,0 +1,22 @@
+"""Tables of truths as texts: a line is a case, and bars stand between its cells."""
+
+from __future__ import annotations
+
+import re
+
+
+def rows(text: str) -> list[tuple[str, ...]]:
+    """The cells of each line; a line that begins with blanks goes on with the one before."""
+    lines = text.strip().replace("\n  ", " ").split("\n")
+    return [tuple(cell.strip() for cell in line.split(" | ")) for line in lines]
+
+
+def words_of(text: str) -> list[str]:
+    """The entries of a text: two blanks or more, or the end of a line, stand between them."""
+    return re.split(r" {2,}|\n", text.strip())
+
+
+def pairs_of(text: str) -> list[tuple[str, str]]:
+    """The entries of a text that are pairs, with arrows between."""
+    found = [entry.split(" -> ") for entry in words_of(text)]
+    return [(first, second) for first, second in found]
