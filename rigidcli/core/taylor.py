@@ -73,7 +73,8 @@ def solve(
     """
     t0, t1 = span
     integrator = _integrator(flow, len(scales), max(tolerance * MARGIN, ROUNDING), name)
-    integrator.pars[:] = [*scales, *(1 / scales)]
+    # heyoka has none beyond the last that the equations use: a slope of zero needs no unit.
+    integrator.pars[:] = [*scales, *(1 / scales)][: len(integrator.pars)]
     integrator.time, integrator.state[:] = t0, start / scales
     most = min(MOST_STEPS, MOST_NUMBERS // (len(scales) * (integrator.order + 1)))
     # A power of two, as those at which it is asked whether the end can be reached.

@@ -349,6 +349,16 @@ def test_what_two_integrations_do_not_share_is_noted() -> None:
     assert seen.notes == ()
 
 
+def test_a_series_needs_no_slope_along_the_axis_of_symmetry() -> None:
+    pytest.importorskip("heyoka", reason="the extra `taylor` is not installed")
+    cone = "body: {shape: cone, radius: 0.1, height: 0.3, mass: 4}\n"
+    seen = driven(cone, "{gravity: 9.81}", "omega: [1, 2, 30], duration: 2, samples: 9, method: taylor")
+    assert seen["method"] == "Taylor (heyoka)"
+    rates = arrays(driven(cone, "{gravity: 9.81}", "omega: [1, 2, 30], duration: 2, samples: 9"))["omega"]
+    assert arrays(seen)["omega"] == pytest.approx(rates, rel=1e-8, abs=1e-8)
+    assert arrays(seen)["omega"][:, 2] == pytest.approx([30.0] * 9, rel=1e-14)
+
+
 def test_the_method_of_a_motion_is_asked_for() -> None:
     pytest.importorskip("heyoka", reason="the extra `taylor` is not installed")
     smooth = driven(BODY, '{body: ["sin(t)", 0, "-w3"]}', "omega: [0.3, 2, 0.1], duration: 5, method: taylor")
