@@ -185,7 +185,7 @@ def test_bodies_of_mjcf_whose_tensor_is_not_written_are_noted(tmp_path: Path) ->
         '<replicate count="2"><body name="c"/></replicate></body></worldbody></mujoco>'
     )
     robot = robot_of(path.read_text(), "robot.xml")
-    assert [each.link.name for each in robot.each] == ["a"]
+    assert [each.link and each.link.name for each in robot.each] == ["a"]
     assert robot.notes == [
         "bodies that `<replicate>` in line 5 makes are left out",
         (
@@ -344,6 +344,7 @@ def test_a_mutated_file_is_answered_or_refused(ending: str) -> None:
         for each in links:
             with contextlib.suppress(RigidError):
                 document = read_draft(each)
+                assert each.link is not None
                 remarks(each.link, document)
                 rigidcli.axes(document)
         assert time.process_time() - began < 5, text
