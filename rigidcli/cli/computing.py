@@ -22,7 +22,7 @@ from rigidcli.cli.work import Answer, Work, answers, lost, require_comparable, t
 from rigidcli.commands import COMMANDS, Command
 from rigidcli.errors import UsageError
 from rigidcli.processes import Jobs, Lost, each
-from rigidcli.render import TRAITS, Format, Look, Traits, formats_of, joined
+from rigidcli.render import TRAITS, Format, Look, Traits, formats_of, joined, require_fit
 from rigidcli.sandbox import usable_cores
 
 if TYPE_CHECKING:
@@ -247,7 +247,7 @@ def _pieces(
     asked: Asked, work: Work, failures: Failures, target: Output, pictures: list[str | bytes]
 ) -> Iterator[Any]:
     """The pieces of the output, one after the other; notes on them are printed on the way."""
-    known = defaultdict[str, set[str]](set)
+    known, first = defaultdict[str, set[str]](set), None
     here = asked.hands == 1 and asked.sweep is None
     do = partial(answers, work=work, watch=partial(progress, pulse=PULSE) if here else None)
     # On a terminal, rows that stream show the progress themselves.
@@ -269,6 +269,9 @@ def _pieces(
                             problem = "`--plot` draws one picture, of a FILE with one body"
                             raise UsageError(problem, hint="leave out `--plot`")
                         pictures.append(answer.picture)
+                    if asked.sweep is not None:
+                        first = answer.found if first is None else first
+                        require_fit(work.format, answer.found, first)
                     yield answer.found
             done()
     failures.end()

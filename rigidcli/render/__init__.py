@@ -128,6 +128,13 @@ def piece(name: Format, report: Report, look: Look) -> Any:
     return report if make is None else make(report, look)
 
 
+def require_fit(name: Format, found: Any, first: Any) -> None:
+    """Raise ComputationError where a piece cannot stand in one table with the `first` one of a sweep."""
+    check = getattr(import_module(f"rigidcli.render.{name}"), "require_fit", None)
+    if check is not None:
+        check(found, first)
+
+
 def require_columns(report: Report, names: Sequence[str], traits: Traits) -> None:
     """Raise UsageError unless what is written of the report has the columns of these names."""
     if not names:

@@ -10,6 +10,7 @@ import numpy as np
 import orjson
 
 from rigidcli.core.arithmetic import Floats
+from rigidcli.errors import ComputationError
 from rigidcli.render import Look
 from rigidcli.render.values import plain, row_of
 from rigidcli.report import Column, Report, Value, single_cells
@@ -42,6 +43,14 @@ def piece(report: Report, look: Look) -> Piece:
     if look.several:
         return Piece({}, ["name", *heads], columns, _cells([report.name])[0] + ",")
     return Piece({}, heads, columns)
+
+
+def require_fit(found: Piece, first: Piece) -> None:
+    """Raise ComputationError for a row with results that have no column in the header of the `first` one."""
+    if more := [head for head in found.row if head not in first.row]:
+        message = f"rows with {', '.join(f'`{head}`' for head in more)} are left out: the first row has none"
+        hint = "csv has one header: begin with a value that has all columns, choose `--columns`, or use json"
+        raise ComputationError(message, hint=hint)
 
 
 def render(pieces: Iterable[Piece], look: Look) -> Iterator[str]:

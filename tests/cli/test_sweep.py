@@ -125,7 +125,7 @@ hamilton | configs/coupled_pendulums.yaml | parameters.k=1,2.5,null
 hamilton | coupled | parameters.c=0,0.5,1,0.25,2
 hamilton | cubic | parameters.b=1,-1,2,-3
 hamilton | relativistic | parameters.m=1,-2,0.5
-hamilton | derived | parameters.w=0,1,g/l,sqrt(g/l),null
+hamilton | derived | parameters.w=1,0,g/l,sqrt(g/l),null
 """
 """Commands, files or documents below, and the keys that are swept.
 
@@ -366,8 +366,8 @@ def test_a_computation_that_fails_is_told_and_the_others_stay(program: Program) 
 @pytest.mark.parametrize("key", ["body.sied", "bdoy.side", "body.parts.9.mass", "motion.spin"])
 def test_an_unknown_key_is_told_once_as_set_tells_it(program: Program, key: str) -> None:
     file = "configs/top_looping.yaml" if "parts" in key else CUBE
-    swept = program("inertia", "-f", "csv", "--sweep", f"{key}=1:2:1e9", file)
-    single = program("inertia", "-f", "csv", "-s", f"{key}=1", file)
+    swept = program("axes", "-f", "csv", "--sweep", f"{key}=1:2:1e9", file)
+    single = program("axes", "-f", "csv", "-s", f"{key}=1", file)
     assert swept.code == single.code == 3
     assert swept.out == ""
     assert swept.err.splitlines()[0].replace("--sweep", "--set") == single.err.splitlines()[0]
@@ -446,6 +446,22 @@ def test_rows_of_files_follow_one_header(program: Program) -> None:
     every = table(program("axes", "-q", "-f", "csv", *files).out)
     assert [row["name"] for row in every] == ["T-handle", "cube about its corner", "T-handle"]
     assert [row["T"] == "" for row in every] == [False, True, False]
+
+
+def test_csv_of_a_sweep_has_one_header(program: Program) -> None:
+    document = """
+    parameters: {w: 1}
+    system: {coordinates: [x], lagrangian: xdot**2/2 - w**2*x**2/2}
+    equilibrium: {x: 0}
+    """
+    done = {
+        values: program("hamilton", "-f", "csv", "--sweep", f"parameters.w={values}", "-", stdin=document)
+        for values in ("0,1,2", "1,2,0")
+    }
+    assert [result.code for result in done.values()] == [4, 0]
+    assert [row["parameters.w"] for row in table(done["0,1,2"].out)] == ["0.0"]
+    assert done["0,1,2"].err.count("rows with `frequencies.0` are left out") == 1
+    assert [row["frequencies.0"] for row in table(done["1,2,0"].out)] == ["1.0", "2.0", ""]
 
 
 @pytest.mark.parametrize(
