@@ -101,8 +101,8 @@ def schema(
 
     from rigidcli.check.question import AnswerFile, Assignment
     from rigidcli.document.document import Document
-    from rigidcli.document.schema import json_schema
     from rigidcli.fields.section import Section
+    from rigidcli.reference.schema import json_schema
 
     roots: dict[str, type[Section]] = {
         "document": Document,

@@ -776,7 +776,7 @@ def test_a_narrow_encoding_is_no_trouble(form: str, folder: Path) -> None:
 
 @pytest.fixture(scope="module")
 def schema() -> Any:
-    from rigidcli.document.schema import json_schema
+    from rigidcli.reference.schema import json_schema
 
     return json.loads(json.dumps(json_schema()))
 
