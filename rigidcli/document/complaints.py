@@ -54,6 +54,10 @@ def _with_points(entries: Sequence[object], length: int) -> tuple[str, str] | No
     return f"a decimal has a point, as in `[{', '.join(texts)}]`: a comma begins the next entry", first
 
 
+_MEANT = re.compile(r"^unknown key \(did you mean (\w+)")
+"""The key that an unknown one stands for: that it is missing says nothing more."""
+
+
 def explain(error: ValidationError) -> list[ValueProblem]:
     """Every complaint of pydantic, in the document's words."""
     explained: dict[Path, ValueProblem] = {}
@@ -84,7 +88,11 @@ def explain(error: ValidationError) -> list[ValueProblem]:
         else:
             problem = _of_type(path, kind, read, context, complaint["msg"])
         explained[problem.path] = problem
-    return list(explained.values())
+    guesses = ((path, _MEANT.search(problem.message)) for path, problem in explained.items())
+    meant = {(*path[:-1], guess[1]) for path, guess in guesses if guess is not None}
+    return [
+        problem for path, problem in explained.items() if problem.message != "missing" or path not in meant
+    ]
 
 
 def _of_type(path: Path, kind: str, read: Any, context: Mapping[str, Any], message: str) -> ValueProblem:

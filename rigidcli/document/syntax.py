@@ -158,7 +158,8 @@ class _Builder:
                 raise self._refusal(event, message, "write the keys out", code="not_allowed")
             if key in mapping:
                 message = f"the key {shown(key)} stands twice in this mapping"
-                raise self._refusal(event, message, code="duplicate_key")
+                hint = "a list stands in brackets: `[1, 2, 3]`" if key[:1].isdigit() else None
+                raise self._refusal(event, message, hint, code="duplicate_key")
             place = (*path, key)
             self._lines[place] = line
             mapping[key] = self._node(self._next(), place, depth, self._is_typed or key in TITLES)

@@ -22,7 +22,7 @@ from pydantic_core import InitErrorDetails
 
 from rigidcli.errors import UNKNOWN, ValueProblem, nearest
 from rigidcli.fields.environment import Environment
-from rigidcli.fields.words import key_slip, keys_called
+from rigidcli.fields.words import bracketed, key_slip, keys_called
 
 AT_TOP = "belongs at the top of the document"
 """The message for a key of the whole document that stands in a section."""
@@ -50,7 +50,10 @@ class Section(BaseModel):
         if not isinstance(raw, dict):
             return validate(raw)
         fields = cls.__pydantic_fields__  # `model_fields` is the same, and looks it up in a roundabout way
-        problems = [*cls._contradictions(raw)]
+        slips = list[ValueProblem]()
+        if not raw.keys() <= fields.keys():
+            raw, slips = bracketed(raw)
+        problems = [*slips, *cls._contradictions(raw)]
         if not raw.keys() <= fields.keys():
             top = environment(info).top_keys
             unknown = [cls._stranger(key, raw, top).below(key) for key in raw if key not in fields]

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Collection, Iterable, Mapping, Sequence
+from typing import Any
 
 from rigidcli.errors import ValueProblem, nearest, shown
 
@@ -252,10 +253,39 @@ AS_WRITTEN = "write `{}`: a colon, and a blank after it"
 """What to do about a key and its value that have become one text."""
 
 
+def bracketed(raw: Mapping[str, Any]) -> tuple[dict[str, Any], list[ValueProblem]]:
+    """A mapping with lists for `size: 1, 2, 3` in braces, where 2 and 3 are keys; and these problems."""
+    lists: dict[str, list[Any]] = {}
+    last = ""
+    for key, value in raw.items():
+        if lists and value is None and _DIGITS.match(key):
+            lists[last].append(key)
+        else:
+            last = key
+            lists[last] = [value]
+    problems = list[ValueProblem]()
+    mended = dict(raw)
+    for key, entries in lists.items():
+        if len(entries) > 2:  # of two, the comma may be that of a decimal
+            typed = ", ".join(map(str, entries))
+            hint = f"write `{key}: [{typed}]`"
+            problems.append(ValueProblem("a list stands in brackets", path=(key,), hint=hint, typed=typed))
+            mended = {
+                name: entries if name == key else mended[name] for name in mended if name not in entries
+            }
+    return mended, problems
+
+
+_DIGITS = re.compile(r"-?\.?\d")
+"""How a number begins."""
+
+
 def key_slip(key: str, known: Collection[str]) -> ValueProblem | None:
     """The problem of a key such as `shape:cube`, which is one of the `known` keys with its value."""
     if key[:1].isdigit():
-        hint = "a comma begins the next entry; the sign in a decimal is a point"
+        hint = (
+            "a comma begins the next entry; the sign in a decimal is a point, and a list stands in brackets"
+        )
         return ValueProblem("no key and value", hint=hint, typed=key)
     cure = with_colon(key)
     if cure is None or {cure.partition(":")[0], *keys_called(cure.partition(":")[0])}.isdisjoint(known):

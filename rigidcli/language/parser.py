@@ -253,6 +253,8 @@ class _Reader:
             if here.kind in ("number", "name"):
                 left = "(...)" if before.text == ")" else before.text[-_SHOWN:]
                 hint = f"write `{left}*{shown}`" if before.kind == "name" or before.text == ")" else None
+                if before.kind == here.kind == "number":
+                    hint = f"commas separate the entries of a list: `{left}, {shown}`"
                 hint = "digits stand without `_`" if here.text[0] == "_" else hint
                 return ExpressionError(f"no operator before `{shown}`", column=here.column, hint=hint)
             if here.text == ")":

@@ -88,7 +88,7 @@ def _schema(schema: Any) -> str:
     if "enum" in schema:
         return " or ".join(map(str, schema["enum"]))
     if "anyOf" in schema:
-        return " or ".join(map(_schema, schema["anyOf"]))
+        return " or ".join(dict.fromkeys(map(_schema, schema["anyOf"])))
     plain = {"array": "a list", "object": "a mapping", "string": "a text", "integer": "a whole number"}
     types = schema.get("type", "object")
     several = types if isinstance(types, list) else [types]

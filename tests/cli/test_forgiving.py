@@ -250,6 +250,8 @@ SLIPS = [
     ("name: a: b\nbody: {shape: cube, side: 1, mass: 1}\n", 1, ": b", "in quotes"),
     ("body:\n  shape: box\n  size: 1, 2, 3\n  mass: 1\n", 3, "1, 2, 3", "write `[1, 2, 3]`"),
     ("body: {shape: cube, side: 1, mass: 1}\nname: @x\n", 2, "@", "quotes"),
+    ("body: {moments: 1, 2, 3, mass: 2}\n", 1, "1, 2", "write `moments: [1, 2, 3]`"),
+    ("body: {shape: cube, side: 1, mass: 1, position: 1, -2, 3}\n", 1, "1, -2", "`position: [1, -2, 3]`"),
 ]
 """Texts, the line of the slip, what the caret points at (the end of a key, or a beginning), the cure."""
 
@@ -265,6 +267,23 @@ def test_a_slip_is_shown_where_it_is(text: str, line: int, place: str, cure: str
     assert set(caret.strip()) == {"^"}
     assert typed.index(place) <= pointed <= typed.index(place) + len(place.split(" ")[0].split(":")[0]) + 1
     assert cure in f"{first}{rest[0]}"
+
+
+@pytest.mark.parametrize(
+    ("body", "lines"),
+    [
+        ("shape: cylinder, r: 1, h: 2, mass: 1", ["(did you mean radius?)", "(did you mean height?)"]),
+        ("shape: cylinder, r: 1, mass: 1", ["(did you mean radius?)", "body.height: missing"]),
+        (
+            "shape: sphere, radius: 1, mass: 1, position: 0, 0, 0",
+            ["stands twice", "in brackets: `[1, 2, 3]`"],
+        ),
+        ("points: [[1 2 3 4]]", ["no operator before `2`", "separate the entries of a list", "expected 4"]),
+    ],
+)
+def test_a_slip_is_told_once(body: str, lines: list[str], program: Program) -> None:
+    told = program("validate", "-", stdin=f"body: {{{body}}}").err.splitlines()
+    assert [line in text for line, text in zip(lines, told, strict=True)] == [True] * len(lines)
 
 
 CURES = yaml.safe_load(Path(__file__).with_name("cures.yaml").read_text(encoding="utf-8"))

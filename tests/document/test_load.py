@@ -79,7 +79,6 @@ def test_all_problems_are_told_at_once_each_with_its_line_and_key() -> None:
         (11, "body.parts.0.mass"),
         (12, "body.parts.1.hight"),
         (12, "body.parts.1.radius"),
-        (12, "body.parts.1.height"),
         (13, "body.parts.1.mass"),
         (14, "body.parts.2.shape"),
         (18, "body.parts.3.points.1.mass"),
