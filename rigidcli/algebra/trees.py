@@ -7,17 +7,7 @@ from collections.abc import Callable, Iterable, Iterator, Mapping
 from fractions import Fraction
 from functools import lru_cache
 
-from rigidcli.algebra.atoms import (
-    Applied,
-    Atom,
-    Group,
-    Monomial,
-    Pi,
-    Surd,
-    Symbol,
-    Terms,
-    key_of_atom,
-)
+from rigidcli.algebra.atoms import Applied, Atom, Group, Monomial, Pi, Surd, Symbol, Terms, key_of_atom
 from rigidcli.algebra.roots import Rational, content, magnitude
 from rigidcli.language import tree
 from rigidcli.language.text import text

@@ -34,7 +34,7 @@ from rigidcli.algebra.trigonometry import elementary_angles, without_squares
 from rigidcli.algebra.values import sampled
 from rigidcli.core.arithmetic import Floats
 from rigidcli.errors import ExpressionError
-from rigidcli.mechanics.hamilton_equations import TIME, Phase
+from rigidcli.mechanics.hamilton_equations import TIME, Phase, bracket
 
 MOST_COORDINATES = 9
 """With more coordinates only sums of momenta are tried: there are n^2 products of coordinates and momenta."""
@@ -173,11 +173,7 @@ def _null_sums(terms: Sequence[Expr], hamiltonian: Expr, phase: Phase) -> Iterat
     from flint import fmpq, fmpq_mat
 
     allowance = Allowance(MOST_STEPS)
-    slopes = {name: derivative(hamiltonian, name) for name in phase.names}
-    pairs = [*zip(phase.coordinates, phase.momenta, strict=True)]
-    brackets = [
-        total([derivative(f, q) * slopes[p] - derivative(f, p) * slopes[q] for q, p in pairs]) for f in terms
-    ]
+    brackets = [bracket(f, hamiltonian, phase) for f in terms]
     if len(brackets) <= MOST_COORDINATES and _are_independent(brackets, phase):
         return
     columns = []
