@@ -7,13 +7,7 @@ from fractions import Fraction
 
 from rigidcli.algebra.allowance import Allowance
 from rigidcli.algebra.atoms import Applied, Atom, Group
-from rigidcli.algebra.expressions import (
-    ONE,
-    ZERO,
-    Expr,
-    gathered,
-    total,
-)
+from rigidcli.algebra.expressions import ONE, ZERO, Expr, gathered, total
 from rigidcli.algebra.functions import apply
 from rigidcli.algebra.roots import bounded
 from rigidcli.language.tree import UnknownFunction

@@ -7,16 +7,7 @@ from typing import TypeAlias
 
 from rigidcli.algebra.allowance import Allowance
 from rigidcli.algebra.atoms import Applied, Atom, Group, Monomial, Pi, Symbol, key_of_atom
-from rigidcli.algebra.expressions import (
-    ONE,
-    Expr,
-    gathered,
-    multiplied,
-    number,
-    power,
-    product,
-    total,
-)
+from rigidcli.algebra.expressions import ONE, Expr, gathered, multiplied, number, power, product, total
 from rigidcli.algebra.roots import Rational, bounded
 from rigidcli.algebra.substitution import rebuilt
 

@@ -168,9 +168,8 @@ def _require_value(function: str, value: Rational) -> None:
 
 def _half_turns(argument: Expr) -> Fraction | None:
     """An angle as a multiple of pi."""
-    multiple = argument / PI
-    known = multiple.as_number
-    return None if known is None else Fraction(known)
+    ((turn, _),) = PI.terms.items()
+    return Fraction(argument.terms.get(turn, 0)) if argument.terms.keys() <= {turn} else None
 
 
 def _shifted(function: str, argument: Expr) -> Expr | None:

@@ -152,7 +152,13 @@ def _unchanged(e: Expr, allowance: Allowance) -> Expr:
 
 
 def _shortened(e: Expr, allowance: Allowance) -> Expr:
-    return _reduced(expand(e, allowance), allowance)
+    return _reduced(_expanded(e, allowance), allowance)
+
+
+@lru_cache(8)
+def _expanded(e: Expr, allowance: Allowance) -> Expr:
+    """An expression multiplied out, which two forms begin with."""
+    return expand(e, allowance)
 
 
 def _reduced(e: Expr, allowance: Allowance) -> Expr:
@@ -213,7 +219,7 @@ def _over_lowest_powers(e: Expr, allowance: Allowance) -> Expr:
 
 def _over_one_denominator(e: Expr, allowance: Allowance) -> Expr:
     """A fraction in lowest terms and in factors, where a sum is below; else what is multiplied out."""
-    e = expand(e, allowance)
+    e = _expanded(e, allowance)
     if not any(isinstance(atom, Group) and n < 0 for atom, n in factored(e)[1]):
         return e
     parts = [(_shortened(factor, allowance), n) for factor, n in factors(e, allowance)]

@@ -5,15 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Collection, Mapping
 
 from rigidcli.algebra.atoms import Applied, Atom, Group, Symbol
-from rigidcli.algebra.expressions import (
-    ZERO,
-    Expr,
-    atomic,
-    gathered,
-    power,
-    product,
-    total,
-)
+from rigidcli.algebra.expressions import ZERO, Expr, atomic, gathered, power, product, total
 from rigidcli.algebra.functions import apply
 from rigidcli.algebra.roots import Rational
 

@@ -7,17 +7,7 @@ from collections.abc import Callable, Iterable, Iterator, Mapping
 from fractions import Fraction
 from functools import lru_cache
 
-from rigidcli.algebra.atoms import (
-    Applied,
-    Atom,
-    Group,
-    Monomial,
-    Pi,
-    Surd,
-    Symbol,
-    Terms,
-    key_of_atom,
-)
+from rigidcli.algebra.atoms import Applied, Atom, Group, Monomial, Pi, Surd, Symbol, Terms, key_of_atom
 from rigidcli.algebra.roots import Rational, content, magnitude
 from rigidcli.language import tree
 from rigidcli.language.text import text
@@ -182,6 +172,8 @@ def _taken_out(atom: Atom, exponent: Rational, coefficient: Rational) -> tuple[R
 def _share(atom: Atom) -> Rational:
     """The factor to take out of a sum for its one momentum or velocity to stand by itself: p + q*B/2.
 
+    Of several it is the only one without a factor, as p_y in p_y + x*p_z/2, where no other number stands.
+
     Else it is what its terms have in common as they are written: (4 (p + q*B/2)^2 + 4 m^2) has 4.
     """
     if not isinstance(atom, Group) or not atom.has_rates:
@@ -191,8 +183,10 @@ def _share(atom: Atom) -> Rational:
         for monomial, coefficient in atom.inner.terms.items()
         if any(not isinstance(part, Symbol) or part.is_rate for part, _ in monomial)
     ]
-    if len(moving) == 1 and len(moving[0][0]) == 1 and moving[0][0][0][1] == 1:
-        return magnitude(moving[0][1]) if atom.plain else 1
+    alone = [(m, c) for m, c in moving if len(m) == 1 and m[0][1] == 1]
+    others = {magnitude(c) for m, c in atom.inner.terms.items() if (m, c) not in alone}
+    if len(alone) == 1 and (len(moving) == 1 or others == {1}):
+        return magnitude(alone[0][1]) if atom.plain else 1
     return content([_as_written(monomial, c) for monomial, c in atom.inner.terms.items()])
 
 

@@ -131,7 +131,7 @@ def landmarks(values: Callable[[Floats], Floats], grid: Floats, most: int = MOST
     best = np.argsort(grid[first] - grid[last], kind="stable")[:most]
     places = [_narrowed(values, rows[some], up[some], grid[first[some]], grid[last[some]])
               for some in np.array_split(best, 1 + len(best) // AT_ONCE)]  # fmt: skip
-    found: Floats = np.unique(np.concatenate(places))
+    found = np.array(sorted({*np.concatenate(places).tolist()}))  # `np.unique` loads masked arrays
     inside: Floats = found[(found > grid[0]) & (found < grid[-1])]
     return inside
 

@@ -34,7 +34,7 @@ from rigidcli.algebra.trigonometry import elementary_angles, without_squares
 from rigidcli.algebra.values import sampled
 from rigidcli.core.arithmetic import Floats
 from rigidcli.errors import ExpressionError
-from rigidcli.mechanics.hamilton_equations import TIME, Phase
+from rigidcli.mechanics.hamilton_equations import TIME, Phase, bracket
 
 MOST_COORDINATES = 9
 """With more coordinates only sums of momenta are tried: there are n^2 products of coordinates and momenta."""
@@ -173,12 +173,11 @@ def _null_sums(terms: Sequence[Expr], hamiltonian: Expr, phase: Phase) -> Iterat
     from flint import fmpq, fmpq_mat
 
     allowance = Allowance(MOST_STEPS)
-    slopes = {name: derivative(hamiltonian, name) for name in phase.names}
-    pairs = [*zip(phase.coordinates, phase.momenta, strict=True)]
+    brackets = [bracket(f, hamiltonian, phase) for f in terms]
+    if len(brackets) <= MOST_COORDINATES and _are_independent(brackets, phase):
+        return
     columns = []
-    for f in terms:
-        parts = [derivative(f, q) * slopes[p] - derivative(f, p) * slopes[q] for q, p in pairs]
-        whole = total(parts)
+    for whole in brackets:
         allowance.spend(STEPS_OF_A_TERM * sum(len(monomial) for monomial in whole.terms))
         columns.append(_normal(whole, allowance))
     rows = {monomial: k for k, monomial in enumerate(dict.fromkeys(m for e in columns for m in e.terms))}
@@ -197,6 +196,15 @@ def _null_sums(terms: Sequence[Expr], hamiltonian: Expr, phase: Phase) -> Iterat
                     *(Fraction(int(c.p), int(c.q)) * terms[order[j]] for j, c in numbers if c),
                 ]
             )
+
+
+def _are_independent(functions: Sequence[Expr], phase: Phase) -> bool:
+    """Whether values at random points rule out that a sum of the functions vanishes, as is seen soonest."""
+    values = sampled(functions, {}, count=POINTS, signed=phase.names) if all(functions) else None
+    if values is None or not values.any(axis=0).all():
+        return False
+    spread = np.linalg.svd(values / np.linalg.norm(values, axis=0), compute_uv=False)
+    return bool(spread[-1] > DEPENDENT)
 
 
 def _normal(e: Expr, allowance: Allowance) -> Expr:

@@ -126,9 +126,7 @@ def roots(polynomial: Mapping[int, Expr], known: Known, bounded: bool) -> list[R
     highest = max(polynomial)
     a, b, c = (polynomial.get(highest * k // 2, ZERO) for k in (2, 1, 0))
     if highest == 1:
-        s = tidy(-polynomial.get(0, ZERO) / polynomial[1])
-        sign = sign_of(s, known)
-        return None if sign is None else [Root(s, ZERO, sign < 0 if sign else None)]
+        return _real([tidy(-polynomial.get(0, ZERO) / polynomial[1])], known)
     if highest not in (2, 4) or not polynomial.keys() <= {0, highest // 2, highest}:
         return None
     if highest == 2:
@@ -191,15 +189,14 @@ def _damped(a: Expr, b: Expr, c: Expr, known: Known) -> list[Root] | None:
         condition = None if sign else -discriminant
         return [Root(middle, positive_root(-discriminant, known), decay <= 0, condition)]
     width = positive_root(discriminant, known) if sign else ZERO
-    values = [tidy(middle + side * width) for side in ((1, -1) if sign else (1,))]
-    signs = [sign_of(value, known) for value in values]
-    if None in signs:
-        return None
-    return [
-        Root(value, ZERO, own < 0 if own else None)
-        for value, own in zip(values, signs, strict=True)
-        if own is not None
-    ]
+    return _real([tidy(middle + side * width) for side in ((1, -1) if sign else (1,))], known)
+
+
+def _real(values: Sequence[Expr], known: Known) -> list[Root] | None:
+    """Real roots with these values; None where the sign of one is open."""
+    signs = [(value, sign) for value in values if (sign := sign_of(value, known)) is not None]
+    found = [Root(value, ZERO, sign < 0 if sign else None) for value, sign in signs]
+    return found if len(found) == len(values) else None
 
 
 def _blocks(motion: LinearMotion, freedoms: int) -> list[tuple[list[int], LinearMotion]]:

@@ -26,15 +26,7 @@ from rigidcli.algebra.allowance import Allowance
 from rigidcli.algebra.atoms import Applied, Atom, Group, is_positive
 from rigidcli.algebra.calculus import derivative
 from rigidcli.algebra.expansion import MAX_STEPS, Polynomial, coefficients, expand
-from rigidcli.algebra.expressions import (
-    Expr,
-    atomic,
-    expr,
-    factored,
-    gathered,
-    symbol,
-    total,
-)
+from rigidcli.algebra.expressions import Expr, atomic, expr, factored, gathered, symbol, total
 from rigidcli.algebra.fractions import factors
 from rigidcli.algebra.functions import apply
 from rigidcli.algebra.simplification import shortest, tidy
@@ -227,9 +219,7 @@ def _of_powers(K: Expr, v: str, P: Expr) -> list[Branch]:
         if degree < 3 or any(moved[2:]):
             return []
         return [
-            replace(
-                b, velocities=(b.velocities[0] - shift,), hamiltonian=b.hamiltonian - P * shift - moved[0]
-            )
+            replace(b, hamiltonian=b.hamiltonian - moved[0]).shifted([shift], [P])
             for b in _of_power(lead, Fraction(degree), False, P - moved[1])
         ]
     if len(K.terms) != 1:

@@ -363,7 +363,7 @@ def test_wrong_usage(arguments: list[str], code: int, said: str, program: Progra
         ),
         (
             "questions:\n  a: {answer: 1 m, kind: quantity, credit: {unit_mising: 1}}",
-            "hw.yaml:2: questions.a.credit: read `unit_mising`, expected unit_missing, ",
+            "questions.a.credit.unit_mising: read `unit_mising`, expected unit_missing, ",
         ),
         ("questions:\n  a: {answer: 1 m, kind: quantity, credit: half}", "hw.yaml:2: questions.a.credit"),
         (f"questions:\n  a: {{document: {ROOT}/configs/water.yaml, ask: axis}}", "did you mean `axes`?"),

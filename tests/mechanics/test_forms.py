@@ -223,3 +223,15 @@ def test_particles_have_the_form_of_their_velocities(name: str) -> None:
         point = {symbol: chance.uniform(0.5, 1.5) for symbol in sorted(parse(book).names)}
         assert real(read(ours)[0], point) == pytest.approx(real(read(book)[0], point), rel=1e-12)
     assert len("".join(ours.split())) <= LONGEST * len("".join(book.split())), ours
+
+
+@pytest.mark.parametrize(
+    ("typed", "written"),
+    [
+        ("(p_x**2 + (p_y + x*p_z/2)**2 + p_z**2)/(2*m)", "((x*p_z/2 + p_y)**2 + p_x**2 + p_z**2)/(2*m)"),
+        ("(p_x - 3*p_y)**2/(9*m)", "(p_x - 3*p_y)**2/(9*m)"),
+    ],
+)
+def test_the_momentum_without_a_factor_stands_by_itself_in_a_square(typed: str, written: str) -> None:
+    found = hamilton("x y z", "hamiltonian", typed)["hamiltonian"]
+    assert str(found) == written

@@ -45,10 +45,7 @@ class Found:
     initial: InitialState | None
 
 
-def find(
-    document: Document,
-    progress: Callable[[float], None] | None,
-) -> Found:
+def find(document: Document, progress: Callable[[float], None] | None) -> Found:
     """Derive, search and follow what a document asks for; what it does not ask is not imported."""
     derivation: Derivation = document.reading.kept.get("derivation") or derive(document)
     document.reading.kept["derivation"] = derivation

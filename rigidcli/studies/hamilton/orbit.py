@@ -169,11 +169,7 @@ def _by_exponential(
 
 
 def _require_regular(
-    solution: Solution,
-    motion: EquationsOfMotion,
-    derivation: Derivation,
-    initial: InitialState,
-    least: float,
+    solution: Solution, motion: EquationsOfMotion, derivation: Derivation, initial: InitialState, least: float
 ) -> None:
     """Raise ComputationError if the mass matrix becomes singular on the way."""
     times, size = solution.knots, len(initial.q)

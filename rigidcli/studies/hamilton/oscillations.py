@@ -107,10 +107,7 @@ def _is_singular(motion: LinearMotion) -> bool:
 
 
 def _modes(
-    document: Document,
-    derivation: Derivation,
-    motion: LinearMotion,
-    rounding: float,
+    document: Document, derivation: Derivation, motion: LinearMotion, rounding: float
 ) -> list[Mode] | None:
     """The modes in symbols, where these are wanted or needed, or else in numbers; None without either."""
     if any(TIME in e.names for e in motion.entries):

@@ -93,10 +93,7 @@ def series(found: Findings) -> Picture:
     """The coordinates in time."""
     orbit, names = _required(found.orbit), found.derivation.phase.coordinates
     panels = tuple(
-        Panel(
-            (Ruler("t", "t", "s"), _ruler(name)),
-            (Mark("line", np.column_stack([orbit.times, values])),),
-        )
+        Panel((Ruler("t", "t", "s"), _ruler(name)), (Mark("line", np.column_stack([orbit.times, values])),))
         for name, values in zip(names[:MOST_PANELS], orbit.coordinates.T, strict=False)
     )
     return Picture("series", f"coordinates in time{_of(names, 'coordinates')}", panels)
