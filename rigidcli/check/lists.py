@@ -43,7 +43,7 @@ def read_list(answer: Tree, place: str = "") -> Listed:
         return Listed(answer)
     if isinstance(answer, list):
         if not any(isinstance(entry, str) and ";" in entry for entry in answer):
-            return Listed([_entry(entry, place) for entry in answer])
+            return Listed([_entry(each, place) for entry in answer for each in _equal(entry)])
         if any(isinstance(entry, list | dict) for entry in answer):
             raise Unreadable("wrong_shape", "`;` and `,` are mixed, separate entries with `;`", place=place)
         answer = ",".join(map(str, answer))  # YAML has cut `1,5; 2,5` at its decimal commas
@@ -100,8 +100,7 @@ def _parts(text: str) -> tuple[str, str, str]:
             if re.search(r"[\w)]\Z", text[:start]) and re.search(r"[^\W\d]\w*\Z", factor) and sign == "(":
                 continue  # the bracket of a function, as in `atan2(1, 2), 3`
             behind = text[end + 1 :].strip()
-            divided = re.match(r"/\s*(\d+(?:[.,]\d+)?)\s*(.*)", behind, re.DOTALL)
-            if divided:
+            if divided := re.match(r"/\s*(\d+(?:[.,]\d+)?)\s*(.*)", behind, re.DOTALL):
                 return f"({factor or 1})/{divided[1]}", text[start + 1 : end], divided[2]
             if re.match(r"[,;+/-]", behind) or re.search(r"[,;\n+]\s*\Z", text[:start]):
                 break  # rows without brackets round them
@@ -126,7 +125,7 @@ def split(text: str) -> list[str]:
 
 def _entries(text: str) -> Any:
     """The entries of a text, of rows where its pieces are lists themselves."""
-    pieces = [piece for piece in split(text) if piece]
+    pieces = [each for piece in split(text) if piece for each in _equal(piece)]
     pairs = [_PAIR.match(piece) for piece in pieces]
     if pieces and all(pairs):
         return {pair["name"].strip(): pair["value"].strip() for pair in pairs if pair}
@@ -137,11 +136,16 @@ def _entries(text: str) -> Any:
     return [_row(piece) for piece in pieces]
 
 
+def _equal(piece: Tree) -> list[Tree]:
+    """The pieces of a chain of names that are equal: `b = c = 11` says `b = 11` and `c = 11`."""
+    *names, value = piece.split("=") if isinstance(piece, str) else [piece]
+    is_chain = len(names) > 1 and all(name.strip(" \\").isidentifier() for name in names)
+    return [f"{name}={value}" for name in names] if is_chain else [piece]
+
+
 def _outside(text: str) -> str:
     """A text without what stands in brackets."""
-    return "".join(
-        character for _, character, depth in _depths(text) if depth == 0 and character not in _CLOSE
-    )
+    return "".join(sign for _, sign, depth in _depths(text) if depth == 0 and sign not in _CLOSE)
 
 
 def _inner(piece: str) -> Any:
@@ -168,11 +172,7 @@ def _row(piece: str) -> Any:
 def _blanks(piece: str) -> list[Any]:
     """The numbers of a row that only blanks separate; else the piece alone."""
     numbers = piece.split()
-    if len(numbers) > 1 and all(
-        re.fullmatch(r"[-+]?(?:\d+\.?|\d*[.,]\d+)(?:[eE][-+]?\d+)?(?:/\d+)?", n) for n in numbers
-    ):
-        return list(numbers)
-    return [piece]
+    return list(numbers) if len(numbers) > 1 and all(map(_NUMBER.fullmatch, numbers)) else [piece]
 
 
 def _with_unit_of_last(found: Listed) -> Listed:

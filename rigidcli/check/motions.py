@@ -82,8 +82,8 @@ class Motion:
         with suppress(ExpressionError):  # a tolerance is relative to the terms of the equation
             gap = to_tree(expand(self.exact(Sum((left, Negative(right))))))
             meant = bound(gap, self.meanings)
-            both = [bound(meant, self.names.values) if self.numbers else meant, to_tree(ZERO)]
-        return same(both[0], both[1], self.names, self.name, relative=self.relative, by_answer=True)
+            both = [to_tree(ZERO), bound(meant, self.names.values) if self.numbers else meant]
+        return same(both[0], both[1], self.names, self.name, relative=self.relative)
 
 
 def state_of(rate: str) -> str:

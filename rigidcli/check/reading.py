@@ -110,7 +110,7 @@ def names_of(asked: Asked, used: Iterable[str] = ()) -> Names:
     domains |= listed
     return Names(
         {name: domain for name, domain in domains.items() if name not in derived},
-        spellings(domains, momenta, velocities),
+        spellings(domains, coordinates, momenta, velocities),
         values,
         derived,
         coordinates,
@@ -128,12 +128,15 @@ def exactly(value: float) -> Node:
     return Negative(node) if above < 0 else node
 
 
-def spellings(names: Iterable[str], momenta: Sequence[str], velocities: Sequence[str]) -> dict[str, str]:
+def spellings(
+    names: Iterable[str], coordinates: Iterable[str], momenta: Sequence[str], velocities: Sequence[str]
+) -> dict[str, str]:
     """Other spellings that can mean one name only, besides underscores that are left out or added.
 
-    `p` of one momentum, `p1` for `p_theta1`, `xdot1` for `x1dot`.
+    `p` of one momentum, `p_x` of the momentum of x, `p1` for `p_theta1`, `xdot1` for `x1dot`.
     """
-    pairs = [("p", momenta[0])] if len(momenta) == 1 else []
+    pairs = [*zip(map(momentum, coordinates), momenta, strict=False)]
+    pairs += [("p", momenta[0])] if len(momenta) == 1 else []
     pairs += [(f"p{digits[0]}", name) for name in momenta if (digits := re.search(r"\d+\Z", name))]
     indexed = ((re.fullmatch(r"(\w*?[A-Za-z])_?(\d+)(d?dot)", name), name) for name in velocities)
     pairs += [(f"{parts[1]}{parts[3]}_{parts[2]}", name) for parts, name in indexed if parts]
@@ -218,6 +221,7 @@ def describe(answer: Tree) -> str:
 MAX_EQUATIONS = 200
 """The most equations of one answer: twice the variables of the largest system that anybody writes."""
 
+_LAW = re.compile(r"=[^=\n;,]*\\partial[^=\n;,]*(?==)")  # as in `xdot = dH/dp = p/m`
 Sides: TypeAlias = tuple[str, Node, Node]
 """The place of an equation in the answer, and its two sides."""
 
@@ -277,19 +281,18 @@ def _texts(answer: Tree, place: str, failed: list[Unreadable]) -> Iterator[tuple
             yield from _texts(entry, f"equation {count}", failed)
     elif isinstance(answer, str):
         try:
-            pieces = list(_equations_in(without_latex(answer)))
+            pieces = list(_equations_in(without_latex(_LAW.sub("", answer))))
         except ExpressionError as error:
             failed.append(Unreadable(error.code or "parse_error", with_hint(error), place=place))
             return
         for count, piece in enumerate(pieces, 1):
             here = place or (f"equation {count}" if len(pieces) > 1 else "")
             sides = re.split(r"==?", piece)
-            if len(sides) != 2:
-                what = "no `=`" if len(sides) == 1 else "more than one `=`"
-                message = f"{what} in {shown(piece.strip())}, expected `left = right`"
+            if len(sides) == 1:
+                message = f"no `=` in {shown(piece.strip())}, expected `left = right`"
                 failed.append(Unreadable("parse_error", message, place=here))
             else:
-                yield here, sides[0], sides[1], False
+                yield here, sides[0], sides[-1], False  # between them a person may write the way there
     else:
         failed.append(Unreadable("wrong_shape", f"read {shown(answer)}, expected equations", place=place))
 

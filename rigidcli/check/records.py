@@ -18,8 +18,8 @@ PLACES = 6
 MISSING = Outcome("missing", 0.0)
 """The outcome of a student, or a question, without an answer."""
 
-URGENT: tuple[Verdict, ...] = ("review", "invalid")
-"""The verdicts that an instructor looks at first: what the program cannot judge, and what it cannot read."""
+UNREAD = frozenset(["parse_error", "unknown_symbol", "too_large"])
+"""What is said of parts of an answer that cannot be read, such as one of several equations."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -109,6 +109,12 @@ class Told(_Marked):
     """One question as students and reports see it."""
 
     feedback: tuple[Remark, ...]
+
+    @property
+    def is_urgent(self) -> bool:
+        """Whether a person must look at it first: it is not judged, or not read, or not all of it is read."""
+        loses = self.verdict in ("partial", "incorrect") and not UNREAD.isdisjoint(self.codes)
+        return loses or self.verdict in ("review", "invalid")
 
     @property
     def reading(self) -> str:

@@ -44,24 +44,17 @@ MAX_EXACT = 400
 
 
 def same(
-    answer: Node,
-    key: Node,
-    names: Names,
-    seed: str,
-    *,
-    constant: bool = False,
-    relative: float | None = None,
-    by_answer: bool = False,
+    answer: Node, key: Node, names: Names, seed: str, *, constant: bool = False, relative: float | None = None
 ) -> bool | str:
     """Whether the answer is the key, or a sentence that says why this is open.
 
     A `constant` may differ: all that changes neither with the states nor with the time. Numbers may be wrong
-    by a `relative` tolerance, as a share of the largest term of the key, or `by_answer` of either.
+    by a `relative` tolerance, as a share of the largest term of the key.
     """
     from flint import ctx
 
     answer, key = names.without_derived(answer), names.without_derived(key)
-    comparison = _Comparison(answer, key, names, seed, constant, relative, by_answer)
+    comparison = _Comparison(answer, key, names, seed, constant, relative)
     with ctx.workprec(balls.BITS):
         return comparison.outcome()
 
@@ -103,21 +96,14 @@ class _Comparison:
     """An answer and its key at the points that follow from both."""
 
     def __init__(
-        self,
-        answer: Node,
-        key: Node,
-        names: Names,
-        seed: str,
-        constant: bool,
-        relative: float | None,
-        by_answer: bool,
+        self, answer: Node, key: Node, names: Names, seed: str, constant: bool, relative: float | None
     ) -> None:
         self.is_identical = partial(_identical, answer, key, names)
         self.steps = Steps()
         self.relative = relative
         self.key = self.steps.add(key, ROUNDED if relative is None else balls.NEVER)
         self.answer = self.steps.add(answer, 1 if relative is None else balls.NEVER)
-        roots = [self.key] + [self.answer] * (by_answer or relative is None)
+        roots = [self.key] + [self.answer] * (relative is None)
         self.terms = [term for root in roots for term in self.steps.terms(root)]
         used = self.steps.names
         self.domains = {name: domain for name, domain in names.domains.items() if name in used}
@@ -198,8 +184,7 @@ class _Comparison:
 
     def one_sided(self) -> str:
         """The function whose argument may have another sign that no point has shown; empty without one."""
-        both = self.answer, self.key
-        for own, other in (both, both[::-1]):
+        for own, other in ((self.answer, self.key), (self.key, self.answer)):
             for function, argument in self.steps.one_sided(own, self.domains):
                 shared = (self.steps.nodes[place] for f, place in self.steps.sided(other) if f == function)
                 if not any(self.proportional(argument, one) for one in shared):

@@ -37,7 +37,7 @@ _ANGLE = re.compile(r"(theta|phi|psi|alpha|beta|gamma|chi|vartheta)[_0-9]*")
 
 _LEADING = re.compile(r"\s*(?!\d)[\w']+(?:\s*\((?:[\w',\s]|dot)*\))?\s*(?::=|={1,2}|:)(?!=)|\s*[~=]")
 """A name before the answer: `H =`, `H(x, p) =`; or the sign of `~20.8`."""
-
+_MEMBERS = re.compile(r"\A(?:[^\[{,;\n]|(?<=\d),(?=\d))*=")
 _NAME = r"[^\W\d]\w*+"
 _SLOPE = re.compile(
     rf"\bd\s*(?P<second>\^\s*2|2(?=\s*[\(\w]))?\s*(?:(?P<name>{_NAME})|\(\s*(?P<inner>{_NAME})\s*\))"
@@ -71,9 +71,9 @@ def expression(text: str, words: Words | None, *, leading: bool = True) -> tree.
 
 
 def unnamed(text: str) -> str:
-    """A plain text without the name and the sign before the answer, and without the dot at its end."""
+    """A plain text without the name, the sign and other members before the answer, and its final dot."""
     leading = _LEADING.match(text)
-    rest = text if leading is None else text[leading.end() :]
+    rest = text if leading is None else _MEMBERS.sub("", text[leading.end() :])
     return re.sub(r"(?<![\d\s])\.\s*\Z|[;,\s]+\Z", "", rest)
 
 

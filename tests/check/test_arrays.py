@@ -81,6 +81,7 @@ def question(kind: str, key: str, options: str = "") -> str:
     vector | [1234 m, 2 m] | | 0 | undecided | '[1,234; 2]'
     # Moments: right ones less surplus ones.
     moments | [2 kg m^2, 11, 11] | | 1 | | '[2, 11, 11] kg m^2'  '[11, 2, 11]'  '11 2 11'
+    'lambda_1 = 2, lambda_2 = lambda_3 = 11'  [lambda_1 = 2, lambda_2=lambda_3=11]
     {x: 2, y: 11, z: 11}
     {lambda1: 11, lambda2: 2, lambda3: 11 kg m^2}  '{I1: 2e7, I2: 11e7, I3: 11e7} g cm^2'
     moments | [3, 5, 6] | | 2/3 | wrong_shape | [3, 5]  [3, 5, 6, 6]

@@ -52,7 +52,7 @@ NAMES = Names(
     x + theta^2 | x(t) + theta(t)^2
     -3.2 | - 3.2  −3,2  – 3.2
     5*10^(-3) | 5·10⁻³  5\cdot10^{-3}
-    m g z | U = mgz  $U = mgz$  U(z) = mgz.  \[ U = mgz \]
+    m g z | U = V = mgz  U = m z g/1 = mgz  U = mgz  $U = mgz$  U(z) = mgz.  \[ U = mgz \]
     """)
 def test_a_formula_is_read_as_people_write_it(typed: str, formula: str) -> None:
     assert plain(read_expression(typed, NAMES)) == formula
@@ -61,7 +61,7 @@ def test_a_formula_is_read_as_people_write_it(typed: str, formula: str) -> None:
 @cases(r"""
     hint | typed
     two ways | 1/2 m  m/2 x  \cos\theta^2  sin(k) x / 2 m  sin k x  sin x/2
-    unexpected | x!  x = 2 = 3  x ; y
+    unexpected | x!  2 x = 3  x ; y
     never closed | ((x)  \frac{x}{m
     closes nothing | x)  x}
     has no meaning | \foo  \begin{document}

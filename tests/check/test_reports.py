@@ -195,6 +195,14 @@ eve  0/5
     )
 
 
+def test_a_part_that_cannot_be_read_is_listed_for_a_person_where_it_costs_points() -> None:
+    unread = Finding("parse_error", "equation 2")
+    fay = student("fay", mark("a", "partial", 1.0, 3.0, (unread,)), mark("b", "correct", 2.0, 2.0, (unread,)))
+    first, second, *_ = text("table", [AMY, fay, EVE]).splitlines()[1:]
+    assert first.startswith("  eve  b  review")
+    assert second == f"  fay  a  partial    equation 2: {SAYS['parse_error']}"
+
+
 def test_a_terminal_shows_each_student_at_once_and_what_waits_before_the_summary() -> None:
     student, *others = render("table", [EVE, replace(EVE, student="flo")], Style(width=200))
     assert student.startswith("eve")

@@ -155,6 +155,13 @@ def packed(path: Path, files: dict[str, str]) -> Path:
     return path
 
 
+@pytest.mark.parametrize("names", [["ada", "bob"], ["ada", "bob", "cleo"]])
+def test_archives_with_one_hand_in_are_the_students(tmp_path: Path, names: list[str]) -> None:
+    for name in names:
+        packed(tmp_path / f"{name}.zip", {"hw.yaml": "answers: {a: 1}", "orbit.csv": "t"})
+    assert owners(tmp_path, *(f"{name}.zip" for name in names)) == dict.fromkeys(names, "hw.yaml")
+
+
 def test_an_archive_is_read_as_its_folder(tmp_path: Path) -> None:
     files = {
         "ada/hw.yaml": "answers: {a: 1}",

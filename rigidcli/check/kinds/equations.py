@@ -108,6 +108,11 @@ class Equations(Kind):
         has_numbers = bool(key.names.values) and replace(key, numbers=True).is_true(*side[1:]) is True
         return "number_for_symbol" if has_numbers else "equation_wrong"
 
+    def is_right(self, key: Motion, value: Answer) -> bool:
+        """Whether all equations are true, and determine the motion: most mistakes make one false."""
+        are_true = (key.is_true(left, right) is True for _, left, right in value.sides)
+        return all(are_true) and super().is_right(key, value)
+
     def _complete(self, key: Motion, systems: Sequence[_System], remarks: list[Finding]) -> Outcome:
         """The outcome of true equations that determine the motion in general states."""
         whole = [system for system in systems if system.is_complete]
@@ -158,8 +163,7 @@ class _System:
         residuals = [Sum((left, Negative(right))) for _, left, right in sides]
         fitting = [node for node in residuals if names_in(bound(node, key.aliases)).isdisjoint(excluded)]
         self.rows = self._reduced([bound(node, key.aliases) for node in fitting])
-        pivots, columns = self._rank()
-        self.chosen = pivots
+        self.chosen, columns = self._rank()
         missing = [name for k, name in enumerate(self.unknowns) if k not in columns]
         self.missing = [name for name in self.tops if name in missing]
         self.right = max(0, len(self.tops) - len(missing))

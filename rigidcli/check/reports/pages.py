@@ -14,9 +14,9 @@ from pathlib import Path
 from statistics import fmean
 from urllib.parse import quote
 
-from rigidcli.check.records import URGENT, Judgement, Student, Told, told
+from rigidcli.check.records import Judgement, Student, Told, told
 from rigidcli.check.reports import Style
-from rigidcli.check.reports.table import LONGEST_ANSWER, as_one, mean_of, points, score, share
+from rigidcli.check.reports.table import LONGEST_ANSWER, as_one, mean_of, points, score, share, urgent
 from rigidcli.errors import ExpressionError, printable, shortened
 from rigidcli.render import Look
 from rigidcli.render.web.page import page, resource, text
@@ -173,9 +173,8 @@ def _class(
     yield f"<h1>{own(course.title)}</h1>\n"
     if students:
         yield f"<p>{mean_of(students)}</p>\n"
-        hands = [(*both, each) for both in zip(students, links, strict=True) for each in as_one(both[0])]
-        urgent = [_asked(*hand) for verdict in URGENT for hand in hands if hand[2].verdict == verdict]
-        yield f"<h2>To look at first</h2>\n{_list(urgent)}" if urgent else ""
+        first = [_asked(students[place], links[place], question) for place, question in urgent(students)]
+        yield f"<h2>To look at first</h2>\n{_list(first)}" if first else ""
         yield from _scores(judged, links)
     else:
         yield "<p>There are no answers to judge.</p>\n"

@@ -8,7 +8,7 @@ from dataclasses import replace
 from statistics import fmean
 
 from rigidcli.check.base import VERDICTS, Verdict
-from rigidcli.check.records import URGENT, Student, Told
+from rigidcli.check.records import Student, Told
 from rigidcli.check.reports import Style
 from rigidcli.errors import shortened
 from rigidcli.render.terminal import GAP, Page, Part, Row, cells
@@ -90,17 +90,20 @@ def as_one(student: Student) -> Sequence[Told]:
     return [replace(first, id="every question", title="", max_score=student.max_score)]
 
 
+def urgent(students: Sequence[Student]) -> list[tuple[int, Told]]:
+    """The answers that a person must look at, with the places of their students: first what is not judged."""
+    hands = ((place, question) for place, student in enumerate(students) for question in as_one(student))
+    return sorted((hand for hand in hands if hand[1].is_urgent), key=lambda hand: hand[1].verdict != "review")
+
+
 def _urgent(students: Sequence[Student], style: Style) -> str:
     """The answers that a person must look at, if there are any."""
     rows = [
         Row(
-            ((f"  {student.student}", "bold"), (question.id, ""), painted(question.verdict)),
+            ((f"  {students[place].student}", "bold"), (question.id, ""), painted(question.verdict)),
             "\n".join(filter(None, [_answer(question, style), question.message])),
         )
-        for verdict in URGENT
-        for student in students
-        for question in as_one(student)
-        if question.verdict == verdict
+        for place, question in urgent(students)
     ]
     if not rows:
         return ""
