@@ -168,9 +168,7 @@ def repair(link: Link) -> str | None:
     moments must then be near those of its form.
     """
     body = link.body or {}
-    mass, given = float(body.get("mass", 0)), body.get("inertia")
-    if mass <= 0 or given is None:
-        return None
+    given, mass = body.get("inertia", {}), float(body.get("mass", 0))
     entries = np.array([float(given.get(key, 0)) for key in ENTRIES])
     if shortfall(matrix(entries)) is None:
         return None
