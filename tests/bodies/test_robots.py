@@ -341,6 +341,7 @@ def test_a_mutated_file_is_answered_or_refused(ending: str) -> None:
         except RigidError:
             continue
         for each in links:
+            assert each.link is not None
             try:
                 document = read_draft(each)
                 remarks(each.link, document)
