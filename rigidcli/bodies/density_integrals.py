@@ -171,6 +171,7 @@ class Field:
         """
         beside = np.vstack([net[:1], 0.0137 + 0.9683 * net[1:]])
         here, there = (self._located(chart, points)[0] for points in (net, beside))
+        whole = np.array([turn_is_whole(chart.coordinates[k]) for k in np.flatnonzero(moving)], dtype=bool)
         for node, inner in _functions(self.root):
             if not self._varies(inner):
                 continue
@@ -186,9 +187,12 @@ class Field:
                 highest = np.abs(of_node(node, self.formula, self._density(chart, ends)[1]))
                 high = ends[1:, highest > PEAK * usual[np.isfinite(usual)].max()][moving]
                 if np.isfinite(highest).all() and high.size:
-                    if len(high) > 1 and np.ptp(high, axis=1).max() > APART:
+                    across = np.abs(high - high[:, :1])
+                    # A peak on the half-plane where an angle begins is met at both ends of the angle.
+                    across[whole] = np.minimum(across[whole], 1 - across[whole])
+                    if len(high) > 1 and across.max() > APART:
                         raise _too_sudden()
-                    yield high[:, 0]
+                    yield from high.T
 
     def _moving(self, chart: Chart) -> Mask:
         """The coordinates (d) of a chart on which variables of the density hang."""

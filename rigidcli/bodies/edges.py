@@ -1,4 +1,4 @@
-"""The vertices and edges of a surface of triangles: where it is not closed, and what closes it.
+"""The vertices and edges of a surface of triangles: where it is not closed, and which are nearly one.
 
 Vertices are one where their coordinates are equal. Keys of 64 bits tell them apart. A block of triangles is
 an array of shape (3, 3, n): vertex, coordinate, triangle.
@@ -135,35 +135,6 @@ def _edges(block: Floats) -> tuple[Keys, NDArray[np.int8]]:
     one, two = (np.concatenate([keys[side[end]] for side in SIDES]) for end in (0, 1))
     both = _mixed(np.minimum(one, two) * _MIX[0] + np.maximum(one, two), _MIX[1])
     return both, (one < two).astype(np.int8) - (one > two).astype(np.int8)
-
-
-def fans(edges: Floats) -> tuple[Floats, int, float]:
-    """Triangles (3, 3, n) that close the holes whose rims are `edges` (k, 2, 3), a fan for each hole.
-
-    Also how many holes there are, and the largest distance of a rim from its mean plane. Every fan begins in
-    the vertex of its rim at which most edges end: holes that share a corner, as one rim, have it there.
-    """
-    ends = vertex_keys(edges.transpose(1, 2, 0))
-    label = components(ends)
-    order = np.argsort(label, kind="stable")
-    holes = np.split(order, np.flatnonzero(np.diff(label[order])) + 1)
-    patch, off = [], 0.0
-    for hole in holes:
-        rim, keys = edges[hole], ends[:, hole]
-        different, counts = np.unique(keys[0], return_counts=True)
-        apex = different[np.argmax(counts)]
-        corner = rim[keys[0] == apex][0, 0]
-        kept = (keys != apex).all(axis=0)
-        patch += [(end, start, corner) for start, end in rim[kept]]
-        off = max(off, _unevenness(rim[:, 0]))
-    return np.array(patch).reshape(-1, 3, 3).transpose(1, 2, 0), len(holes), off
-
-
-def _unevenness(rim: Floats) -> float:
-    """How far the points (k, 3) are from the plane through their mean that is nearest to them."""
-    offsets = rim - rim.mean(axis=0)
-    _, axes = np.linalg.eigh(offsets.T @ offsets)
-    return float(np.abs(offsets @ axes[:, 0]).max())
 
 
 def merged(read: Read, box: Floats, distance: float) -> tuple[Read, int]:

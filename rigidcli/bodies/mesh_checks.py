@@ -1,11 +1,10 @@
-"""Whether a mesh in a file encloses a body: what is wrong with it, and where; and how it can be made one."""
+"""Whether a mesh in a file encloses a body: what is wrong with it, and where."""
 
 from __future__ import annotations
 
 import pathlib
 from dataclasses import dataclass, replace
 from functools import lru_cache
-from itertools import chain
 
 import numpy as np
 from numpy.typing import NDArray
@@ -24,16 +23,13 @@ MERGED = 1e-6
 MERGING = 1_000
 """Bytes a triangle that merging may take; without so much memory a mesh stays as it is."""
 
-UNEVEN = 1e-6
-"""A rim farther from its plane than this, in units of the mesh, is told to be uneven."""
-
 FARTHEST = 1e50
 """The largest coordinate, in the unit of the file: no sum goes beyond the range of floats."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Checked:
-    """The surface in a file, merged or mended where that was needed, how to read it, and notes.
+    """The surface in a file, merged where that was needed, how to read it, and notes.
 
     `components` is the number of parts that hang together, None where the mesh is too large to count them.
     It `is_inward` where it is wound inside out.
@@ -60,10 +56,10 @@ class Checked:
         return self.triangles(np.arange(self.surface.triangles))
 
 
-def checked(path: pathlib.Path, *, thin: bool, mend: bool) -> Checked:
+def checked(path: pathlib.Path, *, thin: bool) -> Checked:
     """The surface in a file, which is read once for any number of documents.
 
-    A `thin` shell may be open. With `mend` holes are closed. Raises ValueProblem for what encloses no body.
+    A `thin` shell may be open. Raises ValueProblem for what encloses no body.
     """
     try:
         found = path.stat()
@@ -71,21 +67,16 @@ def checked(path: pathlib.Path, *, thin: bool, mend: bool) -> Checked:
         state = (0, 0, 0)  # the reader says what is wrong
     else:
         state = found.st_ino, found.st_size, found.st_mtime_ns
-    return _checked(path, state, thin, mend)
+    return _checked(path, state, thin)
 
 
 @lru_cache(maxsize=4)
-def _checked(path: pathlib.Path, state: tuple[int, int, int], thin: bool, mend: bool) -> Checked:
+def _checked(path: pathlib.Path, state: tuple[int, int, int], thin: bool) -> Checked:
     """`checked` for a file in this state."""
     read, notes = mesh_files.reader(path), list[str]()
     surface = _summed(read, path, thin)
     if not surface.is_closed and not thin:
         read, surface = _merged(read, surface, path, notes)
-    if mend and not surface.is_closed:
-        read = _mended(read, path, surface.size, notes)
-        surface = _summed(read, path, thin)
-    elif mend:
-        notes.append("it has no holes to repair")
     if not thin:
         if not surface.is_closed:
             raise _gap(edges.unpaired(read), path)
@@ -153,7 +144,7 @@ def _gap(found: edges.Unpaired, path: pathlib.Path) -> ValueProblem:
     open_edges = found.edges[found.is_open]
     return ValueProblem(
         f"{path}: open: {_count(found, open_edges)} to one triangle only, {_from(open_edges[0])}",
-        hint="`repair: holes` closes holes with flat fans, `shell: true` takes the surface as a thin shell",
+        hint="close it in the program that made the file; `shell: true` takes the surface as a thin shell",
     )
 
 
@@ -184,25 +175,6 @@ def _point(point: Floats) -> str:
 
 def _from(edge: Floats) -> str:
     return f"such as that from {_point(edge[0])} to {_point(edge[1])}"
-
-
-def _mended(read: Read, path: pathlib.Path, size: float, notes: list[str]) -> Read:
-    """The surface with a patch on its holes. Raises ValueProblem where more than holes is wrong with it."""
-    found = edges.unpaired(read)
-    if not found.is_open.all():
-        raise _misfit(found, path)
-    if found.count > len(found.edges):
-        raise _gap(found, path)
-    # The patch runs along the rims in the other sense.
-    patch, holes, off = edges.fans(found.edges)
-    area = surfaces.measured(lambda: (patch,), thin=True).area
-    plural = "s" if holes > 1 else ""
-    text = f"{holes} hole{plural} with {len(found.edges)} edges closed by {patch.shape[2]} new triangles"
-    text += f", {area:.6g} square units"
-    if off > UNEVEN * size:
-        text += f"; a rim is not plane, but off by {off:.3g} units"
-    notes.append(text)
-    return lambda: chain(read(), (patch,))
 
 
 def _overlaps(

@@ -76,7 +76,6 @@ class Mesh(Form):
     anchor: Literal["com"] | None = Field(
         default=None, description="`com` puts the centre of mass at `position`, in place of the file's origin"
     )
-    repair: Literal["holes"] | None = Field(default=None, description="`holes` closes holes with flat fans")
 
     @model_validator(mode="after")
     def _look(self, info: ValidationInfo) -> Self:
@@ -95,7 +94,7 @@ class Mesh(Form):
         from rigidcli.bodies.mesh_checks import checked  # with all that reads meshes
 
         with at("mesh"):
-            return checked(self.mesh, thin=self.shell, mend=self.repair == "holes")
+            return checked(self.mesh, thin=self.shell)
 
     def bounds(self) -> Bounds:
         """The least box round the mesh (m, axes of the file)."""

@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 import re
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -91,7 +92,7 @@ def _robot(
 ) -> list[str]:
     """How many links of a robot are valid; what is wrong with others is printed as errors."""
     from rigidcli.document.load import read, robot_drafts
-    from rigidcli.studies.robots import remarks, uncompared
+    from rigidcli.studies.robots import remarks, repair, uncompared
 
     robot = robot_drafts(text, source, str(folder), **options)
     links = [draft.link for draft in robot.each if draft.link is not None]
@@ -99,7 +100,11 @@ def _robot(
     valid = 0
     for link, draft in zip(links, robot.each, strict=True):
         with failures.of(source):
-            document = read(draft)
+            try:
+                document = read(draft)
+            except DocumentError as error:
+                hint = repair(link) if len(error.problems) == 1 else None
+                raise DocumentError([replace(p, hint=hint or p.hint) for p in error.problems]) from None
             valid += 1
             told = () if quiet else (*document.notes, *remarks(link, document))
             for note in told:

@@ -8,15 +8,17 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from contextlib import suppress
+from itertools import combinations, product
 from typing import NamedTuple
 
 import numpy as np
 from pydantic import ValidationError
 
 from rigidcli.bodies.bodies import Composite
-from rigidcli.bodies.robots.links import Link, listed
+from rigidcli.bodies.robots.links import ENTRIES, Link, listed, matrix
 from rigidcli.core.arithmetic import FLOAT, Floats
 from rigidcli.core.mass_properties import MassProperties, combine
+from rigidcli.core.tensor import shortfall
 from rigidcli.document.document import Document
 from rigidcli.errors import Problem, RigidError
 from rigidcli.fields.environment import Environment
@@ -37,14 +39,18 @@ FACTOR = 10.0
 """A moment may differ from that of the uniform form by this factor: a hollow link has more, a motor less."""
 
 NEAR = 3.0
-"""A unit is proposed where the moments in it are within this factor of those of the form: units differ by
-ten at least."""
+"""A unit or an edit is proposed where moments are then within this factor of those of the form: units differ
+by ten at least."""
 
 ALIKE = 1.2
 """Equal moments within this factor of those of the form are no placeholder: balls and cubes have them."""
 
 EQUAL = 1e-9
 """Moments that differ by less than this, relative to their size, are equal: turned axes round them."""
+
+EDITS = (-1.0, 1e-3, 1e-2, 1e-1, 1e1, 1e2, 1e3)
+"""What an entry is multiplied by where its sign is wrong, or its decimal point by up to three places: a unit
+that is wrong by more is so in all entries."""
 
 MOST_OF_LINK = 200
 """The most forms of a link that are compared with it, so that no file takes long."""
@@ -152,3 +158,38 @@ def _placeholder(mass: float, tensor: Floats, fits: bool) -> str | None:
     if mass == 1:
         return f"equal moments ({moment:g} kg m^2) and a mass of 1 kg look like placeholders"
     return None
+
+
+@np.errstate(all="ignore")
+def repair(link: Link) -> str | None:
+    """The only edit of one place that makes the tensor of a link that of a body; None where others do, too.
+
+    An edit changes a sign, moves a decimal point, or exchanges two entries. Where the link has geometry, the
+    moments must then be near those of its form.
+    """
+    body = link.body or {}
+    given, mass = body.get("inertia", {}), float(body.get("mass", 0))
+    entries = np.array([float(given.get(key, 0)) for key in ENTRIES])
+    if shortfall(matrix(entries)) is None:
+        return None
+    forms, found = _forms(link), []
+    for words, edited in _edits(entries):
+        moments = _moments(matrix(edited), mass)
+        is_body = shortfall(matrix(edited)) is None and moments[0] > 0
+        if is_body and (not forms or any(_are_near(moments, form, NEAR) for form in forms)):
+            found.append(words)
+    return f"{found[0]} makes it one that a body has; no other single edit does" if len(found) == 1 else None
+
+
+def _edits(entries: Floats) -> Iterator[tuple[str, Floats]]:
+    """The edits of the entries (6) of a tensor in words, with the entries that they lead to."""
+    for place, factor in product(np.flatnonzero(entries), EDITS):
+        edited = entries.copy()
+        edited[place] = float(f"{entries[place] * factor:.15g}")  # 0.3 times ten is 3, as in a text
+        slip = "the sign" if factor < 0 else "the decimal point"
+        yield f"{ENTRIES[place]} = {edited[place]:g} instead of {entries[place]:g} (a slip of {slip})", edited
+    for pair in combinations(range(6), 2):
+        if entries[pair[0]] != entries[pair[1]]:
+            edited = entries.copy()
+            edited[list(pair)] = entries[list(pair[::-1])]
+            yield f"{ENTRIES[pair[0]]} and {ENTRIES[pair[1]]} exchanged", edited

@@ -120,6 +120,7 @@ KINKS: list[tuple[str, dict[str, Any], float]] = [
     ("2 + sign(x + y - z)", {"shape": "torus", "major_radius": 2, "minor_radius": 0.5}, 2 * math.pi**2),
     ("exp(-((z - 0.3)/1e-5)^2)", {"shape": "rod", "length": 1}, 1e-5 * math.sqrt(math.pi)),
     ("exp(-((x - 0.1)/1e-3)^2)", {"shape": "cube", "side": 1}, 1e-3 * math.sqrt(math.pi)),
+    ("exp(-((x - 0.3)^2 + y^2)/1e-4)", {"shape": "disk", "radius": 1}, 1e-4 * math.pi),
     ("2 + tanh((x - 0.1)/1e-4)", {"shape": "cube", "side": 1}, 1.8),
     ("exp(-((x-0.1)^2 + (y-0.2)^2)/1e-6)", {"shape": "cube", "side": 1}, 1e-6 * math.pi),
     ("1/(1 + (x/1e-3)^2)", {"shape": "cube", "side": 1}, 2e-3 * math.atan(500)),
@@ -250,6 +251,8 @@ INFINITE: list[tuple[str, dict[str, Any], float]] = [
     ("1/sqrt(r)", {"shape": "sphere", "radius": 1}, 4 * math.pi / 2.5),
     ("1/s", {"shape": "cylinder", "radius": 1, "height": 2}, 4 * math.pi),
     ("-log(r)", {"shape": "sphere", "radius": 1}, 4 * math.pi / 9),
+    # The potential in a ball, at a point where an angle of the sphere begins: 2 pi (R^2 - a^2/3).
+    ("1/sqrt((x - 0.2)^2 + y^2 + z^2)", {"shape": "sphere", "radius": 1}, 2 * math.pi * (1 - 0.04 / 3)),
 ]
 """Densities that are infinite at a point or on a line, with the masses of integrals by hand."""
 

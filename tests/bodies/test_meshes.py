@@ -349,19 +349,6 @@ def test_an_inside_out_mesh_is_turned_with_a_note(program: Program, tmp_path: Pa
     assert "wound inside out, and was turned" in outcome.err
 
 
-def test_holes_are_repaired_on_demand_with_a_note(program: Program, tmp_path: Path) -> None:
-    path = saved(tmp_path / "a.stl", BOX[1:])
-    document = f"body: {{mesh: '{path}', density: 1000, repair: holes}}"
-    outcome = program("inertia", "-", "-f", "json", stdin=document)
-    assert json.loads(outcome.out)["mass"] == pytest.approx(6000, rel=1e-15)
-    assert "1 hole with 3 edges closed by 1 new triangles, 1 square units" in outcome.err
-    assert "wound" in refusal(
-        saved(path, np.concatenate([BOX[:1, ::-1], BOX[2:]])), "density: 1, repair: holes"
-    )
-    saved(path, BOX)
-    assert "no holes to repair" in program("inertia", "-", stdin=document).err
-
-
 def test_a_mesh_of_a_hundred_metres_is_probably_in_millimetres(program: Program, tmp_path: Path) -> None:
     path = saved(tmp_path / "a.stl", 50 * BOX)
     for scale, noted in (("", True), (", scale: 1", False), (", scale: 1 mm", False)):
@@ -375,7 +362,6 @@ def test_a_mesh_of_a_hundred_metres_is_probably_in_millimetres(program: Program,
         ("mass: 1, density: 2", "both of `mass` and `density` given"),
         ("scale: 1", "neither of `mass` and `density` given"),
         ("density: 1, thickness: 1", "only a shell has a thickness"),
-        ("density: 1, repair: all", "repair: read `all`, expected holes"),
         ("density: 1, anchor: corner", "anchor: read `corner`, expected com"),
         ("density: 1, units: mm", "unknown key (did you mean scale?)"),
     ],

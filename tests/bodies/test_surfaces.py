@@ -143,30 +143,6 @@ def test_minus_zero_is_zero() -> None:
     assert measured(body).is_closed
 
 
-def test_holes_that_share_a_corner_are_closed_from_it() -> None:
-    body = box((0, 0, 0), (1, 2, 3))
-    corner = (body == [0, 0, 0]).all(axis=2).any(axis=1)
-    faces = [place for place in np.flatnonzero(corner) if place < 6][:2]
-    missing = np.delete(body, faces, axis=0)
-    patch, holes, _ = edges.fans(edges.unpaired(blocks(missing)).edges)
-    assert (holes, patch.shape[2]) == (1, 2)
-    assert measured(np.concatenate([missing, patch.transpose(2, 0, 1)])).measure == pytest.approx(
-        6, rel=1e-15
-    )
-
-
-def test_the_rim_of_a_hole_in_a_ball_is_one_fan() -> None:
-    body = ball(40)
-    lid = body[:, :, 2].min(axis=1) > 0.9
-    patch, holes, off = edges.fans(edges.unpaired(blocks(body[~lid])).edges)
-    assert (holes, patch.shape[2]) == (1, 38)
-    assert off < 1e-15
-    height = body[~lid][:, :, 2].max()
-    closed = measured(np.concatenate([body[~lid], patch.transpose(2, 0, 1)]))
-    assert closed.is_closed
-    assert closed.box[1, 2] == height
-
-
 # --- windings
 
 

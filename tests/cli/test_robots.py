@@ -60,6 +60,13 @@ def test_a_link_that_no_body_is_is_refused_and_the_others_stay(program: Program,
     assert "Traceback" not in outcome.err
 
 
+def test_validate_names_the_one_edit_that_helps(program: Program, bad: str) -> None:
+    outcome = program("validate", "-q", bad)
+    assert (outcome.code, outcome.out) == (3, f"{bad}: 2 valid of 3 links with a mass\n")
+    # The form of the forearm tells that 0.0002 is meant, and not 0.002 or 0.02, which a body may have, too.
+    assert "Izz = 0.0002 instead of 0.2 (a slip of the decimal point) makes it one that a body" in outcome.err
+
+
 def block(entries: str, rest: str = "", mass: str = "2", origin: str = "") -> str:
     names = zip(("ixx", "ixy", "ixz", "iyy", "iyz", "izz"), entries.split(), strict=True)
     tensor = " ".join(f'{name}="{entry}"' for name, entry in names)
@@ -69,6 +76,32 @@ def block(entries: str, rest: str = "", mass: str = "2", origin: str = "") -> st
 
 BAR = '<visual><geometry><box size="0.2 0.3 0.4"/></geometry></visual>'
 """A box of 0.024 m^3: with 24 kg Ixx = 0.5, Iyy = 0.4, Izz = 0.26 kg m^2."""
+
+EDITS = {
+    # Which entry is wrong is only known where a single one makes a tensor that a body has.
+    "sign": (block("-0.5 0 0 0.4 0 0.26", mass="24"), "Ixx = 0.5 instead of -0.5 (a slip of the sign)"),
+    "exchanged": (block("0.5 0.4 0 0 0 0.26", BAR, "24"), "Ixy and Iyy exchanged"),
+    "decimal point": (block("0.5 0 0 0.4 0 2.6", BAR, "24"), "Izz = 0.26 instead of 2.6"),
+}
+
+
+@pytest.mark.parametrize("slip", EDITS)
+def test_each_kind_of_slip_is_named(slip: str, program: Program, tmp_path: Path) -> None:
+    text, words = EDITS[slip]
+    path = tmp_path / "slip.urdf"
+    path.write_text(text)
+    outcome = program("validate", str(path))
+    assert outcome.code == 3
+    assert f"hint: {words}" in outcome.err
+
+
+def test_no_edit_is_named_where_two_help(program: Program, tmp_path: Path) -> None:
+    path = tmp_path / "two.urdf"
+    path.write_text(block("0.02 0 0 0.021 0 0.2"))  # a rod along x or y with 0.2 for the others, or 0.02
+    outcome = program("validate", str(path))
+    assert outcome.code == 3
+    assert "instead of" not in outcome.err
+
 
 NOTED = {
     "identity": (block("1 0 0 1 0 1", BAR), "the identity tensor looks like a placeholder"),
