@@ -20,6 +20,9 @@ from rigidcli.errors import DocumentError, Problem, printable
 HOMEWORK = re.compile(r"^[ {]*[\"']?(questions|answers|student)[\"']?\s*:", re.MULTILINE | re.IGNORECASE)
 """A key that stands at the top of an assignment or an answer file, and not of a document."""
 
+NUMBERED = re.compile(r"(\s*(#.*|---)?\n)*[ {\"']*\d")
+"""The beginning of a file in which the name of a question, such as 10.35a, comes first."""
+
 
 def validate(files: Files, settings: Settings = None, exact: Exact = False, quiet: Quiet = False) -> None:
     """Read and validate only: documents, robots, assignments, answers.
@@ -72,7 +75,7 @@ def _kind(text: str) -> str | None:
 
     found = HOMEWORK.search(text)
     if found is None:
-        return None
+        return "answers" if NUMBERED.match(text) else None
     try:
         tree = read_tree(text, "")
     except DocumentError:

@@ -374,6 +374,18 @@ def test_validate_tells_what_answers_are_read_as(tmp_path: Path, program: Progra
     assert f"{path}: answers.d: `x.csv`: there is no such file" in done.err
 
 
+@pytest.mark.parametrize(
+    "text", ["10.35a:2,34 rad/s", "# ada\n10.35a = 2.34 rad/s", '{"10.35a": "2,34 rad/s"}']
+)
+def test_validate_knows_answers_by_the_name_of_a_question(
+    text: str, tmp_path: Path, program: Program
+) -> None:
+    path = tmp_path / "ada.yaml"
+    path.write_text(text)
+    done = program("validate", str(path))
+    assert (done.code, done.err, done.out) == (0, "", f"{path}: valid\n  10.35a: read as 2.34 rad/s\n")
+
+
 def test_validate_tells_what_an_assignment_asks(program: Program) -> None:
     done = program("validate", "-", stdin="questions: {a: {answer: 1, kind: number, order: free, points: 2}}")
     assert (done.code, done.out) == (0, "-: valid\n  a: number, 2 points\n")
