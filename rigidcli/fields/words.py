@@ -255,24 +255,22 @@ AS_WRITTEN = "write `{}`: a colon, and a blank after it"
 
 def bracketed(raw: Mapping[str, Any]) -> tuple[dict[str, Any], list[ValueProblem]]:
     """A mapping with lists for `size: 1, 2, 3` in braces, where 2 and 3 are keys; and these problems."""
-    lists: dict[str, list[Any]] = {}
-    last = ""
+    groups: list[tuple[str, list[Any]]] = []
     for key, value in raw.items():
-        if lists and value is None and _DIGITS.match(key):
-            lists[last].append(key)
+        if groups and value is None and _DIGITS.match(key):
+            groups[-1][1].append(key)
         else:
-            last = key
-            lists[last] = [value]
+            groups.append((key, [value]))
+    mended: dict[str, Any] = {}
     problems = list[ValueProblem]()
-    mended = dict(raw)
-    for key, entries in lists.items():
+    for key, entries in groups:
         if len(entries) > 2:  # of two, the comma may be that of a decimal
             typed = ", ".join(map(str, entries))
             hint = f"write `{key}: [{typed}]`"
             problems.append(ValueProblem("a list stands in brackets", path=(key,), hint=hint, typed=typed))
-            mended = {
-                name: entries if name == key else mended[name] for name in mended if name not in entries
-            }
+            mended[key] = entries
+        else:
+            mended |= {key: entries[0], **dict.fromkeys(entries[1:])}
     return mended, problems
 
 
