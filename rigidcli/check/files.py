@@ -207,6 +207,7 @@ def _unpacked(path: Path, folder: Path, found: Found) -> Path:
                 file.parent.mkdir(parents=True, exist_ok=True)
                 file.write_bytes(data)
     except (zipfile.BadZipFile, OSError, RuntimeError, NotImplementedError, ValueError, EOFError) as error:
+        # zipfile has an error of its own for an archive that is broken, locked, or packed in another way.
         reason = getattr(error, "strerror", None) or str(error)
         found.trouble(path, f"cannot be read as a zip: {reason}")
     return folder
