@@ -7,7 +7,7 @@ absolute values cut a coordinate in parts on which they are constant.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from fractions import Fraction
 from itertools import pairwise, product
 from typing import Any, NamedTuple, TypeAlias
@@ -156,7 +156,12 @@ class _Coordinates:
 
         Raises ExpressionError where an expression gets too large.
         """
-        arguments = {atom.arguments[0] for atom in _signs(e) if self._on(atom)}
+        signs = (
+            atom
+            for atom in e.everywhere()
+            if isinstance(atom, Applied) and atom.function in ("abs", "sign") and self._on(atom)
+        )
+        arguments = {atom.arguments[0] for atom in signs}
         split = {argument: self._split(argument) for argument in arguments}
         cuts: list[list[Any]] = [
             [Turn(0, 1, 0), turn] if isinstance(turn, Turn) else [ZERO, ONE] for turn in self._turns
@@ -257,18 +262,6 @@ class _Coordinates:
             of = _over_turn if isinstance(span[0], Turn) else _over_unit
             self._known[key] = of(*span, names, factors)
         return self._known[key]
-
-
-def _signs(e: Expr) -> Iterator[Applied[Expr]]:
-    """The signs and absolute values in an expression, at any depth."""
-    for atom in e.atoms:
-        if isinstance(atom, Applied) and atom.function in ("abs", "sign"):
-            yield atom
-        inner = (
-            atom.arguments if isinstance(atom, Applied) else [atom.inner] if isinstance(atom, Group) else []
-        )
-        for below in inner:
-            yield from _signs(below)
 
 
 def _replaced(e: Expr, meant: Mapping[tuple[str, Expr], Expr]) -> Expr:
