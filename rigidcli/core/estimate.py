@@ -131,8 +131,8 @@ def landmarks(values: Callable[[Floats], Floats], grid: Floats, most: int = MOST
     best = np.argsort(grid[first] - grid[last], kind="stable")[:most]
     places = [_narrowed(values, rows[some], up[some], grid[first[some]], grid[last[some]])
               for some in np.array_split(best, 1 + len(best) // AT_ONCE)]  # fmt: skip
-    found = np.array(sorted({*np.concatenate(places).tolist()}))  # `np.unique` loads masked arrays
-    inside: Floats = found[(found > grid[0]) & (found < grid[-1])]
+    times = np.array(sorted({*np.concatenate(places).tolist()}))  # `np.unique` loads masked arrays
+    inside: Floats = times[(times > grid[0]) & (times < grid[-1])]
     return inside
 
 
@@ -189,7 +189,7 @@ def compared(
     """By how much two solutions differ at most at `times` (k), and from which time on they share no digit.
 
     `again` solves the problem of the `first` to a tolerance, in steps that end at given times, among which
-    are the `stops` of the first. `distance` tells how far states (k by n) are from each other.
+    are the `stops` of the first. `distance` gives how far states (k by n) are from each other.
     """
     if not first.steps:
         return 0.0, None

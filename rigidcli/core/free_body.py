@@ -86,7 +86,7 @@ def periods(body: Inertia, omega: Floats) -> Periods:
 def circulation(body: Inertia, omega: Floats) -> Circulation | None:
     """The constants of the motion from `omega` (3), where it is not constant; else None."""
     state = State.of(body, omega[None])
-    return next((found for _, found in circulations(state, ~state.steady(rounded=True))), None)
+    return next((motion for _, motion in circulations(state, ~state.steady(rounded=True))), None)
 
 
 def _regime(state: State) -> Regime:

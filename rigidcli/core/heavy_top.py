@@ -236,8 +236,8 @@ def _less_turns(
 def _leads(motion: HeavyMotion, omega: Floats, orientation: Floats) -> tuple[complex, complex]:
     """The factors of the two pairs of components of the quaternion that make the motion begin as it does.
 
-    Of a pair that passes through zero then, as the axis is at the vertical, omega tells; not so where the
-    axis lingers there.
+    Where a pair passes through zero then, as the axis is at the vertical, its factor follows from omega; but
+    not where the axis lingers there.
     """
     q0, q1, q2, q3 = orientation.tolist()
     cosine, sine, across = (complex(part[0]) for part in motion.parts(np.zeros(1)))
@@ -250,9 +250,9 @@ def _leads(motion: HeavyMotion, omega: Floats, orientation: Floats) -> tuple[com
     return first, last
 
 
-def _unit(wanted: complex, found: complex) -> complex:
-    """The factor of length 1 that turns what was found to what is wanted; 1 where either is zero."""
-    return wanted / found / abs(wanted / found) if wanted and found else 1
+def _unit(wanted: complex, computed: complex) -> complex:
+    """The factor of length 1 that turns the computed number to the wanted one; 1 where either is zero."""
+    return wanted / computed / abs(wanted / computed) if wanted and computed else 1
 
 
 def sensitivity(

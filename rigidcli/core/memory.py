@@ -20,7 +20,7 @@ ITS_TEXT = 60
 """Bytes that the text of a number takes where all is written at once: 20 digits, three times over."""
 
 GROUP = Path("/sys/fs/cgroup")
-"""Where Linux tells the limits of the group of processes to which this one belongs, as in a container."""
+"""Where Linux keeps the limits of the group of processes to which this one belongs, as in a container."""
 
 GROUPS = (
     ("memory.max", "memory.current"),
@@ -29,7 +29,7 @@ GROUPS = (
 """The files with the limit and what is in use, in both versions of the interface."""
 
 MEGABYTE = 1_000_000
-"""Bytes, as memory is told to people."""
+"""Bytes in the unit that messages use."""
 
 
 def require(rows: int, columns: int, each: int = A_NUMBER) -> None:
@@ -37,13 +37,13 @@ def require(rows: int, columns: int, each: int = A_NUMBER) -> None:
     needed, left = rows * columns * each, available()
     if needed > left:
         raise ComputationError(
-            f"{rows:,} samples need about {_told(needed)} of memory, and {_told(left)} can be had",
+            f"{rows:,} samples need about {_in_words(needed)} of memory, and {_in_words(left)} can be had",
             hint="ask for fewer samples, for csv instead of json, or allow more memory",
         )
 
 
 def available() -> float:
-    """The bytes that this process can still get, as far as the platform tells them; else infinite."""
+    """The bytes that this process can still get, as far as the platform knows; else infinite."""
     return max(0.0, min(_limits(), default=math.inf))
 
 
@@ -65,6 +65,6 @@ def _limits() -> Iterator[float]:
         yield 1024.0 * (kilobytes["MemAvailable"] + kilobytes["SwapFree"])
 
 
-def _told(size: float) -> str:
+def _in_words(size: float) -> str:
     """A number of bytes as people say it."""
     return f"{size / MEGABYTE / 1000:.1f} GB" if size >= 1000 * MEGABYTE else f"{size / MEGABYTE:.0f} MB"

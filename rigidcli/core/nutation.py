@@ -6,10 +6,10 @@ u = cos(theta)
     a = lambda3 spin/lambda1,   b = L_z/lambda1,   beta = 2 M g R/lambda1
     u'^2 = f(u) = (1 - u^2)(alpha - beta u) - (b - a u)^2,       u1 <= u2 <= 1 <= u3
 
-Source: H. Goldstein, Classical Mechanics, 2nd edition, section 5.7. Unlike there, the roots of f are found
-about the initial u0, which keeps the digits of a small nutation, and beside the vertical by Vieta's products,
-as f(1) = -(b - a)^2 and f(-1) = -(b + a)^2. How long a top stays that rises almost upright depends on small
-differences of large terms: they are formed in fractions, without rounding.
+Source: H. Goldstein, Classical Mechanics, 2nd edition, section 5.7. Unlike there, the roots of f are
+differences from the initial u0, which keeps the digits of a small nutation, and beside the vertical they
+follow from Vieta's products, as f(1) = -(b - a)^2 and f(-1) = -(b + a)^2. How long a top stays that rises
+almost upright depends on small differences of large terms: they are formed in fractions, without rounding.
 """
 
 from __future__ import annotations
@@ -217,13 +217,13 @@ def nutation(
     """
     unit = rate_unit(lambda3 * spin / lambda1, precession, nutation, math.sqrt(2 * weight_moment / lambda1))
     given = (spin / unit, tilt, precession / unit, nutation / unit, weight_moment / unit / unit)
-    found = _in_units(lambda1, lambda3, given, is_steady)
+    motion = _in_units(lambda1, lambda3, given, is_steady)
     return replace(
-        found,
-        phi_dot_at_theta_min=_times(found.phi_dot_at_theta_min, unit),
-        phi_dot_at_theta_max=_times(found.phi_dot_at_theta_max, unit),
-        period=_times(found.period, 1 / unit),
-        mean_rate=_times(found.mean_rate, unit),
+        motion,
+        phi_dot_at_theta_min=_times(motion.phi_dot_at_theta_min, unit),
+        phi_dot_at_theta_max=_times(motion.phi_dot_at_theta_max, unit),
+        period=_times(motion.period, 1 / unit),
+        mean_rate=_times(motion.mean_rate, unit),
     )
 
 
@@ -249,62 +249,62 @@ def _in_units(lambda1: float, lambda3: float, given: tuple[float, ...], is_stead
     along, turn, below, above = map(Fraction, (a, turning, down, up))
     poles = _unless_rounding(turn, -along * below), _unless_rounding(turn, along * above)
     start = Start(poles, *map(Fraction, (a, beta, turning, slope, energy, down, up)))
-    found = swing(start, 2.0 if is_steady else 4 * ROUNDING)
-    if not any(found.x):
+    limits = swing(start, 2.0 if is_steady else 4 * ROUNDING)
+    if not any(limits.x):
         rate = precession if square else None
         if not rate:
             return Nutation(tilt, tilt, 0.0, rate, rate, None, None, rate, "none")
-        period = 2 * math.pi / math.sqrt(found.rise)
+        period = 2 * math.pi / math.sqrt(limits.rise)
         return Nutation(tilt, tilt, 0.0, rate, rate, period, rate * period, rate, "steady")
-    angles = [2 * math.atan2(math.sqrt(d), math.sqrt(e)) for d, e in zip(found.down, found.up, strict=True)]
-    largest, least = (tilt if x == 0 else angle for x, angle in zip(found.x, angles, strict=True))
-    lower, upper = _phi_dot(found, a, 0), _phi_dot(found, a, 1)
-    variation = CUSP * (abs(turning) + abs(a) * found.width)
-    rests = any(abs(turning) <= variation for turning in found.turning) and 0 not in found.poles
+    angles = [2 * math.atan2(math.sqrt(d), math.sqrt(e)) for d, e in zip(limits.down, limits.up, strict=True)]
+    largest, least = (tilt if x == 0 else angle for x, angle in zip(limits.x, angles, strict=True))
+    lower, upper = _phi_dot(limits, a, 0), _phi_dot(limits, a, 1)
+    variation = CUSP * (abs(turning) + abs(a) * limits.width)
+    rests = any(abs(turning) <= variation for turning in limits.turning) and 0 not in limits.poles
     kind: NutationKind = "looping" if (lower > 0) != (upper > 0) else "wavy"
     if rests or not lower or not upper:
         kind = "cuspidal"
-    ends = (min(least, tilt), max(largest, tilt), _amplitude(found), upper, lower)
-    if not found.gap:
+    ends = (min(least, tilt), max(largest, tilt), _amplitude(limits), upper, lower)
+    if not limits.gap:
         return Nutation(*ends, None, None, None, kind)
-    quarter = found.quarter
-    mean, period = _mean_rate(found, quarter), 4 * quarter / math.sqrt(found.rise)
+    quarter = limits.quarter
+    mean, period = _mean_rate(limits, quarter), 4 * quarter / math.sqrt(limits.rise)
     return Nutation(*ends, period, mean * period, mean, kind)
 
 
-def _phi_dot(found: Swing, a: float, limit: Literal[0, 1]) -> float:
+def _phi_dot(limits: Swing, a: float, end: Literal[0, 1]) -> float:
     """phi-dot = (b - a u)/(1 - u^2) at u1 or u2, by its limit at the vertical."""
-    if not found.down[limit]:
+    if not limits.down[end]:
         return a / 2
-    if not found.up[limit]:
+    if not limits.up[end]:
         return -a / 2
-    return found.turning[limit] / (found.down[limit] * found.up[limit])
+    return limits.turning[end] / (limits.down[end] * limits.up[end])
 
 
-def _amplitude(found: Swing) -> float:
+def _amplitude(limits: Swing) -> float:
     """The angle between the limits, by the sine and cosine of its half."""
-    (d1, d2), (e1, e2) = found.down, found.up
+    (d1, d2), (e1, e2) = limits.down, limits.up
     return 2 * math.atan2(
-        2 * found.width / (math.sqrt(d1 * e2) + math.sqrt(e1 * d2)), math.sqrt(e1 * e2) + math.sqrt(d1 * d2)
+        2 * limits.width / (math.sqrt(d1 * e2) + math.sqrt(e1 * d2)), math.sqrt(e1 * e2) + math.sqrt(d1 * d2)
     )
 
 
-def _mean_rate(found: Swing, quarter: float) -> float:
+def _mean_rate(limits: Swing, quarter: float) -> float:
     """The mean of phi-dot = ((b - a)/(1 - u) + (b + a)/(1 + u))/2 in time.
 
     By f(1) and f(-1), |b -+ a| is sqrt(beta (u3 -+ 1) (1 -+ u1)(1 -+ u2)), and the mean of the root of
     (1 -+ u1)(1 -+ u2) over 1 -+ u is 1 without weight. So a fast top, whose b - a and b + a are almost
     opposite, loses nothing.
     """
-    k = math.sqrt(found.beta * found.width / found.rise)
-    signs = [(pole > 0) - (pole < 0) for pole in found.poles]
+    k = math.sqrt(limits.beta * limits.width / limits.rise)
+    signs = [(pole > 0) - (pole < 0) for pole in limits.poles]
     top, bottom = (
-        beyond_first(k, found.complement, math.sqrt(last / first)) / quarter if sign else 0.0
-        for sign, (first, last) in zip(signs, (found.down, found.up), strict=True)
+        beyond_first(k, limits.complement, math.sqrt(last / first)) / quarter if sign else 0.0
+        for sign, (first, last) in zip(signs, (limits.down, limits.up), strict=True)
     )
-    less, more = math.sqrt(found.third), math.sqrt(found.third + 2 * found.beta)
+    less, more = math.sqrt(limits.third), math.sqrt(limits.third + 2 * limits.beta)
     if signs[0] * signs[1] < 0:
-        return signs[1] * (found.beta / (less + more) * (1 + bottom) + less * (bottom - top) / 2)
+        return signs[1] * (limits.beta / (less + more) * (1 + bottom) + less * (bottom - top) / 2)
     return (signs[0] * less * (1 + top) + signs[1] * more * (1 + bottom)) / 2
 
 

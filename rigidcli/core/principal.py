@@ -133,7 +133,7 @@ def canonical_axes(projectors: Sequence[Floats], groups: Sequence[Sequence[int]]
         for _ in group:
             nearness = [left[k][k] for k in range(3)]
             if not all(map(math.isfinite, nearness)):
-                raise ComputationError("the principal axes cannot be told")
+                raise ComputationError("the tensor has entries beyond the range of floating-point numbers")
             nearest = max(nearness) - PIVOT_TIE
             pivot = next(k for k in range(3) if nearness[k] >= nearest)
             axis = [row[pivot] / math.sqrt(nearness[pivot]) for row in left]

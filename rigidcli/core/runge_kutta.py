@@ -79,7 +79,7 @@ def march(
 
     Every `ROUND` steps it yields the time that it has reached. `least` has for each block the size to which
     its error is relative at least; by default those of `least_sizes`. No step is longer than `longest`, and
-    one ends at each of the `stops`, times on the way in the order in which they come. `roundings` tells the
+    one ends at each of the `stops`, times on the way in the order in which they come. `roundings` gives the
     rounding errors of f, in units of those of one operation: no step is short for those of small differences.
 
     Raises:
@@ -205,7 +205,7 @@ def floors(
 
     That is where rounding errors are all there is, as they are in a body that rests in equilibrium. They show
     when the arguments of f move by a few ulps, each pair of them together in one try and against each other
-    in another; and those of small differences are told by the `roundings` of f. Where steps are no longer
+    in another; and those of small differences are given by the `roundings` of f. Where steps are no longer
     `regular`, a pole is near, which must not pass for rounding errors.
     """
     noise = [0.0] * len(y)

@@ -10,7 +10,7 @@ from rigidcli.core.arithmetic import Floats
 from rigidcli.core.rotation import angles_between
 
 LEAST = 2.0**-50
-"""The least angle (rad) that is told: the rounding of the quaternion itself, of four components."""
+"""The least error (rad) of an orientation: the rounding of the quaternion itself, of four components."""
 
 SAMPLES = 64
 """The most times that are looked at, besides the last one: each costs as many orientations as inputs."""

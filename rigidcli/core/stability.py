@@ -30,13 +30,13 @@ def about_axes(moments: Floats, groups: Sequence[Sequence[int]]) -> list[AxisSta
     an axis of equal moments the coefficient is zero, and nothing drives a deviation back or away.
     """
     equal = {index for group in groups if len(group) > 1 for index in group}
-    found = []
+    stabilities = []
     for i, (j, k) in enumerate(((1, 2), (2, 0), (0, 1))):
         if moments[i] == 0:
-            found.append(AxisStability(None, None))
+            stabilities.append(AxisStability(None, None))
         elif i in equal:
-            found.append(AxisStability(None, 0.0))
+            stabilities.append(AxisStability(None, 0.0))
         else:
             square = float((moments[i] - moments[j]) / moments[j] * ((moments[i] - moments[k]) / moments[k]))
-            found.append(AxisStability(square > 0, sqrt(abs(square))))
-    return found
+            stabilities.append(AxisStability(square > 0, sqrt(abs(square))))
+    return stabilities
