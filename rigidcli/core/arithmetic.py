@@ -12,6 +12,9 @@ from numpy.typing import NDArray
 
 from rigidcli.errors import ValueProblem
 
+EPS = 2.0**-52
+"""The distance of 1 and the next larger float."""
+
 Scalar: TypeAlias = float
 """A float, or an exact number (an `Expr` of the algebra) in its place: the `Arithmetic` says which."""
 

@@ -31,17 +31,14 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from rigidcli.core.arithmetic import Floats
-from rigidcli.core.elliptic import EPS, carlson_rf, complete, growth, jacobi
+from rigidcli.core.arithmetic import EPS, Floats
+from rigidcli.core.elliptic import carlson_rf, complete, growth, jacobi
 from rigidcli.core.principal import diagonal_form
 from rigidcli.core.rotation import as_quaternion, compose
 from rigidcli.core.tensor import Inertia
 
 TURNED_NOISE = 8 * EPS
 """The relative rounding error of a tensor that is not diagonal, or of an omega that was turned."""
-
-CLOSE = 0.01
-"""Numbers that differ by less of their size lose two digits or more in a difference of floats."""
 
 HALF_TURNS = np.array([[0.0, 0.0, 1.0, 0.0], [0.0, 0.0, 0.0, 1.0]])
 """The quaternions of half a turn about b, and about c."""
@@ -91,7 +88,8 @@ class State:
         more, less = high * (high - middle) * z**2, low * (middle - low) * x**2
         difference, total = more - less, more + less
         one, two, three = map(Fraction, self.moments)
-        for k in np.flatnonzero(np.abs(difference) < CLOSE * total):
+        # Floats that differ by less than a hundredth of their size lose two digits in their difference.
+        for k in np.flatnonzero(np.abs(difference) < 0.01 * total):
             exact = three * (three - two) * Fraction(z[k]) ** 2 - one * (two - one) * Fraction(x[k]) ** 2
             difference[k] = float(exact)
         return difference, total, unit

@@ -16,16 +16,11 @@ from typing import Any
 
 import numpy as np
 
-from rigidcli.core.arithmetic import Floats
-
-EPS = 2.0**-52
-"""The distance of 1 and the next larger float."""
+from rigidcli.core.arithmetic import EPS, Floats
 
 LEAST_COMPLEMENT = 1e-150
-"""The k' that stands for 0: within `FARTHEST`, the functions are then the hyperbolic ones to all digits."""
-
-FARTHEST = 340.0
-"""The largest argument for k' = 0, where sech is below 1e-147: it is less than K of `LEAST_COMPLEMENT`."""
+"""The k' that stands for 0: up to u = 340, where sech is below 1e-147, the functions
+are then the hyperbolic ones to all digits."""
 
 CONVERGED = 1e-8
 """Quadratic convergence squares the error of this last step, which is then below the rounding."""
@@ -47,7 +42,7 @@ def jacobi(u: Any, complement: Any) -> tuple[Any, Any, Any]:
         steps.append(((1 - k_prime) / (1 + k_prime), 2 * k_prime / (1 + k_prime)))
         k_prime = 2 * np.sqrt(k_prime) / (1 + k_prime)
     if np.any(np.equal(complement, 0)):
-        u = np.where(np.equal(complement, 0), np.clip(u, -FARTHEST, FARTHEST), u)
+        u = np.where(np.equal(complement, 0), np.clip(u, -340, 340), u)
     angle = u * shrink
     sn, cn, dn = np.sin(angle), np.cos(angle), np.ones_like(angle)
     for k1, rest in reversed(steps):

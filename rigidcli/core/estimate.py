@@ -40,9 +40,6 @@ ROUNDS, PARTS = 11, 64
 DISTANCES = 2.0 ** np.arange(12, -52, -1)
 """Distances from such a time, in units of the way to the next time of the grid."""
 
-AT_ONCE = 2048
-"""Times that are narrowed down together, so that the arrays stay small."""
-
 LONGEST_STEPS = 256
 """Steps of a solution in which walls are looked for, the longest ones, as they go over most."""
 
@@ -130,7 +127,7 @@ def landmarks(values: Callable[[Floats], Floats], grid: Floats, most: int = MOST
     last = first + 1 + (up != 0)
     best = np.argsort(grid[first] - grid[last], kind="stable")[:most]
     places = [_narrowed(values, rows[some], up[some], grid[first[some]], grid[last[some]])
-              for some in np.array_split(best, 1 + len(best) // AT_ONCE)]  # fmt: skip
+              for some in np.array_split(best, 1 + len(best) // 2048)]  # fmt: skip
     times = np.array(sorted({*np.concatenate(places).tolist()}))  # `np.unique` loads masked arrays
     inside: Floats = times[(times > grid[0]) & (times < grid[-1])]
     return inside

@@ -14,9 +14,8 @@ from typing import Literal, TypeAlias
 
 import numpy as np
 
-from rigidcli.core.arithmetic import Floats
+from rigidcli.core.arithmetic import EPS, Floats
 from rigidcli.core.circulation import TURNED_NOISE, Circulation, State, circulations, power_of_two
-from rigidcli.core.elliptic import EPS
 from rigidcli.core.principal import EQUAL_MOMENTS
 from rigidcli.core.rotation import compose, continuous
 from rigidcli.core.sensitivity import GROWN, representative, to_rounding

@@ -24,8 +24,8 @@ from typing import TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from rigidcli.core.arithmetic import Floats
-from rigidcli.core.elliptic import EPS, carlson_rf, complete, growth, jacobi, lag
+from rigidcli.core.arithmetic import EPS, Floats
+from rigidcli.core.elliptic import carlson_rf, complete, growth, jacobi, lag
 from rigidcli.core.free_body import BLOCK
 from rigidcli.core.nutation import Start, Swing, rate_unit, swing
 from rigidcli.core.sensitivity import GROWN, representative, to_rounding
@@ -34,9 +34,6 @@ Complexes: TypeAlias = NDArray[np.complex128]
 
 PASSING = 1e-3
 """The axis is passing the vertical where it is there within this time, in units of 1/rate."""
-
-NEAR = 1e-6
-"""Below this k', several roundings of an input may change k'^2 by a large part of it."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -270,8 +267,9 @@ def sensitivity(
         return heavy_motion(first, third, weight, values[3:6], values[6:])
 
     given = motion(inputs)
-    # Time at the top goes as log(1/k'), so that what many roundings do is no measure of what one does.
-    grown = 1 if given.limits.complement < NEAR else GROWN
+    # Time at the top goes as log(1/k'). There several roundings may change k'^2 by a large part of it: what
+    # they do is no measure of what one does.
+    grown = 1 if given.limits.complement < 1e-6 else GROWN
 
     def moved() -> Iterator[Floats]:
         for place in np.flatnonzero(inputs):

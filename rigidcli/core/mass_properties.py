@@ -18,9 +18,6 @@ from rigidcli.core.arithmetic import FLOAT, Arithmetic, Array, Floats, Scalar
 from rigidcli.core.tensor import Inertia, combined, misplaced, shift_from_com
 from rigidcli.errors import ValueProblem
 
-FAR = 1e3
-"""Beyond this ratio of M c^2 to the second moments about c, their difference loses more than three digits."""
-
 
 @dataclass(frozen=True, slots=True, eq=False)
 class MassProperties:
@@ -94,7 +91,8 @@ def of_blocks(read: Callable[[], Iterable[Floats]]) -> MassProperties:
     centre, sums = _sums(read, None)
     mass, shift = sums[0, 0], sums[0, 1:] / sums[0, 0]
     second = sums[1:, 1:] - mass * np.outer(shift, shift)
-    if mass * (shift @ shift) > FAR * np.trace(second):
+    # Where M c^2 is larger by this much, the difference has lost three digits.
+    if mass * (shift @ shift) > 1e3 * np.trace(second):
         centre, sums = _sums(read, centre + shift)
         shift = sums[0, 1:] / mass
         second = sums[1:, 1:] - mass * np.outer(shift, shift)

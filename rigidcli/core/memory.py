@@ -28,9 +28,6 @@ GROUPS = (
 )
 """The files with the limit and what is in use, in both versions of the interface."""
 
-MEGABYTE = 1_000_000
-"""Bytes in the unit that messages use."""
-
 
 def require(rows: int, columns: int, each: int = A_NUMBER) -> None:
     """Raise ComputationError where there is too little for the samples, of `each` so many bytes a number."""
@@ -67,4 +64,4 @@ def _limits() -> Iterator[float]:
 
 def _in_words(size: float) -> str:
     """A number of bytes as people say it."""
-    return f"{size / MEGABYTE / 1000:.1f} GB" if size >= 1000 * MEGABYTE else f"{size / MEGABYTE:.0f} MB"
+    return f"{size / 1e9:.1f} GB" if size >= 1e9 else f"{size / 1e6:.0f} MB"

@@ -15,8 +15,6 @@ from rigidcli.errors import ComputationError
 JULIAN_YEAR = 36525 * 864
 """365.25 days of 86,400 seconds (s)."""
 
-HALF_TURN_IN_ARCSECONDS = 180 * 3600
-
 
 @dataclass(frozen=True, slots=True)
 class Free:
@@ -127,7 +125,7 @@ def tidal_rate(
 
 def arcseconds_per_year(rate: Scalar, n: Arithmetic) -> Scalar:
     """A rate (rad/s) in seconds of arc a Julian year."""
-    return rate * JULIAN_YEAR * HALF_TURN_IN_ARCSECONDS / n.pi
+    return rate * JULIAN_YEAR * 180 * 3600 / n.pi
 
 
 def period_in_years(rate: Scalar, n: Arithmetic) -> Scalar | None:

@@ -13,18 +13,12 @@ from typing import Literal, TypeAlias
 
 import numpy as np
 
-from rigidcli.core.arithmetic import Array, Floats
+from rigidcli.core.arithmetic import EPS, Array, Floats
 from rigidcli.core.tensor import Inertia
 from rigidcli.errors import ComputationError
 
 EQUAL_MOMENTS = 1e-12
 """Moments that differ by less, in units of the largest, are one group: rounding decides their axes."""
-
-SOLVED = float(np.finfo(np.float64).eps)
-"""What `diagonal_form` leaves off the diagonal at most: it changes no moment and no axis."""
-
-SWEEPS = 30
-"""The most sweeps over the entries off the diagonal: five are enough, as each soon squares their size."""
 
 PAIRS = ((0, 1), (0, 2), (1, 2))
 """The planes in which the axes are turned."""
@@ -77,16 +71,16 @@ def diagonal_form(tensor: Floats) -> tuple[Floats, Floats]:
     """The moments (3) and principal axes (rows) of a symmetric `tensor` (3 by 3), in any order.
 
     By Jacobi's rotations, which keep a small moment beside large ones: G. Golub, C. Van Loan, Matrix
-    Computations, section 8.5. They end when each entry off the diagonal is below `SOLVED` in units of the
+    Computations, section 8.5. They end when each entry off the diagonal is below rounding in units of the
     mean of its two moments, taken geometrically. A diagonal tensor is not touched.
     """
     # Numbers one by one, because arrays as small as these take ten times as long. The entry (p, q) off the
     # diagonal stands at the place of the third axis.
     moments, rows = tensor.diagonal().tolist(), np.eye(3).tolist()
     products = [tensor.item(1, 2), tensor.item(0, 2), tensor.item(0, 1)]
-    for _ in range(SWEEPS):
+    for _ in range(30):  # five are enough, as each soon squares the size of the entries
         sizes = [math.sqrt(abs(moments[p] * moments[q])) for p, q in PAIRS]
-        if all(abs(products[3 - p - q]) <= SOLVED * size for (p, q), size in zip(PAIRS, sizes, strict=True)):
+        if all(abs(products[3 - p - q]) <= EPS * size for (p, q), size in zip(PAIRS, sizes, strict=True)):
             break
         for p, q in PAIRS:
             if (product := products[3 - p - q]) != 0:

@@ -9,10 +9,10 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from rigidcli.core.arithmetic import Arithmetic, Array, Floats, Scalar
+from rigidcli.core.arithmetic import EPS, Arithmetic, Array, Floats, Scalar
 from rigidcli.errors import ValueProblem
 
-LOCKED = 16 * float(np.finfo(np.float64).eps)
+LOCKED = 16 * EPS
 """The sine or cosine of half an angle that rounding may have made of 0: the angle is at its end."""
 
 ROTATION_TOLERANCE = 1e-9

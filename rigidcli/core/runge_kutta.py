@@ -17,13 +17,13 @@ from typing import Any
 
 import numpy as np
 
+from rigidcli.core.arithmetic import EPS
 from rigidcli.core.dormand_prince import stepper
 from rigidcli.core.solution import (
     MOST_NUMBERS,
     MOST_STEPS,
     NO_VALUE,
     ORIGIN,
-    ROUNDING,
     SHORTEST,
     Function,
     State,
@@ -42,12 +42,6 @@ SAFETY = 0.9
 ROUND = 128
 """Steps from one estimate of rounding errors, and one report of progress, to the next."""
 
-REGULAR = 1e6
-"""A step longer than this, in units of the shortest one, is far from any jump or pole."""
-
-MOST_JUMPS = 16
-"""Jumps of f that are crossed before a regular step. With more, the solution would slide along the jump."""
-
 PILOT, PILOT_ROUNDS = 1e-6, 64
 """The tolerance of a first, crude integration that shows how large the variables become, and its most rounds.
 
@@ -57,7 +51,7 @@ Where friction holds a body, its steps would never end.
 LEAST = 1e-280
 """The size below which no variable is followed: it is nearly lost in the gap between zero and the floats."""
 
-MOVES = (-5 * ROUNDING, -3 * ROUNDING, 3 * ROUNDING, 5 * ROUNDING)
+MOVES = (-5 * EPS, -3 * EPS, 3 * EPS, 5 * EPS)
 """By how much arguments are changed to show rounding errors, in units of their size."""
 
 
@@ -108,7 +102,8 @@ def march(
         if abs(h) < shortest:
             jumps += 1
             h = math.copysign(min(shortest, abs(left)), h)
-            crossed = _crossed(f, t + h, h, y, k, states[-ROUND * count :]) if jumps <= MOST_JUMPS else None
+            # With more jumps before a regular step, the solution would slide along the jump.
+            crossed = _crossed(f, t + h, h, y, k, states[-ROUND * count :]) if jumps <= 16 else None
             if crossed is None:
                 raise stopped(f, t, y, span, name)
             to, error, failures = t + h, 0.0, 0
@@ -126,7 +121,7 @@ def march(
             t, y, k = to, after, slope
             times.append(t)
             states.extend(y)
-            regular = abs(h) > REGULAR * shortest
+            regular = abs(h) > 1e6 * shortest  # far from any jump or pole
             jumps = 0 if regular else jumps
             # No step is more than six times as long as the last, and none grows after one that failed.
             growth = max(0.3, min(SAFETY * error**-0.125 if error else 6.0, 1.0 if failures else 6.0))
@@ -211,7 +206,7 @@ def floors(
     noise = [0.0] * len(y)
     with suppress(*NO_VALUE):
         if roundings is not None:
-            noise = [ROUNDING * size for size in roundings(t, *y)]
+            noise = [EPS * size for size in roundings(t, *y)]
             # In a few steps those of one variable get into others.
             other = f(t, *(value + 4 * h * error for value, error in zip(y, noise, strict=True)))
             noise = [max(old, abs(a - b)) for old, a, b in zip(noise, k, other, strict=True)]

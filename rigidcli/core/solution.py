@@ -12,7 +12,7 @@ from typing import Any, Literal, TypeAlias
 
 import numpy as np
 
-from rigidcli.core.arithmetic import Floats
+from rigidcli.core.arithmetic import EPS, Floats
 from rigidcli.errors import ComputationError
 
 Elements: TypeAlias = Callable[..., tuple[Any, ...]]
@@ -48,13 +48,7 @@ MOST_STEPS = 1_000_000
 PATIENCE = 1 << 13
 """Steps after which, and after each power of two beyond, it is asked whether the end can be reached."""
 
-FASTER = 1.001
-"""The least ratio of mean steps, now and before, that shows that the steps are getting longer."""
-
-ROUNDING = float(np.finfo(np.float64).eps)
-"""The distance of 1 and the next larger float."""
-
-SHORTEST = 16 * ROUNDING
+SHORTEST = 16 * EPS
 """The least step, in units of the time: fewer units in the last place would be crude steps."""
 
 ORIGIN = 1e-9
@@ -62,12 +56,6 @@ ORIGIN = 1e-9
 
 SUDDEN = 1e-10
 """A variable that grows by its own size within this time, in units of the time, is about to be infinite."""
-
-LARGE = 1e300
-"""A variable beyond this overflows in the stages of a step."""
-
-MOST_DIGITS = 15.9
-"""Decimal digits of a float."""
 
 SMOOTHER = "smooth what is stiff, jumps, or sticks: tanh(x/0.001) for sign(x)"
 """Advice, for a hint, where steps get too short."""
@@ -108,8 +96,9 @@ def stopped(f: Function, t: float, y: State, span: float, name: str) -> Stopped:
     reach = math.copysign(SUDDEN * max(abs(t), ORIGIN * abs(span)), span)
     stop = Stop.NO_VALUE
     if finite(f, t, y):
+        # Beyond 1e300, the stages of a step overflow.
         pairs = [(value, slope * reach) for value, slope in zip(y, f(t, *y), strict=True)]
-        if any(abs(value) > LARGE or (move * value > 0 and abs(move) > abs(value)) for value, move in pairs):
+        if any(abs(value) > 1e300 or (move * value > 0 and abs(move) > abs(value)) for value, move in pairs):
             # At the start of an immense span, even the least step is longer than what happens takes.
             far = any(value and abs(move / value) > 4 * SUDDEN / SHORTEST for value, move in pairs)
             stop = Stop.LOST if far else Stop.INFINITE
@@ -137,7 +126,7 @@ def hopeless(times: Sequence[float], taken: int, end: float, most: int) -> bool:
         return False
     quarter = taken // 4
     before, pace = (abs(times[-1 - k * quarter] - times[-1 - (k + 1) * quarter]) / quarter for k in (1, 0))
-    return abs(end - times[-1]) > (most - taken) * pace and pace < FASTER * before
+    return abs(end - times[-1]) > (most - taken) * pace and pace < 1.001 * before
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -173,4 +162,5 @@ class Solution:
 
 def digits(error: float) -> float:
     """Decimal digits that can be trusted in what is off by `error`, in units of its size, or in rad."""
-    return MOST_DIGITS if error <= 0 else min(MOST_DIGITS, max(0.0, math.floor(-10 * math.log10(error)) / 10))
+    most = 15.9  # of a float
+    return most if error <= 0 else min(most, max(0.0, math.floor(-10 * math.log10(error)) / 10))

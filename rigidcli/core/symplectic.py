@@ -26,12 +26,11 @@ import numpy as np
 from numpy.polynomial.legendre import leggauss, legvander
 
 from rigidcli.core import dormand_prince, runge_kutta
-from rigidcli.core.arithmetic import Floats
+from rigidcli.core.arithmetic import EPS, Floats
 from rigidcli.core.solution import (
     MOST_NUMBERS,
     MOST_STEPS,
     NO_VALUE,
-    ROUNDING,
     Flow,
     Function,
     Solution,
@@ -79,9 +78,6 @@ def _shares() -> Floats:
 SHARES = _shares()
 """The shares of stages i (rows) in the increments of stages j (columns)."""
 
-SWEEPS = 60
-"""The iteration of the stages takes 4 to 20 sweeps where it converges; one that takes more does not."""
-
 GRAIN = 1e-6
 """The rounding errors of f, in units of the least size of h f that a step follows."""
 
@@ -103,9 +99,6 @@ HIGHEST = 0.005
 
 It is 0.0048 for the exponential function, and 0.0038 for one with a pole.
 """
-
-OTHER = 0.7
-"""The number of steps of a second solution, in units of that of the first: errors are 70 times as large."""
 
 Step: TypeAlias = Callable[
     [Function, float, float, State, State, State, State, State],
@@ -158,7 +151,7 @@ def solve(
     # The first try has few steps, as too few are noticed in the first of them.
     steps = max(16, math.ceil(abs(t1 - t0) / longest)) if t0 != t1 else 0
     if like is not None:
-        steps, error = math.ceil(OTHER * like.steps), math.inf
+        steps, error = math.ceil(0.7 * like.steps), math.inf  # its errors are 70 times as large
     while True:
         knots = np.linspace(t0, t1, steps + 1)
         if steps > most:
@@ -228,8 +221,9 @@ def source(count: int) -> str:
     lines = [f"{row('y')} = y", f"{row('e')} = e", f"{row('m')} = sizes", f"{increments} = guess"]
     for i in every:
         lines.append(f"a = max(abs(y{i}), abs(l{last}_{i})*{reach}, m{i})")
-        lines.append(f"w{i} = {ROUNDING / 2!r}*a + {GRAIN}*floors[{i}]")
-    lines += ["settled = False", f"for sweep in range({SWEEPS}):"]
+        lines.append(f"w{i} = {EPS / 2!r}*a + {GRAIN}*floors[{i}]")
+    # The iteration takes 4 to 20 sweeps where it converges.
+    lines += ["settled = False", "for sweep in range(60):"]
     lines += [f" o{i} = l{last}_{i}" for i in every]
     for j in stages:
         arguments = ", ".join(f"y{i} + ({mixed(SHARES[j], i)})" for i in every)

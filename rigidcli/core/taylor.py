@@ -24,11 +24,10 @@ from typing import Any
 
 import numpy as np
 
-from rigidcli.core.arithmetic import Floats
+from rigidcli.core.arithmetic import EPS, Floats
 from rigidcli.core.solution import (
     MOST_NUMBERS,
     MOST_STEPS,
-    ROUNDING,
     Elements,
     Flow,
     Solution,
@@ -38,12 +37,6 @@ from rigidcli.core.solution import (
 from rigidcli.errors import ComputationError
 
 METHOD = "Taylor (heyoka)"
-
-MARGIN = 1e-3
-"""heyoka's tolerance in units of ours: its steps are few, so that three digits more cost little."""
-
-DEFECT = 1e3
-"""How far the slope at the end of a step may be off, in units of the tolerance; a branch point exceeds it."""
 
 ROUND = 1 << 15
 """Steps times variables from one report of progress to the next: some 50 ms, and each takes heyoka 2 ms."""
@@ -72,7 +65,8 @@ def solve(
         ComputationError: heyoka is not installed, does not load, or cannot express the flow.
     """
     t0, t1 = span
-    integrator = _integrator(flow, len(scales), max(tolerance * MARGIN, ROUNDING), name)
+    # Its steps are few, so that three digits more cost little.
+    integrator = _integrator(flow, len(scales), max(tolerance * 1e-3, EPS), name)
     # heyoka has none beyond the last that the equations use: a slope of zero needs no unit.
     integrator.pars[:] = [*scales, *(1 / scales)][: len(integrator.pars)]
     integrator.time, integrator.state[:] = t0, start / scales
@@ -212,5 +206,6 @@ def _follows(
         for count in blocks:
             block = slice(first, first := first + count)
             miss, own, way = (np.hypot.reduce(rows[block], axis=0) for rows in (slope - true, value, true))
-            good &= bool((abs(h) * miss <= DEFECT * tolerance * np.maximum(own, abs(h) * way)).all())
+            # At a branch point it is off by far more than a thousand times the tolerance.
+            good &= bool((abs(h) * miss <= 1e3 * tolerance * np.maximum(own, abs(h) * way)).all())
     return good

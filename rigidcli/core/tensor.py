@@ -19,16 +19,16 @@ from typing import Any
 
 import numpy as np
 
-from rigidcli.core.arithmetic import Array, Floats, Scalar
+from rigidcli.core.arithmetic import EPS, Array, Floats, Scalar
 from rigidcli.errors import ValueProblem
 
 PHYSICAL_SLACK = 1e-10
 """How far, relative to its trace, a tensor may miss an inequality before no body can have it."""
 
-ROUNDING = 64 * float(np.finfo(np.float64).eps)
+ROUNDING = 64 * EPS
 """The relative error that rounding leaves in a sum of products, with a margin for long sums."""
 
-MISPLACED = 8 * float(np.finfo(np.float64).eps)
+MISPLACED = 8 * EPS
 """The relative error that rounding leaves in a vector or tensor that is turned, or a point that is moved."""
 
 

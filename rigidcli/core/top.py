@@ -18,9 +18,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Literal, TypeAlias
 
-from rigidcli.core.arithmetic import Arithmetic, Scalar
+from rigidcli.core.arithmetic import EPS, Arithmetic, Scalar
 
-ROUNDING = 4 * 2.0**-52
+ROUNDING = 4 * EPS
 """The largest difference of two equal numbers, in units of either, that a few roundings leave."""
 
 Stability: TypeAlias = Literal["stable", "marginal", "unstable"]

@@ -10,8 +10,8 @@ import math
 
 import numpy as np
 
-from rigidcli.core.arithmetic import Floats
-from rigidcli.core.solution import ROUNDING, Solution
+from rigidcli.core.arithmetic import EPS, Floats
+from rigidcli.core.solution import Solution
 
 METHOD = "matrix exponential"
 
@@ -57,4 +57,4 @@ def solve(matrix: Floats, offset: Floats, start: Floats, end: float, finer: floa
 
     if not np.isfinite(states).all():
         return None
-    return Solution(len(knots) - 1, METHOD, "runge-kutta", ROUNDING, knots, sample)
+    return Solution(len(knots) - 1, METHOD, "runge-kutta", EPS, knots, sample)

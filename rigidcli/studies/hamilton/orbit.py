@@ -12,9 +12,9 @@ import numpy as np
 
 from rigidcli.algebra.expressions import Expr
 from rigidcli.core import integrate, memory
-from rigidcli.core.arithmetic import Floats
+from rigidcli.core.arithmetic import EPS, Floats
 from rigidcli.core.estimate import compared, foreseen
-from rigidcli.core.solution import ROUNDING, Solution, digits
+from rigidcli.core.solution import Solution, digits
 from rigidcli.document.orbit import Orbit
 from rigidcli.document.sampling import DEFAULT_TOLERANCE
 from rigidcli.errors import ComputationError
@@ -148,7 +148,7 @@ def solve_orbit(
         solution.method,
         solution.steps,
         states[:, : 2 * len(initial.q)],
-        digits(max(error, drift["H"], ROUNDING * math.sqrt(solution.steps))),
+        digits(max(error, drift["H"], EPS * math.sqrt(solution.steps))),
         lost,
         solution.note,
     )
