@@ -79,8 +79,8 @@ class Steps:
     def __init__(self) -> None:
         self.nodes: list[Node] = []
         self.parts: list[tuple[str, Any, tuple[int, ...]]] = []
-        self.signs: dict[tuple[str, int], set[bool]] = {}
-        self.unseen: dict[int, set[int]] = {}
+        self.signs: set[tuple[str, int, bool]] = set()
+        self.unseen: set[tuple[int, int]] = set()
         self._places: dict[tuple[Any, ...], int] = {}
         self._decimals: dict[str, tuple[str, int]] = {}
 
@@ -104,7 +104,7 @@ class Steps:
             self.nodes.append(node)
             self.parts.append(part)
             if isinstance(node, tree.Sum | tree.Call):
-                self.unseen[place] = set(places)
+                self.unseen.update((place, operand) for operand in places)
         return place
 
     @property
@@ -120,7 +120,16 @@ class Steps:
     @property
     def hidden(self) -> Node | None:
         """A term that no point has shown."""
-        return next((self.nodes[min(unseen)] for unseen in self.unseen.values() if unseen), None)
+        return self.nodes[min(self.unseen)[1]] if self.unseen else None
+
+    @property
+    def shown(self) -> tuple[set[tuple[str, int, bool]], set[tuple[int, int]]]:
+        """What the values up to now have shown; it may be set back to what it was before a point."""
+        return set(self.signs), set(self.unseen)
+
+    @shown.setter
+    def shown(self, before: tuple[set[tuple[str, int, bool]], set[tuple[int, int]]]) -> None:
+        self.signs, self.unseen = before
 
     def sided(self, root: int) -> list[tuple[str, int]]:
         """The functions in a formula that may have another form for the other sign, and their arguments."""
@@ -137,8 +146,8 @@ class Steps:
         """The functions whose argument has shown one sign only, and is not positive by its form."""
         for function, place in self.sided(root):
             argument = self.nodes[place]
-            shows_one = len(self.signs.get((function, place), ())) == 1 and tree.names_in(argument)
-            if shows_one and not _is_positive(argument, domains):
+            shows_one = ((function, place, True) in self.signs) != ((function, place, False) in self.signs)
+            if shows_one and tree.names_in(argument) and not _is_positive(argument, domains):
                 yield function, argument
 
     def values(self, root: int, point: Point, before: Sequence[Ball] = ()) -> list[Ball]:
@@ -171,7 +180,7 @@ class Steps:
             case "Product":
                 return math.prod(inner)
             case "Sum":
-                if self.unseen[place]:
+                if self.unseen:
                     self._see(place, inner, max(term.abs_upper() for term in inner) * HIDDEN)
                 return sum(inner)
             case "Name" if detail in point:
@@ -187,7 +196,7 @@ class Steps:
             case "Constant":
                 return _arb().pi()
             case "Call":
-                if self.unseen[place]:
+                if self.unseen:
                     self._see(place, inner, HIDDEN)
                 self._show(detail, place, inner[0])
                 return _called(detail, inner)
@@ -196,15 +205,17 @@ class Steps:
     def _see(self, place: int, inner: list[Ball], least: Ball) -> None:
         """Note which operands of a part can be seen: one that is zero only where it is a plain number."""
         for operand, value in zip(self.parts[place][2], inner, strict=True):
+            if (place, operand) not in self.unseen:
+                continue
             size = value.abs_lower()  # what may be any number is not seen, either
             is_seen = size > least and size > value.rad()
             if is_seen or (value.is_zero() and not tree.names_in(self.nodes[operand])):
-                self.unseen[place].discard(operand)
+                self.unseen.discard((place, operand))
 
     def _show(self, function: str, place: int, value: Ball) -> None:
         """Note the sign of the argument of a part."""
         if function in _SIDED and value.is_finite() and not value.contains(0):
-            self.signs.setdefault((function, self.parts[place][2][0]), set()).add(bool(value > 0))
+            self.signs.add((function, self.parts[place][2][0], bool(value > 0)))
 
     def _power(self, place: int, exponent: Fraction | None, base: Ball, raised: Ball = None) -> Ball:
         """A power, whose base must be positive unless the exponent is a whole number."""

@@ -123,9 +123,11 @@ class _Comparison:
             if place == 1 and (identical := self.is_identical()) and not self.steps.sided(self.answer):
                 return True
             pair = [point] if self.changing is None else [point, self.moved(point, self.changing, place)]
+            shown = self.steps.shown
             try:
                 found = [self.steps.values(self.key, at) for at in pair]
             except (NoValue, Unclear):
+                self.steps.shown = shown
                 continue
             try:
                 found = [self.steps.values(self.answer, *of) for of in zip(pair, found, strict=True)]
@@ -139,6 +141,8 @@ class _Comparison:
             if agrees is False:
                 return False
             agreeing += agrees is True
+            if agrees is None:  # what such a point shows counts as little as its value
+                self.steps.shown = shown
         if identical and not lost:
             return self.one_sided() or True
         if not agreeing and lost:
@@ -162,25 +166,27 @@ class _Comparison:
     def agree(self, found: Sequence[Sequence[Ball]]) -> bool | None:
         """Whether two values agree; None where the difference is too vague to say so.
 
-        With a constant allowed, `found` has two states, and what counts is the change between these.
+        With a constant allowed, `found` has two states, and what counts is the change between these. It is
+        vague where one state is so large that the other is lost in its rounding.
         """
         from flint import arb
 
         def of(place: int) -> Ball:
             return found[0][place] - found[1][place] if len(found) > 1 else found[0][place]
 
-        answer, key = of(self.answer), of(self.key)
-        gap = answer - key
+        places = (self.answer, self.key, *self.terms)
+        gap = of(self.answer) - of(self.key)
         if self.relative is None and not gap.contains(0):
             return False
-        size = max([abs(each.mid()) for each in (answer, key, *map(of, self.terms))])
+        size = max(abs(of(place).mid()) for place in places)
         if self.relative is not None and not (gap + arb(0, self.relative * size)).contains(0):
             return False
-        if gap.rad() <= size * WIDEST:
+        sizes = [max(abs(state[place].mid()) for place in places) for state in found]
+        if gap.rad() <= min(size, *sizes) * WIDEST:
             return True
         # A gap that is zero has no size of its own, but that of the terms which cancel in it.
-        whole = sum(self.steps.size(root, state) for root in (self.answer, self.key) for state in found)
-        return True if gap.rad() <= whole * balls.TINY else None
+        whole = [sum(self.steps.size(root, state) for root in places[:2]) for state in found]
+        return True if gap.rad() <= min(whole) * balls.TINY else None
 
     def one_sided(self) -> str:
         """The function whose argument may have another sign that no point has shown; empty without one."""
