@@ -77,8 +77,9 @@ class Motion:
         if self.numbers:
             both = [bound(side, self.names.values) for side in both]
         if self.relative is None:
-            found = same(both[0], both[1], self.names, self.name)
-            return found if found is not True else same(both[1], both[0], self.names, self.name)
+            known = list(self.rates.values())
+            found = same(both[0], both[1], self.names, self.name, known=known)
+            return found if found is not True else same(both[1], both[0], self.names, self.name, known=known)
         with suppress(ExpressionError):  # a tolerance is relative to the terms of the equation
             gap = to_tree(expand(self.exact(Sum((left, Negative(right))))))
             meant = bound(gap, self.meanings)

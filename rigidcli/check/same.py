@@ -44,17 +44,26 @@ MAX_EXACT = 400
 
 
 def same(
-    answer: Node, key: Node, names: Names, seed: str, *, constant: bool = False, relative: float | None = None
+    answer: Node,
+    key: Node,
+    names: Names,
+    seed: str,
+    *,
+    constant: bool = False,
+    relative: float | None = None,
+    known: Sequence[Node] = (),
 ) -> bool | str:
     """Whether the answer is the key, or a sentence that says why this is open.
 
     A `constant` may differ: all that changes neither with the states nor with the time. Numbers may be wrong
-    by a `relative` tolerance, as a share of the largest term of the key.
+    by a `relative` tolerance, as a share of the largest term of the key. Functions with two sides that
+    stand in `known` formulas count as those of the key do.
     """
     from flint import ctx
 
     answer, key = names.without_derived(answer), names.without_derived(key)
-    comparison = _Comparison(answer, key, names, seed, constant, relative)
+    known = [names.without_derived(node) for node in known]
+    comparison = _Comparison(answer, key, names, seed, constant, relative, known)
     with ctx.workprec(balls.BITS):
         return comparison.outcome()
 
@@ -96,11 +105,18 @@ class _Comparison:
     """An answer and its key at the points that follow from both."""
 
     def __init__(
-        self, answer: Node, key: Node, names: Names, seed: str, constant: bool, relative: float | None
+        self,
+        answer: Node,
+        key: Node,
+        names: Names,
+        seed: str,
+        constant: bool,
+        relative: float | None,
+        known: Sequence[Node],
     ) -> None:
         self.is_identical = partial(_identical, answer, key, names)
         self.steps = Steps()
-        self.relative = relative
+        self.relative, self.known = relative, known
         self.key = self.steps.add(key, ROUNDED if relative is None else balls.NEVER)
         self.answer = self.steps.add(answer, 1 if relative is None else balls.NEVER)
         roots = [self.key] + [self.answer] * (relative is None)
@@ -190,9 +206,12 @@ class _Comparison:
 
     def one_sided(self) -> str:
         """The function whose argument may have another sign that no point has shown; empty without one."""
+        further = Steps()
+        known = [each for node in self.known for each in further.sided(further.add(node))]
         for own, other in ((self.answer, self.key), (self.key, self.answer)):
             for function, argument in self.steps.one_sided(own, self.domains):
-                shared = (self.steps.nodes[place] for f, place in self.steps.sided(other) if f == function)
+                shared = [self.steps.nodes[place] for f, place in self.steps.sided(other) if f == function]
+                shared += [further.nodes[place] for f, place in known if f == function]
                 if not any(self.proportional(argument, one) for one in shared):
                     return f"the argument of {function} in `{_short(argument)}` shows one sign only"
         return ""

@@ -95,7 +95,8 @@ def question(kind: str, key: str, options: str = "") -> str:
     moments | [2, 11, 11] | | 0 | outside_tolerance | [7, 8, 9]
     moments | [0, 1, 1] | | 0 | outside_tolerance | [0, 3, 4]
     moments | [2, 5, 11] | order: ascending | 1 | | [2, 5, 11]
-    moments | [2, 5, 11] | order: ascending | 0 | wrong_order | [11, 5, 2]
+    moments | [2, 5, 11] | order: ascending | 0 | wrong_order | [11, 2, 5]
+    moments | [2, 5, 11] | order: ascending | 1/3 | wrong_order | [11, 5, 2]
     # Matrices: zeros and ones earn nothing, but wrong ones cost.
     matrix | MATRIX | | 1 | | MATRIX  '[[1, 2, 0]; [-3, 4, 5]; [6, 7, 9]]'
     '\\begin{pmatrix} 1 & 2 & 0 \\\\ -3 & 4 & 5 \\\\ 6 & 7 & 9 \\end{pmatrix}'

@@ -156,18 +156,27 @@ class _System:
         self.tops = (*(rate for rate in key.rates if rate not in gone), *map(acceleration, sorted(second)))
         used = names_in_all(sides)
         further = [name for p in partners for name in (p, velocity(p)) if name in used]
-        excluded = key.meanings.keys() - {*self.tops, *further, *map(velocity, second)} - {*key.aliases}
+        residuals: list[Node] = [Sum((left, Negative(right))) for _, left, right in sides]
+        self.excluded = key.meanings.keys() - {*self.tops, *further, *map(velocity, second)} - {*key.aliases}
+        self._solve(residuals, [], {*further})
+        if further and not self.is_complete:
+            self._solve(residuals, further, set())
+
+    def _solve(self, residuals: list[Node], further: list[str], unused: set[str]) -> None:
+        """Find out which derivatives are determined, by the equations without the `unused` names."""
         self.unclear = ""
-        self.unknowns = [*self.tops, *further]
+        # A derivative is determined where it is so whatever the further unknowns are: these come first.
+        self.unknowns = [*further, *self.tops]
         self.alternatives: dict[str, list[Expr]] = {}
-        residuals = [Sum((left, Negative(right))) for _, left, right in sides]
-        fitting = [node for node in residuals if names_in(bound(node, key.aliases)).isdisjoint(excluded)]
-        self.rows = self._reduced([bound(node, key.aliases) for node in fitting])
-        self.chosen, columns = self._rank()
-        missing = [name for k, name in enumerate(self.unknowns) if k not in columns]
-        self.missing = [name for name in self.tops if name in missing]
-        self.right = max(0, len(self.tops) - len(missing))
-        self.is_complete = not missing
+        meant = [(names_in(node), bound(node, self.key.aliases)) for node in residuals]
+        self.rows = self._reduced(
+            [node for used, node in meant if names_in(node).isdisjoint(self.excluded) and not used & unused]
+        )
+        self.chosen, self.columns = self._rank(self.rows)
+        undetermined = {name for k, name in enumerate(self.unknowns) if k not in self.columns}
+        self.missing = [name for name in self.tops if name in undetermined]
+        self.right = len(self.tops) - len(self.missing)
+        self.is_complete = not self.missing
 
     def _reduced(self, residuals: list[Node]) -> list[list[Expr]]:
         """The slopes of the equations by the unknowns that no equation gives by itself."""
@@ -177,12 +186,26 @@ class _System:
                 name: [row[k] for row in slopes if row[k].terms and sum(bool(e.terms) for e in row) == 1]
                 for k, name in enumerate(self.unknowns)
             }
-            given = {name: several for name, several in single.items() if several}
+            given = {name: several for name, several in single.items() if several} or self._block(slopes)
             if not given:
                 return slopes
             self.unclear = ""
             self.alternatives |= given
             self.unknowns = [name for name in self.unknowns if name not in given]
+
+    def _block(self, slopes: list[list[Expr]]) -> dict[str, list[Expr]]:
+        """Unknowns that some equations determine together, in which others are not linear."""
+        for row in slopes if self.unclear else ():
+            block = [k for k, slope in enumerate(row) if slope.terms]
+            rows = [
+                other for other in slopes if not any(e.terms for k, e in enumerate(other) if k not in block)
+            ]
+            chosen, columns = self._rank(rows)
+            if block and columns == block:
+                with suppress(ExpressionError):
+                    whole = determinant([[rows[i][k] for k in block] for i in chosen])
+                    return {self.unknowns[k]: [whole] for k in block}
+        return {}
 
     def _slopes(self, residual: Node) -> list[Expr] | None:
         """The slopes of an equation by the unknowns; None for an equation in which they are not linear."""
@@ -201,11 +224,11 @@ class _System:
         """Whether a slope is zero for the motion, but for rounding."""
         return bool(slope.terms) and all(ball is None or ball.contains(0) for ball in self._values(slope))
 
-    def _rank(self) -> tuple[list[int], list[int]]:
+    def _rank(self, rows: list[list[Expr]]) -> tuple[list[int], list[int]]:
         """The rows and the columns that hold pivots at the first point where all slopes have values."""
-        if not self.rows or not self.unknowns:
+        if not rows or not self.unknowns:
             return [], []
-        table = [[self._values(slope) for slope in row] for row in self.rows]
+        table = [[self._values(slope) for slope in row] for row in rows]
         for place in range(len(table[0][0])):
             matrix = [[entry[place] for entry in row] for row in table]
             if all(ball is not None for row in matrix for ball in row):
@@ -225,7 +248,7 @@ class _System:
         if not self.unknowns:
             return ""
         try:
-            return self._zero(determinant([self.rows[k] for k in self.chosen]))
+            return self._zero(determinant([[self.rows[i][k] for k in self.columns] for i in self.chosen]))
         except ExpressionError as error:
             return f"where it cannot be worked out: {error.message}"
 

@@ -140,8 +140,10 @@ class Moments(Arrays):
         labels = tuple(f"moment {k + 1}" for k in order)
         key = replace(key, labels=labels, counted=frozenset(labels))
         found = super().judge(key, [value[k] for k in order])
-        is_ordered = key.question.order == "free" or False not in compared(key, value).values()
-        return found if is_ordered or found.share < 1 else Outcome.earning(0.0, Finding("wrong_order"))
+        standing = [same is not False for same in compared(key, value).values()]
+        if key.question.order == "free" or all(standing) or found.share < 1:
+            return found
+        return Outcome.earning(sum(standing) / len(standing), Finding("wrong_order"))
 
 
 def _ranks(ruler: Ruler, entries: Sequence[Any]) -> list[int]:
