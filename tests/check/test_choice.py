@@ -50,7 +50,9 @@ def test_spelling_does_not_count(data: st.DataObject, words: list[str]) -> None:
     theta | correct | ϑ
     phi | outside_tolerance | psi
     asymmetric | correct | Asymmetric.  ASYMMETRIC .  asymmetric top
-    asymmetric | outside_tolerance | asymmetric rotor
+    asymmetric | outside_tolerance | asymmetric rotor  symmetric top
+    oblate | correct | Oblate symmetric top.
+    oblate | outside_tolerance | symmetric top  prolate symmetric top
     3.5 | correct | 3.5.
     3.5 | outside_tolerance | 35
     """)

@@ -190,6 +190,13 @@ def test_what_is_small_is_not_zero(answer: str, verdict: str) -> None:
     assert judged(item, answer).verdict == verdict
 
 
+def test_a_state_whose_rounding_hides_the_other_shows_nothing() -> None:
+    """exp(2 gamma t) makes one of two states so large that a change of the small term is lost beside it."""
+    item = of_config("caldirola_kanai")
+    for edge in range(50, 70):
+        assert not is_right(item, f"{text(item.key.tree)} + 1*(abs(p_x - {edge}) + p_x - {edge})")
+
+
 def test_why_a_person_must_judge_is_said() -> None:
     found = judged(FORMULA.literal(PENDULUM, **OF_PENDULUM), f"{PENDULUM} + abs(theta - 1e9) + theta - 1e9")
     assert (found.verdict, found.share) == ("review", 0.0)

@@ -72,7 +72,7 @@ class Choice(Kind):
         """Whether the answer says what a table says, or the key with more of its words."""
         if not isinstance(value, str) or not isinstance(key.plain, str):
             return False
-        if value.removesuffix(" top").removesuffix(" body") == key.plain:
+        if value.removesuffix(" body").removesuffix(" top").removesuffix(" symmetric") == key.plain:
             return True
         own, said = _plain(key.words.partition(":")[0]), set(value.split())
         return value in (own, _plain(key.words)) or set(key.plain.split()) <= said <= set(own.split())
