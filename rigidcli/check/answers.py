@@ -84,6 +84,7 @@ def read_answers(text: str, known: Collection[str] = ()) -> tuple[Answers, list[
         raise Unreadable("parse_error", "there are control characters in it: is it a text file?")
     text = _QUOTED.sub(_literal, text.removeprefix("\ufeff"))
     names = {folded(name) for name in known}
+    reader = _Lines(sorted(names, key=len, reverse=True))
     lines = text.splitlines()
     sections = ((place, _SECTION.match(line.strip())) for place, line in enumerate(lines))
     begin, section = next(((place, found) for place, found in sections if found), (-1, None))
@@ -97,13 +98,11 @@ def read_answers(text: str, known: Collection[str] = ()) -> tuple[Answers, list[
                 raise
             # Brackets and commas are taken away, and what is left is read line by line.
             lines = [re.sub(r"[,{]\s*$|^\s*[{}][{}\s,]*", "", line) for line in lines]
-            reader = _Lines(names)
             reader.read(lines[begin + 1 :], begin + 2)
             heads = {folded(entry.name) for entry in reader.entries}
             if not heads & names if names else section is None:
                 raise
     else:
-        reader = _Lines(names)
         reader.read(lines[begin + 1 :], begin + 2)
     if section is None and text.strip():
         heads = {folded(entry.name) for entry in reader.entries}
@@ -186,9 +185,9 @@ class _Entry:
 
 @dataclass(slots=True)
 class _Lines:
-    """The lines of answers, put together to entries; `names` are those of questions."""
+    """The lines of answers, put together to entries; `names` are those of questions, the longest first."""
 
-    names: Collection[str]
+    names: Sequence[str]
     entries: list[_Entry] = field(default_factory=list)
     stray: list[str] = field(default_factory=list)
 
@@ -222,7 +221,7 @@ class _Lines:
     def _head(self, text: str, last: _Entry | None) -> tuple[str, str] | None:
         """The name at the beginning of a line, and what is behind it."""
         plain = text.lstrip("\"'")
-        for name in sorted(self.names, key=len, reverse=True):
+        for name in self.names:
             if plain[: len(name)].casefold() == name:
                 behind = plain[len(name) :].lstrip("\"'")
                 blank = r"|\s+(?=\S)" if re.search(r"[0-9]", name) else r"|\s+(?=[-+~]?[0-9.\[({\\$])"

@@ -61,8 +61,8 @@ def papers(found: Found, roster: Roster | None = None) -> tuple[list[Paper], lis
     answers, others = defaultdict[str, list[Place]](list), defaultdict[str, list[Place]](list)
     notes, unknown, doubtful = list[str](), list[str](), list[str]()
     everything = [*found.answers, *found.others]
-    for place, plain in zip(everything, _students(everything), strict=True):
-        is_judged = place in found.answers
+    for count, (place, plain) in enumerate(zip(everything, _students(everything), strict=True)):
+        is_judged = count < len(found.answers)
         for name in place.owners or (plain,):
             student = name
             if roster is not None:

@@ -77,7 +77,7 @@ def read_table(text: str, wanted: Collection[str] | None = None) -> dict[str, Co
     named = [_head(head) for head in heads]
     found = {}
     for name, place in _places([name for name, _ in named], wanted).items():
-        numbers = [_number(cells[place], f"line {line}, column {shown(name)}") for line, cells in rows]
+        numbers = [_number(cells[place], line, name) for line, cells in rows]
         found[name] = Column(name, named[place][1], np.array(numbers))
     return found
 
@@ -110,9 +110,11 @@ def _cells(line: str, separator: str | None) -> list[str]:
     return [cell.strip() for cell in (line if separator == "," else line.replace(",", ".")).split(separator)]
 
 
-def _number(cell: str, place: str) -> float:
-    """The number in a cell. Raises Unreadable."""
-    return float(cell) if _DECIMAL.fullmatch(cell) else read_number(cell, None, place).value
+def _number(cell: str, line: int, name: str) -> float:
+    """The number in a cell of the column `name`. Raises Unreadable."""
+    if _DECIMAL.fullmatch(cell):
+        return float(cell)
+    return read_number(cell, None, f"line {line}, column {shown(name)}").value
 
 
 def _head(text: str) -> tuple[str, Unit | None]:
