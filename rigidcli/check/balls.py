@@ -122,15 +122,6 @@ class Steps:
         """A term that no point has shown."""
         return self.nodes[min(self.unseen)[1]] if self.unseen else None
 
-    @property
-    def shown(self) -> tuple[set[tuple[str, int, bool]], set[tuple[int, int]]]:
-        """What the values up to now have shown; it may be set back to what it was before a point."""
-        return set(self.signs), set(self.unseen)
-
-    @shown.setter
-    def shown(self, before: tuple[set[tuple[str, int, bool]], set[tuple[int, int]]]) -> None:
-        self.signs, self.unseen = before
-
     def sided(self, root: int) -> list[tuple[str, int]]:
         """The functions in a formula that may have another form for the other sign, and their arguments."""
         inside, found = {root}, list[tuple[str, int]]()

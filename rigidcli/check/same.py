@@ -139,11 +139,11 @@ class _Comparison:
             if place == 1 and (identical := self.is_identical()) and not self.steps.sided(self.answer):
                 return True
             pair = [point] if self.changing is None else [point, self.moved(point, self.changing, place)]
-            shown = self.steps.shown
+            shown = set(self.steps.signs), set(self.steps.unseen)
             try:
                 found = [self.steps.values(self.key, at) for at in pair]
             except (NoValue, Unclear):
-                self.steps.shown = shown
+                self.steps.signs, self.steps.unseen = shown
                 continue
             try:
                 found = [self.steps.values(self.answer, *of) for of in zip(pair, found, strict=True)]
@@ -158,7 +158,7 @@ class _Comparison:
                 return False
             agreeing += agrees is True
             if agrees is None:  # what such a point shows counts as little as its value
-                self.steps.shown = shown
+                self.steps.signs, self.steps.unseen = shown
         if identical and not lost:
             return self.one_sided() or True
         if not agreeing and lost:
