@@ -110,8 +110,10 @@ class ExpressionError(ValueProblem):
     `column` counts characters from 1, and is told; None where no single place is to blame.
     """
 
-    def __init__(self, message: str, *, column: int | None = None, hint: str | None = None) -> None:
-        super().__init__(message if column is None else f"{message} at column {column}", hint=hint)
+    def __init__(
+        self, message: str, *, column: int | None = None, hint: str | None = None, code: str = ""
+    ) -> None:
+        super().__init__(message if column is None else f"{message} at column {column}", hint=hint, code=code)
         self.column = column
 
 

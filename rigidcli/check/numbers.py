@@ -180,11 +180,7 @@ def _value(text: str) -> float:
     for slip, advice in _SLIPS:
         if slip.match(text):
             raise ExpressionError(advice)
-    try:
-        node = expression(text, None, leading=False)
-    except ExpressionError as error:
-        error.code = "" if error.code == "parse_error" else error.code
-        raise
+    node = expression(text, None, leading=False)
     if names := sorted(tree.names_in(node)):
         raise ExpressionError(f"{shown(names[0])} has no value")
     value = _finite(evaluation.real(node, {}))

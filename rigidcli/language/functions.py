@@ -53,5 +53,8 @@ QUOTIENTS = {"cot": ("cos", "sin"), "sec": ("", "cos"), "csc": ("", "sin")}
 
 CONSTANTS: dict[str, float] = {"pi": math.pi}
 
-RESERVED: frozenset[str] = frozenset(FUNCTIONS) | {*ALIASES, *QUOTIENTS} | frozenset(CONSTANTS) | {"t"}
+CALLED: frozenset[str] = frozenset({*FUNCTIONS, *ALIASES, *QUOTIENTS})
+"""Names that stand before arguments."""
+
+RESERVED: frozenset[str] = CALLED | {*CONSTANTS, "t"}
 """Names that a document cannot give to a parameter of its own; `t` is time."""

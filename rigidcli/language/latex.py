@@ -13,16 +13,15 @@ import re
 import unicodedata
 
 from rigidcli.errors import ExpressionError
-from rigidcli.language.functions import FUNCTIONS
-from rigidcli.language.tokens import GREEK, MAX_TEXT
+from rigidcli.language.functions import CALLED
+from rigidcli.language.tokens import GREEK, GREEK_LETTERS, LOWERED, MAX_TEXT, SUPERSCRIPT
 
 MAX_NESTING = 60
 """The most braces inside each other, so that recursion never ends the program."""
 
 _SIGNS = str.maketrans(
-    dict(zip("αβγδεζηθικλμνξοπρστυφχψω", GREEK, strict=True))
-    | dict(zip("ΑΒΓΔΕΖΗΘΙΚΛΜΝΞΟΠΡΣΤΥΦΧΨΩ", map(str.capitalize, GREEK), strict=True))
-    | {"ϑ": "theta", "ϕ": "phi", "ϵ": "epsilon", "ϱ": "rho", "ς": "sigma", "∞": " inf ", "√": " sqrt "}
+    GREEK_LETTERS
+    | {"∞": " inf ", "√": " sqrt "}
     | {"½": "(1/2)", "¼": "(1/4)", "¾": "(3/4)", "⅓": "(1/3)", "⅔": "(2/3)"}
     | dict.fromkeys("−–—‐‑", "-")
     | dict.fromkeys("·⋅×∗•", "*")
@@ -33,16 +32,14 @@ _SIGNS = str.maketrans(
     | dict.fromkeys("\N{ZERO WIDTH SPACE}\N{ZERO WIDTH NO-BREAK SPACE}", "")
     | dict(zip("₀₁₂₃₄₅₆₇₈₉", (f"_{digit}" for digit in "0123456789"), strict=True))
 )  # fmt: skip
-_RAISED = re.compile("[⁻⁺]?[⁰¹²³⁴-⁹]+")
-_LOWERED = str.maketrans("⁻⁺⁰¹²³⁴⁵⁶⁷⁸⁹", "-+0123456789")
 _DOTTED = re.compile(r"([^\W\d_](?:\w*\d)?)(\u0308|\u0307\u0307|\u0307)")
 
 _GREEK = {
     **{name: name for name in (*GREEK, *map(str.capitalize, GREEK), "hbar", "ell")},
     "varphi": "phi", "vartheta": "theta", "varepsilon": "epsilon", "varrho": "rho", "varsigma": "sigma",
 }  # fmt: skip
-_FUNCTIONS = {name: name for name in FUNCTIONS} | {
-    "arcsin": "asin", "arccos": "acos", "arctan": "atan", "ln": "ln", "arsinh": "asinh", "arcosh": "acosh",
+_FUNCTIONS = {name: name for name in CALLED} | {
+    "arcsin": "asin", "arccos": "acos", "arctan": "atan", "arsinh": "asinh", "arcosh": "acosh",
     "artanh": "atanh",
 }  # fmt: skip
 _WORDS = {
@@ -78,14 +75,13 @@ def plain(text: str) -> str:
         ExpressionError: braces do not match, or a command has no meaning in a formula.
     """
     if len(text) > MAX_TEXT:
-        problem = ExpressionError(f"an answer has at most {MAX_TEXT} characters, this has {len(text)}")
-        problem.code = "too_large"
-        raise problem
+        message = f"an answer has at most {MAX_TEXT} characters, this has {len(text)}"
+        raise ExpressionError(message, code="too_large")
     if text.isascii() and not set("\\{}$").intersection(text):
         return text
     text = unicodedata.normalize("NFD", text).replace("\u0301", "") if not text.isascii() else text
     text = _DOTTED.sub(lambda found: f"{found[1]}{'dot' if found[2] == chr(0x307) else 'ddot'}", text)
-    text = _RAISED.sub(lambda found: f"^{found[0].translate(_LOWERED)} ", text).translate(_SIGNS)
+    text = re.sub(SUPERSCRIPT, lambda found: f"^{found[0].translate(LOWERED)} ", text).translate(_SIGNS)
     return _Latex(text).whole() if set("\\{}$").intersection(text) else text
 
 

@@ -15,11 +15,11 @@ from __future__ import annotations
 
 import difflib
 import re
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 
 from rigidcli.errors import ExpressionError
 from rigidcli.language import tree
-from rigidcli.language.functions import ALIASES, CONSTANTS, FUNCTIONS, QUOTIENTS
+from rigidcli.language.functions import ALIASES, CALLED, CONSTANTS, FUNCTIONS, QUOTIENTS
 from rigidcli.language.tokens import Token, tokenize
 
 _NONE: Mapping[str, tree.UnknownFunction] = {}
@@ -27,6 +27,9 @@ _NONE: Mapping[str, tree.UnknownFunction] = {}
 
 MAX_DEPTH = 100
 """How deep parentheses, calls, signs and powers may be nested, so that recursion never ends the program."""
+
+CLOSING = {"(": ")", "|": "|"}
+"""The signs that close others."""
 
 _OPERAND = ("number", "name", "root")
 _SHOWN = 24
@@ -48,39 +51,59 @@ def read(
     return reader.whole(), frozenset(reader.names)
 
 
-class _Reader:
+class Grammar:
     """A place in the tokens of one text, with a method for each rule of the grammar."""
 
-    __slots__ = ("depth", "functions", "index", "names", "token", "tokens")
+    __slots__ = ("depth", "index", "token", "tokens")
 
-    def __init__(self, source: str, functions: Mapping[str, tree.UnknownFunction]) -> None:
-        self.functions = functions
-        self.tokens = tokenize(source)
+    NO_COMMA = "a comma stands between arguments; the decimal sign is a point"
+    """The hint where a comma has no meaning."""
+
+    def __init__(self, tokens: list[Token]) -> None:
+        self.tokens = tokens
         self.index = 0
         self.token = self.tokens[0]
         self.depth = 0
-        self.names: set[str] = set()
 
-    def advance(self) -> None:
-        self.index += 1
+    def advance(self, count: int = 1) -> None:
+        """Pass some tokens."""
+        self.index += count
         self.token = self.tokens[self.index]
 
-    def descend(self) -> None:
+    def passed(self) -> Token:
+        """Pass a token, and return it."""
+        token = self.token
+        self.advance()
+        return token
+
+    def descend(self) -> Token:
         """Pass a token that puts what follows one level deeper."""
         self.depth += 1
         if self.depth > MAX_DEPTH:
-            raise ExpressionError(f"nested deeper than {MAX_DEPTH} levels", column=self.token.column)
+            message = f"nested deeper than {MAX_DEPTH} levels"
+            raise ExpressionError(message, column=self.token.column, code="too_large")
+        return self.passed()
+
+    def close(self, opening: Token) -> None:
+        """Pass the sign that closes what `opening` began."""
+        if self.token.kind == "end":
+            raise ExpressionError(f"`{opening.text}` is never closed", column=opening.column)
+        if self.token.text != CLOSING[opening.text]:
+            raise self.misplaced()
+        self.depth -= 1
         self.advance()
 
     def whole(self) -> tree.Node:
+        """The expression, which is all of the text."""
         if self.token.kind == "end":
-            raise ExpressionError("the expression is empty", column=1)
+            raise ExpressionError("the expression is empty", column=self.token.column and 1)
         node = self.sum()
         if self.token.kind != "end":
             raise self.misplaced()
         return node
 
     def sum(self) -> tree.Node:
+        """A sum, or the one product that it is."""
         first = self.product()
         if self.token.text not in ("+", "-"):
             return first
@@ -92,6 +115,7 @@ class _Reader:
         return tree.Sum(tuple(terms))
 
     def product(self) -> tree.Node:
+        """A product, or the one factor that it is."""
         factors = [self.factor()]
         while True:
             operator = self.token.text
@@ -99,23 +123,33 @@ class _Reader:
                 self.advance()
                 factor = self.factor()
                 factors.append(factor if operator == "*" else tree.Reciprocal(factor))
-            elif self.token.kind in ("name", "root") or operator == "(":
+            elif self.begins_factor():
                 if operator.startswith("_") and self.token.touches:  # the digits of 1_000
                     raise self.misplaced()
                 if isinstance(factors[-1], tree.Reciprocal):
                     raise self.unclear_quotient(factors)
-                factors.append(self.factor())
+                factors += self.further()
             else:
-                return factors[0] if len(factors) == 1 else tree.Product(tuple(factors))
+                return multiplied(factors)
+
+    def begins_factor(self) -> bool:
+        """Whether a factor without a sign begins here."""
+        return self.token.kind in ("name", "root") or self.token.text == "("
+
+    def further(self) -> Sequence[tree.Node]:
+        """A factor without a sign, or the several that it is made of."""
+        return [self.factor()]
 
     def factor(self) -> tree.Node:
+        """A sign and its operand, or a power."""
         sign = self.token.text
         if sign in ("-", "+"):
             self.descend()
             operand = self.factor()
             self.depth -= 1
             return operand if sign == "+" else tree.Negative(operand)
-        base = self.atom()
+        # A name is read here, and not there, as each level of calls takes one place less on the stack so.
+        *before, base = self.named(self.passed()) if self.token.kind == "name" else self.atoms()
         if self.token.kind == "superscript":
             digits = self.token.text.removeprefix("-")
             raised = tree.Number(digits, float(digits))
@@ -123,52 +157,46 @@ class _Reader:
             self.advance()
             if self.token.text == "**" or self.token.kind == "superscript":
                 raise self.misplaced("group powers of powers with parentheses")
-        if self.token.text != "**":
-            return base
+        if self.token.text == "**":
+            base = self.power(base, self.exponent())
+        return multiplied([*before, base])
+
+    def exponent(self) -> tree.Node:
+        """What stands behind the sign of a power."""
         self.descend()
         exponent = self.factor()
         self.depth -= 1
+        return exponent
+
+    def power(self, base: tree.Node, exponent: tree.Node) -> tree.Node:
+        """A base with its exponent."""
         return tree.Power(base, exponent)
 
-    def atom(self) -> tree.Node:
-        token = self.token
-        if token.kind == "number":
-            self.advance()
-            return tree.Number(token.text, float(token.text))
-        if token.kind == "name":
-            self.advance()
-            is_function = token.text in FUNCTIONS or token.text in ALIASES or token.text in QUOTIENTS
-            return self.call(token) if is_function else self.named(token)
-        if token.kind == "root":
-            return self.root()
-        if token.text != "(":
+    def atoms(self) -> Sequence[tree.Node]:
+        """The factor before a power; or several, such as names run together, of which the last is raised."""
+        kind = self.token.kind
+        if kind == "number":
+            digits = self.passed().text
+            return [tree.Number(digits, float(digits))]
+        if kind == "name":
+            return self.named(self.passed())
+        if kind == "root":
+            return [self.root()]
+        if self.token.text != "(":
             raise self.misplaced()
-        self.descend()
-        node = self.sum()
-        self.close(token)
-        self.depth -= 1
-        return node
+        opening = self.descend()
+        inner = self.sum()
+        self.close(opening)
+        return [inner]
 
-    def named(self, token: Token) -> tree.Node:
-        """A constant or a symbol, which has been passed already."""
-        name = token.text
-        if self.token.text == "(" and self.token.touches:
-            if name in self.functions:
-                return self.call(token)
-            if self.tokens[self.index + 1].text == "t":
-                hint = f"what depends on the time stands without it: write `{name[:_SHOWN]}`"
-                raise ExpressionError(f"`{name[:_SHOWN]}` is not a function", column=token.column, hint=hint)
-            raise _no_function(token, self.functions is not _NONE)
-        if name in CONSTANTS:
-            return tree.Constant(name)
-        self.names.add(name)
-        return tree.Name(name)
+    def named(self, token: Token) -> Sequence[tree.Node]:
+        """What a name means, which has been passed already."""
+        raise NotImplementedError
 
     def root(self) -> tree.Call:
         """The root of the number, name, function or parenthesis that follows its sign."""
-        sign = self.token
-        self.descend()
-        operand = self.atom()
+        sign = self.descend()
+        operand = multiplied(self.atoms())
         self.depth -= 1
         before, here = self.tokens[self.index - 1], self.token
         runs_on = before.kind == "number" and here.touches and (here.kind == "name" or here.text == "(")
@@ -178,47 +206,15 @@ class _Reader:
             )
         return tree.Call("sqrt", (operand,))
 
-    def call(self, function: Token) -> tree.Node:
-        """A function, whose name has been passed already, and its arguments."""
-        name, opening = function.text, self.token
-        if opening.text != "(":
-            is_raised = opening.text == "**" or opening.kind == "superscript"
-            raise ExpressionError(
-                f"`{name}` is a function and needs its argument in parentheses",
-                column=function.column,
-                hint=f"write `{name}(...)`{', and a power of it behind that' if is_raised else ''}",
-            )
-        self.descend()
-        arguments: list[tree.Node] = []
-        if self.token.text != ")":
-            arguments.append(self.sum())
-            while self.token.text == ",":
-                self.advance()
-                arguments.append(self.sum())
+    def arguments(self) -> tuple[tree.Node, ...]:
+        """The arguments of a function, with its parentheses."""
+        opening = self.descend()
+        found = [] if self.token.text == ")" else [self.sum()]
+        while found and self.token.text == ",":
+            self.advance()
+            found.append(self.sum())
         self.close(opening)
-        self.depth -= 1
-        name = self.functions.get(name, ALIASES.get(name, name))
-        arity = FUNCTIONS[name].arity if name in FUNCTIONS else 1
-        if isinstance(name, tree.UnknownFunction):
-            arity = len(name.parameters)
-        if len(arguments) != arity:
-            raise ExpressionError(
-                f"`{function.text}` takes {arity} argument{'s' if arity > 1 else ''}, not {len(arguments)}",
-                column=function.column,
-            )
-        if function.text in QUOTIENTS and name == function.text:
-            above, below = QUOTIENTS[name]
-            over = tree.Call(above, tuple(arguments)) if above else tree.Number("1", 1.0)
-            return tree.Product((over, tree.Reciprocal(tree.Call(below, tuple(arguments)))))
-        return tree.Call(name, tuple(arguments))
-
-    def close(self, opening: Token) -> None:
-        """Pass the parenthesis that ends what `opening` began."""
-        if self.token.kind == "end":
-            raise ExpressionError("`(` is never closed", column=opening.column)
-        if self.token.text != ")":
-            raise self.misplaced()
-        self.advance()
+        return tuple(found)
 
     def unclear_quotient(self, factors: list[tree.Node]) -> ExpressionError:
         """What is wrong with these factors, of which the last is a divisor, before one without a sign."""
@@ -260,10 +256,67 @@ class _Reader:
             if here.text == ")":
                 return ExpressionError("`)` closes nothing", column=here.column)
         if here.text == ",":
-            hint = "a comma stands between arguments; the decimal sign is a point"
+            hint = self.NO_COMMA
         elif before is not None and before.text == here.text == "/":
             hint = "division is one `/`"
         return ExpressionError(f"unexpected `{shown}`", column=here.column, hint=hint)
+
+
+def multiplied(factors: Sequence[tree.Node]) -> tree.Node:
+    """The product of some factors, or the one that there is."""
+    return factors[0] if len(factors) == 1 else tree.Product(tuple(factors))
+
+
+class _Reader(Grammar):
+    """The grammar of documents, in which names are taken whole, and `functions` may have no formula."""
+
+    __slots__ = ("functions", "names")
+
+    def __init__(self, source: str, functions: Mapping[str, tree.UnknownFunction]) -> None:
+        super().__init__(tokenize(source))
+        self.functions = functions
+        self.names: set[str] = set()
+
+    def named(self, token: Token) -> Sequence[tree.Node]:
+        """A function with its arguments, a constant or a symbol."""
+        name, is_followed = token.text, self.token.text == "("
+        if name in CALLED or (is_followed and self.token.touches and name in self.functions):
+            if not is_followed:
+                is_raised = self.token.text == "**" or self.token.kind == "superscript"
+                raise ExpressionError(
+                    f"`{name}` is a function and needs its argument in parentheses",
+                    column=token.column,
+                    hint=f"write `{name}(...)`{', and a power of it behind that' if is_raised else ''}",
+                )
+            meant = self.functions.get(name, ALIASES.get(name, name))
+            return [applied(token, meant, self.arguments())]
+        if is_followed and self.token.touches:
+            if self.tokens[self.index + 1].text == "t":
+                hint = f"what depends on the time stands without it: write `{name[:_SHOWN]}`"
+                raise ExpressionError(f"`{name[:_SHOWN]}` is not a function", column=token.column, hint=hint)
+            raise _no_function(token, self.functions is not _NONE)
+        if name in CONSTANTS:
+            return [tree.Constant(name)]
+        self.names.add(name)
+        return [tree.Name(name)]
+
+
+def applied(typed: Token, name: str, arguments: tuple[tree.Node, ...]) -> tree.Node:
+    """A function of some arguments, or the quotient that it is.
+
+    Raises ExpressionError for too many or too few.
+    """
+    arity = FUNCTIONS[name].arity if name in FUNCTIONS else 1
+    if isinstance(name, tree.UnknownFunction):
+        arity = len(name.parameters)
+    if len(arguments) != arity:
+        message = f"`{typed.text}` takes {arity} argument{'s' if arity > 1 else ''}, not {len(arguments)}"
+        raise ExpressionError(message, column=typed.column)
+    if name not in QUOTIENTS or isinstance(name, tree.UnknownFunction):
+        return tree.Call(name, arguments)
+    above, below = QUOTIENTS[name]
+    over = tree.Call(above, arguments) if above else tree.Number("1", 1.0)
+    return tree.Product((over, tree.Reciprocal(tree.Call(below, arguments))))
 
 
 def _no_function(token: Token, may_be_declared: bool) -> ExpressionError:

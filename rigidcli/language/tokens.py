@@ -30,11 +30,14 @@ GREEK = [
 ]  # fmt: skip
 """The names of the Greek letters, in their order; those of capitals begin with one."""
 
-_GREEK = str.maketrans(
+GREEK_LETTERS = (
     dict(zip("αβγδεζηθικλμνξοπρστυφχψω", GREEK, strict=True))
     | dict(zip("ΑΒΓΔΕΖΗΘΙΚΛΜΝΞΟΠΡΣΤΥΦΧΨΩ", map(str.capitalize, GREEK), strict=True))
-    | {"ϑ": "theta", "ϕ": "phi", "ϵ": "epsilon", "ϱ": "rho", "ς": "sigma", "\N{MICRO SIGN}": "mu"}
+    | {"ϑ": "theta", "ϕ": "phi", "ϵ": "epsilon", "ϱ": "rho", "ς": "sigma"}
 )
+"""The names of Greek letters by the letters."""
+
+_GREEK = str.maketrans(GREEK_LETTERS | {"\N{MICRO SIGN}": "mu"})
 _LETTER = "A-Za-z_" + "".join(map(chr, _GREEK))
 
 _MARKS = {"\N{COMBINING DOT ABOVE}": "dot", "\N{COMBINING DIAERESIS}": "ddot"}
@@ -63,7 +66,7 @@ _TOKEN = re.compile(
     (?: (?P<number> (?: [0-9]+ \.? [0-9]* | \.[0-9]+ ) (?: [eE][+-]?[0-9]+ )? )
       | (?P<dotted> [{_DOTTED}](?:_?[0-9]+)? | [{_LETTER}][{_LETTER}0-9]*[{"".join(_MARKS)}] )
       | (?P<name> [{_LETTER}][{_LETTER}0-9]* )
-      | (?P<operator> \*\* | [-+*/^(),{"".join(_OPERATORS)}] )
+      | (?P<operator> \*\* | [-+*/^(),|{"".join(_OPERATORS)}] )
       | (?P<superscript> {SUPERSCRIPT} )
       | (?P<fraction> [{"".join(_FRACTIONS)}] )
       | (?P<root> \N{{SQUARE ROOT}} )
@@ -80,6 +83,9 @@ _HINTS = {
     "!": "there is no factorial and no comparison",
     "<": "there are no comparisons",
     ">": "there are no comparisons",
+    ";": "this is one expression",
+    "±": "give one value",
+    "∂": "work out the derivatives",
     "[": "group with `(` and `)`; an index is part of a name, as in `a_1`",
     "{": "group with `(` and `)`",
     "'": "names stand without quotes; a time derivative is `xdot`, and that of a function h(x) `dh_dx(x)`",
@@ -103,25 +109,26 @@ class Token(NamedTuple):
     kind: str
     """`number`, `name`, `operator`, `superscript`, `root` or `end`."""
     text: str
-    column: int
+    column: int | None
     touches: bool
     """Whether there is no blank between it and the token before it."""
 
 
-def tokenize(text: str) -> list[Token]:
-    """The tokens of a text, the last of them the `end`.
+def tokenize(text: str, *, as_typed: bool = True) -> list[Token]:
+    """The tokens of a text, the last of them the `end`; without columns if the text is not `as_typed`.
 
     Raises:
         ExpressionError: the text or one of its numbers is too long, or a character is not in the
             language.
     """
     if len(text) > MAX_TEXT:
-        raise ExpressionError(f"an expression has at most {MAX_TEXT} characters, this has {len(text)}")
+        message = f"an expression has at most {MAX_TEXT} characters, this has {len(text)}"
+        raise ExpressionError(message, code="too_large")
     tokens = []
     for match in _TOKEN.finditer(text):
         kind = match.lastgroup or "end"
         piece = match[kind]
-        column = match.start(kind) + 1
+        column = match.start(kind) + 1 if as_typed else None
         if kind == "number":
             _check_number(piece, column)
         elif kind == "name":
@@ -152,14 +159,14 @@ def _undotted(name: str) -> str:
     return letters.replace(mark, "").translate(_GREEK) + _MARKS[mark]
 
 
-def _check_number(piece: str, column: int) -> None:
+def _check_number(piece: str, column: int | None) -> None:
     digits, _, exponent = piece.lower().partition("e")
-    if len(digits) > MAX_DIGITS:
-        raise ExpressionError(f"a number has at most {MAX_DIGITS} digits", column=column)
-    if len(exponent.lstrip("+-")) > MAX_EXPONENT_DIGITS:
-        raise ExpressionError(
-            f"the power of ten of a number has at most {MAX_EXPONENT_DIGITS} digits", column=column
-        )
+    for part, most, name in (
+        (digits, MAX_DIGITS, "a number"),
+        (exponent.lstrip("+-"), MAX_EXPONENT_DIGITS, "the power of ten of a number"),
+    ):
+        if len(part) > most:
+            raise ExpressionError(f"{name} has at most {most} digits", column=column, code="too_large")
 
 
 def _describe(character: str) -> str:

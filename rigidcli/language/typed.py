@@ -17,20 +17,18 @@ What can be read in two ways is refused, and both are named. No text is given to
 from __future__ import annotations
 
 import re
-from typing import NamedTuple
+from collections.abc import Sequence
 
-from rigidcli.errors import ExpressionError, shown
+from rigidcli.errors import ExpressionError
 from rigidcli.language import tree
-from rigidcli.language.functions import ALIASES, CONSTANTS, FUNCTIONS
+from rigidcli.language.functions import ALIASES, CALLED, CONSTANTS, FUNCTIONS
 from rigidcli.language.latex import plain
+from rigidcli.language.parser import CLOSING, Grammar, applied, multiplied
 from rigidcli.language.text import text as written
-from rigidcli.language.vocabulary import Words, unknown, unreadable
+from rigidcli.language.tokens import Token, tokenize
+from rigidcli.language.vocabulary import Words, unknown
 
-MAX_DEPTH = 100
-"""How deep brackets, calls, signs and powers may be nested, so that recursion never ends the program."""
-
-MAX_DIGITS = 400
-"""The most digits of a number, so that its exact fraction stays small."""
+_E = tree.Name("e")
 
 _ANGLE = re.compile(r"(theta|phi|psi|alpha|beta|gamma|chi|vartheta)[_0-9]*")
 """Names that are the whole argument of a sine, so that `sin theta x` has one meaning."""
@@ -47,14 +45,8 @@ _SLOPE = re.compile(
 """`dx/dt`, `d^2 x/dt^2`, `d(theta)/dt`, `d/dt x`."""
 
 _PRIMED = re.compile(rf"({_NAME})('{{1,2}}|\")(?:\(t\))?")
-_TOKEN = re.compile(
-    r"""\s*+(?: (?P<number> (?: \d++ \.?+ \d*+ | \.\d++ ) (?: [eE][+-]?\d++ (?!\w) )?+ )
-      | (?P<name> [^\W\d]\w*+ )
-      | (?P<sign> \*\* | [-+*/^()\[\],|] )
-      | (?P<end> \Z ) | (?P<stranger> . ) )""",
-    re.VERBOSE | re.DOTALL,
-)
-_BRACKETS = {"[": "(", "]": ")", "**": "^"}
+_POINTS = str.maketrans("[]", "()")
+"""Square brackets are parentheses."""
 
 
 def expression(text: str, words: Words | None, *, leading: bool = True) -> tree.Node:
@@ -89,199 +81,85 @@ def slopes(text: str) -> str:
     return text if "atan2" in text else re.sub(r"(?<=\d),(?=\d)", ".", text)
 
 
-class _Token(NamedTuple):
-    kind: str
-    text: str
-    touches: bool
-    """Whether there is no blank before it."""
+class _Reader(Grammar):
+    """The grammar of answers: names that are run together, functions without brackets, bars."""
 
-
-def _tokens(text: str) -> list[_Token]:
-    found = []
-    for match in _TOKEN.finditer(text):
-        kind = match.lastgroup or "end"
-        piece = match[kind]
-        if kind == "stranger":
-            raise unreadable(f"unexpected {shown(piece)}", _HINTS.get(piece))
-        if kind == "number" and (len(piece) > MAX_DIGITS or len(piece.lower().partition("e")[2]) > 5):
-            raise unreadable(f"a number has at most {MAX_DIGITS} digits", code="too_large")
-        found.append(_Token(kind, _BRACKETS.get(piece, piece), match.start() == match.start(kind)))
-        if kind == "end":
-            break
-    return found
-
-
-_HINTS = {
-    "=": "give one formula, with at most a name before it",
-    "±": "give one value",
-    "<": "there are no comparisons",
-    ">": "there are no comparisons",
-    "!": "there is no factorial",
-    "∂": "work out the derivatives",
-    "°": "angles are in radians: multiply by `pi/180`",
-    "%": "write `/100`",
-    ";": "give one formula",
-    ":": "a ratio is written with `/`",
-}
-
-
-class _Reader:
-    """A place in the tokens of one text, with a method for each rule of the grammar."""
+    NO_COMMA = "a comma stands between arguments, or between digits"
 
     def __init__(self, text: str, words: Words | None) -> None:
+        super().__init__(tokenize(text.translate(_POINTS), as_typed=False))
         self.words = words
-        self.tokens = _tokens(text)
-        self.index = 0
-        self.depth = 0
-        self.bars = 0
+        self.barred = [False]
+        """Of the brackets that are open, whether they are bars: a bar then closes, and else it opens."""
 
-    @property
-    def token(self) -> _Token:
-        return self.tokens[self.index]
-
-    def deeper(self) -> None:
+    def descend(self) -> Token:
         """Pass a token that puts what follows one level deeper."""
-        self.depth += 1
-        if self.depth > MAX_DEPTH:
-            raise unreadable(f"nested deeper than {MAX_DEPTH} levels", code="too_large")
-        self.index += 1
+        opening = super().descend()
+        if opening.text in CLOSING:
+            self.barred.append(opening.text == "|")
+        return opening
 
-    def whole(self) -> tree.Node:
-        if self.token.kind == "end":
-            raise unreadable("the answer is empty")
-        node = self.sum()
-        if self.token.kind != "end":
-            raise self.misplaced()
-        return node
-
-    def sum(self) -> tree.Node:
-        terms = [self.product()]
-        while (sign := self.token.text) in ("+", "-") and self.token.kind == "sign":
-            self.index += 1
-            term = self.product()
-            terms.append(term if sign == "+" else tree.Negative(term))
-        return terms[0] if len(terms) == 1 else tree.Sum(tuple(terms))
+    def close(self, opening: Token) -> None:
+        """Pass the sign that closes what `opening` began."""
+        super().close(opening)
+        self.barred.pop()
 
     def begins_factor(self) -> bool:
-        """Whether a factor without a sign may begin here."""
-        token = self.token
-        return token.kind == "name" or token.text == "(" or (token.text == "|" and not self.bars)
+        """Whether a factor without a sign begins here."""
+        return super().begins_factor() or (self.token.text == "|" and not self.barred[-1])
 
-    def product(self) -> tree.Node:
-        factors = [self.factor()]
-        while True:
-            sign = self.token.text
-            if sign in ("*", "/") and self.token.kind == "sign":
-                self.index += 1
-                factor = self.factor()
-                factors.append(factor if sign == "*" else tree.Reciprocal(factor))
-            elif self.begins_factor():
-                if isinstance(divided := factors[-1], tree.Reciprocal):
-                    raise self.unclear_quotient(factors[:-1], divided.operand)
-                is_word, factor = self.token.kind == "name", self.factor()
-                factors += factor.factors if is_word and isinstance(factor, tree.Product) else [factor]
-            else:
-                return _product(factors)
+    def further(self) -> Sequence[tree.Node]:
+        """A factor without a sign, or the names that a word is the product of."""
+        is_word, factor = self.token.kind == "name", self.factor()
+        return factor.factors if is_word and isinstance(factor, tree.Product) else [factor]
 
-    def unclear_quotient(self, above: list[tree.Node], divisor: tree.Node) -> ExpressionError:
-        """What is wrong with `1/2 m`."""
-        factor = self.factor()
-        below = tree.Reciprocal(tree.Product((divisor, factor)))
-        kept = above if above != [tree.Number("1", 1.0)] else []
-        readings = _product([*above, below]), _product([*kept, factor, tree.Reciprocal(divisor)])
-        one, other = (written(reading) for reading in readings)
-        hint = f"write `{one}` or `{other}`"[:200]
-        return unreadable("a product without a sign after `/` can be read in two ways", hint)
+    def power(self, base: tree.Node, exponent: tree.Node) -> tree.Node:
+        """A base with its exponent; e is the number where it is no letter of the question."""
+        is_letter = self.words is None or self.words.meaning("e") is not None
+        return super().power(base, exponent) if is_letter or base != _E else tree.Call("exp", (exponent,))
 
-    def factor(self) -> tree.Node:
-        sign = self.token.text
-        if sign in ("-", "+"):
-            self.deeper()
-            operand = self.factor()
-            self.depth -= 1
-            return operand if sign == "+" else tree.Negative(operand)
-        *before, base = self.atoms()
-        if self.token.text == "^":
-            base = (
-                tree.Call("exp", (self.exponent(),))
-                if self.is_euler(base)
-                else tree.Power(base, self.exponent())
-            )
-        return _product([*before, base])
-
-    def exponent(self) -> tree.Node:
-        self.deeper()
-        exponent = self.factor()
-        self.depth -= 1
-        return exponent
-
-    def is_euler(self, base: tree.Node) -> bool:
-        """Whether this is the number e, which is no letter of the question."""
-        return base == tree.Name("e") and self.words is not None and self.words.meaning("e") is None
-
-    def atoms(self) -> list[tree.Node]:
+    def atoms(self) -> Sequence[tree.Node]:
         """A number, a bracket, a function, or the names that a word is the product of."""
-        token = self.token
-        if token.kind == "number":
-            self.index += 1
-            return [tree.Number(token.text, float(token.text))]
-        if token.kind == "name":
-            self.index += 1
-            return self.word(token.text)
-        if token.text not in ("(", "|"):
-            raise self.misplaced()
-        self.deeper()
-        self.bars += token.text == "|"
-        outer, self.bars = self.bars, self.bars if token.text == "|" else 0
-        node = self.sum()
-        self.bars = outer
-        self.close(token.text)
-        self.bars -= token.text == "|"
-        self.depth -= 1
-        return [node if token.text == "(" else tree.Call("abs", (node,))]
+        if self.token.text != "|":
+            return super().atoms()
+        opening = self.descend()
+        inner = self.sum()
+        self.close(opening)
+        return [tree.Call("abs", (inner,))]
 
-    def close(self, opening: str) -> None:
-        if self.token.text != {"(": ")", "|": "|"}[opening]:
-            raise unreadable(f"`{opening}` is never closed") if self.token.kind == "end" else self.misplaced()
-        self.index += 1
-
-    def word(self, word: str) -> list[tree.Node]:
+    def named(self, token: Token) -> Sequence[tree.Node]:
         """What a word means, which has been passed already."""
-        parts = self.parts(word)
+        parts = self.parts(token.text)
         nodes: list[tree.Node] = []
         for place, part in enumerate(parts):
             is_name = self.words is not None and self.words.meaning(part) == part
             if part in CONSTANTS and not is_name:
                 nodes.append(tree.Constant(part))
-            elif (part in FUNCTIONS or part in ALIASES) and not is_name:
+            elif part in CALLED and not is_name:
                 if place + 1 < len(parts):  # the rest of the word is its argument, as in `sinx`
                     inner: list[tree.Node] = [tree.Name(name) for name in parts[place + 1 :]]
-                    return [*nodes, tree.Call(part, (_product(inner),))]
-                nodes.append(self.call(part))
+                    return [*nodes, applied(token, ALIASES.get(part, part), (multiplied(inner),))]
+                nodes.append(self.call(token._replace(text=part)))
             else:
                 nodes.append(tree.Name(part))
         if self.is_of_time(parts[-1]):
-            self.index += 3
+            self.advance(3)
         return nodes
 
     def parts(self, word: str) -> tuple[str, ...]:
+        """The names, functions and constants that a word is made of."""
         if self.words is None:
             return (word,)
         if (name := self.words.meaning(word)) is not None:
             return (name,)
-        if (
-            word in FUNCTIONS
-            or word in ALIASES
-            or word in CONSTANTS
-            or (word == "e" and self.token.text == "^")
-        ):
+        is_euler = word == _E.name and self.token.text == "**"
+        if is_euler or word in CALLED or word in CONSTANTS:
             return (word,)
         ways = self.words.products(word)
         if len(ways) == 2:
             first, second = (" ".join(way) for way in ways)
-            raise unreadable(
-                f"`{word}` can be read as `{first}` and as `{second}`", "put blanks or `*` between names"
-            )
+            message = f"`{word}` can be read as `{first}` and as `{second}`"
+            raise ExpressionError(message, hint="put blanks or `*` between names")
         if not ways:
             raise unknown(word, self.words)
         return ways[0]
@@ -293,73 +171,44 @@ class _Reader:
         touches = self.token.touches or name.endswith("dot")
         return following == ["(", "t", ")"] and touches and is_moving
 
-    def call(self, function: str) -> tree.Node:
+    def call(self, token: Token) -> tree.Node:
         """A function, whose name has been passed already, perhaps with a power, and its arguments."""
-        power: tree.Node | None = None
-        if self.token.text == "^":
-            power = self.exponent()
+        function = token.text
+        power = self.exponent() if self.token.text == "**" else None
         if power == tree.Negative(tree.Number("1", 1.0)):
             if f"a{function}" not in FUNCTIONS:
-                raise unreadable(f"the inverse of `{function}` is not clear", f"write `1/{function}(...)`")
+                message = f"the inverse of `{function}` is not clear"
+                raise ExpressionError(message, hint=f"write `1/{function}(...)`")
             function, power = f"a{function}", None
         function = ALIASES.get(function, function)
-        arguments = self.arguments() if self.token.text == "(" else (self.bare(function, power),)
-        arity = FUNCTIONS[function].arity
-        if len(arguments) != arity:
-            raise unreadable(f"`{function}` takes {arity} argument{'s'[: arity - 1]}, not {len(arguments)}")
-        node = tree.Call(function, arguments)
+        arguments = self.arguments() if self.token.text == "(" else (self.bare(function),)
+        node = applied(token, function, arguments)
         return node if power is None else tree.Power(node, power)
 
-    def arguments(self) -> tuple[tree.Node, ...]:
-        self.deeper()
-        outer, self.bars = self.bars, 0
-        found = [self.sum()]
-        while self.token.text == ",":
-            self.index += 1
-            found.append(self.sum())
-        self.close("(")
-        self.depth -= 1
-        self.bars = outer
-        return tuple(found)
-
-    def bare(self, function: str, power: tree.Node | None) -> tree.Node:
+    def bare(self, function: str) -> tree.Node:
         """The argument of a function without brackets: `2 theta`, `omega t`, `kx`."""
         factors: list[tree.Node] = []
         if self.token.kind == "number":
             factors += self.atoms()
             if function == "sqrt" and not (self.token.kind == "name" and self.token.touches):
                 return factors[0]
-        if self.token.kind == "name" and self.token.text not in FUNCTIONS:
-            self.deeper()
-            factors += self.word(self.tokens[self.index - 1].text)
+        if self.token.kind == "name" and self.token.text not in CALLED:
+            word = self.descend()
+            factors += self.named(word)
             self.depth -= 1
         if not factors:
-            raise unreadable(f"`{function}` needs its argument in brackets", f"write `{function}(...)`")
+            message = f"`{function}` needs its argument in brackets"
+            raise ExpressionError(message, hint=f"write `{function}(...)`")
         if self.token.text == "t" and factors[-1] != tree.Name("t"):
-            self.index += 1
+            self.advance()
             factors.append(tree.Name("t"))
-        argument = _product(factors)
+        argument = multiplied(factors)
         last = factors[-1]
         is_angle = isinstance(last, tree.Name) and (_ANGLE.match(last.name) or last.name == "t")
-        behind = self.token.kind == "name" and self.token.text not in FUNCTIONS and not is_angle
+        behind = self.token.kind == "name" and self.token.text not in CALLED and not is_angle
         divided = self.token.text == "/" and self.tokens[self.index + 1].kind == "number"
-        if self.token.text == "^" or (len(factors) > 1 if function == "sqrt" else behind or divided):
+        if self.token.text == "**" or (len(factors) > 1 if function == "sqrt" else behind or divided):
             first = written(tree.Call(function, (argument,)))
             hint = f"write `{first}`, or brackets around all of the argument"[:200]
-            raise unreadable(f"`{function}` without brackets can be read in two ways", hint)
+            raise ExpressionError(f"`{function}` without brackets can be read in two ways", hint=hint)
         return argument
-
-    def misplaced(self) -> ExpressionError:
-        """What is wrong with the token that no rule of the grammar can use here."""
-        here, before = self.token, self.tokens[self.index - 1] if self.index else None
-        if here.kind == "end":
-            return unreadable("the formula ends too early")
-        if here.kind == "number" and before is not None and before.kind != "sign":
-            return unreadable(f"no sign before `{here.text[:24]}`")
-        if here.text == ")":
-            return unreadable("`)` closes nothing")
-        return unreadable(f"unexpected `{here.text[:24]}`")
-
-
-def _product(factors: list[tree.Node]) -> tree.Node:
-    return factors[0] if len(factors) == 1 else tree.Product(tuple(factors))

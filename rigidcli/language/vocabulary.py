@@ -85,11 +85,4 @@ def unknown(word: str, words: Words) -> ExpressionError:
     more = ", ..." if len(words.names) > MOST_LISTED else ""
     hint = f"the symbols are {listed}{more}"
     message = f"read {shown(word)}" + (f" (did you mean `{near}`?)" if near else "")
-    return unreadable(message, hint, "unknown_symbol")
-
-
-def unreadable(message: str, hint: str | None = None, code: str = "parse_error") -> ExpressionError:
-    """A problem with a text, with its code."""
-    problem = ExpressionError(message, hint=hint)
-    problem.code = code
-    return problem
+    return ExpressionError(message, hint=hint, code="unknown_symbol")

@@ -65,7 +65,7 @@ def test_a_formula_is_read_as_people_write_it(typed: str, formula: str) -> None:
     never closed | ((x)  \frac{x}{m
     closes nothing | x)  x}
     has no meaning | \foo  \begin{document}
-    no sign before | 3 4  x 2
+    no operator before | 3 4  x 2
     read `mgq` | mgq
     the symbols are | q
     """)
