@@ -23,12 +23,6 @@ Answers: TypeAlias = dict[str, Tree | Unreadable]
 MOST_ANSWERS = 1000
 """Entries of a file that are read."""
 
-MOST_NOTES = 5
-"""Notes of one kind on a file that are told one by one."""
-
-LONGEST_NAME = 100
-"""Characters of a question's name in an answer file."""
-
 ABOUT = frozenset(["student", "name"])
 """Keys beside the answers that say who the student is, which nobody believes."""
 
@@ -78,7 +72,7 @@ def tree_of(text: str) -> Tree:
 def read_answers(text: str, known: Collection[str] = ()) -> tuple[Answers, list[str]]:
     """The answers in a text by the names as they are spelled, and notes on lines that are none.
 
-    `known` are the names of questions. Raises Unreadable where no answer can be told.
+    `known` are the names of questions. Raises Unreadable where there are no answers.
     """
     if _CONTROL.search(text):
         raise Unreadable("parse_error", "there are control characters in it: is it a text file?")
@@ -227,7 +221,7 @@ class _Lines:
                 blank = r"|\s+(?=\S)" if re.search(r"[0-9]", name) else r"|\s+(?=[-+~]?[0-9.\[({\\$])"
                 if found := re.match(rf"\s*[:=]\s*|[.)]\s+{blank}", behind):
                     return plain[: len(name)], behind[found.end() :]
-        name, colon, behind = text[: LONGEST_NAME + 1].partition(":")
+        name, colon, behind = text[:100].partition(":")
         name = name.strip().strip("\"'")
         if colon and name and (not behind.strip() or behind[:1] == " " or _PLAIN.fullmatch(name)):
             return name, text.partition(":")[2].strip()
@@ -255,8 +249,8 @@ class _Lines:
 
 def capped(names: Sequence[str], note: Callable[[str], str] = str) -> list[str]:
     """A note on each of the first names, and how many more there are."""
-    more = len(names) - MOST_NOTES
-    return [*map(note, names[:MOST_NOTES]), *([f"and {more:,} more of this kind"] if more > 0 else [])]
+    first, more = names[:5], len(names) - 5
+    return [*map(note, first), *([f"and {more:,} more of this kind"] if more > 0 else [])]
 
 
 def as_typed(answer: Tree | Unreadable) -> str:

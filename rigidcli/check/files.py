@@ -24,9 +24,6 @@ MOST_FILES = 50_000
 MOST_UNPACKED = 500_000_000
 """Bytes that an archive may become: those of a class of thousands, which every disk has room for."""
 
-DEEPEST = 8
-"""Levels of folders in an archive that are unpacked: a download has one or two."""
-
 HIDDEN = (".", "__MACOSX")
 """Beginnings of names that are passed over without a word: some systems put such files beside others."""
 
@@ -38,9 +35,6 @@ ELSEWHERE = frozenset("/\\:\0")
 
 SUFFIXES = frozenset([".yaml", ".yml", ".json"])
 """Ends of the names of answer files, in small letters or capitals."""
-
-MOST_NAMED = 20
-"""Names that a message lists."""
 
 # Moodle puts this before the name of a file, or into that of a folder: Jane Doe_4711_assignsubmission_file_
 MOODLE = re.compile(r"(?P<name>.+?)_(?P<id>[0-9]+)_assignsubmission_(?:file|onlinetext)(?:_(?P<own>.*))?")
@@ -83,8 +77,8 @@ def uncounted(name: str) -> str:
 
 def listed(names: Sequence[str]) -> str:
     """Names in a message, short and safe to print."""
-    first = ", ".join(shown(printable(name)) for name in names[:MOST_NAMED])
-    return first if len(names) <= MOST_NAMED else f"{first} and {len(names) - MOST_NAMED} more"
+    first, more = ", ".join(shown(printable(name)) for name in names[:20]), len(names) - 20
+    return f"{first} and {more} more" if more > 0 else first
 
 
 def noted(what: str, names: Sequence[str]) -> list[str]:
@@ -194,7 +188,7 @@ def _unpacked(path: Path, folder: Path, found: Found) -> Path:
                 if info.is_dir() or not parts:
                     continue
                 inside = safe_name(Path(*parts))
-                if number >= MOST_FILES or left <= 0 or len(parts) > DEEPEST + 1:
+                if number >= MOST_FILES or left <= 0 or len(parts) > 9:  # a download has one or two folders
                     found.trouble(path, f"`{inside}` is left out: the archive is too large or too deep")
                     break
                 if stat.S_ISLNK(info.external_attr >> 16) or ".." in parts or ELSEWHERE & set("".join(parts)):

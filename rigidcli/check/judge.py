@@ -23,13 +23,10 @@ from rigidcli.errors import nearest, printable, shortened, shown
 from rigidcli.sandbox import LIMITS, ForbiddenError, LateError, Limits, timed, usable_cores
 
 SECONDS = 2.0
-"""Of the processor, that one answer may take: it must not use up the time of the others."""
+"""Seconds of the processor that one answer may take, so that others have time, too."""
 
 LONGEST_ANSWER = 2000
 """Characters of an answer that reports repeat."""
-
-MOST_SEEN = 5000
-"""Judged answers that are kept: with texts of 2,000 characters they take some 30 MB."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -46,7 +43,7 @@ class Item:
     """A question that is ready to judge answers: its kind, and the key that the kind has made.
 
     `changes` are the keys of mistaken problems with the codes of the mistakes; `reference` is the key in
-    words, for those who are told all; `credit` and `accepted` are as the question has them.
+    words, for feedback at the level `full`; `credit` and `accepted` are as the question has them.
     """
 
     kind: Kind
@@ -99,7 +96,7 @@ def judge(text: str, path: Path, items: Mapping[str, Item], seen: Seen | None = 
         )
         # A table lies beside one file only, and what cannot be read may be so for want of time or memory.
         is_lasting = item.kind.name != "trajectory" and found.verdict != "invalid"
-        if is_lasting and len(asked[1]) <= LONGEST_ANSWER and len(seen) < MOST_SEEN:
+        if is_lasting and len(asked[1]) <= LONGEST_ANSWER and len(seen) < 5000:  # some 30 MB
             seen[asked] = questions[-1]
     return Judgement("", "", tuple(questions), (*notes, *_strangers(answers, items)), tuple(sorted(files)))
 
@@ -199,8 +196,8 @@ def _credited(item: Item, found: Outcome) -> Outcome:
 
 def _with_reference(found: Outcome, item: Item) -> Outcome:
     """The outcome with the key in its first finding, unless the kind has said what was expected."""
-    is_told = any(finding.reference for finding in found.findings)
-    if found.verdict == "correct" or not item.reference or not found.findings or is_told:
+    has_reference = any(finding.reference for finding in found.findings)
+    if found.verdict == "correct" or not item.reference or not found.findings or has_reference:
         return found
     first, *others = found.findings
     return replace(found, findings=(replace(first, reference=f"expected {item.reference}"), *others))
@@ -218,7 +215,7 @@ def run(
 ) -> Iterator[Judgement]:
     """Judge what was handed in, in that order, whatever is done first; `jobs` at a time, or one a core.
 
-    `progress` is told the share that is done. Raises ComputationError where no process can be started.
+    `progress` gets the share that is done. Raises ComputationError where no process can be started.
     """
     files = [paper.file for paper in papers if paper.file is not None and paper.outcome is None]
     _warm_up(items)

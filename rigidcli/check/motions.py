@@ -94,12 +94,17 @@ def state_of(rate: str) -> str:
 
 def of_document(asked: Asked) -> Motion:
     """The motion by the equations in a report. Raises ValueProblem."""
-    told, report = asked.value, asked.report
-    if asked.path[-1:] != ("equations",) or not isinstance(told, Mapping) or len(told) % 2 or report is None:
+    equations, report = asked.value, asked.report
+    if (
+        asked.path[-1:] != ("equations",)
+        or not isinstance(equations, Mapping)
+        or len(equations) % 2
+        or report is None
+    ):
         raise ValueProblem("this result has no equations of motion, expected `hamilton.equations`")
-    states = tuple(told)
+    states = tuple(equations)
     half = len(states) // 2
-    rates = {velocity(name): to_tree(rate) for name, rate in told.items()}
+    rates = {velocity(name): to_tree(rate) for name, rate in equations.items()}
     names = names_of(asked)
     potential = None
     if "transform" not in asked.path and report.get("hamiltonian") is not None:

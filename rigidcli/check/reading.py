@@ -218,9 +218,6 @@ def describe(answer: Tree) -> str:
 
 # --- equations
 
-MAX_EQUATIONS = 200
-"""The most equations of one answer: twice the variables of the largest system that anybody writes."""
-
 _LAW = re.compile(r"=[^=\n;,]*\\partial[^=\n;,]*(?==)")  # as in `xdot = dH/dp = p/m`
 Sides: TypeAlias = tuple[str, Node, Node]
 """The place of an equation in the answer, and its two sides."""
@@ -239,7 +236,7 @@ def read_equations(
     """
     failed: list[Unreadable] = []
     found = list(_texts(answer, "", failed))
-    if len(found) > MAX_EQUATIONS:
+    if len(found) > 200:  # twice the variables of the largest system that anybody writes
         raise Unreadable("too_large", f"{len(found)} equations")
     tops = tops or {}
     keys = [left.strip() for _, left, _, label in found if label]

@@ -1,4 +1,4 @@
-"""What comes of a hand-in, question by question, and what of it is told at each level of feedback."""
+"""The marks of a hand-in, question by question, and what each level of feedback says of them."""
 
 from __future__ import annotations
 
@@ -105,7 +105,7 @@ class Remark:
 
 
 @dataclass(frozen=True, slots=True)
-class Told(_Marked):
+class Reported(_Marked):
     """One question as students and reports see it."""
 
     feedback: tuple[Remark, ...]
@@ -141,10 +141,10 @@ class Student:
     source: str
     score: float
     max_score: float
-    questions: tuple[Told, ...]
+    questions: tuple[Reported, ...]
 
 
-def told(judgement: Judgement, feedback: Feedback) -> Student:
+def reported(judgement: Judgement, feedback: Feedback) -> Student:
     """A hand-in with all texts safe to print, and what waits for a person before the other questions."""
     waiting_first = sorted(judgement.questions, key=lambda question: question.verdict != "review")
     return Student(
@@ -153,14 +153,14 @@ def told(judgement: Judgement, feedback: Feedback) -> Student:
         printable(judgement.source),
         float(judgement.score),
         float(judgement.max_score),
-        tuple(_told(question, feedback) for question in waiting_first),
+        tuple(_reported(question, feedback) for question in waiting_first),
     )
 
 
-def _told(question: Judged, feedback: Feedback) -> Told:
+def _reported(question: Judged, feedback: Feedback) -> Reported:
     full = feedback is Feedback.full
     remarks = [Remark(each.code, printable(sentence(each, full=full))) for each in question.findings]
-    return Told(
+    return Reported(
         printable(question.id),
         printable(question.title),
         printable(question.answer),
@@ -173,7 +173,7 @@ def _told(question: Judged, feedback: Feedback) -> Told:
 
 
 def sentence(finding: Finding, *, full: bool = False) -> str:
-    """What a student reads of a finding; the reference only where all is told."""
+    """What a student reads of a finding; the reference only at the level `full`."""
     text = f"{finding.place}: {CODES[finding.code]}" if finding.place else CODES[finding.code]
     text = f"{text}; {shortened(finding.detail, 500)}" if finding.detail else text
     return f"{text}; {finding.reference}" if full and finding.reference else text

@@ -36,12 +36,6 @@ NEEDED = 4
 WIDEST = 0.25
 """The largest relative radius of a difference, at which an agreement still says something."""
 
-ROUNDED = 3
-"""Figures from which a decimal in a key counts as rounded: 0.5 is a half, 0.333 may be a third."""
-
-MAX_EXACT = 400
-"""The most nodes of formulas that are brought to their normal form, which takes long for large ones."""
-
 
 def same(
     answer: Node,
@@ -93,7 +87,7 @@ def _exact(node: Node, positive: frozenset[str]) -> Expr:
 
 def _identical(answer: Node, key: Node, names: Names) -> bool:
     """Whether both have the same normal form."""
-    if sum(1 for _ in tree.nodes([answer, key])) > MAX_EXACT:
+    if sum(1 for _ in tree.nodes([answer, key])) > 400:  # the normal form of a large formula takes long
         return answer == key
     positive = frozenset(name for name, domain in names.domains.items() if domain == "positive")
     with suppress(ExpressionError, ArithmeticError, ValueError, KeyError):
@@ -117,7 +111,8 @@ class _Comparison:
         self.is_identical = partial(_identical, answer, key, names)
         self.steps = Steps()
         self.relative, self.known = relative, known
-        self.key = self.steps.add(key, ROUNDED if relative is None else balls.NEVER)
+        # In a key 0.5 is a half, and 0.333 may be a third.
+        self.key = self.steps.add(key, 3 if relative is None else balls.NEVER)
         self.answer = self.steps.add(answer, 1 if relative is None else balls.NEVER)
         roots = [self.key] + [self.answer] * (relative is None)
         self.terms = [term for root in roots for term in self.steps.terms(root)]

@@ -27,12 +27,6 @@ TIME = "t"
 
 SECOND = parse_unit("s")
 
-LONGEST_HEAD = 200
-"""The most characters of a head: a search for a unit in a longer one might take long."""
-
-LEAST_TIMES, MOST_TIMES = 4001, 1_000_000
-"""The times of formulas: so many that a line between two of them is near, and at most."""
-
 _UNIT = re.compile(r"(?P<name>[^(\[/]*?)\s*(?:\((?P<round>.*)\)|\[(?P<square>.*)\]|/(?P<below>.*))")
 _DECIMAL = re.compile(r"[-+]?(?:[0-9]{1,30}\.?[0-9]*|\.[0-9]+)(?:[eE][-+]?[0-9]{1,2})?")
 """A decimal number within the range of numbers; others, and expressions, take longer to read."""
@@ -119,7 +113,7 @@ def _number(cell: str, line: int, name: str) -> float:
 
 def _head(text: str) -> tuple[str, Unit | None]:
     """The name and the unit in a head; a unit that is unknown is none."""
-    found = _UNIT.fullmatch(text) if len(text) <= LONGEST_HEAD else None
+    found = _UNIT.fullmatch(text) if len(text) <= 200 else None  # a longer one takes long
     if found is None:
         return text, None
     unit = (found["round"] or found["square"] or found["below"] or "").strip()
@@ -191,7 +185,8 @@ def _times(span: Tree) -> Floats:
         start, stop, step = (read_number(entry, SECOND).value for entry in span)
     except (Unreadable, TypeError, ValueError):
         start, stop, step = 0.0, 0.0, 0.0
-    if not (start < stop and 0 < step <= stop - start and (stop - start) / step < MOST_TIMES):
+    if not (start < stop and 0 < step <= stop - start and (stop - start) / step < 1_000_000):
         hint = "write three numbers, the start before the stop, and a step that fits between"
         raise ValueProblem("expected `[start, stop, step]`", path=("answer", TIME), hint=hint)
-    return np.linspace(start, stop, max(LEAST_TIMES, round((stop - start) / step) + 1))
+    # Of fewer rows, a line between two would not be near.
+    return np.linspace(start, stop, max(4001, round((stop - start) / step) + 1))

@@ -33,9 +33,6 @@ METHOD = "fork" if sys.platform == "linux" else "spawn"
 PATIENCE = {"fork": 0.5, "spawn": 60.0}
 """Seconds beyond the limit after which a process is ended from outside: a new one loads the program first."""
 
-WORN = 8
-"""A process that has kept a WORNth of its memory after some work serves no more: the next has room."""
-
 
 @dataclass(frozen=True, slots=True)
 class Ended:
@@ -79,7 +76,7 @@ def each(
 ) -> Iterator[Result]:
     """What `work` makes of each task, in the order of tasks, whatever is done first; `jobs` run at a time.
 
-    `progress` is told the share that is done. Raises ComputationError where no process can be started.
+    `progress` gets the share that is done. Raises ComputationError where no process can be started.
     """
     workers: list[_Worker] = []
     done: dict[int, Result] = {}
@@ -195,7 +192,7 @@ def _serve(line: Connection, work: Callable[[_Task], bytes], limits: Limits) -> 
             except MemoryError:
                 mark = _MEMORY
             stop_clock()
-            if mark == _FRESH and WORN * ((address_space() or 0) - start) >= limits.memory:
+            if mark == _FRESH and (address_space() or 0) - start >= limits.memory / 8:  # the next has room
                 mark = _WORN
             line.send_bytes(mark + data if mark in (_FRESH, _WORN) else mark)
     except EOFError:

@@ -9,7 +9,7 @@ import pytest
 from rigidcli.check.base import CODES, Finding, Verdict
 from rigidcli.check.records import Judgement
 from rigidcli.check.reports import Style
-from rigidcli.check.reports.items import MOST_TOLD, UNNAMED, Taken, csv, json, table, tally
+from rigidcli.check.reports.items import MOST_SHOWN, UNNAMED, Taken, csv, json, table, tally
 from tests.check.standins import mark
 
 SECRET = "expected 6.28318"
@@ -143,10 +143,10 @@ def test_questions_of_which_an_answer_waits_come_first() -> None:
 
 
 def test_a_table_tells_the_first_wrong_answers() -> None:
-    found = tally(handed_in([("incorrect", f"{k:02}", "sign_error") for k in range(MOST_TOLD + 5)]))
+    found = tally(handed_in([("incorrect", f"{k:02}", "sign_error") for k in range(MOST_SHOWN + 5)]))
     lines = "".join(table(found, Style())).splitlines()
     assert lines[-1] == "  and 5 other answers"
-    assert len([line for line in lines if " x  " in line]) == MOST_TOLD
+    assert len([line for line in lines if " x  " in line]) == MOST_SHOWN
 
 
 def test_a_long_answer_is_shortened_for_people() -> None:

@@ -18,7 +18,7 @@ from hypothesis import strategies as st
 
 from rigidcli.check import Feedback
 from rigidcli.check.base import CODES, VERDICTS, Finding
-from rigidcli.check.records import Judged, Judgement, sentence, told
+from rigidcli.check.records import Judged, Judgement, reported, sentence
 from rigidcli.check.reports import Style, items
 from rigidcli.check.reports.formats import FORMATS, csv_rows, harmless, render
 from rigidcli.check.reports.table import points
@@ -221,7 +221,7 @@ def test_what_waits_comes_first_in_every_format() -> None:
 
 def test_codes_are_told_once() -> None:
     question = mark("a", "incorrect", 0, 1, (Finding("sign_error", "x"), Finding("sign_error", "y")))
-    assert told(Judgement("x", "x", (question,)), Feedback.hint).questions[0].codes == ("sign_error",)
+    assert reported(Judgement("x", "x", (question,)), Feedback.hint).questions[0].codes == ("sign_error",)
 
 
 @pytest.mark.parametrize("name", FORMATS)

@@ -35,9 +35,6 @@ from rigidcli.check.question import Question
 from rigidcli.core.arithmetic import Array, Floats
 from rigidcli.errors import ValueProblem, shown
 
-MOST_PLACES = 6
-"""The most wrong entries that one message names."""
-
 AXES = {name: k for names in ("xyz", "123456789") for k, name in enumerate(names)}
 """The ends of the names of components, in their order: `x`, `L_x`, `omega1`."""
 
@@ -188,8 +185,8 @@ def are_bare(entries: Sequence[Entry]) -> bool:
 def listed(names: Sequence[str]) -> str:
     """Places in a message: the first few, and how many more."""
     names = sorted(set(names), key=lambda name: (len(name), name))
-    more = f" and {len(names) - MOST_PLACES} more" if len(names) > MOST_PLACES else ""
-    return ("; " if "," in names[0] else ", ").join(names[:MOST_PLACES]) + more
+    more = f" and {len(names) - 6} more" if len(names) > 6 else ""
+    return ("; " if "," in names[0] else ", ").join(names[:6]) + more
 
 
 def _shown(texts: list[Any]) -> str:

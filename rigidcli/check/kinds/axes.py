@@ -36,9 +36,6 @@ MOST_PAIRS = 6
 EQUAL = 1e-3
 """Moments that differ by less, in units of the largest, are equal: three figures do not tell their axes."""
 
-INDEPENDENT = 0.02
-"""Axes whose smallest singular value is above this span the space, however wide the tolerance is."""
-
 KG_M2 = parse_unit("kg m^2")
 
 _LINES = re.compile(r"\s*(?:\n|;(?![^(\[]*[)\]]))\s*")
@@ -185,7 +182,9 @@ class _Answer:
     def independent(self, places: Sequence[int]) -> bool:
         """Whether axes span as many dimensions as they are."""
         least = np.linalg.svd(self.units[list(places)], compute_uv=False)[-1]
-        return len(places) <= 3 and bool(least > min(2 * self.ruler.angle, INDEPENDENT))
+        return len(places) <= 3 and bool(
+            least > min(2 * self.ruler.angle, 0.02)
+        )  # however wide the tolerance
 
     def orthogonal(self, places: Sequence[int]) -> bool:
         """Whether the last of some axes is at right angles to the others."""

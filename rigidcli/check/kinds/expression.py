@@ -29,9 +29,6 @@ from rigidcli.language.tree import Name, Negative, Node, Number, Product, Sum, b
 ENERGIES = ("hamiltonian", "lagrangian", "energy")
 """Last names of results to which a constant may be added."""
 
-HINTED = NEEDED + 1
-"""The points at which an answer that is wrong is looked at for a hint."""
-
 EXACT = 1e-12
 """The relative error of a factor that is read from the values of formulas."""
 
@@ -183,7 +180,7 @@ def _findings(key: Key, answer: Node) -> list[Finding]:
     if not key.constant and key.names.states & names_in(key.tree) and key.same(answer, constant=True) is True:
         return [Finding("additive_constant")]
     seed = f"{key.name} {text(answer)}"
-    both = zip(*(values(node, key.names, seed, HINTED) for node in (answer, key.tree)), strict=True)
+    both = zip(*(values(node, key.names, seed, NEEDED + 1) for node in (answer, key.tree)), strict=True)
     pairs = [(own, right) for own, right in both if own is not None and right is not None]
     if len(pairs) < NEEDED:
         return [Finding("outside_tolerance")]

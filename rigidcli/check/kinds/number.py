@@ -143,7 +143,7 @@ class Quantity(Kind):
 
 
 def _of_misfit(key: Key, number: Number, detail: str) -> Finding:
-    """What is wrong with a unit of another dimension: hertz and radians per second are told apart."""
+    """What is wrong with a unit of another dimension: hertz is not radians per second."""
     given, asked = number.unit.dimension if number.unit else DIMENSIONLESS, key.unit.dimension
     if given.cycle != asked.cycle and given._replace(angle=0, cycle=0) == asked._replace(angle=0, cycle=0):
         if key.is_near(number.typed * number.scale, number.scale):

@@ -42,14 +42,8 @@ GAP, SHORT = 0.1, 0.01
 SAME_TIME = 1e-6
 """How far times that are the same may be apart, in units of the span: they may be typed with few digits."""
 
-SHOWN = 0.5
-"""The part of the range of a column that the rows must show: of a swing, not only its returns."""
-
 NOISE = 1e-9
 """A column below this, in units of the largest, is zero but for rounding and integration."""
-
-MAGNIFIED = 3
-"""The digits that a motion may lose: an ordinary integration, with an error of 1e-6, is then off by 0.001."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -150,7 +144,7 @@ class Trajectory(Kind):
         ranges = np.ptp(key.values, axis=0)
         moving = ranges > key.margins
         if complete and there.all() and not wrong.any():
-            seen = np.ptp(expected, axis=0) >= SHOWN * ranges
+            seen = np.ptp(expected, axis=0) >= 0.5 * ranges  # of a swing, not only its returns
             return (
                 Outcome.correct()
                 if (seen | ~moving).all()
@@ -282,7 +276,8 @@ def _require_predictable(asked: Asked) -> None:
     digits = results.get("trusted_digits", results.get("orbit", {}).get("trusted_digits"))
     section = getattr(asked.document, "orbit", None) or getattr(asked.document, "motion", None)
     tolerance = float(getattr(section, "tolerance", None) or DEFAULT_TOLERANCE)
-    if digits is not None and -math.log10(tolerance) - float(digits) > MAGNIFIED:
+    if digits is not None and -math.log10(tolerance) - float(digits) > 3:
+        # An ordinary integration, with an error of 1e-6, may be off by 0.001.
         hint = "ask for a shorter time, or lower the tolerance of the orbit itself"
         raise ValueProblem("only a part of this motion can be predicted", hint=hint)
 

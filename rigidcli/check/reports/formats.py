@@ -1,4 +1,4 @@
-"""The formats in which judgements are told, one answer file after another as far as the format allows."""
+"""The formats of judgements, written one answer file after another as far as the format allows."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ import orjson
 
 from rigidcli.check import Feedback
 from rigidcli.check.base import Verdict
-from rigidcli.check.records import Judgement, Student, Told, told
+from rigidcli.check.records import Judgement, Reported, Student, reported
 from rigidcli.check.reports import Style
 from rigidcli.check.reports.table import points, table
 from rigidcli.errors import printable
@@ -75,7 +75,7 @@ def _csv(students: Students, style: Style) -> Iterator[str]:
     return csv_rows(HEADER, rows, style)
 
 
-def _judged(question: Told) -> tuple[Cell, ...]:
+def _judged(question: Reported) -> tuple[Cell, ...]:
     message = question.message.replace("\n", "; ")
     return question.id, question.verdict, question.score, question.max_score, question.codes, message
 
@@ -90,7 +90,7 @@ def _gradescope(students: Students, style: Style) -> Iterator[str]:
 
     Source: Gradescope's autograder specifications, "Output format". All texts are marked as plain text, for
     Gradescope would read HTML or Markdown in others. Where no feedback is given, it hides the results from
-    students. A test either passes or fails there: the rest is told in its text.
+    students. A test either passes or fails there: its text says the rest.
     """
     silent = style.feedback is Feedback.none
     for student in students:
@@ -117,14 +117,14 @@ def _gradescope(students: Students, style: Style) -> Iterator[str]:
         )
 
 
-def _output(question: Told) -> str:
+def _output(question: Reported) -> str:
     """What a student reads of a question."""
     lines = {"": question.title, "your answer: ": question.answer, "read as: ": question.reading}
-    told = [f"{head}{text}" for head, text in lines.items() if text]
-    return "\n".join(filter(None, [_earned(question), *told, question.message]))
+    known = [f"{head}{text}" for head, text in lines.items() if text]
+    return "\n".join(filter(None, [_earned(question), *known, question.message]))
 
 
-def _earned(question: Told) -> str:
+def _earned(question: Reported) -> str:
     """The verdict, and the points that the answer earns."""
     if question.verdict == "review":
         return "review (no points yet)"
@@ -149,8 +149,8 @@ def _junit(students: Students, style: Style) -> Iterator[str]:
     yield "</testsuites>\n"
 
 
-def _result(question: Told, *, silent: bool) -> ET.Element:
-    """What is told of an answer that is not right."""
+def _result(question: Reported, *, silent: bool) -> ET.Element:
+    """The verdict and the reasons of an answer that is not right."""
     element = ET.Element(ELEMENTS[question.verdict])
     if not silent:
         reasons = question.message.replace("\n", "; ")
@@ -171,4 +171,4 @@ FORMATS: dict[str, Callable[[Students, Style], Iterator[str]]] = {
 
 def render(name: str, judgements: Iterable[Judgement], style: Style) -> Iterator[str]:
     """Judgements in a format."""
-    return FORMATS[name]((told(judgement, style.feedback) for judgement in judgements), style)
+    return FORMATS[name]((reported(judgement, style.feedback) for judgement in judgements), style)

@@ -19,12 +19,7 @@ from rigidcli.check.reports.table import LONGEST_ANSWER, block, counted, painted
 from rigidcli.errors import printable, shortened
 from rigidcli.render.terminal import Row
 
-SCHEMA = "rigidcli.items/1"
-
-LEAST_SHARED = 3
-"""Students who must share a wrong answer before the key is doubted."""
-
-MOST_TOLD = 10
+MOST_SHOWN = 10
 """Wrong answers of a question that people are shown."""
 
 UNNAMED = {
@@ -77,7 +72,7 @@ def tally(judgements: Iterable[Judgement]) -> tuple[Tally, ...]:
 def _tally(id: str, given: Sequence[Judged]) -> Tally:
     verdicts = Counter(each.verdict for each in given)
     # A key is not wrong because one slip is popular: it must be half as popular as the key.
-    least = max(LEAST_SHARED, verdicts["correct"] / 2)
+    least = max(3, verdicts["correct"] / 2)
     wrong = [each for each in given if each.answer and each.verdict not in ("correct", "missing")]
     typed: dict[str, str] = {}
     for each in wrong:
@@ -110,24 +105,24 @@ def table(tallies: Sequence[Tally], style: Style) -> Iterator[str]:
     for tally in tallies:
         yield block((), [Row(((tally.question, "bold"),), counted(tally.verdicts))], style)
         yield block((), _answers(tally), style)
-        if len(tally.answers) > MOST_TOLD:
-            yield f"  and {len(tally.answers) - MOST_TOLD} other answers\n"
+        if len(tally.answers) > MOST_SHOWN:
+            yield f"  and {len(tally.answers) - MOST_SHOWN} other answers\n"
     doubted = [tally.question for tally in tallies if tally.suspicious]
     if doubted:
-        told = "the key may be wrong: several gave the same answer, and no known mistake leads to it"
-        yield "\n" + block((), [Row(((", ".join(doubted), ""),), told)], style)
+        doubt = "the key may be wrong: several gave the same answer, and no known mistake leads to it"
+        yield "\n" + block((), [Row(((", ".join(doubted), ""),), doubt)], style)
 
 
 def _answers(tally: Tally) -> list[Row]:
     """The first answers that are not right, and what they are judged to be."""
     widest = max((len(str(taken.students)) for taken in tally.answers), default=0)
     rows = []
-    for taken in tally.answers[:MOST_TOLD]:
+    for taken in tally.answers[:MOST_SHOWN]:
         note = "no known mistake: the key may be wrong" if taken.suspicious else ""
         why = ", ".join(filter(None, [" ".join(taken.codes), note]))
-        told = filter(None, [shortened(taken.answer, LONGEST_ANSWER), why])
+        lines = filter(None, [shortened(taken.answer, LONGEST_ANSWER), why])
         heads = ((f"  {taken.students:>{widest}} x", ""), painted(taken.verdict))
-        rows.append(Row(heads, "\n".join(told)))
+        rows.append(Row(heads, "\n".join(lines)))
     return rows
 
 
@@ -135,14 +130,11 @@ def json(tallies: Sequence[Tally], style: Style) -> Iterator[str]:
     """One compact object a question, one a line."""
     for tally in tallies:
         answers = {"suspicious": tally.suspicious, "answers": tally.answers}
-        yield json_line({"schema": SCHEMA, "question": tally.question} | tally.verdicts | answers)
+        yield json_line({"schema": "rigidcli.items/1", "question": tally.question} | tally.verdicts | answers)
 
 
 HEADER = ("question", *VERDICTS, *(field.name for field in fields(Taken)))
 """The columns of csv."""
-
-NOBODY = (None,) * len(fields(Taken))
-"""The cells of an answer where all are right."""
 
 
 def csv(tallies: Sequence[Tally], style: Style) -> Iterator[str]:
@@ -150,10 +142,10 @@ def csv(tallies: Sequence[Tally], style: Style) -> Iterator[str]:
     rows = (
         (tally.question, *tally.verdicts.values(), *answer)
         for tally in tallies
-        for answer in (map(astuple, tally.answers) if tally.answers else [NOBODY])
+        for answer in (map(astuple, tally.answers) if tally.answers else [(None,) * len(fields(Taken))])
     )
     return csv_rows(HEADER, rows, style)
 
 
 TEXTS = {"table": table, "json": json, "csv": csv}
-"""The formats in which it is told."""
+"""The formats of these tallies."""

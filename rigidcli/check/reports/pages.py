@@ -14,7 +14,7 @@ from pathlib import Path
 from statistics import fmean
 from urllib.parse import quote
 
-from rigidcli.check.records import Judgement, Student, Told, told
+from rigidcli.check.records import Judgement, Reported, Student, reported
 from rigidcli.check.reports import Style
 from rigidcli.check.reports.table import LONGEST_ANSWER, as_one, mean_of, points, score, share, urgent
 from rigidcli.errors import ExpressionError, printable, shortened
@@ -22,17 +22,8 @@ from rigidcli.render import Look
 from rigidcli.render.web.page import page, resource, text
 from rigidcli.report import Report
 
-STYLE = "classroom.css"
-"""The style of these pages, besides that of every page."""
-
-INDEX = "index.html"
-"""The page of the class in a folder of pages."""
-
 LONGEST_NAME = 50
 """Characters of a file's name that are taken from a student's: 200 bytes at most, where systems allow 255."""
-
-LONGEST_TYPESET = 300
-"""Characters of an answer that is set as a formula: a longer one is read more easily as text."""
 
 _FORMULA = re.compile(r"(?![-+]?[0-9.]+(?:e[-+]?[0-9]+)? [A-Za-z])(?=.*[A-Za-z])(?=.*[-+*/^=(]).*")
 """What is set as a formula: more than a word, and no number with its unit."""
@@ -65,7 +56,7 @@ def pages(judgements: Iterable[Judgement], course: Course, style: Style) -> Iter
         name = file_name(judgement.student, taken)
         judged.append(judgement)
         links.append(quote(name))
-        student = told(judgement, style.feedback)
+        student = reported(judgement, style.feedback)
         body = [
             f"<h1>{own(student.student)}</h1>\n<p>{own(course.title)}: <strong>{score(student)}",
             f"{share(student.score, student.max_score)}</strong></p>\n",
@@ -73,11 +64,11 @@ def pages(judgements: Iterable[Judgement], course: Course, style: Style) -> Iter
             f'<p class="quiet">{own(Path(student.source).name)}</p>\n' if student.source else "",
         ]
         yield name, "".join(_page(f"{course.title}: {student.student}", body))
-    yield INDEX, "".join(_page(course.title, _class(judged, course, style, links, folded=False)))
+    yield "index.html", "".join(_page(course.title, _class(judged, course, style, links, folded=False)))
 
 
 def _page(title: str, body: Iterable[str]) -> Iterator[str]:
-    return page(title, body, styles=[resource(STYLE)])
+    return page(title, body, styles=[resource("classroom.css")])
 
 
 def file_name(student: str, taken: set[str]) -> str:
@@ -133,7 +124,8 @@ def _has_formulas() -> bool:
 
 def typeset(words: str) -> str:
     """An expression, or equations, as a formula where the library for it is there; other words as text."""
-    if len(words) > LONGEST_TYPESET or not _has_formulas() or not _FORMULA.fullmatch(words):
+    # A long answer is read more easily as text.
+    if len(words) > 300 or not _has_formulas() or not _FORMULA.fullmatch(words):
         return own(words)
     from rigidcli.language.expression import parse
     from rigidcli.language.text import latex
@@ -169,7 +161,7 @@ def _class(
     judged: Sequence[Judgement], course: Course, style: Style, links: Sequence[str], *, folded: bool
 ) -> Iterator[str]:
     """What needs a person, a table of scores, notes, solutions, and where it is `folded` in, the feedback."""
-    students = [told(judgement, style.feedback) for judgement in judged]
+    students = [reported(judgement, style.feedback) for judgement in judged]
     yield f"<h1>{own(course.title)}</h1>\n"
     if students:
         yield f"<p>{mean_of(students)}</p>\n"
@@ -191,7 +183,7 @@ def _class(
             yield "</details>\n"
 
 
-def _asked(student: Student, link: str, question: Told) -> str:
+def _asked(student: Student, link: str, question: Reported) -> str:
     """An answer that a person must look at, and what is said of it."""
     who = f'<a href="{link}">{own(student.student)}</a>, {own(question.id)}: {question.verdict}'
     answer = shortened(question.answer, LONGEST_ANSWER)

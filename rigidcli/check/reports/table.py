@@ -8,7 +8,7 @@ from dataclasses import replace
 from statistics import fmean
 
 from rigidcli.check.base import VERDICTS, Verdict
-from rigidcli.check.records import Student, Told
+from rigidcli.check.records import Reported, Student
 from rigidcli.check.reports import Style
 from rigidcli.errors import shortened
 from rigidcli.render.terminal import GAP, Page, Part, Row, cells
@@ -73,7 +73,7 @@ def _block(student: Student, style: Style) -> str:
     return block(((student.student, "bold"), (earned, "")), rows, style)
 
 
-def _answer(question: Told, style: Style) -> str:
+def _answer(question: Reported, style: Style) -> str:
     """The answer as it was typed, and how it was read where that says more."""
     if not question.answer or not style.feedback.reasons:
         return ""
@@ -81,7 +81,7 @@ def _answer(question: Told, style: Style) -> str:
     return f"`{typed}`" + (f", read as `{read_as}`" if read_as else "")
 
 
-def as_one(student: Student) -> Sequence[Told]:
+def as_one(student: Student) -> Sequence[Reported]:
     """The questions, or one for all of them where they have the same remarks, no answer and no points."""
     first, said = student.questions[0], {(each.verdict, each.feedback) for each in student.questions}
     answered = any(question.answer for question in student.questions)
@@ -90,7 +90,7 @@ def as_one(student: Student) -> Sequence[Told]:
     return [replace(first, id="every question", title="", max_score=student.max_score)]
 
 
-def urgent(students: Sequence[Student]) -> list[tuple[int, Told]]:
+def urgent(students: Sequence[Student]) -> list[tuple[int, Reported]]:
     """The answers that a person must look at, with the places of their students: first what is not judged."""
     hands = ((place, question) for place, student in enumerate(students) for question in as_one(student))
     return sorted((hand for hand in hands if hand[1].is_urgent), key=lambda hand: hand[1].verdict != "review")
@@ -171,6 +171,6 @@ def share(part: float, most: float) -> str:
     return f" ({part / most:.0%})" if most else ""
 
 
-def score(earned: Student | Told) -> str:
+def score(earned: Student | Reported) -> str:
     """The points that are earned, of those that could be."""
     return f"{points(earned.score)}/{points(earned.max_score)}"
