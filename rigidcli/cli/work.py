@@ -193,7 +193,7 @@ def _fitting(draft: Draft, sweep: Sweep, command: Command) -> Sweep:
     except DocumentError as error:
         if unknown := [problem for problem in error.problems if problem.code == UNKNOWN]:
             raise DocumentError(unknown) from None
-    return sweep.exactly() if exact else sweep
+    return replace(sweep, exact=exact)
 
 
 def answers(task: Task, work: Work, watch: Watch | None = None) -> Iterator[Answer]:

@@ -19,7 +19,6 @@ from rigidcli.errors import (
     Problem,
     UsageError,
     ValueProblem,
-    nearest,
     shown,
 )
 from rigidcli.fields.texts import ending
@@ -95,22 +94,12 @@ def put(tree: Any, path: Path, value: object) -> tuple[Any, Path]:
 
 
 def _index(place: Any, step: str | int) -> int:
-    """The entry of a list that a step of a path means, by its index or its name. Raises ValueProblem."""
+    """The entry of a list that a step of a path means. Raises ValueProblem where there is none."""
     entries = place if isinstance(place, list) else []
     if isinstance(step, int) and step < len(entries):
         return step
-    names = [entry.get("name") if isinstance(entry, dict) else None for entry in entries]
-    if names.count(str(step)) == 1:
-        return names.index(str(step))
-    known = [name for name in names if isinstance(name, str)]
-    near = nearest(str(step), known)
-    what = f"there is no {shown(str(step))} in {shown(place)}{f' (did you mean {near}?)' if near else ''}"
-    if str(step) in names:
-        what = f"{names.count(str(step))} entries have the name {shown(str(step))}"
     hint = f"its entries are 0 to {len(entries) - 1}" if entries else None
-    if known and hint is not None:
-        hint += f", or by their names: {', '.join(known)}"
-    raise ValueProblem(what, hint=hint)
+    raise ValueProblem(f"there is no {shown(str(step))} in {shown(place)}", hint=hint)
 
 
 @dataclass(frozen=True, eq=False)

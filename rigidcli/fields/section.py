@@ -24,9 +24,6 @@ from rigidcli.errors import UNKNOWN, ValueProblem, nearest
 from rigidcli.fields.environment import Environment
 from rigidcli.fields.words import bracketed, key_slip, keys_called
 
-AT_TOP = "belongs at the top of the document"
-"""The message for a key of the whole document that stands in a section."""
-
 
 class Section(BaseModel):
     """A mapping of the document: unknown keys and wrong types are refused, and nothing changes later.
@@ -84,7 +81,7 @@ class Section(BaseModel):
         if (slip := key_slip(key, cls.model_fields)) is not None:
             return slip
         if key in top and cls.called(key, raw) is None:
-            return ValueProblem(AT_TOP)
+            return ValueProblem("belongs at the top of the document")
         return cls._unknown(key, raw)
 
     @classmethod
