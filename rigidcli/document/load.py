@@ -147,7 +147,7 @@ def read_source(source: Source, exact: bool, settings: Sequence[str]) -> Documen
     if isinstance(source, Mapping):
         try:
             # JSON is YAML; numbers that are not finite become texts, which are refused where they stand.
-            text = json.dumps(source, default=plain)
+            text = json.dumps(source, default=plain, ensure_ascii=False)
         except (TypeError, ValueError, RecursionError) as error:
             raise DocumentError([Problem(MAPPING, f"cannot be read: {error}")]) from None
         return loads(text, source=MAPPING, exact=exact, settings=settings)

@@ -19,6 +19,9 @@ _T = TypeVar("_T")
 TIME = "t"
 """The name of the time, in documents where there is one."""
 
+MOST_ENTRIES = 80
+"""The most names in a mapping: far more than anybody writes, and still worked in bounded time."""
+
 _RESERVED_FOR = {TIME: "the time", **dict.fromkeys(CONSTANTS, "a constant")}
 """What reserved names are; those that are not here are functions."""
 
@@ -95,35 +98,31 @@ def read_mapping(
     read: Callable[[str, Any], _T],
     *,
     example: str,
-    most: int,
     names: Sequence[str] | None = None,
-    expected: str = "",
     needed: Iterable[str] = (),
-    lacks: str = "",
     besides: Callable[[Mapping[str, str]], Iterable[ValueProblem]] = lambda spelling: (),
     below: Path = (),
 ) -> dict[str, _T]:
-    """What `read` makes of the names and values of a mapping, of which there are at most so many.
+    """What `read` makes of the names and values of a mapping.
 
-    Only `names` may stand there, if they are given; the hint for any other says what is `expected`. All
-    `needed` ones must, and `lacks` says what their values are. `besides` finds what else is wrong, from the
-    names and their keys. `below` leads from the value of the field to the mapping. Raises ValueProblem, or
-    ValidationError with all problems.
+    Only `names` may stand there, if they are given, and all `needed` ones must. `besides` looks for what else
+    is wrong, from the names and their keys. `below` leads from the value of the field to the mapping. Raises
+    ValueProblem, or ValidationError with all problems.
     """
     with at(*below):
         if not isinstance(raw, Mapping):
             raise ValueProblem(f"read {shown(raw)}, expected a mapping, such as {example}")
-        if len(raw) > most:
-            raise ValueProblem(f"read {len(raw)} entries, expected at most {most}")
+        if len(raw) > MOST_ENTRIES:
+            raise ValueProblem(f"read {len(raw)} entries, expected at most {MOST_ENTRIES}")
     spelling, problems = read_names(raw)
     found = {}
     for name, key in spelling.items():
         with gathered(problems, key):
             if names is not None and name not in names:
-                near = nearest(name, names)
-                raise ValueProblem(f"unknown name{f' (did you mean {near}?)' if near else ''}", hint=expected)
+                near = f" (did you mean {meant}?)" if (meant := nearest(name, names)) else ""
+                raise ValueProblem(f"unknown name{near}", hint=f"expected {', '.join(names)}")
             found[name] = read(name, raw[key])
-    problems += [ValueProblem(f"missing, {lacks}", path=(name,)) for name in needed if name not in spelling]
+    problems += [ValueProblem("missing", path=(name,)) for name in needed if name not in spelling]
     problems += besides(spelling)
     refuse("mapping", [problem.below(*below) for problem in problems])
     return found

@@ -11,6 +11,7 @@ from typing import Annotated, Any, ClassVar, Self
 import numpy as np
 from pydantic import (
     AfterValidator,
+    Field,
     GetJsonSchemaHandler,
     ValidationError,
     ValidationInfo,
@@ -172,6 +173,7 @@ def _ascending(times: tuple[Scalar, ...], info: ValidationInfo) -> tuple[Scalar,
 
 
 Times = Annotated[tuple[Time, ...], AsList, AfterValidator(_ascending)]
+Samples = Annotated[WholeNumber, Field(ge=2, le=MOST_SAMPLES)]
 Tolerance = Annotated[
     Number,
     limited(
@@ -188,9 +190,10 @@ class Sampling(Section):
     """The key of the start, or of several: an ensemble."""
 
     AT_MOST_ONE_OF: ClassVar = ("samples", "step", "times")
+    NEEDS: ClassVar = {"step": "duration"}
 
     duration: Duration | None = optional("End of the motion (s)")
-    samples: WholeNumber | None = optional("How many times, evenly spaced (default 1001)")
+    samples: Samples | None = optional("How many times, evenly spaced (default 1001)")
     step: Duration | None = optional("Time between two samples (s)")
     times: Times | None = optional("The times themselves, ascending")
     tolerance: Tolerance | None = optional(
@@ -201,11 +204,6 @@ class Sampling(Section):
     @model_validator(mode="after")
     def _check_sampling(self, info: ValidationInfo) -> Self:
         n = environment(info).arithmetic
-        if self.samples is not None and not 2 <= self.samples <= MOST_SAMPLES:
-            expected = f"a whole number from 2 to {MOST_SAMPLES:,}"
-            raise ValueProblem(f"read {shown(self.samples)}, expected {expected}", path=("samples",))
-        if self.step is not None and self.duration is None:
-            raise ValueProblem("missing, expected how long `step` is repeated", path=("duration",))
         if self.step is not None and self.duration is not None:
             steps = n.size(self.duration / self.step)
             if not 1 - WHOLE_STEP <= steps < MOST_SAMPLES:

@@ -40,9 +40,6 @@ _NUMBER = re.compile(
 )
 """What a plain scalar is, by the core schema of YAML 1.2; any other is a text."""
 
-_SURROGATES = re.compile(r"(?<!\\)((?:\\\\)*)\\u([dD][89abAB][0-9a-fA-F]{2})\\u([dD][c-fC-F][0-9a-fA-F]{2})")
-"""Two escapes of JSON that stand for one character, and the backslashes before them."""
-
 
 def read_tree(
     text: str,
@@ -58,8 +55,6 @@ def read_tree(
     every value by its path. Scalars stay the texts that were `typed`, where that is asked, and only nothing
     at all is None.
     """
-    if "\\u" in text:
-        text = _SURROGATES.sub(_joined, text)
     data = text.encode(errors="surrogatepass")
     require_bounded(data, source)
     try:
@@ -93,12 +88,6 @@ def decimal(text: str) -> Decimal | float:
         return Decimal(text)
     except InvalidOperation:
         return float(text)
-
-
-def _joined(pair: re.Match[str]) -> str:
-    """The character, such as U+1F600, for which JSON writes a pair of escapes that YAML does not have."""
-    high, low = (int(pair[group], 16) for group in (2, 3))
-    return pair[1] + chr(0x10000 + ((high - 0xD800) << 10) + (low - 0xDC00))
 
 
 class _Builder:
