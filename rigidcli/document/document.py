@@ -13,7 +13,6 @@ from pydantic import Field, model_validator
 from rigidcli.bodies.rotations import Rotation
 from rigidcli.core.arithmetic import Arithmetic, Scalar
 from rigidcli.document.draft import Draft
-from rigidcli.document.parameters import definitions
 from rigidcli.document.physical import Physical
 from rigidcli.document.variables import EQUILIBRIUM, Equilibrium, Transform
 from rigidcli.errors import DocumentError, Problem, ValueProblem
@@ -48,14 +47,13 @@ else:
 
 @dataclass(slots=True)
 class Reading:
-    """What a document was read from, the environment of its numbers, and notes on both.
+    """What a document was read from, and the environment of its numbers.
 
     The documents of all `starts` of an ensemble share it, and what is `kept` of their common work.
     """
 
     draft: Draft = field(default_factory=lambda: Draft("", {}))
     environment: Environment = field(default_factory=Environment)
-    notes: list[str] = field(default_factory=list)
     starts: int = 1
     kept: dict[str, Any] = field(default_factory=dict)
 
@@ -163,7 +161,9 @@ class Document(Section):
     @cached_property
     def definitions(self) -> Mapping[str, Expression | None]:
         """The parameters as they are given, exactly: each after those it uses, None for a symbol."""
-        return definitions(self.reading.environment, self.parameters or {})
+        env = self.reading.environment
+        written = env.definitions.items()
+        return {name: None if value is None else env.symbolic(value) for name, value in written}
 
     @property
     def files(self) -> Sequence[pathlib.Path]:
@@ -178,7 +178,7 @@ class Document(Section):
     @property
     def notes(self) -> tuple[str, ...]:
         """What the reader of the document should know about it."""
-        return tuple(self.reading.notes)
+        return tuple(dict.fromkeys(self.reading.environment.notes))
 
     @property
     def text(self) -> str:

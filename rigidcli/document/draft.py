@@ -29,9 +29,6 @@ if TYPE_CHECKING:
 NEAR = 20
 """A value begins within so many lines of its key, or the line is not shown."""
 
-LONGEST_LINE = 2000
-"""The longest line (characters) that is searched for a slip: nobody would find the place in a longer one."""
-
 BODY_FILES = dict.fromkeys((".glb", ".gltf", ".obj", ".off", ".ply", ".stl"), "mesh") | dict.fromkeys(
     (".csv", ".npy", ".xyz"), "points"
 )
@@ -179,10 +176,9 @@ class Draft:
             line = line or 1  # that of the document itself
         excerpt, typed = None, (problem.typed or "").partition("\n")[0].strip()
         if typed and line is not None:
-            for number, text in enumerate(self.text.splitlines()[line - 1 : line + NEAR], start=line):
-                if len(text) <= LONGEST_LINE and typed in text:
-                    line, excerpt = number, Excerpt.of(text, text.index(typed) + 1)
-                    break
+            below = enumerate(self.text.splitlines()[line - 1 : line + NEAR], start=line)
+            line, text = next(((number, text) for number, text in below if typed in text), (line, ""))
+            excerpt = Excerpt.of(text, text.index(typed) + 1) if text else None
         if self.link is not None:
             if problem.path[:1] == ("body",) and source == self.source:
                 # What stands in the file of a robot has no keys of documents.

@@ -10,7 +10,7 @@ from typing import Any, TypeVar
 from rigidcli.errors import ExpressionError, Path, ValueProblem, at, gathered, nearest, shown
 from rigidcli.fields.environment import Environment
 from rigidcli.fields.section import refuse
-from rigidcli.language.expression import RESERVED, Expression, parse
+from rigidcli.language.expression import RESERVED, parse
 from rigidcli.language.functions import CONSTANTS
 from rigidcli.language.tree import Constant, Name
 
@@ -50,7 +50,7 @@ def read_parameters(
             continue
         env.broken.add(name)  # until it is read
         with gathered(problems, spelling[name]):
-            value = raw[spelling[name]]
+            value = env.definitions[name] = raw[spelling[name]]
             symbols = frozenset[str]().union(*(env.open.get(other, ()) for other in uses[name]))
             if value is None:
                 symbols = frozenset([name])
@@ -67,17 +67,6 @@ def read_parameters(
                 env.dimensions[name] = dimension
             env.broken.discard(name)
     return [problem.below("parameters") for problem in problems]
-
-
-def definitions(env: Environment, raw: Mapping[str, Any]) -> dict[str, Expression | None]:
-    """The parameters in `raw`, which have been read, as what they are said to be: each after those it uses.
-
-    A symbol has none. Quantities are SI numbers, digit by digit.
-    """
-    values = {read_name(key, has_time=False): value for key, value in raw.items()}
-    uses = {name: env.names_in(value) & values.keys() for name, value in values.items()}
-    order = TopologicalSorter(uses).static_order()
-    return {name: None if values[name] is None else env.symbolic(values[name]) for name in order}
 
 
 def read_names(raw: Mapping[str, Any], *, has_time: bool = True) -> tuple[dict[str, str], list[ValueProblem]]:

@@ -51,7 +51,7 @@ def tried(document: Document, draft: Draft, read: Callable[[Mapping[str, Any]], 
         if count == TRIALS and len(symbols) <= MOST_SYMBOLS:
             refused.append(document.problem(sentence, key))
         else:
-            document.reading.notes.append(f"{key}: {sentence}" if key else sentence)
+            document.reading.environment.notes.append(f"{key}: {sentence}" if key else sentence)
     if refused:
         raise DocumentError(refused)
     return document
