@@ -103,9 +103,6 @@ class Slip(NamedTuple):
     hint: str | None = None
 
 
-NEAR = 100
-"""A parser stops at most so many lines below a slip: a longer search takes time, and finds other things."""
-
 _KEY = r" *(?:- +)*(?P<key>[A-Za-z_]\w*)"
 _RULES = {
     r"\s*(?P<at>//|/\*)": ("this begins no comment", "comments begin with `#`"),
@@ -150,7 +147,7 @@ def find_slip(text: str, error: Any) -> Slip | None:
     lines = text.splitlines() or [""]
     noticed, context, problem = min(mark.line, len(lines) - 1), str(error.context), str(error.problem)
     here, sign = Slip(noticed + 1, mark.column + 1, problem), lines[noticed][mark.column : mark.column + 1]
-    if slip := _by_rules(lines, range(max(0, noticed - NEAR), noticed + 1), _COMMENT, _XML):
+    if slip := _by_rules(lines, range(noticed + 1), _COMMENT, _XML):
         return slip
     if "quoted" in context and "escape" in problem:
         hint = "in single quotes a backslash is only a backslash"

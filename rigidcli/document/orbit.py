@@ -52,11 +52,6 @@ def _missing(given: Mapping[str, str], coordinates: tuple[str, ...]) -> Iterator
                 yield ValueProblem("missing", path=(name,))
 
 
-_INITIAL = ReadBy(
-    _read_initial, {"type": "object", "additionalProperties": EXPRESSION_SCHEMA, "minProperties": 2}
-)
-
-
 def _names(heads: Sequence[str], info: ValidationInfo) -> tuple[str, ...]:
     """The names of the columns of a table of starts. Raises ValueProblem."""
     try:
@@ -66,7 +61,8 @@ def _names(heads: Sequence[str], info: ValidationInfo) -> tuple[str, ...]:
         raise ValueProblem(": ".join([*map(str, first.path), first.message])) from None
 
 
-_START = Annotated[dict[str, Scalar], _INITIAL]
+_SCHEMA = {"type": "object", "additionalProperties": EXPRESSION_SCHEMA, "minProperties": 2}
+_START = Annotated[dict[str, Scalar], ReadBy(_read_initial, _SCHEMA)]
 _OR_MANY = OrMany(lambda raw: not isinstance(raw[0], Mapping), dict, _names, _START, "x,p_x")
 
 

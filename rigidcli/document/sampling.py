@@ -23,7 +23,8 @@ from pydantic_core import CoreSchema, InitErrorDetails
 
 from rigidcli.core.arithmetic import Floats, Scalar
 from rigidcli.errors import ValueProblem, shown
-from rigidcli.fields.quantities import AsList, Duration, Number, Time, WholeNumber, limited
+from rigidcli.fields.dimensions import TIME
+from rigidcli.fields.quantities import AsList, Duration, Number, Quantity, WholeNumber, limited
 from rigidcli.fields.readers import Wrapper
 from rigidcli.fields.section import Section, details, environment, optional
 from rigidcli.fields.texts import csv_rows
@@ -82,8 +83,6 @@ class OrMany(Wrapper):
         self, raw: list[object], otherwise: ValidatorFunctionWrapHandler, info: ValidationInfo
     ) -> Ensemble:
         """The starts of a list, or the problems of all of them."""
-        if len(raw) > MOST_STARTS:
-            raise ValueProblem(f"read {len(raw):,} starts, expected at most {MOST_STARTS:,}")
         n, errors, rows = environment(info).arithmetic, list[InitErrorDetails](), list[dict[str, Any]]()
         for place, entry in enumerate(raw):
             try:
@@ -92,14 +91,13 @@ class OrMany(Wrapper):
                 errors += details(error, place)
         if errors:
             raise ValidationError.from_exception_data("starts", errors)
-        names = tuple(rows[0])
+        names, values = tuple(rows[0]), list[list[Any]]()
         for place, row in enumerate(rows):
-            if row.keys() != rows[0].keys():
+            if row.keys() != {*names}:
                 expected = f"expected {', '.join(names)}, as the first start has"
                 raise ValueProblem(f"read {', '.join(row)}, {expected}", path=(place,))
-        values = [[n.value(row[name]) for name in names] for row in rows]
-        for place, numbers in enumerate(values):
-            if None in numbers:
+            values.append([n.value(row[name]) for name in names])
+            if None in values[-1]:
                 raise ValueProblem("a parameter in it has no value; expected numbers", path=(place,))
         return Ensemble(names, np.array(values, dtype=np.float64))
 
@@ -160,19 +158,16 @@ WHOLE_STEP = 1e-9
 
 
 def _ascending(times: tuple[Scalar, ...], info: ValidationInfo) -> tuple[Scalar, ...]:
-    """The times, if they ascend from t = 0 or later."""
+    """The times, if they ascend."""
     sizes = [environment(info).arithmetic.size(time) for time in times]
-    if not sizes:
-        raise ValueProblem("read an empty list, expected times")
-    if sizes[0] < 0:
-        raise ValueProblem(f"read {sizes[0]:g}, expected a time that is not negative", path=(0,))
     for index, (before, after) in enumerate(pairwise(sizes), start=1):
         if not before < after:
             raise ValueProblem(f"read {after:g} after {before:g}, expected ascending times", path=(index,))
     return times
 
 
-Times = Annotated[tuple[Time, ...], AsList, AfterValidator(_ascending)]
+Time = Annotated[Scalar, Quantity(TIME, "nonnegative")]
+Times = Annotated[tuple[Time, ...], AsList, Field(min_length=1), AfterValidator(_ascending)]
 Samples = Annotated[WholeNumber, Field(ge=2, le=MOST_SAMPLES)]
 Tolerance = Annotated[
     Number,
@@ -189,7 +184,7 @@ class Sampling(Section):
     STARTS: ClassVar[str]
     """The key of the start, or of several: an ensemble."""
 
-    AT_MOST_ONE_OF: ClassVar = ("samples", "step", "times")
+    AT_MOST_ONE_OF: ClassVar = (("samples", "step", "times"), ("duration", "times"))
     NEEDS: ClassVar = {"step": "duration"}
 
     duration: Duration | None = optional("End of the motion (s)")
@@ -209,8 +204,6 @@ class Sampling(Section):
             if not 1 - WHOLE_STEP <= steps < MOST_SAMPLES:
                 message = f"there are {steps:.6g} steps in the duration, expected 1 to {MOST_SAMPLES:,}"
                 raise ValueProblem(message, path=("step",))
-        if self.times is not None and self.duration is not None:
-            raise ValueProblem("give `duration` or `times`, not both", path=("duration",))
         return self
 
     @property

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable
+from dataclasses import dataclass
 from decimal import Decimal, InvalidOperation
 from typing import Any
 
@@ -58,7 +59,8 @@ def read_tree(
     data = text.encode(errors="surrogatepass")
     require_bounded(data, source)
     try:
-        return _Builder(data, source, number, {} if lines is None else lines, typed).root()
+        events = _LOADER(data).get_event
+        return _Builder(events, source, number, {} if lines is None else lines, typed).root()
     except yaml.MarkedYAMLError as error:
         from rigidcli.document.complaints import find_slip
 
@@ -90,19 +92,15 @@ def decimal(text: str) -> Decimal | float:
         return float(text)
 
 
+@dataclass(slots=True)
 class _Builder:
     """Puts events together. Containers within containers are worked by recursion, to MAX_DEPTH."""
 
-    def __init__(
-        self,
-        data: bytes,
-        source: str,
-        number: Callable[[str], object],
-        lines: dict[Path, int],
-        is_typed: bool,
-    ) -> None:
-        self._next: Callable[[], Any] = _LOADER(data).get_event
-        self._source, self._number, self._lines, self._is_typed = source, number, lines, is_typed
+    _next: Callable[[], Any]
+    _source: str
+    _number: Callable[[str], object]
+    _lines: dict[Path, int]
+    _is_typed: bool
 
     def root(self) -> Any:
         """The one document of the stream; None where there is nothing."""

@@ -113,7 +113,10 @@ def _read_forces(raw: object, info: ValidationInfo) -> dict[str, Expression]:
 
 
 _FORCE = SystemExpression(None, ("velocities", "momenta"))
-_FORCES = ReadBy(_read_forces, {"type": "object", "additionalProperties": EXPRESSION_SCHEMA})
+Forces: TypeAlias = Annotated[
+    dict[str, Expression],
+    ReadBy(_read_forces, {"type": "object", "additionalProperties": EXPRESSION_SCHEMA}),
+]
 
 
 def _read_functions(raw: object, info: ValidationInfo) -> tuple[UnknownFunction, ...]:
@@ -156,24 +159,21 @@ def _arguments(raw: object) -> list[str]:
     return names
 
 
-_NAMES = {"anyOf": [{"type": "string"}, {"type": "array", "items": {"type": "string"}}]}
-_FUNCTIONS = ReadBy(
-    _read_functions,
-    {
-        "type": "object",
-        "additionalProperties": _NAMES,
-        "description": "Functions without a formula, with the names of their arguments, such as V: [x]",
-    },
-)
-
-
-# --- sections
-
+Functions: TypeAlias = Annotated[
+    tuple[UnknownFunction, ...],
+    ReadBy(
+        _read_functions,
+        {
+            "type": "object",
+            "additionalProperties": names_schema(1, MOST_ARGUMENTS),
+            "description": "Functions without a formula, with the names of their arguments, such as V: [x]",
+        },
+    ),
+]
 Position: TypeAlias = Annotated[tuple[CartesianCoordinate, ...], AsList, Field(min_length=1, max_length=3)]
 Coordinates: TypeAlias = Annotated[
     tuple[str, ...], ReadBy(_read_coordinates, names_schema(1, MOST_COORDINATES))
 ]
-Forces: TypeAlias = Annotated[dict[str, Expression], _FORCES]
 
 
 class Particle(Section):
@@ -212,7 +212,7 @@ class System(Section):
     coordinates: Coordinates = Field(
         description="Names of the generalized coordinates; the velocity of x is xdot, its momentum p_x"
     )
-    functions: Annotated[tuple[UnknownFunction, ...], _FUNCTIONS] = optional(
+    functions: Functions = optional(
         "Functions without a formula; the derivative of V(x) is written dV_dx(x)", ()
     )
     lagrangian: InVelocities | None = optional("L, in coordinates and velocities")

@@ -28,14 +28,14 @@ from rigidcli.fields.words import bracketed, key_slip, keys_called
 class Section(BaseModel):
     """A mapping of the document: unknown keys and wrong types are refused, and nothing changes later.
 
-    `ONE_OF` and `AT_MOST_ONE_OF` name keys that exclude each other; of the former one must be given. A key of
-    `NEEDS` makes sense only beside the other one. Validators are built for sections that are read.
+    `ONE_OF` and each of `AT_MOST_ONE_OF` name keys that exclude each other; of the former one must be given.
+    A key of `NEEDS` makes sense only beside the other one. Validators are built for sections that are read.
     """
 
     model_config = ConfigDict(frozen=True, strict=True, extra="forbid", defer_build=True)
 
     ONE_OF: ClassVar[tuple[str, ...]] = ()
-    AT_MOST_ONE_OF: ClassVar[tuple[str, ...]] = ()
+    AT_MOST_ONE_OF: ClassVar[tuple[tuple[str, ...], ...]] = ()
     NEEDS: ClassVar[Mapping[str, str]] = {}
 
     @model_validator(mode="wrap")
@@ -65,12 +65,12 @@ class Section(BaseModel):
 
     @classmethod
     def _contradictions(cls, raw: Mapping[str, Any]) -> Iterator[ValueProblem]:
-        for keys, least, expected in ((cls.ONE_OF, 1, "exactly"), (cls.AT_MOST_ONE_OF, 0, "at most")):
-            given = [key for key in keys if raw.get(key) is not None] if keys else ()
-            if keys and not least <= len(given) <= 1:
+        for keys in filter(None, (cls.ONE_OF, *cls.AT_MOST_ONE_OF)):
+            given = [key for key in keys if raw.get(key) is not None]
+            if len(given) > 1 or (not given and keys is cls.ONE_OF):
                 words = " and ".join(f"`{key}`" for key in given or keys)
-                which = "both" if given else "neither"
-                yield ValueProblem(f"{which} of {words} given, expected {expected} one")
+                expected = "exactly one" if keys is cls.ONE_OF else "at most one"
+                yield ValueProblem(f"{'both' if given else 'neither'} of {words} given, expected {expected}")
         for key, needed in cls.NEEDS.items():
             if raw.get(key) is not None and raw.get(needed) is None:
                 yield ValueProblem(f"there is no `{needed}` beside it", path=(key,))
