@@ -41,7 +41,7 @@ MOST_LINES = {
     "check": 7650,
     "language": 2484,  # numbers without commas have a hint
     "mechanics": 2933,  # the matrix exponential has twice the digits of a float, without scipy
-    "reference": 703,  # the JSON Schema of files came here from `document`
+    "reference": 634,  # the JSON Schema of files came here from `document`
     "render": 3073,  # rows that do not fit the one header of csv are refused
     "studies": 6940,  # the working shows brackets, vectors of modes, and the torque of the document
     "": 1678,  # homework is judged from Python
