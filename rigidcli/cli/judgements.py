@@ -25,15 +25,8 @@ NOT_CORRECT = 1
 """The exit code if any answer is judged not to be correct."""
 
 
-class CheckFormat(StrEnum):
-    """The output formats of judgements."""
-
-    table = "table"
-    json = "json"
-    csv = "csv"
-    junit = "junit"
-    gradescope = "gradescope"
-    html = "html"
+CheckFormat = StrEnum("CheckFormat", "table json csv junit gradescope html")
+"""The output formats of judgements."""
 
 
 class Remarks:

@@ -5,7 +5,6 @@ The errors of all its keys are reported together, each with a cure where one is 
 
 # Annotations here are objects, not texts: pydantic reads those of a section for all that are built on it.
 
-from abc import ABC, abstractmethod
 from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from typing import Any, ClassVar, Self, get_args
 
@@ -105,14 +104,6 @@ def optional(words: str, default: Any = None) -> Any:
     return Field(default=default, description=words)
 
 
-class Holder(ABC):
-    """A mark on a field that may hold sections."""
-
-    @abstractmethod
-    def sections(self) -> list[type[Section]]:
-        """The sections, each once."""
-
-
 def environment(info: ValidationInfo) -> Environment:
     """The environment in which `info` says that a document is read; a plain one outside a document."""
     return info.context if isinstance(info.context, Environment) else Environment()
@@ -146,8 +137,8 @@ def sections_in(annotation: Any) -> list[type[Section]]:
     """The sections that a field of this type may hold, at any depth of its lists and choices."""
     if isinstance(annotation, type) and issubclass(annotation, Section):
         return [annotation]
-    if isinstance(annotation, Holder):
-        return annotation.sections()
+    if hasattr(annotation, "sections"):  # a mark that tells them
+        return list(annotation.sections())
     *types, metadata = (*get_args(annotation), getattr(annotation, "__metadata__", ()))
     marked = [section for mark in metadata for section in sections_in(mark)]
     return marked or list(dict.fromkeys(section for part in types for section in sections_in(part)))
