@@ -18,7 +18,7 @@ from rigidcli.fields.section import Section
 class Form(Section):
     """One form of body, placed: first turned about its own origin, then moved."""
 
-    AT_MOST_ONE_OF: ClassVar = ("rotation", "axis")
+    AT_MOST_ONE_OF: ClassVar = (("rotation", "axis"),)
 
     name: Title | None = Field(default=None, description="What messages call it, and `--set`")
     position: Vector3 | None = Field(default=None, description="Where the form's own origin goes (m)")

@@ -1,4 +1,4 @@
-"""The program `rigidcli`: its commands, and its exit code where an error reaches the top."""
+"""The program `rigidcli`: its commands with their help, and its exit code where an error reaches the top."""
 
 from __future__ import annotations
 
@@ -9,13 +9,68 @@ from pathlib import Path
 from typing import Annotated, Any, NoReturn
 
 import typer
-from typer.core import TyperGroup
+from typer.core import TyperArgument, TyperCommand, TyperGroup, TyperOption
 
 from rigidcli import __version__
 from rigidcli.cli.failures import LESS, complain
-from rigidcli.cli.help import Command
 from rigidcli.commands import COMMANDS
 from rigidcli.errors import ComputationError, Problem, printable, shown
+
+
+class Option(TyperOption):
+    """An option that takes no time where it is not given: typer builds a validator of pydantic for each."""
+
+    def process_value(self, ctx: Any, value: Any) -> Any:
+        """The value, checked; a default is as it is."""
+        if self.required or not (value is None or value is self.default):
+            return super().process_value(ctx, value)
+        value = () if value is None and self.multiple else value
+        return value if self.callback is None else self.callback(ctx, self, value)
+
+
+class Command(TyperCommand):
+    """A command whose help has usage and arguments as manual pages have."""
+
+    def __init__(self, *args: Any, **settings: Any) -> None:
+        super().__init__(*args, **settings)
+        for param in self.params:
+            if type(param) is TyperOption:
+                param.__class__ = Option
+
+    def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
+        """Read the arguments; what is wrong with one is told in words of its own."""
+        try:
+            return super().parse_args(ctx, args)
+        except typer.BadParameter as error:
+            error.message = error.message.removeprefix("Value error, ")
+            raise
+
+    def collect_usage_pieces(self, ctx: Any) -> list[str]:
+        """The usage behind the command: options, then arguments, in brackets if they may be left out."""
+        return ["[OPTIONS]", *(name if needed else f"[{name}]" for name, needed, _ in self._arguments(ctx))]
+
+    def format_options(self, ctx: Any, formatter: Any) -> None:
+        """Write what arguments and options mean."""
+        sections = {"Arguments": [(name, text) for name, _, text in self._arguments(ctx)], "Options": []}
+        for param in self.get_params(ctx):
+            if param.param_type_name == "option" and (record := param.get_help_record(ctx)) is not None:
+                sections.setdefault(getattr(param, "rich_help_panel", None) or "Options", []).append(record)
+        for title, rows in sections.items():
+            if rows:
+                with formatter.section(title):
+                    formatter.write_dl(rows)
+
+    def _arguments(self, ctx: Any) -> list[tuple[str, bool, str]]:
+        """The arguments: name, whether it is needed, and what it means."""
+        return [
+            (
+                f"{param.metavar or param.name}{'...' if param.nargs != 1 else ''}",
+                param.required,
+                param.help or "",
+            )
+            for param in self.get_params(ctx)
+            if isinstance(param, TyperArgument)
+        ]
 
 
 class Commands(TyperGroup):

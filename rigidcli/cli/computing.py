@@ -14,11 +14,18 @@ from typing import TYPE_CHECKING, Annotated, Any, NamedTuple
 import typer
 
 from rigidcli.cli import options as shared
-from rigidcli.cli.failures import Failure, Failures, bad_parameter, complain, fresh, tell_notes
+from rigidcli.cli.failures import (
+    Failure,
+    Failures,
+    bad_parameter,
+    complain,
+    counted,
+    fresh,
+    progress,
+    tell_notes,
+)
 from rigidcli.cli.output import Output, is_folder, require_apart, write_whole
-from rigidcli.cli.progress import counted, progress
-from rigidcli.cli.unused import require_used
-from rigidcli.cli.work import Answer, Work, answers, lost, require_comparable, tasks
+from rigidcli.cli.work import Answer, Work, answers, lost, require_comparable, require_used, tasks
 from rigidcli.commands import COMMANDS, Command
 from rigidcli.errors import UsageError
 from rigidcli.processes import Jobs, Lost, each

@@ -11,56 +11,21 @@ import typer
 from rigidcli.cli.failures import Failures, complain
 from rigidcli.cli.options import OutputPath
 from rigidcli.cli.output import Output, is_file
-from rigidcli.errors import Problem, UsageError, shown
+from rigidcli.errors import Problem, UsageError
 
-
-class Kind(StrEnum):
-    """The starters; each is a file of that name in `rigidcli/starters`, mostly with the ending `.yaml`."""
-
-    shape = "shape"
-    points = "points"
-    parts = "parts"
-    tensor = "tensor"
-    density = "density"
-    mesh = "mesh"
-    molecule = "molecule"
-    robot = "robot"
-    symbols = "symbols"
-    motion = "motion"
-    free = "free"
-    driven = "driven"
-    top = "top"
-    planet = "planet"
-    system = "system"
-    oscillations = "oscillations"
-    assignment = "assignment"
-    answers = "answers"
-
+Kind = StrEnum(
+    "Kind",
+    "shape points parts tensor density mesh molecule robot symbols motion free driven top planet system "
+    "oscillations assignment answers",
+)
+"""The starters; each is a file of that name in `rigidcli/starters`, mostly with the ending `.yaml`."""
 
 ENDINGS = {Kind.molecule: ".xyz", Kind.robot: ".urdf"}
 """The endings of the starters that are no YAML."""
 
 
-def _require_kind(kind: str) -> str:
-    if kind not in [*Kind]:
-        raise typer.BadParameter(f"read {shown(kind)}, expected one of {', '.join(Kind)}")
-    return kind
-
-
-def _completed(incomplete: str) -> list[str]:
-    return [kind.value for kind in Kind if kind.startswith(incomplete)]
-
-
 def new(
-    kind: Annotated[
-        str,
-        typer.Argument(
-            metavar="KIND",
-            callback=_require_kind,
-            autocompletion=_completed,
-            help=f"One of {', '.join(Kind)}.",
-        ),
-    ] = Kind.shape.value,
+    kind: Annotated[Kind, typer.Argument(metavar="KIND", help=f"One of {', '.join(Kind)}.")] = Kind.shape,
     output: OutputPath = None,
     force: Annotated[bool, typer.Option("--force", help="Overwrite the file PATH.")] = False,
 ) -> None:
@@ -74,17 +39,13 @@ def new(
         hint = "`--force` overwrites it"
         complain(str(Problem(output, "this file is there already, and is not overwritten", hint=hint)))
         raise typer.Exit(UsageError.exit_code)
-    starter = resources.files("rigidcli").joinpath("starters", kind + ENDINGS.get(Kind(kind), ".yaml"))
+    starter = resources.files("rigidcli").joinpath("starters", kind + ENDINGS.get(kind, ".yaml"))
     with Output(output) as target:
         target.write(starter.read_text(encoding="utf-8"))
 
 
-class SchemaKind(StrEnum):
-    """What there are schemas of."""
-
-    document = "document"
-    assignment = "assignment"
-    answers = "answers"
+SchemaKind = StrEnum("SchemaKind", "document assignment answers")
+"""What there are schemas of."""
 
 
 def schema(

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import AbstractContextManager, suppress
 from dataclasses import dataclass, replace
@@ -10,13 +11,13 @@ from typing import TYPE_CHECKING, Any, NamedTuple, TypeAlias
 
 from rigidcli.cli.failures import Failure, failure
 from rigidcli.commands import COMMANDS, STUDIES, Command
-from rigidcli.errors import UNKNOWN, ComputationError, DocumentError, RigidError, UsageError
+from rigidcli.errors import UNKNOWN, ComputationError, DocumentError, Path, RigidError, UsageError
 from rigidcli.processes import Jobs
 from rigidcli.render import TRAITS, Format, Look, piece, require_columns
 from rigidcli.report import Field, Report
 
 if TYPE_CHECKING:
-    from pathlib import Path
+    import pathlib
 
     from rigidcli.document.document import Document
     from rigidcli.document.draft import Draft
@@ -65,7 +66,7 @@ class Work:
         with watch() as show:
             return run(document, **self.options, progress=show)
 
-    def answer(self, report: Report, files: Sequence[Path]) -> Answer:
+    def answer(self, report: Report, files: Sequence[pathlib.Path]) -> Answer:
         """The answer that is a report, as it is handed over."""
         picture = None
         if self.plot is not None:
@@ -88,7 +89,7 @@ class Answer(NamedTuple):
     found: Any
     notes: Sequence[str] = ()
     about: Sequence[str] = ()
-    files: Sequence[Path] = ()
+    files: Sequence[pathlib.Path] = ()
     picture: str | bytes | None = None
 
 
@@ -193,7 +194,7 @@ def _fitting(draft: Draft, sweep: Sweep, command: Command) -> Sweep:
     except DocumentError as error:
         if unknown := [problem for problem in error.problems if problem.code == UNKNOWN]:
             raise DocumentError(unknown) from None
-    return sweep.exactly() if exact else sweep
+    return replace(sweep, exact=exact)
 
 
 def answers(task: Task, work: Work, watch: Watch | None = None) -> Iterator[Answer]:
@@ -259,3 +260,57 @@ def lost(task: Task) -> Failure:
     """The failure of a task that has ended the process that worked on it."""
     hint = "mostly it needs more memory: allow more, or ask for fewer samples"
     return failure(ComputationError("the process that worked on it has ended, twice", hint=hint), task.source)
+
+
+IDLE = {
+    "inertia": "motion top tide system orbit equilibrium transform",
+    "axes": "top tide system orbit equilibrium transform",
+    "precess": "system orbit equilibrium transform",
+    "euler": "tide system orbit equilibrium transform",
+    "hamilton": "body about axis frame motion top tide",
+}
+"""The keys at the top of a document that a command does not read."""
+
+
+def require_used(work: Work, files: Sequence[str], sweep: Sweep | None) -> None:
+    """Raise UsageError for a key that is set or swept, and that no FILE has or uses.
+
+    Nothing is said where a FILE can be read only once, as standard input and pipes.
+    """
+    from rigidcli.document.draft import SWEEP, split_setting
+
+    first = [] if sweep is None else sweep.settings(sweep.point(0))
+    given = [("--set", text) for text in work.settings] + [(SWEEP, text) for text in first]
+    for option, text in given:
+        path, _ = split_setting(text)
+        key = ".".join(map(str, path))
+        if key not in work.named and all(_is_idle(work, file, path, first) for file in files):
+            hint = f"`{work.command.name}` does not read `{path[0]}`"
+            if path[0] == "parameters":
+                hint = "a parameter is used where its name stands in the document"
+            raise UsageError(f"{option} {key}: no FILE has this key, or uses it", hint=hint)
+
+
+def _is_idle(work: Work, file: str, path: Path, first: Sequence[str]) -> bool:
+    """Whether no document of a file has what the path leads to, nor does the command use it there."""
+    if not os.path.isfile(file):  # noqa: PTH113 - as typed
+        return False
+    try:
+        return all(_is_idle_in(draft, work, path, first) for draft in work.drafts(file).each)
+    except DocumentError:
+        return False  # it is told when the file is worked
+
+
+def _is_idle_in(draft: Draft, work: Work, path: Path, first: Sequence[str]) -> bool:
+    from rigidcli.document.load import read
+
+    tree, rest = draft.tree, list(path)
+    while rest and isinstance(tree, dict) and rest[0] in tree:
+        tree = tree[rest.pop(0)]
+    is_parameter = path[0] == "parameters"
+    if not rest or not (is_parameter or path[0] in IDLE[work.command.name].split()):
+        return False
+    try:
+        return not is_parameter or path[-1] in read(draft, first).unused
+    except DocumentError as error:  # a key that no document has is told when the file is worked
+        return not is_parameter and UNKNOWN not in {problem.code for problem in error.problems}

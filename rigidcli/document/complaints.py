@@ -7,14 +7,13 @@ before that are read as a person would read them.
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping
 from decimal import Decimal
 from typing import Any, NamedTuple
 
 from pydantic import ValidationError
 
 from rigidcli.errors import Path, ValueProblem, shown
-from rigidcli.fields.section import AT_TOP
 
 _TYPES = {
     "tuple_type": "a list, such as [0, 0, 1]",
@@ -25,9 +24,10 @@ _TYPES = {
     "int_type": "a whole number",
     "greater_than_equal": "at least {ge}",
     "less_than_equal": "at most {le}",
+    "too_short": "at least {min_length}",
+    "too_long": "at most {max_length}",
 }
 """What pydantic's complaints about a type or a bound expect, in the words of a document."""
-
 
 _FLAT = {
     "inertia": "principal moments are written `moments: [1, 2, 3]`, a tensor by its rows",
@@ -35,24 +35,8 @@ _FLAT = {
 }
 """What to write for a list of numbers where one of lists is expected."""
 
-
-def _with_points(entries: Sequence[object], length: int) -> tuple[str, str] | None:
-    """A hint for a list that is too long by the commas of decimals, and the first of those as it is typed.
-
-    None where no such commas make it so long.
-    """
-    texts, first = [str(entry) for entry in entries], None
-    place = 0
-    while place + 1 < len(texts) and len(texts) > length:
-        whole, decimals = texts[place : place + 2]
-        if re.fullmatch(r"-?\d+", whole) and re.fullmatch(r"\d*[1-9]\d*", decimals):
-            first = first or f"{whole},{decimals}"
-            texts[place : place + 2] = [f"{whole}.{decimals}"]
-        place += 1
-    if first is None or len(texts) != length:
-        return None
-    return f"a decimal has a point, as in `[{', '.join(texts)}]`: a comma begins the next entry", first
-
+_DECIMAL_COMMA = re.compile(r"(?<![\w.])(-?\d+), (\d*[1-9]\d*)(?![\w.])")
+"""What a list has in place of a decimal such as `0,5`: two entries."""
 
 _MEANT = re.compile(r"^unknown key \(did you mean (\w+)")
 """The key that an unknown one stands for: that it is missing says nothing more."""
@@ -63,12 +47,9 @@ def explain(error: ValidationError) -> list[ValueProblem]:
     explained: dict[Path, ValueProblem] = {}
     for complaint in error.errors(include_url=False):
         path = tuple(key for key in complaint["loc"] if key != "[key]")  # a key of a mapping is meant itself
-        kind, read = complaint["type"], complaint["input"]
-        context = complaint.get("ctx", {})
-        if isinstance(own := context.get("error"), ValueProblem):
-            problem = own.below(*path)
-            if own.message == AT_TOP:
-                problem.message = f"belongs beside `{path[0]}`, at the top of the document"
+        kind, read, context = complaint["type"], complaint["input"], complaint.get("ctx", {})
+        if isinstance(problem := context.get("error"), ValueProblem):
+            problem.below(*path)
         elif kind == "missing" and isinstance(last := path[-1], int):
             # A list that is too short lacks each of its last entries; that is one problem.
             problem = ValueProblem(f"read {shown(read)}, expected {last + 1} entries", path=path[:-1])
@@ -76,13 +57,6 @@ def explain(error: ValidationError) -> list[ValueProblem]:
             problem = ValueProblem("missing", path=path)
         elif kind == "too_short" and len(read) >= context["min_length"]:
             continue  # long enough, but for the entries that have problems of their own
-        elif kind in ("too_long", "too_short"):
-            bound = context.get("max_length", context.get("min_length"))
-            expected = f"at {'most' if kind == 'too_long' else 'least'} {bound}"
-            entries = "entry" if bound == 1 else "entries"
-            problem = ValueProblem(f"read {shown(read)}, expected {expected} {entries}", path=path)
-            if kind == "too_long" and (cure := _with_points(read, context["max_length"])) is not None:
-                problem.hint, problem.typed = cure
         elif kind == "tuple_type" and path[:-1] in explained:
             continue
         else:
@@ -103,6 +77,11 @@ def _of_type(path: Path, kind: str, read: Any, context: Mapping[str, Any], messa
         # A list of numbers where one of lists is expected: one problem for all its entries.
         problem.message, problem.path = f"read entry {shown(read)}, expected {expected}", path[:-1]
         problem.hint = _FLAT.get(str(path[-2]))
+    elif kind == "too_long":
+        surplus = len(read) - context["max_length"]
+        points, mended = _DECIMAL_COMMA.subn(r"\1.\2", ", ".join(map(str, read)), count=surplus)
+        if mended == surplus:
+            problem.hint = f"a decimal has a point, as in `[{points}]`: a comma begins the next entry"
     elif kind == "string_type" and type(read) in (int, float, Decimal):
         problem.hint = f'write it in quotes: "{read}"'
     elif kind == "tuple_type" and isinstance(read, str) and "," in read:
@@ -123,9 +102,6 @@ class Slip(NamedTuple):
     message: str
     hint: str | None = None
 
-
-NEAR = 100
-"""A parser stops at most so many lines below a slip: a longer search takes time, and finds other things."""
 
 _KEY = r" *(?:- +)*(?P<key>[A-Za-z_]\w*)"
 _RULES = {
@@ -171,7 +147,7 @@ def find_slip(text: str, error: Any) -> Slip | None:
     lines = text.splitlines() or [""]
     noticed, context, problem = min(mark.line, len(lines) - 1), str(error.context), str(error.problem)
     here, sign = Slip(noticed + 1, mark.column + 1, problem), lines[noticed][mark.column : mark.column + 1]
-    if slip := _by_rules(lines, range(max(0, noticed - NEAR), noticed + 1), _COMMENT, _XML):
+    if slip := _by_rules(lines, range(noticed + 1), _COMMENT, _XML):
         return slip
     if "quoted" in context and "escape" in problem:
         hint = "in single quotes a backslash is only a backslash"
@@ -199,10 +175,7 @@ def _by_rules(lines: list[str], numbers: Iterable[int], *patterns: str) -> Slip 
         for pattern in patterns:
             if found := re.match(pattern, lines[number]):
                 message, hint = _RULES[pattern]
-                typed = found.groupdict(default="")
-                hint = (
-                    hint.format(**typed) if typed.get("value") else hint.format(**typed).replace(": `", ":`")
-                )
+                hint = re.sub(" `$", "`", hint.format(**found.groupdict(default="")))
                 return Slip(number + 1, found.start("at") + 1, message, hint)
     return None
 

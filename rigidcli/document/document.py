@@ -3,10 +3,9 @@
 from __future__ import annotations
 
 import pathlib
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cache, cached_property
-from importlib import import_module
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Self
 
 from pydantic import Field, model_validator
@@ -14,12 +13,12 @@ from pydantic import Field, model_validator
 from rigidcli.bodies.rotations import Rotation
 from rigidcli.core.arithmetic import Arithmetic, Scalar
 from rigidcli.document.draft import Draft
-from rigidcli.document.parameters import definitions
 from rigidcli.document.physical import Physical
+from rigidcli.document.variables import EQUILIBRIUM, Equilibrium, Transform
 from rigidcli.errors import DocumentError, Problem, ValueProblem
 from rigidcli.fields.environment import Environment
 from rigidcli.fields.quantities import Direction, ReferencePoint
-from rigidcli.fields.readers import Elsewhere, ReadBy, Title
+from rigidcli.fields.readers import Elsewhere, Title
 from rigidcli.fields.section import Section, optional, sections_in
 from rigidcli.fields.words import keys_called, not_one_of
 from rigidcli.language.expression import Expression
@@ -31,12 +30,10 @@ if TYPE_CHECKING:
     from rigidcli.document.precession import Tide, Top
     from rigidcli.document.sampling import Ensemble
     from rigidcli.document.system import System
-    from rigidcli.document.variables import Equilibrium, Transform
 else:
     # Loaded when a document has the section, as no document has all of them.
-    Equilibrium = Any
     Body = Annotated[Section, Elsewhere("rigidcli.bodies.bodies", "BODY")]
-    Motion, Orbit, System, Tide, Top, Transform = (
+    Motion, Orbit, System, Tide, Top = (
         Annotated[Section, Elsewhere(f"rigidcli.document.{module}", name)]
         for module, name in (
             ("motion", "Motion"),
@@ -44,27 +41,19 @@ else:
             ("system", "System"),
             ("precession", "Tide"),
             ("precession", "Top"),
-            ("variables", "Transform"),
         )
     )
-
-_COORDINATES = {"type": "object", "additionalProperties": {"type": ["number", "string"]}}
-_EQUILIBRIUM = ReadBy(
-    lambda raw, info: import_module("rigidcli.document.variables").read_equilibrium(raw, info),
-    {"anyOf": [_COORDINATES, {"type": "object", "properties": {"find": {"title": "Find", **_COORDINATES}}}]},
-)
 
 
 @dataclass(slots=True)
 class Reading:
-    """What a document was read from, the environment of its numbers, and notes on both.
+    """What a document was read from, and the environment of its numbers.
 
     The documents of all `starts` of an ensemble share it, and what is `kept` of their common work.
     """
 
     draft: Draft = field(default_factory=lambda: Draft("", {}))
     environment: Environment = field(default_factory=Environment)
-    notes: list[str] = field(default_factory=list)
     starts: int = 1
     kept: dict[str, Any] = field(default_factory=dict)
 
@@ -95,23 +84,12 @@ class Document(Section):
     # Orbit, equilibrium and transform come after the system, because they use its coordinates.
     system: System | None = None
     orbit: Orbit | None = None
-    equilibrium: Annotated[Equilibrium, _EQUILIBRIUM] | None = optional(
+    equilibrium: Annotated[Equilibrium, EQUILIBRIUM] | None = optional(
         "Coordinates of an equilibrium, for small oscillations; or values near it, under `find`"
     )
     transform: Transform | None = None
 
     NEEDS: ClassVar = dict.fromkeys(("orbit", "equilibrium", "transform"), "system")
-
-    @classmethod
-    def _contradictions(cls, raw: Mapping[str, Any]) -> Iterator[ValueProblem]:
-        yield from super()._contradictions(raw)
-        about, body = raw.get("about"), raw.get("body")
-        if isinstance(about, str) and about not in (points := ["origin", "com"]):
-            shapes = import_module("rigidcli.bodies.shapes").SHAPES
-            name = body.get("shape") if isinstance(body, dict) else getattr(body, "shape", None)
-            points += shapes[name].ANCHORS if isinstance(name, str) and name in shapes else ()
-            if about not in points:
-                yield ValueProblem(not_one_of(about, points), path=("about",))
 
     @classmethod
     def _unknown(cls, key: str, raw: Mapping[str, Any]) -> ValueProblem:
@@ -135,6 +113,9 @@ class Document(Section):
             self.__dict__["about"] = "com"  # of a molecule, whose origin means nothing
         if self.body is not None and self.body.hole:
             raise ValueProblem("a hole stands in `parts`, beside what it is cut from", path=("body", "hole"))
+        points = ("origin", "com", *getattr(self.body, "ANCHORS", ()))
+        if isinstance(self.about, str) and self.about not in points:
+            raise ValueProblem(not_one_of(self.about, points), path=("about",))
         return self
 
     @cached_property
@@ -180,7 +161,9 @@ class Document(Section):
     @cached_property
     def definitions(self) -> Mapping[str, Expression | None]:
         """The parameters as they are given, exactly: each after those it uses, None for a symbol."""
-        return definitions(self.reading.environment, self.parameters or {})
+        env = self.reading.environment
+        written = env.definitions.items()
+        return {name: None if value is None else env.symbolic(value) for name, value in written}
 
     @property
     def files(self) -> Sequence[pathlib.Path]:
@@ -195,7 +178,7 @@ class Document(Section):
     @property
     def notes(self) -> tuple[str, ...]:
         """What the reader of the document should know about it."""
-        return tuple(self.reading.notes)
+        return tuple(dict.fromkeys(self.reading.environment.notes))
 
     @property
     def text(self) -> str:

@@ -19,7 +19,6 @@ from rigidcli.errors import (
     Problem,
     UsageError,
     ValueProblem,
-    nearest,
     shown,
 )
 from rigidcli.fields.texts import ending
@@ -29,9 +28,6 @@ if TYPE_CHECKING:
 
 NEAR = 20
 """A value begins within so many lines of its key, or the line is not shown."""
-
-LONGEST_LINE = 2000
-"""The longest line (characters) that is searched for a slip: nobody would find the place in a longer one."""
 
 BODY_FILES = dict.fromkeys((".glb", ".gltf", ".obj", ".off", ".ply", ".stl"), "mesh") | dict.fromkeys(
     (".csv", ".npy", ".xyz"), "points"
@@ -95,22 +91,12 @@ def put(tree: Any, path: Path, value: object) -> tuple[Any, Path]:
 
 
 def _index(place: Any, step: str | int) -> int:
-    """The entry of a list that a step of a path means, by its index or its name. Raises ValueProblem."""
+    """The entry of a list that a step of a path means. Raises ValueProblem where there is none."""
     entries = place if isinstance(place, list) else []
     if isinstance(step, int) and step < len(entries):
         return step
-    names = [entry.get("name") if isinstance(entry, dict) else None for entry in entries]
-    if names.count(str(step)) == 1:
-        return names.index(str(step))
-    known = [name for name in names if isinstance(name, str)]
-    near = nearest(str(step), known)
-    what = f"there is no {shown(str(step))} in {shown(place)}{f' (did you mean {near}?)' if near else ''}"
-    if str(step) in names:
-        what = f"{names.count(str(step))} entries have the name {shown(str(step))}"
     hint = f"its entries are 0 to {len(entries) - 1}" if entries else None
-    if known and hint is not None:
-        hint += f", or by their names: {', '.join(known)}"
-    raise ValueProblem(what, hint=hint)
+    raise ValueProblem(f"there is no {shown(str(step))} in {shown(place)}", hint=hint)
 
 
 @dataclass(frozen=True, eq=False)
@@ -190,10 +176,9 @@ class Draft:
             line = line or 1  # that of the document itself
         excerpt, typed = None, (problem.typed or "").partition("\n")[0].strip()
         if typed and line is not None:
-            for number, text in enumerate(self.text.splitlines()[line - 1 : line + NEAR], start=line):
-                if len(text) <= LONGEST_LINE and typed in text:
-                    line, excerpt = number, Excerpt.of(text, text.index(typed) + 1)
-                    break
+            below = enumerate(self.text.splitlines()[line - 1 : line + NEAR], start=line)
+            line, text = next(((number, text) for number, text in below if typed in text), (line, ""))
+            excerpt = Excerpt.of(text, text.index(typed) + 1) if text else None
         if self.link is not None:
             if problem.path[:1] == ("body",) and source == self.source:
                 # What stands in the file of a robot has no keys of documents.

@@ -147,7 +147,7 @@ def read_source(source: Source, exact: bool, settings: Sequence[str]) -> Documen
     if isinstance(source, Mapping):
         try:
             # JSON is YAML; numbers that are not finite become texts, which are refused where they stand.
-            text = json.dumps(source, default=plain)
+            text = json.dumps(source, default=plain, ensure_ascii=False)
         except (TypeError, ValueError, RecursionError) as error:
             raise DocumentError([Problem(MAPPING, f"cannot be read: {error}")]) from None
         return loads(text, source=MAPPING, exact=exact, settings=settings)
@@ -252,7 +252,7 @@ def _document(
         tree = tree | {key: section for key, section in vars(rest).items() if isinstance(section, Section)}
     try:
         document = Document.model_validate(tree, context=env)
-        document.came_from(reading := Reading(draft, env), rest)
+        document.came_from(Reading(draft, env), rest)
         if is_physical and not problems and not env.faults:
             document.physical.require()
     except ValidationError as error:
@@ -265,10 +265,9 @@ def _document(
     if problems:
         placed = [draft.problem(problem) for problem in problems if problem.code != UNSETTLED]
         raise DocumentError(sorted(placed, key=lambda problem: problem.line or 0))
-    reading.notes += dict.fromkeys(env.notes)
     if document.orbit is not None and document.system is not None and document.orbit.ensemble is None:
-        reading.notes += document.orbit.degrees_meant(document.system, draft.tree["orbit"]["initial"])
-    reading.notes += [f"parameter `{name}` is not used" for name in document.unused]
+        env.notes += document.orbit.degrees_meant(document.system, draft.tree["orbit"]["initial"])
+    env.notes += [f"parameter `{name}` is not used" for name in document.unused]
     return document
 
 

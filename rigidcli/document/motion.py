@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import Annotated, Any, ClassVar, Literal, Self, TypeAlias
 
-import numpy as np
 from pydantic import Field, ValidationInfo, model_validator
 
 from rigidcli.bodies.rotations import EulerSequence, Quaternion, Rotation
@@ -98,22 +97,14 @@ def _names(heads: Sequence[str], info: ValidationInfo) -> tuple[str, ...]:
     return tuple(heads)
 
 
-def _fault(ensemble: Ensemble) -> tuple[int, str] | None:
-    """The place of a start whose omega is of no size that is read, or that has no orientation; and why."""
-    rates, quaternion = (
-        np.abs(ensemble.values[:, [name in names for name in ensemble.names]])
-        for names in (RATES, QUATERNION)
-    )
-    limits = f"{1 / DEFAULT_LIMIT:.0e} to {DEFAULT_LIMIT:.0e}"
-    beyond = ((rates > 0) & ((rates < 1 / DEFAULT_LIMIT) | (rates > DEFAULT_LIMIT))).any(axis=1)
-    none = ~quaternion.any(axis=1) & bool(quaternion.size)
-    for wrong, message in (
-        (beyond, f"expected angular velocities (rad/s) from {limits}"),
-        (none, "q0,q1,q2,q3 are all zero, expected a quaternion"),
-    ):
-        if wrong.any():
-            return int(np.argmax(wrong)), message
-    return None
+def _require(start: Mapping[str, float]) -> None:
+    """Raise ValueProblem for an omega of a size that is not read, and for values without an orientation."""
+    sizes = [abs(start[name]) for name in RATES if start[name]]
+    if sizes and not 1 / DEFAULT_LIMIT <= min(sizes) <= max(sizes) <= DEFAULT_LIMIT:
+        limits = f"{1 / DEFAULT_LIMIT:.0e} to {DEFAULT_LIMIT:.0e}"
+        raise ValueProblem(f"expected angular velocities (rad/s) from {limits}")
+    if QUATERNION[0] in start and not any(start[name] for name in QUATERNION):
+        raise ValueProblem("q0,q1,q2,q3 are all zero, expected a quaternion")
 
 
 _OR_MANY = OrMany(
@@ -122,7 +113,7 @@ _OR_MANY = OrMany(
     _names,
     Rates3,
     "w1,w2,w3",
-    _fault,
+    _require,
 )
 
 

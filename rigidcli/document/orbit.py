@@ -13,7 +13,7 @@ from pydantic import Field, ValidationError, ValidationInfo
 from rigidcli.core.arithmetic import Floats, Scalar
 from rigidcli.document.parameters import read_mapping
 from rigidcli.document.sampling import Ensemble, OrMany, Sampling
-from rigidcli.document.variables import EXPRESSION_SCHEMA, MOST_COORDINATES, momentum, velocity
+from rigidcli.document.variables import EXPRESSION_SCHEMA, momentum, velocity
 from rigidcli.errors import ValueProblem
 from rigidcli.fields.quantities import FULL_TURN
 from rigidcli.fields.readers import ReadBy
@@ -30,45 +30,26 @@ def _read_initial(raw: object, info: ValidationInfo) -> dict[str, Scalar]:
         raw,
         lambda name, value: env.read(value, None),
         example="{x: 1, p_x: 0}",
-        most=2 * MOST_COORDINATES,
         names=[*names, *map(momentum, names), *map(velocity, names)] or None,
-        expected=f"expected {_all_of(names)}, and {_second_half(names)}",
         needed=names,
-        lacks="expected its value at t = 0",
         besides=lambda given: _missing(given, names),
     )
 
 
 def _missing(given: Mapping[str, str], coordinates: tuple[str, ...]) -> Iterator[ValueProblem]:
     """The problems of momenta and velocities that are incomplete, or contradict each other."""
-    halves = [tuple(map(kind, coordinates)) for kind in (momentum, velocity)]
-    momenta, velocities = (tuple(name for name in half if name in given) for half in halves)
-    if momenta and velocities:
-        yield ValueProblem(
-            f"momenta and velocities are mixed: read {_all_of(momenta)} and {_all_of(velocities)}",
-            hint=f"expected {_second_half(coordinates)}",
-        )
-    elif coordinates and not momenta and not velocities:
-        yield ValueProblem(f"no momenta and no velocities, expected {_second_half(coordinates)}")
+    momenta, velocities = (list(map(kind, coordinates)) for kind in (momentum, velocity))
+    read = [", ".join(name for name in half if name in given) for half in (momenta, velocities)]
+    expected = f"expected all momenta ({', '.join(momenta)}) or all velocities ({', '.join(velocities)})"
+    if all(read):
+        message = f"momenta and velocities are mixed: read {' and '.join(read)}"
+        yield ValueProblem(message, hint=expected)
+    elif coordinates and not any(read):
+        yield ValueProblem(f"no momenta and no velocities, {expected}")
     else:
-        for name in halves[0 if momenta else 1]:
+        for name in momenta if read[0] else velocities:
             if name not in given:
-                yield ValueProblem("missing, expected its value at t = 0", path=(name,))
-
-
-def _second_half(coordinates: tuple[str, ...]) -> str:
-    momenta, velocities = (tuple(map(kind, coordinates)) for kind in (momentum, velocity))
-    return f"all momenta ({_all_of(momenta)}) or all velocities ({_all_of(velocities)})"
-
-
-def _all_of(names: tuple[str, ...]) -> str:
-    """The names, of more than six the first five and the last."""
-    return ", ".join(names if len(names) <= 6 else [*names[:5], "...", names[-1]])
-
-
-_INITIAL = ReadBy(
-    _read_initial, {"type": "object", "additionalProperties": EXPRESSION_SCHEMA, "minProperties": 2}
-)
+                yield ValueProblem("missing", path=(name,))
 
 
 def _names(heads: Sequence[str], info: ValidationInfo) -> tuple[str, ...]:
@@ -80,7 +61,8 @@ def _names(heads: Sequence[str], info: ValidationInfo) -> tuple[str, ...]:
         raise ValueProblem(": ".join([*map(str, first.path), first.message])) from None
 
 
-_START = Annotated[dict[str, Scalar], _INITIAL]
+_SCHEMA = {"type": "object", "additionalProperties": EXPRESSION_SCHEMA, "minProperties": 2}
+_START = Annotated[dict[str, Scalar], ReadBy(_read_initial, _SCHEMA)]
 _OR_MANY = OrMany(lambda raw: not isinstance(raw[0], Mapping), dict, _names, _START, "x,p_x")
 
 

@@ -10,7 +10,7 @@ from typing import Any, TypeVar
 from rigidcli.errors import ExpressionError, Path, ValueProblem, at, gathered, nearest, shown
 from rigidcli.fields.environment import Environment
 from rigidcli.fields.section import refuse
-from rigidcli.language.expression import RESERVED, Expression, parse
+from rigidcli.language.expression import RESERVED, parse
 from rigidcli.language.functions import CONSTANTS
 from rigidcli.language.tree import Constant, Name
 
@@ -18,6 +18,9 @@ _T = TypeVar("_T")
 
 TIME = "t"
 """The name of the time, in documents where there is one."""
+
+MOST_ENTRIES = 80
+"""The most names in a mapping: far more than anybody writes, and still worked in bounded time."""
 
 _RESERVED_FOR = {TIME: "the time", **dict.fromkeys(CONSTANTS, "a constant")}
 """What reserved names are; those that are not here are functions."""
@@ -47,7 +50,7 @@ def read_parameters(
             continue
         env.broken.add(name)  # until it is read
         with gathered(problems, spelling[name]):
-            value = raw[spelling[name]]
+            value = env.definitions[name] = raw[spelling[name]]
             symbols = frozenset[str]().union(*(env.open.get(other, ()) for other in uses[name]))
             if value is None:
                 symbols = frozenset([name])
@@ -64,17 +67,6 @@ def read_parameters(
                 env.dimensions[name] = dimension
             env.broken.discard(name)
     return [problem.below("parameters") for problem in problems]
-
-
-def definitions(env: Environment, raw: Mapping[str, Any]) -> dict[str, Expression | None]:
-    """The parameters in `raw`, which have been read, as what they are said to be: each after those it uses.
-
-    A symbol has none. Quantities are SI numbers, digit by digit.
-    """
-    values = {read_name(key, has_time=False): value for key, value in raw.items()}
-    uses = {name: env.names_in(value) & values.keys() for name, value in values.items()}
-    order = TopologicalSorter(uses).static_order()
-    return {name: None if values[name] is None else env.symbolic(values[name]) for name in order}
 
 
 def read_names(raw: Mapping[str, Any], *, has_time: bool = True) -> tuple[dict[str, str], list[ValueProblem]]:
@@ -95,35 +87,31 @@ def read_mapping(
     read: Callable[[str, Any], _T],
     *,
     example: str,
-    most: int,
     names: Sequence[str] | None = None,
-    expected: str = "",
     needed: Iterable[str] = (),
-    lacks: str = "",
     besides: Callable[[Mapping[str, str]], Iterable[ValueProblem]] = lambda spelling: (),
     below: Path = (),
 ) -> dict[str, _T]:
-    """What `read` makes of the names and values of a mapping, of which there are at most so many.
+    """What `read` makes of the names and values of a mapping.
 
-    Only `names` may stand there, if they are given; the hint for any other says what is `expected`. All
-    `needed` ones must, and `lacks` says what their values are. `besides` finds what else is wrong, from the
-    names and their keys. `below` leads from the value of the field to the mapping. Raises ValueProblem, or
-    ValidationError with all problems.
+    Only `names` may stand there, if they are given, and all `needed` ones must. `besides` looks for what else
+    is wrong, from the names and their keys. `below` leads from the value of the field to the mapping. Raises
+    ValueProblem, or ValidationError with all problems.
     """
     with at(*below):
         if not isinstance(raw, Mapping):
             raise ValueProblem(f"read {shown(raw)}, expected a mapping, such as {example}")
-        if len(raw) > most:
-            raise ValueProblem(f"read {len(raw)} entries, expected at most {most}")
+        if len(raw) > MOST_ENTRIES:
+            raise ValueProblem(f"read {len(raw)} entries, expected at most {MOST_ENTRIES}")
     spelling, problems = read_names(raw)
     found = {}
     for name, key in spelling.items():
         with gathered(problems, key):
             if names is not None and name not in names:
-                near = nearest(name, names)
-                raise ValueProblem(f"unknown name{f' (did you mean {near}?)' if near else ''}", hint=expected)
+                near = f" (did you mean {meant}?)" if (meant := nearest(name, names)) else ""
+                raise ValueProblem(f"unknown name{near}", hint=f"expected {', '.join(names)}")
             found[name] = read(name, raw[key])
-    problems += [ValueProblem(f"missing, {lacks}", path=(name,)) for name in needed if name not in spelling]
+    problems += [ValueProblem("missing", path=(name,)) for name in needed if name not in spelling]
     problems += besides(spelling)
     refuse("mapping", [problem.below(*below) for problem in problems])
     return found

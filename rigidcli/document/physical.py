@@ -49,7 +49,7 @@ class Physical:
     def require(self) -> None:
         """Raise ValueProblem unless all that the document describes can exist."""
         _ = self.axes, self.direction, self.orientation
-        _ = self.body and self.properties, self.sections["top"] and self.heavy_top
+        _ = self.body and self.inertia, self.sections["top"] and self.heavy_top
 
     @cached_property
     def properties(self) -> MassProperties:
@@ -57,19 +57,28 @@ class Physical:
         if self.body is None:
             raise ValueProblem("missing, expected a body", path=("body",))
         with at("body"):
-            properties = self.body.properties(self.arithmetic)
-        if properties.mass is None:
-            self._require_known(properties)
-        return properties
+            return self.body.properties(self.arithmetic)
 
-    def _require_known(self, properties: MassProperties) -> None:
+    @property
+    def point(self) -> Array:
+        """The point O about which the tensor is asked (3, m)."""
+        about = self.sections["about"]
+        if about == "com":
+            return self.properties.com
+        if isinstance(about, str) and about != "origin":
+            from rigidcli.bodies.shape import Shape
+
+            assert isinstance(self.body, Shape)
+            return self.body.point_named(about, self.arithmetic)
+        return self.arithmetic.array([0, 0, 0] if about == "origin" else about)
+
+    def _require_known(self) -> None:
         """Raise ValueProblem unless a tensor without a mass is given about the point that is asked for."""
-        n = self.arithmetic
+        n, properties = self.arithmetic, self.properties
         if self.sections["about"] == "com" and not properties.at_com:
             raise ValueProblem("missing: without it the tensor cannot be shifted", path=("body", "mass"))
-        asked = self._point(properties)
-        off = max(abs(n.size(component)) for component in asked - properties.com)
-        far = max(abs(n.size(component)) for component in (*asked, *properties.com))
+        off = max(abs(n.size(component)) for component in self.point - properties.com)
+        far = max(abs(n.size(component)) for component in (*self.point, *properties.com))
         if off > SAME_POINT * far:
             point = ", ".join(f"{n.size(component):.6g}" for component in properties.com)
             raise ValueProblem(
@@ -78,27 +87,13 @@ class Physical:
                 hint="give `mass`, or the tensor about the point asked for in `about`",
             )
 
-    @property
-    def point(self) -> Array:
-        """The point O about which the tensor is asked (3, m)."""
-        return self._point(self.properties)
-
-    def _point(self, properties: MassProperties) -> Array:
-        about = self.sections["about"]
-        if about == "com":
-            return properties.com
-        if isinstance(about, str) and about != "origin":
-            from rigidcli.bodies.shape import Shape
-
-            assert isinstance(self.body, Shape)
-            return self.body.point_named(about, self.arithmetic)
-        return self.arithmetic.array([0, 0, 0] if about == "origin" else about)
-
     @cached_property
     def inertia(self) -> Inertia:
         """The inertia about the point O, along axes in which it was worked out."""
         # A centre of mass is rounded, and the inertia about it known better; exact sums have axes in common.
         body, n = self.properties, self.arithmetic
+        if body.mass is None:
+            self._require_known()
         if body.mass is None or (self.sections["about"] == "com" and not n.exact):
             return body.inertia
         found = body.inertia_about(self.point)

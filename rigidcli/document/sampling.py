@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import math
-import re
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 from pathlib import Path
@@ -13,6 +11,7 @@ from typing import Annotated, Any, ClassVar, Self
 import numpy as np
 from pydantic import (
     AfterValidator,
+    Field,
     GetJsonSchemaHandler,
     ValidationError,
     ValidationInfo,
@@ -22,21 +21,17 @@ from pydantic import (
 from pydantic.json_schema import JsonSchemaValue
 from pydantic_core import CoreSchema, InitErrorDetails
 
-from rigidcli.bodies.points import opened
 from rigidcli.core.arithmetic import Floats, Scalar
 from rigidcli.errors import ValueProblem, shown
-from rigidcli.fields.quantities import AsList, Duration, Number, Time, WholeNumber, limited
+from rigidcli.fields.dimensions import TIME
+from rigidcli.fields.quantities import AsList, Duration, Number, Quantity, WholeNumber, limited
 from rigidcli.fields.readers import Wrapper
 from rigidcli.fields.section import Section, details, environment, optional
+from rigidcli.fields.texts import csv_rows
+from rigidcli.fields.typed_numbers import finite
 
 MOST_STARTS = 1_000_000
 """The most starts of an ensemble: as many rows with seven numbers take 56 MB."""
-
-LINE_BYTES = 10_000
-"""The most bytes of a line of a table: seven numbers take two hundred."""
-
-_NUMBER = re.compile(r"\s*[-+]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][-+]?[0-9]+)?\s*", re.ASCII)
-"""A decimal number, and blanks about it."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -59,8 +54,7 @@ class OrMany(Wrapper):
     """Marks a field of one start (`otherwise`) in which a list of starts, or the name of a table, may stand.
 
     `is_one` tells a start from a list of them. `named` makes of it the values by their names. `heads` makes
-    names of the heads of a table, or raises ValueProblem; `fault` tells the place of a start in the table
-    that cannot be one, and what is wrong with it.
+    names of the heads of a table; `require` refuses the values of a start in it. Both raise ValueProblem.
     """
 
     is_one: Callable[[Any], bool]
@@ -68,7 +62,7 @@ class OrMany(Wrapper):
     heads: Callable[[Sequence[str], ValidationInfo], tuple[str, ...]]
     otherwise: Any
     example: str
-    fault: Callable[[Ensemble], tuple[int, str] | None] = lambda ensemble: None
+    require: Callable[[Mapping[str, float]], None] = lambda start: None
 
     def wrapped(self, raw: Any, otherwise: ValidatorFunctionWrapHandler, info: ValidationInfo) -> object:
         """One start as it is otherwise read, or several as an ensemble."""
@@ -89,8 +83,6 @@ class OrMany(Wrapper):
         self, raw: list[object], otherwise: ValidatorFunctionWrapHandler, info: ValidationInfo
     ) -> Ensemble:
         """The starts of a list, or the problems of all of them."""
-        if len(raw) > MOST_STARTS:
-            raise ValueProblem(f"read {len(raw):,} starts, expected at most {MOST_STARTS:,}")
         n, errors, rows = environment(info).arithmetic, list[InitErrorDetails](), list[dict[str, Any]]()
         for place, entry in enumerate(raw):
             try:
@@ -99,14 +91,13 @@ class OrMany(Wrapper):
                 errors += details(error, place)
         if errors:
             raise ValidationError.from_exception_data("starts", errors)
-        names = tuple(rows[0])
+        names, values = tuple(rows[0]), list[list[Any]]()
         for place, row in enumerate(rows):
-            if row.keys() != rows[0].keys():
+            if row.keys() != {*names}:
                 expected = f"expected {', '.join(names)}, as the first start has"
                 raise ValueProblem(f"read {', '.join(row)}, {expected}", path=(place,))
-        values = [[n.value(row[name]) for name in names] for row in rows]
-        for place, numbers in enumerate(values):
-            if None in numbers:
+            values.append([n.value(row[name]) for name in names])
+            if None in values[-1]:
                 raise ValueProblem("a parameter in it has no value; expected numbers", path=(place,))
         return Ensemble(names, np.array(values, dtype=np.float64))
 
@@ -116,43 +107,38 @@ class OrMany(Wrapper):
         Raises ValueProblem where it cannot be read or holds something else; the message begins with `path`
         as given and the line.
         """
-        values, places, line = [], [], 1
-        with opened(path) as file:
-            try:
-                heads = file.readline(LINE_BYTES).decode("utf-8-sig", "replace").strip()
-                titles = [title.strip() for title in heads.split(",")]
-                if len(set(titles)) < len(titles):
-                    raise ValueProblem(f"header {shown(heads)}, expected each head once")
-                names, line = self.heads(titles, info), 2
-                for line, text in enumerate(iter(lambda: file.readline(LINE_BYTES), b""), start=2):
-                    if text.strip():
-                        values.append(_numbers(text.decode("utf-8", "replace"), titles))
-                        places.append(line)
-                    if len(values) > MOST_STARTS:
-                        raise ValueProblem(f"more than {MOST_STARTS:,} starts")
-            except ValueProblem as problem:
-                raise ValueProblem(f"{path}:{line}: {problem.message}", hint=problem.hint) from None
+        values, line = [], 1
+        try:
+            if not path.is_file():
+                raise ValueProblem("no such file")
+            rows = csv_rows(path)
+            _, titles = next(rows, (line, [""]))
+            if len(set(titles)) < len(titles):
+                raise ValueProblem(f"header {shown(','.join(titles))}, expected each head once")
+            names = self.heads(titles, info)
+            for line, cells in rows:  # noqa: B007 - the line of what is refused
+                values.append(_numbers(cells, titles))
+                self.require(dict(zip(names, values[-1], strict=True)))
+                if len(values) > MOST_STARTS:
+                    raise ValueProblem(f"more than {MOST_STARTS:,} starts")
+        except ValueProblem as problem:
+            raise ValueProblem(f"{path}:{line}: {problem.message}", hint=problem.hint) from None
         if not values:
             raise ValueProblem(f"{path}: no starts")
-        ensemble = Ensemble(names, np.array(values, dtype=np.float64))
-        if (found := self.fault(ensemble)) is not None:
-            raise ValueProblem(f"{path}:{places[found[0]]}: {found[1]}")
-        return ensemble
+        return Ensemble(names, np.array(values, dtype=np.float64))
 
 
-def _numbers(text: str, titles: Sequence[str]) -> list[float]:
+def _numbers(cells: Sequence[str], titles: Sequence[str]) -> list[float]:
     """The numbers of a line. Raises ValueProblem."""
-    if len(text) >= LINE_BYTES:
-        raise ValueProblem(f"a line of more than {LINE_BYTES:,} bytes")
-    cells = text.split(",")
     if len(cells) != len(titles):
         raise ValueProblem(f"read {len(cells)} values, expected {len(titles)}")
+    numbers = []
     for title, cell in zip(titles, cells, strict=True):
-        is_number = _NUMBER.fullmatch(cell)
-        if not is_number or math.isinf(float(cell)):
-            expected = "a finite number" if is_number else "a number"
-            raise ValueProblem(f"column {title}: read {shown(cell.strip())}, expected {expected}")
-    return list(map(float, cells))
+        try:
+            numbers.append(finite(cell))
+        except ValueError:
+            raise ValueProblem(f"column {title}: read {shown(cell)}, expected a number") from None
+    return numbers
 
 
 MOST_SAMPLES = 10_000_000
@@ -172,19 +158,17 @@ WHOLE_STEP = 1e-9
 
 
 def _ascending(times: tuple[Scalar, ...], info: ValidationInfo) -> tuple[Scalar, ...]:
-    """The times, if they ascend from t = 0 or later."""
+    """The times, if they ascend."""
     sizes = [environment(info).arithmetic.size(time) for time in times]
-    if not sizes:
-        raise ValueProblem("read an empty list, expected times")
-    if sizes[0] < 0:
-        raise ValueProblem(f"read {sizes[0]:g}, expected a time that is not negative", path=(0,))
     for index, (before, after) in enumerate(pairwise(sizes), start=1):
         if not before < after:
             raise ValueProblem(f"read {after:g} after {before:g}, expected ascending times", path=(index,))
     return times
 
 
-Times = Annotated[tuple[Time, ...], AsList, AfterValidator(_ascending)]
+Time = Annotated[Scalar, Quantity(TIME, "nonnegative")]
+Times = Annotated[tuple[Time, ...], AsList, Field(min_length=1), AfterValidator(_ascending)]
+Samples = Annotated[WholeNumber, Field(ge=2, le=MOST_SAMPLES)]
 Tolerance = Annotated[
     Number,
     limited(
@@ -200,10 +184,11 @@ class Sampling(Section):
     STARTS: ClassVar[str]
     """The key of the start, or of several: an ensemble."""
 
-    AT_MOST_ONE_OF: ClassVar = ("samples", "step", "times")
+    AT_MOST_ONE_OF: ClassVar = (("samples", "step", "times"), ("duration", "times"))
+    NEEDS: ClassVar = {"step": "duration"}
 
     duration: Duration | None = optional("End of the motion (s)")
-    samples: WholeNumber | None = optional("How many times, evenly spaced (default 1001)")
+    samples: Samples | None = optional("How many times, evenly spaced (default 1001)")
     step: Duration | None = optional("Time between two samples (s)")
     times: Times | None = optional("The times themselves, ascending")
     tolerance: Tolerance | None = optional(
@@ -214,18 +199,11 @@ class Sampling(Section):
     @model_validator(mode="after")
     def _check_sampling(self, info: ValidationInfo) -> Self:
         n = environment(info).arithmetic
-        if self.samples is not None and not 2 <= self.samples <= MOST_SAMPLES:
-            expected = f"a whole number from 2 to {MOST_SAMPLES:,}"
-            raise ValueProblem(f"read {shown(self.samples)}, expected {expected}", path=("samples",))
-        if self.step is not None and self.duration is None:
-            raise ValueProblem("missing, expected how long `step` is repeated", path=("duration",))
         if self.step is not None and self.duration is not None:
             steps = n.size(self.duration / self.step)
             if not 1 - WHOLE_STEP <= steps < MOST_SAMPLES:
                 message = f"there are {steps:.6g} steps in the duration, expected 1 to {MOST_SAMPLES:,}"
                 raise ValueProblem(message, path=("step",))
-        if self.times is not None and self.duration is not None:
-            raise ValueProblem("give `duration` or `times`, not both", path=("duration",))
         return self
 
     @property

@@ -6,12 +6,11 @@ sweep of 1e9 takes no memory.
 
 from __future__ import annotations
 
-import csv
 import math
 import re
 from collections.abc import Iterator, Sequence
 from contextlib import suppress
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from decimal import Context, Decimal, InvalidOperation
 from fractions import Fraction
 from functools import cached_property
@@ -21,6 +20,7 @@ from rigidcli.document.draft import SWEEP, split_setting
 from rigidcli.document.syntax import read_value
 from rigidcli.errors import DocumentError, UsageError, ValueProblem, nearest, shown
 from rigidcli.fields.environment import Environment, arithmetic_for
+from rigidcli.fields.texts import csv_rows
 from rigidcli.fields.typed_numbers import exact_text, finite, split_quantity
 from rigidcli.fields.units import parse_unit
 from rigidcli.language.expression import parse
@@ -52,12 +52,12 @@ class Range:
     unit: str
     is_rounded: bool
     logarithmic: bool
-    exact: bool = False
 
     def __len__(self) -> int:
         return self.count
 
-    def __getitem__(self, index: int) -> str:
+    def text(self, index: int, exact: bool) -> str:
+        """A value. Raises UsageError for one of `exact` numbers that is rounded."""
         part = Fraction(index, max(self.count - 1, 1))
         value = self.start + (self.stop - self.start) * part
         if self.logarithmic and 0 < part < 1:
@@ -66,18 +66,11 @@ class Range:
                 for number in (self.stop / self.start, part)
             )
             value = self.start * Fraction(DIGITS.power(ratio, share))
-        text = exact_text(value, 0) if self.exact else repr(float(value))
-        if "/" in text and self.unit:
-            hint = "choose another COUNT, or list the values"
-            raise UsageError(f"{text} {self.unit} has no decimal that is exact", hint=hint)
-        return f"{text} {self.unit}".rstrip()
-
-    def exactly(self) -> Range:
-        """The same range for exact numbers. Raises UsageError where its values are rounded."""
-        if self.is_rounded or self.logarithmic:
-            hint = "list the values, as in `--sweep KEY=0,pi/4,pi/2`"
+        text = exact_text(value, 0) if exact else repr(float(value))
+        if exact and (self.is_rounded or self.logarithmic or ("/" in text and self.unit)):
+            hint = "choose another COUNT, or list the values, as in `--sweep KEY=0,pi/4,pi/2`"
             raise UsageError("a range whose values are rounded is none of exact numbers", hint=hint)
-        return replace(self, exact=True)
+        return f"{text} {self.unit}".rstrip()
 
 
 class Key(NamedTuple):
@@ -90,10 +83,14 @@ class Key(NamedTuple):
 
 @dataclass(frozen=True)
 class Sweep:
-    """Values of one key or several: a grid, in which the first key changes slowest, or pairs of them."""
+    """Values of one key or several: a grid, in which the first key changes slowest, or pairs of them.
+
+    Those of a range are the values of `exact` numbers, or of floats.
+    """
 
     keys: tuple[Key, ...]
     paired: bool = False
+    exact: bool = False
 
     @cached_property
     def count(self) -> int:
@@ -106,20 +103,15 @@ class Sweep:
         return tuple(key.file for key in self.keys if key.file)
 
     def point(self, index: int) -> tuple[str, ...]:
-        """The values at a place of the sweep: a text for each key."""
+        """The values at a place of the sweep: a text for each key. Raises UsageError as `Range.text`."""
         texts = []
         for key in reversed(self.keys):
             own = index
             if not self.paired:
                 index, own = divmod(index, len(key.values))
-            texts.append(key.values[own])
+            values = key.values
+            texts.append(values.text(own, self.exact) if isinstance(values, Range) else values[own])
         return tuple(reversed(texts))
-
-    def exactly(self) -> Sweep:
-        """The same sweep for exact numbers. Raises UsageError where values are rounded."""
-        ranges = (key.values.exactly() if isinstance(key.values, Range) else key.values for key in self.keys)
-        keys = (key._replace(values=values) for key, values in zip(self.keys, ranges, strict=True))
-        return replace(self, keys=tuple(keys))
 
     def settings(self, point: Sequence[str]) -> list[str]:
         """The point as texts `KEY=VALUE`."""
@@ -183,29 +175,18 @@ def _range(name: str, typed: str, parts: Sequence[str]) -> Range:
 
 def _end(name: str, text: str) -> tuple[Fraction, str]:
     """The number and the unit of one end of a range; `pi/2` is a number, too."""
-    quantity = split_quantity(text)
     try:
-        if quantity is not None:
+        if (quantity := split_quantity(text)) is not None:
             parse_unit(quantity.unit)
-            return _finite(quantity.digits), quantity.unit
-        with suppress(InvalidOperation):
-            return _finite(text), ""
-        return _finite(repr(parse(text).evaluate({}))), ""
+            return Fraction(repr(finite(quantity.digits))), quantity.unit
+        return Fraction(repr(finite(parse(text).evaluate({})))), ""
     except ValueProblem as problem:
         message = f"`{name}`: read {shown(text)}, expected a number: {problem.message}"
         raise UsageError(message, hint=problem.hint) from None
 
 
-def _finite(text: str) -> Fraction:
-    """A decimal, exactly. Raises InvalidOperation for a text that is none, and ValueProblem beyond floats."""
-    number = Decimal(text)
-    if not number.is_finite() or abs(number.adjusted()) > 400 or math.isinf(float(number)):
-        raise ValueProblem("it is not finite")
-    return Fraction(number)
-
-
 def _in_unit(name: str, text: str, number: Fraction, given: str, wanted: str) -> Fraction:
-    """A number of one unit in another, but for the rounding of a float where pi stands between them."""
+    """A number of one unit in another, rounded once."""
     if given == wanted or (number == 0 and not given):
         return number
     if not given:
@@ -213,9 +194,7 @@ def _in_unit(name: str, text: str, number: Fraction, given: str, wanted: str) ->
     unit, other = parse_unit(given), parse_unit(wanted)
     if unit.dimension != other.dimension:
         raise UsageError(f"`{name}`: `{given}` and `{wanted}` do not measure the same")
-    if unit.pi_power == other.pi_power:
-        return number * unit.factor / other.factor
-    return Fraction(unit.si(number)) / Fraction(other.scale)
+    return Fraction(repr(unit.si(number) / other.scale))
 
 
 _PIECES = re.compile(r'"(?:[^"\\]|\\.)*"|\'[^\']*\'|.', re.DOTALL)
@@ -240,24 +219,21 @@ def _column(name: str, text: str) -> tuple[tuple[str, ...], str]:
     if not path or not head:
         raise UsageError(f"`{name}`: read {shown('@' + text)}, expected @table.csv:column")
     try:
-        with open(path, encoding="utf-8-sig", newline="") as file:  # noqa: PTH123 - as typed
-            rows = csv.reader(file)
-            heads = [each.strip() for each in next(rows, [])]
-            if head not in heads:
-                near = nearest(head, heads)
-                guess = f" (did you mean {near}?)" if near else ""
-                message = f"`{path}` has no column {shown(head)}{guess}"
-                raise UsageError(message, hint=f"its columns are {', '.join(heads)}")
-            place, cells = heads.index(head), []
-            for line, row in enumerate(rows, start=2):
-                if any(map(str.strip, row)):
-                    cells.append("".join(row[place : place + 1]).strip())
-                    if not cells[-1]:
-                        raise UsageError(f"{path}:{line}: this cell of the column is empty")
-            return tuple(cells), path
-    except (OSError, UnicodeDecodeError, csv.Error, ValueError) as error:
-        reason = getattr(error, "strerror", None) or "it is no table in UTF-8"
-        raise UsageError(f"`{path}` cannot be read: {reason}") from None
+        rows = csv_rows(path)
+        _, heads = next(rows, (1, []))
+        if head not in heads:
+            near = nearest(head, heads)
+            guess = f" (did you mean {near}?)" if near else ""
+            hint = f"its columns are {', '.join(heads)}"
+            raise UsageError(f"`{path}` has no column {shown(head)}{guess}", hint=hint)
+        place, cells = heads.index(head), []
+        for line, row in rows:
+            cells.append("".join(row[place : place + 1]))
+            if not cells[-1]:
+                raise UsageError(f"{path}:{line}: this cell of the column is empty")
+    except ValueProblem as problem:
+        raise UsageError(f"`{path}` {problem.message}") from None
+    return tuple(cells), path
 
 
 def _told(text: str, exact: bool) -> tuple[Any, str]:

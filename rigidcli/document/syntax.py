@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable
+from dataclasses import dataclass
 from decimal import Decimal, InvalidOperation
 from typing import Any
 
@@ -40,9 +41,6 @@ _NUMBER = re.compile(
 )
 """What a plain scalar is, by the core schema of YAML 1.2; any other is a text."""
 
-_SURROGATES = re.compile(r"(?<!\\)((?:\\\\)*)\\u([dD][89abAB][0-9a-fA-F]{2})\\u([dD][c-fC-F][0-9a-fA-F]{2})")
-"""Two escapes of JSON that stand for one character, and the backslashes before them."""
-
 
 def read_tree(
     text: str,
@@ -58,12 +56,11 @@ def read_tree(
     every value by its path. Scalars stay the texts that were `typed`, where that is asked, and only nothing
     at all is None.
     """
-    if "\\u" in text:
-        text = _SURROGATES.sub(_joined, text)
     data = text.encode(errors="surrogatepass")
     require_bounded(data, source)
     try:
-        return _Builder(data, source, number, {} if lines is None else lines, typed).root()
+        events = _LOADER(data).get_event
+        return _Builder(events, source, number, {} if lines is None else lines, typed).root()
     except yaml.MarkedYAMLError as error:
         from rigidcli.document.complaints import find_slip
 
@@ -95,25 +92,15 @@ def decimal(text: str) -> Decimal | float:
         return float(text)
 
 
-def _joined(pair: re.Match[str]) -> str:
-    """The character, such as U+1F600, for which JSON writes a pair of escapes that YAML does not have."""
-    high, low = (int(pair[group], 16) for group in (2, 3))
-    return pair[1] + chr(0x10000 + ((high - 0xD800) << 10) + (low - 0xDC00))
-
-
+@dataclass(slots=True)
 class _Builder:
     """Puts events together. Containers within containers are worked by recursion, to MAX_DEPTH."""
 
-    def __init__(
-        self,
-        data: bytes,
-        source: str,
-        number: Callable[[str], object],
-        lines: dict[Path, int],
-        is_typed: bool,
-    ) -> None:
-        self._next: Callable[[], Any] = _LOADER(data).get_event
-        self._source, self._number, self._lines, self._is_typed = source, number, lines, is_typed
+    _next: Callable[[], Any]
+    _source: str
+    _number: Callable[[str], object]
+    _lines: dict[Path, int]
+    _is_typed: bool
 
     def root(self) -> Any:
         """The one document of the stream; None where there is nothing."""

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
-from functools import lru_cache
 from itertools import combinations_with_replacement
 from typing import Annotated, Any, ClassVar, Literal, TypeAlias
 
@@ -16,7 +15,6 @@ from rigidcli.document.variables import (
     EXPRESSION_SCHEMA,
     MOST_COORDINATES,
     RESULTS,
-    acceleration,
     blame_parameter,
     derived_names,
     momentum,
@@ -63,46 +61,30 @@ def _read_coordinates(raw: object, info: ValidationInfo) -> tuple[str, ...]:
     return env.coordinates
 
 
-Kinds: TypeAlias = tuple[Literal["velocities", "momenta"], ...]
-
-
-@lru_cache(maxsize=8)
-def _variables(coordinates: tuple[str, ...], besides: Kinds) -> tuple[tuple[str, ...], Mapping[str, str]]:
-    """What an expression may contain besides parameters, and what the system's other names mean."""
-    of = {"velocities": velocity, "momenta": momentum}
-    variables = (*coordinates, *(of[kind](name) for kind in besides for name in coordinates), "t")
-    meanings = derived_names(coordinates)
-    meanings |= {acceleration(name): f"the acceleration of `{name}`" for name in coordinates}
-    return variables, {name: what for name, what in meanings.items() if name not in variables}
-
-
 @dataclass(frozen=True)
 class SystemExpression(Reader):
     """Marks a field as an expression in the parameters, the coordinates of the system, t, and `besides`.
 
     It has this dimension, as far as the parameters have units that tell; None is any.
-    `hint` says what to write for what is of the system, but does not stand there.
     """
 
     dimension: Dimension | None
-    besides: Kinds
-    hint: str
+    besides: tuple[Literal["velocities", "momenta"], ...]
     sign: Literal["positive", "nonnegative"] | None = None
 
     def json_schema(self) -> JsonSchemaValue:
         """A number or a text, with the variables that may stand in it."""
-        variables = " and ".join(
-            ", ".join(["the parameters", "coordinates", *self.besides, "t"]).rsplit(", ", 1)
-        )
-        return EXPRESSION_SCHEMA | {"description": f"An expression in {variables}"}
+        variables = ", ".join(["the parameters", "coordinates", *self.besides])
+        return EXPRESSION_SCHEMA | {"description": f"An expression in {variables} and t"}
 
     def read(self, raw: object, info: ValidationInfo) -> Expression:
         """The expression, in which names stay names."""
         env = environment(info)
         if env.coordinates is None:
             return env.symbolic(raw, self.dimension)
-        variables, misplaced = _variables(env.coordinates, self.besides)
-        expression = read_expression(raw, env, variables, misplaced, self.hint, self.dimension)
+        named = {"velocities": velocity, "momenta": momentum}
+        further = (named[kind](name) for kind in self.besides for name in env.coordinates)
+        expression = read_expression(raw, env, (*env.coordinates, *further, "t"), self.dimension)
         if self.sign is not None:
             value = env.value(expression)
             if value is not None and (value < 0 or (value == 0 and self.sign == "positive")):
@@ -111,19 +93,12 @@ class SystemExpression(Reader):
         return expression
 
 
-_ENERGY_HINT = "write it in coordinates, velocities and t; momenta belong to a `hamiltonian`"
-_HAMILTONIAN_HINT = "write it in coordinates, momenta and t; velocities belong to a `lagrangian`"
-_POSITION_HINT = "where a particle is depends on coordinates and t; its velocity follows from that"
-_MASS_HINT = "a mass may depend on coordinates and t; give what moves otherwise by its `lagrangian`"
-
-InVelocities: TypeAlias = Annotated[Expression, SystemExpression(ENERGY, ("velocities",), _ENERGY_HINT)]
-InMomenta: TypeAlias = Annotated[Expression, SystemExpression(ENERGY, ("momenta",), _HAMILTONIAN_HINT)]
-CartesianCoordinate: TypeAlias = Annotated[Expression, SystemExpression(LENGTH, (), _POSITION_HINT)]
-Turning: TypeAlias = Annotated[Expression, SystemExpression(ANGLE, (), _POSITION_HINT)]
-Inertia: TypeAlias = Annotated[Expression, SystemExpression(MASS, (), _MASS_HINT, "positive")]
-RotationalInertia: TypeAlias = Annotated[
-    Expression, SystemExpression(MOMENT_OF_INERTIA, (), _MASS_HINT, "nonnegative")
-]
+InVelocities: TypeAlias = Annotated[Expression, SystemExpression(ENERGY, ("velocities",))]
+InMomenta: TypeAlias = Annotated[Expression, SystemExpression(ENERGY, ("momenta",))]
+CartesianCoordinate: TypeAlias = Annotated[Expression, SystemExpression(LENGTH, ())]
+Turning: TypeAlias = Annotated[Expression, SystemExpression(ANGLE, ())]
+Inertia: TypeAlias = Annotated[Expression, SystemExpression(MASS, (), "positive")]
+RotationalInertia: TypeAlias = Annotated[Expression, SystemExpression(MOMENT_OF_INERTIA, (), "nonnegative")]
 
 
 def _read_forces(raw: object, info: ValidationInfo) -> dict[str, Expression]:
@@ -133,16 +108,15 @@ def _read_forces(raw: object, info: ValidationInfo) -> dict[str, Expression]:
         raw,
         lambda name, value: _FORCE.read(value, info),
         example="{x: -c*xdot}",
-        most=MOST_COORDINATES,
         names=names,
-        expected=f"expected one of {', '.join(names or ())}",
     )
 
 
-_FORCE = SystemExpression(
-    None, ("velocities", "momenta"), "write a force in coordinates, velocities, momenta and t"
-)
-_FORCES = ReadBy(_read_forces, {"type": "object", "additionalProperties": EXPRESSION_SCHEMA})
+_FORCE = SystemExpression(None, ("velocities", "momenta"))
+Forces: TypeAlias = Annotated[
+    dict[str, Expression],
+    ReadBy(_read_forces, {"type": "object", "additionalProperties": EXPRESSION_SCHEMA}),
+]
 
 
 def _read_functions(raw: object, info: ValidationInfo) -> tuple[UnknownFunction, ...]:
@@ -169,7 +143,7 @@ def _read_functions(raw: object, info: ValidationInfo) -> tuple[UnknownFunction,
                 message = f"`{name}` is the derivative of `{base}`, expected another name"
                 yield ValueProblem(message, path=(spelling[name],))
 
-    functions = read_mapping(raw, read, example="{V: [x]}", most=MOST_COORDINATES, besides=twice)
+    functions = read_mapping(raw, read, example="{V: [x]}", besides=twice)
     env.functions = slopes
     return tuple(functions.values())
 
@@ -185,24 +159,21 @@ def _arguments(raw: object) -> list[str]:
     return names
 
 
-_NAMES = {"anyOf": [{"type": "string"}, {"type": "array", "items": {"type": "string"}}]}
-_FUNCTIONS = ReadBy(
-    _read_functions,
-    {
-        "type": "object",
-        "additionalProperties": _NAMES,
-        "description": "Functions without a formula, with the names of their arguments, such as V: [x]",
-    },
-)
-
-
-# --- sections
-
+Functions: TypeAlias = Annotated[
+    tuple[UnknownFunction, ...],
+    ReadBy(
+        _read_functions,
+        {
+            "type": "object",
+            "additionalProperties": names_schema(1, MOST_ARGUMENTS),
+            "description": "Functions without a formula, with the names of their arguments, such as V: [x]",
+        },
+    ),
+]
 Position: TypeAlias = Annotated[tuple[CartesianCoordinate, ...], AsList, Field(min_length=1, max_length=3)]
 Coordinates: TypeAlias = Annotated[
     tuple[str, ...], ReadBy(_read_coordinates, names_schema(1, MOST_COORDINATES))
 ]
-Forces: TypeAlias = Annotated[dict[str, Expression], _FORCES]
 
 
 class Particle(Section):
@@ -241,7 +212,7 @@ class System(Section):
     coordinates: Coordinates = Field(
         description="Names of the generalized coordinates; the velocity of x is xdot, its momentum p_x"
     )
-    functions: Annotated[tuple[UnknownFunction, ...], _FUNCTIONS] = optional(
+    functions: Functions = optional(
         "Functions without a formula; the derivative of V(x) is written dV_dx(x)", ()
     )
     lagrangian: InVelocities | None = optional("L, in coordinates and velocities")
@@ -252,15 +223,6 @@ class System(Section):
     forces: Forces | None = optional(
         "Generalized forces beside those of the potential, by their coordinates: {x: -c*xdot}"
     )
-
-    @classmethod
-    def _unknown(cls, key: str, raw: Mapping[str, Any]) -> ValueProblem:
-        if key in ("constraint", "constraints"):
-            hint = (
-                "choose coordinates that obey them: `phi` of a rolling wheel, with `R*phidot` for its speed"
-            )
-            return ValueProblem("unknown key: a system has no constraints beside its coordinates", hint=hint)
-        return super()._unknown(key, raw)
 
     def expressions(self) -> list[Expression]:
         """The expressions that make the system."""

@@ -13,8 +13,7 @@ from rigidcli.bodies.shape import Shape
 from rigidcli.core.arithmetic import FLOAT
 from rigidcli.document.document import Document
 from rigidcli.document.draft import Draft
-from rigidcli.errors import ComputationError, DocumentError, Problem, ValueProblem
-from rigidcli.errors import Path as Keys
+from rigidcli.errors import ComputationError, DocumentError, ValueProblem, at
 from rigidcli.fields.environment import Formula
 
 TRIALS = 30
@@ -27,8 +26,8 @@ MOST_SYMBOLS = 3
 def tried(document: Document, draft: Draft, read: Callable[[Mapping[str, Any]], Document]) -> Document:
     """The document, with notes on the positive values of its symbols that it cannot have.
 
-    `read` makes a document of a tree with numbers, without looking whether the body can exist. Problems and
-    notes name the check that fails, without the values. Raises DocumentError where all values fail.
+    `read` makes of a tree with numbers a document, which may be one that cannot exist. Problems and notes
+    name the check that fails, without the values. Raises DocumentError where all values fail.
     """
     parameters = draft.tree["parameters"]
     symbols = [name for name, value in parameters.items() if value is None]
@@ -40,45 +39,41 @@ def tried(document: Document, draft: Draft, read: Callable[[Mapping[str, Any]], 
             _require_physical(read({**draft.tree, "parameters": {**parameters, **values}}))
         except DocumentError as error:
             failed.update({(problem.key, _check(problem.message)) for problem in error.problems})
+        except ValueProblem as problem:
+            failed[".".join(map(str, problem.path)), _check(problem.message)] += 1
         except ComputationError:
             continue
-    refused, notes = [], []
+    refused = []
+    names = ", ".join(f"`{name}`" for name in symbols)
     for (key, check), count in failed.items():
-        amount, names = "all" if count == TRIALS else "some", ", ".join(f"`{name}`" for name in symbols)
+        amount = "all" if count == TRIALS else "some"
         sentence = f"for {amount} positive values of {names} that were tried: {check}"
         if count == TRIALS and len(symbols) <= MOST_SYMBOLS:
-            line = draft.place(tuple(key.split(".")))[1]
-            refused.append(Problem(draft.source, sentence, line, key))
+            refused.append(document.problem(sentence, key))
         else:
-            notes.append(f"{key}: {sentence}" if key else sentence)
+            document.reading.environment.notes.append(f"{key}: {sentence}" if key else sentence)
     if refused:
         raise DocumentError(refused)
-    document.reading.notes += notes
     return document
 
 
 def _require_physical(document: Document) -> None:
-    """Raise DocumentError for what cannot exist, without integrals of densities."""
-    path: Keys = ("body",)
-    try:
-        varying = [shape for shape in _shapes(document.body) if isinstance(shape.density, Formula)]
-        for shape in varying:
-            from rigidcli.bodies.density_integrals import require_possible
+    """Raise ValueProblem for what cannot exist, without integrals of densities."""
+    varying = [shape for shape in _shapes(document.body) if isinstance(shape.density, Formula)]
+    for shape in varying:
+        from rigidcli.bodies.density_integrals import require_possible
 
+        with at("body"):
             require_possible(shape.density, shape.maps(FLOAT), shape.geometry(FLOAT), shape.UNIT)
-        if not varying:
-            document.physical.require()
-    except ValueProblem as problem:
-        key = ".".join(map(str, problem.path if problem.path[:1] == path else (*path, *problem.path)))
-        raise DocumentError([Problem(document.source, problem.message, key=key)]) from None
+    if not varying:
+        document.physical.require()
 
 
 def _shapes(body: object) -> Iterator[Shape]:
     """The shapes that a body consists of."""
-    if isinstance(body, Composite):
-        for part in body.parts:
-            yield from _shapes(part)
-    elif isinstance(body, Shape):
+    for part in body.parts if isinstance(body, Composite) else ():
+        yield from _shapes(part)
+    if isinstance(body, Shape):
         yield body
 
 

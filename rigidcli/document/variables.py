@@ -9,7 +9,7 @@ from typing import Annotated, Any, ClassVar, TypeAlias
 from pydantic import Field, ValidationInfo
 from pydantic.json_schema import JsonSchemaValue
 
-from rigidcli.document.parameters import read_mapping, read_name
+from rigidcli.document.parameters import MOST_ENTRIES, read_mapping, read_name
 from rigidcli.errors import ExpressionError, ValueProblem, gathered, shown
 from rigidcli.fields.dimensions import Dimension
 from rigidcli.fields.environment import Environment
@@ -17,8 +17,8 @@ from rigidcli.fields.readers import ReadBy
 from rigidcli.fields.section import Section, environment, optional, refuse
 from rigidcli.language.expression import Expression
 
-MOST_COORDINATES = 40
-"""The most coordinates of a system: far more than anybody writes, and still worked in bounded time."""
+MOST_COORDINATES = MOST_ENTRIES // 2
+"""The most coordinates of a system, which have as many momenta."""
 
 EXPRESSION_SCHEMA: JsonSchemaValue = {"type": ["number", "string"]}
 """JSON Schema of an expression."""
@@ -39,12 +39,9 @@ velocity, momentum, acceleration = "{}dot".format, "p_{}".format, "{}ddot".forma
 
 
 def derived_names(coordinates: Iterable[str]) -> dict[str, str]:
-    """The names of the velocities and momenta, and what they are."""
-    return {
-        name: f"the {kind} of `{coordinate}`"
-        for coordinate in coordinates
-        for name, kind in ((velocity(coordinate), "velocity"), (momentum(coordinate), "momentum"))
-    }
+    """The names of the velocities, momenta and accelerations, and what they are."""
+    kinds = {"velocity": velocity, "momentum": momentum, "acceleration": acceleration}
+    return {of(name): f"the {kind} of `{name}`" for name in coordinates for kind, of in kinds.items()}
 
 
 def read_new_names(
@@ -84,21 +81,22 @@ def read_expression(
     raw: object,
     env: Environment,
     variables: tuple[str, ...],
-    misplaced: Mapping[str, str],
-    hint: str,
     dimension: Dimension | None = None,
+    others: Mapping[str, str] = {},
 ) -> Expression:
     """An expression in `variables` and the parameters, which stay names.
 
-    `misplaced` tells what names are that mean something, but elsewhere; `hint` says what to write for
-    them. Raises ValueProblem.
+    `others` tells what names are that mean something elsewhere, besides those of the system. Raises
+    ValueProblem.
     """
     expression = env.symbolic(raw, dimension, variables)
-    calls = {name: f"a function, and needs its argument: `{name}(...)`" for name in env.functions}
-    for name in sorted(expression.names & calls.keys() - env.declared - {*variables}):
-        raise ExpressionError(f"`{name}` is {calls[name]}")
-    for name in sorted(expression.names & misplaced.keys() - env.declared):
-        raise ExpressionError(f"`{name}` is {misplaced[name]}, which cannot stand here", hint=hint)
+    strange = expression.names - env.declared - {*variables}
+    for name in sorted(strange & env.functions.keys()):
+        raise ExpressionError(f"`{name}` is a function, and needs its argument: `{name}(...)`")
+    meanings = {**_meanings(env.coordinates or ()), **others} if strange else {}
+    for name in sorted(strange & meanings.keys()):
+        hint = f"variables here: {', '.join(variables)}"
+        raise ExpressionError(f"`{name}` is {meanings[name]}, which cannot stand here", hint=hint)
     env.admit(expression, variables, dimension)
     return expression
 
@@ -111,7 +109,7 @@ class Equilibrium:
     is_sought: bool
 
 
-def read_equilibrium(raw: object, info: ValidationInfo) -> Equilibrium:
+def _read_equilibrium(raw: object, info: ValidationInfo) -> Equilibrium:
     """The equilibrium in a document: `{theta: pi}`, or `{find: {theta: 3}}`. Raises ValueProblem."""
     env = environment(info)
     names = env.coordinates or ()
@@ -126,14 +124,19 @@ def read_equilibrium(raw: object, info: ValidationInfo) -> Equilibrium:
         raw["find"] if isinstance(raw, Mapping) and is_sought else raw,
         read,
         example="{theta: 0}, or near it {find: {theta: 3}}",
-        most=MOST_COORDINATES,
         names=env.coordinates,
-        expected=f"expected the coordinates {', '.join(names)}",
         needed=names,
-        lacks="expected its value at the equilibrium, such as 0",
         below=("find",) if is_sought else (),
     )
     return Equilibrium(values, is_sought)
+
+
+_COORDINATES = {"type": "object", "additionalProperties": EXPRESSION_SCHEMA}
+EQUILIBRIUM = ReadBy(
+    _read_equilibrium,
+    {"anyOf": [_COORDINATES, {"type": "object", "properties": {"find": {"title": "Find", **_COORDINATES}}}]},
+)
+"""Marks a field that holds an equilibrium."""
 
 
 def _meanings(coordinates: tuple[str, ...]) -> dict[str, str]:
@@ -144,7 +147,7 @@ def _meanings(coordinates: tuple[str, ...]) -> dict[str, str]:
 def _read_new_variables(raw: object, info: ValidationInfo) -> tuple[str, ...]:
     env = environment(info)
     taken = {**RESULTS, **_meanings(env.coordinates or ())}
-    index, problems = read_new_names(raw, env, taken, 2 * MOST_COORDINATES, "new variables")
+    index, problems = read_new_names(raw, env, taken, MOST_ENTRIES, "new variables")
     refuse("new variables", problems)
     names, count = tuple(index), 2 * len(env.coordinates or ())
     if len(names) % 2:
@@ -162,27 +165,19 @@ def _read_side(raw: object, info: ValidationInfo) -> dict[str, Expression]:
     new: tuple[str, ...] | None = info.data.get("new_variables")
     coordinates = env.coordinates
     old = None if coordinates is None else (*coordinates, *map(momentum, coordinates))
-    side, other, hint = old, new, "under `old` the old variables are written in the new ones"
-    if info.field_name == "new":
-        side, other = new, old
-        hint = "under `new` the new variables are written in the old coordinates and momenta"
-    meanings = _meanings(coordinates or ()) | dict.fromkeys(new or (), "a new variable")
-    misplaced = {name: what for name, what in meanings.items() if name not in (other or ())}
+    side, other = (new, old) if info.field_name == "new" else (old, new)
 
     def read(name: str, value: Any) -> Expression:
         if other is None:
             return env.symbolic(value)
-        return read_expression(value, env, (*other, "t"), misplaced, hint)
+        return read_expression(value, env, (*other, "t"), others=dict.fromkeys(new or (), "a new variable"))
 
     found = read_mapping(
         raw,
         read,
         example="{x: Q + P, p_x: P}",
-        most=2 * MOST_COORDINATES,
         names=side,
-        expected=f"expected {', '.join(side or ())}",
         needed=side or (),
-        lacks="expected an expression for it",
     )
     return {name: found[name] for name in side or found}
 
@@ -192,7 +187,7 @@ Side: TypeAlias = Annotated[
     ReadBy(_read_side, {"type": "object", "additionalProperties": EXPRESSION_SCHEMA}),
 ]
 NewVariables: TypeAlias = Annotated[
-    tuple[str, ...], ReadBy(_read_new_variables, names_schema(2, 2 * MOST_COORDINATES))
+    tuple[str, ...], ReadBy(_read_new_variables, names_schema(2, MOST_ENTRIES))
 ]
 
 

@@ -43,7 +43,8 @@ class Formula:
 class Environment:
     """Parameters by name, the arithmetic to use, and what was noticed while numbers were read.
 
-    `dimensions` has those of parameters with units; `declared` the names of all parameters, also
+    `definitions` has the values of parameters as they are written, each after those it uses, and
+    `dimensions` those of parameters with units; `declared` the names of all parameters, also
     before they have their values; `broken` those that have a problem of their own, so that what uses
     them is not reported again; `refused` the keys of parameters that are no names; `positive` symbols
     that stand where only a positive number makes sense.
@@ -57,6 +58,7 @@ class Environment:
 
     arithmetic: Arithmetic = FLOAT
     parameters: dict[str, Scalar] = field(default_factory=dict)
+    definitions: dict[str, Any] = field(default_factory=dict)
     dimensions: dict[str, Dimension] = field(default_factory=dict)
     folder: str = ""
     used: set[str] = field(default_factory=set)

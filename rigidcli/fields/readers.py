@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import pathlib
-from abc import abstractmethod
+from abc import ABC, abstractmethod
 from collections.abc import Callable, Mapping, Sequence
 from copy import deepcopy
 from dataclasses import dataclass
@@ -20,7 +20,7 @@ from pydantic_core.core_schema import ValidatorFunctionWrapHandler
 
 from rigidcli.errors import ValueProblem, nearest, shown
 from rigidcli.fields.environment import Environment
-from rigidcli.fields.section import Holder, Section, environment, sections_in
+from rigidcli.fields.section import Section, environment, sections_in
 from rigidcli.fields.words import AS_WRITTEN, key_slip, keys_called, with_colon
 
 SECTION = "x-section"
@@ -61,7 +61,7 @@ class ReadBy(Reader):
         return self.schema
 
 
-class Wrapper(Holder):
+class Wrapper(ABC):
     """Marks a field in which something else may stand for what it `otherwise` holds."""
 
     otherwise: Any
@@ -102,7 +102,7 @@ class Alternative(Wrapper):
 
 
 @dataclass(frozen=True)
-class Choice(Reader, Holder):
+class Choice(Reader):
     """Marks a field as one of several sections, told apart by `choose` from the mapping as read."""
 
     choose: Callable[[Mapping[str, Any]], type[Section]]
@@ -149,7 +149,7 @@ def by_key(forms: Mapping[str, type[Section]], example: str = "") -> Choice:
 
 
 @dataclass(frozen=True)
-class Elsewhere(Reader, Holder):
+class Elsewhere(Reader):
     """Marks a field for a section, or a choice, of another module, loaded when there is one to read."""
 
     module: str

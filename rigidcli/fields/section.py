@@ -5,7 +5,6 @@ The errors of all its keys are reported together, each with a cure where one is 
 
 # Annotations here are objects, not texts: pydantic reads those of a section for all that are built on it.
 
-from abc import ABC, abstractmethod
 from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from typing import Any, ClassVar, Self, get_args
 
@@ -24,21 +23,18 @@ from rigidcli.errors import UNKNOWN, ValueProblem, nearest
 from rigidcli.fields.environment import Environment
 from rigidcli.fields.words import bracketed, key_slip, keys_called
 
-AT_TOP = "belongs at the top of the document"
-"""The message for a key of the whole document that stands in a section."""
-
 
 class Section(BaseModel):
     """A mapping of the document: unknown keys and wrong types are refused, and nothing changes later.
 
-    `ONE_OF` and `AT_MOST_ONE_OF` name keys that exclude each other; of the former one must be given. A key of
-    `NEEDS` makes sense only beside the other one. Validators are built for sections that are read.
+    `ONE_OF` and each of `AT_MOST_ONE_OF` name keys that exclude each other; of the former one must be given.
+    A key of `NEEDS` makes sense only beside the other one. Validators are built for sections that are read.
     """
 
     model_config = ConfigDict(frozen=True, strict=True, extra="forbid", defer_build=True)
 
     ONE_OF: ClassVar[tuple[str, ...]] = ()
-    AT_MOST_ONE_OF: ClassVar[tuple[str, ...]] = ()
+    AT_MOST_ONE_OF: ClassVar[tuple[tuple[str, ...], ...]] = ()
     NEEDS: ClassVar[Mapping[str, str]] = {}
 
     @model_validator(mode="wrap")
@@ -68,12 +64,12 @@ class Section(BaseModel):
 
     @classmethod
     def _contradictions(cls, raw: Mapping[str, Any]) -> Iterator[ValueProblem]:
-        for keys, least, expected in ((cls.ONE_OF, 1, "exactly"), (cls.AT_MOST_ONE_OF, 0, "at most")):
-            given = [key for key in keys if raw.get(key) is not None] if keys else ()
-            if keys and not least <= len(given) <= 1:
+        for keys in filter(None, (cls.ONE_OF, *cls.AT_MOST_ONE_OF)):
+            given = [key for key in keys if raw.get(key) is not None]
+            if len(given) > 1 or (not given and keys is cls.ONE_OF):
                 words = " and ".join(f"`{key}`" for key in given or keys)
-                which = "both" if given else "neither"
-                yield ValueProblem(f"{which} of {words} given, expected {expected} one")
+                expected = "exactly one" if keys is cls.ONE_OF else "at most one"
+                yield ValueProblem(f"{'both' if given else 'neither'} of {words} given, expected {expected}")
         for key, needed in cls.NEEDS.items():
             if raw.get(key) is not None and raw.get(needed) is None:
                 yield ValueProblem(f"there is no `{needed}` beside it", path=(key,))
@@ -84,7 +80,7 @@ class Section(BaseModel):
         if (slip := key_slip(key, cls.model_fields)) is not None:
             return slip
         if key in top and cls.called(key, raw) is None:
-            return ValueProblem(AT_TOP)
+            return ValueProblem("belongs at the top of the document")
         return cls._unknown(key, raw)
 
     @classmethod
@@ -106,14 +102,6 @@ class Section(BaseModel):
 def optional(words: str, default: Any = None) -> Any:
     """A key that may be left out; `words` say what it is."""
     return Field(default=default, description=words)
-
-
-class Holder(ABC):
-    """A mark on a field that may hold sections."""
-
-    @abstractmethod
-    def sections(self) -> list[type[Section]]:
-        """The sections, each once."""
 
 
 def environment(info: ValidationInfo) -> Environment:
@@ -149,8 +137,8 @@ def sections_in(annotation: Any) -> list[type[Section]]:
     """The sections that a field of this type may hold, at any depth of its lists and choices."""
     if isinstance(annotation, type) and issubclass(annotation, Section):
         return [annotation]
-    if isinstance(annotation, Holder):
-        return annotation.sections()
+    if hasattr(annotation, "sections"):  # a mark that tells them
+        return list(annotation.sections())
     *types, metadata = (*get_args(annotation), getattr(annotation, "__metadata__", ()))
     marked = [section for mark in metadata for section in sections_in(mark)]
     return marked or list(dict.fromkeys(section for part in types for section in sections_in(part)))

@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+import csv
 import errno
 import io
 import os
 import stat
 import sys
+from collections.abc import Iterator
 
-from rigidcli.errors import DocumentError, Problem
+from rigidcli.errors import DocumentError, Problem, ValueProblem
 
 MAX_BYTES = 2_000_000
 """The longest text in UTF-8, which takes about half a second to read."""
@@ -76,3 +78,19 @@ def require_bounded(data: bytes, source: str) -> None:
         hint = "many points are read faster from a .csv or .npy file: `points: cloud.npy`"
         message = f"too long, expected at most {MAX_BYTES:,} bytes"
         raise DocumentError([Problem(source, message, hint=hint, code="too_large")])
+
+
+def csv_rows(path: str | os.PathLike[str]) -> Iterator[tuple[int, list[str]]]:
+    """The rows of a table that are not empty, each with its line; the first one has the heads.
+
+    Raises ValueProblem, without the name of the file, where it cannot be read.
+    """
+    try:
+        with open(path, encoding="utf-8-sig", newline="") as file:  # noqa: PTH123 - as typed
+            rows = csv.reader(file)
+            for row in rows:
+                if any(cells := [cell.strip() for cell in row]):
+                    yield rows.line_num, cells
+    except (OSError, ValueError, csv.Error) as error:
+        reason = getattr(error, "strerror", None) or "it is no table in UTF-8"
+        raise ValueProblem(f"cannot be read: {reason}") from None

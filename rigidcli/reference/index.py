@@ -3,28 +3,17 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from importlib import import_module
+from typing import Any
 
 from rigidcli.errors import UsageError, nearest, shown
 from rigidcli.reference import tables
 from rigidcli.reference.page import page, paragraph, rows
 
 
-def _keys_of(root: int) -> str:
-    from rigidcli.reference import keys
-
-    return keys.top(keys.roots()[root])
-
-
-def _assignment() -> str:
-    from rigidcli.reference import keys
-
-    return keys.assignment()
-
-
-def _shapes() -> str:
-    from rigidcli.reference.shapes import shapes_page
-
-    return shapes_page()
+def _of_keys(page: str, *arguments: Any) -> Callable[[], str]:
+    """A page of the module on keys, which loads all models."""
+    return lambda: str(getattr(import_module("rigidcli.reference.keys"), page)(*arguments))
 
 
 def _results() -> str:
@@ -34,11 +23,11 @@ def _results() -> str:
 
 
 TOPICS: dict[str, tuple[str, Callable[[], str]]] = {
-    "document": ("the keys at the top of a document", lambda: _keys_of(0)),
-    "assignment": ("the keys of an assignment of `check`", _assignment),
-    "answers": ("the keys of an answer file", lambda: _keys_of(2)),
+    "document": ("the keys at the top of a document", _of_keys("top", 0)),
+    "assignment": ("the keys of an assignment of `check`", _of_keys("assignment")),
+    "answers": ("the keys of an answer file", _of_keys("top", 2)),
     "files": ("the files that commands read, by the endings of their names", tables.files),
-    "shapes": ("the shapes of bodies with their dimensions", _shapes),
+    "shapes": ("the shapes of bodies with their dimensions", _of_keys("shapes_page")),
     "units": ("units of quantities such as `5 cm`", tables.units),
     "functions": ("functions in expressions", tables.functions),
     "results": ("what each command finds: the fields of its json", _results),
@@ -96,16 +85,15 @@ def _by_name(name: str) -> list[str]:
     from rigidcli.bodies.shapes import SHAPES
     from rigidcli.language.functions import FUNCTIONS, RESERVED
     from rigidcli.reference import keys
-    from rigidcli.reference.shapes import dimension_page, shape_page
 
     if name in ("shape", "anchor", "density") and (place := keys.find(("body", name))) is not None:
         return [keys.explained(place)]
     if name in SHAPES:
-        return [shape_page(name, SHAPES[name])]
+        return [keys.shape_page(name, SHAPES[name])]
     if name in FUNCTIONS or name in RESERVED:
         return [tables.functions()]
     found = list(dict.fromkeys(keys.explained(key) for key in keys.every() if key.path[-1] == name))
-    found += filter(None, [dimension_page(name)])
+    found += filter(None, [keys.dimension_page(name)])
     found += tables.results_called(name) + tables.torque_variable(name)
     if not found and (unit := tables.unit(name)) is not None:
         found = [unit]

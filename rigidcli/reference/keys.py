@@ -1,19 +1,20 @@
-"""The keys of documents, assignments and answer files, from the models that read them."""
+"""The keys of documents, assignments and answer files, and the shapes, from the models that read them."""
 
 from __future__ import annotations
 
 from collections.abc import Collection, Iterator
+from types import SimpleNamespace
 from typing import NamedTuple
 
 from pydantic.fields import FieldInfo
 
+from rigidcli.algebra.arithmetic import EXACT
 from rigidcli.bodies.shape import Shape
 from rigidcli.bodies.shapes import SHAPES
 from rigidcli.document.document import Document
 from rigidcli.fields.section import Section, sections_in
 from rigidcli.reference.fields import fields_of, first_sentence, holding, said
 from rigidcli.reference.page import page, paragraph, rows, words
-from rigidcli.reference.shapes import shape_page, shapes_page
 
 
 class Key(NamedTuple):
@@ -99,8 +100,9 @@ def explained(key: Key) -> str:
     return page(head, paragraph(about), *parts)
 
 
-def top(root: type[Section]) -> str:
-    """The page of a file: the keys at its top."""
+def top(place: int) -> str:
+    """The page of a file, by its place among the `roots`: the keys at its top."""
+    root = roots()[place]
     return page(root.__name__.lower(), _section(root))
 
 
@@ -121,3 +123,35 @@ def _section(section: type[Section], is_one_of_several: bool = False, besides: C
         title = paragraph(f"With `{key}`: {first_sentence(section)}") if key else title
     own = [(name, said(field)) for name, field in fields_of(section).items() if name not in besides]
     return title + "\n" + rows(own)
+
+
+def shape_page(head: str, shape: type[Shape]) -> str:
+    """What a shape is, its dimensions, and its anchors."""
+    written = shape.dimensions()
+    own = [(words, said(shape.model_fields[name])) for name, words in written.items()]
+    symbols = {name: EXACT.symbol(name, True) for name in (*written, *"xyz")}
+    lists = {name: tuple(symbols[axis] for axis in "xyz") for name, words in written.items() if words != name}
+    sample = SimpleNamespace(**symbols | lists)
+    anchors = [(name, f"({', '.join(map(str, place(sample)))})") for name, place in shape.ANCHORS.items()]
+    shared = [(name, said(field)) for name, field in shape.model_fields.items() if name not in written]
+    return page(
+        head,
+        paragraph(first_sentence(shape)),
+        "dimensions\n" + rows(own),
+        "anchors, in the shape's own axes\n" + rows([*anchors, ("com", "the centre of mass")]),
+        "any shape has\n" + rows(shared),
+    )
+
+
+def dimension_page(name: str) -> str | None:
+    """A dimension of shapes, and which have it; None for another name."""
+    having = [
+        (each.word(), said(each.model_fields[name])) for each in SHAPES.values() if name in each.dimensions()
+    ]
+    return page(f"{name}: a dimension of shapes", rows(having)) if having else None
+
+
+def shapes_page(head: str = "shapes") -> str:
+    """All shapes, each with its dimensions."""
+    listed = [(name, ", ".join(shape.dimensions().values())) for name, shape in SHAPES.items()]
+    return page(head, rows(listed), "`rigidcli explain cone` tells more of one.")

@@ -104,11 +104,10 @@ def test_the_bytes_do_not_depend_on_the_number_of_processes(
         ("w1,w2,w3\n1,2,3\n1,2\n", 3, "read 2 values, expected 3"),
         ("w1,w2,w3\n1,2,3\n\n1,two,3\n", 4, "column w2: read `two`, expected a number"),
         ("w1,w2,w3\n1,nan,3\n", 2, "expected a number"),
-        ("w1,w2,w3\n1,1e999,3\n", 2, "expected a finite number"),
+        ("w1,w2,w3\n1,1e999,3\n", 2, "expected a number"),
         ("w1,w2,w3\n1,1e200,3\n", 2, "expected angular velocities"),
         ("w1,w2,w3\n1,[2],3\n", 2, "expected a number"),
         ("w1,w2,w3,q0,q1,q2,q3\n1,2,3,0,0,0,0\n", 2, "expected a quaternion"),
-        ("w1,w2,w3\n" + "1" * 20_000, 2, "a line of more than"),
         ("w1,w2,w3\n", None, "no starts"),
     ],
 )

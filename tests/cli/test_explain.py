@@ -21,11 +21,8 @@ from tests.shapes import DIMENSIONS
         ("document", ["body", "about", "system", "orbit"]),
         ("body", ["box, cube", "With `points`", "given_about", "position"]),
         ("body.shape", [*SHAPES]),
-        (
-            "body.shape.cone",
-            ["opening to +z", "radius", "base  (0, 0, height)", "O=apex ---- com ---- base ---> z"],
-        ),
-        ("cylinder", ["base  (0, 0, -height/2)", "base ---- O=com ---> z"]),
+        ("body.shape.cone", ["opening to +z", "radius", "base  (0, 0, height)"]),
+        ("cylinder", ["base  (0, 0, -height/2)"]),
         ("plate", ["corner  (-x/2, -y/2, 0)", "size: [x, y]"]),
         ("body.parts.0.radius", ["a positive length (m)", "needed"]),
         ("radius", ["sphere", "cone", "ring"]),

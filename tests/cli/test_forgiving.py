@@ -103,7 +103,7 @@ def cured(tree: Any, told: str) -> Any:
         elif says.startswith("unknown key"):
             assert wanted, told
             place.setdefault(wanted, place.pop(key))
-        elif "belongs beside" in says:
+        elif "belongs at the top" in says:
             tree[key] = place.pop(key)
         elif written := re.search(r"write `(.*?)(?:: {(\w+): ...})?`(.*)", hint):
             value = place.pop(key)

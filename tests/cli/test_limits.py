@@ -12,7 +12,7 @@ from importlib.util import find_spec
 
 import pytest
 
-from rigidcli.cli.progress import progress
+from rigidcli.cli.failures import progress
 from rigidcli.core import memory
 from tests.conftest import ROOT, Outcome, Program
 

@@ -298,7 +298,7 @@ UNREADABLE = """
 body.side=1:2 -> expected START:STOP:COUNT   body.side=1:2:0 -> read `0`, expected a COUNT from 1
 body.side=1:2:-3 -> read `-3`, expected a COUNT from 1
 body.side=1:2:2.5 -> read `2.5`, expected a COUNT from 1   body.side=1:2:1e99 -> expected a COUNT from 1
-body.side=nan:2:3 -> it is not finite   body.side=1:1e999:3 -> it is not finite
+body.side=nan:2:3 -> read `nan`, expected a number   body.side=1:1e999:3 -> the value is too large
 body.side=1 kg:2 m:3 -> `kg` and `m` do not measure the same
 body.side=1:2 cm:3 -> `1` has no unit (write `1 cm`)   body.side=1 foo:2 foo:3 -> unknown unit `foo`
 body.side=log:0:1:3 -> ends of the same sign   body.side=log:-1:1:3 -> ends of the same sign
