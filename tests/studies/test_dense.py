@@ -96,9 +96,9 @@ class System:
 @pytest.mark.parametrize(
     ("size", "reach", "magnetic"),
     [
-        *((size, size, False) for size in (2, 3, 4, 5, 7, 10, 20)),
-        *((size, size, True) for size in (3, 6)),
-        *((size, 1, True) for size in (8, 20)),
+        *((size, size, False) for size in (2, 4, 7, 20)),
+        (3, 3, True),
+        (20, 1, True),
         (20, 3, False),
     ],
 )
@@ -124,8 +124,8 @@ def test_the_motion_is_that_of_the_inverted_momenta(size: int, reach: int, magne
         assert slopes[size:] == pytest.approx([float(each) for each in forces], rel=1e-12, abs=1e-12 * force)
 
 
-@pytest.mark.parametrize("name", ["_d0", "_x2", "_energy_change"])
-def test_no_parameter_is_taken_for_a_step_of_the_elimination(name: str) -> None:
+def test_no_parameter_is_taken_for_a_step_of_the_elimination() -> None:
+    name = "_d0"
     text = f"""
 parameters: {{{name}: 0.3}}
 system:
