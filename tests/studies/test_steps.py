@@ -50,12 +50,6 @@ def test_the_cube_reads_like_a_textbook(program: Program) -> None:
     assert "paragraph" in program("axes", "configs/cube_symbolic.yaml", "--steps", "-f", "latex").out
 
 
-@pytest.mark.parametrize("format", ["json", "csv"])
-def test_programs_see_no_steps(format: str, program: Program) -> None:
-    path = "configs/three_masses.yaml"
-    assert program("axes", path, "-f", format, "--steps").out == program("axes", path, "-f", format).out
-
-
 def listed(step: Step, head: str) -> list[Any]:
     """The column of a step's table under this head."""
     return next(list(column.values) for column in step.tables[0].columns if column.cells == (head,))
