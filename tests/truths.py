@@ -45,7 +45,7 @@ def expected(value: Any, names: dict[str, float], within: float) -> Any:
         return value
     if isinstance(value, list):
         return [expected(entry, names, within) for entry in value]
-    return pytest.approx(value, rel=within, abs=1e-14)
+    return pytest.approx(value, rel=within, abs=within * abs(value) or 1e-14)
 
 
 def require(case: dict[str, Any], program: Program) -> None:

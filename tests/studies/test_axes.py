@@ -5,23 +5,24 @@ from __future__ import annotations
 import json
 import math
 from collections.abc import Mapping
+from pathlib import Path
 from typing import Any
 
 import mpmath
 import numpy as np
 import pytest
+import yaml
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
 import rigidcli
-from rigidcli.document.syntax import read_tree
 from rigidcli.errors import ComputationError
 from tests.exact import numeric
-from tests.tables import rows
 
 few = settings(max_examples=30, deadline=None)
 
+BODIES = yaml.safe_load(Path(__file__).with_name("bodies.yaml").read_text(encoding="utf-8"))
 BOX = {"shape": "box", "size": [1, 2, 3], "mass": 12}
 BOX_MOMENTS = [5.0, 10.0, 13.0]
 """About e1 = z, e2 = y, e3 = x of the box: M (a^2 + b^2)/12."""
@@ -51,38 +52,12 @@ def require_consistent(found: Any) -> None:
 
 # --- classes
 
-CLASSES = """
-point | {points: [[2, 1, 2, 3]]} | [[0, 1, 2]] | com
-linear | {points: [[2, 1, 2, 3], [1, 0, 0, 0]]} | [[0], [1, 2]] | com
-linear | {shape: rod, length: 2, mass: 1, axis: [1, 2, 3]} | [[0], [1, 2]] | origin
-linear | {points: [[2, 1, 2, 3]]} | [[0], [1, 2]] | origin
-spherical | {shape: sphere, radius: 2, mass: 1} | [[0, 1, 2]] | com
-spherical | {shape: cube, side: 2, mass: 1, rotation: {euler: [1, 2, 3]}} | [[0, 1, 2]] | com
-spherical | {points: [[1, 1, 1, 1], [1, 1, -1, -1], [1, -1, 1, -1], [1, -1, -1, 1]]} | [[0, 1, 2]] | com
-spherical | {shape: cylinder, radius: 1, height: sqrt(3), mass: 1, axis: [1, 2, 3]} | [[0, 1, 2]] | com
-oblate | {shape: disk, radius: 2, mass: 1} | [[0, 1], [2]] | com
-oblate | {shape: cylinder, radius: 1, height: 1.7, mass: 1, axis: [1, 2, 3]} | [[0, 1], [2]] | com
-oblate | {shape: plate, size: [2, 2], mass: 1, axis: [3, 2, 1]} | [[0, 1], [2]] | com
-prolate | {shape: cylinder, radius: 1, height: 1.8, mass: 1, axis: [1, 2, 3]} | [[0], [1, 2]] | com
-prolate | {shape: cube, side: 1, mass: 12, anchor: corner} | [[0], [1, 2]] | origin
-spherical | {shape: cube, side: 1, mass: 12, anchor: corner} | [[0, 1, 2]] | com
-prolate | {shape: cube, side: 1, mass: 12, anchor: corner} | [[0], [1, 2]] | [1, 0, 0.2]
-asymmetric | {shape: box, size: [1, 2, 3], mass: 12} | [[0], [1], [2]] | [1, 0, 0.2]
-prolate | {shape: cone, radius: 1, height: 4, mass: 1} | [[0], [1, 2]] | origin
-asymmetric | {shape: box, size: [1, 2, 3], mass: 1, rotation: {euler: [1, 2, 3]}} | [[0], [1], [2]] | com
-asymmetric | {shape: triangle, vertices: [[0, 0], [1, 0], [0, 1]], mass: 1} | [[0], [1], [2]] | origin
-"""
-"""The class of a body, the body, its groups of equal moments, and the point they are about.
 
-About its centre a cube is as good as a ball, and so symmetric about the way to any other point.
-"""
-
-
-@pytest.mark.parametrize(("kind", "body", "groups", "about"), rows(CLASSES))
-def test_every_class(kind: str, body: str, groups: str, about: str) -> None:
+@pytest.mark.parametrize(("kind", "body", "groups", "about"), BODIES["classes"])
+def test_every_class(kind: str, body: str, groups: list[list[int]], about: str) -> None:
     found = run(f"{{body: {body}, about: {about}}}")
     assert found["class"] == kind
-    assert found["groups"] == json.loads(groups)
+    assert found["groups"] == groups
     require_consistent(found)
     if kind in ("point", "linear"):
         assert found["moments"][0] == 0.0
@@ -270,56 +245,15 @@ def require_alike(exact: Any, floating: Any, values: Mapping[str, float] | None 
             assert numeric(exact["angle"], values) == pytest.approx(floating["angle"], abs=1e-13)
 
 
-EXACT = """
-body: {shape: cube, side: 1, mass: 12, anchor: corner}
-{body: {shape: cube, side: 1, mass: 12, anchor: corner}, about: com}
-{body: {points: [[1, 1, 0, 0], [2, 0, 1, 1], [3, 0, 1, -1]]}, motion: {omega: [1, 2, 3]}}
-{body: {points: [[1, 1, 2, 3], [2, -1, 0, 1], [3, 0, 1, -2]]}}
-{body: {shape: box, size: [1, 2, 0.3], mass: 12, axis: [1, 2, 2]}, motion: {omega: [1, 0, 1/3]}}
-{body: {shape: cylinder, radius: 1, height: 2, mass: 3, axis: [1, 1, 1]}, motion: {omega: [1, 1, 1]}}
-{body: {shape: cylinder, radius: 1, height: sqrt(3), mass: 3, axis: [1, 1, 1]}, motion: {omega: [1, 2, 1]}}
-{body: {shape: disk, radius: 1, mass: 4, axis: [0, 3, 4]}, motion: {omega: [0, 3, 4]}}
-{body: {shape: disk, radius: 1, mass: 4}, motion: {omega: [1, 1, 0], basis: principal}}
-{body: {shape: rod, length: 1, mass: 1, axis: [1, 2, 2]}, motion: {omega: [1, 2, 2]}}
-{body: {shape: rod, length: 1, mass: 1, axis: [1, 2, 2]}, motion: {omega: [1, 0, 0]}}
-{body: {points: [[2, 1, 2, 3]]}, about: com, motion: {omega: [1, 0, 0]}}
-{body: {points: [[2, 1, 2, 3]]}}
-{body: {shape: half_disk, radius: 2, mass: 3, rotation: {axis: [0, 0, 1], angle: pi/3}}, about: com}
-{body: {shape: cone, radius: 1, height: 2, mass: 1, axis: [0, 1, 0]}, frame: {euler: [pi/6, 0, 0]}}
-{body: {moments: [1, 2, 3], rotation: {euler: [0, pi/3, 0]}}, motion: {omega: [1, 1, 0], basis: principal}}
-{body: {inertia: [[2, 1, 0], [1, 2, 0], [0, 0, 3]], mass: 1}, motion: {omega: [0, 0, 2]}}
-{body: {parts: [{shape: cube, side: 2, density: 3}, {shape: cylinder, radius: 1/2, height: 2,
-  density: 3, hole: true}], axis: [3, 0, 4]}, motion: {omega: [3, 0, 4]}}
-"""
-
-
-@pytest.mark.parametrize("text", [text for (text,) in rows(EXACT)])
+@pytest.mark.parametrize("text", BODIES["exact axes"])
 def test_exact_results_are_the_floating_ones(text: str) -> None:
     require_alike(run(text, exact=True), run(text))
 
 
-SYMBOLIC = """
-body: {shape: cube, side: a, mass: M, anchor: corner} | a: 1.5, M: 7
-body: {points: [[m, a, 0, 0], [2*m, 0, a, a], [3*m, 0, a, -a]]} | m: 2, a: 0.5
-body: {points: [[m, a, 0, 0], [m, 0, a, 2*a], [m, 0, 2*a, a]]}, motion: {omega: [w, w, 0]}
-  | m: 2, a: 0.5, w: 3
-body: {shape: triangle, vertices: [[0, 0], [a, 0], [0, a]], density: s} | a: 1.5, s: 24
-body: {shape: disk, radius: R, mass: M}, motion: {omega: [0, w, w]} | R: 1.5, M: 2, w: 0.5
-body: {shape: disk, radius: R, mass: M}, motion: {omega: [0, 0, w]} | R: 1.5, M: 2, w: 0.5
-body: {shape: sphere, radius: R, mass: M}, motion: {omega: [w, 2*w, u]} | R: 1.5, M: 2, w: 0.5, u: -1
-body: {shape: rod, length: L, mass: M, axis: [1, 2, 2]}, motion: {omega: [w, 2*w, 2*w]} | L: 1.5, M: 2, w: 3
-body: {shape: plate, size: [a, a], mass: M, axis: [3, 0, 4]}, about: com | a: 1.5, M: 2
-body: {shape: rod, length: a, mass: M, rotation: {axis: [0, 1, 0], angle: u}} | a: 1.5, M: 2, u: 0.5
-body: {shape: disk, radius: a, mass: M, axis: [0, b, c]}, motion: {omega: [0, b, c]}
-  | a: 1, b: 2, c: 0.5, M: 3
-"""
-
-
-@pytest.mark.parametrize(("text", "given"), rows(SYMBOLIC))
-def test_symbols_with_values_give_the_floating_results(text: str, given: str) -> None:
-    values = read_tree(f"{{{given}}}", "")
+@pytest.mark.parametrize(("text", "values"), BODIES["symbols"])
+def test_symbols_with_values_give_the_floating_results(text: str, values: dict[str, float]) -> None:
     symbolic = run(f"{{{text}, parameters: {json.dumps(dict.fromkeys(values))}}}")
-    require_alike(symbolic, run(f"{{{text}, parameters: {{{given}}}}}"), values)
+    require_alike(symbolic, run(f"{{{text}, parameters: {json.dumps(values)}}}"), values)
 
 
 def test_where_the_moments_are_too_long_all_else_is_told() -> None:

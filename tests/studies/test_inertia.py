@@ -5,24 +5,25 @@ from __future__ import annotations
 import json
 import math
 from collections.abc import Mapping
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
 import sympy
+import yaml
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
 import rigidcli
 from rigidcli.algebra.expressions import Expr
 from rigidcli.bodies.shapes import SHAPES
-from rigidcli.document.syntax import read_tree
 from tests.exact import numeric
 from tests.shapes import DIMENSIONS
-from tests.tables import rows
 
 Floats = NDArray[np.float64]
 
+BODIES = yaml.safe_load(Path(__file__).with_name("bodies.yaml").read_text(encoding="utf-8"))
 KEYS = ("mass", "center_of_mass", "about", "tensor", "tensor_com")
 
 
@@ -90,26 +91,10 @@ PLACES = [
     "mass: 2.5, anchor: com, position: [1, -2, 0.5], rotation: {axis: [0, 0, 1], angle: pi/3}",
     "density: 1.2, position: [1, 0, 0.1], axis: [1, 2, 2]",
 ]
-OTHERS = """
-{points: [[1, 1, 0, 0.5], [2, -0.5, 2, 0], [0.5, 0, -1, 3]], rotation: {euler: [0, pi/3, 0]}}
-{shape: cone, radius: 1, height: 2, mass: 3, rotation: {euler: [0, pi/6, 0]}}
-{shape: cube, side: 1, mass: 1, anchor: corner, rotation: {quaternion: [1, 2, 3, 4]}}
-{shape: cube, side: 1, mass: 1, anchor: corner, rotation: {matrix: [[0, -1, 0], [1, 0, 0], [0, 0, 1]]}}
-{shape: cone, radius: 1, height: 2, mass: 1, axis: [0, 0, -3], anchor: base}
-{shape: cone, radius: 1, height: 2, mass: 1, axis: [1, 0, -1]}
-{inertia: [[3, 0.5, 0], [0.5, 3, 0.1], [0, 0.1, 4]], mass: 2, com: [0.1, 0, 1], axis: [1, 0, 0]}
-{moments: [9, 9, 9], mass: 2, com: [1, 0.5, 0], given_about: origin, position: [0, 0, 1]}
-{parts: [{shape: cube, side: 2, density: 3}, {shape: sphere, radius: 1, density: 3, hole: true}]}
-{parts: [{shape: cylinder, radius: 2, height: 1, density: 3, axis: [1, 0, 0]}, {shape: cylinder, radius: 1,
-  height: 1, density: 3, axis: [1, 0, 0], position: [0, 1/2, 0], hole: true}], rotation: {axis: [0, 1, 0],
-  angle: pi/3}, position: [1, 1, 1]}
-{parts: [{parts: [{shape: rod, length: 2, mass: 1}, {points: [[1, 0, 0, 1]]}], axis: [3, 0, 4]},
-  {shape: disk, radius: 1, mass: 2, position: [0, 0, 2]}]}
-"""
-BODIES = [
+EXACT = [
     *(f"{{shape: {shape}, {d}, {PLACES[0]}}}" for shape, d in DIMENSIONS.items()),
     *(f"{{shape: {shape}, {d}, {PLACES[1 + k % 2]}}}" for k, (shape, d) in enumerate(DIMENSIONS.items())),
-    *(text for (text,) in rows(OTHERS)),
+    *BODIES["exact bodies"],
 ]
 
 
@@ -125,7 +110,7 @@ def test_every_shape_is_worked_exactly_here() -> None:
     assert list(DIMENSIONS) == list(SHAPES)
 
 
-@pytest.mark.parametrize("body", BODIES)
+@pytest.mark.parametrize("body", EXACT)
 def test_exact_results_are_the_floating_ones(body: str) -> None:
     # Turned by pi/3, a shape is asked about its centre; other points are for the shapes as they are.
     about = "com" if "pi/3" in body else "[1/3, 0, -2]"
@@ -166,33 +151,8 @@ def test_an_exact_disk_is_rational_about_any_rational_point(axis: list[int], abo
             assert found[i, j] == central
 
 
-# Symbols: each document is worked once without values, and once for some values.
-SYMBOLIC = """
-{shape: cube, side: a, mass: M, anchor: corner} | a: 1.5, M: 7
-{shape: box, size: [a, b, 2*a], density: rho, position: [x, 0, -b]} | a: 0.3, b: 2, rho: 5, x: -1
-{shape: cone, radius: R, height: h, mass: M, axis: [1, 2, 2]} | R: 0.5, h: 3, M: 2
-{shape: hollow_sphere, outer_radius: R, inner_radius: R/2, density: rho} | R: 2, rho: 1.5
-{shape: spherical_cap, radius: R, cap_height: h, density: rho} | R: 2, h: 0.25, rho: 1.5
-{shape: half_disk, radius: R, mass: M, anchor: com} | R: 1.3, M: 2
-{shape: frustum, bottom_radius: a, top_radius: b, height: h, mass: M} | a: 2, b: 0.5, h: 3, M: 1
-{shape: torus, major_radius: R, minor_radius: r, mass: M} | R: 3, r: 0.5, M: 2
-{shape: triangle, vertices: [[0, 0], [a, 0], [0, b]], density: sigma} | a: 1.5, b: 0.4, sigma: 24
-{shape: polygon, vertices: [[0, 0], [a, 0], [a, b], [0, b]], mass: M} | a: 1.5, b: 0.4, M: 24
-{shape: tetrahedron, vertices: [[0, 0, 0], [a, 0, 0], [0, b, 0], [0, 0, c]], mass: M} | a: 1, b: 2, c: 3, M: 4
-{points: [[m, a, 0, 0], [2*m, 0, a, a], [3*m, 0, a, -a]]} | m: 2, a: 0.5
-{points: [[m, x, y, 0], [M, 0, 0, 1]]} | m: 2, M: 3, x: 1, y: -2
-{shape: rod, length: L, mass: M, rotation: {axis: [0, 1, 0], angle: theta}} | L: 2, M: 3, theta: 0.75
-{shape: disk, radius: R, mass: M, rotation: {euler: [pi/3, theta, 0]}} | R: 2, M: 3, theta: -0.5
-{inertia: [[A, D, 0], [D, B, 0], [0, 0, C]], mass: M, com: [x, 0, 0]} | A: 2, B: 3, C: 4, D: 0.5, M: 2, x: 1
-{parts: [{shape: cube, side: 2*a, density: s}, {shape: sphere, radius: a, density: s, hole: true}]}
-  | a: 0.5, s: 3
-{parts: [{shape: rod, length: L, mass: M, anchor: end}, {points: [[m, 0, 0, L]]}]} | L: 2, M: 3, m: 1
-"""
-
-
-@pytest.mark.parametrize(("body", "given"), rows(SYMBOLIC))
-def test_symbols_with_values_give_the_floating_results(body: str, given: str) -> None:
-    values = read_tree(f"{{{given}}}", "")
+@pytest.mark.parametrize(("body", "values"), BODIES["bodies with symbols"])
+def test_symbols_with_values_give_the_floating_results(body: str, values: dict[str, float]) -> None:
     about = "com" if "shape: cone" in body or "points" in body or "half_disk" in body else "origin"
 
     def text(parameters: Mapping[str, Any]) -> str:

@@ -101,20 +101,6 @@ def test_points_of_a_file_on_a_line(direction: Any, tmp_path: Path) -> None:
                 require({"points": points}, "linear", 0.0, about=about)
 
 
-@directions
-def test_thin_tubes_and_known_tensors(direction: Any) -> None:
-    tube = {"shape": "tube", "outer_radius": 1e-8, "inner_radius": 0.9e-8, "height": 1, "mass": 2}
-    require(tube | {"axis": direction}, "prolate", 1e-16 * (1 + 0.81))
-    hole = {"shape": "cylinder", "radius": 0.5e-8, "height": 1, "density": 1, "hole": True}
-    pipe = {"parts": [hole | {"radius": 1e-8, "hole": False}, hole], "axis": direction}
-    require(pipe, "prolate", math.pi / 2 * (1e-32 - 0.0625e-32), 1e-12)
-    for moment, kind in ((1e-20, "prolate"), (0, "linear")):
-        known = {"moments": [1, 1, moment], "mass": 1}
-        require(known | {"axis": direction}, kind, moment)
-        require(known, kind, moment, frame={"axis": direction, "angle": 0.7})
-    require({"inertia": [[1, 0, 0], [0, 1, 0], [0, 0, 1e-20]], "mass": 1}, "prolate", 1e-20)
-
-
 def test_rounding_prints_as_zero() -> None:
     molecule = carbon_dioxide([1, 0, 0], [0.1, 0.2, 0.3])["points"]
     tensor = run(

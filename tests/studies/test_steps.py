@@ -340,19 +340,6 @@ def test_energies_and_lagrange_equations_are_put_together_from_their_parts() -> 
         assert whole == pytest.approx(parts[0] - parts[1], rel=1e-12)
 
 
-def test_the_polynomial_of_the_matrix_has_its_eigenvalues() -> None:
-    result = rigidcli.hamilton(ROOT / "configs/damped_oscillator.yaml", steps=True)
-    by_title = {step.title: step for step in result.steps}
-    numbers = {"m": 0.7, "c": 0.1, "k": 2.8}
-    small = value(by_title["Small oscillations"], "det(M s^2 + C s + K)")
-    for s in (0.4, -1.3):
-        matrix = np.array([[0, 1 / 0.7], [-2.8, -0.1 / 0.7]])
-        exact = np.linalg.det(matrix - s * np.eye(2))
-        found = evaluated(value(by_title["Matrix form"], "det(A - lambda 1)"), **{"lambda": s}, **numbers)
-        assert found == pytest.approx(exact, rel=1e-12)
-        assert evaluated(small, s=s) == pytest.approx(0.7 * exact, rel=1e-12)
-
-
 def test_polynomials_keep_away_from_names_of_the_document() -> None:
     document = """
 parameters: {omega: null, lambda: null}
