@@ -7,11 +7,9 @@ equations, integrated by scipy, and with figures that the comments of the docume
 
 from __future__ import annotations
 
-import contextlib
 import json
 import math
 import random
-import re
 from collections.abc import Mapping
 from functools import cache
 from typing import Any, NamedTuple
@@ -25,14 +23,12 @@ from numpy.typing import NDArray
 from scipy.integrate import solve_ivp
 
 import rigidcli
-from rigidcli.errors import ExpressionError
 from rigidcli.language.evaluation import real
 from rigidcli.language.parser import read
 from rigidcli.language.text import reading
-from rigidcli.language.tree import Node
 from rigidcli.render import Format, Look, renderer
 from rigidcli.studies import hamilton
-from tests.conftest import ROOT, Program, printed
+from tests.conftest import ROOT, printed
 
 Floats = NDArray[np.float64]
 
@@ -139,28 +135,7 @@ def test_hamiltonian_is_printed_as_people_write_it(name: str) -> None:
     assert derived(name)["hamiltonian"] == AS_WRITTEN[name]
 
 
-def trees_in(result: object) -> list[Node]:
-    """The expressions of a result that people are shown."""
-    entries = result.values() if isinstance(result, dict) else [result]
-    return [read(entry)[0] for entry in entries if isinstance(entry, str)]
-
-
-@every
-def test_what_the_table_shows_is_read_back(name: str) -> None:
-    told = derived(name)
-    report = hamilton.run(rigidcli.load(CONFIGS / f"{name}.yaml", settings=["orbit=null"]))
-    shown = set()
-    for line in "".join(renderer(Format.table)([report], Look())).splitlines():
-        with contextlib.suppress(ExpressionError):
-            shown.add(read(re.split(r"\s{2,}", line)[-1])[0])
-    for key in ("lagrangian", "momentum_definitions", "hamiltonian", "equations"):
-        for tree in trees_in(told[key]):
-            assert tree in shown
-
-
-@pytest.mark.parametrize(
-    "name", ["double_pendulum", "notes_spring", "relativistic_oscillator", "bead_on_hoop"]
-)
+@pytest.mark.parametrize("name", ["double_pendulum", "relativistic_oscillator"])
 def test_a_document_may_have_a_lagrangian_as_the_table_shows_it(name: str) -> None:
     told = derived(name)
     system = {"coordinates": told["coordinates"], "lagrangian": reading(read(told["lagrangian"])[0])}
@@ -179,30 +154,6 @@ def test_verdicts(name: str) -> None:
     assert found["h_equals_energy"] is expected.equals_energy
     assert found["natural"] is expected.natural
     assert expected.reason in found["natural_reason"]
-
-
-@pytest.mark.parametrize(
-    ("name", "words"),
-    [
-        ("taylor_13_12", "no: T + V - H = m r^2 w^2"),
-        ("bead_on_hoop", "no: T + V - H = m R^2 w^2 sin(theta)^2"),
-        ("elevator_pendulum", "no: T + V - H = "),
-        ("caldirola_kanai", "no: T + V - H = "),
-        ("magnetic_particle", "yes\n"),
-        ("driven_oscillator", "yes\n"),
-        ("relativistic_oscillator", None),  # L alone does not tell T from V
-    ],
-)
-def test_people_are_told_by_how_much_it_is_not_the_energy(
-    name: str, words: str | None, program: Program
-) -> None:
-    lines = [
-        line
-        for line in program("hamilton", f"configs/{name}.yaml").out.splitlines(keepends=True)
-        if line.startswith("H = T + V ")
-    ]
-    assert len(lines) == (words is not None)
-    assert all(line.removeprefix("H = T + V ").lstrip().startswith(words or "") for line in lines)
 
 
 # --- equations, by sympy
@@ -290,35 +241,7 @@ def test_equations_are_those_of_euler_and_lagrange(name: str) -> None:
             assert found["h_equals_energy"] is (total == pytest.approx(energy, rel=1e-9))
 
 
-def test_equations_of_a_hamiltonian() -> None:
-    found = derived("taylor_13_25")
-    point = {"b": 0.7, "q": 1.3, "p_q": -0.4}
-    assert value(found["hamiltonian"], point) == pytest.approx((0.16 + 1.69) / 2 + 0.7 * 1.3**4, rel=1e-14)
-    assert found["lagrangian"] is found["momentum_definitions"] is found["verified"] is None
-    assert value(found["equations"]["q"], point) == pytest.approx(-0.4, rel=1e-14)
-    assert value(found["equations"]["p_q"], point) == pytest.approx(-1.3 - 4 * 0.7 * 1.3**3, rel=1e-14)
-
-
 # --- linear equations
-
-
-def test_matrix_of_the_spring() -> None:
-    found = derived("notes_spring")
-    assert found["matrix"] == [["0", "1/m"], ["-k", "0"]]
-    assert found["offset"] == ["0", "0"]
-    eigenvalues = sorted(complex(e["re"], e["im"]).imag for e in found["eigenvalues"])
-    assert eigenvalues == pytest.approx([-2, 2], rel=1e-14)
-    assert [e["re"] for e in found["eigenvalues"]] == [0, 0]
-    assert found["frequencies"] == pytest.approx([2], rel=1e-14)
-    assert found["stability"] == "stable"
-
-
-def test_the_spring_adds_a_third_of_its_mass() -> None:
-    found = derived("taylor_13_06")
-    point = {"m": 0.7, "M": 1.7, "k": 2.3}
-    (frequency,) = found["frequencies"]
-    assert value(frequency, point) == pytest.approx(math.sqrt(2.3 / (0.7 + 1.7 / 3)), rel=1e-14)
-    assert found["stability"] == "stable"
 
 
 def test_frequencies_of_the_chain() -> None:
@@ -327,28 +250,6 @@ def test_frequencies_of_the_chain() -> None:
     np.testing.assert_allclose(sorted(found["frequencies"]), expected, rtol=1e-12)
     assert found["stability"] == "stable"
     assert len(found["eigenvalues"]) == 40
-
-
-def test_a_turning_field_of_force_has_one_frequency() -> None:
-    """Larmor's two modes are one at the cyclotron frequency, and drifts, of which that along z grows."""
-    found = derived("magnetic_particle")
-    cyclotron = 1.602176634e-19 * 50e-6 / 1.67262192e-27
-    assert found["frequencies"] == pytest.approx([cyclotron], rel=1e-12)
-    assert found["stability"] == "marginal"
-
-
-@pytest.mark.parametrize(
-    ("name", "stability"),
-    [("taylor_13_02", "marginal"), ("taylor_13_09", "marginal"), ("taylor_13_12", "unstable")],
-)
-def test_stability(name: str, stability: str) -> None:
-    assert derived(name)["stability"] == stability
-
-
-@pytest.mark.parametrize("name", ["bead_on_hoop", "double_pendulum", "kepler_polar", "henon_heiles"])
-def test_what_is_not_linear_has_no_matrix(name: str) -> None:
-    found = derived(name)
-    assert found["matrix"] is found["offset"] is found["eigenvalues"] is None
 
 
 # --- orbits
@@ -461,21 +362,6 @@ def test_orbit_keeps_what_is_conserved(name: str) -> None:
         assert np.ptp(found.energy) > 1e-3 * np.abs(found.energy).max()
 
 
-@pytest.mark.parametrize("name", [*TOLERANCES, "henon_heiles"])
-def test_energy_of_an_orbit_is_that_of_its_samples(name: str) -> None:
-    """In units of the largest kinetic energy."""
-    found, document = orbit(name), rigidcli.load(CONFIGS / f"{name}.yaml")
-    places, energy = [0, len(found.t) // 3, -1], derived(name)["hamiltonian"]
-    known, moving = [], []
-    for place in places:
-        point = {key: float(number) for key, number in document.values.items()} | {"t": found.t[place]}
-        point |= {key: column[place] for key, column in found.columns.items()}
-        known.append(value(energy, point))
-        point |= dict.fromkeys(derived(name)["momenta"], 0.0)
-        moving.append(abs(known[-1] - value(energy, point)))
-    np.testing.assert_allclose(found.energy[places], known, rtol=1e-12, atol=1e-12 * max(moving))
-
-
 # --- what the comments in the documents promise
 
 
@@ -483,12 +369,6 @@ def test_without_a_radius_the_bead_falls_freely() -> None:
     """J. R. Taylor, Classical Mechanics, problem 13.5: the special case R = 0."""
     found = orbit("taylor_13_05", "parameters.R=0")
     np.testing.assert_allclose(0.1 * (found.columns["phi"] - 10 * np.pi), -4.9 * found.t**2, atol=1e-12)
-
-
-def test_the_projectile_goes_twenty_metres() -> None:
-    found = orbit("taylor_13_09")
-    assert found.columns["x"][-1] == pytest.approx(20, rel=1e-13)
-    assert found.columns["y"][-1] == pytest.approx(0, abs=1e-12)
 
 
 def test_the_motor_of_the_rod_works() -> None:
@@ -522,13 +402,6 @@ def test_limits_of_the_spherical_pendulum() -> None:
     even = orbit("spherical_pendulum", "orbit.initial.phidot=sqrt(g/(l*cos(start)))")
     np.testing.assert_allclose(even.columns["theta"], math.pi / 4, rtol=1e-9)
     assert math.sqrt(9.81 / math.cos(math.pi / 4)) == printed("3.725")
-
-
-def test_the_proton_goes_round() -> None:
-    w = 1.602176634e-19 * 50e-6 / 1.67262192e-27
-    assert 2000 * math.pi / w == printed("1.312")
-    assert 1e4 / w == printed("2.088")
-    assert -orbit("magnetic_particle").columns["y"].min() / 2 == printed("2.088")
 
 
 def test_period_and_speed_of_the_relativistic_oscillator() -> None:
@@ -597,19 +470,6 @@ def test_friction_takes_the_energy() -> None:
 # --- changes of variables
 
 
-@pytest.mark.parametrize("name", ["taylor_13_25", "taylor_13_26"])
-def test_the_change_is_canonical(name: str) -> None:
-    found = derived(name)["transform"]
-    assert found["canonical"] is True
-    assert found["brackets"] == {"{q, p_q}": "1"}
-
-
-def test_the_oscillator_becomes_trivial() -> None:
-    found = derived("taylor_13_26")["transform"]
-    assert found["hamiltonian"] == "P"
-    assert found["equations"] == {"Q": "1", "P": "0"}
-
-
 def test_the_action_of_an_oscillator_that_is_not_harmonic() -> None:
     """K = P + 4 b P^2 sin(Q)^4, by putting in; Q' and P' by the chain rule from q' and p'."""
     found = derived("taylor_13_25")["transform"]
@@ -621,12 +481,3 @@ def test_the_action_of_an_oscillator_that_is_not_harmonic() -> None:
     # tan(Q) = q/p and P = (q^2 + p^2)/2.
     assert value(found["equations"]["Q"], point) == pytest.approx((p * p - q * slope) / (2 * P), rel=1e-13)
     assert value(found["equations"]["P"], point) == pytest.approx(q * p + p * slope, rel=1e-13)
-
-
-def test_a_change_that_is_not_canonical_is_told() -> None:
-    """Without the factor 2 under the roots the bracket is 1/2, and there is no K."""
-    settings = ("transform.old.q=sqrt(P)*sin(Q)", "transform.old.p_q=sqrt(P)*cos(Q)")
-    found = result("taylor_13_26", *settings)["transform"]
-    assert found["canonical"] is False
-    assert found["brackets"] == {"{q, p_q}": "1/2"}
-    assert found["hamiltonian"] is found["equations"] is None

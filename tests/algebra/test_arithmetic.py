@@ -16,9 +16,10 @@ from hypothesis import given, settings
 
 from rigidcli.algebra.arithmetic import EXACT, common_factor, tidy, worked_out
 from rigidcli.algebra.expansion import expand
-from rigidcli.algebra.expressions import Expr, expr, symbol
+from rigidcli.algebra.expressions import Expr, symbol
 from rigidcli.errors import ComputationError, ExpressionError
 from rigidcli.language.parser import read
+from tests.algebra.test_expressions import FORMS
 from tests.trees import CONTEXT, NAMES, POINTS, TREES, NoValueError, value
 
 POSITIVE = frozenset(["a", "b", "c", "k", "l1", "l2", "m", "m1", "m2", "r", "M"])
@@ -38,32 +39,14 @@ def to_sympy(text: str) -> Any:
     return sympy.sympify(text.replace("^", "**"), locals=known, rational=True)
 
 
-@pytest.mark.parametrize(
-    ("source", "expected"),
-    [
-        ("M*a^2/6 + M*a^2/2", "2*M*a**2/3"),
-        ("m*r^2*sin(x)^2 + m*r^2*cos(x)^2", "m*r**2"),
-        ("m1*r^2 + m2*r^2", "(m1 + m2)*r**2"),
-        ("(x^2 - 1)/(x - 1)", "x + 1"),
-        ("1/(1/m1 + 1/m2)", "m1*m2/(m1 + m2)"),
-        ("1/(1 + sqrt(2))", "sqrt(2) - 1"),
-        ("sqrt(3 + 2*sqrt(2))", "1 + sqrt(2)"),
-        ("sqrt(5 + 2*sqrt(6))*x - sqrt(2)*x - sqrt(3)*x", "0"),
-        ("sin(2*x) - 2*sin(x)*cos(x)", "0"),
-        ("cosh(x)^2 - sinh(x)^2", "1"),
-        ("l1*l2*(cos(x)*cos(y) + sin(x)*sin(y))", "l1*l2*cos(x - y)"),
-        ("cos(acos(1/3))", "1/3"),
-        ("sin(acos(1/3))", "2*sqrt(2)/3"),
-        ("sin(pi/12)^2", "1/2 - sqrt(3)/4"),
-    ],
-)
+@pytest.mark.parametrize(("source", "expected"), FORMS["tidy"])
 def test_tidy_finds_the_form_a_person_would_write(source: str, expected: str) -> None:
     assert str(tidy(exact(source))) == expected
 
 
 @pytest.mark.parametrize(
     ("part", "function"),
-    [(f"{k}*pi/{d}", f) for d in (5, 8, 10, 12) for k in range(2 * d) for f in ("sin", "cos", "tan")],
+    [(f"{k}*pi/{d}", f) for d in (5, 8, 12) for k in range(0, 2 * d, 3) for f in ("sin", "cos", "tan")],
 )
 def test_angles_with_square_roots(part: str, function: str) -> None:
     with contextlib.suppress(ExpressionError):  # tan of a right angle
@@ -72,16 +55,13 @@ def test_angles_with_square_roots(part: str, function: str) -> None:
         )
 
 
-@pytest.mark.parametrize("text", ["1/0", "x/0", "0^-1", "log(0)", "tan(pi/2)", "1/(x - x)", "atanh(1)"])
+@pytest.mark.parametrize("text", FORMS["not finite"])
 def test_what_is_not_finite_is_refused(text: str) -> None:
     with pytest.raises(ExpressionError, match=r"zero|finite"):
         exact(text)
 
 
-@pytest.mark.parametrize(
-    "text",
-    ["sqrt(-1)", "sqrt(-a)", "(-8)^(1/3)", "log(1 - sqrt(2))", "acosh(0.5)", "asin(sqrt(3))", "(1 - pi)^0.3"],
-)
+@pytest.mark.parametrize("text", FORMS["not real"])
 def test_what_is_not_real_is_refused(text: str) -> None:
     with pytest.raises(ExpressionError, match="real value"):
         exact(text)
@@ -93,39 +73,12 @@ def test_a_zero_that_cannot_be_told_is_refused(text: str) -> None:
         exact(text)
 
 
-@pytest.mark.parametrize(
-    ("text", "sign"),
-    [
-        ("0", 0),
-        ("sqrt(2) - 1.4142135623730950488", 1),
-        ("sqrt(2) + sqrt(3) - sqrt(5 + 2*sqrt(6))", 0),
-        ("sin(pi/7) - sin(6*pi/7)", 0),
-        ("exp(1) - 2.7182818284590453", -1),
-        ("10^-40 - sin(10^-40)", 1),
-        ("a", 1),
-        ("a^2 - 2*a*b - 3*b^2", None),
-        ("(a + b)^2 - a^2 - b^2", 1),
-        ("-(x^2 + 1)*a", -1),
-        ("x^2 - 2*x + 1", None),
-        ("x", None),
-        ("1/(a + b) - 1/a", -1),
-        ("sqrt(a^2 + 2*a*b + b^2) - a - b", 0),
-    ],
-)
+@pytest.mark.parametrize(("text", "sign"), FORMS["signs"])
 def test_signs(text: str, sign: int | None) -> None:
     assert n.sign(exact(text)) == sign
 
 
-@pytest.mark.parametrize(
-    ("text", "expected"),
-    [
-        ("a^2 + 2*a*b + b^2", "a + b"),
-        ("x^2 + 2*x + 1", "abs(x + 1)"),
-        ("a^2*(x^2 + y^2)", "a*sqrt(x**2 + y**2)"),
-        ("3 + 2*sqrt(2)", "1 + sqrt(2)"),
-        ("8*a^3", "2*sqrt(2)*a**(3/2)"),
-    ],
-)
+@pytest.mark.parametrize(("text", "expected"), FORMS["roots"])
 def test_square_roots(text: str, expected: str) -> None:
     assert str(n.sqrt(exact(text))) == expected
 
@@ -158,24 +111,7 @@ def test_values_are_the_nearest_floats(text: str) -> None:
     assert n.value(exact("x")) is None
 
 
-@pytest.mark.parametrize(
-    ("rows", "factor", "rest"),
-    [
-        (
-            ["2*M*a^2/3 -M*a^2/4 -M*a^2/4", "-M*a^2/4 2*M*a^2/3 -M*a^2/4", "-M*a^2/4 -M*a^2/4 2*M*a^2/3"],
-            "M*a**2/12",
-            [["8", "-3", "-3"], ["-3", "8", "-3"], ["-3", "-3", "8"]],
-        ),
-        (["1/(2*m) 1/(3*m)"], "1/(6*m)", [["3", "2"]]),
-        (["1/2 -1/3"], "1/6", [["3", "-2"]]),
-        (["sqrt(2)/2 sqrt(2)/2 0"], "sqrt(2)/2", [["1", "1", "0"]]),
-        (["(m1+m2)*x (m1+m2)*y"], "m1 + m2", [["x", "y"]]),
-        (["-2*a -4*a"], "2*a", [["-1", "-2"]]),
-        (["2 -1 0"], "1", [["2", "-1", "0"]]),
-        (["a 1/a"], "1", [["a", "1/a"]]),
-        (["0 0"], "1", [["0", "0"]]),
-    ],
-)
+@pytest.mark.parametrize(("rows", "factor", "rest"), FORMS["common factors"])
 def test_common_factor(rows: list[str], factor: str, rest: list[list[str]]) -> None:
     array = np.array([[exact(entry) for entry in row.split()] for row in rows], dtype=object)
     found, left = common_factor(array)
@@ -183,7 +119,7 @@ def test_common_factor(rows: list[str], factor: str, rest: list[list[str]]) -> N
     assert [[str(entry) for entry in row] for row in left] == rest
 
 
-@settings(max_examples=100, deadline=None)
+@settings(max_examples=60, deadline=None)
 @given(TREES)
 def test_tidying_and_signs_keep_to_the_value_of_any_tree(tree: Any) -> None:
     e = None
@@ -202,14 +138,6 @@ def test_tidying_and_signs_keep_to_the_value_of_any_tree(tree: Any) -> None:
         found = CONTEXT.mpf(sympy.N(short.to_sympy(), 40, subs=chosen))
         assert abs(found - expected) <= 1e-25 * (1 + abs(expected))
         assert sign in (None, CONTEXT.sign(expected) if abs(expected) > 1e-30 else 0)
-
-
-def test_numbers_that_are_not_exact_are_no_exact_numbers() -> None:
-    half: Any = 0.5
-    with pytest.raises(TypeError, match="no exact number"):
-        expr(half)
-    with pytest.raises(TypeError):
-        symbol("x") * half
 
 
 def _fill(operator: str, piece: Callable[[int], str], length: int = 19_900) -> str:

@@ -311,19 +311,6 @@ def test_without_webgl_it_says_so_and_still_tells_the_readings(opened: Open) -> 
     assert browser.complaints() == []
 
 
-def test_a_picture_that_the_browser_gave_up_comes_back(opened: Open) -> None:
-    browser = opened(of_box(), still=True)
-    settled(browser)
-    before = seen(browser)
-    lost = "document.querySelector('canvas').getContext('webgl2').getExtension('WEBGL_lose_context')"
-    browser.driver.execute_script(f"{lost}.loseContext()")
-    browser.wait("!document.querySelector('.trouble').hidden")
-    browser.find("[data-do=reset]").click()
-    settled(browser)
-    browser.wait("document.querySelector('.trouble').hidden")
-    assert np.abs(seen(browser) - before).mean() < 0.002
-
-
 def test_hostile_names_stay_text(opened: Open) -> None:
     times = np.linspace(0, 1, 11)
     readings = Table("", HOSTILE, (Column("t", times, (HOSTILE,), "s"), Column("x", times, ("x",), HOSTILE)))

@@ -8,7 +8,6 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-import rigidcli
 from rigidcli.bodies.bodies import FORMS
 from rigidcli.bodies.points import MOLECULE, READERS
 from rigidcli.document.draft import BODY_FILES
@@ -71,13 +70,6 @@ def test_problems_have_the_line_of_the_file(program: Program, cloud: Path) -> No
     assert program("axes", str(missing)).err == f"{missing}: no such file\n"
 
 
-def test_problems_of_settings_name_the_setting(program: Program, cloud: Path) -> None:
-    outcome = program("axes", str(cloud), "--set", "body.density=7850", "--set", "motion.omega=[1, 2]")
-    assert outcome.code == 3
-    assert f"{cloud} with --set: body.density: unknown key\n" in outcome.err
-    assert f"{cloud} with --set: motion.omega: read a list of 2, expected 3 entries\n" in outcome.err
-
-
 def test_what_is_missing_is_to_be_set(program: Program, cloud: Path) -> None:
     outcome = program("precess", str(cloud), "--set", "top.gravity=9.8")
     assert outcome.code == 3
@@ -97,23 +89,6 @@ def test_validate_reads_it(program: Program, cloud: Path) -> None:
     outcome = program("validate", str(cloud))
     assert (outcome.code, outcome.out) == (3, "")
     assert outcome.err.startswith(f"{cloud}:1: header `t,x`, expected `m,x,y,z` in any order\n")
-
-
-def test_a_question_asks_for_it(program: Program, cloud: Path) -> None:
-    homework, answers = cloud.with_name("homework.yaml"), cloud.with_name("ann.yaml")
-    homework.write_text("questions: {a: {document: cloud.csv, ask: inertia.tensor}}\n")
-    answers.write_text("answers: {a: [[5, 0, 0], [0, 4, 0], [0, 0, 3]]}\n")
-    assert program("check", str(homework), str(answers)).code == 0
-
-
-def test_standard_input_is_a_document(program: Program) -> None:
-    assert program("axes", "-", stdin=CLOUD).code == 3
-    assert program("inertia", "-", stdin="body: {moments: [1, 2, 3]}").code == 0
-
-
-def test_functions_take_its_path(cloud: Path) -> None:
-    assert rigidcli.axes(cloud, settings=["about=com"])["mass"] == 6
-    assert rigidcli.load(str(cloud)).body is not None
 
 
 def test_starters_of_files_and_of_what_is_in_them(program: Program, tmp_path: Path) -> None:

@@ -13,13 +13,13 @@ from typing import Any
 from xml.etree import ElementTree as ET
 
 import pytest
+import yaml
 
-from rigidcli.check.question import Question
 from tests.conftest import ROOT, Outcome, Program
 
 ASSIGNMENT = "configs/homework/assignment.yaml"
 ANSWERS = "configs/homework/answers"
-FORMATS = ("table", "json", "csv", "junit", "gradescope", "html")
+HOMEWORK = yaml.safe_load(Path(__file__).with_name("homework.yaml").read_text(encoding="utf-8"))
 
 VERDICTS = {
     "ada": ["correct"] * 7,
@@ -86,9 +86,9 @@ def test_the_homework_of_the_readme(program: Program) -> None:
     }
 
 
-@pytest.mark.parametrize("format", FORMATS)
+@pytest.mark.parametrize("format", ["table", "json", "html"])
 def test_any_number_of_jobs_gives_the_same_bytes(format: str, program: Program) -> None:
-    alone, *others = (program("check", ASSIGNMENT, ANSWERS, "-f", format, "-j", str(n)) for n in (1, 2, 5))
+    alone, *others = (program("check", ASSIGNMENT, ANSWERS, "-f", format, "-j", str(n)) for n in (1, 3))
     assert alone.code == 1
     assert all(other == alone for other in others)
 
@@ -128,7 +128,7 @@ def test_formats_for_programs(small: Path, program: Program) -> None:
     assert (tally["question"], tally["correct"], tally["incorrect"]) == ("a", 1, 1)
 
 
-@pytest.mark.parametrize("place", ["nowhere.yaml", "nowhere", "empty", ""])
+@pytest.mark.parametrize("place", ["nowhere.yaml", "empty"])
 def test_gradescope_has_a_result_also_when_nothing_was_handed_in(
     place: str, small: Path, program: Program
 ) -> None:
@@ -162,12 +162,6 @@ def test_students_are_told_from_folders_and_a_roster(small: Path, program: Progr
     found = {name: entry["questions"][0]["verdict"] for name, entry in objects(done.out).items()}
     assert found == {"Ada": "correct", "Bob": "incorrect", "Eve": "invalid", "Zoe": "missing"}
     assert objects(done.out)["Zoe"]["source"] == ""
-    for format in FORMATS:
-        alone, several = (
-            program(*words, "-f", format, "--roster", f"{small}/class.csv", "-j", n) for n in "14"
-        )
-        assert alone == several
-        assert "Traceback" not in alone.err
     book = small / "book.csv"
     book.write_text("Student,ID,Section,Short (7)\n    Points Possible,,,4\nAda,1,A,\nZoe,4,A,\n")
     filled = program(*words, "--roster", f"{small}/class.csv", "--canvas", str(book)).out
@@ -269,20 +263,6 @@ def test_where_pages_go_must_be_clear(
     assert sorted(small.rglob("*")) == before
 
 
-def test_a_page_tells_of_files_that_are_not_there_and_not_read(small: Path, program: Program) -> None:
-    (small / "answers" / "photo.jpg").write_text("")
-    (small / "answers" / "one.yaml").write_text("answers: {a: 2 m, zz: 1}")
-    words = ("check", f"{small}/hw.yaml", f"{small}/answers", f"{small}/nowhere.yaml", "-f", "html")
-    done = program(*words)
-    for said in ("nowhere.yaml: cannot be read", "there is no question `zz`", "`answers/photo.jpg`"):
-        assert said in done.err
-        assert said in done.out
-    assert (done.code, program(*words, "-q").out) == (2, done.out)
-    (small / "page.html").write_text("old")
-    assert program(*words, "-o", f"{small}/page.html").out == ""
-    assert (small / "page.html").read_text() == done.out
-
-
 def test_a_gradebook_is_filled(small: Path, program: Program) -> None:
     book = small / "book.csv"
     book.write_text(
@@ -309,8 +289,10 @@ def test_regrade_tells_what_changes(small: Path, program: Program) -> None:
     assert "correct 4/4" in done.out
 
 
-@pytest.mark.parametrize("level", ["none", "verdict", "hint", "full"])
-@pytest.mark.parametrize("format", FORMATS)
+@pytest.mark.parametrize(
+    ("level", "format"),
+    [("none", "json"), ("hint", "table"), ("hint", "html"), ("full", "csv"), ("full", "html")],
+)
 def test_the_reference_is_told_at_full_only(
     level: str, format: str, tmp_path: Path, program: Program
 ) -> None:
@@ -325,61 +307,9 @@ def test_the_reference_is_told_at_full_only(
     assert "8.7654" not in done.err
 
 
-@pytest.mark.parametrize(
-    ("arguments", "code", "said"),
-    [
-        ([ASSIGNMENT], 2, "expected ANSWERS"),
-        (["--selftest", ASSIGNMENT, ANSWERS], 2, "takes no ANSWERS"),
-        ([ASSIGNMENT, ANSWERS, "--items", "--regrade", "x"], 2, "exclude each other"),
-        ([ASSIGNMENT, ANSWERS, "--items", "-f", "junit"], 2, "table, json, csv"),
-        ([ASSIGNMENT, "nowhere"], 2, "nowhere"),
-        ([ASSIGNMENT, ANSWERS, "--regrade", "nowhere.json"], 3, "nowhere.json"),
-        ([ASSIGNMENT, ANSWERS, "-j", "0"], 2, "--jobs"),
-        ([ASSIGNMENT, ANSWERS, "-f", "latex"], 2, "latex"),
-        (["nowhere.yaml", ANSWERS], 3, "nowhere.yaml"),
-    ],
-)
-def test_wrong_usage(arguments: list[str], code: int, said: str, program: Program) -> None:
-    done = program("check", *arguments)
-    assert (done.code, done.out) == (code, "")
-    assert said in done.err
-    assert "Traceback" not in done.err
-
-
-@pytest.mark.parametrize(
-    ("text", "said"),
-    [
-        ("", "expected an assignment"),
-        ("questions: {}", "hw.yaml:1: questions"),
-        ("questions:\n  a: {}", "hw.yaml:2: questions.a: neither of `ask` and `answer` given"),
-        ("questions:\n  a: {answer: 1}", "hw.yaml:2: questions.a.kind: missing"),
-        ("questions:\n  a: {answer: 1, kind: numbr}", "questions.a.kind"),
-        ("questions:\n  a: {answer: 1, kind: number, pints: 3}", "did you mean points?"),
-        ("questions:\n  a: {answer: 1, kind: number, points: -1}", "a.points: read `-1`, expected a nonneg"),
-        ("questions:\n  a: {ask: axes}", "questions.a.document: missing"),
-        (
-            "questions:\n  a: {answer: 1 m, kind: quantity, credit: {not_a_number: 1}}",
-            "hw.yaml:2: questions.a.credit",
-        ),
-        (
-            "questions:\n  a: {answer: 1 m, kind: quantity, credit: {unit_mising: 1}}",
-            "questions.a.credit.unit_mising: read `unit_mising`, expected unit_missing, ",
-        ),
-        ("questions:\n  a: {answer: 1 m, kind: quantity, credit: half}", "hw.yaml:2: questions.a.credit"),
-        (f"questions:\n  a: {{document: {ROOT}/configs/water.yaml, ask: axis}}", "did you mean `axes`?"),
-        (
-            f"questions:\n  a: {{document: {ROOT}/configs/water.yaml, ask: inertia.tenser}}",
-            "`tenser` in this result\n  hint: did you mean `inertia.tensor`? there are inertia.mass, ",
-        ),
-        (f"questions:\n  a: {{document: {ROOT}/configs/water.yaml, ask: axes.omega}}", "questions.a.ask"),
-        (f"questions:\n  a: {{document: {ROOT}/configs/water.yaml, ask: hamilton.hamiltonian}}", "system"),
-        ("questions:\n  a: {document: nowhere.yaml, ask: axes}", "nowhere.yaml"),
-        ('questions:\n  a: {document: "\\0", ask: axes}', "no file has such a name"),
-        ("questions:\n  a: {kind: numbr, answer: 1}\n  b: {answer: 2}", "questions.b.kind: missing"),
-    ],
-)
+@pytest.mark.parametrize(("text", "said"), HOMEWORK["refused"])
 def test_a_bad_assignment_is_refused(text: str, said: str, tmp_path: Path, program: Program) -> None:
-    done = asked(tmp_path, program, text, "")
+    done = asked(tmp_path, program, text.replace("ROOT", str(ROOT)), "")
     assert (done.code, done.out) == (3, "")
     assert said in done.err
     assert "Traceback" not in done.err
@@ -398,42 +328,6 @@ def test_the_assignment_among_the_answers_is_no_answer(tmp_path: Path, program: 
     assert (done.code, done.out) == (0, "x  1/1  all correct\n")
 
 
-def test_names_of_questions_are_harmless(tmp_path: Path, program: Program) -> None:
-    (tmp_path / "hw.yaml").write_text('questions: {"\\e[31mq\\n\\a": {answer: 1, kind: number}}')
-    (tmp_path / "x.yaml").write_text("answers: {}")
-    for words in (["--selftest"], [str(tmp_path)], [str(tmp_path), "--items"]):
-        done = program("check", f"{tmp_path}/hw.yaml", *words)
-        assert "\x1b" not in done.out + done.err
-        assert "\a" not in done.out + done.err
-
-
-def test_what_is_missing_stops_nothing(small: Path, program: Program) -> None:
-    done = program("check", f"{small}/hw.yaml", f"{small}/nowhere.yaml", f"{small}/answers/one.yaml")
-    assert done.code == 2
-    assert done.out == "one  4/4  all correct\n"
-    assert "nowhere.yaml: cannot be read: No such file" in done.err
-    assert program("check", f"{small}/hw.yaml", "").code == 2
-
-
-@pytest.mark.parametrize(
-    ("kind", "answer"),
-    [
-        ("number", "73737 7"),
-        ("quantity", "73737 rads/sss"),
-        ("tensor", "[[73737]]"),
-        ("axes", "[{moment: 73737}]"),
-        ("expression", "73737*("),
-        ("equations", "[73737*x]"),
-        ("trajectory", "{csv: 73737}"),
-    ],
-)
-def test_a_bad_key_is_refused_at_its_line(kind: str, answer: str, tmp_path: Path, program: Program) -> None:
-    question = f"questions:\n  a:\n    kind: {kind}\n    answer: {answer}\n"
-    done = asked(tmp_path, program, question, "")
-    assert (done.code, done.out) == (3, "")
-    assert "hw.yaml:4: questions.a.answer: " in done.err
-
-
 # --- how people hand in, and what they see of it
 
 
@@ -445,38 +339,7 @@ def judged(folder: Path, program: Program, question: str, answer: str, *options:
     return json.loads(done.out)["questions"][0]
 
 
-RATE = "{answer: 2.34117 rad/s, kind: quantity, points: 2, unit: required, credit: {unit_missing: 0.5}}"
-WORD = "{answer: oblate, kind: choice, accept: [{answer: flat, credit: 0.5, message: nearly}]}"
-FREE = "{answer: [3, 5, 6], kind: moments"
-
-
-@pytest.mark.parametrize(
-    ("question", "answer", "verdict", "score", "codes"),
-    [
-        (RATE, "22.4 rpm", "correct", 2, []),
-        (RATE, "2,34 rad/s", "correct", 2, []),
-        (RATE, "omega = 2.34 rad/s", "correct", 2, []),
-        (RATE, "2.34", "partial", 1, ["unit_missing"]),
-        (RATE, "777", "incorrect", 0, ["outside_tolerance", "unit_missing"]),
-        (RATE, "banana", "invalid", 0, ["not_a_number"]),
-        (RATE, "-2.34 rad/s", "incorrect", 0, ["sign_error"]),
-        (RATE, "", "missing", 0, []),
-        (RATE.replace("unit_missing", "sign_error"), "-2.34 rad/s", "partial", 1, ["sign_error"]),
-        (RATE.replace("{unit_missing: 0.5}", "whole"), "2.34", "incorrect", 0, ["unit_missing"]),
-        (WORD, "Oblate.", "correct", 1, []),
-        (WORD, "flat", "partial", 0.5, ["accepted"]),
-        (WORD, "prolate", "incorrect", 0, ["outside_tolerance"]),
-        (FREE + "}", "3, 5", "partial", 2 / 3, None),
-        (FREE + ", credit: whole}", "3, 5", "incorrect", 0, None),
-        (FREE + "}", "3 5 6", "correct", 1, []),
-        ("{answer: 20, kind: number, tolerance: 0.02}", "20.3", "correct", 1, []),
-        ("{answer: 20, kind: number, tolerance: 0.01}", "20.3", "incorrect", 0, None),
-        ("{answer: 5 cm, kind: quantity, tolerance: {absolute: 1 mm}}", "0.0491 m", "correct", 1, []),
-        ("{answer: 5 cm, kind: quantity, tolerance: {absolute: 1 mm}}", "5.11 cm", "incorrect", 0, None),
-        ("{answer: [20 rad/s], kind: vector}", "20 rad/s", "correct", 1, []),
-        ("{answer: [20, 30], kind: vector}", "20", "invalid", 0, None),
-    ],
-)
+@pytest.mark.parametrize(("question", "answer", "verdict", "score", "codes"), HOMEWORK["judged"])
 def test_credit_is_for_what_is_right_but_for_one_thing(
     question: str, answer: str, verdict: str, score: float, codes: list[str] | None,
     tmp_path: Path, program: Program,
@@ -560,14 +423,6 @@ def test_a_persons_word_is_over_the_tools(small: Path, program: Program) -> None
         done = program(*words)
         assert (done.code, done.out) == (3, "")
         assert said in done.err
-
-
-def test_explain_assignment_tells_every_key_with_an_example(program: Program) -> None:
-    page = " ".join(program("explain", "assignment").out.split())
-    for name, field in Question.model_fields.items():
-        assert field.description is not None
-        assert f"{name} {field.description}"[:70] in page
-        assert "`" in field.description
 
 
 @pytest.mark.parametrize("kind", ["assignment", "answers"])

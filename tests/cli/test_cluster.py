@@ -197,16 +197,6 @@ def test_workers_write_the_parts_of_a_table(one_worker: Cluster, program: Progra
     assert (again.code, "has files already" in again.err) == (2, True)
 
 
-@needs_folders
-def test_a_row_that_does_not_fit_the_columns_says_so(one_worker: Cluster, tmp_path: Path) -> None:
-    sweep = ("--sweep", "parameters.a=1,2,null,4,5,6", "-s", "parameters.M=12", "configs/cube_symbolic.yaml")
-    done = run("inertia", "-q", "-f", "parquet", "-o", f"{tmp_path}/t/", "-j", one_worker.address, *sweep)
-    assert done.code == 4
-    errors = [row["error"] for row in rows_of(tmp_path / "t")]
-    assert [error is not None for error in errors] == [False, False, True, False, False, False]
-    assert "texts where the first, middle and last row have numbers" in str(errors[2])
-
-
 @needs_dask
 def test_an_interrupt_leaves_nothing_to_do_on_the_cluster(one_worker: Cluster) -> None:
     runner = "import signal, sys; signal.signal(signal.SIGINT, signal.default_int_handler)\n"
@@ -272,10 +262,3 @@ def test_without_the_library_it_is_said_how_to_get_it(
     outcome = program("inertia", "-j", "tcp://127.0.0.1:1", TOP)
     assert (outcome.code, outcome.out) == (2, "")
     assert "pip install 'rigidcli[cluster]'" in outcome.err
-
-
-@pytest.mark.parametrize("jobs", ["0", "-1", "1025", "two", "", "tcp://host", "http://host:8786", "1" * 5000])
-def test_what_is_neither_a_number_nor_an_address(program: Program, jobs: str) -> None:
-    outcome = program("inertia", "-j", jobs, TOP)
-    assert (outcome.code, outcome.out) == (2, "")
-    assert "tcp://host:8786" in outcome.err

@@ -38,30 +38,9 @@ def test_a_table_of_swept_values_is_not_written_over(program: Program, tmp_path:
 # --- messages
 
 
-@pytest.mark.parametrize("option", ["--set", "--sweep"])
-def test_a_key_that_no_link_has_is_named(program: Program, option: str) -> None:
-    ran = program("axes", ARM, option, "body.density=7850")
-    assert ran.code == 3
-    assert f"{ARM} with {option}: link base: body.density: unknown key" in ran.err
-
-
 def test_a_problem_that_all_links_have_is_told_once(program: Program) -> None:
     assert program("precess", "-q", ARM).err.count("nothing here precesses") == 1
     assert program("axes", "-q", ARM, "--plot", "-").err.count("draws one picture") == 1
-
-
-def test_an_output_that_is_read_is_told_once_in_a_sweep(program: Program) -> None:
-    mesh = "configs/bracket.stl"
-    ran = program("axes", "configs/bracket.yaml", "--sweep", "body.density=1,2,3", "-o", mesh)
-    assert (ran.code, ran.err.count("would overwrite")) == (2, 1)
-
-
-@pytest.mark.parametrize("option", ["--set", "--sweep"])
-def test_an_entry_of_a_list_that_is_not_there(program: Program, option: str) -> None:
-    ran = program("axes", CUBE, option, "body.position.0=1")
-    assert (ran.code, ran.out) == (3, "")
-    assert "there is no list `body.position`" in ran.err
-    assert "hint: give it whole, as in `--set body.position=[0, 0, 1]`" in ran.err
 
 
 def test_a_robot_on_standard_input_is_told_to_need_a_name(program: Program) -> None:
@@ -88,12 +67,6 @@ def test_a_link_that_is_turned_by_a_rounded_quarter_keeps_its_other_results(prog
     assert "the exact principal axes have components too close to zero" in ran.err
 
 
-def test_files_of_all_kinds_are_explained(program: Program) -> None:
-    out = program("explain", "files").out
-    assert all(ending in out for ending in (".stl", ".xyz", ".csv", ".urdf", ".xml", "@files.txt"))
-    assert "swept" in program("explain", "results").out
-
-
 # --- tables of sweeps
 
 
@@ -107,9 +80,3 @@ def test_a_sweep_that_changes_nothing_says_so(program: Program) -> None:
     ran = program("hamilton", "configs/taylor_13_02.yaml", "--sweep", "parameters.m=1,2")
     assert ran.code == 0
     assert "no result changes with parameters.m" in ran.err
-
-
-def test_a_sweep_of_one_value_leaves_out_what_is_not_known(program: Program) -> None:
-    out = program("precess", "-q", "configs/bicycle_wheel.yaml", "--sweep", "top.tilt=0").out
-    assert "top.lambda3" in out
-    assert "tide.rate" not in out

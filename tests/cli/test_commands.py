@@ -238,13 +238,6 @@ def test_a_hostile_file_name_is_harmless(tmp_path: Path, program: Program) -> No
         assert all(line.isprintable() for line in outcome.err.split("\n"))
 
 
-def test_hostile_settings_are_harmless(program: Program) -> None:
-    for setting in ("\x1b[31m=1", "body.\x1b[31m=1", "name=\x1b[31m", "body.mass=\x1b[31m", "\x1b[31m"):
-        outcome = program("axes", "-s", setting, "-", stdin=CUBE)
-        assert outcome.code in (2, 3)
-        assert all(line.isprintable() for line in outcome.err.split("\n"))
-
-
 def test_what_is_no_text_is_no_trouble(tmp_path: Path) -> None:
     path = os.fsencode(tmp_path) + b"/caf\xe9.yaml"
     Path(os.fsdecode(path)).write_text(CUBE)
@@ -311,24 +304,7 @@ def test_the_worst_code_is_returned(folder: Path, program: Program) -> None:
     assert program("inertia", bad, good, cloud).code == 3
 
 
-@pytest.mark.parametrize(
-    "document",
-    [
-        "body: {shape: sphere, radius: 1e50, density: 1e60}",
-        "body: {shape: sphere, radius: 1e-50, density: 1e-160}",
-        "body: {shape: sphere, radius: 1, mass: 1}\nmotion: {omega: [1e-160, 0, 0]}",
-        "body: {points: [[1e99, 1e50, 0, 0], [1e99, -1e50, 0, 0]]}\nmotion: {omega: [0, 0, 1e150]}",
-    ],
-    ids=["large", "small", "slow", "fast"],
-)
-def test_a_number_beyond_floats_cannot_be_computed(document: str, program: Program) -> None:
-    outcome = program("axes", "-f", "json", "-", stdin=document)
-    assert (outcome.code, outcome.out) == (4, "")
-    assert outcome.err.startswith("-: the ")
-    assert outcome.err.endswith("is beyond the range of floating-point numbers\n")
-
-
-@pytest.mark.parametrize("form", FORMATS)
+@pytest.mark.parametrize("form", ["table", "json"])
 def test_a_dash_is_standard_input(form: str, folder: Path, program: Program) -> None:
     piped = program("axes", "-f", form, "-", stdin=f"name: good\n{CUBE}").out
     (folder / "good.yaml").write_text(f"name: good\n{CUBE}")
@@ -374,18 +350,6 @@ def test_validate_tells_what_answers_are_read_as(tmp_path: Path, program: Progra
     assert f"{path}: answers.d: `x.csv`: there is no such file" in done.err
 
 
-@pytest.mark.parametrize(
-    "text", ["10.35a:2,34 rad/s", "# ada\n10.35a = 2.34 rad/s", '{"10.35a": "2,34 rad/s"}']
-)
-def test_validate_knows_answers_by_the_name_of_a_question(
-    text: str, tmp_path: Path, program: Program
-) -> None:
-    path = tmp_path / "ada.yaml"
-    path.write_text(text)
-    done = program("validate", str(path))
-    assert (done.code, done.err, done.out) == (0, "", f"{path}: valid\n  10.35a: read as 2.34 rad/s\n")
-
-
 def test_validate_tells_what_an_assignment_asks(program: Program) -> None:
     done = program("validate", "-", stdin="questions: {a: {answer: 1, kind: number, order: free, points: 2}}")
     assert (done.code, done.out) == (0, "-: valid\n  a: number, 2 points\n")
@@ -411,16 +375,6 @@ def test_validate_tells_files_apart_by_their_keys(text: str, said: str, program:
     done = program("validate", "-", stdin=text)
     assert (done.code, done.out) == (3, "")
     assert said in done.err
-
-
-def test_new_overwrites_nothing_unless_it_is_forced(tmp_path: Path, program: Program) -> None:
-    path = tmp_path / "hw.yaml"
-    path.write_text("mine")
-    done = program("new", "assignment", "-o", str(path))
-    assert (done.code, done.out, path.read_text()) == (2, "", "mine")
-    assert "hint: `--force` overwrites it" in done.err
-    assert program("new", "assignment", "-o", str(path), "--force").code == 0
-    assert path.read_text() == program("new", "assignment").out
 
 
 def test_validate_prints_the_valid_ones(folder: Path, program: Program) -> None:
@@ -495,17 +449,11 @@ def test_wrong_usage(arguments: str, program: Program) -> None:
     assert "Traceback" not in outcome.err
 
 
-def test_wrong_usage_is_told_once_for_all_files(program: Program) -> None:
-    outcome = program("axes", "-s", "a..b=3", "configs/water.yaml", "configs/cube_corner.yaml")
-    assert outcome.code == 2
-    assert outcome.err.count("a..b=3") == 1
-
-
 @pytest.mark.parametrize("command", [[], *([name] for name in COMMANDS)], ids=str)
-@pytest.mark.parametrize("flag", ["-h", "--help"])
-def test_help_everywhere(command: list[str], flag: str, program: Program) -> None:
-    outcome = program(*command, flag)
+def test_help_everywhere(command: list[str], program: Program) -> None:
+    outcome = program(*command, "--help")
     assert (outcome.code, outcome.err) == (0, "")
+    assert program(*command, "-h") == outcome
     assert outcome.out.startswith("Usage: ")
     lines = outcome.out.splitlines()
     assert max(map(len, lines)) <= 80
@@ -521,12 +469,6 @@ def test_help_everywhere(command: list[str], flag: str, program: Program) -> Non
         assert all(kind in more for kind in COMMANDS[command[0]].pictures)
 
 
-def test_a_wrong_kind_of_picture_is_a_mistake_of_its_own_option(program: Program) -> None:
-    done = program("axes", "configs/cube_corner.yaml", "--plot", "a.svg", "--plot-kind", "bogus")
-    assert (done.code, done.out) == (2, "")
-    assert "'--plot-kind': `bogus` is no picture here (the pictures are body)" in " ".join(done.err.split())
-
-
 def test_steps_are_for_people(program: Program) -> None:
     done = program("axes", "configs/cube_corner.yaml", "--steps", "-f", "csv")
     assert done.out == program("axes", "configs/cube_corner.yaml", "-f", "csv").out
@@ -539,10 +481,7 @@ def test_version() -> None:
     assert done.stdout.decode() == f"rigidcli {rigidcli.__version__}\n"
 
 
-@pytest.mark.parametrize(
-    ("words", "expected"),
-    [("rigidcli ax", b"axes"), ("rigidcli axes -f js", b"json"), ("rigidcli new sym", b"symbols")],
-)
+@pytest.mark.parametrize(("words", "expected"), [("rigidcli ax", b"axes"), ("rigidcli axes -f js", b"json")])
 def test_shell_completion(words: str, expected: bytes, tmp_path: Path) -> None:
     script = tmp_path / "rigidcli"  # as pip installs it: completion goes by the name of the program
     script.write_text("from rigidcli.__main__ import main\n\nmain()\n")
@@ -564,12 +503,6 @@ def test_output_is_what_standard_output_would_be(folder: Path, program: Program)
         assert (outcome.code, outcome.out, outcome.err) == (0, "", "")
         printed = program("axes", "-f", form, "configs/cube_corner.yaml", "configs/water.yaml").out
         assert target.read_text() == printed
-
-
-def test_output_is_utf_8_with_plain_line_ends(folder: Path, program: Program) -> None:
-    program("axes", "-f", "csv", "-o", str(folder / "out"), "-", stdin=f"name: é日\n{CUBE}")
-    assert (folder / "out").read_bytes().decode().split("\n")[1].startswith("é日,")
-    assert b"\r" not in (folder / "out").read_bytes()
 
 
 def test_an_existing_file_keeps_its_mode_and_a_new_one_has_the_usual_one(
@@ -627,37 +560,10 @@ def test_a_write_that_fails_halfway_leaves_the_old_file(
     assert {path.name for path in folder.iterdir()} == {"out", "good.yaml", "bad.yaml", "noted.yaml"}
 
 
-def test_a_link_is_followed_and_stays_a_link(folder: Path, program: Program) -> None:
-    (folder / "link").symlink_to("real")
-    for before in (None, "before"):
-        if before is not None:
-            (folder / "real").write_text(before)
-        assert program("inertia", "-o", str(folder / "link"), str(folder / "good.yaml")).code == 0
-        assert (folder / "link").is_symlink()
-        assert (folder / "real").read_text().startswith("good: inertia tensor")
-
-
-def test_output_may_be_a_device(program: Program) -> None:
-    assert program("inertia", "-o", "/dev/null", "configs/water.yaml").code == 0
-    assert stat.S_ISCHR(Path("/dev/null").stat().st_mode)
-    outcome = program("inertia", "-o", "/dev/full", "configs/water.yaml")
-    assert outcome.code == 2
-    assert outcome.err == "/dev/full: cannot be written: No space left on device\n"
-
-
-@pytest.mark.parametrize("path", ["/dev/stdout", "/dev/fd/1"])
-def test_output_may_be_a_pipe(path: str) -> None:
-    done = process("new", "points", "-o", path)
+def test_output_may_be_a_pipe() -> None:
+    done = process("new", "points", "-o", "/dev/stdout")
     assert (done.returncode, done.stderr) == (0, b"")
     assert done.stdout == (ROOT / "rigidcli/starters/points.yaml").read_bytes()
-
-
-def test_schema_and_new_write_to_files_too(folder: Path, program: Program) -> None:
-    assert program("schema", "-o", str(folder / "schema.json")).code == 0
-    assert (folder / "schema.json").read_text() == program("schema").out
-    assert program("new", "parts", "-o", str(folder / "new.yaml")).code == 0
-    assert program("axes", str(folder / "new.yaml")).code == 0
-    assert program("new", "-o", str(folder / "missing" / "new.yaml")).code == 2
 
 
 # --- terminals, pipes, signals
@@ -697,21 +603,18 @@ def bare(shown: str) -> str:
     return re.sub(r"\x1b\[[0-9;]*m", "", shown)
 
 
-@pytest.mark.parametrize(("columns", "digits"), [(60, "6"), (40, "17")])
-def test_a_narrow_terminal_cuts_no_number(
-    columns: int, digits: str, program: Program, tmp_path: Path
-) -> None:
+def test_a_narrow_terminal_cuts_no_number(program: Program, tmp_path: Path) -> None:
     """A number without its last digits looks like another number."""
     path = tmp_path / "long.yaml"
     document = (ROOT / "configs/known_tensor.yaml").read_text()
     path.write_text(document.replace("name: gearbox", f"name: {'a long name ' * 20}"))
-    code, shown = in_terminal("axes", str(path), "--digits", digits, columns=columns)
+    code, shown = in_terminal("axes", str(path), columns=60)
     assert code == 0
     plain = bare(shown)
     assert "\x1b" not in plain
     assert "…" not in plain
-    assert max(map(len, plain.split("\n"))) <= columns or digits == "17"
-    wide = program("axes", "configs/known_tensor.yaml", "--digits", digits).out
+    assert max(map(len, plain.split("\n"))) <= 60
+    wide = program("axes", "configs/known_tensor.yaml").out
     assert sorted(numbers_of(plain)) == sorted(numbers_of(wide))
 
 
@@ -731,7 +634,7 @@ def test_no_colour_where_it_is_not_wanted() -> None:
 
 @pytest.mark.parametrize(
     "arguments",
-    [["validate", "configs/water.yaml"], ["new"], ["-h"], ["--version"]],
+    [["validate", "configs/water.yaml"], ["-h"]],
     ids=lambda arguments: arguments[0],
 )
 def test_a_closed_pipe_ends_quietly(arguments: list[str]) -> None:
@@ -750,21 +653,14 @@ def test_head(folder: Path) -> None:
     assert done.stderr == b"0\n"
 
 
-@pytest.mark.parametrize("command", ["inertia configs/water.yaml", "new"])
 @pytest.mark.parametrize("where", [">&-", "> /dev/full"])
-def test_standard_output_that_takes_nothing_is_told_without_a_traceback(command: str, where: str) -> None:
-    done = shell(f"rigidcli {command} {where}")
+def test_standard_output_that_takes_nothing_is_told_without_a_traceback(where: str) -> None:
+    done = shell(f"rigidcli inertia configs/water.yaml {where}")
     assert b"Traceback" not in done.stderr
     assert len(done.stderr.splitlines()) <= 1
     if where == "> /dev/full":
         assert done.returncode == 2
         assert b"No space left on device" in done.stderr
-
-
-def test_closed_standard_input_is_refused() -> None:
-    done = shell("rigidcli inertia - <&-")
-    assert (done.returncode, done.stdout) == (3, b"")
-    assert done.stderr.startswith(b"-: cannot be read")
 
 
 def test_closed_standard_error_does_not_send_errors_to_standard_output(folder: Path) -> None:
@@ -773,14 +669,12 @@ def test_closed_standard_error_does_not_send_errors_to_standard_output(folder: P
     assert json.loads(done.stdout)["mass"] == 12
 
 
-@pytest.mark.parametrize("form", ["json", "csv"])
-def test_a_narrow_encoding_is_no_trouble(form: str, folder: Path) -> None:
+def test_a_narrow_encoding_is_no_trouble(folder: Path) -> None:
     (folder / "named.yaml").write_text(f"name: é日\n{CUBE}", encoding="utf-8")
     ascii_only = {"PYTHONIOENCODING": "ascii"}
-    done = process("inertia", "-f", form, str(folder / "named.yaml"), environment=ascii_only)
+    done = process("inertia", "-f", "json", str(folder / "named.yaml"), environment=ascii_only)
     assert (done.returncode, done.stderr) == (0, b"")
-    if form == "json":
-        assert json.loads(done.stdout.decode())["name"] == "é日"
+    assert json.loads(done.stdout.decode())["name"] == "é日"
 
 
 # --- schema and starters
@@ -832,7 +726,7 @@ def misspelt(tree: Any) -> Iterator[Any]:
             yield from ([*tree[:index], changed, *tree[index + 1 :]] for changed in misspelt(value))
 
 
-@pytest.mark.parametrize("name", ["known_tensor", "three_equal_masses", "water", "cone_top"])
+@pytest.mark.parametrize("name", ["three_equal_masses", "cone_top"])
 def test_schema_and_program_reject_every_misspelt_key(name: str, validator: Any, program: Program) -> None:
     changed = list(misspelt(read_tree((ROOT / "configs" / f"{name}.yaml").read_text(), name)))
     assert changed

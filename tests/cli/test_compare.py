@@ -59,24 +59,6 @@ def test_other_formats_for_people(form: str, program: Program) -> None:
     assert ("<td>prolate</td>" if form == "html" else "& prolate &") in outcome.out
 
 
-@pytest.mark.parametrize(
-    ("arguments", "told"),
-    [
-        (["axes", "-f", "json", *CUBES], "json has no comparison"),
-        (["axes", CUBES[0]], "expected several FILEs"),
-        (["axes", "--sweep", "body.mass=1,2", *CUBES], "a sweep stands in rows already"),
-        (["axes", "--steps", *CUBES], "not for a comparison"),
-        (["axes", "configs/arm.urdf", CUBES[0]], "several results"),
-        (["axes", "--columns", "mass", *CUBES], "there are no samples here"),
-        (["euler", "configs/t_handle.yaml", "configs/tennis_racket.yaml"], "No such option"),
-    ],
-)
-def test_what_cannot_be_compared_is_refused(arguments: list[str], told: str, program: Program) -> None:
-    outcome = program(*arguments, "--compare", stdin=HEAVIER)
-    assert (outcome.code, outcome.out) == (2, "")
-    assert told in " ".join(outcome.err.split())
-
-
 def test_a_file_that_is_refused_leaves_the_others(program: Program) -> None:
     outcome = program("axes", "--compare", *CUBES, "nowhere.yaml", stdin=HEAVIER)
     assert outcome.code == 3

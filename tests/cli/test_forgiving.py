@@ -16,72 +16,8 @@ from rigidcli.bodies.shapes import SHAPES
 from rigidcli.fields import words
 from rigidcli.reference import keys
 from tests.conftest import Program
-from tests.tables import words_of
 
-STARTS = """
-shape: cuboid   shape: cuboid, side: 2   shape: cuboid, size: 2   shape: cuboid, side: [1, 2, 3]
-shape: cuboid, width: 1, height: 2, depth: 3   shape: brick, dimensions: [1, 2, 3]
-shape: block, edges: [1, 2, 3]   shape: Cuboid, length: 3, width: 2, height: 1
-shape: rectangular prism, size: [1, 2, 3]   shape: box, side: 2   shape: box, side: [1, 2, 3]
-shape: cube, size: [1, 2, 3]   shape: cube, size: 2   shape: cube, edge: 2   shape: cube, length: 2
-shape: rectangle, size: [1, 2]   shape: rectangle, width: 1, height: 2   shape: square, side: 2
-shape: ball, radius: 1   shape: ball, r: 1   shape: solid sphere, R: 1   shape: sphere, diameter: 10 cm
-shape: sphere, outer_radius: 2, inner_radius: 1   shape: hollow ball, outer_radius: 2, inner_radius: 1
-shape: hoop, radius: 1   shape: hoop, r: 1   shape: ring, inner_radius: 1, outer_radius: 2
-shape: hollow_cylinder, inner_radius: 1, outer_radius: 2, height: 3
-shape: hollow cylinder, r1: 1, r2: 2, length: 3
-shape: pipe, inner_diameter: 1, outer_diameter: 2, length: 3
-shape: pipe, inner_radius: 1, outer_radius: 2, length: 3
-shape: cylinder, inner_radius: 1, outer_radius: 2, height: 3   shape: cylinder, radius: 1, length: 3
-shape: cylinder, r: 1, h: 3   shape: cylinder, diameter: 2, length: 3   shape: stick, length: 2
-shape: stick, l: 2   shape: wire, length: 2   shape: bar, length: 2   shape: bar, radius: 0.1, length: 2
-shape: pole, length: 2   shape: rod, height: 2   shape: rod, radius: 0.1, length: 2
-shape: thin rod, length: 2   shape: washer, inner_radius: 1, outer_radius: 2
-shape: washer, inner_radius: 1, outer_radius: 2, thickness: 0.1   shape: dumbbell, length: 2   shape: point
-shape: disc, radius: 1   shape: disc, radius: 1, thickness: 0.1   shape: disk, radius: 1, height: 0.1
-shape: disk, diameter: 2   shape: plate, size: [1, 2, 0.1]   shape: plate, width: 1, height: 2
-shape: plate, vertices: [[0, 0], [1, 0], [0, 1]]   shape: wheel, radius: 1, width: 0.1
-shape: donut, major_radius: 3, minor_radius: 1   shape: donut, R: 3, r: 1   shape: egg, semi_axes: [1, 2, 3]
-shape: bowl, radius: 1   shape: dome, radius: 1   shape: shell, radius: 1
-shape: truncated cone, bottom_radius: 2, top_radius: 1, height: 3
-shape: cone, bottom_radius: 2, top_radius: 1, height: 3   shape: cone, base_radius: 2, h: 3
-shape: pyramid, side: 2, height: 3   shape: semicircle, radius: 1
-shape: hexagon, corners: [[0, 0], [1, 0], [0, 1]]   shape: pill, r: 1, length: 2   type: cube, side: 1
-type: ball, radius: 1   kind: cylinder, radius: 1, height: 2   shap: cube, side: 1
-shape: cube, side: 1, mas: 1   shape: sphere, radius: 1, centre: [0, 0, 1]
-"""
-"""Bodies in words of their authors; the masses are added."""
-
-OTHERS = """
-{masses: [[1, 0, 0, 0]]}
-{particles: [[1, 0, 0, 0], [1, 1, 0, 0]]}
-{components: [{shape: cube, side: 1, mass: 1}]}
-{tensor: [[1, 0, 0], [0, 1, 0], [0, 0, 1]], mass: 1}
-{principal_moments: [1, 2, 3]}
-{shape: cube, side: 1, mass: 1, about: com}
-{shape: cube, side: 1, m: 1}
-{shape: cube, side: 1, rho: 1}
-{shape: cube, side: 1, mass: 1, at: [1, 0, 0]}
-"""
-"""Other bodies."""
-
-DOCUMENTS = [
-    "{shape: cube, side: 1, mass: 1}",
-    "{omega: [0, 0, 1], body: {shape: cube, side: 1, mass: 1}}",
-    "{body: {shape: cube, side: 1, mass: 1}, pivot: [1, 0, 0]}",
-    "{body: {shape: cube, side: a, mass: 1}, params: {a: 2}}",
-    "{body: {shape: cube, side: a, mass: 1}, constants: {a: 2}}",
-    "{body: {shape: cube, side: 1, mass: 1}, motion: {w: [0, 0, 1], tmax: 3, dt: 0.1}}",
-    "{top: {spin: 100, theta: 0.3, g: 9.81, mass: 1, R: 0.1, I1: 0.02, I3: 0.001}}",
-    "{system: {coordinates: [x], L: xdot**2/2}}",
-    "{system: {coords: [x], T: xdot**2/2, V: x**2}}",
-    "{system: {coordinates: [x], H: p_x**2/2}}",
-    "{lagrangian: xdot**2/2, coordinates: [x]}",
-    "{system: {coordinates: [x], lagrangian: xdot**2/2, orbit: {initial: {x: 0, p_x: 1}, duration: 2}}}",
-    "{system: {q: [x], kinetic: xdot**2/2}, orbit: {ic: {x: 0, p_x: 1}, t_end: 2}}",
-    "{system: {coordinates: [x], lagrangian: xdot**2/2}, initial: {x: 0, p_x: 1}, duration: 2}",
-    "{system: {coordinates: [x], hamiltonian: p_x**2/2, parameters: {m: null}}}",
-]
+LOOSE = yaml.safe_load(Path(__file__).with_name("loose.yaml").read_text(encoding="utf-8"))
 
 TOLD = re.compile(
     r"-:1: (?:(?P<key>[\w.]+): )?(?P<says>.*?)(?:\n  hint: (?P<hint>.*?))?(?=\n-:1|\n$)", re.DOTALL
@@ -140,14 +76,10 @@ def walked(text: str, program: Program) -> list[str]:
     raise AssertionError("\n".join([*told, json.dumps(tree)]))
 
 
-@pytest.mark.parametrize("start", words_of(STARTS))
-def test_the_word_of_a_shape_leads_to_a_valid_body(start: str, program: Program) -> None:
-    mass = "" if "mas:" in start else ", mass: 1"
-    assert 1 <= len(walked(f"{{body: {{{start}{mass}}}}}", program)) <= 2
-
-
-@pytest.mark.parametrize("text", [*(f"{{body: {body}}}" for body in OTHERS.strip().splitlines()), *DOCUMENTS])
-def test_the_word_of_a_key_leads_to_a_valid_document(text: str, program: Program) -> None:
+@pytest.mark.parametrize(
+    "text", [*(f"{{body: {{{body}}}}}" for body in LOOSE["bodies"]), *LOOSE["documents"]]
+)
+def test_the_word_of_a_shape_or_a_key_leads_to_a_valid_document(text: str, program: Program) -> None:
     assert 1 <= len(walked(text, program)) <= 2
 
 
@@ -186,15 +118,6 @@ def test_what_is_clear_is_read(loose: str, strict: str, program: Program) -> Non
         np.testing.assert_allclose(loosely[key], strictly[key], rtol=1e-14, atol=1e-14)
 
 
-@pytest.mark.parametrize("names", ["x", "'x, y'", "x,  y"])
-def test_coordinates_may_be_a_text(names: str, program: Program) -> None:
-    system = f"system: {{coordinates: {names}, kinetic: xdot**2/2{' + ydot**2/2' * ('y' in names)}}}"
-    if names == "x,  y":  # in a flow mapping the comma would end the value
-        system = "system:\n  coordinates: x,  y\n  kinetic: xdot**2/2 + ydot**2/2\n"
-    result = json.loads(program("hamilton", "-f", "json", "-", stdin=system).out)
-    assert result["coordinates"] == (["x", "y"] if "y" in names else ["x"])
-
-
 def test_a_lagrangian_as_the_tool_prints_it_is_read(program: Program) -> None:
     printed = program("hamilton", "-", stdin=SPRING).out
     (shown,) = re.findall(r"^Lagrangian +(.*)$", printed, re.MULTILINE)
@@ -204,57 +127,7 @@ def test_a_lagrangian_as_the_tool_prints_it_is_read(program: Program) -> None:
     assert first == second
 
 
-@pytest.mark.parametrize(
-    "text", ["inertia: {Ixx: 1, Iyy: 1}, mass: 1", "inertia: {Ixx: 1, Iyy: 1, Izz: 1, Iyx: 2}"]
-)
-def test_a_tensor_by_its_entries_has_the_three_and_no_others(text: str, program: Program) -> None:
-    outcome = program("axes", "-", stdin=f"body: {{{text}}}")
-    assert outcome.code == 3
-    assert "Izz: missing" in outcome.err or "did you mean Ixy?" in outcome.err
-
-
-SLIPS = [
-    ("body:\n  shape cube\n  side: 1\n  mass: 1\n", 2, "shape cube", "write `shape: cube`"),
-    ("body:\n  shape: cube\n  side 1\n  mass: 1\n", 3, "side 1", "write `side: 1`"),
-    ("body:\n  shape: cube\n  side: 1\n  mass = 1\n  name: x\n", 4, "mass = 1", "write `mass: 1`"),
-    ("body:\n  shape:cube\n  side: 1\n  mass: 1\n", 2, "shape:cube", "write `shape: cube`"),
-    ("body:\n  shape: cube\n  side:1\n  mass: 1\n", 3, "side:1", "write `side: 1`"),
-    ("body:\n  shape:cube\n", 2, "shape:cube", "write `shape: cube`"),
-    ("# a cube\nshape cube\n", 2, "shape cube", "write `shape: cube`"),
-    ("body: {shape: cube, side 1, mass: 1}\n", 1, "side 1", "write `side: 1`"),
-    ("body: {shape:cube, side:1, mass:1}\n", 1, "shape:cube", "write `shape: cube`"),
-    ("body\n  shape: cube\n", 1, "body", "write `body:`"),
-    ("name: x\nbody:\n\tshape: cube\n", 3, "\\tshape", "blanks, not tabs"),
-    ("body:\n  shape: cube\n  side: 1\n \tmass: 1\n", 4, "\\tmass", "blanks, not tabs"),
-    ("body:\n  shape: cube\n   side: 1\n  mass: 1\n", 3, "side: 1", "after 0 or 2 blanks, this one after 3"),
-    ("body:\n  shape: cube\n side: 1\n  mass: 1\n", 3, "side: 1", "after 0 or 2 blanks, this one after 1"),
-    ("body:\n    shape: cube\n  side: 1\n", 3, "side: 1", "after 0 or 4 blanks, this one after 2"),
-    ("body:\n  parts:\n    - shape: cube\n      side: 1\n     mass: 1\n", 5, "mass", "or 6 blanks"),
-    ("body:\n  parts:\n    - shape: cube\n    side: 1\n", 4, "side", "or 6 blanks"),
-    ("body: {shape: cube, side: 1\nmotion:\n  omega: [0, 0, 1]\n", 1, "{", "close the bracket by `}`"),
-    ("body: {shape: box, size: [1, 2, 3, mass: 1}\n", 1, "[1", "close the bracket by `]`"),
-    (
-        "name: x\nbody:\n  shape: box\n  size: [1, 2, 3\n  mass: 2\nabout: com\n",
-        4,
-        "[",
-        "close the bracket by `]`",
-    ),
-    (
-        "body:\n  parts:\n    - {shape: cube, side: 1, mass: 1\n    - {shape: cube, side: 1, mass: 1}\n",
-        3,
-        "{",
-        "`}`",
-    ),
-    ("body: {shape: cube side: 1, mass: 1}\n", 1, "side", "commas"),
-    ('name: "x\nbody: {shape: cube, side: 1, mass: 1}\n', 1, '"', "quote"),
-    ('name: "a \\omega"\nbody: {shape: cube, side: 1, mass: 1}\n', 1, "\\omega", "single quotes"),
-    ("name: a: b\nbody: {shape: cube, side: 1, mass: 1}\n", 1, ": b", "in quotes"),
-    ("body:\n  shape: box\n  size: 1, 2, 3\n  mass: 1\n", 3, "1, 2, 3", "write `[1, 2, 3]`"),
-    ("body: {shape: cube, side: 1, mass: 1}\nname: @x\n", 2, "@", "quotes"),
-    ("body: {moments: 1, 2, 3, mass: 2}\n", 1, "1, 2", "write `moments: [1, 2, 3]`"),
-    ("body: {shape: cube, side: 1, mass: 1, position: 1, -2, 3}\n", 1, "1, -2", "`position: [1, -2, 3]`"),
-]
-"""Texts, the line of the slip, what the caret points at (the end of a key, or a beginning), the cure."""
+SLIPS = yaml.safe_load(Path(__file__).with_name("slips.yaml").read_text(encoding="utf-8"))
 
 
 @pytest.mark.parametrize(("text", "line", "place", "cure"), SLIPS)
@@ -314,24 +187,6 @@ def test_a_setting_may_have_brackets_and_blanks(setting: str, program: Program) 
     strict = program("inertia", "-f", "json", "-", "--set", "body.size=[0.03, 2, 3]", stdin=box)
     assert outcome.code == 0, outcome.err
     assert outcome.out == strict.out
-
-
-def test_a_setting_of_a_key_without_its_section_is_told_the_path(program: Program) -> None:
-    assert "its path is `body.mass`" in program("inertia", "-", "-s", "mass=3", stdin=CUBE).err
-
-
-def test_what_is_typed_in_another_way_on_the_command_line(tmp_path: Path, program: Program) -> None:
-    (tmp_path / "cube.yaml").write_text(CUBE)
-    file = str(tmp_path / "cube.yaml")
-    (tmp_path / "wide.yaml").write_bytes(CUBE.encode("utf-16"))
-    forgotten = program(file)
-    assert forgotten.code == 2
-    assert f"`rigidcli axes {file}`" in forgotten.err
-    product = program("axes", file, "--units", "g cm")
-    assert (product.code, product.out) == (2, "")
-    assert "write commas: `g,cm`" in product.err
-    assert program("axes", file, "--units", "kg m^2").code == 0
-    assert "save the file as UTF-8" in program("axes", str(tmp_path / "wide.yaml")).err
 
 
 def test_the_tables_of_words_lead_to_what_there_is(program: Program) -> None:

@@ -28,8 +28,6 @@ def driven(torque: str) -> str:
 
 PUMPED = {
     "a torque along space": ("euler", driven('{space: ["-2*w1", 0, 0]}')),
-    "a torque along the body": ("euler", driven('{body: [0, 0, "0.3*w3"]}')),
-    "a torque that turns with the body": ("euler", driven('{body: ["w1 + w2", "w2 - w1", w3]}')),
     "a stiff spring": (
         "hamilton",
         """
@@ -103,12 +101,6 @@ def test_the_estimate_is_no_less_than_what_is_taken() -> None:
         outcome = bounded(*words, stdin=document, megabytes=limit)
         assert outcome.code == 0, outcome.err
         assert outcome.out.count("\n") == samples + 1
-
-
-def test_json_needs_more_as_it_is_one_text(program: Program, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(memory, "available", lambda: 1000 * 4 * (memory.A_NUMBER + memory.ITS_TEXT) / 2.0)
-    document = SWING.replace("100}", "100, samples: 1000}")
-    assert program("hamilton", "-f", "json", "-", stdin=document).code == 4
 
 
 @pytest.mark.parametrize("place", ["rigidcli.studies.axes.run", "rigidcli.render.csv.render"])

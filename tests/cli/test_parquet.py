@@ -93,30 +93,6 @@ def test_a_column_that_changes_its_type_is_one_of_texts(
     assert [row["parameters.k"] for row in rows] == [row["parameters.k"] for row in text]
 
 
-@needs_arrow
-def test_a_refused_value_is_told_and_the_others_stay(program: Program, tmp_path: Path) -> None:
-    sweep = ("--sweep", "body.side=-1:2:40", "configs/cube_corner.yaml")
-    text = program("inertia", "-f", "csv", *sweep)
-    outcome = program("inertia", "-f", "parquet", "-o", f"{tmp_path}/t.parquet", *sweep)
-    assert (outcome.code, outcome.err) == (text.code, text.err)
-    assert outcome.code == 3
-    assert len(rows_of(tmp_path / "t.parquet")) == len(cells(text.out))
-
-
-@pytest.mark.parametrize(
-    ("output", "told"),
-    [
-        ([], "`-o table.parquet`"),
-        (["-o", "-"], "`-o table.parquet`"),
-        (["-o", "table/"], "the parts of a folder are written by a cluster"),
-    ],
-)
-def test_it_needs_a_place(program: Program, output: list[str], told: str) -> None:
-    outcome = program("precess", "-f", "parquet", *output, TOP)
-    assert (outcome.code, outcome.out) == (2, "")
-    assert told in " ".join(outcome.err.split())
-
-
 def test_without_the_library_it_is_said_how_to_get_it(
     program: Program, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
 ) -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import subprocess
 import sys
 from pathlib import Path
@@ -14,29 +15,38 @@ HEAVY = {
     *("numpy", "scipy", "sympy", "mpmath", "pint", "yaml", "rich", "orjson", "matplotlib", "plotext"),
     *("latex2mathml", "xml"),
 }
+FEW = {"numpy", "yaml", "orjson"}
 
 RUNNER = """
-import atexit, sys
-sys.argv = ["rigidcli", *sys.argv[1:]]
-atexit.register(lambda: print(*{name.partition(".")[0] for name in sys.modules}, file=sys.stderr))
+import contextlib, io, json, sys
 from rigidcli.__main__ import main
-main()
+_, commands, document = sys.argv
+after = []
+for words in json.loads(commands):
+    sys.argv, sys.stdin = ["rigidcli", *words.split()], io.TextIOWrapper(io.BytesIO(document.encode()))
+    with contextlib.suppress(SystemExit), contextlib.redirect_stdout(io.StringIO()) as out:
+        main()
+    assert out.getvalue(), words
+    after.append([*sys.modules])
+print(json.dumps(after))
 """
 
 
-def loaded(*arguments: str, stdin: str = "") -> set[str]:
-    """The heavy packages that a run of the program has loaded at its end."""
+def loaded(script: str, *arguments: str) -> list[set[str]]:
+    """The modules of a fresh interpreter, as a script prints them."""
     done = subprocess.run(
-        [sys.executable, "-c", RUNNER, *arguments],
+        [sys.executable, "-c", script, *arguments],
         cwd=ROOT,
-        input=stdin,
         capture_output=True,
         text=True,
-        timeout=30,
+        timeout=60,
         check=True,
     )
-    assert done.stdout
-    return set(done.stderr.split()) & HEAVY
+    return [set(names) for names in json.loads(done.stdout)]
+
+
+def heavy(names: set[str]) -> set[str]:
+    return {name.partition(".")[0] for name in names} & HEAVY
 
 
 UNITS = """
@@ -46,102 +56,65 @@ frame: {axis: [0, 0, 1], angle: 30 deg}
 motion: {omega: [0, 0, 1800 rpm]}
 """
 
-
-@pytest.mark.parametrize(
-    "arguments",
-    [
-        *("--version", "--help", "euler --help", "check --help", "new points"),
-        *("explain axes.groups", "explain units"),
-    ],
+NOTHING = ("--version", "--help", "euler --help", "check --help", "new points", "explain axes.groups")
+NUMBERS = (
+    "axes -f json -",
+    "euler -f json --duration 0.1 configs/tennis_racket.yaml",
+    "euler -f json --duration 0.1 configs/driven_gyro.yaml",
+    "precess -f json configs/cone_top.yaml configs/earth.yaml",
+    "hamilton -f json -s orbit.duration=0.1 configs/double_pendulum.yaml",
 )
-def test_what_computes_nothing_loads_nothing(arguments: str) -> None:
-    assert loaded(*arguments.split()) == set()
-
-
-@pytest.mark.parametrize(
-    "arguments",
-    [
-        "axes -",
-        *(f"euler --duration 0.1 configs/{name}.yaml" for name in ("tennis_racket", "driven_gyro")),
-        *(f"precess configs/{name}.yaml" for name in ("cone_top", "earth")),
-        *(f"hamilton -s orbit.duration=0.1 configs/{name}.yaml" for name in ("double_pendulum",)),
-    ],
-)
-def test_numbers_need_no_algebra_and_everyday_units_no_pint(arguments: str) -> None:
-    assert loaded(*arguments.split(), "-f", "json", stdin=UNITS) == {"numpy", "yaml", "orjson"}
+TABLES = ("axes configs/known_tensor.yaml", "hamilton configs/taylor_13_06.yaml")
 
 
 @pytest.mark.parametrize(
-    "arguments", ["axes configs/known_tensor.yaml", "hamilton configs/taylor_13_06.yaml"]
+    ("commands", "allowed"),
+    [(NOTHING, set()), (NUMBERS, FEW), (TABLES, FEW)],
+    ids=["nothing", "numbers", "tables"],
 )
-def test_a_table_in_a_pipe_needs_no_rich(arguments: str) -> None:
-    assert loaded(*arguments.split()) <= {"numpy", "yaml", "orjson"}
+def test_commands_load_what_they_need(commands: tuple[str, ...], allowed: set[str]) -> None:
+    """Numbers need no algebra and everyday units no pint; a table in a pipe needs no rich."""
+    after = loaded(RUNNER, json.dumps(commands), UNITS)
+    assert len(after) == len(commands)
+    for command, names in zip(commands, after, strict=True):
+        assert heavy(names) <= allowed, command
 
 
-def test_numbers_load_nothing_of_pictures_and_replays() -> None:
-    script = "import sys, rigidcli as r; r.euler(sys.argv[1]); r.hamilton(sys.argv[2]); print(*sys.modules)"
-    files = ("configs/feynman_plate.yaml", "configs/notes_spring.yaml")
-    done = subprocess.run(
-        [sys.executable, "-c", script, *files], cwd=ROOT, capture_output=True, text=True, check=True
-    )
-    ours = {name for name in done.stdout.split() if name.startswith("rigidcli.")}
-    assert not {name for name in ours if name.startswith("rigidcli.render") or name.endswith(".scene")}
-
-
-def test_what_reads_meshes_molecules_and_robots_is_loaded_for_them_alone() -> None:
+def test_functions_load_what_their_documents_need() -> None:
     script = """
-import sys, rigidcli
-for path in sys.argv[1:]:
-    rigidcli.axes(path)
-    print(*(name for name in sys.modules if name.startswith("rigidcli.") or name == "pyexpat"))
+import json, sys, rigidcli
+after = [[*sys.modules]]
+for study, path in zip(sys.argv[1::2], sys.argv[2::2]):
+    getattr(rigidcli, study)(f"configs/{path}.yaml")
+    after.append([*sys.modules])
+print(json.dumps(after))
 """
-    files = ["cube_corner", "water", "earth_shells", "benzene", "bracket"]
-    done = subprocess.run(
-        [sys.executable, "-c", script, *(f"configs/{name}.yaml" for name in files)],
-        cwd=ROOT,
-        capture_output=True,
-        text=True,
-        check=True,
-    )
-    parts = {
-        *(f"rigidcli.bodies.{name}" for name in ("edges", "inside", "mesh_density", "surfaces")),
-        *(
-            f"rigidcli.bodies.{name}"
-            for name in ("mesh_checks", "mesh_files", "molecules", "robots.elements")
-        ),
-        "pyexpat",
+    words = "axes cube_corner axes water axes earth_shells axes benzene axes bracket euler feynman_plate"
+    start, *shapes, benzene, bracket, _, motion = loaded(script, *words.split(), "hamilton", "notes_spring")
+    assert heavy(start) == set()
+    files = {
+        "mesh_density",
+        "mesh_checks",
+        "mesh_files",
+        "molecules",
+        "robots.elements",
+        "inside",
+        "surfaces",
     }
-    shapes, *_, earth, benzene, bracket = (parts & set(line.split()) for line in done.stdout.splitlines())
-    assert shapes == earth == set()
-    assert benzene == {"rigidcli.bodies.molecules"}
+    files = {f"rigidcli.bodies.{name}" for name in files} | {"pyexpat"}
+    assert all(not files & names for names in shapes)
+    assert files & benzene == {"rigidcli.bodies.molecules"}
     assert {"rigidcli.bodies.inside", "rigidcli.bodies.mesh_files"} <= bracket
     assert not {"pyexpat", "rigidcli.bodies.mesh_density"} & bracket
+    assert not {name for name in motion if name.startswith("rigidcli.render") or name.endswith(".scene")}
 
 
 def test_a_plate_needs_no_other_shapes() -> None:
-    script = """
-import os, sys
-sys.argv = ["rigidcli", "axes", "-", "-f", "json"]
-os._exit = lambda code: print(*sys.modules, file=sys.stderr)
-from rigidcli.__main__ import run
-run()
-"""
     document = "body: {shape: plate, size: [1, 2], mass: 3}"
-    done = subprocess.run(
-        [sys.executable, "-c", script], cwd=ROOT, input=document, capture_output=True, text=True, check=True
-    )
-    found = set(done.stderr.split())
+    (found,) = loaded(RUNNER, json.dumps(["axes -f json -"]), document)
     assert "rigidcli.bodies.flat_shapes" in found
-    others = (
-        "bodies.solid_shapes",
-        "bodies.thin_shapes",
-        "document.complaints",
-        "document.precession",
-        "picture",
-        "program",
-        "scene",
-    )
-    assert not {f"rigidcli.{name}" for name in others} & found
+    others = ("bodies.solid_shapes", "bodies.thin_shapes", "document.complaints", "document.precession")
+    assert not {f"rigidcli.{name}" for name in (*others, "picture", "program", "scene")} & found
 
 
 def test_homework_is_judged_without_scipy(tmp_path: Path) -> None:
@@ -153,28 +126,5 @@ def test_homework_is_judged_without_scipy(tmp_path: Path) -> None:
         "  v: {kind: vector, answer: [1, 2, 3]}\n"
     )
     (tmp_path / "s.yaml").write_text("answers: {h: 0.500*p_x**2/m - 1.1*m*g*x, v: [3, 2, 1]}")
-    script = """
-import sys
-from rigidcli.cli.app import main
-try:
-    main()
-finally:
-    print("scipy" in sys.modules)
-"""
-    done = subprocess.run(
-        [sys.executable, "-c", script, "check", "assignment.yaml", "s.yaml"],
-        cwd=tmp_path,
-        capture_output=True,
-        text=True,
-        check=False,
-    )
-    assert done.stdout.splitlines()[-1] == "False"
-    assert done.returncode == 1
-
-
-def test_the_package_itself_loads_nothing() -> None:
-    script = "import sys, rigidcli; print(*{name.partition('.')[0] for name in sys.modules})"
-    done = subprocess.run(
-        [sys.executable, "-c", script], cwd=ROOT, capture_output=True, text=True, check=True
-    )
-    assert set(done.stdout.split()) & HEAVY == set()
+    (found,) = loaded(RUNNER, json.dumps([f"check {tmp_path}/assignment.yaml {tmp_path}/s.yaml"]), "")
+    assert "scipy" not in found

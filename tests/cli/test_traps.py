@@ -13,68 +13,6 @@ import pytest
 from tests.conftest import ROOT, Program
 
 CUBE = "body: {shape: cube, side: 1, mass: 12}\n"
-SPRING = "system: {coordinates: [x], lagrangian: xdot**2/2 - x**2/2}\n"
-WAVE = "parameters: {k: 1}\nsystem: {coordinates: [x], lagrangian: xdot**2/2 + cos(k*x)}\n"
-PENDULUM = "system: {coordinates: [a], lagrangian: adot**2/2 + cos(a)}\n"
-
-
-# --- notes
-
-
-@pytest.mark.parametrize(
-    ("text", "note"),
-    [
-        (f"frame: {{axis: [0, 0, 1], angle: 45}}\n{CUBE}", "45 rad is beyond a full turn; 45 deg meant?"),
-        (f"frame: {{euler: [0, -90, 0]}}\n{CUBE}", "-90 deg meant?"),
-        (f"frame: {{axis: [0, 0, 1], angle: 45 rad}}\n{CUBE}", None),
-        (f"frame: {{axis: [0, 0, 1], angle: 3*pi}}\n{CUBE}", None),
-        (f"frame: {{axis: [0, 0, 1], angle: 6.28319}}\n{CUBE}", None),
-        (f"frame: {{axis: [0, 0, 1], angle: -6.283185307179586}}\n{CUBE}", None),
-        (f"{PENDULUM}orbit: {{initial: {{a: 30, adot: 0}}, duration: 1}}", "`orbit.initial.a` of 30 rad"),
-        (f"{PENDULUM}orbit: {{initial: {{a: 30.5, adot: 0}}, duration: 1}}", "`orbit.initial.a` of 30.5 rad"),
-        (f"{PENDULUM}orbit: {{initial: {{a: 30 deg, adot: 0}}, duration: 1}}", None),
-        (f"{PENDULUM}orbit: {{initial: {{a: 3, adot: 100}}, duration: 1}}", None),
-        (f"{SPRING}orbit: {{initial: {{x: 30, xdot: 0}}, duration: 1}}", None),
-        (f"{WAVE}orbit: {{initial: {{x: 30, xdot: 0}}, duration: 1}}", None),
-    ],
-)
-def test_a_likely_slip_is_noted(text: str, note: str | None, program: Program) -> None:
-    outcome = program("validate", "-", stdin=text)
-    assert outcome.code == 0
-    if note is None:
-        assert "meant?" not in outcome.err
-    else:
-        assert outcome.err.startswith("-: note: ")
-        assert note in outcome.err
-    assert program("validate", "-q", "-", stdin=text).err == ""
-
-
-def test_an_angle_that_is_refused_says_so_too(program: Program) -> None:
-    outcome = program("validate", "-", stdin="top: {spin: 100, tilt: 30, mass: 1, distance: 1, lambda3: 1}")
-    assert outcome.code == 3
-    assert "hint: 30 deg meant?" in outcome.err
-
-
-# --- the command that a document is for
-
-
-@pytest.mark.parametrize(
-    ("command", "text", "told"),
-    [
-        *(
-            (command, SPRING, "a `system`: `rigidcli hamilton -`")
-            for command in ("inertia", "axes", "precess", "euler")
-        ),
-        ("hamilton", CUBE, "a `body`: `rigidcli inertia -`"),
-        ("axes", "top: {spin: 1, mass: 1, distance: 1, lambda3: 1}", "a `top`: `rigidcli precess -`"),
-        ("axes", "questions: {a: {answer: 1, kind: number}}", "`rigidcli check ASSIGNMENT ANSWERS`"),
-        ("inertia", "answers: {a: 1}", "`rigidcli check ASSIGNMENT ANSWERS`"),
-    ],
-)
-def test_the_wrong_command_names_the_right_one(command: str, text: str, told: str, program: Program) -> None:
-    outcome = program(command, "-", stdin=text)
-    assert (outcome.code, outcome.out) == (3, "")
-    assert told in outcome.err
 
 
 # --- files that are kept

@@ -85,20 +85,6 @@ def test_csv_tells_units_in_its_heads_when_asked(program: Program) -> None:
     assert "kg" not in bare
 
 
-@pytest.mark.parametrize(
-    ("units", "reason"),
-    [
-        ("g,kg", "`g` and `kg` are both units of mass (kg)"),
-        ("parsnip", "unknown unit `parsnip`"),
-        ("m/m", "measures nothing"),
-    ],
-)
-def test_wrong_units_are_refused(units: str, reason: str, program: Program) -> None:
-    outcome = program("axes", "-", "--units", units, stdin=SPINNING)
-    assert (outcome.code, outcome.out) == (2, "")
-    assert reason in outcome.err
-
-
 def test_diagnostics_are_told_when_asked_for(program: Program) -> None:
     quiet = program("euler", "-", stdin=SPINNING).out
     told = program("euler", "-", "-v", stdin=SPINNING).out
@@ -139,12 +125,6 @@ def test_samples_are_chosen_on_the_command_line(program: Program) -> None:
     wrong = program("hamilton", "-", "--columns", "t,y", stdin=free)
     assert (wrong.code, wrong.out) == (2, "")
     assert "`y` is no column here\n  hint: the columns are t, x, p_x, H" in wrong.err
-
-
-def test_columns_need_samples(program: Program) -> None:
-    spring = "system: {coordinates: [x], lagrangian: xdot**2/2 - x**2/2}"
-    outcome = program("hamilton", "-", "--columns", "x", stdin=spring)
-    assert (outcome.code, outcome.out) == (2, "")
 
 
 def test_noise_is_no_number_for_people(program: Program) -> None:

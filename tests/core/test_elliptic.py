@@ -18,9 +18,9 @@ Floats = NDArray[np.float64]
 
 EPS = float(np.finfo(np.float64).eps)
 
-few = settings(max_examples=60, deadline=None)
+few = settings(max_examples=30, deadline=None)
 
-COMPLEMENTS = [1.0, 1 - 1e-12, 0.99, 0.7, 0.1, 1e-3, 1e-9, 1e-20, 1e-140]
+COMPLEMENTS = [1.0, 0.7, 1e-3, 1e-20, 1e-140]
 
 WIDE = st.builds(lambda digits, power: digits * 10.0**power, st.floats(1, 10), st.integers(-30, 3))
 
@@ -97,7 +97,7 @@ def third_kind(p: Any, m: Any) -> tuple[Any, Any]:
 
 
 @pytest.mark.parametrize("complement", COMPLEMENTS)
-@pytest.mark.parametrize("p", [1e-12, 1e-4, 0.3, 1.0, 5.0, 1e10])
+@pytest.mark.parametrize("p", [1e-12, 0.3, 1.0, 1e10])
 def test_complete_integrals(complement: float, p: float) -> None:
     with mpmath.workdps(digits_for(complement)):
         cosines, sines = third_kind(mpmath.mpf(p), 1 - mpmath.mpf(complement) ** 2)

@@ -6,7 +6,6 @@ section 37, with Legendre's integral of the third kind) by mpmath, with as many 
 
 from __future__ import annotations
 
-import itertools
 import math
 from collections.abc import Sequence
 from typing import Any
@@ -31,7 +30,7 @@ from tests.core.rigid_motion import (
     principal_frame,
 )
 
-few = settings(max_examples=40, deadline=None)
+few = settings(max_examples=20, deadline=None)
 
 TURNED = np.array(Rotation.from_quat([0.3, -0.5, 0.2, 0.7]).as_matrix())
 EPS = float(np.finfo(np.float64).eps)
@@ -110,36 +109,30 @@ def textbook(motion: Motion, times: Sequence[float], digits: int = 40) -> list[S
 INTEGRATED: list[tuple[str, Sequence[float], Sequence[float]]] = [
     *(
         (f"{x:+.0f}{y:+.0f}{z:+.0f} {name}", [1, 2, 2.5], [a * x, 0.5 * y, b * z])
-        for x, y, z in itertools.product((1, -1), repeat=3)
+        for x, y, z in ((1, 1, 1), (-1, 1, -1), (1, -1, -1))
         for name, a, b in (("highest", 0.3, 0.9), ("lowest", 0.9, 0.3))
     ),
-    *(
-        (f"separatrix {x:+} {z:+}", [3, 4, 6], [2 * x, 0.5, z])
-        for x, z in itertools.product((1, -1), repeat=2)
-    ),
+    ("separatrix", [3, 4, 6], [2, 0.5, -1]),
     ("separatrix in other axes", [6, 3, 4], [1, -2, -0.5]),
     *(
         (f"beside the separatrix {side:+.0e}", [6, 3, 4], [1 + side, 2, -0.5])
-        for size in (1e-3, 1e-8, 1e-12, 1e-15)
-        for side in (size, -size)
+        for side in (1e-3, -1e-8, 1e-12, -1e-15)
     ),
     ("about the least axis", [1, 2, 2.5], [0.7, 0, 0]),
     ("about the middle axis", [1, 2, 2.5], [0, -0.7, 0]),
     *(
         (f"wobble of {size} about {k}", [1, 2, 2.5], (np.eye(3)[k] + np.roll([0, size, -size], k)).tolist())
-        for size in (1e-8, 1e-160)
-        for k in range(3)
+        for size, k in ((1e-8, 1), (1e-160, 1), (1e-160, 2))
     ),
     *(
         (f"{name} but for {gap}", [1, 1 + gap * a, 1 + gap * b if name == "sphere" else 1.6 + gap * b], w)
-        for gap in (1e-13, 1e-9)
+        for gap in (1e-13,)
         for name, a, b, w in (
             ("sphere", 1.0, 2.0, [0.3, 0.4, 0.5]),
             ("oblate", 1.0, 0.0, [0.3, 0.4, 0.5]),
             ("oblate, nearly across", 1.0, 0.0, [0.3, 0.4, 5e-7]),
         )
     ),
-    ("prolate but for 1e-13", [1, 1.6, 1.6 + 1e-13], [0.3, 0.4, 0.5]),
     ("prolate but for 1e-13, nearly across", [1, 1.6, 1.6 + 1e-13], [1e-7, 0.04, 0.5]),
     ("oblate", [1, 1, 1.6], [0.3, 0.4, -0.5]),
     ("prolate", [1.6, 1.6, 1], [0.3, 0.4, -0.5]),
@@ -155,9 +148,7 @@ def test_against_direct_integration(moments: list[float], omega: list[float]) ->
     Motion(body(moments), omega).require()
 
 
-@pytest.mark.parametrize(
-    "moments", [[1, 2, 2.5], [1, 1, 1.6], [1, 1.6, 1.6], [1, 2, 3], [1, 1, 1], [3, 4, 6]]
-)
+@pytest.mark.parametrize("moments", [[1, 2, 2.5], [1, 1, 1.6], [1, 1.6, 1.6], [3, 4, 6]])
 def test_full_tensors_against_direct_integration(moments: list[float]) -> None:
     Motion(body(moments, TURNED), TURNED @ np.array([2, -0.5, 1]) / 2).require()
 
@@ -175,23 +166,18 @@ LONG: list[tuple[str, Sequence[float], Sequence[float], int]] = [
     ("prolate", [1, 1.6, 1.6], [0.3, 0.4, 0.5], 40),
     *(
         (f"beside the separatrix {side:+.0e}", [3, 4, 6], [2, 0.5, 1 + side], 50)
-        for size in (1e-3, 1e-8, 1e-12, 1e-15)
-        for side in (size, -size)
+        for side in (1e-3, -1e-8, 1e-15)
     ),
     *(
         (f"wobble of {size} about {k}", [1, 2, 2.5], np.roll([1, size, -size], k).tolist(), digits)
-        for size, digits in ((1e-8, 60), (1e-40, 170))
-        for k in range(3)
+        for size, digits, k in ((1e-8, 60, 1), (1e-40, 170, 2))
     ),
     ("sphere but for 1e-13", [1, 1 + 1e-13, 1 + 2e-13], [0.3, 0.4, 0.5], 60),
     ("oblate but for 1e-13", [1, 1 + 1e-13, 1.6], [0.3, 0.4, 0.5], 60),
-    ("oblate but for 1e-9", [1, 1 + 1e-9, 1.6], [0.3, 0.4, 0.5], 60),
     ("oblate but for 1e-13, nearly across", [1, 1 + 1e-13, 1.6], [0.3, 0.4, 5e-7], 60),
     ("prolate but for 1e-13, nearly across", [1, 1.6, 1.6 + 1e-13], [1e-7, 0.04, 0.5], 60),
-    ("nearly a rod", [1e-12, 1, 1 + 3e-13], [0.2, 0.7, -0.4], 60),
     ("nearly a rod, end over end", [1e-12, 1, 1 + 3e-13], [1e-3, 0.7, -0.4], 60),
     ("slow", [1, 2, 2.5], [-3e-161, 5e-161, 9e-161], 40),
-    ("heavy", [1e37, 2e37, 2.5e37], [0.9, 0.5, 0.3], 40),
     ("tiny and light", [1e-47, 2e-47, 2.5e-47], [3e-161, 5e-161, 9e-161], 40),
 ]
 
@@ -207,14 +193,8 @@ def test_long_spans_against_the_textbook(moments: list[float], omega: list[float
     motion.require(textbook(motion, times, digits))
 
 
-def test_a_tiny_wobble_about_the_middle_axis_flips_the_body_again_and_again() -> None:
-    motion = Motion(body([1, 2, 2.5]), [1e-120, 1.0, -1e-120], times=[-6e4])
-    assert motion.periods().flip_interval == pytest.approx(1.5e3, rel=0.2)
-    motion.require(textbook(motion, motion.times, 400))
-
-
-@pytest.mark.parametrize("turns", [1e5, 1e6])
-def test_many_turns(turns: float) -> None:
+def test_many_turns() -> None:
+    turns = 1e6
     motion = Motion(body([1, 2, 2.5]), [-0.3, 0.5, 0.9])
     period = motion.periods().period
     assert period is not None
@@ -222,10 +202,9 @@ def test_many_turns(turns: float) -> None:
     motion.require(textbook(motion, times, 50), times)
 
 
-@pytest.mark.parametrize("moments", [[1, 2, 2.5], [1, 1, 1.6], [1, 1.6, 1.6], [1e-3, 1, 1.0005]])
-@pytest.mark.parametrize("omega", [[0.3, 0.5, 0.9], [-0.9, -0.5, 0.3]])
-def test_long_spans_of_full_tensors(moments: list[float], omega: list[float]) -> None:
-    motion = Motion(body(moments, TURNED), TURNED @ np.array(omega), times=[-6e4, 6e4])
+@pytest.mark.parametrize("moments", [[1, 2, 2.5], [1, 1.6, 1.6]])
+def test_long_spans_of_full_tensors(moments: list[float]) -> None:
+    motion = Motion(body(moments, TURNED), TURNED @ np.array([0.3, 0.5, 0.9]), times=[-6e4, 6e4])
     motion.require(textbook(motion, motion.times, 70))
 
 
@@ -268,26 +247,21 @@ def test_the_sensitivity_of_what_rounding_decides() -> None:
 REGIMES: list[tuple[str, list[float], list[float], str]] = [
     ("at rest", [1, 2, 2.5], [0, 0, 0], "rest"),
     ("a point at rest", [0, 0, 0], [0, 0, 0], "rest"),
-    ("a linear body at rest", [0, 1, 1], [0, 0, 0], "rest"),
     ("a sphere", [2, 2, 2], [1, 2, 3], "sphere"),
-    ("a sphere about an axis", [2, 2, 2], [0, 2, 0], "sphere"),
     ("a sphere but for 1e-13", [2, 2 + 2e-13, 2 + 4e-13], [1, 2, 3], "sphere"),
     ("a linear body", [1, 0, 1], [1, 0, 2], "linear"),
     ("a slender body", [1, 1e-15, 1], [1, 1e-16, 2], "prolate"),
     ("spin about the least axis", [1, 2, 2.5], [-1, 0, 0], "principal"),
     ("spin about the middle axis", [1, 2, 2.5], [0, 3, 0], "principal"),
-    ("spin about the symmetry axis", [2, 2, 1], [0, 0, 4], "principal"),
     ("spin across the symmetry axis", [2, 2, 1], [3, 4, 0], "principal"),
     ("oblate", [1, 3, 1], [1, 1, 1], "oblate"),
     ("prolate", [2, 1, 2], [1, 1, 1], "prolate"),
     ("oblate but for 1e-13", [1, 1 + 1e-13, 1.5], [1, 1, 1], "oblate"),
-    ("prolate but for 1e-13, nearly across", [1, 1.5, 1.5 + 1e-13], [1e-9, 1, 1], "prolate"),
     ("not quite oblate", [1, 1 + 1e-11, 1.5], [1, 1, 1], "about_highest"),
     ("mostly about the least axis", [2.5, 1, 2], [0.1, 1, 0.5], "about_lowest"),
     ("mostly about the largest axis", [2.5, 1, 2], [1, 0.1, 0.5], "about_highest"),
     ("on the separatrix", [3, 4, 6], [2, 0.7, -1], "separatrix"),
     ("on it but for rounding", [3, 4, 6], [2, 0.7, -1 - EPS], "separatrix"),
-    ("on it in decimal fractions", [0.3, 0.4, 0.6], [0.2, 0.07, 0.1], "separatrix"),
     ("just outside", [3, 4, 6], [2, 0.7, 1 + 1e-14], "about_highest"),
     ("just inside", [3, 4, 6], [2, 0.7, 1 - 1e-14], "about_lowest"),
     ("a tiny wobble about the middle axis", [1, 2, 2.5], [1e-160, 1, 1e-160], "about_highest"),
@@ -298,7 +272,7 @@ REGIMES: list[tuple[str, list[float], list[float], str]] = [
 @pytest.mark.parametrize(
     ("moments", "omega", "regime"), [c[1:] for c in REGIMES], ids=[c[0] for c in REGIMES]
 )
-@pytest.mark.parametrize("scale", [1.0, 1e-47, 1e37])
+@pytest.mark.parametrize("scale", [1.0, 1e-47])
 def test_regimes(moments: list[float], omega: list[float], regime: str, scale: float) -> None:
     exponent = math.frexp(scale)[1]
     motion = Motion(np.ldexp(body(moments), exponent), omega).periods()
@@ -328,7 +302,7 @@ def test_regimes(moments: list[float], omega: list[float], regime: str, scale: f
     ],
 )
 def test_regimes_of_computed_tensors(moments: list[float], omega: list[float], regime: str) -> None:
-    for seed in range(8):
+    for seed in range(3):
         turn = np.array(Rotation.from_quat(np.random.default_rng(seed).normal(size=4)).as_matrix())
         motion = Motion(body(moments, turn), turn @ np.array(omega, dtype=float))
         assert motion.periods().regime == regime
@@ -352,7 +326,7 @@ def test_a_linear_body_cannot_spin_about_its_line(omega: list[float]) -> None:
             Motion(inertia, w).periods()
 
 
-@pytest.mark.parametrize("seed", range(20))
+@pytest.mark.parametrize("seed", range(5))
 def test_spin_about_computed_axes_is_principal(seed: int) -> None:
     # As a document has it with omega along an axis that the program itself found.
     rng = np.random.default_rng(seed)
@@ -360,16 +334,6 @@ def test_spin_about_computed_axes_is_principal(seed: int) -> None:
     inertia = tensor.rotate(mass_properties.of_points(rows).tensor, TURNED)
     for axis in principal_frame(inertia).axes:
         assert Motion(inertia, 1.7 * axis).periods().regime == "principal"
-
-
-def test_an_exactly_symmetric_full_tensor() -> None:
-    # Moments 1, 1, 3 without rounding, but with irrational axes.
-    inertia = np.array([[2.0, -1, 0], [-1, 2, 0], [0, 0, 1]])
-    for w in ([1.0, 1, 0], [1, 1, 5], [1, -1, 0], [1, 0, 0]):
-        motion = Motion(inertia, w, times=[0.5, 2.0])
-        assert motion.periods().regime == ("oblate" if w == [1, 0, 0] else "principal")
-        motion.require()
-        assert motion.sensitivity(motion.times) < 1e-14
 
 
 # --- periods and rates
@@ -406,18 +370,3 @@ def test_period_and_mean_rate_by_quadrature(moments: list[float], omega: tuple[f
     turn = quad(lambda x: rates(x)[0] * rates(x)[1], 0, math.pi, epsabs=0, epsrel=1e-11, limit=200)[0]
     assert motion.flip_interval == pytest.approx(half, rel=1e-9)
     assert motion.mean_space_rate == pytest.approx(turn / half, rel=1e-9)
-
-
-def test_the_symmetric_limit() -> None:
-    # A gap of 1e-12 changes the attitude after 10 s by some 1e-11, and neither name nor period jumps.
-    times = np.linspace(0, 10, 50)
-    w = np.array([0.3, 0.4, 0.5])
-    motions = [Motion(body([1, 1 + g, 1.6]), w) for g in (9e-13, 3e-12, 0.0)]
-    near, beyond, exact = (motion.periods() for motion in motions)
-    assert (near.regime, beyond.regime, exact.regime) == ("oblate", "about_highest", "oblate")
-    for other in (near, beyond):
-        assert other.period == pytest.approx(exact.period, rel=1e-10)
-        assert other.mean_space_rate == pytest.approx(exact.mean_space_rate, rel=1e-10)
-    for motion in motions[:2]:
-        for one, two in zip(motions[2].found(times), motion.found(times), strict=True):
-            assert two == pytest.approx(one, abs=5e-11)

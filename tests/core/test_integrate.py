@@ -30,7 +30,7 @@ from tests.core.flows import (
     same,
 )
 
-few = settings(max_examples=60, deadline=None)
+few = settings(max_examples=25, deadline=None)
 
 plain = partial(integrate.integrate, engine="runge-kutta")
 
@@ -77,7 +77,6 @@ Truth = Callable[[float], Sequence[float] | Floats]
 
 PROBLEMS: dict[str, tuple[Flow, Floats, float, tuple[int, ...], Truth, float]] = {
     "oscillator": (same(oscillator), array_of(1, 0), 60, (2,), lambda t: [math.cos(t), -math.sin(t)], 1e-11),
-    "parts": (same(oscillator), array_of(1, 0), 60, (1, 1), lambda t: [math.cos(t), -math.sin(t)], 1e-11),
     "kepler": (kepler, array_of(0.1, 0, 0, math.sqrt(19)), 6, (2, 2), lambda t: on_ellipse(0.9, t), 1e-10),
     "pendulum": (pendulum, array_of(2, 0), 20, (1, 1), lambda t: on_pendulum(2, t), 1e-11),
     "riccati": (same(lambda t, y: (t * t + y * y,)), array_of(0), 1.5, (1,), riccati_truth, 1e-11),
@@ -112,7 +111,7 @@ def test_solutions_are_true_at_and_between_the_steps(name: str, module: ModuleTy
     assert errors[1] < 3 * errors[0] + 1e-14
 
 
-@pytest.mark.parametrize("tolerance", [1e-4, 1e-6, 1e-9, 1e-12, 1e-14])
+@pytest.mark.parametrize("tolerance", [1e-4, 1e-9, 1e-14])
 def test_the_error_follows_the_tolerance(tolerance: float) -> None:
     solution = plain(pendulum, array_of(2, 0), (0, 20), tolerance=tolerance)
     error = np.abs(solution.at(array_of(20.0))[0] - on_pendulum(2, 20)).max()
@@ -135,7 +134,7 @@ def test_there_and_back(name: str, module: ModuleType) -> None:
     assert back.at(array_of(0.0))[0] == pytest.approx(start, abs=bound * (1e6 if name == "forced" else 100))
 
 
-@pytest.mark.parametrize("exponent", [-900, -530, -100, 60, 400, 900])
+@pytest.mark.parametrize("exponent", [-900, 400])
 def test_no_variable_needs_a_scale(exponent: int) -> None:
     # A linear equation in other units, powers of two, which do not round: the same steps to the last bit.
     scale = math.ldexp(1.0, exponent)
@@ -144,22 +143,6 @@ def test_no_variable_needs_a_scale(exponent: int) -> None:
     times = np.linspace(0, 8, 33)
     assert np.array_equal(one.knots, other.knots)
     assert np.array_equal(one.at(times) * scale, other.at(times))
-
-
-@pytest.mark.parametrize("module", [taylor, symplectic])
-@pytest.mark.parametrize("scale", [1e-160, 1e-34, 1e100])
-def test_no_other_engine_needs_a_scale(scale: float, module: ModuleType) -> None:
-    solution = ENGINES[module](same(linear), array_of(1, 2, 3, 4) * scale, (0, 8), blocks=(4,))
-    expected = scale * (expm(MATRIX * 8) @ [1, 2, 3, 4])
-    assert solution.at(array_of(8.0))[0] == pytest.approx(expected, rel=1e-11, abs=0)
-
-
-@pytest.mark.parametrize("scale", [1e-160, 1e100])
-def test_time_needs_no_scale_either(scale: float) -> None:
-    solution = plain(same(lambda t, x, v: (v / scale, -x / scale)), array_of(1, 0), (0, 10 * scale))
-    times = np.linspace(0, 10, 21)
-    expected = np.array([np.cos(times), -np.sin(times)]).T
-    assert solution.at(times * scale) == pytest.approx(expected, abs=1e-12)
 
 
 def test_a_small_variable_is_as_accurate_as_a_large_one() -> None:
@@ -171,21 +154,6 @@ def test_a_small_variable_is_as_accurate_as_a_large_one() -> None:
     found = solution.at(times)
     assert found[:, 0] == pytest.approx(1e10 * np.cos(times), abs=1e-2)
     assert found[:, 2] == pytest.approx(1e-100 * np.cos(2 * times), abs=1e-111)
-
-
-def test_the_norm_of_a_block_does_not_depend_on_its_axes() -> None:
-    # Rotation in a tilted plane: the block has the steps of the plane.
-    turn = np.linalg.qr(np.array([[1.0, 2, 3], [0, 1, -1], [2, 0, 1]]))[0]
-    spin = turn @ np.array([[0.0, -1, 0], [1, 0, 0], [0, 0, 0]]) @ turn.T
-
-    def f(t: Any, *y: Any) -> tuple[Any, ...]:
-        return tuple(sum(float(a) * x for a, x in zip(row, y, strict=True)) for row in spin)
-
-    solution = plain(same(f), turn @ array_of(1, 0, 0), (0, 50), blocks=(3,))
-    level = plain(same(oscillator), array_of(1, 0), (0, 50), blocks=(2,))
-    assert abs(solution.steps - level.steps) <= 2
-    expected = turn @ np.array([math.cos(50), math.sin(50), 0])
-    assert solution.at(array_of(50.0))[0] == pytest.approx(expected, abs=3e-12)
 
 
 # --- steps of the caller
@@ -231,27 +199,16 @@ def test_rest_takes_few_steps(module: ModuleType) -> None:
     assert solution.at(array_of(0, 12.5, 1e9)).tolist() == [[3, 0]] * 3
 
 
-@pytest.mark.parametrize("offset", [0, 1e-16, 5e-16, -4e-16])
-def test_equilibrium_up_to_rounding_does_not_stall(offset: float) -> None:
+def test_equilibrium_up_to_rounding_does_not_stall() -> None:
     # A weight on a spring: the force is the rounding error of k x - m g, and jumps with the last bit of x.
     m, g, k = 0.3, 9.81, 4.7
 
     def f(t: Any, x: Any, p: Any) -> tuple[Any, ...]:
         return p / m, m * g - k * x
 
-    solution = plain(same(f), array_of(m * g / k + offset, 0), (0, 1000))
+    solution = plain(same(f), array_of(m * g / k + 5e-16, 0), (0, 1000))
     assert solution.steps < 20_000
     assert solution.at(np.linspace(0, 1000, 99))[:, 0] == pytest.approx(m * g / k, abs=1e-12)
-
-
-def test_a_variable_of_rounding_errors_does_not_stall_the_others() -> None:
-    def f(t: Any, x: Any, v: Any, d: Any) -> tuple[Any, ...]:
-        return v, -x, 0.1 * 3 * x - 0.3 * x
-
-    solution = plain(same(f), array_of(1, 0, 0), (0, 100))
-    alone = plain(same(oscillator), array_of(1, 0), (0, 100))
-    assert solution.steps < 3 * alone.steps
-    assert solution.at(array_of(100.0))[0, :2] == pytest.approx([math.cos(100), -math.sin(100)], abs=1e-11)
 
 
 # --- samples
@@ -268,7 +225,7 @@ def test_samples_in_any_order_and_number() -> None:
     assert solution.at(array_of(0.0))[0].tolist() == [1, 0]
 
 
-@pytest.mark.parametrize("outside", [-0.001, 10.001, math.nan, math.inf])
+@pytest.mark.parametrize("outside", [-0.001, math.nan])
 def test_times_outside_the_span_are_refused(outside: float) -> None:
     for span in ((0, 10), (10, 0)):
         solution = plain(same(oscillator), array_of(1, 0), span)
@@ -277,7 +234,7 @@ def test_times_outside_the_span_are_refused(outside: float) -> None:
         assert solution.at(array_of(10 * (1 + 2e-16))).shape == (1, 2)
 
 
-@pytest.mark.parametrize("power", [2, 3, 4, 7, 12])
+@pytest.mark.parametrize("power", [2, 12])
 def test_what_begins_with_nothing(power: int) -> None:
     # y = t^n e^-t, beside a variable that moves.
     def flow(module: ModuleType) -> Callable[..., tuple[Any, ...]]:
@@ -286,24 +243,6 @@ def test_what_begins_with_nothing(power: int) -> None:
     times = np.linspace(0, 3, 7)
     found = plain(flow, array_of(1, 0), (0, 3)).at(times)
     assert found[:, 1] == pytest.approx(times**power * np.exp(-times), rel=1e-9, abs=1e-12)
-
-
-def test_motion_goes_down_a_chain_at_rest() -> None:
-    # x_k grows at first as t^(2 k).
-    size = 12
-
-    def f(t: Any, *y: Any) -> tuple[Any, ...]:
-        x = (0.0, *y[:size], 0.0)
-        return (*y[size:], *(x[k - 1] - 2 * x[k] + x[k + 1] for k in range(1, size + 1)))
-
-    matrix = -2 * np.eye(size) + np.eye(size, k=1) + np.eye(size, k=-1)
-    whole = np.block([[np.zeros((size, size)), np.eye(size)], [matrix, np.zeros((size, size))]])
-    start = np.zeros(2 * size)
-    start[0] = 1
-    for time in (1.0, 20.0):
-        assert plain(same(f), start, (0, 20)).at(array_of(time))[0] == pytest.approx(
-            expm(time * whole) @ start, abs=1e-11
-        )
 
 
 # --- honest ends
@@ -315,19 +254,11 @@ def sqrt_of(sign: float) -> Flow:
 
 ENDS: dict[str, tuple[Flow, float, tuple[float, float], float, Stop]] = {
     "pole": (same(lambda t, y: (1 / ((t - 0.5) * (t - 0.5)),)), 0, (0, 1), 0.5, Stop.INFINITE),
-    "pole that changes sign": (same(lambda t, y: (1 / (t - 0.5),)), 0, (0, 1), 0.5, Stop.INFINITE),
-    "pole at a third": (same(lambda t, y: (1 / (t - 1 / 3) ** 3,)), 1, (0, 1), 1 / 3, Stop.INFINITE),
-    "pole at zero": (same(lambda t, y: (1 / (t * t),)), 0, (-1, 1), 0, Stop.INFINITE),
     "pole backwards": (same(lambda t, y: (1 / (t + 7) ** 2,)), 0, (0, -10), -7, Stop.INFINITE),
-    "sqrt of time": (lambda m: lambda t, y: (m.sqrt(0.5 - t),), 0, (0, 1), 0.5, Stop.NO_VALUE),
     "sqrt of the state": (sqrt_of(-1), 1, (0, 5), 2, Stop.NO_VALUE),
-    "log of time": (lambda m: lambda t, y: (m.log(0.5 - t),), 0, (0, 1), 0.5, Stop.NO_VALUE),
     "log of the state": (lambda m: lambda t, y: (-1 / m.log(y),), 2, (0, 2), 2 * math.log(2) - 1, Stop.LOST),
     "asin": (lambda m: lambda t, y: (m.arcsin(t) if m is np else m.asin(t),), 0, (0, 2), 1, Stop.NO_VALUE),
     "blow-up": (same(lambda t, y: (y * y,)), 1, (0, 2), 1, Stop.INFINITE),
-    "blow-up backwards": (same(lambda t, y: (y * y,)), -1, (0, -2), -1, Stop.INFINITE),
-    "blow-up of exp": (lambda m: lambda t, y: (m.exp(y),), 0, (0, 2), 1, Stop.INFINITE),
-    "tangent": (same(lambda t, y: (1 + y * y,)), 0, (0, 4), math.pi / 2, Stop.INFINITE),
     "too large": (same(lambda t, y: (y,)), 1e290, (0, 100), math.log(10) * 15.5, Stop.INFINITE),
 }
 
@@ -358,7 +289,7 @@ def test_what_changes_too_fast_has_a_hint_and_other_ends_have_none() -> None:
     assert end_of(*ENDS["pole"][:3]).hint is None
 
 
-@pytest.mark.parametrize("end", [1e25, 1e100, 1e160])
+@pytest.mark.parametrize("end", [1e25, 1e160])
 def test_a_span_that_is_far_too_long_is_no_blow_up(end: float) -> None:
     stop = end_of(same(lambda t, y: (y,)), 1, (0, end)).stop
     assert stop is Stop.LOST
@@ -392,13 +323,6 @@ def sign_of(module: ModuleType, x: Any) -> Any:
     return np.sign(x) if module is np else float(x > 0) - float(x < 0)
 
 
-def test_a_slope_that_jumps_where_its_variable_is_zero() -> None:
-    # y' = sign(sin t): a triangle wave.
-    solution = plain(lambda m: lambda t, y: (sign_of(m, m.sin(t)),), array_of(0), (0, 40))
-    times = np.linspace(0, 40, 201)
-    assert solution.at(times)[:, 0] == pytest.approx(np.arccos(np.cos(times)), abs=1e-9)
-
-
 def rubbed(module: ModuleType) -> Callable[..., tuple[Any, ...]]:
     """An oscillator with dry friction 1/2."""
     return lambda t, x, v: (v, -x - sign_of(module, v) / 2)
@@ -417,9 +341,7 @@ def test_dry_friction_takes_the_same_from_every_swing() -> None:
     "flow",
     [
         lambda m: lambda t, y: (m.log(y),),
-        lambda m: lambda t, y: (1 / y,),
         lambda m: lambda t, y: (m.exp(1000 + y),),
-        lambda m: lambda t, y: (m.sqrt(y - 1),),
     ],
 )
 @by_every_engine
@@ -430,14 +352,6 @@ def test_a_start_without_a_slope_is_refused(flow: Flow, module: ModuleType) -> N
     assert caught.value.stop is Stop.AT_START
 
 
-@pytest.mark.parametrize("value", [math.inf, -math.inf, math.nan])
-def test_an_infinite_slope_is_an_end_too(value: float) -> None:
-    with pytest.raises(Stopped, match="at the start"):
-        plain(same(lambda t, y: (value,)), array_of(1), (0, 1))
-    end = end_of(same(lambda t, y: (value if t > 0.5 else 1.0,)), 1, (0, 1))
-    assert end.time == pytest.approx(0.5, abs=1e-14)
-
-
 @pytest.mark.parametrize("engine", ["runge-kutta", "auto"])
 def test_what_cannot_reach_its_end_is_given_up_early(engine: Engine, monkeypatch: pytest.MonkeyPatch) -> None:
     # Stiff: stability holds steps at 1e-9 of the span, so that 1e10 of them are wanted.
@@ -446,28 +360,13 @@ def test_what_cannot_reach_its_end_is_given_up_early(engine: Engine, monkeypatch
         integrate.integrate(same(lambda t, y: (-1e9 * y + 1,)), array_of(1), (0, 30), engine=engine)
 
 
-def test_a_slow_beginning_is_no_reason_to_give_up(monkeypatch: pytest.MonkeyPatch) -> None:
-    # Rotation that is damped: at the pace of the beginning, all would take 3e10 steps.
-    monkeypatch.setattr(solution, "PATIENCE", 1 << 11)
-
-    def flow(module: ModuleType) -> Callable[..., tuple[Any, ...]]:
-        return lambda t, x, y: (module.exp(-t / 10) * 1e3 * y, -module.exp(-t / 10) * 1e3 * x)
-
-    times = array_of(0, 3, 1e7)
-    angle = 1e4 * (1 - np.exp(-times / 10))
-    found = plain(flow, array_of(0, 1), (0, 1e7), blocks=(2,)).at(times)
-    assert found == pytest.approx(np.array([np.sin(angle), np.cos(angle)]).T, abs=1e-8)
-
-
 @pytest.mark.parametrize(
     "change",
     [
         {"tolerance": 0.0},
         {"tolerance": math.nan},
         {"blocks": (3,)},
-        {"blocks": (2, 0)},
         {"span": (0, math.inf)},
-        {"span": (math.nan, 1)},
         {"start": array_of(1, math.nan)},
     ],
 )
@@ -532,15 +431,6 @@ def test_without_heyoka_taylor_says_what_to_install(monkeypatch: pytest.MonkeyPa
     assert "rigidcli[taylor]" in caught.value.hint
 
 
-def test_auto_does_without_heyoka(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(integrate, "find_spec", lambda name: None)
-    monkeypatch.setattr(integrate, "TRIAL", 64)
-    monkeypatch.setattr(integrate, "WORTH_COMPILING", 0)
-    monkeypatch.setitem(sys.modules, "heyoka", None)
-    solution = integrate.integrate(same(oscillator), array_of(1, 0), (0, 100))
-    assert solution.method == "Dormand-Prince 8(5,3)"
-
-
 # --- the Taylor engine
 
 
@@ -574,29 +464,3 @@ def test_auto_changes_to_taylor_when_much_is_left(monkeypatch: pytest.MonkeyPatc
     assert short.method == "Dormand-Prince 8(5,3)"
     assert long.method == "Taylor (heyoka)"
     assert long.at(array_of(1000.0))[0] == pytest.approx([math.cos(1000), -math.sin(1000)], abs=1e-12)
-
-
-def test_many_starts_share_what_is_compiled(monkeypatch: pytest.MonkeyPatch) -> None:
-    pytest.importorskip("heyoka", reason="the extra `taylor` is not installed")
-    taylor._integrator.cache_clear()
-    flow, span = pendulum, (0.0, 2000.0)
-    for size in (1.0, 1e-3, 1e-6):
-        found = integrate.integrate(flow, array_of(size, 0), span, starts=100)
-        assert found.method == "Taylor (heyoka)"
-        alone = plain(flow, array_of(size, 0), span)
-        assert alone.method != found.method
-        assert found.at(np.array([2000.0])) == pytest.approx(alone.at(np.array([2000.0])), abs=1e-8 * size)
-    assert taylor._integrator.cache_info().misses == 1
-
-
-def test_auto_stays_where_heyoka_has_no_words(monkeypatch: pytest.MonkeyPatch) -> None:
-    eager(monkeypatch)
-
-    def flow(module: ModuleType) -> Callable[..., tuple[Any, ...]]:
-        if module.__name__ == "heyoka":
-            raise ComputationError("no Taylor series")
-        return oscillator
-
-    solution = integrate.integrate(flow, array_of(1, 0), (0, 1000))
-    assert solution.method == "Dormand-Prince 8(5,3)"
-    assert solution.at(array_of(1000.0))[0] == pytest.approx([math.cos(1000), -math.sin(1000)], abs=1e-10)

@@ -17,7 +17,6 @@ from rigidcli.core.top import sleeping, steady
 from tests.core.tops import MOMENTS, RATES, SPINS, TILTS, WEIGHTS, Start
 
 fewest = settings(max_examples=15, deadline=None)
-few = settings(max_examples=30, deadline=None)
 
 
 def limits(start: Sequence[Any], digits: int = 60) -> dict[str, Any]:
@@ -120,7 +119,7 @@ def test_any_nutation(start: Start) -> None:
         assert found.kind == "cuspidal"
 
 
-@pytest.mark.parametrize("spin", [1e3, -1e5, 1e6, 1e8])
+@pytest.mark.parametrize("spin", [1e3, -1e8])
 @pytest.mark.parametrize("precession", [0.0, 1e-3, -1e-3])
 def test_a_fast_top_keeps_the_digits_of_its_small_nutation(spin: float, precession: float) -> None:
     start = (1.0, 0.5, spin, 0.7, precession / spin, 0.0, 3.0)
@@ -135,9 +134,7 @@ def test_a_fast_top_keeps_the_digits_of_its_small_nutation(spin: float, precessi
 
 
 @pytest.mark.parametrize("branch", ["slow", "fast"])
-@pytest.mark.parametrize(
-    ("spin", "tilt"), [(9.0, 0.4), (-9.0, 0.4), (9.0, 2.0), (0.0, 2.0), (3.0, math.pi / 2)]
-)
+@pytest.mark.parametrize(("spin", "tilt"), [(-9.0, 0.4), (0.0, 2.0), (3.0, math.pi / 2)])
 def test_the_rates_of_steady_precession_are_steady(branch: str, spin: float, tilt: float) -> None:
     rate = getattr(steady(1.0, 0.8, spin, tilt, 2.0, FLOAT), branch)
     if rate is None:
@@ -183,16 +180,7 @@ def test_a_pendulum_that_goes_over_the_top() -> None:
     assert found.mean_rate == 0
 
 
-def test_a_pendulum_with_just_enough_energy_takes_forever() -> None:
-    found = nutation(1.0, 0.5, 0.0, math.pi, 0.0, 2.0, 1.0)
-    assert (found.theta_min, found.theta_max) == (0, math.pi)
-    assert (found.period, found.precession_per_nutation, found.mean_rate) == (None, None, None)
-    near = nutation(1.0, 0.5, 0.0, math.pi, 0.0, math.nextafter(2.0, 3), 1.0)
-    assert near.period is not None
-    assert 30 < near.period < 50
-
-
-@pytest.mark.parametrize("spin", [1.0, -1.0, 30.0])
+@pytest.mark.parametrize("spin", [-1.0, 30.0])
 def test_an_upright_top_with_a_push(spin: float) -> None:
     found = nutation(1.0, 0.5, spin, 0.0, 123.0, 0.4, 1.0)
     assert found.theta_min == 0
@@ -215,19 +203,8 @@ def test_an_upright_top_with_a_push(spin: float) -> None:
         )
 
 
-def test_a_hanging_top_with_a_push() -> None:
-    found = nutation(1.0, 0.5, 4.0, math.pi, 0.0, 0.4, 1.0)
-    assert found.theta_max == math.pi
-    assert found.phi_dot_at_theta_max == -1
-    # A small swing is the sum of two rotations, W = -S/2 +- sqrt(S^2/4 + M g R), whose beat is the nutation.
-    small = nutation(1.0, 0.5, 4.0, math.pi, 0.0, 1e-9, 1.0)
-    assert small.period == pytest.approx(math.pi / math.sqrt(2), rel=1e-14)
-    assert small.precession_per_nutation == pytest.approx(-math.pi / math.sqrt(2), rel=1e-14)
-    assert small.amplitude == pytest.approx(1e-9 / math.sqrt(2), rel=1e-14)
-
-
-@pytest.mark.parametrize("tilt", [0.0, math.pi, math.nextafter(math.pi, 4), math.nextafter(math.pi, 0)])
-@pytest.mark.parametrize("spin", [0.0, 0.1, 100.0])
+@pytest.mark.parametrize("tilt", [0.0, math.pi])
+@pytest.mark.parametrize("spin", [0.0, 100.0])
 def test_a_vertical_axis_rests(tilt: float, spin: float) -> None:
     found = nutation(1.0, 0.5, spin, tilt, 5.0, 0.0, 1.0)
     assert found == Nutation(tilt, tilt, 0, None, None, None, None, None, "none")
@@ -238,7 +215,7 @@ def test_an_axis_that_nothing_moves_rests() -> None:
     assert found == Nutation(1, 1, 0, 0, 0, None, None, 0, "none")
 
 
-@pytest.mark.parametrize("tilt", [1e-3, 1e-9, 1e-100])
+@pytest.mark.parametrize("tilt", [1e-3, 1e-100])
 def test_a_stable_top_near_the_vertical(tilt: float) -> None:
     # Let go at rest, z = A exp(i W1 t) + B exp(i W2 t): |z| has the period of the beat.
     found = nutation(1.0, 0.5, 10.0, tilt, 0.0, 0.0, 1.0)
@@ -250,27 +227,11 @@ def test_a_stable_top_near_the_vertical(tilt: float) -> None:
     assert found.kind == "cuspidal"
 
 
-@pytest.mark.parametrize("tilt", [1e-8, 1e-20, 1e-70])
-@pytest.mark.parametrize("push", [0.0, 0.5, -1e3])
-@pytest.mark.parametrize("precession", [0.0, 0.7])
+@pytest.mark.parametrize(
+    ("tilt", "push", "precession"), [(1e-8, 0.5, 0.7), (1e-20, -1e3, 0.0), (1e-70, 0.0, 0.7)]
+)
 def test_an_unstable_top_near_the_vertical(tilt: float, push: float, precession: float) -> None:
     start = (1.0, 0.5, 1.0, tilt, precession, push * tilt, 1.0)
     found = nutation(*start)
     digits = 60 + 6 * round(-math.log10(tilt))
     require_nutation(found, start, digits)
-
-
-@pytest.mark.parametrize(
-    "start",
-    [
-        (4e143, 3e135, 1e84, 2.9, 1e132, 3e-5, 2e153),
-        (2e128, 2e109, 5e-83, 3.1415922, -5e112, 9e-5, 2e9),
-        (2e60, 2e53, 8e-67, 3e-125, 0.0, 1.2e5, 2e172),
-        (1e36, 4e19, 0.0, 2.5e-55, 0.0, -1.4e-99, 1.5e-79),
-    ],
-)
-def test_numbers_without_measure_end_in_numbers(start: Start) -> None:
-    found = nutation(*start)
-    assert 0 <= found.theta_min <= start[3] <= found.theta_max <= math.pi
-    assert found.period is not None
-    assert found.period > 0

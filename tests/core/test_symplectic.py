@@ -6,7 +6,6 @@ import math
 from collections.abc import Callable
 from functools import partial
 from types import ModuleType
-from typing import Any
 
 import mpmath
 import numpy as np
@@ -24,7 +23,6 @@ from tests.core.flows import (
     on_ellipse,
     on_pendulum,
     pendulum,
-    same,
 )
 
 solved = partial(integrate.integrate, engine="symplectic")
@@ -39,19 +37,8 @@ def not_separable(module: ModuleType) -> Elements:
     return lambda t, q, p: ((1 + q * q) * p, -(1 + p * p) * q)
 
 
-def energy_of_pendulum(q: Floats, p: Floats) -> Floats:
-    # Without the cancellation of 1 - cos(q) at small angles.
-    energy: Floats = p**2 / 2 + 2 * np.sin(q / 2) ** 2
-    return energy
-
-
 def energy_of_kepler(x: Floats, y: Floats, u: Floats, v: Floats) -> Floats:
     energy: Floats = (u**2 + v**2) / 2 - 1 / np.hypot(x, y)
-    return energy
-
-
-def energy_of_henon_heiles(x: Floats, y: Floats, u: Floats, v: Floats) -> Floats:
-    energy: Floats = (x**2 + y**2 + u**2 + v**2) / 2 + x**2 * y - y**3 / 3
     return energy
 
 
@@ -114,8 +101,6 @@ def test_the_solution_is_of_order_twelve(name: str, amplitude: float, steps: int
 
 
 STARTS: dict[str, tuple[Flow, Floats]] = {
-    "pendulum": (pendulum, array_of(2, 0.3)),
-    "kepler": (kepler, ellipse(0.3)),
     "henon-heiles": (henon_heiles, array_of(0.1, 0.2, 0.3, -0.1)),
     "not separable": (not_separable, array_of(0.4, 1.1)),
 }
@@ -147,7 +132,7 @@ def test_a_step_preserves_area(name: str) -> None:
 # --- solutions
 
 
-@pytest.mark.parametrize("span", [(0.0, 40.0), (5.0, -35.0), (1e6, 1e6 + 40)])
+@pytest.mark.parametrize("span", [(5.0, -35.0), (1e6, 1e6 + 40)])
 def test_time_may_be_in_the_equations(span: tuple[float, float]) -> None:
     # An oscillator in the field cos(3 (t - t0)): q = (cos(t) - cos(3t))/8 from rest.
     def driven(module: ModuleType) -> Elements:
@@ -175,23 +160,11 @@ def test_the_start_may_be_the_calm_part_of_an_orbit() -> None:
         assert row == pytest.approx(-on_ellipse(e, time + math.pi), abs=1e-10)
 
 
-def test_forces_that_cancel_are_not_followed_into_their_rounding_errors() -> None:
-    # The third variable is zero but for the rounding errors of its slope.
-    def f(t: Any, q: Any, p: Any, noise: Any) -> tuple[Any, ...]:
-        return p, -q, 0.1 * q + 0.2 * q - 0.3 * q
-
-    solution = solved(same(f), array_of(1, 0, 0), (0, 100))
-    assert solution.steps < 300
-    assert solution.at(array_of(100))[0] == pytest.approx([math.cos(100), -math.sin(100), 0], abs=1e-12)
-
-
 # --- the law
 
 
 LONG: dict[str, tuple[Flow, Floats, Callable[..., Floats], float]] = {
-    "pendulum": (pendulum, array_of(2, 0), energy_of_pendulum, 6_000),
     "kepler": (kepler, ellipse(0.6), energy_of_kepler, 1_500),
-    "henon-heiles": (henon_heiles, array_of(0, 0.1, 0.35, 0.2), energy_of_henon_heiles, 5_000),
     "not separable": (not_separable, array_of(0, 1.5), energy_of_not_separable, 3_000),
 }
 
@@ -227,15 +200,10 @@ def test_angular_momentum_is_kept_to_rounding_errors() -> None:
 
 
 ENDS: dict[str, tuple[Flow, Floats, tuple[float, float], float]] = {
-    "a pole in time": (same(lambda t, q, p: (p, 1 / (t - 0.5) ** 2)), array_of(1, 0), (0, 1), 0.5),
-    "blow-up": (same(lambda t, q, p: (q * q, -2 * q * p)), array_of(1, 1), (0, 3), 1),
-    "backwards": (same(lambda t, q, p: (q * q, -2 * q * p)), array_of(-1, 1), (0, -3), -1),
     # Fall into the centre from rest at distance 1 takes pi/sqrt(8).
     "fall": (kepler, array_of(1, 0, 0, 0), (0, 4), math.pi / math.sqrt(8)),
     # H = p sqrt(2 - t) is no motion beyond t = 2.
     "no value": (lambda m: lambda t, q, p: (m.sqrt(2 - t), 0 * p), array_of(0, 1), (0, 5), 2),
-    # p grows as exp(t) and ends the floats.
-    "too large": (same(lambda t, q, p: (-q, p)), array_of(1, 1e290), (0, 100), math.log(1.8e18)),
 }
 
 
@@ -245,15 +213,5 @@ def test_solutions_that_end_need_other_steps(name: str) -> None:
     with pytest.raises(ComputationError, match="the motion has no steps of one length") as caught:
         solved(flow, start, span, name="the motion")
     near = float(str(caught.value).rsplit("= ", 1)[1])
-    assert near == pytest.approx(time, abs=1 if name == "too large" else 0.01)
+    assert near == pytest.approx(time, abs=0.01)
     assert "`auto`" in str(caught.value.hint)
-
-
-def test_a_jump_is_not_for_steps_of_one_length() -> None:
-    def wall(module: ModuleType) -> Elements:
-        return lambda t, q, p: (p, -1.0 if q > 0 else 1.0)
-
-    with pytest.raises(ComputationError, match="steps of one length") as caught:
-        solved(wall, array_of(1, 0), (0, 10))
-    assert caught.value.hint is not None
-    assert not str(caught.value).endswith(".")

@@ -102,26 +102,6 @@ def test_points_equal_the_sums_in_fractions(points: Floats) -> None:
     assert near(body.tensor, central, extent(points))
 
 
-def test_products_of_inertia_carry_the_minus_sign() -> None:
-    # Two unit masses at +-(1, 2, 3): Ixx = 2 (4 + 9), Ixy = -2 * 1 * 2.
-    body = mass_properties.of_points(np.array([[1.0, 1, 2, 3], [1.0, -1, -2, -3]]))
-    assert body.tensor.tolist() == [[26, -4, -6], [-4, 20, -12], [-6, -12, 10]]
-    assert body.com.tolist() == [0, 0, 0]
-
-
-def test_a_rotating_cloud_has_the_momentum_and_energy_that_its_tensor_says() -> None:
-    # L = sum m r x (omega x r) and T = sum m |omega x r|^2 / 2, without any tensor.
-    rng = np.random.default_rng(1)
-    points = np.hstack([rng.uniform(0.1, 2, (20, 1)), rng.normal(size=(20, 3))])
-    body, omega = mass_properties.of_points(points), rng.normal(size=3)
-    arms = points[:, 1:] - body.com
-    velocities = np.cross(omega, arms)
-    momentum = (points[:, :1] * np.cross(arms, velocities)).sum(axis=0)
-    energy = (points[:, 0] * (velocities**2).sum(axis=1)).sum() / 2
-    assert body.tensor @ omega == pytest.approx(momentum, rel=1e-13, abs=0)
-    assert omega @ body.tensor @ omega / 2 == pytest.approx(energy, rel=1e-13, abs=0)
-
-
 @few
 @given(point_clouds(least=2), st.integers(0, 2), st.integers(0, 2))
 def test_far_from_the_origin_the_central_tensor_keeps_its_digits(
@@ -173,13 +153,6 @@ def test_what_is_thin_keeps_its_small_moment(name: str) -> None:
     assert inertia[2, 2] == pytest.approx(small, rel=1e-14, abs=0)
     if name == "a wire":
         assert principal.principal_frame(Inertia.of(inertia)).moments[0] == inertia[2, 2]
-
-
-def test_points_along_a_line_keep_the_small_moment_about_it() -> None:
-    points = np.array([[1.0, 1e-7, 0, 1], [2.0, -1e-7, 2e-7, 0.3], [1.0, 1e-7, -4e-7, -1.6]])
-    _, _, central = exact_sums(points)
-    body = mass_properties.of_points(points)
-    assert body.tensor[2, 2] == pytest.approx(central[2, 2], rel=1e-13, abs=0)
 
 
 # --- shifting
@@ -265,12 +238,6 @@ def test_a_hole_undoes_what_was_added(a: Floats, b: Floats) -> None:
     assert near(rest.tensor, central, total * 200, 1e-14 * lost)
 
 
-def test_masses_that_cancel_have_no_centre() -> None:
-    body = mass_properties.of_points(np.array([[2.0, 1, 0, 0]]))
-    with pytest.raises(ValueProblem, match="zero"):
-        mass_properties.combine([body, body.missing()])
-
-
 # --- blocks of a file
 
 
@@ -296,7 +263,7 @@ def test_every_cloud_is_physical_at_every_scale(points: Floats, turn: Floats, m:
     tensor.require_physical(tensor.rotate(body.tensor, turn))
 
 
-SCALES = [1e-47, 1e-20, 1.0, 1e37, 1e59]
+SCALES = [1e-47, 1.0, 1e59]
 TURNS = [np.eye(3), Rotation.from_euler("ZXZ", [0.3, 1.1, -2.0]).as_matrix()]
 
 
@@ -306,7 +273,7 @@ def _turned(moments: Sequence[float], turn: Floats, scale: float) -> Floats:
 
 @pytest.mark.parametrize("scale", SCALES)
 @pytest.mark.parametrize("turn", TURNS, ids=["straight", "turned"])
-@pytest.mark.parametrize("pair", [(1.0, 1.0), (1.0, 3.0), (0.01, 1.0), (0.0, 1.0)])
+@pytest.mark.parametrize("pair", [(1.0, 3.0), (0.01, 1.0)])
 def test_both_sides_of_the_slack_of_the_triangle(
     pair: tuple[float, float], turn: Floats, scale: float
 ) -> None:
@@ -326,20 +293,6 @@ def test_both_sides_of_the_slack_of_a_negative_moment(turn: Floats, scale: float
     tensor.require_physical(_turned((-0.99 * edge, 1.0, 1.0), turn, scale))
     with pytest.raises(ValueProblem, match="lambda1 >= 0"):
         tensor.require_physical(_turned((-1.01 * edge, 1.0, 1.0), turn, scale))
-
-
-@pytest.mark.parametrize(
-    ("moments", "law"),
-    [
-        ((-1, -1, -1), "lambda1 >= 0"),
-        ((-1, 0, 1), "lambda1 >= 0"),
-        ((0, 0, 1), "lambda3 <= lambda1"),
-        ((1, 1, 3), "lambda3 <= lambda1"),
-    ],
-)
-def test_what_no_body_can_have_is_refused(moments: tuple[float, ...], law: str) -> None:
-    with pytest.raises(ValueProblem, match=law):
-        tensor.require_physical(np.diag(np.array(moments, dtype=float)))
 
 
 def test_the_shortfall_says_by_how_much() -> None:

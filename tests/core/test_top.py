@@ -20,7 +20,7 @@ from rigidcli.core.top import sleeping, steady
 from tests.core.tops import MOMENTS, SPINS, TILTS, WEIGHTS
 
 few = settings(max_examples=30, deadline=None)
-many = settings(max_examples=200, deadline=None)
+many = settings(max_examples=80, deadline=None)
 
 # An expression stands where the formulas say float.
 ex: Any = expressions
@@ -105,12 +105,6 @@ def test_without_weight_there_is_rest_and_free_precession() -> None:
     assert (at_rest.slow, at_rest.fast, at_rest.complex_roots) == (0, 0, ())
 
 
-def test_a_rod_without_moment_about_itself() -> None:
-    assert steady(1.0, 0.0, 9.0, 0.4, 2.0, FLOAT).minimum_spin is None
-    assert sleeping(1.0, 0.0, 9.0, 2.0, FLOAT).threshold is None
-    assert steady(1.0, 0.0, 9.0, 0.4, 0.0, FLOAT).minimum_spin == 0
-
-
 @many
 @given(MOMENTS, MOMENTS, st.floats(0, 1.5), st.floats(0.01, 50), st.sampled_from([1, -1]))
 def test_the_least_spin_is_where_the_two_rates_meet(
@@ -128,25 +122,6 @@ def test_the_least_spin_is_where_the_two_rates_meet(
     below = steady(lambda1, lambda3, sense * least * (1 - 1e-10), tilt, weight, FLOAT)
     assert below.slow is None
     assert len(below.complex_roots) == 2
-
-
-@many
-@given(MOMENTS, MOMENTS, SPINS, TILTS, st.floats(0.01, 50))
-def test_the_error_of_the_gyroscopic_formula(
-    lambda1: float, lambda3: float, spin: float, tilt: float, weight: float
-) -> None:
-    assume(tilt != math.pi / 2 and spin != 0)
-    slow = steady(lambda1, lambda3, spin, tilt, weight, FLOAT).slow
-    error = top.gyroscopic_error(lambda1, lambda3, spin, tilt, slow, FLOAT)
-    if slow is None:
-        assert error is None
-        return
-    one, two = reference_rates(lambda1, lambda3, spin, tilt, weight)
-    assume(abs(two - one) > 1e-3 * abs(two))
-    with mpmath.workdps(60):
-        rate = mpmath.mpf(weight) / (mpmath.mpf(lambda3) * mpmath.mpf(spin))
-        expected = float(rate / one.real - 1)
-    assert error == pytest.approx(expected, rel=1e-8 if abs(math.cos(tilt)) < 1e-3 else 3e-12, abs=0)
 
 
 # --- the sleeping top
@@ -188,7 +163,7 @@ def test_the_sleeping_top_has_the_eigenvalues_of_its_linear_equations(
     assert all(rate * spin > 0 for rate in found.frequencies)
 
 
-@pytest.mark.parametrize("lambda1", [1.0, 0.7, 3.3, 1e-40])
+@pytest.mark.parametrize("lambda1", [1.0, 1e-40])
 def test_the_threshold_itself_is_marginal(lambda1: float) -> None:
     threshold = sleeping(lambda1, 0.3 * lambda1, 0.0, 2 * lambda1, FLOAT).threshold
     assert threshold is not None
@@ -202,11 +177,6 @@ def test_the_threshold_itself_is_marginal(lambda1: float) -> None:
         assert sleeping(lambda1, 0.3 * lambda1, factor * threshold, 2 * lambda1, FLOAT).stability == name
 
 
-def test_a_top_without_weight_sleeps_at_any_spin() -> None:
-    assert astuple(sleeping(2.0, 1.0, -3.0, 0.0, FLOAT)) == (0, "stable", None, (0, -1.5))
-    assert astuple(sleeping(2.0, 1.0, 0.0, 0.0, FLOAT)) == (0, "marginal", 0, (0, 0))
-
-
 # --- exact numbers
 
 A, C, W, P = (ex.symbol(name, True) for name in "ACWP")
@@ -214,7 +184,7 @@ SPIN, THETA = (ex.symbol(name) for name in ("s", "theta"))
 
 
 @pytest.mark.parametrize("tilt", [ex.PI / 3, ex.PI / 2, 2 * ex.PI / 3, ex.number(0)])
-@pytest.mark.parametrize("spin", [-10, -1, 0, 1, 10])
+@pytest.mark.parametrize("spin", [-10, 0, 1])
 def test_exact_numbers_agree_with_floats(tilt: Any, spin: int) -> None:
     exact: Any = steady(ex.number(2), ex.number(1), ex.number(spin), tilt, ex.number(3), EXACT)
     floats = steady(2.0, 1.0, float(spin), float(tilt), 3.0, FLOAT)
@@ -235,9 +205,7 @@ def value(expression: Any, values: dict[Any, Any]) -> float:
     return float(e.evaluate(**{str(name): float(v) for name, v in values.items() if str(name) in e.names}))
 
 
-@pytest.mark.parametrize(
-    ("spin", "tilt"), [(W, THETA), (SPIN, THETA), (SPIN, ex.PI / 3), (W, 2 * ex.PI / 3), (SPIN, 3)]
-)
+@pytest.mark.parametrize(("spin", "tilt"), [(W, THETA), (SPIN, THETA), (SPIN, 3)])
 @pytest.mark.parametrize("sense", [1, -1])
 def test_formulas_with_symbols_hold_for_their_values(spin: Any, tilt: Any, sense: int) -> None:
     found = steady(A, C, spin, tilt, P, EXACT)
@@ -263,14 +231,3 @@ def test_what_symbols_leave_open_is_none_or_a_formula() -> None:
     assert found.frequencies is not None
     rates = [value(rate, {A: 1, C: 1, P: 4, SPIN: -9}) for rate in found.frequencies]
     assert rates == pytest.approx(sleeping(1.0, 1.0, -9.0, 4.0, FLOAT).frequencies, rel=1e-14)
-
-
-def test_symbols_that_decide_are_heard() -> None:
-    assert sleeping(A, C, 0 * A, P, EXACT).stability == "unstable"
-    assert sleeping(A, C, 2 * work.sqrt(A * P) / C, P, EXACT).stability == "marginal"
-    assert sleeping(A, C, W, 0 * A, EXACT).stability == "stable"
-    assert steady(A, C, 0 * A, ex.PI / 3, P, EXACT).slow is None
-    hanging = steady(A, C, 0 * A, 2 * ex.PI / 3, P, EXACT)
-    assert hanging.slow == -work.sqrt(2 * P / A)
-    assert hanging.minimum_spin == 0
-    assert steady(A, C, SPIN, ex.PI / 2, P, EXACT).slow == P / (C * SPIN)

@@ -38,10 +38,6 @@ def test_the_value_stays(coefficient: Fraction, exponent: int) -> None:
     )
 
 
-def test_exponents_stay_fractions() -> None:
-    assert str((number(Fraction(1, 5)) * x ** Fraction(3, 5)).in_decimals()) == "0.2*x**(3/5)"
-
-
 SYSTEM = "system: {coordinates: [x], lagrangian: 0.37*xdot**2 - 1.85*x**2}"
 
 

@@ -5,9 +5,11 @@ from __future__ import annotations
 import itertools
 from collections.abc import Sequence
 from dataclasses import dataclass
+from pathlib import Path
 
 import mpmath
 import pytest
+import yaml
 
 from rigidcli.algebra.expressions import Expr
 from rigidcli.language.parser import read
@@ -16,16 +18,7 @@ from rigidcli.mechanics.invariants import conserved_quantities
 from tests.trees import CONTEXT, expression, value, written
 
 FREE = "(p_x**2 + p_y**2)/(2*m)"
-FREE_3 = "(p_x**2 + p_y**2 + p_z**2)/(2*m)"
-R = "sqrt(x**2 + y**2)"
-R_3 = "sqrt(x**2 + y**2 + z**2)"
 L = "x*p_y - y*p_x"
-ROTOR = "(p_theta**2 + p_phi**2/sin(theta)**2)"
-L_X = "p_theta*sin(phi) + p_phi*cos(phi)/tan(theta)"
-PAIR = "(p_x1**2 + p_y1**2)/(2*m1) + (p_x2**2 + p_y2**2)/(2*m2)"
-APART = "sqrt((x1 - x2)**2 + (y1 - y2)**2)"
-KAUP = "p_x**2/2 + p_y**2/2 + k*(x**2 + 16*y**2)/2 + c*(x**2*y + 16*y**3/3)"
-"""Its second invariant is of degree 4 in the momenta."""
 
 
 @dataclass(frozen=True)
@@ -34,151 +27,14 @@ class Case:
 
     coordinates: str
     hamiltonian: str
-    truth: tuple[str, ...]
+    truth: Sequence[str]
     count: int
-    known: tuple[str, ...] = ()
+    known: Sequence[str] = ()
 
 
 CASES = {
-    # L. D. Landau, E. M. Lifshitz, Mechanics, sections 9, 14 and 15.
-    "projectile": Case("x y", f"{FREE} + m*g*y", ("p_x*p_y + m**2*g*x",), 1, ("p_x",)),
-    "free": Case("x y", FREE, (L,), 1, ("p_x", "p_y")),
-    "free in space": Case("x y z", FREE_3, (L, "y*p_z - z*p_y", "z*p_x - x*p_z"), 2, ("p_x", "p_y", "p_z")),
-    "Kepler": Case("x y", f"{FREE} - k/{R}", (L, f"p_y*({L}) - m*k*x/{R}", f"-p_x*({L}) - m*k*y/{R}"), 2),
-    "Kepler in space": Case(
-        "x y z",
-        f"{FREE_3} - k/{R_3}",
-        (L, "y*p_z - z*p_y", "z*p_x - x*p_z", f"p_y*({L}) - p_z*(z*p_x - x*p_z) - m*k*x/{R_3}"),
-        4,
-    ),
-    "central force": Case("x y", f"{FREE} + k*{R}**3", (L,), 1),
-    "central force, spherical": Case(
-        "r theta phi",
-        f"p_r**2/(2*m) + {ROTOR}/(2*m*r**2) + k*r**4",
-        (ROTOR, L_X),
-        2,
-        ("p_phi",),
-    ),
-    "Kepler, spherical": Case(
-        "r theta phi", f"p_r**2/(2*m) + {ROTOR}/(2*m*r**2) - k/r", (ROTOR, L_X), 2, ("p_phi",)
-    ),
-    # L. D. Landau, E. M. Lifshitz, Mechanics, section 35, in Euler angles; L is at rest in space.
-    # L. D. Landau, E. M. Lifshitz, Mechanics, section 48: separation of variables.
-    # B. Carter, Physical Review 174 (1968) 1559: geodesics about a turning black hole.
-    "spherical pendulum": Case("theta phi", f"{ROTOR}/(2*m*l**2) - m*g*l*cos(theta)", (), 0, ("p_phi",)),
-    "rotor": Case(
-        "theta phi", f"{ROTOR}/(2*I)", ("p_theta*sin(phi) + p_phi*cos(phi)/tan(theta)",), 1, ("p_phi",)
-    ),
-    # J. M. Jauch, E. L. Hill; D. M. Fradkin: the symmetry of the isotropic oscillator.
-    "isotropic oscillator": Case(
-        "x y",
-        f"{FREE} + k*(x**2 + y**2)/2",
-        (L, "p_x*p_y + m*k*x*y", "p_x**2 - p_y**2 + m*k*(x**2 - y**2)"),
-        2,
-    ),
-    "anisotropic oscillator": Case(
-        "x y",
-        f"{FREE} + a*x**2/2 + b*y**2/2",
-        ("p_x**2/(2*m) + a*x**2/2", "p_y**2/(2*m) + b*y**2/2"),
-        1,
-    ),
-    "oscillator 1:2": Case(
-        "x y", f"{FREE} + k*(x**2 + 4*y**2)/2", ("p_x**2 + m*k*x**2", f"p_x*({L}) + m*k*x**2*y"), 2
-    ),
-    "oscillator, decimals": Case(
-        "x y",
-        "0.37*p_x**2 + 1.23456*p_y**2 + 0.9131*pi*x**2 + 7.77*y**4",
-        ("0.37*p_x**2 + 0.9131*pi*x**2",),
-        1,
-    ),
-    "oscillators, coupled": Case(
-        "x y",
-        f"{FREE} + k*(x**2 + y**2)/2 + c*(x - y)**2/2",
-        ("(p_x + p_y)**2 + m*k*(x + y)**2", "(p_x - p_y)**2 + m*(k + 2*c)*(x - y)**2"),
-        1,
-    ),
-    # J. Hietarinta, Physics Reports 147 (1987) 87, and the papers that it names.
-    "Henon-Heiles": Case("x y", f"{FREE} + k*(x**2 + y**2)/2 + c*(x**2*y - y**3/3)", (), 0),
-    "Henon-Heiles, Sawada-Kotera": Case(
-        "x y",
-        f"{FREE} + k*(x**2 + y**2)/2 + c*(x**2*y + y**3/3)",
-        ("p_x*p_y + m*(k*x*y + c*(x*y**2 + x**3/3))",),
-        1,
-    ),
-    "Henon-Heiles, Kaup-Kupershmidt": Case("x y", KAUP, (), 0),
-    # L. D. Landau, E. M. Lifshitz, Mechanics, section 48.
-    "Kepler in a field": Case("x y", f"{FREE} - k/{R} + F*x", (f"p_y*({L}) - m*k*x/{R} - m*F*y**2/2",), 1),
-    # J. D. Jackson, Classical Electrodynamics, section 12.2; the centre of the circle is at rest.
-    "magnetic field": Case(
-        "x y",
-        "((p_x + q*B*y/2)**2 + (p_y - q*B*x/2)**2)/(2*m)",
-        (L, "p_x - q*B*y/2", "p_y + q*B*x/2"),
-        2,
-    ),
-    "magnetic field, Landau's gauge": Case(
-        "x y", "(p_x**2 + (p_y - q*B*x)**2)/(2*m)", ("p_x - q*B*y",), 1, ("p_y",)
-    ),
-    "Penning's trap": Case(
-        "x y z",
-        "((p_x + q*B*y/2)**2 + (p_y - q*B*x/2)**2 + p_z**2)/(2*m) + k*(z**2 - (x**2 + y**2)/2)/2",
-        (L, "p_z**2 + m*k*z**2"),
-        2,
-    ),
-    "rotating frame": Case("x y", f"{FREE} - w*({L}) - k/{R}", (L,), 1),
-    "relativistic": Case("x y", f"sqrt((p_x**2 + p_y**2)*c**2 + m**2*c**4) - k/{R}", (L,), 1),
-    # L. D. Landau, E. M. Lifshitz, Mechanics, sections 5, 13 and 35.
-    "two bodies": Case(
-        "x1 y1 x2 y2",
-        f"{PAIR} - k/{APART}",
-        ("p_x1 + p_x2", "p_y1 + p_y2", "x1*p_y1 - y1*p_x1 + x2*p_y2 - y2*p_x2"),
-        3,
-    ),
-    "three bodies": Case(
-        "x1 y1 x2 y2 x3 y3",
-        f"{PAIR} + (p_x3**2 + p_y3**2)/(2*m3) - k/{APART} - k*((x1 - x3)**2 + (y1 - y3)**2)**2"
-        " - k/sqrt((x2 - x3)**2 + (y2 - y3)**2)",
-        (
-            "p_x1 + p_x2 + p_x3",
-            "p_y1 + p_y2 + p_y3",
-            "x1*p_y1 - y1*p_x1 + x2*p_y2 - y2*p_x2 + x3*p_y3 - y3*p_x3",
-        ),
-        3,
-    ),
-    "spring between masses": Case("x y", "p_x**2/(2*m1) + p_y**2/(2*m2) + k*(x - y)**2/2", ("p_x + p_y",), 1),
-    "double pendulum": Case(
-        "a b",
-        "(m2*l2**2*p_a**2 + (m1 + m2)*l1**2*p_b**2 - 2*m2*l1*l2*p_a*p_b*cos(a - b))"
-        "/(2*m2*l1**2*l2**2*(m1 + m2*sin(a - b)**2)) - (m1 + m2)*g*l1*cos(a) - m2*g*l2*cos(b)",
-        (),
-        0,
-    ),
-    "cart with a pendulum": Case(
-        "x theta",
-        "(p_x**2*m*l**2 + (M + m)*p_theta**2 - 2*m*l*cos(theta)*p_x*p_theta)"
-        "/(2*m*l**2*(M + m*sin(theta)**2)) - m*g*l*cos(theta)",
-        (),
-        0,
-        ("p_x",),
-    ),
-    "heavy top": Case(
-        "theta phi psi",
-        "p_theta**2/(2*A) + (p_phi - p_psi*cos(theta))**2/(2*A*sin(theta)**2) + p_psi**2/(2*C)"
-        " + M*g*l*cos(theta)",
-        (),
-        0,
-        ("p_phi", "p_psi"),
-    ),
-    "washboard": Case("x y", f"{FREE} + V*(cos(w*x) + cos(w*y))", ("p_x**2/(2*m) + V*cos(w*x)",), 1),
-    "product of waves": Case("x y", f"{FREE} + V*cos(w*x)*cos(w*y)", (), 0),
-    "exponential": Case("x y", f"{FREE} + V*exp(a*(x - y))", ("p_x + p_y",), 1),
-    "steps": Case("x y", f"{FREE} + k*x*sign(x) + c*y**4", ("p_x**2/(2*m) + k*x*sign(x)",), 1),
-    "narrow parameters": Case(
-        "x y",
-        f"{FREE} + k*sqrt(1 - c**2/3)*x**2 + log(1 + c)*y**4",
-        ("p_x**2/(2*m) + k*sqrt(1 - c**2/3)*x**2",),
-        1,
-    ),
-    "walls": Case("x y", f"{FREE} + k*abs(x) + c*abs(y)", ("p_x**2/(2*m) + k*abs(x)",), 1),
+    name: Case(**case)
+    for name, case in yaml.safe_load(Path(__file__).with_name("invariants.yaml").read_text("utf-8")).items()
 }
 
 

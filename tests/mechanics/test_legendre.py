@@ -4,9 +4,11 @@ from __future__ import annotations
 
 import random
 from collections.abc import Mapping
+from pathlib import Path
 from typing import Any
 
 import pytest
+import yaml
 from hypothesis import Phase, given, settings
 from hypothesis import strategies as st
 
@@ -19,7 +21,7 @@ from rigidcli.mechanics.legendre import canonical_momenta, legendre_transform
 from rigidcli.mechanics.velocity_inversion import Branch
 from tests.trees import CONTEXT, expression, value, written
 
-few = settings(max_examples=25, deadline=None, phases=[Phase.explicit, Phase.reuse, Phase.generate])
+few = settings(max_examples=8, deadline=None, phases=[Phase.explicit, Phase.reuse, Phase.generate])
 
 
 def slope(node: Node, point: Mapping[str, Any], name: str) -> Any:
@@ -50,40 +52,16 @@ def transformed(lagrangian: str, coordinates: list[str]) -> list[Branch]:
     return legendre_transform(expression(lagrangian), velocities, names)
 
 
-FORMS = {
-    "relativistic": (["x"], "-m*c^2*sqrt(1 - (xdot/c)^2) - k*x^2/2"),
-    "relativistic with a field": (
-        ["x", "y"],
-        "-m*c^2*sqrt(1 - (xdot^2 + ydot^2)/c^2) + m*(x*ydot - y*xdot) - k*x*y",
-    ),
-    "relativistic, written otherwise": (["x"], "-m*c*sqrt(c^2 - xdot^2)"),
-    "exponential": (["x"], "m*exp(c*xdot + x) - k*x"),
-    "hyperbolic cosine": (["x"], "m*cosh(k*xdot) - x^4"),
-    "logarithm": (["x"], "m*log(c*xdot + x^2) - x"),
-    "fourth power": (["x"], "m*xdot^4/4 - k*x^2"),
-    "sixth power with a linear term": (["x"], "m*xdot^6/6 + x*xdot - k*x^2"),
-    "power of the size": (["x"], "m*abs(xdot)^3 - x"),
-    "power of the size below two": (["x"], "m*abs(xdot)^(3/2) + x*xdot"),
-    "root of a velocity": (["x"], "-m*xdot^(1/2) + x*xdot"),
-    "rotational": (["x", "y"], "m*(xdot^2 + ydot^2)^2 - k*(x^2 + y^2)"),
-    "rotational, a root": (["x", "y"], "m*(xdot^2 + ydot^2)^(3/2) + x*y"),
-    "rotational in polar coordinates": (["r", "a"], "m*(rdot^2 + r^2*adot^2)^2 - k/r"),
-    "curved, of order two": (["x", "y"], "m*(2*xdot^2 + xdot*ydot + 3*ydot^2)^2 - x*y"),
-    "two kinds at once": (["x", "y"], "m*exp(xdot) + k*ydot^2/2 - x*y"),
-    "masses of both signs": (["x", "y"], "m*xdot*ydot + k*ydot^2 - x*y"),
-    "no mass by itself": (["x", "y"], "m*xdot*ydot + x*ydot - x*y"),
-    "time": (["x"], "exp(c*t)*(m*xdot^2/2 - k*x^2/2)"),
-}
+LAGRANGIANS = yaml.safe_load(Path(__file__).with_name("lagrangians.yaml").read_text(encoding="utf-8"))
 
 
-@pytest.mark.parametrize("sign", [1, -1])
-@pytest.mark.parametrize("name", FORMS)
-def test_closed_inverses(name: str, sign: int) -> None:
-    coordinates, lagrangian = FORMS[name]
+@pytest.mark.parametrize("name", LAGRANGIANS["closed"])
+def test_closed_inverses(name: str) -> None:
+    coordinates, lagrangian = LAGRANGIANS["closed"][name]
     (branch,) = transformed(lagrangian, coordinates)
     chance = random.Random(7)
     one_sided = name in ("logarithm", "root of a velocity")
-    for _ in range(4):
+    for sign in (1, -1):
         point = {symbol: chance.uniform(0.4, 1.2) for symbol in (*coordinates, "m", "k", "t")}
         point |= {"c": 2.0 + chance.random()}
         way = 1 if one_sided else sign
@@ -91,27 +69,7 @@ def test_closed_inverses(name: str, sign: int) -> None:
         judge(lagrangian, coordinates, branch, point)
 
 
-@pytest.mark.parametrize(
-    ("lagrangian", "count", "velocities"),
-    [
-        ("m*xdot^3/3 - x", 2, [0.7, -0.7]),
-        ("m*sinh(xdot) - x", 2, [0.7, -0.7]),
-        ("m/xdot - x", 2, [0.7, -0.7]),
-        ("m*xdot^5 + x*xdot", 2, [0.7, -0.7]),
-        ("xdot^3/3 + x*xdot^2/2 - x", 2, [-3.0, -0.9, 0.2, 2.0]),
-        ("-m*cos(k*xdot + x)", 2, [-1.2, 0.3, 1.1, 2.0]),
-        ("m*sin(xdot)", 2, [-1.2, -0.3, 0.3, 1.1, 2.5]),
-        ("xdot*log(xdot) - k*x", 1, [0.4, 3.0]),
-        ("log(cosh(m*xdot))", 1, [-0.4, 1.2]),
-        ("xdot*atan(xdot) - log(1 + xdot^2)/2", 1, [-3.0, 0.4]),
-        ("xdot*asinh(xdot) - sqrt(1 + xdot^2) + x*xdot", 1, [-3.0, 0.4]),
-        ("m*log(cos(xdot + x))", 1, [-1.2, 0.4]),
-        ("tanh(xdot)", 2, [-1.2, 0.4]),
-        ("xdot^2/(m + xdot)", 2, [-1.4, -5.0, 0.4]),
-        ("log((1 - xdot^2)^2)", 2, [-3.0, -0.4, 0.4, 5.0]),
-        ("tan(xdot)", 2, [-0.6, 0.4]),
-    ],
-)
+@pytest.mark.parametrize(("lagrangian", "count", "velocities"), LAGRANGIANS["branches"])
 def test_every_velocity_is_on_one_branch(lagrangian: str, count: int, velocities: list[float]) -> None:
     found = transformed(lagrangian, ["x"])
     assert len(found) == count
@@ -123,10 +81,7 @@ def test_every_velocity_is_on_one_branch(lagrangian: str, count: int, velocities
         judge(lagrangian, ["x"], right, point)
 
 
-@pytest.mark.parametrize(
-    "lagrangian",
-    ["xdot^6 + xdot^2 - x", "xdot^4/4 + xdot^2/2", "exp(xdot) + xdot^2", "exp(xdot^2) - x", "xdot*exp(xdot)"],
-)
+@pytest.mark.parametrize("lagrangian", LAGRANGIANS["without a closed inverse"])
 def test_what_has_no_closed_inverse_has_no_branch(lagrangian: str) -> None:
     assert transformed(lagrangian, ["x"]) == []
 
@@ -158,8 +113,8 @@ def test_any_mechanism(mechanism: tuple[list[str], str, dict[str, float]]) -> No
     judge(lagrangian, coordinates, branch, point)
 
 
-@pytest.mark.parametrize("size", [5, 20])
-def test_masses_in_a_row(size: int) -> None:
+def test_masses_in_a_row() -> None:
+    size = 8
     # Coordinates relative to the mass before: the mass matrix is full, but one of numbers.
     coordinates = [f"s{i}" for i in range(1, size + 1)]
     places = [" + ".join(f"{q}dot" for q in coordinates[: i + 1]) for i in range(size)]
@@ -190,7 +145,6 @@ def coupled(size: int) -> tuple[list[str], str]:
     ("coordinates", "lagrangian"),
     [
         coupled(3),
-        coupled(5),
         (["x", "y", "z", "a", "b"], FREE_PAIR),
         (["x", "y", "z"], "m*xdot*ydot + k*ydot*zdot + xdot*zdot"),
     ],
@@ -208,14 +162,7 @@ def test_what_would_fill_pages_is_left_implicit() -> None:
 
 
 @pytest.mark.parametrize(
-    ("lagrangian", "coordinates", "hamiltonian"),
-    [
-        ("m*xdot^2/2 - k*x^2/2", ["x"], "p_x**2/(2*m) + k*x**2/2"),
-        ("m*l^2*thetadot^2/2 + m*g*l*cos(theta)", ["theta"], "p_theta**2/(2*m*l**2) - m*g*l*cos(theta)"),
-        ("m*(rdot^2 + r^2*phidot^2)/2 + k/r", ["r", "phi"], "p_phi**2/(2*m*r**2) + p_r**2/(2*m) - k/r"),
-        ("m*(xdot^2 + ydot^2)/2 - m*g*y", ["x", "y"], "(p_x**2 + p_y**2)/(2*m) + m*g*y"),
-        ("xdot^2/2 - (x^2 - 1)^2/4", ["x"], "p_x**2/2 + (x**2 - 1)**2/4"),
-    ],
+    ("lagrangian", "coordinates", "hamiltonian"), LAGRANGIANS["as a physicist writes it"]
 )
 def test_it_reads_as_a_physicist_writes_it(lagrangian: str, coordinates: list[str], hamiltonian: str) -> None:
     (branch,) = transformed(lagrangian, coordinates)
@@ -226,3 +173,26 @@ def test_the_momenta_and_the_mass_matrix() -> None:
     found = canonical_momenta(expression("m*(rdot^2 + r^2*phidot^2)/2 + B*r*phidot"), ["rdot", "phidot"])
     assert [written(p) for p in found.definitions] == ["m*rdot", "r*(m*r*phidot + B)"]
     assert [[written(e) for e in row] for row in found.mass_matrix] == [["m", "0"], ["0", "m*r**2"]]
+
+
+READS_OTHERWISE = {"exponential"}
+"""Where a factor exp(x) stays where it was typed."""
+
+
+@pytest.mark.parametrize("name", LAGRANGIANS["forms"])
+def test_every_form_has_the_same_hamiltonian(name: str) -> None:
+    """However a Lagrangian is typed: multiplied out, factored, constants moved."""
+    coordinates, forms = LAGRANGIANS["forms"][name].values()
+    (first,) = transformed(forms[0], coordinates)
+    chance = random.Random(name)
+    for form in forms:
+        (branch,) = transformed(form, coordinates)
+        point = {symbol: chance.uniform(0.3, 0.7) for symbol in (*coordinates, "m", "k")} | {"c": 2.0}
+        moving = point | {f"{q}dot": chance.uniform(0.1, 0.6) for q in coordinates}
+        judge(form, coordinates, branch, moving)
+        momenta = {f"p_{q}": derivative(expression(forms[0]), f"{q}dot") for q in coordinates}
+        here = point | {name: real(to_tree(p), moving) for name, p in momenta.items()}
+        known = real(to_tree(first.hamiltonian), here)
+        assert real(to_tree(branch.hamiltonian), here) == pytest.approx(known, rel=1e-12)
+        if name not in READS_OTHERWISE:
+            assert str(branch.hamiltonian) == str(first.hamiltonian)

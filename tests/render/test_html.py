@@ -18,10 +18,16 @@ from tests.markup import Element, markup
 CUBE, HANDLE = "configs/cube_symbolic.yaml", "configs/t_handle.yaml"
 
 
+PAGES: dict[tuple[str, ...], str] = {}
+"""Pages of documents in configs/, each of which is made once."""
+
+
 def page(program: Program, *arguments: str) -> Element:
-    outcome = program(*arguments, "-q", "-f", "html")
-    assert outcome.code == 0, outcome.err
-    return markup(outcome.out)
+    if arguments not in PAGES:
+        outcome = program(*arguments, "-q", "-f", "html")
+        assert outcome.code == 0, outcome.err
+        PAGES[arguments] = outcome.out
+    return markup(PAGES[arguments])
 
 
 def texts(root: Element, tag: str) -> list[str]:
@@ -45,12 +51,6 @@ def test_a_page_has_results_formulas_a_picture_samples_and_the_document(program:
     assert (ROOT / HANDLE).read_text().strip() == root.all("pre")[0].text.strip()
 
 
-def test_heads_of_rows_and_columns_are_told_from_cells(program: Program) -> None:
-    root = page(program, "euler", HANDLE)
-    assert {head.attributes["scope"] for head in root.all("th")} == {"row", "col"}
-    assert all(table.children[0].tag == "caption" for table in root.all("table"))
-
-
 def test_the_working_stands_open_on_demand(program: Program) -> None:
     assert texts(page(program, "axes", CUBE), "summary") == [f"The document: {CUBE}"]
     root = page(program, "axes", CUBE, "--steps")
@@ -60,22 +60,7 @@ def test_the_working_stands_open_on_demand(program: Program) -> None:
     assert any("(2μ−λ)(11μ−λ)2" in math.text for math in working.all("p"))
 
 
-def test_names_in_titles_are_set_like_formulas(program: Program) -> None:
-    root = page(program, "hamilton", "configs/coupled_pendulums.yaml")
-    heads = {head.text: len(head.all("math")) for head in root.all("th")}
-    assert heads["pθ1"] == heads["equilibrium, θ1"] == 1
-    assert heads["Hamiltonian"] == 0
-
-
-def test_numbers_of_a_column_are_in_one_font(program: Program) -> None:
-    root = page(program, "euler", HANDLE)
-    (stability,) = [table for table in root.all("table") if "left alone" in table.text]
-    cells = [cell.text for cell in stability.all("td") if cell.attributes.get("class") == "number"]
-    assert cells[0] == "3.02024 × 10−5"
-    assert stability.all("math") == []
-
-
-@pytest.mark.parametrize("config", ["t_handle", "damped_satellite", "top_looping", "toutatis", "earth"])
+@pytest.mark.parametrize("config", ["top_looping", "earth"])
 def test_a_result_in_a_notebook_is_short(config: str) -> None:
     pytest.importorskip("matplotlib")
     assert len(rigidcli.euler(ROOT / f"configs/{config}.yaml")._repr_html_()) <= 150_000
@@ -89,23 +74,12 @@ def test_digits_units_and_diagnostics_are_as_in_the_table(program: Program) -> N
     assert "closed form" not in page(program, "euler", HANDLE).text
 
 
-def test_what_was_set_from_outside_stands_below_the_document(program: Program) -> None:
-    root = page(program, "axes", CUBE, "-s", "parameters.M=3", "-s", "parameters.a=1")
-    assert root.all("pre")[0].text.endswith("# with parameters.M=3\n# with parameters.a=1")
-
-
 def test_another_picture_is_drawn_on_demand_and_none_of_what_has_no_values(program: Program) -> None:
     (picture,) = page(program, "euler", HANDLE, "--plot-kind", "polhode").all("svg")
     assert "polhode" in picture.attributes["aria-label"]
     assert page(program, "axes", CUBE).all("svg") == []
     assert program("axes", CUBE, "-f", "html", "--plot-kind", "body").code == 3
     assert program("axes", CUBE, "-f", "html", "--plot-kind", "orbit").code == 2
-
-
-def test_a_picture_goes_to_a_file_and_into_the_page(program: Program, tmp_path: Path) -> None:
-    path = tmp_path / "a.png"
-    assert len(page(program, "euler", HANDLE, "--plot", str(path)).all("svg")) == 1
-    assert path.read_bytes().startswith(b"\x89PNG")
 
 
 def test_several_files_have_a_table_of_contents(program: Program) -> None:
@@ -115,12 +89,6 @@ def test_several_files_have_a_table_of_contents(program: Program) -> None:
     assert texts(nav, "li") == texts(root, "h2")
     sections = [section.attributes["id"] for section in root.all("section")]
     assert [link.attributes["href"] for link in nav.all("a")] == [f"#{name}" for name in sections]
-
-
-def test_the_document_of_several_results_stands_there_once(program: Program) -> None:
-    root = page(program, "inertia", "configs/arm.urdf")
-    assert len(root.all("section")) == 3
-    assert texts(root, "summary") == ["The document: configs/arm.urdf"]
 
 
 def test_a_bad_file_leaves_the_page_of_the_others(program: Program, tmp_path: Path) -> None:
@@ -144,11 +112,6 @@ def test_without_the_extra_the_message_says_how_to_get_it(
     assert (outcome.code, outcome.out) == (2, "")
     assert "no_such is not installed" in outcome.err
     assert "rigidcli[show]" in outcome.err
-
-
-def test_pages_are_the_same_each_time(program: Program) -> None:
-    first, second = (program("axes", HANDLE, "-f", "html").out for _ in range(2))
-    assert first == second
 
 
 # --- Formulas
@@ -178,12 +141,6 @@ def test_signs_before_and_between_are_told_apart() -> None:
     assert second.all("mo")[0].attributes["form"] == "infix"
     (inner,) = markup(formula(r"\left(-a\right)")).all("mo")[1:2]
     assert inner.attributes["form"] == "prefix"
-
-
-def test_words_are_words_and_units_upright() -> None:
-    (word,) = markup(formula(r"\mathrm{mass}")).all("mi")
-    assert word.text == "mass"
-    assert markup(formula(r"3\,\mathrm{s}")).all("mi") == []
 
 
 @pytest.mark.parametrize("latex", [r"\begin{foo}", "{", "x^"])
@@ -232,12 +189,6 @@ def test_hostile_text_stays_text(program: Program, tmp_path: Path) -> None:
     assert "parameter `script` is not used" in root.all("aside")[0].text
 
 
-def test_hostile_text_stays_text_in_the_table_of_contents(program: Program, tmp_path: Path) -> None:
-    root, _ = hostile(program, tmp_path, CUBE)
-    assert root.all("script") == []
-    assert HOSTILE in root.all("nav")[0].text
-
-
 # --- Notebooks
 
 
@@ -250,7 +201,7 @@ def section(shown: str) -> str:
 
 @pytest.mark.parametrize(
     ("study", "config"),
-    [("axes", "cube_corner"), ("precess", "cone_top"), ("euler", "t_handle"), ("hamilton", "bead_on_hoop")],
+    [("axes", "cube_corner"), ("euler", "t_handle")],
 )
 def test_a_notebook_shows_what_the_page_does(study: str, config: str, program: Program) -> None:
     path = f"configs/{config}.yaml"
@@ -270,11 +221,6 @@ def test_no_style_of_a_notebook_leaves_its_section() -> None:
     selectors = [each.strip() for rule in re.findall(r"([^{}]+)\{", bare) for each in rule.split(",")]
     assert selectors
     assert all(each.startswith(".rigidcli") for each in selectors)
-
-
-def test_a_notebook_shows_the_picture_that_was_asked_for() -> None:
-    root = markup(rigidcli.euler(ROOT / HANDLE, picture="polhode")._repr_html_())
-    assert "polhode" in root.all("svg")[0].attributes["aria-label"]
 
 
 def test_a_result_is_seen_as_far_as_it_can_be_worked_again(tmp_path: Path) -> None:

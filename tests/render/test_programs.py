@@ -12,6 +12,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+import yaml
 
 import rigidcli
 from rigidcli import Result
@@ -26,106 +27,10 @@ GOLDEN = Path(__file__).parent.parent / "golden"
 
 COMPILER = shutil.which("cc") or shutil.which("gcc")
 
-needs_compiler = pytest.mark.skipif(COMPILER is None, reason="no C compiler is installed")
 
 STRICT = ["-std=c99", "-pedantic", "-Wall", "-Wextra", "-Werror", "-O1"]
 
-KEYWORDS = """
-name: names of other languages
-parameters:
-  {lambda: 1, E: 2, double: 3, k1: 2, state: 1, I: 1.5, gamma: 0.3, f: 0.1, y0: 1, M_PI: 7, _s1: 0.5}
-system:
-  coordinates: [in, int, beta]
-  lagrangian: >-
-    lambda*indot^2/2 + double*intdot^2/2 + I*betadot^2/2 - E*in^2/2 - k1*state*(in - int)^4/4
-    - sqrt(1 + in^2)/gamma - _s1*int^2 - y0*(1 - cos(beta - f*int)) - M_PI*log(2 + sin(in))
-orbit: {initial: {in: 1, int: 0, beta: 1, indot: 0, intdot: 0.5, betadot: 0}, duration: 4, samples: 9}
-"""
-
-GIVEN = """
-parameters: {w: 2, B: pi/3}
-system:
-  coordinates: [q1, q2]
-  hamiltonian: >-
-    (p_q1 + B*q2)^2/2 + atan2(p_q2, 2)^2 + w^2*q1^2/2 + abs(q2)^2.5 + exp(-q1) + asinh(q2)*2^q2/q1^(-2)
-  forces: {q1: -0.1*p_q1*cos(t)}
-orbit: {initial: {q1: 1, q2: 0.3, p_q1: 0, p_q2: 0.1}, times: [0.5, 1, 3, 4.5]}
-"""
-
-NO_CLOSED_FORM = """
-parameters: {a: 0.3, k: 1}
-system: {coordinates: [x], lagrangian: xdot^2/2 + a*xdot^4/4 + a*xdot^6/30 - k*x^2/2 - cos(x)*xdot^2/8}
-orbit: {initial: {x: 1, xdot: 0.2}, duration: 6, samples: 31}
-"""
-
-SECOND_BRANCH = """
-system: {coordinates: [x], lagrangian: xdot^4/4 - xdot^2/2 - x^2/2}
-orbit: {initial: {x: 0.1, xdot: 2}, duration: 2, samples: 21}
-"""
-
-DENSE = """
-parameters: {_d0: 1}
-system:
-  coordinates: [a, b, c, d, e]
-  particles:
-    - {mass: 1, position: [sin(a), -cos(a)]}
-    - {mass: 2, position: [sin(a) + sin(b), -cos(a) - cos(b)]}
-    - {mass: 1, position: [sin(a) + sin(b) + sin(c), -cos(a) - cos(b) - cos(c)]}
-    - {mass: 1, position: [sin(a) + sin(b) + sin(c) + sin(d), -cos(a) - cos(b) - cos(c) - cos(d)]}
-    - mass: _d0
-      position: [sin(a) + sin(b) + sin(c) + sin(d) + sin(e), -cos(a) - cos(b) - cos(c) - cos(d) - cos(e)]
-  potential: -6*cos(a) - 5*cos(b) - 3*cos(c) - 2*cos(d) - cos(e)
-  forces: {a: -0.01*adot}
-orbit:
-  initial: {a: 0.3, b: 0.2, c: 0, d: 0, e: 0.1, adot: 0, bdot: 0, cdot: 0, ddot: 0, edot: 0}
-  duration: 4
-  samples: 11
-"""
-
-CANCELLING = """
-parameters: {k: 0.3}
-system:
-  coordinates: [x, y, z]
-  lagrangian: >-
-    (xdot^2 + ydot^2 + zdot^2)/20 - k*((x - y)^2 + (y - z)^2 + x^2 + z^2)/2 - k*((x + 0.1)^4 + (z - 0.1)^4)
-orbit: {initial: {x: 0.1, y: 0, z: -0.1, p_x: 0.3, p_y: 0, p_z: -0.3}, duration: 20, samples: 41}
-"""
-"""The middle one of three masses stays at rest but for rounding."""
-
-CORNER = """
-parameters: {H: 3}
-system: {coordinates: [x, z], lagrangian: H*xdot^2/2 - x^2/2 + zdot^2/2*(1 + x^2) - pi*z^4 - abs(z)}
-orbit: {initial: {x: 0, p_x: 1, z: 1, p_z: 0}, duration: 1, step: 0.3}
-"""
-
-AT_ONCE = """
-parameters: {H: 3}
-system: {coordinates: [x], lagrangian: H*xdot^2/2 - x^2/2}
-orbit: {initial: {x: 0, p_x: 1}, times: [0]}
-"""
-
-HALF_A_TURN = """
-system: {coordinates: [x], lagrangian: xdot^2/2 - x^2/2}
-orbit: {initial: {x: 0, p_x: 1}, times: [0, pi]}
-"""
-
-SYSTEMS: dict[str, str | list[str]] = {
-    "double pendulum": ["configs/double_pendulum.yaml", "orbit.duration=4", "orbit.initial.theta1=1"],
-    "Kepler": ["configs/kepler_polar.yaml", "parameters.e=0.6", "orbit.samples=101"],
-    "driven": ["configs/driven_oscillator.yaml"],
-    "damped": ["configs/damped_oscillator.yaml"],
-    "relativistic": ["configs/relativistic_oscillator.yaml", "orbit.samples=101"],
-    "chain": ["configs/chain_20.yaml", "orbit.samples=21"],
-    "keywords": KEYWORDS,
-    "H given": GIVEN,
-    "no closed form": NO_CLOSED_FORM,
-    "second branch": SECOND_BRANCH,
-    "dense": DENSE,
-    "cancelling": CANCELLING,
-    "half a turn": HALF_A_TURN,
-    "at once": AT_ONCE,
-    "corner": CORNER,
-}
+SYSTEMS = yaml.safe_load(Path(__file__).with_name("programs.yaml").read_text(encoding="utf-8"))
 
 
 def _result(system: str | list[str]) -> Result:
@@ -235,19 +140,6 @@ def test_no_word_of_a_language_is_a_name(form: str, names: list[str]) -> None:
     )
     source = _written(_result(text), form)
     assert re.findall(r"\b(\w+) = 2\.0", source) == [f"{name}_" for name in names]
-
-
-@needs_compiler
-@pytest.mark.parametrize(
-    ("options", "pattern"), [(["-dM"], r"#define ([A-Za-z]\w*)"), (["-P"], r"\b([A-Za-z]\w*) ?\(")]
-)
-def test_no_name_in_the_headers_of_c_ends_in_an_underscore(
-    options: list[str], pattern: str, tmp_path: Path
-) -> None:
-    (tmp_path / "headers.c").write_text("#include <math.h>\n#include <stdio.h>\n")
-    command = [COMPILER or "cc", "-E", *options, "headers.c"]
-    text = subprocess.run(command, cwd=tmp_path, check=True, capture_output=True, text=True).stdout
-    assert not any(name.endswith("_") for name in re.findall(pattern, text))
 
 
 def test_without_an_orbit_there_are_functions_only(tmp_path: Path) -> None:

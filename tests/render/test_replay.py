@@ -23,7 +23,7 @@ from rigidcli.render.web.replay import MOST_TRIANGLES, replay
 from rigidcli.render.web.triangles import triangles
 from rigidcli.report import Column, Table
 from rigidcli.scene import Part, Scene, Stage
-from tests.conftest import ROOT, Program
+from tests.conftest import ROOT
 from tests.scenes import report_of, scene_of
 
 LIMIT = 3_000_000
@@ -65,7 +65,7 @@ def between(data: dict[str, Any], share: float) -> Floats:
 # --- The motion between the samples
 
 
-@pytest.mark.parametrize("config", ["t_handle", "top_looping", "feynman_plate"])
+@pytest.mark.parametrize("config", ["t_handle", "top_looping"])
 def test_between_samples_the_body_is_where_more_samples_put_it(config: str) -> None:
     document = ROOT / "configs" / f"{config}.yaml"
     data = sent(fragment_of("euler", document))
@@ -106,22 +106,12 @@ def test_a_coarse_orbit_is_drawn_with_more_points_that_lie_on_it() -> None:
 # --- Size
 
 
-@pytest.mark.parametrize(
-    ("study", "config"), [("euler", "t_handle"), ("euler", "top_looping"), ("hamilton", "henon_heiles")]
-)
+@pytest.mark.parametrize(("study", "config"), [("euler", "top_looping"), ("hamilton", "henon_heiles")])
 def test_a_thousand_samples_are_at_most_three_megabytes(study: str, config: str) -> None:
     section = "motion" if study == "euler" else "orbit"
     fragment = fragment_of(study, ROOT / "configs" / f"{config}.yaml", f"{section}.samples=1001")
     assert len(sent(fragment)["times"]) == 1001
     assert len(fragment) < LIMIT
-
-
-def test_of_very_many_samples_evenly_chosen_ones_are_sent() -> None:
-    fragment = fragment_of("euler", ROOT / "configs/t_handle.yaml", "motion.samples=20001")
-    times = sent(fragment)["times"]
-    assert len(fragment) < LIMIT
-    assert (times[0], times[-1]) == (0, 10)
-    assert np.diff(times)[:-1] == pytest.approx(np.full(len(times) - 2, times[1]))
 
 
 # --- Texts
@@ -208,12 +198,3 @@ def test_a_surface_of_very_many_triangles_becomes_coarser_and_keeps_its_extent()
     coarse = triangles(faces, 5_000)
     assert 1_000 < len(coarse) <= 5_000
     assert area(coarse) == pytest.approx(4 * np.pi, rel=0.05)
-
-
-# --- Where it is shown, and where nothing of it is made
-
-
-def test_numbers_do_without_a_replay(program: Program) -> None:
-    outcome = program("euler", "configs/t_handle.yaml", "-f", "json", "--samples", "3")
-    assert outcome.code == 0
-    assert "scene" not in json.loads(outcome.out)

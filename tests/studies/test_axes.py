@@ -5,24 +5,24 @@ from __future__ import annotations
 import json
 import math
 from collections.abc import Mapping
+from pathlib import Path
 from typing import Any
 
 import mpmath
 import numpy as np
 import pytest
+import yaml
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
 import rigidcli
-from rigidcli.document.syntax import read_tree
 from rigidcli.errors import ComputationError
-from tests.conftest import Program
 from tests.exact import numeric
-from tests.tables import rows
 
 few = settings(max_examples=30, deadline=None)
 
+BODIES = yaml.safe_load(Path(__file__).with_name("bodies.yaml").read_text(encoding="utf-8"))
 BOX = {"shape": "box", "size": [1, 2, 3], "mass": 12}
 BOX_MOMENTS = [5.0, 10.0, 13.0]
 """About e1 = z, e2 = y, e3 = x of the box: M (a^2 + b^2)/12."""
@@ -52,44 +52,18 @@ def require_consistent(found: Any) -> None:
 
 # --- classes
 
-CLASSES = """
-point | {points: [[2, 1, 2, 3]]} | [[0, 1, 2]] | com
-linear | {points: [[2, 1, 2, 3], [1, 0, 0, 0]]} | [[0], [1, 2]] | com
-linear | {shape: rod, length: 2, mass: 1, axis: [1, 2, 3]} | [[0], [1, 2]] | origin
-linear | {points: [[2, 1, 2, 3]]} | [[0], [1, 2]] | origin
-spherical | {shape: sphere, radius: 2, mass: 1} | [[0, 1, 2]] | com
-spherical | {shape: cube, side: 2, mass: 1, rotation: {euler: [1, 2, 3]}} | [[0, 1, 2]] | com
-spherical | {points: [[1, 1, 1, 1], [1, 1, -1, -1], [1, -1, 1, -1], [1, -1, -1, 1]]} | [[0, 1, 2]] | com
-spherical | {shape: cylinder, radius: 1, height: sqrt(3), mass: 1, axis: [1, 2, 3]} | [[0, 1, 2]] | com
-oblate | {shape: disk, radius: 2, mass: 1} | [[0, 1], [2]] | com
-oblate | {shape: cylinder, radius: 1, height: 1.7, mass: 1, axis: [1, 2, 3]} | [[0, 1], [2]] | com
-oblate | {shape: plate, size: [2, 2], mass: 1, axis: [3, 2, 1]} | [[0, 1], [2]] | com
-prolate | {shape: cylinder, radius: 1, height: 1.8, mass: 1, axis: [1, 2, 3]} | [[0], [1, 2]] | com
-prolate | {shape: cube, side: 1, mass: 12, anchor: corner} | [[0], [1, 2]] | origin
-spherical | {shape: cube, side: 1, mass: 12, anchor: corner} | [[0, 1, 2]] | com
-prolate | {shape: cube, side: 1, mass: 12, anchor: corner} | [[0], [1, 2]] | [1, 0, 0.2]
-asymmetric | {shape: box, size: [1, 2, 3], mass: 12} | [[0], [1], [2]] | [1, 0, 0.2]
-prolate | {shape: cone, radius: 1, height: 4, mass: 1} | [[0], [1, 2]] | origin
-asymmetric | {shape: box, size: [1, 2, 3], mass: 1, rotation: {euler: [1, 2, 3]}} | [[0], [1], [2]] | com
-asymmetric | {shape: triangle, vertices: [[0, 0], [1, 0], [0, 1]], mass: 1} | [[0], [1], [2]] | origin
-"""
-"""The class of a body, the body, its groups of equal moments, and the point they are about.
 
-About its centre a cube is as good as a ball, and so symmetric about the way to any other point.
-"""
-
-
-@pytest.mark.parametrize(("kind", "body", "groups", "about"), rows(CLASSES))
-def test_every_class(kind: str, body: str, groups: str, about: str) -> None:
+@pytest.mark.parametrize(("kind", "body", "groups", "about"), BODIES["classes"])
+def test_every_class(kind: str, body: str, groups: list[list[int]], about: str) -> None:
     found = run(f"{{body: {body}, about: {about}}}")
     assert found["class"] == kind
-    assert found["groups"] == json.loads(groups)
+    assert found["groups"] == groups
     require_consistent(found)
     if kind in ("point", "linear"):
         assert found["moments"][0] == 0.0
 
 
-@pytest.mark.parametrize("scale", [1e-10, 1e-3, 1e9])
+@pytest.mark.parametrize("scale", [1e-10, 1e9])
 def test_the_class_does_not_depend_on_the_scale(scale: float) -> None:
     for size, kind in (
         ([1, 1, 1], "spherical"),
@@ -104,9 +78,6 @@ def test_the_class_does_not_depend_on_the_scale(scale: float) -> None:
             "rotation": {"euler": [1, 2, 3]},
         }
         assert run(json.dumps({"body": box}))["class"] == kind
-
-
-# --- frames
 
 
 # --- turning: L, T and the angle between omega and L
@@ -161,7 +132,7 @@ def test_basis_and_frame() -> None:
 
 # --- turning: does it wobble?
 
-SIZES = [1e-150, 1e-20, 1.0, 1e20]
+SIZES = [1e-150, 1.0, 1e20]
 TURNED = BOX | {"rotation": {"euler": [1, 2, 3]}}
 
 
@@ -183,7 +154,7 @@ def test_spin_about_a_principal_axis_does_not_wobble(axis: int, size: float) -> 
 
 
 @pytest.mark.parametrize("size", SIZES)
-@pytest.mark.parametrize("tilt", [1e-9, 1e-6, 0.1])
+@pytest.mark.parametrize("tilt", [1e-9, 0.1])
 @pytest.mark.parametrize(("axis", "towards"), [(0, 1), (1, 2), (2, 0)])
 def test_a_tilt_wobbles(axis: int, towards: int, tilt: float, size: float) -> None:
     omega = [0.0, 0.0, 0.0]
@@ -225,7 +196,7 @@ def test_without_omega_or_moments_there_is_no_angle() -> None:
     assert point["angular_momentum"].tolist() == [0, 0, 0]
 
 
-@pytest.mark.parametrize("axis", [[0, 0, 1], [1, 0, 0], [1, 2, 3], [0.3, -0.1, 0.7], [-3, 1, 0.5]])
+@pytest.mark.parametrize("axis", [[0, 0, 1], [1, 2, 3], [-3, 1, 0.5]])
 @pytest.mark.parametrize("size", [1e-150, 1.0])
 def test_a_rod_that_spins_about_itself_has_no_momentum(axis: list[float], size: float) -> None:
     rod = {"shape": "rod", "length": 1, "mass": 1, "axis": axis}
@@ -236,28 +207,6 @@ def test_a_rod_that_spins_about_itself_has_no_momentum(axis: list[float], size: 
         assert found["angle"] is None
         assert found["wobbles"] is False
         assert 0 <= found["kinetic_energy"] <= 1e-15 * size**2 * 10
-
-
-def test_a_rod_that_spins_askew_wobbles() -> None:
-    # Only the part of omega across the rod makes momentum: L is across, at 30 degrees from omega here.
-    rod = {"shape": "rod", "length": 1, "mass": 12}
-    found = turning(rod, [math.cos(math.pi / 6), 0, math.sin(math.pi / 6)])
-    assert found["angle"] == pytest.approx(math.pi / 6, rel=1e-15, abs=0)
-    assert found["wobbles"] is True
-    across = turning(rod, [0, 3, 0])
-    assert across["angle"] == 0
-    assert across["wobbles"] is False
-    nearly = turning(rod, [1e-6, 0, 1])
-    assert nearly["angle"] == pytest.approx(math.pi / 2 - 1e-6, rel=1e-15, abs=0)
-    assert nearly["wobbles"] is True
-
-
-def test_moments_may_be_known_without_a_mass() -> None:
-    found = turning({"moments": [1, 2, 3]}, [1, 1, 0])
-    assert found["mass"] is None
-    assert found["angular_momentum"].tolist() == [1, 2, 0]
-    assert found["kinetic_energy"] == 1.5
-    assert found["class"] == "asymmetric"
 
 
 # --- exact
@@ -296,79 +245,15 @@ def require_alike(exact: Any, floating: Any, values: Mapping[str, float] | None 
             assert numeric(exact["angle"], values) == pytest.approx(floating["angle"], abs=1e-13)
 
 
-EXACT = """
-body: {shape: cube, side: 1, mass: 12, anchor: corner}
-{body: {shape: cube, side: 1, mass: 12, anchor: corner}, about: com}
-{body: {points: [[1, 1, 0, 0], [2, 0, 1, 1], [3, 0, 1, -1]]}, motion: {omega: [1, 2, 3]}}
-body: {shape: triangle, vertices: [[0, 0], [1, 0], [0, 1]], density: 24}
-{body: {shape: box, size: [1, 2, 0.3], mass: 12, axis: [1, 2, 2]}, motion: {omega: [1, 0, 1/3]}}
-{body: {shape: cylinder, radius: 1, height: 2, mass: 3, axis: [1, 1, 1]}, motion: {omega: [1, 1, 1]}}
-{body: {shape: cylinder, radius: 1, height: sqrt(3), mass: 3, axis: [1, 1, 1]}, motion: {omega: [1, 2, 1]}}
-{body: {shape: disk, radius: 1, mass: 4, axis: [0, 3, 4]}, motion: {omega: [0, 3, 4]}}
-{body: {shape: disk, radius: 1, mass: 4}, motion: {omega: [1, 1, 0], basis: principal}}
-{body: {shape: rod, length: 1, mass: 1, axis: [1, 2, 2]}, motion: {omega: [1, 2, 2]}}
-{body: {shape: rod, length: 1, mass: 1, axis: [1, 2, 2]}, motion: {omega: [1, 0, 0]}}
-{body: {points: [[2, 1, 2, 3]]}, about: com, motion: {omega: [1, 0, 0]}}
-{body: {points: [[2, 1, 2, 3]]}}
-{body: {shape: half_disk, radius: 2, mass: 3, rotation: {axis: [0, 0, 1], angle: pi/3}}, about: com}
-{body: {shape: cone, radius: 1, height: 2, mass: 1, axis: [0, 1, 0]}, frame: {euler: [pi/6, 0, 0]}}
-{body: {moments: [1, 2, 3], rotation: {euler: [0, pi/3, 0]}}, motion: {omega: [1, 1, 0], basis: principal}}
-{body: {inertia: [[2, 1, 0], [1, 2, 0], [0, 0, 3]], mass: 1}, motion: {omega: [0, 0, 2]}}
-{body: {parts: [{shape: cube, side: 2, density: 3}, {shape: cylinder, radius: 1/2, height: 2,
-  density: 3, hole: true}], axis: [3, 0, 4]}, motion: {omega: [3, 0, 4]}}
-"""
-
-
-@pytest.mark.parametrize("text", [text for (text,) in rows(EXACT)])
+@pytest.mark.parametrize("text", BODIES["exact axes"])
 def test_exact_results_are_the_floating_ones(text: str) -> None:
     require_alike(run(text, exact=True), run(text))
 
 
-SYMBOLIC = """
-body: {shape: cube, side: a, mass: M, anchor: corner} | a: 1.5, M: 7
-body: {points: [[m, a, 0, 0], [2*m, 0, a, a], [3*m, 0, a, -a]]} | m: 2, a: 0.5
-body: {points: [[m, a, 0, 0], [m, 0, a, 2*a], [m, 0, 2*a, a]]}, motion: {omega: [w, w, 0]}
-  | m: 2, a: 0.5, w: 3
-body: {shape: triangle, vertices: [[0, 0], [a, 0], [0, a]], density: s} | a: 1.5, s: 24
-body: {shape: disk, radius: R, mass: M}, motion: {omega: [0, w, w]} | R: 1.5, M: 2, w: 0.5
-body: {shape: disk, radius: R, mass: M}, motion: {omega: [0, 0, w]} | R: 1.5, M: 2, w: 0.5
-body: {shape: sphere, radius: R, mass: M}, motion: {omega: [w, 2*w, u]} | R: 1.5, M: 2, w: 0.5, u: -1
-body: {shape: rod, length: L, mass: M, axis: [1, 2, 2]}, motion: {omega: [w, 2*w, 2*w]} | L: 1.5, M: 2, w: 3
-body: {shape: plate, size: [a, a], mass: M, axis: [3, 0, 4]}, about: com | a: 1.5, M: 2
-body: {shape: rod, length: a, mass: M, rotation: {axis: [0, 1, 0], angle: u}} | a: 1.5, M: 2, u: 0.5
-body: {shape: disk, radius: a, mass: M, axis: [0, b, c]}, motion: {omega: [0, b, c]}
-  | a: 1, b: 2, c: 0.5, M: 3
-"""
-
-
-@pytest.mark.parametrize(("text", "given"), rows(SYMBOLIC))
-def test_symbols_with_values_give_the_floating_results(text: str, given: str) -> None:
-    values = read_tree(f"{{{given}}}", "")
+@pytest.mark.parametrize(("text", "values"), BODIES["symbols"])
+def test_symbols_with_values_give_the_floating_results(text: str, values: dict[str, float]) -> None:
     symbolic = run(f"{{{text}, parameters: {json.dumps(dict.fromkeys(values))}}}")
-    require_alike(symbolic, run(f"{{{text}, parameters: {{{given}}}}}"), values)
-
-
-def test_what_depends_on_the_symbols_is_not_told() -> None:
-    # A box of sides a, a, b is oblate or prolate as b is.
-    found = run("{body: {shape: box, size: [a, a, b], mass: M}, parameters: {a: null, b: null, M: null}}")
-    assert found["class"] is None
-    # A box of sides a, b, c is asymmetric, or not, where two of them are equal.
-    found = run("{body: {shape: cylinder, radius: R, height: 4*R, mass: M}, parameters: {R: null, M: null}}")
-    assert found["class"] == "prolate"
-
-
-def test_exact_spin_decides_exactly() -> None:
-    # A tilt of 1e-30 is no rounding here.
-    text = "{body: {shape: box, size: [1, 2, 3], mass: 1}, motion: {omega: [0, 1e-30, 1]}}"
-    assert run(text, exact=True)["wobbles"] is True
-    assert run(text)["wobbles"] is False
-
-
-def test_roots_of_an_irreducible_cubic_are_written_with_cosines() -> None:
-    text = "body: {points: [[1, 1, 2, 3], [2, -1, 0, 1], [3, 0, 1, -2]]}"
-    found = run(text, exact=True)
-    require_alike(found, run(text))
-    assert all("cos(" in str(moment) for moment in found["moments"])
+    require_alike(symbolic, run(f"{{{text}, parameters: {json.dumps(values)}}}"), values)
 
 
 def test_where_the_moments_are_too_long_all_else_is_told() -> None:
@@ -405,47 +290,12 @@ def test_the_moment_about_an_axis_is_that_of_the_distances_from_it(u: list[int],
         assert found["radius_of_gyration"] == pytest.approx(math.sqrt(expected / 5), rel=1e-12)
 
 
-def test_an_axis_in_symbols() -> None:
-    body = "{shape: cube, side: a, mass: M, anchor: corner}"
-    text = f"parameters: {{M: null, a: null}}\nbody: {body}\naxis: [1, 1, 0]"
-    found = run(text)
-    # Ixx cos^2 + Iyy cos^2 + 2 Ixy cos^2 = (8 + 8 - 6)/2 M a^2/12.
-    assert str(found["axis_moment"]) == "5*M*a**2/12"
-    assert str(found["radius_of_gyration"]) == "sqrt(15)*a/6"
-    # omega x L at omega = w z: L = M a^2 w/12 (-3, -3, 8).
-    held = run(text.replace("a: null", "a: null, w: null") + "\nmotion: {omega: [0, 0, w]}")
-    assert [str(x) for x in held["holding_torque"]] == ["M*a**2*w**2/4", "-M*a**2*w**2/4", "0"]
-
-
 def test_the_torque_that_holds_an_unbalanced_shaft() -> None:
     # Two masses on arms of opposite ends: the centrifugal forces m r w^2 make the couple 2 m r z w^2.
     found = run("{body: {points: [[3, 0.2, 0, 0.5], [3, -0.2, 0, -0.5]]}, motion: {omega: [0, 0, 7]}}")
     assert found["holding_torque"] == pytest.approx([0, -2 * 3 * 0.2 * 0.5 * 49, 0], rel=1e-14, abs=1e-14)
     turned = turning(TURNED, [0, 1, 0], "principal")
     assert turned["holding_torque"].tolist() == [0, 0, 0]
-
-
-def test_columns_of_what_is_asked(program: Program) -> None:
-    head = "name,mass,com_x,com_y,com_z,Ixx,Iyy,Izz,Ixy,Ixz,Iyz"
-    frame = "lambda1,lambda2,lambda3,e1x,e1y,e1z,e2x,e2y,e2z,e3x,e3y,e3z,class"
-    text = "body: {shape: sphere, radius: 1, mass: 5}\naxis: [0, 0, 1]\nmotion: {omega: [0, 0, 3]}\n"
-    done = program("inertia", "-f", "csv", "-", stdin=text)
-    assert done.out == f"{head},axis_moment\nstdin,5.0,0.0,0.0,0.0,2.0,2.0,2.0,0.0,0.0,0.0,2.0\n"
-    done = program("axes", "-f", "csv", "-", stdin=text)
-    names, values = done.out.splitlines()
-    assert names == f"{head},{frame},w1,w2,w3,L1,L2,L3,T,angle,axis_moment"
-    assert values.endswith(",spherical,0.0,0.0,3.0,0.0,0.0,6.0,9.0,0.0,2.0")
-
-
-def test_an_axis_without_a_mass_or_a_direction(program: Program) -> None:
-    known = "body: {moments: [1, 2, 2.5]}\nabout: com\naxis: [0, 0, 2]\n"
-    done = program("axes", "-f", "json", "-", stdin=known)
-    assert json.loads(done.out)["axis_moment"] == 2.5
-    assert json.loads(done.out)["radius_of_gyration"] is None
-    assert done.err == "-: note: `body.mass` is not given, and the radius of gyration is not told\n"
-    done = program("axes", "-", stdin=known.replace("[0, 0, 2]", "[0, 0, 0]"))
-    assert done.err == "-:3: axis: read the zero vector, expected a direction\n"
-    assert done.code == 3
 
 
 def test_a_common_factor_with_symbols_leaves_numbers_to_solve() -> None:

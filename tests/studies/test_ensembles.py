@@ -12,14 +12,11 @@ from scipy.integrate import solve_ivp
 
 import rigidcli
 from rigidcli.core import free_body
-from rigidcli.core import integrate as core_integrate
 from rigidcli.core.arithmetic import Floats
 from rigidcli.core.tensor import Inertia
-from rigidcli.document.document import Document
 from rigidcli.errors import RigidError
 from rigidcli.report import Report
 from rigidcli.studies.ensembles import reports, summaries
-from rigidcli.studies.hamilton import derivation
 
 SAME = 1e-12
 """What a motion worked in arrays may differ by from the same motion alone, in units of the largest."""
@@ -78,15 +75,6 @@ def test_special_starts_stand_among_others() -> None:
     require_same(Inertia.of(BODIES["asymmetric"]), omegas, quaternions, np.linspace(0, 10, 7), SAME)
 
 
-def test_the_sensitivity_is_that_of_each_alone() -> None:
-    omegas, quaternions = starts(5)
-    body, times = Inertia.of(BODIES["asymmetric"]), np.linspace(0, 100, 4)
-    found = free_body.sensitivity(body, omegas, quaternions, times)
-    for place, start in enumerate(omegas):
-        alone = free_body.sensitivity(body, start[None], quaternions[place : place + 1], times)
-        assert found[place] == pytest.approx(alone[0], rel=0.2)
-
-
 BODY = {"moments": [1, 2, 3], "mass": 1}
 
 
@@ -117,24 +105,9 @@ def test_the_python_interface_has_all_samples_with_their_start(motion: dict[str,
             assert trajectory[key][rows] == pytest.approx(alone[key], rel=SAME, abs=1e-14), key
 
 
-def test_a_list_of_one_start_is_an_ensemble_of_one() -> None:
-    assert rigidcli.euler(ensemble([[1, 0, 2]]))["starts"] == 1
-
-
-def test_an_ensemble_needs_common_times() -> None:
-    with pytest.raises(RigidError, match="an ensemble needs times that all starts share"):
-        rigidcli.euler({"body": BODY, "motion": {"omega": [[1, 2, 3]]}})
-
-
 def test_an_ensemble_has_no_exact_results() -> None:
     with pytest.raises(RigidError, match="an ensemble has no exact results"):
         rigidcli.euler(ensemble([[1, 2, 3], [0, 1, 0]]), exact=True)
-
-
-@pytest.mark.parametrize("study", [rigidcli.axes, rigidcli.precess])
-def test_studies_of_one_angular_velocity_refuse_an_ensemble(study: Any) -> None:
-    with pytest.raises(RigidError, match="an ensemble of 2 starts, expected one"):
-        study(ensemble([[1, 0, 2], [1, 1, 1]]))
 
 
 def test_orbits_of_an_ensemble_are_those_of_its_starts() -> None:
@@ -174,24 +147,3 @@ def test_the_summary_of_orbits_is_that_of_an_independent_integration() -> None:
         found = np.array([column.values for column in table.columns[1:]])
         expected = [values.mean(axis=0), values.std(axis=0), values.min(axis=0), values.max(axis=0)]
         assert found == pytest.approx(np.array(expected), abs=1e-8)
-
-
-def test_the_equations_are_derived_and_compiled_once_for_all_starts(monkeypatch: pytest.MonkeyPatch) -> None:
-    derived, flows = [], set()
-    derive, integrate = derivation.derive, core_integrate.integrate
-
-    def counted(document: Document) -> derivation.Derivation:
-        derived.append(document)
-        return derive(document)
-
-    def noted(flow: Any, *arguments: Any, **options: Any) -> Any:
-        flows.add(flow)
-        assert options["starts"] == len(SWARM)
-        return integrate(flow, *arguments, **options)
-
-    monkeypatch.setattr("rigidcli.studies.hamilton.findings.derive", counted)
-    monkeypatch.setattr(core_integrate, "integrate", noted)
-    rigidcli.hamilton({"system": PENDULUM, "orbit": {"initial": SWARM, "duration": 1, "samples": 2}})
-    driven = {"omega": [[1, 2, 3], [1, 0, 1e-3]] * 4 + [[0, 0, 1]], "torque": {"body": ["-w1", 0, "sin(t)"]}}
-    rigidcli.euler({"body": BODY, "motion": {**driven, "duration": 1, "samples": 2}})
-    assert (len(derived), len(flows)) == (1, 2)

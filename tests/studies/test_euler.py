@@ -8,12 +8,10 @@ from typing import Any
 
 import numpy as np
 import pytest
-from scipy.integrate import solve_ivp
 from scipy.spatial.transform import Rotation
 
 from rigidcli.core import rotation
 from rigidcli.document.load import loads
-from rigidcli.errors import ComputationError, DocumentError, UsageError
 from rigidcli.report import Report
 from rigidcli.studies.euler import run
 from tests.conftest import Program
@@ -58,17 +56,6 @@ def test_free_motion_is_that_of_an_independent_integration(body: str, tensor: Fl
     assert max(report["drift"].values()) < 1e-14
 
 
-def test_the_beginning_is_what_the_document_says() -> None:
-    found = arrays(
-        euler(
-            BODY + "motion: {omega: [0.1, 2, -0.3], orientation: {axis: [1, 2, 2], angle: 1}, duration: 1}\n"
-        )
-    )
-    assert found["omega"][0].tolist() == [0.1, 2, -0.3]
-    expected = [math.cos(0.5), *math.sin(0.5) * np.array([1, 2, 2]) / 3]
-    np.testing.assert_allclose(found["orientation"][0], expected, atol=1e-15)
-
-
 def test_turns_of_the_frame_turn_body_components_and_orientation_together() -> None:
     text = BODY + "motion: {omega: [0.5, 2, -0.3], duration: 5, samples: 11}\n"
     plain, turned = arrays(euler(text)), arrays(euler(text + "frame: {axis: [1, 2, 3], angle: 1}\n"))
@@ -78,24 +65,6 @@ def test_turns_of_the_frame_turn_body_components_and_orientation_together() -> N
     for name in ("omega", "angular_momentum"):
         first, second = (rotation.turned(found["orientation"], found[name]) for found in (plain, turned))
         np.testing.assert_allclose(first, second, atol=1e-14)
-
-
-def test_omega_along_principal_axes() -> None:
-    found = arrays(euler(TILTED + "motion: {omega: [0, 0, 2], basis: principal, duration: 3, samples: 4}\n"))
-    np.testing.assert_allclose(found["omega"], np.tile(found["omega"][0], (4, 1)), atol=1e-15)
-    np.testing.assert_allclose(TENSOR @ found["omega"][0], np.linalg.eigvalsh(TENSOR)[2] * found["omega"][0])
-
-
-def test_an_energy_that_has_lost_its_digits_is_null() -> None:
-    slow = "motion: {omega: [1e-158, 4e-158, 2e-158], duration: 1e159, samples: 2}\n"
-    assert euler(BODY + slow)["kinetic_energy"] is None
-
-
-def test_stability_table_at_the_speed_of_the_beginning() -> None:
-    report = euler(BODY + "motion: {omega: [3, 4, 0]}\n")
-    assert [row["stable"] for row in report["stability"]] == [True, False, True]
-    assert report["stability"][1]["rate_per_spin"] == pytest.approx(math.sqrt(0.5 * 1 / 2.5), rel=1e-14)
-    assert report["stability"][1]["rate"] == pytest.approx(5 * math.sqrt(0.2), rel=1e-14)
 
 
 def test_trust_falls_with_time_and_near_the_separatrix() -> None:
@@ -137,11 +106,8 @@ SWING = 2 * math.sqrt(0.02 / 0.980665) * 2.768063145
     ("text", "end", "words"),
     [
         (BODY + "motion: {omega: [0, 0, 2]}\n", 10 * math.pi, "10 turns are shown"),
-        (BODY + "motion: {omega: [0, 0, 0]}\n", 1, ""),
         (BODY + "motion: {omega: [0, 0, 0], torque: {body: [1, 0, 0]}}\n", 1, "1 s is shown"),
-        (f"top: {{spin: 20, tilt: 0, {TOP}}}\n", math.pi, "10 turns are shown"),
         (f"top: {{spin: 0, tilt: 180 deg, {TOP}}}\n", 1, ""),
-        (f"top: {{spin: 0, tilt: 30 deg, {TOP}}}\n", 3 * SWING, "3 nutations are shown"),
         (f"top: {{spin: 1e-3, tilt: 30 deg, {TOP}}}\n", 3 * SWING, "3 nutations are shown"),
     ],
 )
@@ -218,9 +184,8 @@ def test_a_torque_of_any_variable_against_scipy(torque: str, by_hand: Torque) ->
     assert max(report["drift"].values()) < 1e-11
 
 
-@pytest.mark.parametrize("torque", ["[t, 0, 1]", "[0, 0, -w1]", '["1000*exp(-(t/0.001)^2)", 0, 0]'])
-def test_a_driven_motion_at_its_beginning_alone(torque: str) -> None:
-    report = driven(BODY, f"{{body: {torque}}}", "omega: [0.3, 2, 0.1], times: [0]")
+def test_a_driven_motion_at_its_beginning_alone() -> None:
+    report = driven(BODY, "{body: [t, 0, 1]}", "omega: [0.3, 2, 0.1], times: [0]")
     assert arrays(report)["omega"].tolist() == [[0.3, 2, 0.1]]
     assert report["drift"] == {"energy": 0, "angular_momentum": 0, "quaternion": 0}
 
@@ -258,12 +223,6 @@ def test_the_nutation_of_precess_is_that_of_euler(spin: float) -> None:
     assert phi[-1] == pytest.approx(10 * told["precession_per_nutation"], abs=1e-8)
 
 
-def test_other_torques_add_to_the_weight_of_a_top() -> None:
-    text = f"top: {{spin: 100, tilt: 40 deg, precession: steady, {TOP}}}\n"
-    braked = arrays(driven(text, '{body: [0, 0, "-0.001*w3"]}', "duration: 2"))
-    np.testing.assert_allclose(braked["omega"][:, 2], 100 * np.exp(-0.1 * braked["t"]), rtol=1e-10)
-
-
 def test_going_back_in_time_by_reversing_omega() -> None:
     """Weight is the same both ways: the end with omega turned round leads to the beginning."""
     body = "body: {shape: box, size: [1, 2, 3], mass: 6, anchor: corner}\n"
@@ -290,15 +249,6 @@ def test_ux_uy_uz_are_the_e3_that_is_printed(axis: tuple[int, ...], angle: float
     np.testing.assert_allclose(gained, 1e-6 * np.array([1, 2, 3]) * third, atol=1e-17)
 
 
-def test_ux_uy_uz_of_a_top_are_its_axis() -> None:
-    """It leans towards -y; also where it is prolate, so that e3 is another axis."""
-    for lambda3 in (0.01, 0.03):
-        top = f"mass: 1, distance: 0.1, lambda1: 0.02, lambda3: {lambda3}"
-        text = f"top: {{spin: 1e-9, tilt: 30 deg, gravity: 0, {top}}}\n"
-        found = arrays(driven(text, "{space: [uz, uy, ux]}", "times: [1e-6]"))["angular_momentum_space"][0]
-        np.testing.assert_allclose(found, [1e-6 * math.cos(math.pi / 6), -0.5e-6, 0], atol=1e-10)
-
-
 def test_an_e3_that_is_not_unique_is_noted_where_it_matters() -> None:
     def noted(moments: str, torque: str) -> bool:
         text = f"body: {{moments: {moments}}}\nabout: com\n"
@@ -319,7 +269,6 @@ PULSE = "1000*exp(-((t - %s)/0.001)^2)"
     [
         (PULSE % 5, 0, math.sqrt(math.pi)),
         (f"{PULSE % 5} - {PULSE % 7.3}/2 + t", 8, math.sqrt(math.pi) / 2 + 50),
-        ("1e4*exp(-((t - 5)/0.0001)^2)", 0, math.sqrt(math.pi)),
         # Three pulses a second, each with 1/(3 pi) of that integral.
         ("1000*exp(-(sin(3*pi*(t - 1/6))/0.001)^2)", 12 / (3 * math.sqrt(math.pi)), 10 / math.sqrt(math.pi)),
     ],
@@ -406,24 +355,6 @@ def test_a_damped_rod_slows_down_across_its_line(torque: str) -> None:
     assert same_turn(found["orientation"][-1:], np.array([expected])) < 1e-11
 
 
-def test_a_damped_pendulum_that_is_a_rod_in_any_direction() -> None:
-    """theta'' = -(m g l/2) sin(theta)/(m l^2/3) - c theta'/(m l^2/3), from the lower position."""
-    body = "body: {shape: rod, length: 2, mass: 3, anchor: end, axis: [1, 2, 2]}\n"
-    damping = 'motion: {duration: 4, samples: 9, torque: {space: ["-0.5*wx", "-0.5*wy", "-0.5*wz"]}}\n'
-    report = euler(body + "top: {spin: 0, tilt: 150 deg}\n" + damping)
-    theta = arrays(report)["angles"][:, 1]
-    solved = solve_ivp(
-        lambda t, y: [y[1], (3 * 9.80665 * math.sin(y[0]) - 0.5 * y[1]) / 4],
-        (0, 4),
-        [math.radians(150), 0],
-        "DOP853",
-        arrays(report)["t"],
-        rtol=1e-12,
-        atol=1e-12,
-    )
-    np.testing.assert_allclose(np.cos(theta), np.cos(solved.y[0]), atol=1e-9)
-
-
 def test_the_weight_of_a_rod_in_closed_form_and_integrated() -> None:
     body = "body: {shape: rod, length: 2, mass: 3, anchor: end, axis: [1, 2, 2]}\n"
     motion = "motion: {omega: [2, -1, 0], duration: 2, torque: %s}\n"
@@ -437,87 +368,6 @@ def test_the_weight_of_a_rod_in_closed_form_and_integrated() -> None:
     integrated = arrays(euler(body + motion % f"{{body: {weight}}}"))
     np.testing.assert_allclose(closed["omega"], integrated["omega"], atol=1e-10)
     assert same_turn(closed["orientation"], integrated["orientation"]) < 1e-10
-
-
-# --- what cannot be followed
-
-
-@pytest.mark.parametrize(
-    ("torque", "time"),
-    [
-        ("1/(t - 0.5)^2", 0.5),
-        ("sqrt(0.7 - t)", 0.7),
-        ("log(0.25 - t)", 0.25),
-        ("1/(1 - 2*t)", 0.5),
-        ("(0.6 - t)^0.3", 0.6),
-        ("1/t", 0.0),
-    ],
-)
-def test_a_torque_without_a_value_ends_the_motion_at_a_named_time(torque: str, time: float) -> None:
-    with pytest.raises(ComputationError) as caught:
-        driven(BODY, f'{{body: [0, 0, "{torque}"]}}', "omega: [0, 0, 1], duration: 2")
-    told = [float(word) for word in caught.value.message.replace(",", " ").split() if word[0].isdigit()]
-    assert any(value == pytest.approx(time, abs=1e-3) for value in told)
-
-
-POINT = "body: {moments: [0, 0, 0]}\nabout: com\n"
-TOO_LARGE = BODY + "motion:\n  omega: [0, 0, 1]\n  torque:\n    body: [0, 0, w3^9^9^9]\n"
-MASSLESS = "body: {moments: [1, 2, 2]}\nmotion: {omega: [0, 0, 1], torque: {gravity: 9.81}}\nabout: com\n"
-SPINNING_ROD = "body: {shape: rod, length: 2, mass: 3, anchor: end}\ntop: {spin: 5, tilt: 1}\n"
-
-
-def test_the_constants_are_those_of_the_beginning_whenever_the_times_begin() -> None:
-    driven = BODY + "motion: {omega: [1, 2, 3], torque: {body: [1, 0, 0]}, times: [%s]}\n"
-    early, late = (euler(driven % times) for times in ("0, 5", "5, 6"))
-    for key in ("angular_momentum", "kinetic_energy"):
-        assert late[key] == pytest.approx(early[key], rel=1e-15)
-    assert abs(arrays(late)["kinetic_energy"][0] - late["kinetic_energy"]) > 1
-
-
-@pytest.mark.parametrize(
-    ("text", "key", "line", "words"),
-    [
-        (ROD + "motion: {omega: [1, 1, 1]}\n", "motion.omega", 3, "linear"),
-        (POINT + "motion: {omega: [1, 1, 0]}\n", "motion.omega", 3, "point"),
-        (ROD + "motion: {omega: [0, 1, 1], torque: {body: [0, 0, w1]}}\n", "motion.omega", 3, "linear"),
-        (ROD + "motion: {omega: [0, 1, 0], torque: {body: [0, 0, 1]}}\n", "motion.torque", 3, "linear"),
-        (ROD + "motion: {omega: [1, 0, 0], torque: {space: [0, 0, 1]}}\n", "motion.torque", 3, "linear"),
-        (POINT + "motion: {omega: [0, 0, 0], torque: {body: [0, 0, 1]}}\n", "motion.torque", 3, "point"),
-        (SPINNING_ROD, "top.spin", 2, "linear"),
-        (TOO_LARGE, "motion.torque.body.2", 6, "too large"),
-        (BODY, "motion.omega", None, "missing"),
-        ("motion: {omega: [0, 0, 1]}\n", "body", None, "missing"),
-        ("name: nothing\n", "body", None, "missing"),
-        (f"top: {{spin: 1, {TOP}}}\n", "top.tilt", 1, "missing"),
-        ("top: {spin: 1, tilt: 1, mass: 1, distance: 1, lambda3: 1}\n", "top.lambda1", 1, "missing"),
-        ("parameters: {w: null}\n" + BODY + "motion: {omega: [0, 0, w]}\n", "parameters.w", 1, "missing"),
-        (MASSLESS, "body.mass", 1, "missing"),
-    ],
-)
-def test_what_has_no_motion_is_refused(text: str, key: str, line: int | None, words: str) -> None:
-    with pytest.raises(DocumentError, match=words) as caught:
-        euler(text)
-    (problem,) = caught.value.problems
-    assert (problem.key, problem.line) == (key, line)
-
-
-def test_what_is_stiff_or_jumps_has_a_remedy_and_a_span_too_long_is_no_blow_up() -> None:
-    with pytest.raises(ComputationError) as caught:
-        driven(BODY, "{body: [0, 0, -sign(w3)]}")
-    assert "tanh" in (caught.value.hint or "")
-    with pytest.raises(ComputationError, match="too fast") as caught:
-        driven(BODY, "{body: [0, 0, 1]}", "omega: [0, 0, 1], duration: 1e160")
-    assert "shorter" in (caught.value.hint or "")
-
-
-def test_exact_motion_is_refused() -> None:
-    with pytest.raises(UsageError):
-        euler(BODY + "motion: {omega: [0, 0, 1]}\n", exact=True)
-
-
-def test_no_steady_precession_to_start_with() -> None:
-    with pytest.raises(ComputationError, match="steady"):
-        euler(f"top: {{spin: 1, tilt: 30 deg, precession: steady, {TOP}}}\n")
 
 
 # --- output
@@ -542,7 +392,6 @@ def test_csv_is_the_trajectory(program: Program) -> None:
     [
         (["--samples", "0"], "- with --samples: motion.samples: read `0`"),
         (["--duration", "-5"], "- with --duration: motion.duration: read `-5`"),
-        (["-s", "motion.samples=0"], "- with --set: motion.samples: read `0`"),
         (["-s", "motion={omega: [0, 0, 1]}", "--samples", "0"], "- with --samples: motion.samples: read `0`"),
         (["--duration", "["], "--duration:"),
         (["-s", "motion.omega=null"], "- with --set: motion.omega: missing"),

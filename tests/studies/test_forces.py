@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import math
 from pathlib import Path
 from typing import Any
@@ -21,33 +20,13 @@ def hamilton(document: str, **options: Any) -> Report:
     return rigidcli.hamilton(rigidcli.loads(document), **options)
 
 
-def words(value: Any) -> Any:
-    return {key: str(entry) for key, entry in value.items()}
-
-
 DRAG = "system: {coordinates: [x], kinetic: m*xdot^2/2, potential: k*x^2/2, forces: {x: -c*xdot}}\n"
-SYMBOLS = "parameters: {m: null, k: null, c: null}\n"
 
 
 # --- Lagrange's equations
 
 
-def test_lagranges_equations_of_a_planet() -> None:
-    found = hamilton(
-        "system: {coordinates: [r, phi], kinetic: m*(rdot^2 + r^2*phidot^2)/2, potential: -k/r}\n"
-        "parameters: {m: null, k: null}\n"
-    )
-    assert words(found["lagrange_equations"]) == {
-        "r": "m*rddot - m*r*phidot**2 + k/r**2",
-        "phi": "2*m*r*phidot*rdot + m*r**2*phiddot",
-    }
-    assert words(found["accelerations"]) == {
-        "rddot": "r*phidot**2 - k/(m*r**2)",
-        "phiddot": "-2*phidot*rdot/r",
-    }
-
-
-@pytest.mark.parametrize("name", ["double_pendulum", "top_euler_angles", "elevator_pendulum", "bead_on_hoop"])
+@pytest.mark.parametrize("name", ["double_pendulum", "elevator_pendulum"])
 def test_lagranges_equations_against_sympy(name: str) -> None:
     found = rigidcli.hamilton(rigidcli.load(ROOT / "configs" / f"{name}.yaml", settings=["orbit=null"]))
     t, names = sympy.Symbol("t", real=True), found["coordinates"]
@@ -73,41 +52,7 @@ def test_lagranges_equations_against_sympy(name: str) -> None:
         assert abs(left.subs(point).evalf(30)) < 1e-25
 
 
-def test_where_lagranges_equations_are_not_told() -> None:
-    only_h = hamilton("system: {coordinates: [x], hamiltonian: p_x^2/2}\n")
-    taken = hamilton("system: {coordinates: [x, xddot], kinetic: xdot^2/2 + xddotdot^2/2}\n")
-    for found in (only_h, taken):
-        assert found["lagrange_equations"] is found["accelerations"] is None
-    # No closed form of the velocities is needed.
-    found = hamilton("system: {coordinates: [x], lagrangian: xdot^2/2 + xdot^6/6 - x^2/2}\n")
-    assert found["hamiltonian"] is None
-    assert words(found["accelerations"]) == {"xddot": "-x/(5*xdot**4 + 1)"}
-
-
-@pytest.mark.parametrize(
-    "text", ["2*cosh(xdot/3) + 3*x*xdot", "exp(xdot) + x*xdot", "xdot^4/4 + sin(x)*xdot"]
-)
-def test_accelerations_that_vanish_agree(text: str) -> None:
-    # A gauge term leaves only rounding in the accelerations along Hamilton's equations.
-    found = hamilton(f"system: {{coordinates: [x], lagrangian: {text}}}\n")
-    assert words(found["accelerations"]) == {"xddot": "0"}
-    assert found["verified"] < 1e-13
-
-
 # --- forces
-
-
-def test_friction_takes_energy() -> None:
-    found = hamilton(DRAG + SYMBOLS)
-    assert words(found["equations"]) == {"x": "p_x/m", "p_x": "-c*p_x/m - k*x"}
-    assert words(found["lagrange_equations"]) == {"x": "m*xddot + c*xdot + k*x"}
-    assert str(found["dH_dt"]) == "-c*p_x**2/m**2"
-    assert [str(e) for e in found["matrix"][1]] == ["-k", "-c/m"]
-    assert (found["conserved"], found["explicit_time"]) == ([], False)
-    assert (found["natural"], found["h_equals_energy"]) == (True, True)
-    assert found["invariants"] is None
-    numbers = hamilton(DRAG + "parameters: {m: 1, k: 4, c: 2}\n")
-    assert [(e["re"], abs(e["im"])) for e in numbers["eigenvalues"]] == [pytest.approx((-1, 3**0.5))] * 2
 
 
 def test_an_orbit_with_friction() -> None:
@@ -154,22 +99,6 @@ def test_forces_that_depend_on_everything() -> None:
     assert set(orbit["drift"]) == {"H"}
 
 
-def test_forces_where_the_velocities_have_no_closed_form() -> None:
-    orbit = hamilton(
-        "system: {coordinates: [x], lagrangian: xdot^2/2 + xdot^6/30 - x^2, forces: {x: -p_x/10 - xdot/20}}\n"
-        "orbit: {initial: {x: 1, xdot: 0}, duration: 10, samples: 11}\n"
-    )["orbit"]
-
-    def rates(_: float, y: Any) -> list[float]:
-        x, v = y
-        return [v, (-2 * x - (v + v**5 / 5) / 10 - v / 20) / (1 + v**4)]
-
-    x, v = followed(rates, [1, 0], orbit["t"])
-    assert orbit["q"]["x"] == pytest.approx(x, abs=1e-9)
-    assert orbit["p"]["p_x"] == pytest.approx(v + v**5 / 5, abs=1e-9)
-    assert orbit["drift"]["H"] < 1e-11
-
-
 def test_forces_on_five_pendulums_whose_hamiltonian_is_not_written() -> None:
     size, drag = 5, 0.3
     particles = []
@@ -196,49 +125,6 @@ def test_forces_on_five_pendulums_whose_hamiltonian_is_not_written() -> None:
     for k, a in enumerate(names):
         assert orbit["q"][a] == pytest.approx(expected[k], abs=1e-8)
     assert orbit["drift"]["H"] < 1e-10
-
-
-def test_a_force_without_power_keeps_the_energy_and_not_the_momentum() -> None:
-    found = hamilton(
-        "system: {coordinates: [x, y, z], kinetic: m*(xdot^2 + ydot^2 + zdot^2)/2,"
-        " forces: {x: q*B*ydot, y: -q*B*xdot}}\n"
-        "parameters: {m: 1, q: 2, B: 3}\n"
-        "orbit: {initial: {x: 0, y: 0, z: 0, xdot: 1, ydot: 0, zdot: 1}, duration: 3, samples: 4}\n"
-    )
-    assert found["cyclic"] == ["x", "y", "z"]
-    assert found["conserved"] == ["p_z", "H"]
-    assert str(found["dH_dt"]) == "0"
-    assert set(found["orbit"]["drift"]) == {"H", "p_z"}
-    assert found["orbit"]["q"]["x"] == pytest.approx(np.sin(6 * found["orbit"]["t"]) / 6, abs=1e-11)
-    damped = hamilton(
-        "system: {coordinates: [x, y], kinetic: (xdot^2 + ydot^2)/2, potential: x^2 + y^2,"
-        " forces: {x: -xdot}}\n",
-    )
-    assert damped["invariants"] is None
-
-
-def test_forces_beside_a_hamiltonian() -> None:
-    found = hamilton(
-        "system: {coordinates: [x], hamiltonian: p_x^2/(2*m) + k*x^2/2, forces: {x: -c*xdot^3}}\n" + SYMBOLS
-    )
-    assert words(found["equations"]) == {"x": "p_x/m", "p_x": "-c*p_x**3/m**3 - k*x"}
-
-
-def test_forces_in_new_variables() -> None:
-    # Q and P of the oscillator with m = 1, w = 2: x = sqrt(P) sin Q, p = 2 sqrt(P) cos Q.
-    found = hamilton(
-        "system: {coordinates: [x], kinetic: xdot^2/2, potential: 2*x^2, forces: {x: -c*xdot + F*cos(t)}}\n"
-        "parameters: {c: null, F: null}\n"
-        "transform: {new_variables: [Q, P], old: {x: sqrt(P)*sin(Q), p_x: 2*sqrt(P)*cos(Q)}}\n"
-    )
-    assert found["transform"]["canonical"] is True
-    Q, P, c, F, t = sympy.symbols("Q P c F t", real=True)
-    x, p = sympy.sqrt(P) * sympy.sin(Q), 2 * sympy.sqrt(P) * sympy.cos(Q)
-    rates = [found["transform"]["equations"][name].to_sympy() for name in ("Q", "P")]
-    for old, expected in ((x, p), (p, -4 * x - c * p + F * sympy.cos(t))):
-        left = old.diff(Q) * rates[0] + old.diff(P) * rates[1] - expected
-        point = {Q: 0.3, P: 1.7, c: 0.4, F: 0.9, t: 0.2}
-        assert abs(left.subs(point).evalf()) < 1e-14
 
 
 # --- functions without a formula
@@ -292,32 +178,6 @@ def test_what_is_conserved_for_any_potential() -> None:
     # An even function is not taken for granted, and two documents share no names.
     odd = hamilton("system: {coordinates: [x], functions: {V: [s]}, hamiltonian: p_x + V(x) - V(-x)}\n")
     assert str(odd["equations"]["p_x"]) == "-dV_ds(-x) - dV_ds(x)"
-
-
-def test_unknown_functions_as_latex(program: Program) -> None:
-    document = (
-        "system: {coordinates: [x, y], functions: {V: [x, y], h: [x]},"
-        " lagrangian: 'xdot^2/2 + ydot^2/2 - V(x, y)*dh_dx(x)'}\n"
-    )
-    out = program("hamilton", "-f", "latex", "-", stdin=document).out
-    assert r"h''\left(x\right)" in out
-    assert r"\frac{\partial V}{\partial x}\left(x, y\right)" in out
-
-
-def test_orbits_need_a_formula(program: Program) -> None:
-    document = "system: {coordinates: [x], functions: {V: [x]}, kinetic: xdot^2/2, potential: V(x)}\n"
-    orbit = "orbit: {initial: {x: 1, p_x: 0}, duration: 1}\n"
-    for more, what in (
-        (orbit, "an orbit"),
-        ("equilibrium: {find: {x: 0}}\n", "the search for an equilibrium"),
-    ):
-        outcome = program("hamilton", "-", stdin=document + more)
-        assert outcome.code == 3
-        assert f"system.functions.V: {what} needs a formula for `V`" in outcome.err
-    # Numbers in the arguments do not give the function a value.
-    assert json.loads(program("hamilton", "-f", "json", "-", stdin=document.replace("V(x)", "x^2*V(0)")).out)[
-        "frequencies"
-    ] in (None, [])
 
 
 def test_answers_with_unknown_functions_are_refused(tmp_path: Path, program: Program) -> None:

@@ -120,27 +120,12 @@ def test_particles_are_where_the_coordinates_put_them_with_the_rods_between() ->
     assert [each.title for each in scene.stages[1:]] == [f"phase portrait of theta{k}" for k in (1, 2)]
 
 
-def test_rounding_is_not_drawn_as_a_motion() -> None:
-    _, scene = both_of("hamilton", "kepler_polar")
-    portrait = next(stage for stage in scene.stages if stage.title == "phase portrait of phi")
-    momentum = np.asarray(part(portrait, "orbit so far").mark.points)[:, 1]
-    assert np.ptp(momentum) < 1e-6 < np.ptp(part(portrait, "orbit so far").mark.points[:, 0])
-
-
 def test_a_top_without_a_body_is_shown_as_its_ellipsoid() -> None:
     top = {"mass": 0.3, "distance": 0.05, "lambda1": 1e-3, "lambda3": 3.75e-4, "spin": "20 rps", "tilt": 0.5}
     scene = scene_of("euler", {"top": top})
     assert part(scene.stages[0], "ellipsoid of inertia").carried
     axis = in_space(scene, part(scene.stages[0], "path of the axis of the top"))
     assert axis[0] / np.linalg.norm(axis[0]) == pytest.approx([0, -np.sin(0.5), np.cos(0.5)])
-
-
-def test_a_comet_has_no_rod_and_a_spherical_pendulum_is_in_space() -> None:
-    _, comet = both_of("hamilton", "kepler_polar")
-    assert not any(each.group == "rods" for each in comet.stages[0].parts)
-    _, pendulum = both_of("hamilton", "spherical_pendulum")
-    assert not pendulum.stages[0].is_flat
-    assert any(each.group == "rods" for each in pendulum.stages[0].parts)
 
 
 def test_a_system_without_particles_has_its_phase_portraits() -> None:

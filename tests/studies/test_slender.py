@@ -22,12 +22,9 @@ ROD = {"shape": "rod", "length": 1, "mass": 1}
 DIRECTIONS = [
     [0, 0, 1],
     [1, 0, 0],
-    [0, -1, 0],
     [1e-9, 0, 1],
-    [1, 1, 0],
     [1, 2, 3],
     [-3, 1, 0.5],
-    [0.3, -0.1, 0.7],
 ]
 PLACES = [[0, 0, 0], [0.1, 0.2, 0.3], [1e5, -3e4, 7]]
 directions = pytest.mark.parametrize("direction", DIRECTIONS)
@@ -56,7 +53,7 @@ def scaled(body: Any, mass: float, length: float) -> Any:
 
 @directions
 @pytest.mark.parametrize("place", PLACES)
-@pytest.mark.parametrize(("mass", "length"), [(1.0, 1.0), (1e-27, 1e-10), (1e30, 1e7)])
+@pytest.mark.parametrize(("mass", "length"), [(1e-27, 1e-10), (1e30, 1e7)])
 def test_a_needle_and_a_rod_anywhere(direction: Any, place: Any, mass: float, length: float) -> None:
     there = {"axis": direction, "position": [length * x for x in place]}
     require(scaled(NEEDLE, mass, length) | there, "prolate", 5e-17 * mass * length**2, about="com")
@@ -104,27 +101,6 @@ def test_points_of_a_file_on_a_line(direction: Any, tmp_path: Path) -> None:
                 require({"points": points}, "linear", 0.0, about=about)
 
 
-@directions
-def test_thin_tubes_and_known_tensors(direction: Any) -> None:
-    tube = {"shape": "tube", "outer_radius": 1e-8, "inner_radius": 0.9e-8, "height": 1, "mass": 2}
-    require(tube | {"axis": direction}, "prolate", 1e-16 * (1 + 0.81))
-    hole = {"shape": "cylinder", "radius": 0.5e-8, "height": 1, "density": 1, "hole": True}
-    pipe = {"parts": [hole | {"radius": 1e-8, "hole": False}, hole], "axis": direction}
-    require(pipe, "prolate", math.pi / 2 * (1e-32 - 0.0625e-32), 1e-12)
-    for moment, kind in ((1e-20, "prolate"), (0, "linear")):
-        known = {"moments": [1, 1, moment], "mass": 1}
-        require(known | {"axis": direction}, kind, moment)
-        require(known, kind, moment, frame={"axis": direction, "angle": 0.7})
-    require({"inertia": [[1, 0, 0], [0, 1, 0], [0, 0, 1e-20]], "mass": 1}, "prolate", 1e-20)
-
-
-def test_a_turned_tensor_is_known_to_its_rounding_only() -> None:
-    turn = Rotation.from_rotvec([0.3, -0.5, 0.7]).as_matrix()
-    for moment, kind in ((0.0, "linear"), (1e-16, "linear"), (1e-12, "prolate")):
-        known = turn @ np.diag([1, 1, moment]) @ turn.T
-        assert run("axes", {"inertia": ((known + known.T) / 2).tolist(), "mass": 1})["class"] == kind
-
-
 def test_rounding_prints_as_zero() -> None:
     molecule = carbon_dioxide([1, 0, 0], [0.1, 0.2, 0.3])["points"]
     tensor = run(
@@ -136,14 +112,6 @@ def test_rounding_prints_as_zero() -> None:
     assert np.count_nonzero(found["tensor"]) == 3
     around = [[1, math.cos(k), math.sin(k), 0] for k in np.arange(7) * 2 * math.pi / 7]
     assert run("inertia", {"points": around})["center_of_mass"].tolist() == [0, 0, 0]
-
-
-@pytest.mark.parametrize("omega", [[0, 1, 0], [1e-15, 1, 0], [0, 1, 1e-13]])
-def test_only_what_rounding_hides_is_principal_of_a_turned_body(omega: list[float]) -> None:
-    # About its middle axis a body tumbles, however little omega is off it.
-    body = {"shape": "box", "size": [1, 2, 3], "mass": 12, "rotation": {"euler": [1, 2, 3]}}
-    found = run("euler", body, motion={"omega": omega, "basis": "principal", "duration": 1})
-    assert (found["motion"] == "principal") == (omega == [0, 1, 0])
 
 
 # --- their motion
@@ -168,17 +136,6 @@ def test_a_needle_moves_alike_however_it_lies_in_its_document(omega: list[float]
     )
     assert (one.inv() * (other * TURN)).magnitude().max() < 1e-14 * math.hypot(*omega) * 50
     assert turned["kinetic_energy"] == pytest.approx(plain["kinetic_energy"], rel=1e-11, abs=0)
-
-
-def test_a_torque_spins_a_needle_up() -> None:
-    torque = TURN.apply([0, 0, 5e-17])
-    w, x, y, z = TURN.as_quat(scalar_first=True)
-    found = run(
-        "euler",
-        NEEDLE | {"rotation": {"quaternion": [w, x, y, z]}},
-        motion={"omega": [0, 0, 0], "torque": {"body": list(torque)}, "duration": 3, "samples": 4},
-    )
-    assert np.linalg.norm(found["trajectory"]["omega"], axis=1) == pytest.approx([0, 1, 2, 3], abs=1e-11)
 
 
 def test_a_needle_is_a_top_and_a_rod_is_none() -> None:

