@@ -159,12 +159,16 @@ def find_slip(text: str, error: Any) -> Slip | None:
     if "cannot start any token" in problem and sign != "\t":
         hint = f"a text that begins with `{sign}` stands in quotes"
         return here._replace(message="this sign begins no value", hint=hint)
+    before = lines[noticed][: mark.column]
+    if re.fullmatch(r"\s*\w*", before) and ("block" in context or "mapping values" in problem):
+        hint = "the entries of a mapping, or of a list, begin in the same column"
+        column = len(before) - len(before.lstrip()) + 1
+        here = Slip(noticed + 1, column, "the indentation fits no line above", hint)
     written = [n for n in range(noticed) if lines[n].strip() and not lines[n].lstrip().startswith("#")]
     return (
         _by_rules(lines, {noticed, max(noticed - 1, 0)}, _TAB)
         or _by_rules(lines, written[:-3:-1], _NO_BLANK, _NO_COLON)
         or _by_rules(lines, [noticed], _NO_BLANK, _NO_BRACES, _SECOND_COLON)
-        or _indented(lines, written, noticed)
         or here
     )
 
@@ -183,39 +187,21 @@ def _by_rules(lines: list[str], numbers: Iterable[int], *patterns: str) -> Slip 
 def _in_brackets(lines: list[str], line: int, column: int) -> Slip:
     """The slip within brackets: one that is not closed, or a comma that is missing."""
     opened: list[tuple[int, int, str]] = []
-    for number, text in enumerate(lines):
-        for place, sign in enumerate(_QUOTED.sub(lambda found: " " * len(found[0]), text)):
-            if sign in _PAIRS:
-                opened.append((number, place, sign))
-            elif sign in _PAIRS.values() and opened:
-                last = opened.pop()
-                if _PAIRS[last[2]] != sign:
-                    return _unclosed(*last)
+    plain = (_QUOTED.sub(lambda found: " " * len(found[0]), text) for text in lines)
+    for number, place, sign in (
+        (n, place, sign) for n, text in enumerate(plain) for place, sign in enumerate(text)
+    ):
+        if sign in _PAIRS:
+            opened.append((number, place, sign))
+        elif opened and sign in _PAIRS.values():
+            if _PAIRS[opened[-1][2]] != sign:
+                break
+            opened.pop()
     if opened:
-        return _unclosed(*opened[-1])
+        number, place, sign = opened[-1]
+        hint = f"close the bracket by `{_PAIRS[sign]}`"
+        return Slip(number + 1, place + 1, f"this `{sign}` is not closed", hint)
     before = re.search(r"[\w.]*\W*$", lines[line][:column])
     start = column if before is None or lines[line][column : column + 1] != ":" else before.start()
     hint = "entries are separated by commas, as in `{a: 1, b: 2}`"
     return Slip(line + 1, start + 1, "expected a comma, or the end of this list or mapping", hint)
-
-
-def _unclosed(line: int, column: int, sign: str) -> Slip:
-    return Slip(
-        line + 1, column + 1, f"this `{sign}` is not closed", f"close the bracket by `{_PAIRS[sign]}`"
-    )
-
-
-def _indented(lines: list[str], before: list[int], noticed: int) -> Slip | None:
-    """The slip of a line that begins at none of the indentations at which a line may go on."""
-    levels: list[int] = []
-    for line in (lines[number] for number in before):
-        here = len(line) - len(line.lstrip(" "))
-        levels = [level for level in levels if level < here or (level == here and line[here] == "-")]
-        dashes = re.match(r" *(?:- +)+", line)
-        levels.append(here if dashes is None else dashes.end())
-    here = len(lines[noticed]) - len(lines[noticed].lstrip(" "))
-    if not levels or here in levels:
-        return None
-    blanks = " or ".join(filter(None, [", ".join(map(str, levels[:-1])), str(levels[-1])]))
-    hint = f"the lines above begin after {blanks} blanks, this one after {here}"
-    return Slip(noticed + 1, here + 1, "the indentation fits no line above", hint)

@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import pathlib
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cache, cached_property
+from importlib import import_module
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Self
 
 from pydantic import Field, model_validator
@@ -92,6 +93,17 @@ class Document(Section):
     NEEDS: ClassVar = dict.fromkeys(("orbit", "equilibrium", "transform"), "system")
 
     @classmethod
+    def _contradictions(cls, raw: Mapping[str, Any]) -> Iterator[ValueProblem]:
+        yield from super()._contradictions(raw)
+        about, body = raw.get("about"), raw.get("body")
+        if isinstance(about, str) and about not in (points := ["origin", "com"]):
+            name = body.get("shape") if isinstance(body, dict) else getattr(body, "shape", None)
+            shape = import_module("rigidcli.bodies.shapes").SHAPES.get(str(name))
+            points += () if shape is None else shape.ANCHORS
+            if about not in points:
+                yield ValueProblem(not_one_of(about, points), path=("about",))
+
+    @classmethod
     def _unknown(cls, key: str, raw: Mapping[str, Any]) -> ValueProblem:
         if key in ("questions", "answers"):
             what = "an assignment" if key == "questions" else "an answer file"
@@ -113,9 +125,6 @@ class Document(Section):
             self.__dict__["about"] = "com"  # of a molecule, whose origin means nothing
         if self.body is not None and self.body.hole:
             raise ValueProblem("a hole stands in `parts`, beside what it is cut from", path=("body", "hole"))
-        points = ("origin", "com", *getattr(self.body, "ANCHORS", ()))
-        if isinstance(self.about, str) and self.about not in points:
-            raise ValueProblem(not_one_of(self.about, points), path=("about",))
         return self
 
     @cached_property

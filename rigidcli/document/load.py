@@ -243,10 +243,11 @@ def _document(
         # A system alone keeps its expressions symbolic, and its numbers are floats.
         others = all(tree.get(key) is None for key in ("body", "top", "tide"))
         n = arithmetic_for(exact and not (others and tree.get("system") is not None))
-        env = Environment(n, folder=draft.folder, exact_results=exact, top_keys=KEYS)
-        parameters = tree.get("parameters")
-        if isinstance(parameters, dict):
-            problems += read_parameters(env, parameters, positive, has_time=_has_time(tree))
+        env = Environment(n, folder=draft.folder, exact_results=exact, top_keys=KEYS, positive={*positive})
+        if isinstance(parameters := tree.get("parameters"), dict):
+            torque = isinstance(motion := tree.get("motion"), dict) and motion.get("torque") is not None
+            has_time = torque or any(tree.get(key) is not None for key in ("system", "orbit", "transform"))
+            problems += read_parameters(env, parameters, has_time=has_time)
     else:
         env = rest.reading.environment.copied()
         tree = tree | {key: section for key, section in vars(rest).items() if isinstance(section, Section)}
@@ -269,10 +270,3 @@ def _document(
         env.notes += document.orbit.degrees_meant(document.system, draft.tree["orbit"]["initial"])
     env.notes += [f"parameter `{name}` is not used" for name in document.unused]
     return document
-
-
-def _has_time(tree: Mapping[str, Any]) -> bool:
-    """Whether expressions of the document may be in the time: in those, `t` is no parameter."""
-    motion = tree.get("motion")
-    torque = isinstance(motion, dict) and motion.get("torque") is not None
-    return torque or any(tree.get(key) is not None for key in ("system", "orbit", "transform"))

@@ -26,14 +26,12 @@ _RESERVED_FOR = {TIME: "the time", **dict.fromkeys(CONSTANTS, "a constant")}
 """What reserved names are; those that are not here are functions."""
 
 
-def read_parameters(
-    env: Environment, raw: Mapping[str, Any], positive: Iterable[str], *, has_time: bool
-) -> list[ValueProblem]:
+def read_parameters(env: Environment, raw: Mapping[str, Any], *, has_time: bool) -> list[ValueProblem]:
     """Give the parameters in `raw` to `env`; what is wrong with them, each with its path.
 
     In a document that `has_time`, `t` is the time, and no parameter.
 
-    A parameter without a value becomes a symbol, known to be positive if it is in `positive`; where numbers
+    A parameter without a value becomes a symbol, known to be positive if `env` has it so; where numbers
     are floats, it and what hangs on it are only `open`. One with a problem is `broken` in the
     environment, so that what uses it is not blamed.
     """
@@ -56,10 +54,10 @@ def read_parameters(
                 symbols = frozenset([name])
             if symbols:
                 env.open[name] = symbols
-            if not symbols or env.arithmetic.exact:
-                env.parameters[name] = (
-                    env.arithmetic.symbol(name, name in positive) if value is None else env.read(value, None)
-                )
+            if value is None and env.arithmetic.exact:
+                env.parameters[name] = env.arithmetic.symbol(name, name in env.positive)
+            elif not symbols or env.arithmetic.exact:
+                env.parameters[name] = env.read(value, None)
             elif value is not None:
                 env.admit(env.symbolic(value), ())
             dimension = env.dimension(value)

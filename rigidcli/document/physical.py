@@ -74,18 +74,13 @@ class Physical:
 
     def _require_known(self) -> None:
         """Raise ValueProblem unless a tensor without a mass is given about the point that is asked for."""
-        n, properties = self.arithmetic, self.properties
-        if self.sections["about"] == "com" and not properties.at_com:
-            raise ValueProblem("missing: without it the tensor cannot be shifted", path=("body", "mass"))
-        off = max(abs(n.size(component)) for component in self.point - properties.com)
-        far = max(abs(n.size(component)) for component in (*self.point, *properties.com))
-        if off > SAME_POINT * far:
-            point = ", ".join(f"{n.size(component):.6g}" for component in properties.com)
-            raise ValueProblem(
-                f"missing: without it the tensor is known about ({point}) only",
-                path=("body", "mass"),
-                hint="give `mass`, or the tensor about the point asked for in `about`",
-            )
+        size, properties = self.arithmetic.size, self.properties
+        off = max(abs(size(component)) for component in self.point - properties.com)
+        far = max(abs(size(component)) for component in (*self.point, *properties.com))
+        if off > SAME_POINT * far or (self.sections["about"] == "com" and not properties.at_com):
+            hint = "give `mass`, or the tensor about the point asked for in `about`"
+            message = "missing: without it the tensor cannot be shifted"
+            raise ValueProblem(message, path=("body", "mass"), hint=hint)
 
     @cached_property
     def inertia(self) -> Inertia:

@@ -25,7 +25,7 @@ from rigidcli.document.variables import (
 )
 from rigidcli.errors import ValueProblem, shown
 from rigidcli.fields.dimensions import ANGLE, ENERGY, LENGTH, MASS, MOMENT_OF_INERTIA, Dimension
-from rigidcli.fields.quantities import AsList
+from rigidcli.fields.quantities import AsList, worked_out
 from rigidcli.fields.readers import ReadBy, Reader
 from rigidcli.fields.section import Section, environment, optional, refuse
 from rigidcli.language.expression import Expression
@@ -88,8 +88,7 @@ class SystemExpression(Reader):
         if self.sign is not None:
             value = env.value(expression)
             if value is not None and (value < 0 or (value == 0 and self.sign == "positive")):
-                worked = f" (which is {value:.6g})" if isinstance(raw, str) else ""
-                raise ValueProblem(f"read {shown(raw)}{worked}, expected a {self.sign} number")
+                raise ValueProblem(f"{worked_out(raw, value)}, expected a {self.sign} number")
         return expression
 
 

@@ -83,11 +83,16 @@ class Quantity(Reader):
         if self.sign is not None:
             sign = env.arithmetic.sign(value)
             if sign == -1 or (sign == 0 and self.sign == "positive"):
-                worked = "" if not isinstance(raw, str) else f" (which is {env.arithmetic.size(value):.6g})"
-                raise ValueProblem(f"read {shown(raw)}{worked}, expected {self.words}")
+                raise ValueProblem(f"{worked_out(raw, env.arithmetic.size(value))}, expected {self.words}")
             if sign is None:
                 env.assume_positive(value)
         return value
+
+
+def worked_out(raw: object, value: float | None) -> str:
+    """What was read, for a message; of an expression also its value."""
+    worked = f" (which is {value:.6g})" if isinstance(raw, str) and value is not None else ""
+    return f"read {shown(raw)}{worked}"
 
 
 class UnitOfLength(Quantity):
@@ -105,8 +110,7 @@ def _read_whole(raw: object, info: ValidationInfo) -> int:
     env = environment(info)
     value = env.arithmetic.value(env.read(raw, DIMENSIONLESS))
     if value is None or not value.is_integer():
-        worked = f" (which is {value:.6g})" if isinstance(raw, str) and value is not None else ""
-        raise ValueProblem(f"read {shown(raw)}{worked}, expected a whole number")
+        raise ValueProblem(f"{worked_out(raw, value)}, expected a whole number")
     return int(value)
 
 

@@ -105,6 +105,3 @@ def test_moments_that_no_body_has_about_its_centre_are_noted_not_refused() -> No
     """A disc of no thickness on a massless rod, its own transverse moment left out: common in problems."""
     top = loads("top: {spin: 1, mass: 1, distance: 1, lambda1: 1.2, lambda3: 0.5}\n").physical.heavy_top
     assert "lambda3 > 2 (lambda1 - M R^2)" in top.remarks[0]
-
-
-# --- tides

@@ -254,34 +254,6 @@ def test_a_lone_surrogate_is_refused() -> None:
     assert refusal("a: \udcff")[0] in (1, None)
 
 
-def test_a_tab_in_an_indentation_is_explained() -> None:
-    line, message = refusal("body:\n\tshape: cube\n")
-    assert line == 2
-    assert "tab" in message
-
-
-@pytest.mark.parametrize(
-    ("text", "line"),
-    [
-        ("a: [1, 2", 1),
-        ('a: "x', 1),
-        ("a: 1\nb: [1, 2\nc: 3", 3),
-        ("a: b: c", 1),
-        ("a: @x", 1),
-        ("a: 1\nb: `x`", 2),
-        ("%YAML 9.9\n---\na: 1", 1),
-        ('{"a": 1} x', 1),
-        ('{"a" 1}', 1),
-    ],
-)
-def test_bad_syntax_is_refused_near_its_line(text: str, line: int) -> None:
-    found, message = refusal(text)
-    assert found is not None
-    assert abs(found - line) <= 1
-    assert "not YAML" in message
-    assert "\n" not in message
-
-
 def test_lines_of_all_values_are_found() -> None:
     lines: dict[Keys, int] = {}
     read_tree("a: 1\nb:\n  - x\n  - {c: 1,\n     d: 2}\n  -\n    e:\n      3\n", "f", lines=lines)

@@ -4,13 +4,10 @@ from __future__ import annotations
 
 import math
 import time
-from typing import Any
 
 import numpy as np
 import pytest
 
-from rigidcli.algebra.arithmetic import EXACT
-from rigidcli.algebra.reading import from_tree
 from rigidcli.document.document import Document
 from rigidcli.document.load import loads
 from rigidcli.document.orbit import Orbit
@@ -102,36 +99,12 @@ def test_a_definition_is_worth_the_value(text: str) -> None:
     assert definition.evaluate({}) == pytest.approx(document.values["v"], rel=1e-15, abs=1e-323)
 
 
-@pytest.mark.parametrize("text", ["3e306 1/deg", "-1.7e308 kph"])
-def test_a_definition_may_have_parts_beyond_the_range_of_floats(text: str) -> None:
-    """As fractions they are exact; the product is within the range."""
-    document, definition = defined(text)
-    exact: Any = from_tree(definition.root)
-    assert EXACT.value(exact) == document.values["v"]
-
-
-def test_names_may_be_greek() -> None:
-    system = system_of(
-        "parameters: {ω: 2}\nsystem: {coordinates: [θ], kinetic: θdot^2/2, potential: omega*θ}\n"
-    )
-    assert system.coordinates == ("theta",)
-    assert system.velocities == ("thetadot",)
-    assert system.kinetic is not None
-    assert system.kinetic.names == {"thetadot"}
-
-
 def test_forty_coordinates_are_the_most() -> None:
     names = [f"x{n}" for n in range(41)]
     assert len(system_of(f"system: {{coordinates: [{', '.join(names[:40])}], kinetic: 0}}\n").momenta) == 40
     key, message = told(f"system: {{coordinates: [{', '.join(names)}], kinetic: 0}}\n")
     assert key == "system.coordinates"
     assert "1 to 40 coordinates" in message
-
-
-# --- particles
-
-
-# --- names in expressions
 
 
 def test_hostile_mappings_are_refused_in_time() -> None:
@@ -251,15 +224,6 @@ def test_an_initial_value_may_have_any_dimension(text: str, value: float) -> Non
     assert orbit.initial["x"] == pytest.approx(value, rel=1e-15)
 
 
-def test_an_orbit_is_sampled_as_a_motion_is() -> None:
-    _, orbit = orbit_of("initial: {x: 1, p_x: 0}, times: [0.5, 1 s, 1 min], method: symplectic")
-    np.testing.assert_array_equal(orbit.instants(1.0), [0.5, 1, 60])
-    assert orbit.method == "symplectic"
-    _, orbit = orbit_of("initial: {x: 1, p_x: 0}, duration: 2, samples: 5, tolerance: 1e-10")
-    np.testing.assert_array_equal(orbit.instants(1.0), [0, 0.5, 1, 1.5, 2])
-    assert (orbit.method, orbit.tolerance) == ("auto", 1e-10)
-
-
 def test_what_the_initial_values_lack_is_told_name_by_name() -> None:
     assert keys(f"{FREE}orbit: {{initial: {{p_x: 0}}, duration: 1}}\n") == {
         "orbit.initial.x",
@@ -315,6 +279,3 @@ def test_new_variables_in_old_ones() -> None:
     assert transform.new is not None
     assert list(transform.new) == ["Q1", "Q2", "P1", "P2"]
     assert transform.new["P2"].evaluate({}) == 2
-
-
-# --- whatever stands there

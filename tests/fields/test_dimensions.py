@@ -1,4 +1,4 @@
-"""Dimensions: what fits a field, what does not, and the names that messages have for them."""
+"""Dimensions: what fits a field, what messages call it, and how expressions carry it on."""
 
 from __future__ import annotations
 
@@ -6,20 +6,25 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from rigidcli.errors import ValueProblem
+import rigidcli
+from rigidcli.errors import DocumentError, ValueProblem
+from rigidcli.fields.dimensional_analysis import dimension_of
 from rigidcli.fields.dimensions import (
     ANGLE,
     ANGULAR_VELOCITY,
+    AREA,
     DIMENSIONLESS,
     FREQUENCY,
     LENGTH,
     MASS,
+    MOMENT_OF_INERTIA,
     NAMES,
     TIME,
     Dimension,
     check_dimension,
 )
 from rigidcli.fields.units import parse_unit
+from rigidcli.language.expression import parse
 
 
 @pytest.mark.parametrize(
@@ -79,3 +84,62 @@ def test_an_unnamed_dimension_prints_its_si_unit(powers: tuple[int, ...]) -> Non
     dimension = Dimension(mass, length, time, angle, current=current)
     if dimension not in NAMES:
         assert parse_unit(str(dimension)).dimension == dimension
+
+
+# --- what follows from the parameters with units
+
+
+KNOWN = {"a": LENGTH, "b": LENGTH, "m": MASS, "theta": ANGLE}
+
+
+@pytest.mark.parametrize(
+    ("text", "dimension"),
+    [
+        ("a", LENGTH),
+        ("-a/2", LENGTH),
+        ("2*pi*a*sin(theta)", LENGTH),
+        ("a + 1", LENGTH),
+        ("1 + a - b", LENGTH),
+        ("a*b", AREA),
+        ("a^2", AREA),
+        ("m*a**2/12", MOMENT_OF_INERTIA),
+        ("m*(a^2 + b^2)/12", MOMENT_OF_INERTIA),
+        ("sqrt(a*b)", LENGTH),
+        ("sqrt(a^2 + b^2)", LENGTH),
+        ("abs(-a)", LENGTH),
+        ("a^-1", Dimension(length=-1)),
+        ("a/b", DIMENSIONLESS),
+        ("a*theta", Dimension(length=1, angle=1)),
+        ("a*theta + b", Dimension(length=1, angle=1)),
+        ("2*exp(-a/b)*m", MASS),
+        ("2*3", None),  # a plain number is in SI units of whatever fits
+        ("7", None),
+        ("k*a", None),  # and so is a parameter that was given as one
+        ("a^k", None),
+        ("sqrt(a)", None),
+        ("sin(theta)", None),
+    ],
+)
+def test_follows_from_the_parameters(text: str, dimension: Dimension | None) -> None:
+    assert dimension_of(parse(text).root, KNOWN) == dimension
+
+
+@pytest.mark.parametrize("text", ["a + m", "a - a^2", "sin(a)", "exp(m)", "atan2(a, m)", "2*(a + m)"])
+def test_what_makes_no_sense_is_refused(text: str) -> None:
+    with pytest.raises(ValueError, match=r"cannot be added|expected an angle"):
+        dimension_of(parse(text).root, KNOWN)
+
+
+def test_a_length_is_no_mass() -> None:
+    with pytest.raises(DocumentError) as refused:
+        rigidcli.loads("parameters: {a: 3 cm, b: 2*a}\nbody: {shape: cube, side: a, mass: b}\n")
+    (problem,) = refused.value.problems
+    assert (problem.line, problem.key) == (2, "body.mass")
+    assert problem.message == "`b` is a length (m), expected a mass (kg)"
+
+
+def test_a_broken_sum_in_a_parameter_is_told_there() -> None:
+    with pytest.raises(
+        DocumentError, match=r"parameters\.c: a length \(m\) and a mass \(kg\) cannot be added"
+    ):
+        rigidcli.loads("parameters: {a: 3 cm, m: 2 kg, c: a + m}\nbody: {shape: cube, side: a, mass: m}\n")
