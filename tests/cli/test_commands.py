@@ -238,6 +238,13 @@ def test_a_hostile_file_name_is_harmless(tmp_path: Path, program: Program) -> No
         assert all(line.isprintable() for line in outcome.err.split("\n"))
 
 
+def test_hostile_settings_are_harmless(program: Program) -> None:
+    for setting in ("\x1b[31m=1", "body.\x1b[31m=1", "name=\x1b[31m", "body.mass=\x1b[31m"):
+        outcome = program("axes", "-s", setting, "-", stdin=CUBE)
+        assert outcome.code in (2, 3)
+        assert all(line.isprintable() for line in outcome.err.split("\n"))
+
+
 def test_what_is_no_text_is_no_trouble(tmp_path: Path) -> None:
     path = os.fsencode(tmp_path) + b"/caf\xe9.yaml"
     Path(os.fsdecode(path)).write_text(CUBE)

@@ -38,12 +38,13 @@ SYSTEMS = yaml.safe_load(Path(__file__).with_name("shortest.yaml").read_text(enc
 @pytest.mark.parametrize("name", SYSTEMS)
 def test_it_is_the_shortest_function_and_has_no_further_poles(name: str) -> None:
     coordinates, lagrangian, expected, pole = SYSTEMS[name].values()
+    points: list[dict[str, float]] = [{}, {}, pole]
     found = hamilton(coordinates, "lagrangian", lagrangian)
     ours = str(found["hamiltonian"])
     assert len("".join(ours.split())) <= LONGEST * len("".join(expected.split())), ours
     chance = random.Random(name)
     names = sorted(parse(ours).names | parse(expected).names)
-    for fixed in ({}, {}, pole):
+    for fixed in points:
         point = {symbol: chance.uniform(0.5, 1.5) for symbol in names} | fixed
         assert real(read(ours)[0], point) == pytest.approx(real(read(expected)[0], point), rel=1e-10)
     assert found["verified"] < 1e-9

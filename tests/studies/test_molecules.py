@@ -14,6 +14,7 @@ from typing import Any, TypeAlias
 
 import numpy as np
 import pytest
+import yaml
 from numpy.typing import NDArray
 from scipy import constants
 from scipy.spatial.transform import Rotation
@@ -88,85 +89,38 @@ def ring(*kinds: tuple[str, float]) -> Atoms:
     ]
 
 
-TETRAHEDRON = [(1, 1, 1), (1, -1, -1), (-1, 1, -1), (-1, -1, 1)]
-METHANE = [("C", (0, 0, 0)), *(("H", [1.0940 / 3**0.5 * x for x in corner]) for corner in TETRAHEDRON)]
+def methane(bond: float) -> Atoms:
+    corners = [(1, 1, 1), (1, -1, -1), (-1, 1, -1), (-1, -1, 1)]
+    return [("C", (0, 0, 0)), *(("H", [bond / 3**0.5 * x for x in corner]) for corner in corners)]
+
+
+def ammonia(bond: float, degrees: float) -> Atoms:
+    return with_three([("N", (0, 0, 0))], "H", bond, degrees)
+
 
 CM, GHZ = "rotational_constants_per_cm", "rotational_constants_ghz"
 
-HUBER = "K. P. Huber, G. Herzberg, Constants of Diatomic Molecules (1979)"
-HERZBERG = "G. Herzberg, Electronic Spectra of Polyatomic Molecules (1966)"
-NIST = "NIST, Triatomic Spectral Database, from J. Phys. Chem. Ref. Data 7 (1978) 1445"
-COSTAIN = "C. C. Costain, J. Chem. Phys. 29 (1958) 864, where I of r_s is half-way from I_e to I_0"
-HALIDES = (
-    "structure: S. L. Miller and others, J. Chem. Phys. 20 (1952) 1112; "
-    "B_0: W. J. Orville-Thomas, J. T. Cox, W. Gordy, J. Chem. Phys. 22 (1954) 1718"
-)
-
-MEASURED: dict[str, Any] = {
-    # r_e and B_e, to the digits of the bond
-    "CO": (line("C", 1.128323, "O"), CM, [None, 1.93128087], 2e-6, HUBER),
-    "DCl": (line("D", 1.274581, "Cl"), CM, [None, 5.448794], 2e-6, HUBER),
-    # r_0 or r_s and B_0
-    "CO2": (line("O", 1.1621, "C", 1.1621, "O"), CM, [None, 0.39021], 2e-4, HERZBERG),
-    "CH4": (METHANE, CM, [5.2412] * 3, 2e-4, HERZBERG),
-    "OCS": (
-        line("O", 1.1604, "C", 1.5602, "S"),
-        CM,
-        [None, 0.20286],
-        2e-3,
-        f"structure: {COSTAIN}; B_0: {HERZBERG}",
-    ),
-    "SO2": (bent("S", "OO", 1.432, 119.5), CM, [2.02736, 0.34417, 0.29354], 4e-3, HERZBERG),
-    "H2CO": (
-        planar([0], 1.111, 116.133, 1.205),
-        CM,
-        [9.4053, 1.2953, 1.1342],
-        4e-3,
-        f"structure: Gurvich, in NIST's CCCBDB; constants: {HERZBERG}",
-    ),
-    "C6H6": (
-        ring(("C", 1.397), ("H", 2.481)),
-        CM,
-        [0.1896, 0.1896],
-        1e-3,
-        "B. P. Stoicheff, Canadian J. Phys. 32 (1954) 339",
-    ),
-    "CH3Cl": (halide("Cl", 1.781, 110 + 31 / 60), GHZ, [None, 13.29286], 2e-3, HALIDES),
-    "CH3Br": (halide("79Br", 1.939, 111 + 14 / 60), GHZ, [None, 9.56820], 2e-3, HALIDES),
-    # r_e and B_0: what atoms do in the lowest state is told by hundredths
-    "H2O": (bent("O", "HH", 0.9572, 104.52), GHZ, [835.840, 435.352, 278.139], 3e-2, "water"),
-    "D2O": (bent("O", "DD", 0.9572, 104.52), GHZ, [462.279, 218.038, 145.258], 3e-2, "water"),
-    "NH3": (
-        with_three([("N", (0, 0, 0))], "H", 1.0124, 106.67),
-        GHZ,
-        [298.117, 298.117, 186.696],
-        3e-2,
-        "structure: W. S. Benedict, E. K. Plyler, Canadian J. Phys. 35 (1957) 1235; JPL catalog",
-    ),
-    "HCN": (
-        line("H", 1.06549, "C", 1.15321, "N"),
-        GHZ,
-        [None, 44.315976],
-        1e-2,
-        "structure: G. Winnewisser, A. G. Maki, D. R. Johnson, J. Mol. Spectrosc. 39 (1971) 149",
-    ),
+FORMS: dict[str, Callable[..., Atoms]] = {
+    form.__name__: form for form in (line, bent, halide, planar, ring, methane, ammonia)
 }
-"""Structure, unit, measured constants A, B, C as far as they are known, relative tolerance, and source.
+MEASURED = yaml.safe_load(Path(__file__).with_name("molecules.yaml").read_text(encoding="utf-8"))
 
-"water" is: structure by W. S. Benedict, N. Gailar, E. K. Plyler, J. Chem. Phys. 24 (1956) 1139; constants by
-F. C. De Lucia, P. Helminger, W. H. Kirchhoff, J. Phys. Chem. Ref. Data 3 (1974) 211, and the JPL catalog.
-"""
+
+def structure(name: str) -> Atoms:
+    (form,) = MEASURED[name].keys() & FORMS
+    return FORMS[form](*MEASURED[name][form])
+
 
 KINDS = {"CH4": "spherical", "C6H6": "oblate", "NH3": "oblate"}
 
 
 @pytest.mark.parametrize("name", MEASURED)
 def test_constants_are_as_measured(name: str, told: Told) -> None:
-    atoms, unit, measured, tolerance, _ = MEASURED[name]
-    result = told(atoms)
-    for letter, value in zip("ABC", measured, strict=False):
+    atoms, case = structure(name), MEASURED[name]
+    result, unit = told(atoms), CM if "per_cm" in case else GHZ
+    for letter, value in zip("ABC", case.get("per_cm") or case["ghz"], strict=False):
         if value is not None:
-            assert result[unit][letter] == pytest.approx(value, rel=tolerance)
+            assert result[unit][letter] == pytest.approx(value, rel=case["within"])
     linear = all(x == y == 0 for _, (x, y, _) in atoms)
     kind = "linear" if linear else "prolate" if name[:3] == "CH3" else KINDS.get(name, "asymmetric")
     assert result["rotor"] == kind
@@ -200,7 +154,7 @@ def test_asymmetry(told: Told) -> None:
     assert water["asymmetry_parameter"] == pytest.approx(-0.438, abs=5e-3)
     assert told(halide("Cl", 1.781, 110.5))["asymmetry_parameter"] == pytest.approx(-1, abs=1e-7)
     assert told(ring(("C", 1.397)))["asymmetry_parameter"] == pytest.approx(1, abs=1e-7)
-    for atoms in (METHANE, line("C", 1.1, "O"), [("Ar", (0, 0, 1))]):
+    for atoms in (methane(1.094), line("C", 1.1, "O"), [("Ar", (0, 0, 1))]):
         assert told(atoms)["asymmetry_parameter"] is None
 
 
@@ -214,7 +168,7 @@ def moved(atoms: Atoms, seed: int) -> Atoms:
 @pytest.mark.parametrize("name", ["CO2", "SO2", "C6H6", "CH4", "CH3Cl"])
 @pytest.mark.parametrize("decimals", [3, 6])
 def test_neither_place_nor_rounding_changes_the_kind(name: str, decimals: int, told: Told) -> None:
-    atoms = MEASURED[name][0]
+    atoms = structure(name)
     plain = told(atoms)
     for seed in range(2):
         result = told(moved(atoms, seed), decimals)
