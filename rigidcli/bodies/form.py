@@ -20,7 +20,7 @@ class Form(Section):
 
     AT_MOST_ONE_OF: ClassVar = (("rotation", "axis"),)
 
-    name: Title | None = Field(default=None, description="What messages call it, and `--set`")
+    name: Title | None = Field(default=None, description="What messages call it")
     position: Vector3 | None = Field(default=None, description="Where the form's own origin goes (m)")
     rotation: Rotation | None = Field(default=None, description="Turns the form about its own origin")
     axis: Direction | None = Field(default=None, description="Direction onto which local +z is turned")
