@@ -16,8 +16,7 @@ from typing import NoReturn
 
 import numpy as np
 
-from rigidcli.bodies.charts import Spot
-from rigidcli.bodies.density import VARIABLES, places, values
+from rigidcli.bodies.density import VARIABLES, at_points
 from rigidcli.bodies.mesh_checks import Checked
 from rigidcli.core import tensor
 from rigidcli.core.arithmetic import Floats, Mask
@@ -45,8 +44,7 @@ def properties(formula: Formula, mesh: Checked, unit: float, contains: Callable[
     surface, power = mesh.surface, _degree(formula)
 
     def density(points: Floats) -> Floats:
-        x, y, z = points * unit
-        return values(formula, places(Spot(x, y, z, 1), np.zeros(3)))
+        return at_points(formula, points * unit)
 
     shares, weights = _rule(power)
     if len(weights) * surface.triangles > MOST_POINTS:

@@ -215,7 +215,7 @@ class Shape(Form):
             if n.exact:
                 with suppress(NoValueError):  # what hangs on symbols may be positive or negative
                     shape = self.model_copy(update=floats(self.__dict__, n))
-                    require_possible(shape.density, shape.maps(FLOAT), shape.geometry(FLOAT), self.UNIT)
+                    require_possible(shape.density, shape.maps(FLOAT), self.UNIT)
             self._integrated = integrated(density, self.maps(n), self.geometry(n), self.UNIT, n)
         return self._integrated
 

@@ -65,7 +65,7 @@ def _require_physical(document: Document) -> None:
         for shape in varying:
             from rigidcli.bodies.density_integrals import require_possible
 
-            require_possible(shape.density, shape.maps(FLOAT), shape.geometry(FLOAT), shape.UNIT)
+            require_possible(shape.density, shape.maps(FLOAT), shape.UNIT)
         if not varying:
             document.physical.require()
     except ValueProblem as problem:
