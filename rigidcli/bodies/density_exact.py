@@ -6,9 +6,10 @@ The integrands are multiplied out in the coordinates of a chart, and integrated 
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Sequence
 from fractions import Fraction
-from typing import Any, NamedTuple, TypeAlias
+from functools import cache
+from typing import Any, TypeAlias
 
 import numpy as np
 
@@ -26,7 +27,6 @@ from rigidcli.algebra.expressions import (
     symbol,
     total,
 )
-from rigidcli.algebra.functions import apply
 from rigidcli.algebra.integration import antiderivative
 from rigidcli.algebra.reading import from_tree
 from rigidcli.algebra.roots import Rational
@@ -45,7 +45,8 @@ MAX_STEPS = 400_000
 HIGHEST = 200
 """The highest power of a sine or cosine that is integrated, by as many steps."""
 
-Factors: TypeAlias = Mapping[Atom, Rational]
+Factors: TypeAlias = Sequence[tuple[Atom, Rational]]
+"""A product of powers of atoms."""
 
 
 def exact_properties(formula: Formula, charts: Sequence[Chart], n: Arithmetic) -> MassProperties:
@@ -53,149 +54,115 @@ def exact_properties(formula: Formula, charts: Sequence[Chart], n: Arithmetic) -
 
     Raises ComputationError where no closed form is found, and ValueProblem for a mass that is not positive.
     """
+    mass: Any
+    moments: list[Any]
     allowance = Allowance(MAX_STEPS)
-    sums = n.array(np.zeros(10, dtype=int))
     try:
-        for chart in charts:
-            sums = sums + _sums(formula, chart, allowance, n)
-        mass, first = sums[0], sums[1:4]
+        parts = zip(*(_sums(formula, chart, allowance) for chart in charts), strict=True)
+        mass, *moments = map(total, parts)
         if n.sign(mass) in (0, -1):
             raise ValueProblem("the density leaves no mass", path=("density",))
-        com = n.tidy(first / mass)
-        second = symmetric(sums[4:]) - mass * np.outer(com, com)
+        com = n.tidy(n.array(moments[:3]) / mass)
+        second = symmetric(n.array(moments[3:])) - mass * np.outer(com, com)
         inertia = tensor.Inertia.of_sums(mass, com, n.tidy(second))
     except ExpressionError as error:
-        raise _no_closed_form() from error
-    return MassProperties(n.tidy(n.array([mass]))[0], com, inertia)
+        raise ComputationError(
+            "no closed form is found for the integrals of the density",
+            hint="polynomials have one, and functions of one coordinate that suits the shape; for numbers, "
+            "give every parameter a value, and leave out `--exact`",
+        ) from error
+    return MassProperties(n.tidied(mass), com, inertia)
 
 
-class Placed(NamedTuple):
-    """A point of a shape in coordinates: its place (x, y, z), the density there, and the measure."""
+def placed(
+    density: Formula | Scalar, chart: Chart, symbols: Sequence[Any]
+) -> tuple[Sequence[Expr], Expr, Expr]:
+    """A place (x, y, z) in the coordinates of a chart, the density there, and the measure.
 
-    place: Sequence[Expr]
-    density: Expr
-    measure: Expr
-
-
-def placed(density: Formula | Scalar, chart: Chart, symbols: Sequence[Any]) -> Placed:
-    """A density in the coordinates of a chart; those that are angles are pairs of a cosine and a sine.
-
-    Raises ExpressionError where it has no value, or is too large.
+    Coordinates that are angles are pairs of a cosine and a sine. Raises ExpressionError where the density
+    has no value, or is too large.
     """
     spot = chart.place(*symbols)
     place = [expr(part) + start for part, start in zip(spot[:3], chart.origin, strict=True)]
     if not isinstance(density, Formula):
-        return Placed(place, expr(density), expr(spot.measure))
-    s = _root(place[:2]) if spot.s is None else expr(spot.s)
-    r = _root(place) if spot.r is None else expr(spot.r)
-    known = dict(zip("xyzsr", (*place, s, r), strict=True))
-    constants = {name: expr(value) for name, value in density.constants.items()}
-    varying = from_tree(density.expression.root, {**known, **constants})
-    return Placed(place, varying, expr(spot.measure))
-
-
-def _sums(formula: Formula, chart: Chart, allowance: Allowance, n: Arithmetic) -> Any:
-    """The integrals of the density, of it times x, y, z, and of it times their products (10)."""
-    coordinates = _Coordinates(chart)
-    place, density, measure = placed(formula, chart, coordinates.symbols)
-    weight = density * measure
-    moments = [expr(1), *place, *(place[i] * place[j] for i, j in PAIRS)]
-    found = [coordinates.integral(weight * moment, allowance) for moment in moments]
-    if None in found:
-        raise _no_closed_form()
-    return n.array(found)
-
-
-def _root(components: Sequence[Expr]) -> Expr:
-    moving = [part for part in components if not part.is_zero]
-    if len(moving) == 1:
-        return apply("abs", *moving)
-    return power(sum((part**2 for part in moving), expr(0)), Fraction(1, 2))
-
-
-def _no_closed_form() -> ComputationError:
-    return ComputationError(
-        "no closed form is found for the integrals of the density",
-        hint="polynomials have one, and functions of one coordinate that suits the shape; for numbers, give "
-        "every parameter a value, and leave out `--exact`",
+        return place, expr(density), expr(spot.measure)
+    s, r = (
+        power(sum((part**2 for part in place[:count]), ZERO), Fraction(1, 2))
+        if known is None
+        else expr(known)
+        for known, count in ((spot.s, 2), (spot.r, 3))
     )
+    constants = {name: expr(value) for name, value in density.constants.items()}
+    known = dict(zip("xyzsr", (*place, s, r), strict=True)) | constants
+    return place, from_tree(density.expression.root, known), expr(spot.measure)
 
 
-class _Coordinates:
-    """The coordinates of a chart, under names that no document can give.
+def _sums(formula: Formula, chart: Chart, allowance: Allowance) -> Iterator[Expr]:
+    """The integrals of the density, of it times x, y, z, and of it times their products (10).
 
-    `symbols` has each as a formula takes it: a symbol, or the pair of the cosine and the sine of an angle.
+    The coordinates have names that no document can give. Raises ExpressionError where a term is no product of
+    powers that can be integrated.
     """
+    names = [
+        (f"coordinate {k}",) if turn is None else (f"cosine {k}", f"sine {k}")
+        for k, turn in enumerate(chart.coordinates)
+    ]
+    owner = {name: k for k, own in enumerate(names) for name in own}
 
-    def __init__(self, chart: Chart) -> None:
-        self._turns, self._is_simplex = chart.coordinates, chart.is_simplex
-        self._names = [
-            [f"cosine {k}", f"sine {k}"] if isinstance(turn, Turn) else [f"coordinate {k}"]
-            for k, turn in enumerate(chart.coordinates)
-        ]
-        self._place = {name: k for k, names in enumerate(self._names) for name in names}
-        self._known: dict[tuple[object, ...], Expr | None] = {}
-        self.symbols = [
-            symbol(names[0], True) if len(names) == 1 else tuple(map(symbol, names)) for names in self._names
-        ]
+    @cache
+    def along(k: int, factors: Factors) -> Expr:
+        turn = chart.coordinates[k]
+        return _over_unit(names[k][0], factors) if turn is None else _over_turn(turn, names[k], factors)
 
-    def integral(self, e: Expr, allowance: Allowance) -> Expr | None:
-        """The integral over all of them; None where a term is no product of powers that can be integrated.
-
-        Raises ExpressionError where an expression gets too large.
-        """
-        terms = []
+    def integral(e: Expr) -> Iterator[Expr]:
         for monomial, coefficient in expand(e, allowance).ordered:
-            rest: dict[Atom, Rational] = {}
-            moving: list[dict[Atom, Rational]] = [{} for _ in self._turns]
+            moving: list[list[tuple[Atom, Rational]]] = [[] for _ in range(len(names) + 1)]
             for atom, exponent in monomial:
-                on = {self._place[name] for name in atom.names if name in self._place}
+                on = {owner[name] for name in atom.names if name in owner} or {len(names)}
                 if len(on) > 1:
-                    return None
-                (moving[on.pop()] if on else rest)[atom] = exponent
-            if self._is_simplex:
-                along = [_over_simplex(moving)]
-            else:
-                along = [self._along(k, factors) for k, factors in enumerate(moving)]
-            known = [own for own in along if own is not None]
-            if len(known) < len(along):
-                return None
-            terms.append(math.prod(known, start=gathered(coefficient, rest)))
-        return total(terms)
+                    raise _no_product()
+                moving[on.pop()].append((atom, exponent))
+            *own, rest = map(tuple, moving)
+            parts = [_over_simplex(own)] if chart.is_simplex else [along(*each) for each in enumerate(own)]
+            yield math.prod(parts, start=gathered(coefficient, dict(rest)))
 
-    def _along(self, k: int, factors: Factors) -> Expr | None:
-        """The integral of a product of powers along a coordinate."""
-        key = k, tuple(factors.items())
-        if key not in self._known:
-            turn = self._turns[k]
-            self._known[key] = (
-                _over_unit(self._names[k][0], factors)
-                if turn is None
-                else _over_turn(turn, self._names[k], factors)
-            )
-        return self._known[key]
+    symbols = [symbol(*own, True) if len(own) == 1 else tuple(map(symbol, own)) for own in names]
+    place, density, measure = placed(formula, chart, symbols)
+    weight = density * measure
+    for moment in (ONE, *place, *(place[i] * place[j] for i, j in PAIRS)):
+        yield total(list(integral(weight * moment)))
 
 
-def _over_unit(name: str, factors: Factors) -> Expr | None:
-    """The integral of a product of powers from 0 to 1."""
-    if all(isinstance(atom, Symbol) for atom in factors):
-        exponent = Fraction(sum(factors.values(), Fraction(0))) + 1
-        return number(1 / exponent) if exponent > 0 else None
-    found = antiderivative(gathered(1, dict(factors)), name)
-    try:
-        return found and substitute(found, {name: ONE}) - substitute(found, {name: ZERO})
-    except ExpressionError:
-        return None
+def _no_product() -> ExpressionError:
+    return ExpressionError("a term is no product of powers that can be integrated")
 
 
-def _over_turn(turn: Turn, names: Sequence[str], factors: Factors) -> Expr | None:
-    """The integral of a product of powers of a cosine and a sine from 0 to the end of a turn, by parts."""
-    powers = dict.fromkeys(names, 0)
-    for atom, exponent in factors.items():
+def _exponents(names: Sequence[str], factors: Factors) -> list[int]:
+    """Those of the symbols with these names, whole numbers. Raises ExpressionError for other factors."""
+    found = dict.fromkeys(names, 0)
+    for atom, exponent in factors:
         if not isinstance(atom, Symbol) or exponent.denominator != 1 or not 0 <= exponent <= HIGHEST:
-            return None
-        powers[atom.name] = int(exponent)
-    p, q = powers.values()
+            raise _no_product()
+        found[atom.name] = int(exponent)
+    return [found[name] for name in names]
+
+
+def _over_unit(name: str, factors: Factors) -> Expr:
+    """The integral of a product of powers from 0 to 1. Raises ExpressionError where it is not found."""
+    if all(isinstance(atom, Symbol) for atom, _ in factors):
+        exponent = Fraction(sum((own for _, own in factors), Fraction(0))) + 1
+        if exponent <= 0:
+            raise _no_product()
+        return number(1 / exponent)
+    found = antiderivative(gathered(1, dict(factors)), name)
+    if found is None:
+        raise _no_product()
+    return substitute(found, {name: ONE}) - substitute(found, {name: ZERO})
+
+
+def _over_turn(turn: Turn, names: Sequence[str], factors: Factors) -> Expr:
+    """The integral of a product of powers of a cosine and a sine from 0 to the end of a turn, by parts."""
+    p, q = _exponents(names, factors)
     c, s, end = (expr(part) for part in (turn.cos, turn.sin, turn.end))
     found, factor = ZERO, ONE
     while q >= 2:
@@ -209,14 +176,11 @@ def _over_turn(turn: Turn, names: Sequence[str], factors: Factors) -> Expr | Non
     return found + factor * (s if p == 1 else end)
 
 
-def _over_simplex(factors: Sequence[Factors]) -> Expr | None:
+def _over_simplex(factors: Sequence[Factors]) -> Expr:
     """The integral of a product of powers of all coordinates of a simplex.
 
     That of a^i b^j ... is i! j! .../(i + j + ... + d)! in d dimensions, as Dirichlet found.
     """
-    powers = [sum(own.values()) for own in factors]
-    pairs = [pair for own in factors for pair in own.items()]
-    if not all(isinstance(atom, Symbol) and n.denominator == 1 and n >= 0 for atom, n in pairs):
-        return None
-    above = math.prod(math.factorial(int(n)) for n in powers)
-    return number(Fraction(above, math.factorial(int(sum(powers)) + len(powers))))
+    powers = [sum(_exponents([f"coordinate {k}"], own)) for k, own in enumerate(factors)]
+    above = math.prod(map(math.factorial, powers))
+    return number(Fraction(above, math.factorial(sum(powers) + len(powers))))
