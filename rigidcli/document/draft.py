@@ -33,7 +33,7 @@ NEAR = 20
 LONGEST_LINE = 2000
 """The longest line (characters) that is searched for a slip: nobody would find the place in a longer one."""
 
-BODY_FILES = dict.fromkeys((".glb", ".gltf", ".obj", ".off", ".ply", ".stl"), "mesh") | dict.fromkeys(
+BODY_FILES = dict.fromkeys((".glb", ".obj", ".off", ".ply", ".stl"), "mesh") | dict.fromkeys(
     (".csv", ".npy", ".xyz"), "points"
 )
 """The key under which a document names a body that is a file, by the ending of the file's name."""
