@@ -16,10 +16,9 @@ from itertools import product
 import numpy as np
 
 from rigidcli.bodies.density import at_points
-from rigidcli.bodies.floats import NoValueError, floats
 from rigidcli.bodies.form import Form
 from rigidcli.bodies.meshes import Mesh
-from rigidcli.bodies.shape import Lamina, Region, Shape
+from rigidcli.bodies.shape import Lamina, NoValueError, Region, Shape, floats
 from rigidcli.core.arithmetic import FLOAT, Arithmetic, Array, Floats, Mask, Scalar
 from rigidcli.errors import Path, ValueProblem
 from rigidcli.fields.environment import Formula
