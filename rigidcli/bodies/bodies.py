@@ -14,8 +14,7 @@ from rigidcli.bodies.meshes import Mesh
 from rigidcli.bodies.point_masses import PointMasses
 from rigidcli.bodies.robots import one_link
 from rigidcli.bodies.shape import Shape
-from rigidcli.bodies.shape_names import shape_called
-from rigidcli.bodies.shapes import SHAPES
+from rigidcli.bodies.shapes import SHAPES, shape_called
 from rigidcli.core import mass_properties, tensor
 from rigidcli.core.arithmetic import Arithmetic, Scalar
 from rigidcli.errors import ValueProblem, at, shown

@@ -8,14 +8,13 @@ the axis and from the centre, which are simple in their coordinates.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field, replace
-from functools import partial
+from collections.abc import Callable
+from dataclasses import dataclass, replace
 from typing import Any, NamedTuple
 
 import numpy as np
 
-from rigidcli.core.arithmetic import Arithmetic, Floats, Scalar
+from rigidcli.core.arithmetic import Arithmetic, Array, Floats, Scalar
 
 FACES = 8
 """Faces along a right angle: 32 round a circle look round, and make a light file."""
@@ -35,10 +34,6 @@ class Turn(NamedTuple):
     def quarters(cls, count: int, n: Arithmetic) -> Turn:
         """A right angle (1), half a circle (2), or all of it (4)."""
         return cls(count * n.pi / 2, (0, -1, 1)[count // 2], int(count == 1))
-
-
-class Barycentric(NamedTuple):
-    """One of the coordinates of a simplex, all from 0 and together at most 1."""
 
 
 class Spot(NamedTuple):
@@ -61,31 +56,25 @@ class Chart:
     """A shape, or a part of one, as the image of coordinates from 0 to 1; angles among them have a `Turn`.
 
     `place` takes one argument a coordinate, of an angle the pair of its cosine and its sine. `origin` (3, m)
-    is where the places are seen from, in the shape's own axes. `slices` are further charts of the whole, each
-    with a coordinate on which x, y or z hangs alone.
+    is where the places are seen from, in the shape's own axes. Coordinates of a simplex add up to 1 at most.
     """
 
-    coordinates: tuple[Turn | Barycentric | None, ...]
+    coordinates: tuple[Turn | None, ...]
     place: Callable[..., Spot]
     origin: Any = (0, 0, 0)
-    slices: tuple[Chart, ...] = field(default=(), kw_only=True)
-
-    @property
-    def pieces(self) -> int:
-        """How many shapes share the map."""
-        return 1
+    is_simplex: bool = False
 
     def at(self, points: Floats) -> Spot:
-        """The image of points (1 + d by n) whose first row is the index of the piece."""
-        found = self.place(*map(_argument, self.coordinates, points[1:]))
-        measure = found.measure * math.prod(turn.end for turn in self._turns)
-        return spread(found._replace(measure=measure), points.shape[1])
+        """The image of points (d by n)."""
+        spot = self.place(*map(_argument, self.coordinates, points))
+        measure = spot.measure * math.prod(turn.end for turn in self.coordinates if turn is not None)
+        parts = (*spot[:3], measure, *spot[4:])
+        return Spot(*(None if part is None else np.broadcast_to(part, points.shape[1]) for part in parts))
 
     def net(self, count: int) -> Floats:
-        """Points (1 + d by n) with so many along each coordinate, in each piece."""
-        axes = [np.linspace(0, 1, count)] * len(self.coordinates)
-        grids = np.meshgrid(np.arange(self.pieces), *axes, indexing="ij")
-        return np.array([grid.ravel() for grid in grids], dtype=np.float64)
+        """Points (d by n) with so many along each coordinate."""
+        depth = len(self.coordinates)
+        return np.indices((count,) * depth).reshape(depth, -1) / (count - 1)
 
     def rule(self, coordinate: int) -> tuple[Floats, Floats]:
         """Nodes from 0 to 1 and weights along a coordinate, for the measure times products of two places.
@@ -93,7 +82,7 @@ class Chart:
         These are polynomials of degree 5 at most, or such in the sine and cosine of an angle.
         """
         turn = self.coordinates[coordinate]
-        if turn_is_whole(turn):
+        if right_angles(turn) == 4:
             return np.arange(8) / 8, np.full(8, 1 / 8)  # exact for harmonics below the eighth
         nodes, weights = np.polynomial.legendre.leggauss(4 if turn is None else 16)
         return (1 + nodes) / 2, weights / 2
@@ -110,7 +99,7 @@ class Chart:
             grids = [self._grid()]
         else:
             # The two ends of a full turn meet inside the shape.
-            ended = [k for k, turn in enumerate(self.coordinates) if _right_angles(turn) < 4]
+            ended = [k for k, turn in enumerate(self.coordinates) if right_angles(turn) < 4]
             grids = [self._grid(k, end) for k in ended for end in (0.0, 1.0)]
         corners = [(grid[:-1, :-1], grid[1:, :-1], grid[1:, 1:], grid[:-1, 1:]) for grid in grids]
         quads = np.vstack([np.stack(each, axis=2).reshape(-1, 4, 3) for each in corners])
@@ -119,35 +108,21 @@ class Chart:
 
     def _grid(self, fixed: int | None = None, end: float = 0.0) -> Floats:
         """Places (by each coordinate, 3) in all of the shape, or where a `fixed` coordinate has its `end`."""
-        steps = [FACES * _right_angles(turn) if isinstance(turn, Turn) else 1 for turn in self.coordinates]
+        steps = [FACES * right_angles(turn) if turn is not None else 1 for turn in self.coordinates]
         axes = [np.array([end]) if k == fixed else np.linspace(0, 1, 1 + n) for k, n in enumerate(steps)]
-        grids = np.meshgrid([0.0], *axes, indexing="ij")
+        grids = np.meshgrid(*axes, indexing="ij")
         spot = self.at(np.array([grid.ravel() for grid in grids]))
         places = np.stack([spot.x, spot.y, spot.z], axis=-1) + np.asarray(self.origin, dtype=np.float64)
         return places.reshape(*(len(axis) for axis in axes if len(axis) > 1), 3)
 
-    @property
-    def _turns(self) -> Sequence[Turn]:
-        return [turn for turn in self.coordinates if isinstance(turn, Turn)]
 
-
-def turn_is_whole(turn: Turn | Barycentric | None) -> bool:
-    """Whether a coordinate is an angle that goes all the way round."""
-    return _right_angles(turn) == 4
-
-
-def _right_angles(turn: Turn | Barycentric | None) -> int:
+def right_angles(turn: Turn | None) -> int:
     """How many right angles a coordinate goes over: at least one, also where it is no angle."""
-    return 1 if not isinstance(turn, Turn) else math.ceil(2 * turn.end / math.pi - 1e-9)
+    return 1 if turn is None else math.ceil(2 * turn.end / math.pi - 1e-9)
 
 
-def _argument(turn: Turn | Barycentric | None, unit: Floats) -> Any:
-    return unit if not isinstance(turn, Turn) else (np.cos(turn.end * unit), np.sin(turn.end * unit))
-
-
-def spread(spot: Spot, count: int) -> Spot:
-    """The spot with each number in it as an array (n)."""
-    return Spot(*(None if part is None else np.broadcast_to(part, count) for part in spot))
+def _argument(turn: Turn | None, unit: Floats) -> Any:
+    return unit if turn is None else (np.cos(turn.end * unit), np.sin(turn.end * unit))
 
 
 def block(*sides: Scalar | None) -> Chart:
@@ -169,8 +144,7 @@ def prism(section: Chart, height: Scalar) -> Chart:
         flat = section.place(*rest)
         return flat._replace(z=height * (2 * w - 1) / 2, measure=flat.measure * height, r=None)
 
-    slices = tuple(prism(own, height) for own in section.slices)
-    return replace(section, coordinates=(None, *section.coordinates), place=place, slices=slices)
+    return replace(section, coordinates=(None, *section.coordinates), place=place)
 
 
 def ring(radius: Scalar, n: Arithmetic) -> Chart:
@@ -199,22 +173,7 @@ def sector(
         radius = rho if stretch == (1, 1) else None
         return Spot(a * rho * c, b * rho * s, 0, a * b * (outer - inner) * rho, radius, radius)
 
-    is_whole = quarters == 4 and inner == 0
-    return Chart(
-        (Turn.quarters(quarters, n), None), place, slices=_strips(outer, n, stretch) if is_whole else ()
-    )
-
-
-def _strips(radius: Any, n: Arithmetic, stretch: tuple[Scalar, Scalar] = (1, 1)) -> tuple[Chart, ...]:
-    """A disk in strips along y, by the angles at which they begin on x; and in strips along x."""
-
-    def place(alpha: tuple[Any, Any], v: Any, first: int) -> Spot:
-        c, s = alpha
-        sides = radius * c, radius * s * (2 * v - 1)
-        (x, y), (a, b) = (sides if first == 0 else sides[::-1]), stretch
-        return Spot(a * x, b * y, 0, 2 * a * b * radius**2 * s**2)
-
-    return tuple(Chart((Turn.quarters(2, n), None), partial(place, first=first)) for first in (0, 1))
+    return Chart((Turn.quarters(quarters, n), None), place)
 
 
 def tapered(start: Scalar, end: Scalar, height: Scalar, n: Arithmetic) -> Chart:
@@ -226,15 +185,7 @@ def tapered(start: Scalar, end: Scalar, height: Scalar, n: Arithmetic) -> Chart:
         rho = radius * v
         return Spot(rho * c, rho * s, height * u, height * radius * rho, rho)
 
-    def strip(unit: Chart, u: Any, *rest: Any) -> Spot:
-        radius, flat = start + (end - start) * u, unit.place(*rest)
-        return Spot(radius * flat.x, radius * flat.y, height * u, height * radius**2 * flat.measure)
-
-    strips = (
-        replace(unit, coordinates=(None, *unit.coordinates), place=partial(strip, unit))
-        for unit in _strips(1, n)
-    )
-    return Chart((None, Turn.quarters(4, n), None), place, slices=tuple(strips))
+    return Chart((None, Turn.quarters(4, n), None), place)
 
 
 def ball(
@@ -261,17 +212,7 @@ def ball(
             rho if known else None,
         )
 
-    def slice_across(first: int, alpha: tuple[Any, Any], beta: tuple[Any, Any], v: Any) -> Spot:
-        (cos, sin), (c, s) = alpha, beta
-        half = outer * sin * s
-        unit = [outer * cos, outer * sin * c, half * (2 * v - 1)]
-        x, y, z = unit[-first:] + unit[:-first]
-        return Spot(a * x, b * y, h * z, 2 * a * b * h * outer * sin * half**2)
-
-    turns = Turn.quarters(4, n), Turn.quarters(quarters, n)
-    half_turns = Turn.quarters(2, n), Turn.quarters(2, n), None
-    slices = [Chart(half_turns, partial(slice_across, k)) for k in range(3)]
-    return Chart((*turns, None), place, slices=tuple(slices) if quarters == 2 and inner == 0 else ())
+    return Chart((Turn.quarters(4, n), Turn.quarters(quarters, n), None), place)
 
 
 def moved(chart: Chart, z: Scalar, side: int) -> Chart:
@@ -281,7 +222,7 @@ def moved(chart: Chart, z: Scalar, side: int) -> Chart:
         spot = chart.place(*units)
         return spot._replace(z=z + side * spot.z, r=None)
 
-    return replace(chart, place=place, slices=())
+    return replace(chart, place=place)
 
 
 def cap(radius: Scalar, height: Scalar, n: Arithmetic) -> Chart:
@@ -327,14 +268,7 @@ def sphere(radius: Scalar, n: Arithmetic, quarters: int = 2) -> Chart:
         rho = radius * sin
         return Spot(rho * c, rho * s, radius * cos, radius * rho, rho, radius)
 
-    def zone(first: int, *angles: tuple[Any, Any]) -> Spot:
-        spot = place(*angles)
-        x, y, z = ((spot.z, spot.x, spot.y), (spot.y, spot.z, spot.x))[first]
-        return Spot(x, y, z, spot.measure)
-
-    turns = Turn.quarters(4, n), Turn.quarters(quarters, n)
-    zones = tuple(Chart(turns, partial(zone, k)) for k in range(2 if quarters == 2 else 0))
-    return Chart(turns, place, slices=zones)
+    return Chart((Turn.quarters(4, n), Turn.quarters(quarters, n)), place)
 
 
 def cone_surface(radius: Scalar, height: Scalar, n: Arithmetic) -> Chart:
@@ -347,3 +281,21 @@ def cone_surface(radius: Scalar, height: Scalar, n: Arithmetic) -> Chart:
         return Spot(rho * c, rho * s, height * u, slant * rho, rho, slant * u)
 
     return Chart((Turn.quarters(4, n), None), place)
+
+
+def simplex(vertices: Array, measure: Scalar, n: Arithmetic) -> Chart:
+    """A triangle or tetrahedron with these vertices (k by 3, m), and of this area or volume.
+
+    In floats the coordinates are Duffy's: the last ones have no effect where one before them is 1.
+    """
+    edges = vertices[1:] - vertices[0]
+    size = measure * math.factorial(len(edges))
+
+    def place(*units: Any) -> Spot:
+        if not n.exact:
+            left = [math.prod(1 - unit for unit in units[:k]) for k in range(len(units))]
+            units = tuple(unit * own for unit, own in zip(units, left, strict=True))
+        x, y, z = (sum(unit * part for unit, part in zip(units, parts, strict=True)) for parts in edges.T)
+        return Spot(x, y, z, size if n.exact else size * math.prod(left))
+
+    return Chart((None,) * len(edges), place, vertices[0], is_simplex=n.exact)

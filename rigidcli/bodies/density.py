@@ -79,15 +79,15 @@ def places(spot: Spot, origin: Floats, names: Collection[str] = VARIABLES) -> Ma
     return known
 
 
-def values(formula: Formula, at: Mapping[str, Floats]) -> Floats:
-    """The density (n) where its variables have these values; infinite or NaN where there is none."""
-    return of_node(formula.expression.root, formula, at)
+def values(node: Node, formula: Formula, at: Mapping[str, Floats]) -> Floats:
+    """The values (n) of a part of a formula; infinite or NaN where there are none."""
+    return np.broadcast_to(evaluation.array(node, {**at, **formula.constants}), at["x"].shape)
 
 
-def of_node(node: Node, formula: Formula, at: Mapping[str, Floats]) -> Floats:
-    """The values (n) of a part of the formula."""
-    found = evaluation.array(node, {**at, **formula.constants})
-    return np.broadcast_to(found, at["x"].shape)
+def at_points(formula: Formula, points: Floats) -> Floats:
+    """The density (n) at points (3 by n, m); infinite or NaN where there is none."""
+    x, y, z = points
+    return values(formula.expression.root, formula, places(Spot(x, y, z, 1), np.zeros(3)))
 
 
 def symmetric(entries: Array) -> Array:

@@ -7,10 +7,9 @@ an array of shape (3, 3, n): vertex, coordinate, triangle.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator
-from dataclasses import dataclass
 from itertools import product
 from pathlib import Path
-from typing import TypeAlias
+from typing import NamedTuple, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
@@ -25,9 +24,6 @@ Read: TypeAlias = Callable[[], Iterable[Floats]]
 
 SIDES = ((0, 1), (1, 2), (2, 0))
 """The edges of a triangle, by its vertices, in the sense in which it is wound."""
-
-MOST_GATHERED = 100_000
-"""About how many edges without a partner are kept with their ends."""
 
 _MIX = tuple(
     np.uint64(odd)
@@ -86,47 +82,37 @@ def fingerprint(keys: Keys) -> int:
     return int(area.sum())
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Unpaired:
-    """Edges that run in one sense more often than in the other.
+class Unpaired(NamedTuple):
+    """How many edges run in one sense more often than in the other, and the first of them.
 
-    `edges` (k, 2, 3) has the ends of `count` edges or of the first of these, and `uses` (k) the number of
-    triangles at each edge. An edge with one triangle, or two that disagree, runs in the sense in which they
-    are wound.
+    `uses` is the number of its triangles: if an edge belongs to one triangle alone, only such are counted.
+    `edge` (2, 3) has its ends, in the sense in which it runs more often.
     """
 
-    edges: Floats
-    uses: NDArray[np.intp]
-    count: int
-
-    @property
-    def is_open(self) -> NDArray[np.bool_]:
-        """Which of them (k) belong to one triangle alone."""
-        alone: NDArray[np.bool_] = self.uses == 1
-        return alone
+    number: int
+    uses: int
+    edge: Floats
 
 
-def unpaired(read: Read) -> Unpaired:
-    """The edges of a surface that lack a partner."""
+def unpaired(read: Read) -> Unpaired | None:
+    """The edges of a surface that lack a partner; None where each has one."""
     keys, senses = (np.concatenate(parts) for parts in zip(*map(_edges, read()), strict=True))
     different, places = np.unique(keys, return_inverse=True)
     balance = np.bincount(places, senses, len(different))
-    uses = np.bincount(places, senses != 0, len(different)).astype(np.intp)
-    wrong = np.flatnonzero(balance)
-    left = np.full(len(different), -1)
-    left[wrong[:MOST_GATHERED]] = wrong[:MOST_GATHERED]
-    first: dict[int, Floats] = {}
-    start = 0
-    for block in read():
-        end = start + 3 * block.shape[2]
-        here = left[places[start:end]]
-        for at in np.flatnonzero((here >= 0) & (senses[start:end] * balance[here] > 0)):
-            side, triangle = divmod(int(at), block.shape[2])
-            first.setdefault(int(here[at]), block[list(SIDES[side]), :, triangle] + 0.0)
-        start = end
-    order = np.array(sorted(first), dtype=np.intp)
-    edges = np.array([first[place] for place in order.tolist()]).reshape(-1, 2, 3)
-    return Unpaired(edges, uses[order], len(wrong))
+    uses = np.bincount(places, senses != 0, len(different))
+    wrong = balance != 0
+    if (wrong & (uses == 1)).any():
+        wrong &= uses == 1
+    first = int(np.argmax(wrong[places] & (senses * balance[places] > 0)))
+    left = first
+    for block in read() if wrong.any() else ():
+        count = block.shape[2]
+        if left < 3 * count:
+            side, triangle = divmod(left, count)
+            edge = block[list(SIDES[side]), :, triangle] + 0.0
+            return Unpaired(int(wrong.sum()), int(uses[places[first]]), edge)
+        left -= 3 * count
+    return None
 
 
 def _edges(block: Floats) -> tuple[Keys, NDArray[np.int8]]:

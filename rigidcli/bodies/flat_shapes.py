@@ -7,7 +7,7 @@ from typing import Annotated, Any, ClassVar
 
 from pydantic import AfterValidator, Field
 
-from rigidcli.bodies import charts, simplices, solids
+from rigidcli.bodies import charts, solids
 from rigidcli.bodies.geometry import ORIGIN, Bounds, Geometry, round_bounds
 from rigidcli.bodies.shape import Hollow, Lamina
 from rigidcli.core.arithmetic import Arithmetic, Array, Floats, Mask, Scalar
@@ -131,7 +131,7 @@ class Triangle(_Flat):
         return Geometry(solids.simplex_measure(vertices, n), *solids.simplex_moments(vertices))
 
     def maps(self, n: Arithmetic) -> Sequence[charts.Chart]:
-        return simplices.simplices(n.array([self.vertices]), [self.geometry(n).measure], n)
+        return [charts.simplex(n.array(self.vertices), self.geometry(n).measure, n)]
 
 
 def _opened(vertices: tuple[Any, ...]) -> tuple[Any, ...]:
@@ -155,4 +155,5 @@ class Polygon(_Flat):
         return Geometry(*solids.polygon(n.array(self.vertices), n))
 
     def maps(self, n: Arithmetic) -> Sequence[charts.Chart]:
-        return simplices.simplices(*solids.triangles(n.array(self.vertices), n), n)
+        parts = zip(*solids.triangles(n.array(self.vertices), n), strict=True)
+        return [charts.simplex(vertices, area, n) for vertices, area in parts]

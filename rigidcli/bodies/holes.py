@@ -15,12 +15,10 @@ from itertools import product
 
 import numpy as np
 
-from rigidcli.bodies.charts import Spot
-from rigidcli.bodies.density import places, values
-from rigidcli.bodies.floats import NoValueError, floats
+from rigidcli.bodies.density import at_points
 from rigidcli.bodies.form import Form
 from rigidcli.bodies.meshes import Mesh
-from rigidcli.bodies.shape import Lamina, Region, Shape
+from rigidcli.bodies.shape import Lamina, NoValueError, Region, Shape, floats
 from rigidcli.core.arithmetic import FLOAT, Arithmetic, Array, Floats, Mask, Scalar
 from rigidcli.errors import Path, ValueProblem
 from rigidcli.fields.environment import Formula
@@ -201,9 +199,7 @@ class _Placed:
         if isinstance(self.shape, Region):
             plane, origin = self.shape.plane()
             local = plane @ local + origin[:, None]
-        x, y, z = np.where(inside, local, np.nan)
-        found: Floats = values(self.density, places(Spot(x, y, z, 1), np.zeros(3)))
-        return np.where(inside, found, 0.0)
+        return np.where(inside, at_points(self.density, np.where(inside, local, np.nan)), 0.0)
 
     def contains(self, points: Floats, size: float, step: Sequence[float] = (0, 0, 0)) -> Mask:
         """Which of the points (3 by n), moved by `step` along local axes, it fills.
@@ -247,11 +243,9 @@ def _samples(shape: Region) -> Floats:
     plane, origin = shape.plane()
     found = []
     for chart in shape.maps(FLOAT):
-        fine = chart.net(FINE if chart.pieces == 1 else GRID)
-        sides = fine[:, ((fine[1:] == 0) | (fine[1:] == 1)).any(axis=0)]
-        points = np.hstack([chart.net(GRID), sides])
-        points[1:] = MARGIN + (1 - 2 * MARGIN) * points[1:]
-        spot = chart.at(points)
+        fine = chart.net(FINE)
+        sides = fine[:, ((fine == 0) | (fine == 1)).any(axis=0)]
+        spot = chart.at(MARGIN + (1 - 2 * MARGIN) * np.hstack([chart.net(GRID), sides]))
         places = np.array([spot.x, spot.y, spot.z]) + np.reshape(chart.origin, (3, 1))
         local = plane.T @ (places - np.reshape(origin, (3, 1)))
         found.append(local[:, shape.contains(*local)])

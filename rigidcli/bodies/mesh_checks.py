@@ -135,46 +135,33 @@ def _merged(read: Read, surface: Surface, path: pathlib.Path, notes: list[str]) 
 # --- what is wrong
 
 
-def _gap(found: edges.Unpaired, path: pathlib.Path) -> ValueProblem:
+def _gap(found: edges.Unpaired | None, path: pathlib.Path) -> ValueProblem:
     """Why a surface is not closed and wound in one sense, and where."""
-    if not len(found.edges):
+    if found is None:
         return ValueProblem(f"{path}: the surface is not closed")
-    if not found.is_open.any():
-        return _misfit(found, path)
-    open_edges = found.edges[found.is_open]
-    return ValueProblem(
-        f"{path}: open: {_count(found, open_edges)} to one triangle only, {_from(open_edges[0])}",
-        hint="close it in the program that made the file; `shell: true` takes the surface as a thin shell",
+    belong = "1 edge belongs" if found.number == 1 else f"{found.number:,} edges belong"
+    start, end = map(_point, found.edge)
+    what, hint = {
+        1: (
+            f"open: {belong} to one triangle only",
+            "close it in the program that made the file; `shell: true` takes the surface as a thin shell",
+        ),
+        2: (
+            f"wound inconsistently: {belong} to triangles that do not agree where outside is",
+            "let the program that made the file orient its faces (or recalculate its normals)",
+        ),
+    }.get(
+        found.uses,
+        (
+            f"not the surface of a body: {found.uses} triangles meet in an edge",
+            "inside and outside alternate round an edge, so that an even number of triangles meet there",
+        ),
     )
-
-
-def _misfit(found: edges.Unpaired, path: pathlib.Path) -> ValueProblem:
-    """What is wrong with the first edge that is not open, and has several triangles."""
-    shared = found.edges[~found.is_open]
-    edge, uses = shared[0], int(found.uses[~found.is_open][0])
-    if uses == 2:
-        return ValueProblem(
-            f"{path}: wound inconsistently: {_count(found, shared)} to triangles that do not "
-            f"agree where outside is, {_from(edge)}",
-            hint="let the program that made the file orient its faces (or recalculate its normals)",
-        )
-    return ValueProblem(
-        f"{path}: not the surface of a body: {uses} triangles meet in an edge, {_from(edge)}",
-        hint="inside and outside alternate round an edge, so that an even number of triangles meet there",
-    )
-
-
-def _count(found: edges.Unpaired, kind: Floats) -> str:
-    least = "at least " if found.count > len(found.edges) else ""
-    return least + ("1 edge belongs" if len(kind) == 1 else f"{len(kind):,} edges belong")
+    return ValueProblem(f"{path}: {what}, such as that from {start} to {end}", hint=hint)
 
 
 def _point(point: Floats) -> str:
     return f"({', '.join(f'{coordinate:.9g}' for coordinate in point)})"
-
-
-def _from(edge: Floats) -> str:
-    return f"such as that from {_point(edge[0])} to {_point(edge[1])}"
 
 
 def _overlaps(

@@ -12,12 +12,11 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import replace
 from fractions import Fraction
-from typing import NoReturn
+from itertools import chain
 
 import numpy as np
 
-from rigidcli.bodies.charts import Spot
-from rigidcli.bodies.density import VARIABLES, places, values
+from rigidcli.bodies.density import VARIABLES, at_points
 from rigidcli.bodies.mesh_checks import Checked
 from rigidcli.core import tensor
 from rigidcli.core.arithmetic import Floats, Mask
@@ -42,35 +41,29 @@ def properties(formula: Formula, mesh: Checked, unit: float, contains: Callable[
 
     Raises ValueProblem for a density that no body has, and ComputationError for one that is no polynomial.
     """
-    surface, power = mesh.surface, _degree(formula)
-
-    def density(points: Floats) -> Floats:
-        x, y, z = points * unit
-        return values(formula, places(Spot(x, y, z, 1), np.zeros(3)))
-
-    shares, weights = _rule(power)
+    surface, degree = mesh.surface, _degree(formula)
+    shares, weights = _rule(degree)
     if len(weights) * surface.triangles > MOST_POINTS:
         raise ComputationError(
-            f"{surface.triangles:,} triangles are too many for a density of degree {power}",
+            f"{surface.triangles:,} triangles are too many for a density of degree {degree}",
             hint="simplify the mesh",
         )
-    highest = _highest(density, mesh, unit, contains)
-    apex = surface.origin + surface.centre
-    sizes, total, first, products = np.zeros(2), 0.0, np.zeros(3), np.zeros((3, 3))
+    highest = _highest(formula, mesh, unit, contains)
+    apex, turn = surface.origin + surface.centre, -1 if mesh.is_inward else 1
+    sizes, first, products = np.zeros(2), np.zeros(4), np.zeros((3, 3))
     for block in mesh.read():
         corners = block - apex[:, None]
         normal = np.cross(corners[1] - corners[0], corners[2] - corners[0], axis=0)
-        volumes = (corners[0] * normal).sum(axis=0) * (-1 if mesh.is_inward else 1) / 6
+        volumes = turn * (corners[0] * normal).sum(axis=0) / 6
         for share, weight in zip(shares, weights, strict=True):
             offset = np.tensordot(share, corners, axes=1)
-            mass = weight * volumes * density(offset + apex[:, None])
+            mass = weight * volumes * at_points(formula, (offset + apex[:, None]) * unit)
             sizes += np.abs(mass).sum(), np.abs(mass) @ (offset * offset).sum(axis=0)
-            total += float(mass.sum())
-            first += offset @ mass
+            first += np.append(mass.sum(), offset @ mass)
             products += (offset * mass) @ offset.T
+    total, centre = float(first[0]), first[1:] / first[0]
     if not (total > 0 and np.isfinite(products).all()):
         raise ValueProblem(f"the density leaves no mass: {total * unit**3:.6g} kg", path=("density",))
-    centre = first / total
     second = (products + products.T) / (2 * total) - np.outer(centre, centre)
     # Rounding errors are larger by this than in sums without negative terms.
     cancelled = float((sizes / [total, np.trace(products)]).max())
@@ -78,8 +71,7 @@ def properties(formula: Formula, mesh: Checked, unit: float, contains: Callable[
     inertia = replace(inertia, noise=cancelled * inertia.noise)
     com, spread = (apex + centre) * unit, np.sqrt(np.maximum(second.diagonal(), 0.0)) * unit
     # Rounded places change the density, the more so the farther the mesh is from its origin.
-    mean = total / abs(surface.volume)
-    misplaced = power * np.abs(surface.box).max() / surface.size * highest / mean
+    misplaced = degree * np.abs(surface.box).max() / surface.size * highest / (total / abs(surface.volume))
     rounding = float(np.finfo(np.float64).eps * (cancelled + misplaced))
     error = tensor.misplaced(com, spread) * max(1.0, cancelled)
     return MassProperties(total * unit**3, com, inertia, error, integrated=rounding)
@@ -121,30 +113,25 @@ def _rule(degree: int) -> tuple[Floats, Floats]:
     return shares, product / product.sum()
 
 
-def _highest(
-    density: Callable[[Floats], Floats], mesh: Checked, unit: float, contains: Callable[..., Mask]
-) -> float:
+def _highest(formula: Formula, mesh: Checked, unit: float, contains: Callable[..., Mask]) -> float:
     """The highest density at the vertices of a mesh.
 
     Raises ValueProblem for one that is negative at a vertex, or at a net of points inside.
     """
-    low, high = mesh.surface.box
+    low, high = mesh.surface.box * unit
     net = low[:, None] + (high - low)[:, None] * np.indices((NET,) * 3).reshape(3, -1) / (NET - 1)
-    lowest, highest, place = np.inf, 0.0, np.zeros(3)
-    for block in (net[:, contains(*(net * unit))], *mesh.read()):
-        points = block if block.ndim == 2 else block.transpose(1, 0, 2).reshape(3, -1)
-        found = density(points)
-        if not np.isfinite(found).all():
-            _refuse(points[:, np.argmin(np.isfinite(found))] * unit, np.nan)
+    vertices = (block.transpose(1, 0, 2).reshape(3, -1) * unit for block in mesh.read())
+    highest = 0.0
+    for points in chain(vertices, [net[:, contains(*net)]]):
+        found = at_points(formula, points)
         highest = max(highest, float(found.max(initial=0.0)))
-        if found.min(initial=np.inf) < lowest:
-            lowest, place = float(found.min()), points[:, np.argmin(found)]
-    if lowest < -NEGATIVE * highest:
-        _refuse(place * unit, lowest)
+        wrong = np.flatnonzero(~(found >= -NEGATIVE * highest))
+        if wrong.size:
+            worst = wrong[np.argmin(found[wrong])]
+            where = ", ".join(f"{coordinate:.6g}" for coordinate in points[:, worst])
+            what = f"negative ({found[worst]:.6g} kg/m^3)"
+            what = what if np.isfinite(found[worst]) else "not finite"
+            raise ValueProblem(
+                f"the density is {what} at x, y, z = ({where}) m of the mesh", path=("density",)
+            )
     return highest
-
-
-def _refuse(place: Floats, density: float) -> NoReturn:
-    where = ", ".join(f"{coordinate:.6g}" for coordinate in place)
-    what = f"negative ({density:.6g} kg/m^3)" if np.isfinite(density) else "not finite"
-    raise ValueProblem(f"the density is {what} at x, y, z = ({where}) m of the mesh", path=("density",))

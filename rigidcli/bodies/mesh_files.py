@@ -1,4 +1,4 @@
-"""Surfaces of triangles from files: STL block by block, OBJ and OFF whole, PLY and glTF by trimesh.
+"""Surfaces of triangles from files: STL block by block, OBJ and OFF whole, PLY and GLB by trimesh.
 
 A block has the shape (3, 3, n): vertex, coordinate, triangle, in the unit of the file. STL is read through
 one buffer: a memory map would count as memory, and would end the program where a file shrinks meanwhile.
@@ -341,5 +341,5 @@ WHOLE = {".obj": _obj, ".off": _off}
 OWN: dict[str, Callable[[Path], Read]] = {".stl": _stl, **dict.fromkeys(WHOLE, _whole)}
 """The readers that need no other library, by the ending of the file's name."""
 
-READERS = OWN | dict.fromkeys((".ply", ".glb", ".gltf"), _by_trimesh)
+READERS = OWN | dict.fromkeys((".ply", ".glb"), _by_trimesh)
 """The readers of meshes, by the ending of the file's name."""

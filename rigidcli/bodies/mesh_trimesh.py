@@ -1,6 +1,6 @@
-"""Surfaces from PLY and glTF, which trimesh reads in a confined process, as the files are untrusted.
+"""Surfaces from PLY and GLB, which trimesh reads in a confined process, as the files are untrusted.
 
-The process may read files in the folder of the mesh and nothing else, and its time and memory are bounded.
+The process may read files and do nothing else, and its time and memory are bounded.
 trimesh takes some things for others without a word, such as a cut text or a skin. They are refused here.
 
 3MF and COLLADA are not read, though trimesh has readers for them: of an object that is repeated within
@@ -17,7 +17,6 @@ from collections.abc import Iterator
 from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
-from urllib.parse import unquote
 
 import numpy as np
 
@@ -44,7 +43,7 @@ READ = b"triangles\n"
 
 
 def triangles(path: Path) -> Floats:
-    """The triangles (n, 3, 3) of a PLY file, or of all that a glTF file shows. Raises ValueProblem."""
+    """The triangles (n, 3, 3) of a PLY file, or of all that a GLB file shows. Raises ValueProblem."""
     if find_spec("trimesh") is None:
         hint = "python -m pip install 'rigidcli[mesh]', or save it as STL"
         raise ValueProblem(f"{path}: trimesh, which reads {path.suffix.lower()}, is not installed", hint=hint)
@@ -80,9 +79,7 @@ def _work(path: Path) -> bytes:
         import trimesh  # which takes a second or two
 
         with path.open("rb") as file:
-            scene = trimesh.load_scene(
-                file, file_type=kind, resolver=_Beside(path), process=False, validate=False
-            )
+            scene = trimesh.load_scene(file, file_type=kind, process=False, validate=False)
         shown_as = [scene.graph.get(node)[1] for node in scene.graph.nodes_geometry]
         surfaces = [scene.geometry[name] for name in shown_as if hasattr(scene.geometry[name], "faces")]
         for surface in surfaces:
@@ -97,22 +94,6 @@ def _work(path: Path) -> bytes:
         return b""
     except Exception as error:  # noqa: BLE001 - whatever it is, nothing can be made of the file
         return f"trimesh cannot read it: {type(error).__name__}: {error}; is it cut or damaged?".encode()
-
-
-class _Beside(dict[str, bytes]):
-    """The files in the folder of a scene, by the names that the scene has for them."""
-
-    def __init__(self, path: Path) -> None:
-        super().__init__()
-        self._folder = path.parent.resolve()
-
-    def __missing__(self, name: str) -> bytes:
-        found = (self._folder / unquote(name)).resolve()
-        if not found.is_relative_to(self._folder):
-            raise ValueProblem(f"{shown(name)} is not in its folder, and is not read")
-        if not found.is_file():
-            raise ValueProblem(f"{shown(name)}, expected a file")
-        return found.read_bytes()
 
 
 def _faces_of_ply(data: bytes) -> int:
@@ -132,14 +113,12 @@ def _faces_of_ply(data: bytes) -> int:
 
 
 def _scene(path: Path) -> Any:
-    """The JSON of a file. Raises ValueProblem."""
+    """The JSON in a .glb file. Raises ValueProblem."""
     data = path.read_bytes()
-    if path.suffix.lower() == ".glb":
-        if data[:4] != b"glTF" or data[4:8] != b"\2\0\0\0" or data[16:JSON_AT] != b"JSON":
-            raise ValueProblem("expected a head with `glTF`, the version 2, and `JSON`")
-        data = data[JSON_AT : JSON_AT + int.from_bytes(data[12:16], "little")]
+    if data[:4] != b"glTF" or data[4:8] != b"\2\0\0\0" or data[16:JSON_AT] != b"JSON":
+        raise ValueProblem("expected a head with `glTF`, the version 2, and `JSON`")
     try:
-        return json.loads(data.decode())
+        return json.loads(data[JSON_AT : JSON_AT + int.from_bytes(data[12:16], "little")].decode())
     except json.JSONDecodeError as error:
         raise ValueProblem(f"not JSON in line {error.lineno}: {error.msg}") from None
     except UnicodeDecodeError:

@@ -2,7 +2,6 @@
 
 # Annotations here are objects, not texts: pydantic reads them, for each shape those of all its bases anew.
 
-from abc import abstractmethod
 from collections.abc import Sequence
 from typing import Any, ClassVar
 
@@ -22,9 +21,10 @@ class _Prism(Solid):
 
     SECTION: ClassVar[Any]
 
-    @abstractmethod
-    def swept(self) -> Length:
+    def swept(self: Any) -> Length:
         """The height (m)."""
+        height: Length = self.height
+        return height
 
     def check(self, n: Arithmetic) -> None:
         self.SECTION.check(self, n)
@@ -81,9 +81,6 @@ class Cylinder(_Prism):
     radius: Length
     height: Length
 
-    def swept(self) -> Length:
-        return self.height
-
 
 class Tube(_Prism, Hollow):
     """A cylinder along z with a coaxial hole; origin at its centre."""
@@ -91,9 +88,6 @@ class Tube(_Prism, Hollow):
     SECTION: ClassVar = Annulus
     ANCHORS: ClassVar = {"base": lambda s: (0, 0, -s.height / 2)}
     height: Length
-
-    def swept(self) -> Length:
-        return self.height
 
 
 class EllipticCylinder(Solid):
@@ -122,6 +116,3 @@ class HalfCylinder(_Prism):
     SECTION: ClassVar = HalfDisk
     radius: Length
     height: Length
-
-    def swept(self) -> Length:
-        return self.height

@@ -17,7 +17,6 @@ from pydantic.fields import FieldInfo
 
 from rigidcli.bodies.charts import Chart
 from rigidcli.bodies.density import SAID, Density
-from rigidcli.bodies.floats import NoValueError, floats
 from rigidcli.bodies.form import Form
 from rigidcli.bodies.geometry import Bounds, Geometry
 from rigidcli.core import mass_properties, tensor
@@ -26,9 +25,28 @@ from rigidcli.errors import ValueProblem, with_article
 from rigidcli.fields.dimensions import AREA_DENSITY, DENSITY, LINE_DENSITY
 from rigidcli.fields.environment import Formula
 from rigidcli.fields.quantities import Length, Mass, OptionalLength
-from rigidcli.fields.section import environment
+from rigidcli.fields.section import Section, environment
 from rigidcli.fields.typed_numbers import split_quantity
 from rigidcli.fields.words import halved, keys_called, not_one_of
+
+
+class NoValueError(Exception):
+    """A number that depends on symbols without a value."""
+
+
+def floats(value: Any, n: Arithmetic) -> Any:
+    """`value` with every number in it as a float. Raises NoValueError."""
+    if isinstance(value, dict):
+        return {key: floats(item, n) for key, item in value.items()}
+    if isinstance(value, list | tuple):
+        return tuple(floats(item, n) for item in value)
+    if isinstance(value, Formula):
+        return Formula(value.expression, floats(value.constants, n))
+    if value is None or isinstance(value, str | bool | Section):
+        return value
+    if (number := n.value(value)) is None:
+        raise NoValueError
+    return number
 
 
 def _complete_schema(schema: JsonDict, shape: type[Any]) -> None:
@@ -215,7 +233,7 @@ class Shape(Form):
             if n.exact:
                 with suppress(NoValueError):  # what hangs on symbols may be positive or negative
                     shape = self.model_copy(update=floats(self.__dict__, n))
-                    require_possible(shape.density, shape.maps(FLOAT), shape.geometry(FLOAT), self.UNIT)
+                    require_possible(shape.density, shape.maps(FLOAT), self.UNIT)
             self._integrated = integrated(density, self.maps(n), self.geometry(n), self.UNIT, n)
         return self._integrated
 

@@ -13,7 +13,7 @@ from typing import Annotated, ClassVar
 
 import numpy as np
 
-from rigidcli.bodies import charts, simplices, solids
+from rigidcli.bodies import charts, solids
 from rigidcli.bodies.geometry import ORIGIN, Bounds, Geometry, powers, round_bounds
 from rigidcli.bodies.shape import Hollow, Solid
 from rigidcli.core.arithmetic import Arithmetic, Floats, Mask
@@ -255,7 +255,7 @@ class Tetrahedron(Solid):
         return Geometry(solids.simplex_measure(vertices, n), *solids.simplex_moments(vertices))
 
     def maps(self, n: Arithmetic) -> Sequence[charts.Chart]:
-        return simplices.simplices(n.array([self.vertices]), [self.geometry(n).measure], n)
+        return [charts.simplex(n.array(self.vertices), self.geometry(n).measure, n)]
 
     def bounds(self) -> Bounds:
         return solids.bounds(self.corners())

@@ -29,7 +29,7 @@ if TYPE_CHECKING:
 NEAR = 20
 """A value begins within so many lines of its key, or the line is not shown."""
 
-BODY_FILES = dict.fromkeys((".glb", ".gltf", ".obj", ".off", ".ply", ".stl"), "mesh") | dict.fromkeys(
+BODY_FILES = dict.fromkeys((".glb", ".obj", ".off", ".ply", ".stl"), "mesh") | dict.fromkeys(
     (".csv", ".npy", ".xyz"), "points"
 )
 """The key under which a document names a body that is a file, by the ending of the file's name."""

@@ -64,7 +64,7 @@ def _require_physical(document: Document) -> None:
         from rigidcli.bodies.density_integrals import require_possible
 
         with at("body"):
-            require_possible(shape.density, shape.maps(FLOAT), shape.geometry(FLOAT), shape.UNIT)
+            require_possible(shape.density, shape.maps(FLOAT), shape.UNIT)
     if not varying:
         document.physical.require()
 

@@ -125,7 +125,11 @@ KINKS: list[tuple[str, dict[str, Any], float]] = [
     ("exp(-((x-0.1)^2 + (y-0.2)^2)/1e-6)", {"shape": "cube", "side": 1}, 1e-6 * math.pi),
     ("1/(1 + (x/1e-3)^2)", {"shape": "cube", "side": 1}, 2e-3 * math.atan(500)),
     ("exp(-(r - 0.5)^2/1e-6)", {"shape": "sphere", "radius": 1}, SHELL),
-    ("exp(-((x - 0.1)/1e-3)^2)", {"shape": "sphere", "radius": 1}, math.pi**1.5 * 1e-3 * (0.99 - 0.5e-6)),
+    (
+        "2 + sign(0.1 - (x - 0.3)^2 - y^2 - z^2)",
+        {"shape": "sphere", "radius": 1},
+        4 * math.pi / 3 * (1 + 2 * 0.1**1.5),
+    ),
     ("2 + tanh(x/1e-4)", {"shape": "cone", "radius": 1, "height": 2}, 4 * math.pi / 3),
     ("1 + 1e3*exp(-((x - 0.25)/1e-4)^2)", {"shape": "cube", "side": 1}, 1 + 0.1 * math.sqrt(math.pi)),
     ("2 + tanh(y/1e-4)", {"shape": "sphere", "radius": 1}, 8 * math.pi / 3),
@@ -163,10 +167,6 @@ def test_exact_integrals_of_polynomials_are_those_of_quadrature(shape: str) -> N
         ("{shape: cone, radius: R, height: h, density: k*s}", "pi*k*R**3*h/6"),
         ("{shape: rod, length: h, density: k*exp(2*z/h)}", "k*h*(exp(1) - exp(-1))/2"),
         ("{shape: ring, radius: R, density: k*(1 + x^2/R^2)}", "3*pi*k*R"),
-        ("{shape: rod, length: h, density: k*r}", "k*h**2/4"),
-        ("{shape: cylinder, radius: R, height: h, density: k*abs(z)}", "pi*k*R**2*h**2/4"),
-        ("{shape: sphere, radius: R, density: k*abs(x)}", "pi*k*R**4/2"),
-        ("{shape: disk, radius: R, density: k*abs(x)*abs(y)}", "k*R**4/2"),
         ("{shape: torus, major_radius: 2*R, minor_radius: R, density: k*s}", "pi**2*k*R**4*(8 + 1/2)"),
     ],
 )
@@ -179,32 +179,18 @@ def test_symbols_stay_in_closed_forms(body: str, mass: str) -> None:
     assert found_mass.evaluate(**used) == pytest.approx(expected, rel=1e-14)
 
 
-@pytest.mark.parametrize(
-    ("body", "mass"),
-    [
-        ("{shape: cylinder, radius: 1, height: 2, density: 2 + sign(s - 1/2)}", 4 * math.pi + math.pi),
-        ("{shape: box, size: [1, 1, 1], density: 1 + abs(x)*abs(y)}", 1 + 1 / 16),
-        ("{shape: half_disk, radius: 1, density: 1 + abs(x)}", math.pi / 2 + 2 / 3),
-        (
-            "{shape: tetrahedron, vertices: [[0,0,0],[1,0,0],[0,1,0],[0,0,1]], density: x^4*y^3*z^2}",
-            288 / 479001600,
-        ),
-    ],
-)
-def test_signs_and_high_powers_have_closed_forms(body: str, mass: float) -> None:
+def test_high_powers_in_a_tetrahedron_have_closed_forms() -> None:
     """By Dirichlet, x^a y^b z^c over the unit tetrahedron is a! b! c!/(a + b + c + 3)!."""
-    exact, floats = (rigidcli.inertia(f"body: {body}", exact=exact) for exact in (True, False))
-    assert float(exact["mass"]) == pytest.approx(mass, rel=SMOOTH)
-    assert floats["mass"] == pytest.approx(mass, rel=max(SMOOTH, floats["integration_error"]))
+    corners = [[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]]
+    body = {"shape": "tetrahedron", "vertices": corners, "density": "x^4*y^3*z^2"}
+    exact, floats = (found(body, exact=exact) for exact in (True, False))
+    assert float(exact["mass"]) == pytest.approx(288 / 479001600, rel=SMOOTH)
     tensor = [[float(entry) for entry in row] for row in exact["tensor"]]
-    size = np.trace(floats["tensor"])
-    np.testing.assert_allclose(
-        tensor, floats["tensor"], atol=max(1e-11, 9 * floats["integration_error"]) * size
-    )
+    np.testing.assert_allclose(tensor, floats["tensor"], atol=1e-11 * np.trace(floats["tensor"]))
 
 
-@pytest.mark.parametrize("density", ["1 + r", "2 + abs(x - y)", "1 + abs(z + s - 1)"])
-def test_signs_that_hang_on_two_coordinates_are_no_closed_form(density: str) -> None:
+@pytest.mark.parametrize("density", ["1 + r", "2 + abs(x - y)", "2 + sign(z)"])
+def test_signs_and_roots_are_no_closed_form(density: str) -> None:
     with pytest.raises(ComputationError, match="no closed form"):
         found({"shape": "box", "size": [1, 1, 1], "density": density}, exact=True)
 

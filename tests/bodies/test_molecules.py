@@ -15,8 +15,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import rigidcli
-from rigidcli.bodies.isotopes import isotope, table
-from rigidcli.bodies.molecules import LINE_BYTES, MOST_ATOMS, read_molecule
+from rigidcli.bodies.molecules import LINE_BYTES, MOST_ATOMS, isotope, read_molecule, table
 from rigidcli.errors import ValueProblem
 from tests.conftest import Program
 

@@ -30,7 +30,7 @@ def test_what_some_values_forbid_is_noted_with_the_check() -> None:
     [
         "{shape: cube, side: a, mass: 2, anchor: corner}",
         "{shape: rod, length: a, density: 3*(1 + z/a)}",
-        "{shape: sphere, radius: a, density: abs(x)/a}",
+        "{shape: sphere, radius: a, density: x**2/a}",
         "{moments: [a, a, 2*a]}",
     ],
 )

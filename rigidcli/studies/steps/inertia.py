@@ -7,7 +7,7 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 
 from rigidcli.bodies.bodies import Composite
-from rigidcli.bodies.charts import Barycentric, Chart, Turn
+from rigidcli.bodies.charts import Chart, Turn
 from rigidcli.bodies.form import Form
 from rigidcli.bodies.point_masses import PointMasses
 from rigidcli.bodies.shape import Shape
@@ -234,8 +234,7 @@ def _in_coordinates(density: Formula | Scalar, chart: Chart, n: Arithmetic) -> S
         for name, turn in limits
     ]
     units = ", ".join(span for span in spans if isinstance(span, str))
-    is_simplex = any(isinstance(turn, Barycentric) for turn in chart.coordinates)
-    ends = f"{units} from 0 to 1{', together at most 1' if is_simplex else ''}" if units else ""
+    ends = f"{units} from 0 to 1{', together at most 1' if chart.is_simplex else ''}" if units else ""
     return Step(
         "Element of mass",
         f"In coordinates of the shape, {ends or 'with an angle'}; dm is the density times the element of "
