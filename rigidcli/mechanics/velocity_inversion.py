@@ -4,8 +4,7 @@ K is a part of the Lagrangian that shares its velocities v with no other, and P 
 
     K^2 = a + v.C.v             a root: with S the sign of K at rest and D^2 = a (1 - P.C^-1.P)
                                 v = S a C^-1.P/D,  H = -S D
-    K = A (v.Q.v)^(n/2)         a power: with s = P.Q^-1.P/(n A)^2
-                                v = Q^-1.P s^((2 - n)/(2 n - 2))/(n A),  H = (n - 1) A s^(n/(2 n - 2))
+    K = A v^n for one v         a power: v = (P/(n A))^(1/(n - 1)),  H = (1 - 1/n) P v
     dK/dv = P for one v         what is done to v is undone step by step, and H = P v - K
 
 Terms linear in v are part of the root and the power when the square is completed: K as a function of v + s
@@ -15,20 +14,16 @@ are derived here from dK/dv = P and H = P.v - K. Each way back is put to the tes
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterator, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
 from fractions import Fraction
 
 from rigidcli.algebra import arithmetic, matrices
-from rigidcli.algebra.allowance import Allowance
 from rigidcli.algebra.atoms import Applied, Atom, Group, is_positive
 from rigidcli.algebra.calculus import derivative
-from rigidcli.algebra.expansion import MAX_STEPS, Polynomial, coefficients, expand
+from rigidcli.algebra.expansion import Polynomial, coefficients, expand
 from rigidcli.algebra.expressions import Expr, atomic, expr, factored, gathered, symbol, total
-from rigidcli.algebra.fractions import factors
-from rigidcli.algebra.functions import apply
 from rigidcli.algebra.simplification import shortest, tidy
 from rigidcli.algebra.substitution import mapped, rebuilt, substitute
 from rigidcli.algebra.values import sample_points
@@ -47,8 +42,7 @@ class Branch:
     """One way back from momenta: velocities, H = P v - K, and expressions that must be positive for that.
 
     These are `conditions` on the momenta, and the `region` of coordinates and parameters: elsewhere the
-    same velocities have another form. Velocities with a `period` may differ by its multiples, too. The
-    velocities of a branch that `is_continued` are 0/0 at rest: orbits follow the velocities themselves.
+    same velocities have another form. Velocities with a `period` may differ by its multiples, too.
     """
 
     velocities: tuple[Expr, ...]
@@ -56,7 +50,6 @@ class Branch:
     conditions: tuple[Expr, ...] = ()
     region: tuple[Expr, ...] = ()
     period: Expr | None = None
-    is_continued: bool = False
 
     @property
     def validity(self) -> str:
@@ -95,9 +88,8 @@ def inverted(K: Expr, velocities: Sequence[str], momenta: Sequence[Expr]) -> lis
         found = _of_root(K, velocities, momenta)
         if found:
             return found
-        if len(velocities) > 1:
-            return _of_length(K, velocities, momenta)
-        return _of_powers(K, velocities[0], momenta[0]) or _undone(K, velocities[0], momenta[0])
+        if len(velocities) == 1:
+            return _undone(K, velocities[0], momenta[0])
     return []
 
 
@@ -159,99 +151,6 @@ def _odd_part(e: Expr) -> tuple[int, Expr]:
     size, monomial = factored(e)
     odd = {a: 1 for a, n in monomial if n.numerator * n.denominator % 2 and not is_positive(a)}
     return 1 if size > 0 else -1, gathered(1, odd)
-
-
-def _of_length(K: Expr, velocities: Sequence[str], momenta: Sequence[Expr]) -> list[Branch]:
-    """K = A (v.Q.v)^(n/2), from the power that it is of one velocity where the others vanish."""
-    form = _quadratic_form(K, velocities)
-    if form is None:
-        return []
-    linear = [coefficient(form, len(velocities), place) for place in range(len(velocities))]
-    Q = _form(form, len(velocities))
-    pivot = next((k for k, row in enumerate(Q) if row[k]), None)
-    if pivot is None or not matrices.is_regular(Q):
-        return []
-    Q = [[tidy(entry / Q[pivot][pivot]) for entry in row] for row in Q]
-    linear = [tidy(e / _form(form, len(velocities))[pivot][pivot]) for e in linear]
-    inverse = matrices.inverse(Q)
-    if inverse is None:
-        return []
-    shift = [tidy(e / 2) for e in _times(inverse, linear)]
-    length = symbol("length", positive=True)
-    place = {v: -s for v, s in zip(velocities, shift, strict=True)}
-    place[velocities[pivot]] += length
-    alone = tidy(substitute(K, place))
-    if len(alone.terms) != 1:
-        return []
-    n = next((k for atom, k in next(iter(alone.terms)) if atom.names == length.names), Fraction(0))
-    A = alone / length**n
-    if n in (0, 1) or not A.names.isdisjoint({*velocities, *length.names}):
-        return []
-    s = tidy(_value(inverse, momenta)) / (n * A) ** 2
-    raised = _times(inverse, momenta)
-    found = tuple(tidy(w * s ** ((2 - n) / Fraction(2 * n - 2)) / (n * A)) for w in raised)
-    energy = (n - 1) * A * s ** (n / Fraction(2 * n - 2))
-    return [Branch(found, energy, is_continued=n > 2).shifted(shift, momenta)]
-
-
-def _quadratic_form(K: Expr, velocities: Sequence[str]) -> Polynomial | None:
-    """A quadratic polynomial in the velocities that is raised to a power in K, or of which K is a power."""
-    for atom in K.atoms:
-        if isinstance(atom, Group) and not atom.names.isdisjoint(velocities):
-            found = coefficients(atom.inner, velocities)
-            return found if has_degrees(found, 0, 1, 2) else None
-    moving = [(e, n) for e, n in factors(K, Allowance(MAX_STEPS)) if not e.names.isdisjoint(velocities)]
-    found = coefficients(moving[0][0], velocities) if len(moving) == 1 else None
-    return found if has_degrees(found, 0, 1, 2) else None
-
-
-def _of_powers(K: Expr, v: str, P: Expr) -> list[Branch]:
-    """K = A (v + s)^n in one velocity, multiplied out or not, beside linear terms; or A |v + s|^n."""
-    found = coefficients(K, [v])
-    if found is not None:
-        (degree,) = max(found)
-        lead = found[(degree,)]
-        shift = tidy(coefficient(found, 1, *[0] * (degree - 1)) / (degree * lead))
-        moved = [
-            tidy(total(e * math.comb(n, k) * (-shift) ** (n - k) for (n,), e in found.items() if n >= k))
-            for k in range(degree)
-        ]
-        if degree < 3 or any(moved[2:]):
-            return []
-        return [
-            replace(b, hamiltonian=b.hamiltonian - moved[0]).shifted([shift], [P])
-            for b in _of_power(lead, Fraction(degree), False, P - moved[1])
-        ]
-    if len(K.terms) != 1:
-        return []
-    ((monomial, number),) = K.terms.items()
-    ((atom, n), *others) = [factor for factor in monomial if v in factor[0].names]
-    inner, is_absolute = symbol(v), isinstance(atom, Applied)
-    if isinstance(atom, Applied):
-        inner = expr(atom.arguments[0])
-        others += [] if atom.function == "abs" else [(atom, n)]
-    elif isinstance(atom, Group):
-        inner = atom.inner
-    line = coefficients(inner, [v])
-    if others or not has_degrees(line, 0, 1):
-        return []
-    A, c, d = gathered(number, {a: k for a, k in monomial if a is not atom}), line[(1,)], coefficient(line, 1)
-    return [
-        replace(b, velocities=((b.velocities[0] - d) / c,), hamiltonian=b.hamiltonian - P * d / c)
-        for b in _of_power(A, Fraction(n), is_absolute, P / c)
-    ]
-
-
-def _of_power(A: Expr, n: Fraction, is_absolute: bool, P: Expr) -> list[Branch]:
-    """K = A u^n, or A |u|^n."""
-    base = tidy(P / (n * A))
-    if is_absolute or (n.denominator == 1 and n % 2 == 0):
-        size = apply("abs", base)
-        u = apply("sign", base) * size ** (1 / (n - 1))
-        return [Branch((u,), (n - 1) * A * size ** (n / (n - 1)))]
-    u = base ** (1 / (n - 1))
-    roots = (u, -u) if n.denominator == 1 else (u,)
-    return [Branch((root,), (1 - 1 / n) * P * root, _positive([base])) for root in roots]
 
 
 def _undone(K: Expr, v: str, P: Expr) -> list[Branch]:

@@ -75,26 +75,6 @@ SYSTEMS: dict[str, tuple[list[str], list[str]]] = {
         ["y"],
         ["y*sqrt(1 + ydot^2)", "sqrt(y^2 + y^2*ydot^2)", "(y + y*ydot^2)/sqrt(1 + ydot^2)"],
     ),
-    "fourth power": (
-        ["x"],
-        ["m*(xdot + k)^4", "m*xdot^4 + 4*m*k*xdot^3 + 6*m*k^2*xdot^2 + 4*m*k^3*xdot + m*k^4"],
-    ),
-    "third power of two velocities": (
-        PAIR,
-        [
-            "(m*xdot^2 + k*ydot^2)^3",
-            "m^3*xdot^6 + 3*m^2*k*xdot^4*ydot^2 + 3*m*k^2*xdot^2*ydot^4 + k^3*ydot^6",
-            "m*xdot^2*(m*xdot^2 + k*ydot^2)^2 + k*ydot^2*(m*xdot^2 + k*ydot^2)^2",
-        ],
-    ),
-    "three-halves": (
-        PAIR,
-        [
-            "m*(xdot^2 + ydot^2)^(3/2) - x*y",
-            "m*(xdot^2 + ydot^2)*sqrt(xdot^2 + ydot^2) - x*y",
-            "m*xdot^2*sqrt(xdot^2 + ydot^2) + m*ydot^2*sqrt(xdot^2 + ydot^2) - x*y",
-        ],
-    ),
     "exponential": (
         ["x"],
         ["m*exp(k*xdot + x) + x*xdot", "m*exp(k*xdot)*exp(x) + x*xdot", "m*(exp(k*xdot + x) + x*xdot/m)"],

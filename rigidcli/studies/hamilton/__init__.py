@@ -227,19 +227,14 @@ def _orbit_quality(found: Found) -> list[Field]:
 def _branch_table(found: Found) -> list[Table]:
     """The ways back from the momenta, where there are several."""
     branches, names = found.branches, found.derivation.velocity_names
-    if len(branches) < 2 and not found.intervals:
+    if len(branches) < 2:
         return []
     columns = [
         Column(name, [branch.velocities[place] for branch in branches], (name,))
-        for place, name in enumerate(names if branches else ())
+        for place, name in enumerate(names)
     ]
-    if branches:
-        columns.append(Column("hamiltonian", [branch.hamiltonian for branch in branches], ("H",)))
-    ranges = [branch.validity for branch in branches] or [
-        f"{each.velocities(names[0])} and {each.momenta(found.derivation.phase.momenta[0])}"
-        for each in found.intervals
-    ]
-    columns.append(Column("range", ranges, ("where",)))
+    columns.append(Column("hamiltonian", [branch.hamiltonian for branch in branches], ("H",)))
+    columns.append(Column("range", [branch.validity for branch in branches], ("where",)))
     return [Table("branches", "several velocities have the same momenta", tuple(columns), records=True)]
 
 

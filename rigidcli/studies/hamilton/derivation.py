@@ -56,6 +56,11 @@ class Derivation:
         return self.branches[0] if len(self.branches) == 1 else None
 
     @property
+    def are_linear(self) -> bool:
+        """Whether the momenta are known as linear functions of the velocities."""
+        return self.momenta is not None and self.momenta.are_linear(self.velocity_names)
+
+    @property
     def hamiltonian(self) -> Expr | None:
         """H(q, p, t), if it is given or has one closed form."""
         return self.system.hamiltonian if self.branch is None else self.branch.hamiltonian
