@@ -98,7 +98,7 @@ def _grid(count: int, end: float) -> Floats:
 
 
 def columns(flow: Flow) -> Callable[..., Floats]:
-    """The values of a flow (m by k) as a function of times (k) and variables (k each); nan without a value."""
+    """The values of a flow (m by k) as a function of times (k) and variables (k each), else nan."""
     f = flow(np)
 
     def values(times: Floats, *state: Floats) -> Floats:

@@ -9,6 +9,7 @@ from fractions import Fraction
 from functools import cached_property, lru_cache
 
 from rigidcli.algebra import matrices
+from rigidcli.algebra.atoms import Applied
 from rigidcli.algebra.calculus import derivative
 from rigidcli.algebra.expressions import PI, ZERO, Expr, number, symbol, total
 from rigidcli.algebra.simplification import tidy
@@ -17,8 +18,7 @@ from rigidcli.algebra.values import is_zero
 from rigidcli.document.document import Document
 from rigidcli.document.variables import acceleration
 from rigidcli.errors import ComputationError, ExpressionError
-from rigidcli.mechanics import jumps
-from rigidcli.mechanics.hamilton_equations import TIME, Phase, equations, linear, squares
+from rigidcli.mechanics.hamilton_equations import TIME, Phase, equations, is_constant_in, linear, squares
 from rigidcli.mechanics.lagrange_equations import (
     LagrangeEquations,
     lagrange_equations,
@@ -119,12 +119,14 @@ class Derivation:
     @cached_property
     def cyclic(self) -> tuple[str, ...]:
         """Coordinates on which L and H do not depend."""
-        return tuple(q for q in self.phase.coordinates if jumps.is_constant_in(self.generator, q))
+        return tuple(q for q in self.phase.coordinates if is_constant_in(self.generator, q))
 
     @cached_property
     def jumps(self) -> tuple[Expr, ...]:
-        """Functions of the variables at whose zeros H, or L if H is not known, has a step."""
-        return tuple(jumps.jumps(self.generator, (*self.phase.names, *self.velocity_names)))
+        """Functions of the variables whose `sign` stands in H, or in L if H is not known."""
+        variables = {*self.phase.names, *self.velocity_names}
+        signs = [a for a in self.generator.everywhere() if isinstance(a, Applied) and a.function == "sign"]
+        return tuple(dict.fromkeys(a.arguments[0] for a in signs if not variables.isdisjoint(a.names)))
 
     @cached_property
     def conserved_momenta(self) -> tuple[str, ...]:
@@ -168,7 +170,7 @@ class Derivation:
     @cached_property
     def explicit_time(self) -> bool:
         """Whether H depends on the time by itself."""
-        return not jumps.is_constant_in(self.generator, TIME)
+        return not is_constant_in(self.generator, TIME)
 
     @cached_property
     def energy_excess(self) -> Expr | None:

@@ -17,7 +17,6 @@ from rigidcli.core.solution import Solution, digits
 from rigidcli.document.orbit import Orbit
 from rigidcli.document.sampling import DEFAULT_TOLERANCE
 from rigidcli.errors import ComputationError
-from rigidcli.mechanics import linear_flow
 from rigidcli.studies.hamilton.derivation import Derivation
 from rigidcli.studies.hamilton.equations_of_motion import (
     equations_of_motion,
@@ -27,12 +26,6 @@ from rigidcli.studies.hamilton.initial import InitialState
 
 LOOKS = 4097
 """Times at which it is looked whether an orbit has left its range: they tell three digits of the end."""
-
-MANY = 12
-"""Variables from which on linear equations are solved by an exponential: steps of fewer are as quick."""
-
-FINER = 1.37
-"""The steps of the second solution by an exponential, in units of those of the first."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -86,7 +79,7 @@ def solve_orbit(
         longest=min(longest, orbit.max_step or math.inf),
         starts=starts,
     )
-    solution = _by_exponential(derivation, initial, span[1], orbit) or follow(
+    solution = follow(
         span,
         tolerance=orbit.tolerance or DEFAULT_TOLERANCE,
         stops=stops.tolist(),
@@ -100,10 +93,7 @@ def solve_orbit(
     scale[scale == 0] = 1.0
     error, lost = compared(
         solution,
-        lambda tolerance, stops: (
-            _by_exponential(derivation, initial, span[1], orbit, FINER)
-            or follow(span, tolerance=tolerance, stops=stops, like=solution)
-        ),
+        lambda tolerance, stops: follow(span, tolerance=tolerance, stops=stops, like=solution),
         motion.watched,
         stops,
         lambda one, other: np.abs((one - other)[:, : len(scale)] / scale).max(axis=1),
@@ -133,20 +123,6 @@ def solve_orbit(
         lost,
         solution.note,
     )
-
-
-def _by_exponential(
-    derivation: Derivation, initial: InitialState, end: float, orbit: Orbit, finer: float = 1.0
-) -> Solution | None:
-    """The motion of many variables with linear equations that do not change with time; else None."""
-    asked = orbit.method != "auto" or orbit.max_step is not None
-    if asked or derivation.linear is None or derivation.energy_changes or 2 * len(initial.q) < MANY:
-        return None
-    rows, shift = derivation.linear
-    parts = ([e for row in rows for e in row], shift)
-    matrix, offset = ([e.evaluate(**initial.parameters) if e else 0.0 for e in part] for part in parts)
-    start = np.concatenate([initial.q, initial.p])
-    return linear_flow.solve(np.reshape(matrix, (len(start), -1)), np.array(offset), start, end, finer)
 
 
 def _drift(values: Floats, terms: Floats) -> float:
