@@ -48,20 +48,25 @@ def read(
     return reader.whole(), frozenset(reader.names)
 
 
-class _Reader:
-    """A place in the tokens of one text, with a method for each rule of the grammar."""
+class Reader:
+    """A place in some tokens, with a method for each rule that documents and answers share."""
 
-    __slots__ = ("depth", "functions", "index", "names", "token", "tokens")
+    empty = "the expression is empty"
 
-    def __init__(self, source: str, functions: Mapping[str, tree.UnknownFunction]) -> None:
-        self.functions = functions
-        self.tokens = tokenize(source)
+    def __init__(self, tokens: list[Token]) -> None:
+        self.tokens = tokens
         self.index = 0
-        self.token = self.tokens[0]
+        self.token = tokens[0]
         self.depth = 0
-        self.names: set[str] = set()
+
+    def refused(
+        self, message: str, column: int, hint: str | None = None, code: str = "parse_error"
+    ) -> ExpressionError:
+        """A problem with the text; its `code` is for answers."""
+        return ExpressionError(message, column=column, hint=hint)
 
     def advance(self) -> None:
+        """Pass a token."""
         self.index += 1
         self.token = self.tokens[self.index]
 
@@ -69,29 +74,29 @@ class _Reader:
         """Pass a token that puts what follows one level deeper."""
         self.depth += 1
         if self.depth > MAX_DEPTH:
-            raise ExpressionError(f"nested deeper than {MAX_DEPTH} levels", column=self.token.column)
+            raise self.refused(f"nested deeper than {MAX_DEPTH} levels", self.token.column, code="too_large")
         self.advance()
 
     def whole(self) -> tree.Node:
+        """The tree of the text. Raises ExpressionError."""
         if self.token.kind == "end":
-            raise ExpressionError("the expression is empty", column=1)
+            raise self.refused(self.empty, 1)
         node = self.sum()
         if self.token.kind != "end":
             raise self.misplaced()
         return node
 
     def sum(self) -> tree.Node:
-        first = self.product()
-        if self.token.text not in ("+", "-"):
-            return first
-        terms = [first]
+        """Terms with signs between them."""
+        terms = [self.product()]
         while (sign := self.token.text) in ("+", "-"):
             self.advance()
             term = self.product()
             terms.append(term if sign == "+" else tree.Negative(term))
-        return tree.Sum(tuple(terms))
+        return terms[0] if len(terms) == 1 else tree.Sum(tuple(terms))
 
     def product(self) -> tree.Node:
+        """Factors, perhaps with signs between them."""
         factors = [self.factor()]
         while True:
             operator = self.token.text
@@ -99,22 +104,115 @@ class _Reader:
                 self.advance()
                 factor = self.factor()
                 factors.append(factor if operator == "*" else tree.Reciprocal(factor))
-            elif self.token.kind in ("name", "root") or operator == "(":
-                if operator.startswith("_") and self.token.touches:  # the digits of 1_000
-                    raise self.misplaced()
+            elif self.begins_factor():
                 if isinstance(factors[-1], tree.Reciprocal):
                     raise self.unclear_quotient(factors)
-                factors.append(self.factor())
+                factors += self.factors()
             else:
-                return factors[0] if len(factors) == 1 else tree.Product(tuple(factors))
+                return product_of(factors)
+
+    def begins_factor(self) -> bool:
+        """Whether a factor begins here that has no sign before it."""
+        raise NotImplementedError
+
+    def factors(self) -> list[tree.Node]:
+        """One factor, or those that a word is made of."""
+        return [self.factor()]
 
     def factor(self) -> tree.Node:
+        """A power, perhaps with a sign of its own."""
         sign = self.token.text
-        if sign in ("-", "+"):
-            self.descend()
-            operand = self.factor()
-            self.depth -= 1
-            return operand if sign == "+" else tree.Negative(operand)
+        if sign not in ("-", "+"):
+            return self.raised()
+        operand = self.deeper()
+        return operand if sign == "+" else tree.Negative(operand)
+
+    def raised(self) -> tree.Node:
+        """What has no sign, perhaps with an exponent."""
+        raise NotImplementedError
+
+    def deeper(self) -> tree.Node:
+        """The factor behind a sign or `**`, one level deeper."""
+        self.descend()
+        operand = self.factor()
+        self.depth -= 1
+        return operand
+
+    def arguments(self) -> tuple[tree.Node, ...]:
+        """What stands in parentheses behind a function, between commas."""
+        opening = self.token
+        self.descend()
+        found = list[tree.Node]()
+        if self.token.text != ")":
+            found.append(self.sum())
+            while self.token.text == ",":
+                self.advance()
+                found.append(self.sum())
+        self.close(opening)
+        self.depth -= 1
+        return tuple(found)
+
+    def require_arity(self, name: str, arity: int, arguments: tuple[tree.Node, ...], column: int) -> None:
+        """Raise ExpressionError where a function has another number of arguments."""
+        if len(arguments) != arity:
+            words = f"`{name}` takes {arity} argument{'s' if arity > 1 else ''}, not {len(arguments)}"
+            raise self.refused(words, column)
+
+    def close(self, opening: Token) -> None:
+        """Pass the sign that ends what `opening` began."""
+        if self.token.kind == "end":
+            raise self.refused(f"`{opening.text}` is never closed", opening.column)
+        if self.token.text != (")" if opening.text == "(" else opening.text):
+            raise self.misplaced()
+        self.advance()
+
+    def unclear_quotient(self, factors: list[tree.Node]) -> ExpressionError:
+        """What is wrong with these factors, of which the last is a divisor, before one without a sign."""
+        # Only needed here: documents without mistakes are read sooner.
+        from rigidcli.language.text import text
+
+        column = self.token.column
+        *above, divisor = factors
+        assert isinstance(divisor, tree.Reciprocal)
+        factor = self.factor()
+        kept = above if above != [tree.Number("1", 1.0)] else []
+        readings = [
+            text(tree.Product((*above, tree.Reciprocal(tree.Product((divisor.operand, factor)))))),
+            text(tree.Product((*kept, factor, divisor))),
+        ]
+        if max(map(len, readings)) > _SHOWN_READING:
+            readings = ["a/(b*c)", "a*c/b"]
+        return self.refused(
+            "a product without a sign after `/` can be read in two ways",
+            column,
+            f"write `{readings[0]}` or `{readings[1]}`",
+        )
+
+    def misplaced(self, hint: str | None = None) -> ExpressionError:
+        """What is wrong with the token that no rule of the grammar can use here."""
+        raise NotImplementedError
+
+
+def product_of(factors: list[tree.Node]) -> tree.Node:
+    """The product of one factor or more."""
+    return factors[0] if len(factors) == 1 else tree.Product(tuple(factors))
+
+
+class _Reader(Reader):
+    """The grammar of documents."""
+
+    def __init__(self, source: str, functions: Mapping[str, tree.UnknownFunction]) -> None:
+        super().__init__(tokenize(source))
+        self.functions = functions
+        self.names: set[str] = set()
+
+    def begins_factor(self) -> bool:
+        here = self.token
+        if here.text.startswith("_") and here.touches:  # the digits of 1_000
+            raise self.misplaced()
+        return here.kind in ("name", "root") or here.text == "("
+
+    def raised(self) -> tree.Node:
         base = self.atom()
         if self.token.kind == "superscript":
             digits = self.token.text.removeprefix("-")
@@ -123,12 +221,7 @@ class _Reader:
             self.advance()
             if self.token.text == "**" or self.token.kind == "superscript":
                 raise self.misplaced("group powers of powers with parentheses")
-        if self.token.text != "**":
-            return base
-        self.descend()
-        exponent = self.factor()
-        self.depth -= 1
-        return tree.Power(base, exponent)
+        return tree.Power(base, self.deeper()) if self.token.text == "**" else base
 
     def atom(self) -> tree.Node:
         token = self.token
@@ -188,59 +281,17 @@ class _Reader:
                 column=function.column,
                 hint=f"write `{name}(...)`{', and a power of it behind that' if is_raised else ''}",
             )
-        self.descend()
-        arguments: list[tree.Node] = []
-        if self.token.text != ")":
-            arguments.append(self.sum())
-            while self.token.text == ",":
-                self.advance()
-                arguments.append(self.sum())
-        self.close(opening)
-        self.depth -= 1
+        arguments = self.arguments()
         name = self.functions.get(name, ALIASES.get(name, name))
         arity = FUNCTIONS[name].arity if name in FUNCTIONS else 1
         if isinstance(name, tree.UnknownFunction):
             arity = len(name.parameters)
-        if len(arguments) != arity:
-            raise ExpressionError(
-                f"`{function.text}` takes {arity} argument{'s' if arity > 1 else ''}, not {len(arguments)}",
-                column=function.column,
-            )
+        self.require_arity(function.text, arity, arguments, function.column)
         if function.text in QUOTIENTS and name == function.text:
             above, below = QUOTIENTS[name]
-            over = tree.Call(above, tuple(arguments)) if above else tree.Number("1", 1.0)
-            return tree.Product((over, tree.Reciprocal(tree.Call(below, tuple(arguments)))))
-        return tree.Call(name, tuple(arguments))
-
-    def close(self, opening: Token) -> None:
-        """Pass the parenthesis that ends what `opening` began."""
-        if self.token.kind == "end":
-            raise ExpressionError("`(` is never closed", column=opening.column)
-        if self.token.text != ")":
-            raise self.misplaced()
-        self.advance()
-
-    def unclear_quotient(self, factors: list[tree.Node]) -> ExpressionError:
-        """What is wrong with these factors, of which the last is a divisor, before one without a sign."""
-        # Only needed here: documents without mistakes are read sooner.
-        from rigidcli.language.text import text
-
-        column = self.token.column
-        *above, divisor = factors
-        assert isinstance(divisor, tree.Reciprocal)
-        factor = self.factor()
-        kept = above if above != [tree.Number("1", 1.0)] else []
-        readings = [
-            text(tree.Product((*above, tree.Reciprocal(tree.Product((divisor.operand, factor)))))),
-            text(tree.Product((*kept, factor, divisor))),
-        ]
-        if max(map(len, readings)) > _SHOWN_READING:
-            readings = ["a/(b*c)", "a*c/b"]
-        return ExpressionError(
-            "a product without a sign after `/` can be read in two ways",
-            column=column,
-            hint=f"write `{readings[0]}` or `{readings[1]}`",
-        )
+            over = tree.Call(above, arguments) if above else tree.Number("1", 1.0)
+            return tree.Product((over, tree.Reciprocal(tree.Call(below, arguments))))
+        return tree.Call(name, arguments)
 
     def misplaced(self, hint: str | None = None) -> ExpressionError:
         """What is wrong with the token that no rule of the grammar can use here."""

@@ -17,20 +17,15 @@ What can be read in two ways is refused, and both are named. No text is given to
 from __future__ import annotations
 
 import re
-from typing import NamedTuple
 
 from rigidcli.errors import ExpressionError, shown
 from rigidcli.language import tree
 from rigidcli.language.functions import ALIASES, CONSTANTS, FUNCTIONS
 from rigidcli.language.latex import plain
+from rigidcli.language.parser import Reader, product_of
 from rigidcli.language.text import text as written
+from rigidcli.language.tokens import MAX_DIGITS, Token
 from rigidcli.language.vocabulary import Words, unknown, unreadable
-
-MAX_DEPTH = 100
-"""How deep brackets, calls, signs and powers may be nested, so that recursion never ends the program."""
-
-MAX_DIGITS = 400
-"""The most digits of a number, so that its exact fraction stays small."""
 
 _ANGLE = re.compile(r"(theta|phi|psi|alpha|beta|gamma|chi|vartheta)[_0-9]*")
 """Names that are the whole argument of a sine, so that `sin theta x` has one meaning."""
@@ -50,7 +45,7 @@ _PRIMED = re.compile(rf"({_NAME})('{{1,2}}|\")(?:\(t\))?")
 _TOKEN = re.compile(
     r"""\s*+(?: (?P<number> (?: \d++ \.?+ \d*+ | \.\d++ ) (?: [eE][+-]?\d++ (?!\w) )?+ )
       | (?P<name> [^\W\d]\w*+ )
-      | (?P<sign> \*\* | [-+*/^()\[\],|] )
+      | (?P<operator> \*\* | [-+*/^()\[\],|] )
       | (?P<end> \Z ) | (?P<stranger> . ) )""",
     re.VERBOSE | re.DOTALL,
 )
@@ -89,14 +84,7 @@ def slopes(text: str) -> str:
     return text if "atan2" in text else re.sub(r"(?<=\d),(?=\d)", ".", text)
 
 
-class _Token(NamedTuple):
-    kind: str
-    text: str
-    touches: bool
-    """Whether there is no blank before it."""
-
-
-def _tokens(text: str) -> list[_Token]:
+def _tokens(text: str) -> list[Token]:
     found = []
     for match in _TOKEN.finditer(text):
         kind = match.lastgroup or "end"
@@ -105,7 +93,8 @@ def _tokens(text: str) -> list[_Token]:
             raise unreadable(f"unexpected {shown(piece)}", _HINTS.get(piece))
         if kind == "number" and (len(piece) > MAX_DIGITS or len(piece.lower().partition("e")[2]) > 5):
             raise unreadable(f"a number has at most {MAX_DIGITS} digits", code="too_large")
-        found.append(_Token(kind, _BRACKETS.get(piece, piece), match.start() == match.start(kind)))
+        place = match.start(kind)
+        found.append(Token(kind, _BRACKETS.get(piece, piece), place + 1, match.start() == place))
         if kind == "end":
             break
     return found
@@ -125,125 +114,58 @@ _HINTS = {
 }
 
 
-class _Reader:
-    """A place in the tokens of one text, with a method for each rule of the grammar."""
+class _Reader(Reader):
+    """The grammar of answers."""
+
+    empty = "the answer is empty"
 
     def __init__(self, text: str, words: Words | None) -> None:
+        super().__init__(_tokens(text))
         self.words = words
-        self.tokens = _tokens(text)
-        self.index = 0
-        self.depth = 0
         self.bars = 0
 
-    @property
-    def token(self) -> _Token:
-        return self.tokens[self.index]
-
-    def deeper(self) -> None:
-        """Pass a token that puts what follows one level deeper."""
-        self.depth += 1
-        if self.depth > MAX_DEPTH:
-            raise unreadable(f"nested deeper than {MAX_DEPTH} levels", code="too_large")
-        self.index += 1
-
-    def whole(self) -> tree.Node:
-        if self.token.kind == "end":
-            raise unreadable("the answer is empty")
-        node = self.sum()
-        if self.token.kind != "end":
-            raise self.misplaced()
-        return node
-
-    def sum(self) -> tree.Node:
-        terms = [self.product()]
-        while (sign := self.token.text) in ("+", "-") and self.token.kind == "sign":
-            self.index += 1
-            term = self.product()
-            terms.append(term if sign == "+" else tree.Negative(term))
-        return terms[0] if len(terms) == 1 else tree.Sum(tuple(terms))
+    def refused(
+        self, message: str, column: int, hint: str | None = None, code: str = "parse_error"
+    ) -> ExpressionError:
+        return unreadable(message, hint, code)
 
     def begins_factor(self) -> bool:
-        """Whether a factor without a sign may begin here."""
         token = self.token
         return token.kind == "name" or token.text == "(" or (token.text == "|" and not self.bars)
 
-    def product(self) -> tree.Node:
-        factors = [self.factor()]
-        while True:
-            sign = self.token.text
-            if sign in ("*", "/") and self.token.kind == "sign":
-                self.index += 1
-                factor = self.factor()
-                factors.append(factor if sign == "*" else tree.Reciprocal(factor))
-            elif self.begins_factor():
-                if isinstance(divided := factors[-1], tree.Reciprocal):
-                    raise self.unclear_quotient(factors[:-1], divided.operand)
-                is_word, factor = self.token.kind == "name", self.factor()
-                factors += factor.factors if is_word and isinstance(factor, tree.Product) else [factor]
-            else:
-                return _product(factors)
+    def factors(self) -> list[tree.Node]:
+        is_word, factor = self.token.kind == "name", self.factor()
+        return list(factor.factors) if is_word and isinstance(factor, tree.Product) else [factor]
 
-    def unclear_quotient(self, above: list[tree.Node], divisor: tree.Node) -> ExpressionError:
-        """What is wrong with `1/2 m`."""
-        factor = self.factor()
-        below = tree.Reciprocal(tree.Product((divisor, factor)))
-        kept = above if above != [tree.Number("1", 1.0)] else []
-        readings = _product([*above, below]), _product([*kept, factor, tree.Reciprocal(divisor)])
-        one, other = (written(reading) for reading in readings)
-        hint = f"write `{one}` or `{other}`"[:200]
-        return unreadable("a product without a sign after `/` can be read in two ways", hint)
-
-    def factor(self) -> tree.Node:
-        sign = self.token.text
-        if sign in ("-", "+"):
-            self.deeper()
-            operand = self.factor()
-            self.depth -= 1
-            return operand if sign == "+" else tree.Negative(operand)
+    def raised(self) -> tree.Node:
         *before, base = self.atoms()
         if self.token.text == "^":
-            base = (
-                tree.Call("exp", (self.exponent(),))
-                if self.is_euler(base)
-                else tree.Power(base, self.exponent())
-            )
-        return _product([*before, base])
-
-    def exponent(self) -> tree.Node:
-        self.deeper()
-        exponent = self.factor()
-        self.depth -= 1
-        return exponent
-
-    def is_euler(self, base: tree.Node) -> bool:
-        """Whether this is the number e, which is no letter of the question."""
-        return base == tree.Name("e") and self.words is not None and self.words.meaning("e") is None
+            exponent = self.deeper()
+            # The number e is no letter of the question.
+            is_euler = base == tree.Name("e") and self.words is not None and self.words.meaning("e") is None
+            base = tree.Call("exp", (exponent,)) if is_euler else tree.Power(base, exponent)
+        return product_of([*before, base])
 
     def atoms(self) -> list[tree.Node]:
         """A number, a bracket, a function, or the names that a word is the product of."""
         token = self.token
         if token.kind == "number":
-            self.index += 1
+            self.advance()
             return [tree.Number(token.text, float(token.text))]
         if token.kind == "name":
-            self.index += 1
+            self.advance()
             return self.word(token.text)
         if token.text not in ("(", "|"):
             raise self.misplaced()
-        self.deeper()
+        self.descend()
         self.bars += token.text == "|"
         outer, self.bars = self.bars, self.bars if token.text == "|" else 0
         node = self.sum()
         self.bars = outer
-        self.close(token.text)
+        self.close(token)
         self.bars -= token.text == "|"
         self.depth -= 1
         return [node if token.text == "(" else tree.Call("abs", (node,))]
-
-    def close(self, opening: str) -> None:
-        if self.token.text != {"(": ")", "|": "|"}[opening]:
-            raise unreadable(f"`{opening}` is never closed") if self.token.kind == "end" else self.misplaced()
-        self.index += 1
 
     def word(self, word: str) -> list[tree.Node]:
         """What a word means, which has been passed already."""
@@ -256,12 +178,13 @@ class _Reader:
             elif (part in FUNCTIONS or part in ALIASES) and not is_name:
                 if place + 1 < len(parts):  # the rest of the word is its argument, as in `sinx`
                     inner: list[tree.Node] = [tree.Name(name) for name in parts[place + 1 :]]
-                    return [*nodes, tree.Call(part, (_product(inner),))]
+                    return [*nodes, tree.Call(part, (product_of(inner),))]
                 nodes.append(self.call(part))
             else:
                 nodes.append(tree.Name(part))
         if self.is_of_time(parts[-1]):
-            self.index += 3
+            for _ in range(3):
+                self.advance()
         return nodes
 
     def parts(self, word: str) -> tuple[str, ...]:
@@ -297,30 +220,22 @@ class _Reader:
         """A function, whose name has been passed already, perhaps with a power, and its arguments."""
         power: tree.Node | None = None
         if self.token.text == "^":
-            power = self.exponent()
+            power = self.deeper()
         if power == tree.Negative(tree.Number("1", 1.0)):
             if f"a{function}" not in FUNCTIONS:
                 raise unreadable(f"the inverse of `{function}` is not clear", f"write `1/{function}(...)`")
             function, power = f"a{function}", None
         function = ALIASES.get(function, function)
         arguments = self.arguments() if self.token.text == "(" else (self.bare(function, power),)
-        arity = FUNCTIONS[function].arity
-        if len(arguments) != arity:
-            raise unreadable(f"`{function}` takes {arity} argument{'s'[: arity - 1]}, not {len(arguments)}")
+        self.require_arity(function, FUNCTIONS[function].arity, arguments, self.token.column)
         node = tree.Call(function, arguments)
         return node if power is None else tree.Power(node, power)
 
     def arguments(self) -> tuple[tree.Node, ...]:
-        self.deeper()
         outer, self.bars = self.bars, 0
-        found = [self.sum()]
-        while self.token.text == ",":
-            self.index += 1
-            found.append(self.sum())
-        self.close("(")
-        self.depth -= 1
+        found = super().arguments()
         self.bars = outer
-        return tuple(found)
+        return found
 
     def bare(self, function: str, power: tree.Node | None) -> tree.Node:
         """The argument of a function without brackets: `2 theta`, `omega t`, `kx`."""
@@ -330,15 +245,15 @@ class _Reader:
             if function == "sqrt" and not (self.token.kind == "name" and self.token.touches):
                 return factors[0]
         if self.token.kind == "name" and self.token.text not in FUNCTIONS:
-            self.deeper()
+            self.descend()
             factors += self.word(self.tokens[self.index - 1].text)
             self.depth -= 1
         if not factors:
             raise unreadable(f"`{function}` needs its argument in brackets", f"write `{function}(...)`")
         if self.token.text == "t" and factors[-1] != tree.Name("t"):
-            self.index += 1
+            self.advance()
             factors.append(tree.Name("t"))
-        argument = _product(factors)
+        argument = product_of(factors)
         last = factors[-1]
         is_angle = isinstance(last, tree.Name) and (_ANGLE.match(last.name) or last.name == "t")
         behind = self.token.kind == "name" and self.token.text not in FUNCTIONS and not is_angle
@@ -349,17 +264,13 @@ class _Reader:
             raise unreadable(f"`{function}` without brackets can be read in two ways", hint)
         return argument
 
-    def misplaced(self) -> ExpressionError:
+    def misplaced(self, hint: str | None = None) -> ExpressionError:
         """What is wrong with the token that no rule of the grammar can use here."""
         here, before = self.token, self.tokens[self.index - 1] if self.index else None
         if here.kind == "end":
             return unreadable("the formula ends too early")
-        if here.kind == "number" and before is not None and before.kind != "sign":
+        if here.kind == "number" and before is not None and before.kind != "operator":
             return unreadable(f"no sign before `{here.text[:24]}`")
         if here.text == ")":
             return unreadable("`)` closes nothing")
         return unreadable(f"unexpected `{here.text[:24]}`")
-
-
-def _product(factors: list[tree.Node]) -> tree.Node:
-    return factors[0] if len(factors) == 1 else tree.Product(tuple(factors))
