@@ -224,5 +224,4 @@ def _joined(
         total([*(branch.hamiltonian for branch in chosen), rest]),
         tuple(e for branch in chosen for e in branch.conditions),
         tuple(e for branch in chosen for e in branch.region),
-        next((branch.period for branch in chosen if branch.period is not None), None),
     )

@@ -13,7 +13,6 @@ from fractions import Fraction
 from rigidcli.algebra import arithmetic
 from rigidcli.algebra.allowance import Allowance
 from rigidcli.algebra.atoms import Applied, Atom, Group
-from rigidcli.algebra.calculus import derivative
 from rigidcli.algebra.expansion import MAX_STEPS, Polynomial, coefficients, expand
 from rigidcli.algebra.expressions import ONE, PI, ZERO, Expr, gathered, power, product, total
 from rigidcli.algebra.fractions import factors
@@ -23,8 +22,8 @@ from rigidcli.algebra.simplification import tidy
 
 HALF = Fraction(1, 2)
 
-_Solution = tuple[Expr, tuple[Expr, ...], Expr | None]
-"""A value, what must be positive for it, and the period of further values."""
+_Solution = tuple[Expr, tuple[Expr, ...], bool]
+"""A value, what must be positive for it, and whether further values follow by a period."""
 
 
 def solutions(e: Expr, v: str, r: Expr = ZERO) -> Iterator[_Solution]:
@@ -57,7 +56,7 @@ def _of_polynomial(found: Mapping[int, Expr], r: Expr) -> Iterator[_Solution]:
     first, *others = sorted(found)
     if not others:
         yield from (
-            (u, conditions, None) for u, conditions in _roots(tidy(r / found[first]), Fraction(first))
+            (u, conditions, False) for u, conditions in _roots(tidy(r / found[first]), Fraction(first))
         )
     elif others == [2 * first]:
         a, b = found[2 * first], found[first]
@@ -65,7 +64,7 @@ def _of_polynomial(found: Mapping[int, Expr], r: Expr) -> Iterator[_Solution]:
         square = tidy(r / a + shift**2)
         for side in (1, -1):
             for u, conditions in _roots(side * square**HALF - shift, Fraction(first)):
-                yield u, (square, *conditions), None
+                yield u, (square, *conditions), False
 
 
 def _roots(w: Expr, n: Fraction) -> Iterator[tuple[Expr, tuple[Expr, ...]]]:
@@ -84,7 +83,7 @@ def _of_atom(atom: Atom, v: str, u: Expr) -> Iterator[_Solution]:
     if isinstance(atom, Group):
         yield from solutions(atom.inner, v, u)
     elif not isinstance(atom, Applied):
-        yield u, (), None
+        yield u, (), False
     elif atom.function == "atan2":
         y, x = atom.arguments
         yield from solutions(y * apply("cos", u) - x * apply("sin", u), v)
@@ -93,10 +92,8 @@ def _of_atom(atom: Atom, v: str, u: Expr) -> Iterator[_Solution]:
     elif atom.function in _INVERSES:
         (inner,) = atom.arguments
         for w, conditions in _INVERSES[atom.function](u):
-            for x, further, _ in solutions(inner, v, w):
-                turns = atom.function in ("sin", "cos", "tan")
-                period = tidy(2 * PI / abs(derivative(inner, v))) if turns else None
-                yield x, (*conditions, *further), period
+            for x, further, turns in solutions(inner, v, w):
+                yield x, (*conditions, *further), turns or atom.function in ("sin", "cos", "tan")
 
 
 def _of_several(e: Expr, v: str, r: Expr, moving: set[tuple[Atom, Rational]]) -> Iterator[_Solution]:

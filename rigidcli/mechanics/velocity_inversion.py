@@ -4,17 +4,17 @@ K is a part of the Lagrangian that shares its velocities v with no other, and P 
 
     K^2 = a + v.C.v             a root: with S the sign of K at rest and D^2 = a (1 - P.C^-1.P)
                                 v = S a C^-1.P/D,  H = -S D
-    K = A v^n for one v         a power: v = (P/(n A))^(1/(n - 1)),  H = (1 - 1/n) P v
+    K = A v^n for one v         an even power: |v| = |P/(n A)|^(1/(n - 1)),  H = (n - 1) A |v|^n
     dK/dv = P for one v         what is done to v is undone step by step, and H = P v - K
 
-Terms linear in v are part of the root and the power when the square is completed: K as a function of v + s
+Terms linear in v are part of the root when the square is completed: K as a function of v + s
 has v less by s, and H less by P.s. The roots are real, and positive where they are square roots. The formulas
 are derived here from dK/dv = P and H = P.v - K. Each way back is put to the test at sample points.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
 from fractions import Fraction
@@ -24,6 +24,7 @@ from rigidcli.algebra.atoms import Applied, Atom, Group, is_positive
 from rigidcli.algebra.calculus import derivative
 from rigidcli.algebra.expansion import Polynomial, coefficients, expand
 from rigidcli.algebra.expressions import Expr, atomic, expr, factored, gathered, symbol, total
+from rigidcli.algebra.functions import apply
 from rigidcli.algebra.simplification import shortest, tidy
 from rigidcli.algebra.substitution import mapped, rebuilt, substitute
 from rigidcli.algebra.values import sample_points
@@ -42,38 +43,18 @@ class Branch:
     """One way back from momenta: velocities, H = P v - K, and expressions that must be positive for that.
 
     These are `conditions` on the momenta, and the `region` of coordinates and parameters: elsewhere the
-    same velocities have another form. Velocities with a `period` may differ by its multiples, too.
+    same velocities have another form.
     """
 
     velocities: tuple[Expr, ...]
     hamiltonian: Expr
     conditions: tuple[Expr, ...] = ()
     region: tuple[Expr, ...] = ()
-    period: Expr | None = None
 
     @property
     def validity(self) -> str:
         """The conditions in words."""
-        where = " and ".join(self._limits())
-        return where if self.period is None else f"{where}, and all that differ by multiples of {self.period}"
-
-    def _limits(self) -> Iterator[str]:
-        """The conditions, solved for a momentum where they are linear in it, with numbers."""
-        ends: dict[str, dict[int, Expr]] = {}
-        for e in self.conditions:
-            name = next(iter(e.names), "")
-            found = coefficients(e, [name])
-            slope = coefficient(found, 1, 0).as_number if has_degrees(found, 0, 1) else None
-            if found is None or not slope or not e.names <= {name}:
-                yield f"{e} > 0"
-            else:
-                ends.setdefault(name, {})[1 if slope > 0 else -1] = -coefficient(found, 1) / slope
-        for name, sides in ends.items():
-            if len(sides) == 2:
-                yield f"{sides[1]} < {name} < {sides[-1]}"
-            else:
-                ((side, end),) = sides.items()
-                yield f"{name} {'>' if side > 0 else '<'} {end}"
+        return " and ".join(f"{e} > 0" for e in self.conditions)
 
     def shifted(self, shift: Sequence[Expr], momenta: Sequence[Expr]) -> Branch:
         """The inverse of K(v + `shift`) from that of K(v)."""
@@ -89,7 +70,7 @@ def inverted(K: Expr, velocities: Sequence[str], momenta: Sequence[Expr]) -> lis
         if found:
             return found
         if len(velocities) == 1:
-            return _undone(K, velocities[0], momenta[0])
+            return _of_even_power(K, velocities[0], momenta[0]) or _undone(K, velocities[0], momenta[0])
     return []
 
 
@@ -153,26 +134,35 @@ def _odd_part(e: Expr) -> tuple[int, Expr]:
     return 1 if size > 0 else -1, gathered(1, odd)
 
 
+def _of_even_power(K: Expr, v: str, P: Expr) -> list[Branch]:
+    """K = A v^n with an even n."""
+    found = coefficients(K, [v])
+    ((n,), A) = next(iter(found.items())) if found is not None and len(found) == 1 else ((1,), K)
+    if n % 2:
+        return []
+    base = tidy(P / (n * A))
+    size = apply("abs", base)
+    u = apply("sign", base) * size ** Fraction(1, n - 1)
+    return [Branch((u,), (n - 1) * A * size ** Fraction(n, n - 1))]
+
+
 def _undone(K: Expr, v: str, P: Expr) -> list[Branch]:
     """The inverses of one velocity that come from undoing what is done to it, and hold at sample points."""
     momentum = symbol("momentum P")
     slope = tidy(derivative(K, v))
     found: dict[Expr, Branch] = {}
-    for u, conditions, period in solutions(slope, v, momentum):
+    for u, conditions, is_periodic in solutions(slope, v, momentum):
+        if is_periodic:
+            return []  # nobody lists endless branches
         with suppress(ExpressionError):
             velocity, positive = tidy(u), _positive(conditions)
             if velocity in found or not _holds(K, velocity, positive, slope, v, momentum):
-                continue
-            half = None if period is None else period / 2
-            twin = next((e for e in found if half is not None and tidy(velocity - e) in (half, -half)), None)
-            if twin is not None:
-                found[twin] = replace(found[twin], period=half)
                 continue
             energy = tidy(momentum * velocity - _on_main_branch(substitute(K, {v: velocity})))
             put = {str(momentum): P}
             e, h = substitute(velocity, put), substitute(energy, put)
             limits = tuple(tidy(substitute(c, put)) for c in positive)
-            found[velocity] = Branch((e,), h, limits, period=period)
+            found[velocity] = Branch((e,), h, limits)
     return list(found.values())
 
 

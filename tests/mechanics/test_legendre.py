@@ -93,17 +93,13 @@ def test_closed_inverses(name: str, sign: int) -> None:
         ("m/xdot - x", 2, [0.7, -0.7]),
         ("m*xdot^5 + x*xdot", 2, [0.7, -0.7]),
         ("xdot^3/3 + x*xdot^2/2 - x", 2, [-3.0, -0.9, 0.2, 2.0]),
-        ("-m*cos(k*xdot + x)", 2, [-1.2, 0.3, 1.1, 2.0]),
-        ("m*sin(xdot)", 2, [-1.2, -0.3, 0.3, 1.1, 2.5]),
         ("xdot*log(xdot) - k*x", 1, [0.4, 3.0]),
         ("log(cosh(m*xdot))", 1, [-0.4, 1.2]),
         ("xdot*atan(xdot) - log(1 + xdot^2)/2", 1, [-3.0, 0.4]),
         ("xdot*asinh(xdot) - sqrt(1 + xdot^2) + x*xdot", 1, [-3.0, 0.4]),
-        ("m*log(cos(xdot + x))", 1, [-1.2, 0.4]),
         ("tanh(xdot)", 2, [-1.2, 0.4]),
         ("xdot^2/(m + xdot)", 2, [-1.4, -5.0, 0.4]),
         ("log((1 - xdot^2)^2)", 2, [-3.0, -0.4, 0.4, 5.0]),
-        ("tan(xdot)", 2, [-0.6, 0.4]),
     ],
 )
 def test_every_velocity_is_on_one_branch(lagrangian: str, count: int, velocities: list[float]) -> None:

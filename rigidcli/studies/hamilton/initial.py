@@ -157,14 +157,13 @@ def _branch(point: _Point, derivation: Derivation, v: Floats | None) -> Branch |
         raise point.document.refusal(f"no velocity has these momenta, expected {branches[0].validity}", KEY)
     if len(inside) == 1:
         return inside[0]
-    names, period = derivation.velocity_names, inside[0].period
+    names = derivation.velocity_names
     listed = "; ".join(
         ", ".join(f"{name} = {value:.6g}" for name, value in zip(names, known, strict=True))
         for known in sorted(values, key=tuple)
     )
     raise point.document.refusal(
-        f"{len(inside)} velocities have these momenta: {listed}"
-        + ("" if period is None else f", and all that differ by multiples of {period}"),
+        f"{len(inside)} velocities have these momenta: {listed}",
         KEY,
         hint=f"give the velocities {', '.join(names)} instead",
     )
