@@ -20,13 +20,13 @@ from dataclasses import dataclass, replace
 from fractions import Fraction
 
 from rigidcli.algebra import arithmetic, matrices
-from rigidcli.algebra.atoms import Applied, Atom, Group, is_positive
+from rigidcli.algebra.atoms import Group, is_positive
 from rigidcli.algebra.calculus import derivative
 from rigidcli.algebra.expansion import Polynomial, coefficients, expand
-from rigidcli.algebra.expressions import Expr, atomic, expr, factored, gathered, symbol, total
+from rigidcli.algebra.expressions import Expr, factored, gathered, symbol, total
 from rigidcli.algebra.functions import apply
 from rigidcli.algebra.simplification import shortest, tidy
-from rigidcli.algebra.substitution import mapped, rebuilt, substitute
+from rigidcli.algebra.substitution import substitute
 from rigidcli.algebra.values import sample_points
 from rigidcli.errors import ComputationError, ExpressionError
 from rigidcli.mechanics.hamilton_equations import coefficient, has_degrees
@@ -158,7 +158,7 @@ def _undone(K: Expr, v: str, P: Expr) -> list[Branch]:
             velocity, positive = tidy(u), _positive(conditions)
             if velocity in found or not _holds(K, velocity, positive, slope, v, momentum):
                 continue
-            energy = tidy(momentum * velocity - _on_main_branch(substitute(K, {v: velocity})))
+            energy = tidy(momentum * velocity - substitute(K, {v: velocity}))
             put = {str(momentum): P}
             e, h = substitute(velocity, put), substitute(energy, put)
             limits = tuple(tidy(substitute(c, put)) for c in positive)
@@ -192,20 +192,3 @@ def _positive(conditions: Sequence[Expr]) -> tuple[Expr, ...]:
         kept = gathered(1 if size > 0 else -1, {a: n for a, n in odd.items() if not is_positive(a)})
         found[tidy(kept)] = True
     return tuple(e for e in found if not (e.sign() == 1 and e.is_strict()))
-
-
-_MAIN = {("exp", "log"), ("asin", "sin"), ("acos", "cos"), ("atan", "tan"), ("acosh", "cosh")}
-
-
-def _on_main_branch(e: Expr) -> Expr:
-    """An expression with x for atan(tan(x)), as it is where the conditions of the inverses hold."""
-
-    def change(atom: Atom) -> Expr | None:
-        if isinstance(atom, Applied):
-            for other in atom.arguments[0].atoms:
-                whole = isinstance(other, Applied) and atom.arguments[0] == atomic(other)
-                if isinstance(other, Applied) and whole and (atom.function, other.function) in _MAIN:
-                    return expr(other.arguments[0])
-        return rebuilt(atom, _on_main_branch) if isinstance(atom, Applied | Group) else None
-
-    return mapped(e, change)

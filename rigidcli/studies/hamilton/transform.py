@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Collection, Iterator, Mapping
 from contextlib import suppress
 from dataclasses import dataclass, replace
 from itertools import combinations
@@ -86,7 +86,10 @@ def transformed(document: Document, transform: Transform, derivation: Derivation
             change = _Change(values, old, new, hamiltonian)
             found = change.from_old() if transform.old is not None else change.from_new()
     if found is not None:
-        conditions = tuple(dict.fromkeys([*conditions, *found.conditions]))
+        signs = {name: sign(value) for name, value in known_values(document).items()}
+        found = found.shorter([name for name in found.hamiltonian.names - {TIME} if signs.get(name, 1) == 1])
+        further = (words for words in found.conditions if words.removesuffix(" > 0") not in signs)
+        conditions = tuple(dict.fromkeys([*conditions, *further]))
     return TransformedSystem(
         new.names,
         {
@@ -132,6 +135,17 @@ class _Found:
     added: Expr
     gradient: list[Expr]
     conditions: tuple[str, ...] = ()
+
+    def shorter(self, names: Collection[str]) -> _Found:
+        """The same with K in the form for positive values of names, if it is shorter: sqrt(k/m)."""
+        e = self.hamiltonian
+        positive = tidy(substitute(e, {name: symbol(name, positive=True) for name in names}))
+        form = from_tree(substitute(positive, {name: symbol(name) for name in names}).tree())
+        needed = None if len(str(form)) >= len(str(e)) else canonical.positive_names([e - form], ())
+        if needed is None:
+            return self
+        conditions = (*self.conditions, *(f"{name} > 0" for name in needed))
+        return replace(self, hamiltonian=form, conditions=conditions)
 
 
 @dataclass(frozen=True, slots=True)
