@@ -14,15 +14,14 @@ import unicodedata
 
 from rigidcli.errors import ExpressionError
 from rigidcli.language.functions import FUNCTIONS
-from rigidcli.language.tokens import GREEK, MAX_TEXT
+from rigidcli.language.tokens import GREEK, GREEK_LETTERS, MAX_TEXT
 
 MAX_NESTING = 60
 """The most braces inside each other, so that recursion never ends the program."""
 
 _SIGNS = str.maketrans(
-    dict(zip("αβγδεζηθικλμνξοπρστυφχψω", GREEK, strict=True))
-    | dict(zip("ΑΒΓΔΕΖΗΘΙΚΛΜΝΞΟΠΡΣΤΥΦΧΨΩ", map(str.capitalize, GREEK), strict=True))
-    | {"ϑ": "theta", "ϕ": "phi", "ϵ": "epsilon", "ϱ": "rho", "ς": "sigma", "∞": " inf ", "√": " sqrt "}
+    GREEK_LETTERS
+    | {"∞": " inf ", "√": " sqrt "}
     | {"½": "(1/2)", "¼": "(1/4)", "¾": "(3/4)", "⅓": "(1/3)", "⅔": "(2/3)"}
     | dict.fromkeys("−–—‐‑", "-")
     | dict.fromkeys("·⋅×∗•", "*")

@@ -30,12 +30,12 @@ GREEK = [
 ]  # fmt: skip
 """The names of the Greek letters, in their order; those of capitals begin with one."""
 
-_GREEK = str.maketrans(
+GREEK_LETTERS = str.maketrans(
     dict(zip("αβγδεζηθικλμνξοπρστυφχψω", GREEK, strict=True))
     | dict(zip("ΑΒΓΔΕΖΗΘΙΚΛΜΝΞΟΠΡΣΤΥΦΧΨΩ", map(str.capitalize, GREEK), strict=True))
     | {"ϑ": "theta", "ϕ": "phi", "ϵ": "epsilon", "ϱ": "rho", "ς": "sigma", "\N{MICRO SIGN}": "mu"}
 )
-_LETTER = "A-Za-z_" + "".join(map(chr, _GREEK))
+_LETTER = "A-Za-z_" + "".join(map(chr, GREEK_LETTERS))
 
 _MARKS = {"\N{COMBINING DOT ABOVE}": "dot", "\N{COMBINING DIAERESIS}": "ddot"}
 """The dots over a letter: of its first and its second derivative by the time."""
@@ -125,7 +125,7 @@ def tokenize(text: str) -> list[Token]:
         if kind == "number":
             _check_number(piece, column)
         elif kind == "name":
-            piece = piece.translate(_GREEK)
+            piece = piece.translate(GREEK_LETTERS)
         elif kind == "dotted":
             kind, piece = "name", _undotted(piece)
         elif kind == "operator":
@@ -149,7 +149,7 @@ def _undotted(name: str) -> str:
     """The name of the derivative that dots over a letter mean: x_1 with a dot over the x is x_1dot."""
     letters = unicodedata.normalize("NFD", name)
     (mark,) = (letter for letter in letters if letter in _MARKS)
-    return letters.replace(mark, "").translate(_GREEK) + _MARKS[mark]
+    return letters.replace(mark, "").translate(GREEK_LETTERS) + _MARKS[mark]
 
 
 def _check_number(piece: str, column: int) -> None:
