@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import itertools
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from fractions import Fraction
 from functools import partial
 from typing import NamedTuple, TypeAlias
 
@@ -14,16 +13,13 @@ from rigidcli.algebra.expansion import expand
 from rigidcli.algebra.expressions import ONE, Expr, atomic, expr, gathered, product, total
 from rigidcli.algebra.functions import apply
 from rigidcli.algebra.roots import Rational
-from rigidcli.algebra.substitution import mapped, rebuilt
+from rigidcli.algebra.substitution import mapped
 
 MAX_ROUNDS = 200
 """Most times that terms of one sum are replaced by fewer."""
 
 _STEPS_TO_SEARCH = 10
 """Steps for each pair of functions in a term whose partner is looked for."""
-
-MAX_MULTIPLE = 12
-"""Largest multiple of an angle whose sine is written in sines and cosines of the angle itself."""
 
 
 class _Pair(NamedTuple):
@@ -140,7 +136,7 @@ def _in_one_function(e: Expr, allowance: Allowance) -> Expr:
     """Squares of sines by cosines, or the other way, wherever that leaves fewer terms."""
     for pair in _PAIRS:
         for x in _arguments(e, pair):
-            ways = [without_squares(e, function, x, allowance) for function in (pair.odd, pair.even)]
+            ways = [_without_squares(e, function, x, allowance) for function in (pair.odd, pair.even)]
             e = min([e, *ways], key=lambda way: (len(way.terms), len(way.key)))
     return e
 
@@ -154,7 +150,7 @@ def _arguments(e: Expr, pair: _Pair) -> list[Expr]:
     return sorted(dict.fromkeys(found), key=lambda x: x.key)
 
 
-def without_squares(e: Expr, function: str, x: Expr, allowance: Allowance) -> Expr:
+def _without_squares(e: Expr, function: str, x: Expr, allowance: Allowance) -> Expr:
     """A sum with the squares of one function written in the other one of its pair."""
     pair = next(pair for pair in _PAIRS if function in (pair.odd, pair.even))
     other = apply(pair.even if function == pair.odd else pair.odd, x)
@@ -174,47 +170,6 @@ def without_squares(e: Expr, function: str, x: Expr, allowance: Allowance) -> Ex
         else:
             parts.append(Expr({monomial: coefficient}))
     return total(parts)
-
-
-def elementary_angles(e: Expr, allowance: Allowance) -> Expr:
-    """The expression in sines and cosines of the terms of their arguments, and no sine squared."""
-    e = expand(_in_single_angles(e, allowance), allowance)
-    for pair in _PAIRS:
-        for x in _arguments(e, pair):
-            e = without_squares(e, pair.odd, x, allowance)
-    return e
-
-
-def _in_single_angles(e: Expr, allowance: Allowance) -> Expr:
-    return mapped(e, lambda atom: _single_angles(atom, allowance))
-
-
-def _single_angles(atom: Atom, allowance: Allowance) -> Expr:
-    if isinstance(atom, Applied) and atom.function in ("tan", "tanh"):
-        pair = _PAIRS[0 if atom.function == "tan" else 1]
-        odd, even = _odd_and_even(pair, _in_single_angles(atom.arguments[0], allowance), allowance)
-        return odd / even
-    if isinstance(atom, Applied) and atom.function in _FUNCTIONS:
-        pair = next(pair for pair in _PAIRS if atom.function in (pair.odd, pair.even))
-        odd, even = _odd_and_even(pair, _in_single_angles(atom.arguments[0], allowance), allowance)
-        return odd if atom.function == pair.odd else even
-    return rebuilt(atom, lambda inner: _in_single_angles(inner, allowance))
-
-
-def _odd_and_even(pair: _Pair, x: Expr, allowance: Allowance) -> tuple[Expr, Expr]:
-    """sin and cos, or sinh and cosh, of a sum by the theorems of addition."""
-    odd, even = apply(pair.odd, 0), apply(pair.even, 0)
-    for monomial, coefficient in expand(x, allowance).ordered:
-        multiple = coefficient.numerator
-        repeated = abs(multiple) if abs(multiple) <= MAX_MULTIPLE else 1
-        angle = Expr({monomial: Fraction(coefficient) / repeated})
-        further_odd, further_even = apply(pair.odd, angle), apply(pair.even, angle)
-        for _ in range(repeated):
-            odd, even = (
-                expand(odd * further_even + even * further_odd, allowance),
-                expand(even * further_even - pair.sign * odd * further_odd, allowance),
-            )
-    return odd, even
 
 
 def mixes_tangents(e: Expr) -> bool:

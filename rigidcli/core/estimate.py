@@ -76,7 +76,7 @@ def foreseen(watched: Watched, end: float, name: str) -> tuple[Floats, float]:
 
     Raises TooManySteps where there are too many of either.
     """
-    timed, phases = (_values(flow) for flow in (watched.timed, watched.phases))
+    timed, phases = (columns(flow) for flow in (watched.timed, watched.phases))
     grid, longest = _grid(GRID, end), math.inf
     for _ in range(2):  # a sine of a sine shows how fast it is when the inner one is resolved
         with np.errstate(all="ignore"):
@@ -97,8 +97,8 @@ def _grid(count: int, end: float) -> Floats:
     return np.concatenate([[0.0], (np.arange(count) + 0.381966) * (end / count), [end]])
 
 
-def _values(flow: Flow) -> Callable[..., Floats]:
-    """The function of arrays, with all values of an expression (m) in a row of the result."""
+def columns(flow: Flow) -> Callable[..., Floats]:
+    """The values of a flow (m by k) as a function of times (k) and variables (k each), else nan."""
     f = flow(np)
 
     def values(times: Floats, *state: Floats) -> Floats:
@@ -163,7 +163,7 @@ def _narrowed(
 
 def walls(watched: Watched, solution: Solution) -> Floats:
     """Times in the longest steps of a solution, at most MOST_WALLS, at which something sudden may happen."""
-    values, knots = _values(watched.moving), solution.knots
+    values, knots = columns(watched.moving), solution.knots
     longest = np.sort(np.argsort(-np.diff(knots), kind="stable")[:LONGEST_STEPS])
     steps = np.diff(knots)[longest]
     grid = (knots[longest, None] + steps[:, None] * np.arange(IN_STEP) / IN_STEP).ravel()

@@ -16,24 +16,21 @@ Methods of Classical Mechanics, section 41.
 from __future__ import annotations
 
 import math
-from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
 from itertools import combinations
-from typing import TypeAlias
 
 from rigidcli.algebra.allowance import Allowance
 from rigidcli.algebra.arithmetic import root_of_either_sign
 from rigidcli.algebra.arithmetic import tidy as in_lowest_terms
 from rigidcli.algebra.atoms import Applied, Atom, Group
 from rigidcli.algebra.calculus import derivative
-from rigidcli.algebra.expansion import MAX_STEPS
-from rigidcli.algebra.expressions import ONE, ZERO, Expr, power, product, symbol, total
-from rigidcli.algebra.fractions import factors
+from rigidcli.algebra.expressions import ONE, ZERO, Expr, power, symbol, total
 from rigidcli.algebra.functions import apply
 from rigidcli.algebra.integration import antiderivative
 from rigidcli.algebra.roots import Rational
-from rigidcli.algebra.simplification import shortest, tidy
+from rigidcli.algebra.simplification import tidy
 from rigidcli.algebra.substitution import rebuilt, substitute, with_powers
 from rigidcli.algebra.values import is_zero
 from rigidcli.errors import ComputationError, ExpressionError
@@ -131,44 +128,6 @@ def potential_of(gradient: Sequence[Expr], names: Sequence[str]) -> Expr | None:
     return found if is_right else None
 
 
-def for_positive_symbols(e: Expr, others: Collection[str] = ()) -> tuple[Expr, list[str]]:
-    """The form that an expression has if the symbols under its roots are positive, and their names.
-
-    For r > 0 the root of r^2 is r, and for k and m > 0 sqrt(k*m)/m is sqrt(k/m); a square may be multiplied
-    out. The form is taken where it is shorter. Symbols whose names are among the `others` may have any sign.
-    """
-    e = shortest([e, tidy(_in_factors(e))])
-    names = sorted(_under_roots(e) - {*others})
-    with_signs = tidy(substitute(e, {name: symbol(name, positive=True) for name in names}))
-    changed = substitute(with_signs, {name: symbol(name) for name in names})
-    return (changed, names) if len(str(changed)) < len(str(e)) else (e, [])
-
-
-def _in_factors(e: Expr) -> Expr:
-    """The expression with the sums under fractional powers in factors, as far as these are found."""
-
-    def factored(atom: Atom, n: Rational) -> Expr | None:
-        if isinstance(atom, Group) and atom.plain and n.denominator > 1:
-            with suppress(ExpressionError):
-                return product(factor**k for factor, k in factors(atom.inner, Allowance(MAX_STEPS))) ** n
-        return None
-
-    return with_powers(e, factored)
-
-
-def _under_roots(e: Expr) -> set[str]:
-    """The names of the symbols in products under fractional powers, at any depth."""
-    found: set[str] = set()
-    for monomial in e.terms:
-        for atom, n in monomial:
-            if isinstance(atom, Group):
-                is_product = not atom.plain and n.denominator > 1
-                found |= atom.names if is_product else _under_roots(atom.inner)
-            elif isinstance(atom, Applied):
-                found.update(*map(_under_roots, atom.arguments))
-    return found
-
-
 NEAR = 1e-6
 """Values that differ by less than this, in units of their size, are those of the same branch."""
 
@@ -230,9 +189,8 @@ def inverse(values: Mapping[str, Expr], new: Phase, old: Phase, branch: Branch) 
         if parts is not None:
             shifted = [symbol(name) - b for name, b in zip(new.names, parts[1], strict=True)]
             return _of_linear(parts[0], shifted, old)
-        half = _half(new, old, values)
-        if half is not None:
-            return _of_half(values, *half, branch)
+        if all(values[name].names.isdisjoint(old.momenta) for name in new.coordinates):
+            return _of_point(values, new, old, branch)
         return _solution(
             [symbol(n) - values[n] for n in new.names], old.names, Allowance(MOST_TRIALS), branch
         )
@@ -252,36 +210,22 @@ def _of_linear(matrix: Sequence[Sequence[Expr]], values: Sequence[Expr], old: Ph
     return found
 
 
-_Halves: TypeAlias = tuple[tuple[str, ...], tuple[str, ...]]
-
-
-def _half(new: Phase, old: Phase, values: Mapping[str, Expr]) -> tuple[_Halves, _Halves, int] | None:
-    """A half of the new variables that holds a half of the old ones only, each with the other half.
-
-    The last number is 1 where both are coordinates, or both are momenta, else -1.
-    """
-    for ours in (new.coordinates, new.momenta), (new.momenta, new.coordinates):
-        for alone in (old.coordinates, old.momenta), (old.momenta, old.coordinates):
-            if all(values[name].names.isdisjoint(alone[1]) for name in ours[0]):
-                return ours, alone, 1 if (ours[0] == new.coordinates) == (alone[0] == old.coordinates) else -1
-    return None
-
-
-def _of_half(
-    values: Mapping[str, Expr], new: _Halves, old: _Halves, sign: int, branch: Branch
-) -> dict[str, Expr] | None:
-    """Half of the old variables by solving equations, and the others by the derivatives of these."""
-    (ours, theirs), (alone, rest) = new, old
-    found = _solution([symbol(name) - values[name] for name in ours], alone, Allowance(MOST_TRIALS), branch)
+def _of_point(values: Mapping[str, Expr], new: Phase, old: Phase, branch: Branch) -> dict[str, Expr] | None:
+    """The coordinates by solving Q(q), and the momenta p_i = sum_j (P_j - P_j(p = 0)) dQ_j/dq_i."""
+    equations = [symbol(name) - values[name] for name in new.coordinates]
+    found = _solution(equations, old.coordinates, Allowance(MOST_TRIALS), branch)
     if found is None:
         return None
-    at_rest = dict.fromkeys(rest, ZERO)
-    shifted = [symbol(name) - substitute(values[name], at_rest) for name in theirs]
+    at_rest = dict.fromkeys(old.momenta, ZERO)
+    pairs = [
+        (values[Q], symbol(P) - substitute(values[P], at_rest))
+        for Q, P in zip(new.coordinates, new.momenta, strict=True)
+    ]
     others = {
-        name: sign * total(derivative(values[a], u) * b for a, b in zip(ours, shifted, strict=True))
-        for u, name in zip(alone, rest, strict=True)
+        p: branch.put(total(derivative(Q, q) * P for Q, P in pairs), found)
+        for q, p in zip(old.coordinates, old.momenta, strict=True)
     }
-    return found | {name: branch.put(e, found) for name, e in others.items()}
+    return found | others
 
 
 def _values(equation: Expr, unknown: str) -> Iterator[Expr]:

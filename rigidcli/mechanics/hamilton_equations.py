@@ -70,6 +70,13 @@ def _force(kinetic: Expr, potential: Expr, name: str, phase: Phase) -> Expr:
     return shortest([apart, tidy(-derivative(kinetic + potential, name))])
 
 
+def is_constant_in(e: Expr, name: str) -> bool:
+    """Whether a function does not depend on a name: its derivative vanishes, and it has no steps."""
+    if name not in e.names:
+        return True
+    return is_zero(derivative(e, name)) and is_zero(e - substitute(e, {name: symbol(f"{name}'")}))
+
+
 def bracket(f: Expr, g: Expr, phase: Phase) -> Expr:
     """The Poisson bracket {f, g} = sum_i df/dq_i dg/dp_i - df/dp_i dg/dq_i."""
     return total(

@@ -1,11 +1,10 @@
-"""Conserved quantities: sums of given terms whose Poisson bracket with H vanishes, by exact linear algebra.
+"""Conserved quantities: sums of given terms whose Poisson bracket with H vanishes, by linear algebra.
 
 A term is a product of up to two momenta, a function of the coordinates, and a product of parameters. The
 functions are powers of the coordinates, sines and cosines of angles, and what stands in H; the products of
-parameters are ratios of the coefficients of H. The brackets {f, H} are multiplied out into monomials that no
-law connects, so that their coefficients make a matrix of rational numbers, whose null space has the sums that
-are conserved. Those linear in the momenta are always looked for, as total and angular momentum, others for
-up to three coordinates.
+parameters are ratios of the coefficients of H. The values of the brackets {f, H} at random points make a
+matrix, whose null space tells the sums that are conserved; then their brackets are shown to vanish. Those
+linear in the momenta are always looked for, as total and angular momentum, others for few coordinates.
 
 Source: J. Hietarinta, Direct methods for the search of the second invariant, Physics Reports 147 (1987) 87.
 There the functions of the coordinates are free and solve differential equations; here they come from a list,
@@ -21,20 +20,18 @@ from itertools import combinations_with_replacement, permutations, product
 
 import numpy as np
 
-from rigidcli.algebra.allowance import Allowance
 from rigidcli.algebra.atoms import Applied, Atom, Group, Monomial, Symbol
 from rigidcli.algebra.calculus import derivative
 from rigidcli.algebra.expansion import expand
 from rigidcli.algebra.expressions import ONE, Expr, factored, gathered, symbol, total
 from rigidcli.algebra.functions import apply
-from rigidcli.algebra.roots import Rational
 from rigidcli.algebra.simplification import tidy
 from rigidcli.algebra.substitution import substitute
-from rigidcli.algebra.trigonometry import elementary_angles, without_squares
-from rigidcli.algebra.values import sampled
+from rigidcli.algebra.values import is_zero, sampled
 from rigidcli.core.arithmetic import Floats
 from rigidcli.errors import ExpressionError
 from rigidcli.mechanics.hamilton_equations import TIME, Phase, bracket
+from rigidcli.mechanics.numeric_spectrum import echelon
 
 MOST_COORDINATES = 9
 """With more coordinates only sums of momenta are tried: there are n^2 products of coordinates and momenta."""
@@ -45,11 +42,14 @@ FEW_COORDINATES = 3
 MOST_TERMS = 160
 """The most terms of one sum: their brackets take a tenth of a second."""
 
-MOST_STEPS = 25_000
-"""Steps of multiplying out all brackets of one sum: a tenth of a second."""
+SPARE = 20
+"""Random points beyond the number of terms at which sums of brackets have to vanish."""
 
-STEPS_OF_A_TERM = 10
-"""Steps for each factor of a bracket: derivatives and products took about as long."""
+NONE = 1e-12
+"""Singular values below this, in units of the largest one, are rounding errors of some hundred terms."""
+
+LARGEST = 1000
+"""The largest denominator in a sum that is conserved."""
 
 LONGEST_TURNING = 200
 """The longest key of an H with angles for which more than momenta is tried: in spherical coordinates 160."""
@@ -70,9 +70,12 @@ DEPENDENT = 1e-6
 def conserved_quantities(hamiltonian: Expr, phase: Phase, known: Sequence[Expr]) -> tuple[Expr, ...]:
     """Quantities with {F, H} = 0 that are no functions of H, of the `known` ones and of each other.
 
-    An H that holds the time is not searched. The search ends where expressions become too large.
+    An H that holds the time is not searched, nor one that is divided by a size: x/|x| is a step, which no
+    bracket shows. The search ends where expressions become too large.
     """
     if TIME in hamiltonian.names or len(phase.coordinates) < 2 or hamiltonian.names.isdisjoint(phase.names):
+        return ()
+    if any(n < 0 and isinstance(a, Applied) and a.function == "abs" for m in hamiltonian.terms for a, n in m):
         return ()
     found: list[Expr] = []
     with suppress(ExpressionError):
@@ -170,78 +173,26 @@ def _outside(e: Expr) -> Iterator[Atom]:
 
 def _null_sums(terms: Sequence[Expr], hamiltonian: Expr, phase: Phase) -> Iterator[Expr]:
     """The sums of terms that are conserved: for two orders of the terms, as many as the null space has."""
-    from flint import fmpq, fmpq_mat
-
-    allowance = Allowance(MOST_STEPS)
     brackets = [bracket(f, hamiltonian, phase) for f in terms]
-    if len(brackets) <= MOST_COORDINATES and _are_independent(brackets, phase):
+    blocks = [
+        sampled(brackets, {}, POINTS, seed, phase.names) for seed in range(1 + (len(terms) + SPARE) // POINTS)
+    ]
+    known = [block for block in blocks if block is not None]
+    if len(known) < len(blocks):
         return
-    columns = []
-    for whole in brackets:
-        allowance.spend(STEPS_OF_A_TERM * sum(len(monomial) for monomial in whole.terms))
-        columns.append(_normal(whole, allowance))
-    rows = {monomial: k for k, monomial in enumerate(dict.fromkeys(m for e in columns for m in e.terms))}
-    for order in (range(len(terms)), range(len(terms) - 1, -1, -1)):
-        matrix = fmpq_mat(len(rows) or 1, len(terms))
-        for place, column in enumerate(order):
-            for monomial, c in columns[column].terms.items():
-                matrix[rows[monomial], place] = fmpq(c.numerator, c.denominator)
-        reduced, rank = matrix.rref()
-        pivots = [next(j for j in range(len(terms)) if reduced[i, j] != 0) for i in range(rank)]
-        for free in sorted(set(range(len(terms))) - set(pivots)):
-            numbers = [(pivot, -reduced[i, free]) for i, pivot in enumerate(pivots)]
-            yield total(
-                [
-                    terms[order[free]],
-                    *(Fraction(int(c.p), int(c.q)) * terms[order[j]] for j, c in numbers if c),
-                ]
-            )
-
-
-def _are_independent(functions: Sequence[Expr], phase: Phase) -> bool:
-    """Whether values at random points rule out that a sum of the functions vanishes, as is seen soonest."""
-    values = sampled(functions, {}, count=POINTS, signed=phase.names) if all(functions) else None
-    if values is None or not values.any(axis=0).all():
-        return False
-    spread = np.linalg.svd(values / np.linalg.norm(values, axis=0), compute_uv=False)
-    return bool(spread[-1] > DEPENDENT)
-
-
-def _normal(e: Expr, allowance: Allowance) -> Expr:
-    """An expression in monomials that no law connects: without squares of cosines, and of what roots hold.
-
-    Sines keep all of their powers, as they stand below fraction bars more often.
-    """
-    e = expand(elementary_angles(e, allowance), allowance)
-    for atom in e.atoms:
-        if isinstance(atom, Applied) and atom.function in ("cos", "cosh"):
-            e = without_squares(e, atom.function, atom.arguments[0], allowance)
-    roots = {a for m in e.terms for a, n in m if isinstance(a, Group) and n.denominator == 2}
-    for root in sorted(roots, key=lambda atom: atom.key):
-        for monomial, c in root.inner.ordered:
-            if len(monomial) == 1 and monomial[0][1] == 2:
-                e = _reduced(e, root, monomial[0][0], c, allowance)
-                break
-    return e
-
-
-def _reduced(e: Expr, root: Group[Expr], atom: Atom, c: Rational, allowance: Allowance) -> Expr:
-    """The expression with x^2 = (g - rest)/c wherever the root of g = c x^2 + rest stands beside it."""
-    rest, done = root.inner - c * gathered(1, {atom: 2}), False
-    while not done:
-        parts, done = [], True
-        for monomial, factor in e.terms.items():
-            powers = dict(monomial)
-            n = powers.get(atom, 0)
-            if n.denominator == 1 and n >= 2 and powers.get(root, 0).denominator == 2:
-                done = False
-                base = gathered(factor / Fraction(c), powers | {atom: n - 2})
-                parts.append(gathered(factor / Fraction(c), powers | {atom: n - 2, root: powers[root] + 1}))
-                parts.append(expand(-base * rest, allowance))
-            else:
-                parts.append(Expr({monomial: factor}))
-        e = total(parts)
-    return e
+    values = np.vstack(known)
+    # High powers are of very different sizes from point to point.
+    values /= np.maximum(np.abs(values).max(axis=1, keepdims=True), np.finfo(float).tiny)
+    sizes = np.linalg.norm(values, axis=0)
+    sizes[sizes == 0] = 1.0
+    _, singular, rows = np.linalg.svd(values / sizes)
+    null = rows[(singular > NONE * singular.max(initial=1.0)).sum() :] / sizes
+    for turn in (1, -1):
+        for row in echelon(null[:, ::turn]):
+            numbers = [Fraction(x).limit_denominator(LARGEST) for x in row[::turn].real.tolist()]
+            e = total(number * term for number, term in zip(numbers, terms, strict=True) if number)
+            if e and is_zero(bracket(e, hamiltonian, phase)):
+                yield e
 
 
 def _is_new(e: Expr, known: Sequence[Expr], phase: Phase) -> bool:

@@ -225,5 +225,4 @@ def _joined(
         tuple(e for branch in chosen for e in branch.conditions),
         tuple(e for branch in chosen for e in branch.region),
         next((branch.period for branch in chosen if branch.period is not None), None),
-        any(branch.is_continued for branch in chosen),
     )

@@ -144,16 +144,16 @@ def _of_value(value: Eigenvalue, weights: Array) -> Iterator[Mode]:
     # With fewer vectors than there are equal eigenvalues, motion grows by powers of the time.
     whole = value.rank == len(vectors)
     is_stable = None if not growth and not angular else growth < 0 or (not growth and whole)
-    for row in _reduced(vectors)[: value.rank] / weights:
+    for row in echelon(vectors)[: value.rank] / weights:
         first = np.flatnonzero(row)[0]
         row /= row[first]
         row[first] = 1.0
         yield Mode(growth, angular, tuple((float(e.real), float(e.imag)) for e in row), is_stable)
 
 
-def _reduced(rows: Array) -> Array:
+def echelon(rows: Array) -> Array:
     """The rows in reduced echelon form, by the first entry of each that is not zero."""
-    rows = rows.copy()
+    rows = rows.astype(complex)
     place = 0
     for column in range(rows.shape[1]):
         best = place + int(np.argmax(np.abs(rows[place:, column]), axis=0)) if place < len(rows) else 0

@@ -1,9 +1,8 @@
 """The energy of momenta P, H = P.M^-1.P/2, of one connected block of a mass matrix M, in its shortest form.
 
-Several forms are the same function: sums of squares by M = L D L^T, with the last two momenta along the
-eigenvectors of their block where these are short; the inverse matrix; and what follows from a kinetic energy
-that was typed as a sum of squares sum_k a_k (w_k.v)^2. Of n squares in n velocities the momenta pi_k with
-P = W^T pi give sum_k pi_k^2/(4 a_k). Of any number of squares in two velocities
+Several forms are the same function: sums of squares by M = L D L^T; the inverse matrix; and what follows from
+a kinetic energy that was typed as a sum of squares sum_k a_k (w_k.v)^2. Of n squares in n velocities the
+momenta pi_k with P = W^T pi give sum_k pi_k^2/(4 a_k). Of any number of squares in two velocities
 
     H = sum_k a_k (w_k x P)^2 / (4 sum_kl a_k a_l (w_k x w_l)^2)
 
@@ -13,7 +12,7 @@ zero at places where H has no pole. No square is completed there but by an entry
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from fractions import Fraction
 from itertools import combinations, combinations_with_replacement
 from typing import NamedTuple, TypeAlias
@@ -21,16 +20,12 @@ from typing import NamedTuple, TypeAlias
 import numpy as np
 
 from rigidcli.algebra import matrices
-from rigidcli.algebra.allowance import Allowance
-from rigidcli.algebra.arithmetic import MAX_STEPS, root_of_either_sign
 from rigidcli.algebra.atoms import Group, Symbol
 from rigidcli.algebra.expansion import coefficients, expand
 from rigidcli.algebra.expressions import ONE, ZERO, Expr, gathered, total
 from rigidcli.algebra.matrices import Matrix
 from rigidcli.algebra.simplification import shortest, tidy
-from rigidcli.algebra.trigonometry import elementary_angles
 from rigidcli.algebra.values import sampled
-from rigidcli.errors import ComputationError, ExpressionError
 from rigidcli.mechanics.hamilton_equations import coefficient, has_degrees
 
 SHORT = 300
@@ -50,9 +45,6 @@ LONGEST_TO_TIDY = 2_000
 
 LONGEST_KEYS = 20_000
 """The longest keys of the entries, taken together, that are worked out for a sum of squares: a few pages."""
-
-LONGEST_TURNED = 120
-"""The longest key of an entry of two rows whose eigenvectors are looked for: longer ones have roots."""
 
 HALF = Fraction(1, 2)
 
@@ -79,8 +71,8 @@ def energy(
     inside = [(a, row) for a, row in typed if any(row)]
     found: list[Energy] = []
     if len(momenta) > 2 and definite and min(sum(map(bool, row)) for row in matrix) <= MOST_COUPLED:
-        orders = (False, True) if len(momenta) == 3 else (False,)
-        found += [form for order in orders if (form := _as_squares(matrix, momenta, order))]
+        form = _as_squares(matrix, momenta)
+        found += [] if form is None else [form]
     if not found or len(str(found[0].hamiltonian)) > SHORT:
         fixed = [k for k, row in enumerate(matrix) if row[k] and (definite or _is_fixed(row[k], coordinates))]
         most = matrices.FEW_TERMS if found else matrices.MOST_TERMS
@@ -137,10 +129,8 @@ def _is_multiple(e: Expr, momenta: Sequence[Expr]) -> bool:
     return len(e.terms) == 1 and any(atom in dict(*e.terms) for p in momenta for atom in p.atoms)
 
 
-def _as_squares(matrix: Matrix, momenta: Sequence[Expr], products_first: bool) -> Energy | None:
-    """H as a sum of as many squares as momenta, by the shortest entries first, or by the longest products.
-
-    In the second order the last two are along the eigenvectors of their block, or there is no such form.
+def _as_squares(matrix: Matrix, momenta: Sequence[Expr]) -> Energy | None:
+    """H as a sum of as many squares as momenta, by the shortest entries first.
 
     With v.M.v = sum d_k w_k^2, where w_k = v_k + sum_j f_kj v_j, it is sum Q_k^2/(2 d_k), where
     P_j = Q_j + sum_k f_kj Q_k. The velocities are dH/dP_j = sum_k Q_k/d_k dQ_k/dP_j. None if there is no
@@ -150,21 +140,10 @@ def _as_squares(matrix: Matrix, momenta: Sequence[Expr], products_first: bool) -
     Q, slopes = list(momenta), [[ONE if i == j else ZERO for j in size] for i in size]
     done: list[tuple[Expr, Expr, Sequence[Expr]]] = []
     while left:
-        if products_first and len(left) == 2:
-            i, j = sorted(left)
-            turned = _eigenvectors(rows, (i, j))
-            if turned is None:
-                return None
-            for d, a, b in turned:
-                along = [a * x + b * y for x, y in zip(slopes[i], slopes[j], strict=True)]
-                done.append((tidy(a * Q[i] + b * Q[j]), d, along))
-            break
         lengths = {i: len(str(rows[i][i])) for i in left if rows[i][i]}
         if not lengths:
             return None
-        k = min(
-            lengths, key=lambda i: (len(rows[i][i].terms), -lengths[i]) if products_first else (lengths[i], i)
-        )
+        k = min(lengths, key=lambda i: (lengths[i], i))
         left.remove(k)
         done.append((Q[k], rows[k][k], slopes[k]))
         others = {j: tidy(rows[k][j] / rows[k][k]) for j in sorted(left) if rows[k][j]}
@@ -186,24 +165,6 @@ def _as_squares(matrix: Matrix, momenta: Sequence[Expr], products_first: bool) -
         return [v if len(v.key) > LONGEST_TO_TIDY else tidy(v) for v in found]
 
     return Energy(total(tidy(1 / d) / 2 * q**2 for q, d, _ in done), velocities)
-
-
-def _eigenvectors(rows: Matrix, places: Sequence[int]) -> list[tuple[Expr, Expr, Expr]] | None:
-    """The eigenvalues and unit eigenvectors of two rows, where both are without roots and divisors."""
-    i, j = places
-    a, b, d = rows[i][i], rows[i][j], rows[j][j]
-    if not b or max(len(e.key) for e in (a, b, d)) > LONGEST_TURNED:
-        return None
-    try:
-        allowance = Allowance(MAX_STEPS)
-        width = root_of_either_sign(elementary_angles((a - d) ** 2 + 4 * b**2, allowance))
-        large, small = (tidy((a + d + side * width) / 2) for side in (1, -1))
-        x = root_of_either_sign(elementary_angles(tidy((a - small) / width), allowance))
-        y = tidy(b / (width * x))
-    except (ComputationError, ExpressionError):
-        return None
-    plain = all(n > 0 and n.denominator == 1 for e in (x, y) for m in e.terms for _, n in m)
-    return [(large, x, y), (small, -y, x)] if plain else None
 
 
 def _by_rows(squares: Squares, momenta: Sequence[Expr]) -> Iterator[Expr]:
@@ -276,13 +237,13 @@ def of_blocks(
     alone: dict[Expr, list[Expr]] = {}
     for block in matrices.blocks(matrix):
         own, P = matrices.part(matrix, block, block), [momenta[place] for place in block]
-        if len(block) == 1 and len(P[0].terms) == 1:
-            velocities[block[0]] = tidy(P[0] / own[0][0])
-            alone.setdefault(tidy(1 / own[0][0]) / 2, []).append(P[0] ** 2)
-            continue
         if len(block) == 1:
-            found.append(tidy(1 / own[0][0]) / 2 * P[0] ** 2)
+            factor, square = tidy(1 / own[0][0]) / 2, P[0] ** 2
             velocities[block[0]] = tidy(P[0] / own[0][0])
+            if len(P[0].terms) == 1:
+                alone.setdefault(factor, []).append(square)
+            else:
+                found.append(factor * square)
             continue
         ours, theirs = ([(a, [row[i] for i in block]) for a, row in rows] for rows in (typed, particles))
         form = energy(own, P, ours, theirs, coordinates)
@@ -291,9 +252,5 @@ def of_blocks(
         found.append(form.hamiltonian)
         for place, velocity in zip(block, form.velocities(), strict=True):
             velocities[place] = velocity
-    return velocities, found + _sums(alone.items())
-
-
-def _sums(alone: Iterable[tuple[Expr, Sequence[Expr]]]) -> list[Expr]:
-    """Squares with the same factor in one bracket."""
-    return [factor * total(terms) for factor, terms in alone]
+    # Squares with the same factor are in one bracket.
+    return velocities, [*found, *(factor * total(terms) for factor, terms in alone.items())]

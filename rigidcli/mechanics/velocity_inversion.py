@@ -47,8 +47,7 @@ class Branch:
     """One way back from momenta: velocities, H = P v - K, and expressions that must be positive for that.
 
     These are `conditions` on the momenta, and the `region` of coordinates and parameters: elsewhere the
-    same velocities have another form. Velocities with a `period` may differ by its multiples, too. The
-    velocities of a branch that `is_continued` are 0/0 at rest: orbits follow the velocities themselves.
+    same velocities have another form. Velocities with a `period` may differ by its multiples, too.
     """
 
     velocities: tuple[Expr, ...]
@@ -56,7 +55,6 @@ class Branch:
     conditions: tuple[Expr, ...] = ()
     region: tuple[Expr, ...] = ()
     period: Expr | None = None
-    is_continued: bool = False
 
     @property
     def validity(self) -> str:
@@ -191,7 +189,7 @@ def _of_length(K: Expr, velocities: Sequence[str], momenta: Sequence[Expr]) -> l
     raised = _times(inverse, momenta)
     found = tuple(tidy(w * s ** ((2 - n) / Fraction(2 * n - 2)) / (n * A)) for w in raised)
     energy = (n - 1) * A * s ** (n / Fraction(2 * n - 2))
-    return [Branch(found, energy, is_continued=n > 2).shifted(shift, momenta)]
+    return [Branch(found, energy).shifted(shift, momenta)]
 
 
 def _quadratic_form(K: Expr, velocities: Sequence[str]) -> Polynomial | None:

@@ -9,7 +9,6 @@ import yaml
 
 import rigidcli
 from rigidcli.errors import ComputationError
-from rigidcli.mechanics.jumps import jumps
 
 STEPS = yaml.safe_load(Path(__file__).with_name("steps.yaml").read_text(encoding="utf-8"))
 
@@ -24,8 +23,8 @@ def test_a_step_is_no_constant(potential: str, cyclic: list[str], places: list[s
     )
     assert found["cyclic"] == cyclic
     assert found["conserved"] == [*(f"p_{q}" for q in cyclic), "H"]
-    assert [str(u) for u in jumps(found["hamiltonian"], ("x", "y", "p_x", "p_y"))] == places
-    assert sum("has a step where" in note for note in found.notes) == len(places)
+    steps = [note for note in found.notes if "has a step where" in note]
+    assert all(f"where {place} = 0" in note for place, note in zip(places, steps, strict=True))
     if "x" not in cyclic:
         assert not any(str(e) in ("p_x", "x*p_y - y*p_x") for e in found["invariants"])
 

@@ -51,7 +51,6 @@ def run(
     definitions = None if derivation.momenta is None else derivation.momenta.definitions
     natural = f"{TRUTH[system.natural]}: {system.reason}"
     cyclic, conserved = derivation.cyclic, derivation.conserved
-    dots = [f"{name}dot" for name in phase.names]
     equilibrium, modes = [Field("equilibrium", None), Field("modes", None)], list[Table]()
     if found.oscillations is not None:
         from rigidcli.studies.hamilton import oscillations
@@ -66,7 +65,7 @@ def run(
         *_expressions("momentum_definitions", phase.momenta, definitions, phase.momenta),
         *_expressions("velocity_solutions", derivation.velocity_names, derivation.velocities),
         _expression("hamiltonian", derivation.hamiltonian),
-        *_expressions("equations", phase.names, derivation.equations, dots),
+        *_rates("equations", phase.names, derivation.equations),
         *(
             # The modes of small oscillations have the same frequencies.
             replace(entry, diagnostic=entry.diagnostic or found.oscillations is not None)
@@ -98,10 +97,7 @@ def run(
         working += hamilton_steps(found, fields, tables)
     pictures: tuple[Picture, ...] = ()
     if picture is not None:
-        from rigidcli.studies.hamilton.pictures import Findings
-
-        given = Findings(document, derivation, found.orbit, found.oscillations, fields)
-        pictures = drawn("hamilton", picture, given)
+        pictures = drawn("hamilton", picture, replace(found, fields=fields))
     title = "Hamilton's equations"
     result = report(document, SCHEMA, title, fields, _notes(found), tables, working, pictures)
     if scene and found.orbit is not None:
@@ -137,6 +133,13 @@ def _expressions(
         )
         for name, e, title in zip(names, values, titles or [""] * len(names), strict=True)
     ]
+
+
+def _rates(key: str, names: Sequence[str], values: Sequence[Expr] | None) -> list[Field]:
+    """The derivatives by the time, under titles such as xdot, and dp_x/dt where a name has an index."""
+    shown = _expressions(key, names, values, [f"{name}dot" for name in names])
+    pairs = zip(shown, names, strict=False)
+    return [replace(e, title=f"d{name}/dt") if e.title and "_" in name else e for e, name in pairs]
 
 
 def _lagrange(derivation: Derivation) -> list[Field]:
@@ -187,13 +190,13 @@ def _transform(found: Found) -> list[Field]:
     if wrong:
         only = ", ".join(f"{reading(to_tree(e))} = 1" for e in transform.open_brackets)
         words = f"no: only where {only}" if only else f"no: of {wrong} the bracket is wrong"
-    brackets, dots = transform.brackets.items(), [f"{name}dot" for name in transform.names]
+    brackets = transform.brackets.items()
     return [
         told("hamilton", "transform.canonical", not wrong, words=words),
         told("hamilton", "transform.conditions", list(transform.conditions)),
         *(Field(f"transform.brackets.{name}", e, name, rf"\{name[:-1]}\}}") for name, e in brackets),
         if_known(told("hamilton", "transform.hamiltonian", transform.hamiltonian)),
-        *_expressions("transform.equations", transform.names, transform.equations, dots),
+        *_rates("transform.equations", transform.names, transform.equations),
     ]
 
 
@@ -227,19 +230,14 @@ def _orbit_quality(found: Found) -> list[Field]:
 def _branch_table(found: Found) -> list[Table]:
     """The ways back from the momenta, where there are several."""
     branches, names = found.branches, found.derivation.velocity_names
-    if len(branches) < 2 and not found.intervals:
+    if len(branches) < 2:
         return []
     columns = [
         Column(name, [branch.velocities[place] for branch in branches], (name,))
-        for place, name in enumerate(names if branches else ())
+        for place, name in enumerate(names)
     ]
-    if branches:
-        columns.append(Column("hamiltonian", [branch.hamiltonian for branch in branches], ("H",)))
-    ranges = [branch.validity for branch in branches] or [
-        f"{each.velocities(names[0])} and {each.momenta(found.derivation.phase.momenta[0])}"
-        for each in found.intervals
-    ]
-    columns.append(Column("range", ranges, ("where",)))
+    columns.append(Column("hamiltonian", [branch.hamiltonian for branch in branches], ("H",)))
+    columns.append(Column("range", [branch.validity for branch in branches], ("where",)))
     return [Table("branches", "several velocities have the same momenta", tuple(columns), records=True)]
 
 

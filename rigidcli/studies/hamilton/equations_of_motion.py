@@ -18,9 +18,8 @@ from rigidcli.algebra.expressions import ONE, ZERO, Expr, symbol, total
 from rigidcli.algebra.substitution import substitute
 from rigidcli.algebra.trees import to_tree
 from rigidcli.core.arithmetic import Floats
-from rigidcli.core.estimate import Watched
+from rigidcli.core.estimate import Watched, columns
 from rigidcli.core.solution import Flow
-from rigidcli.errors import ComputationError
 from rigidcli.language import code
 from rigidcli.language.sharing import Step, solved
 from rigidcli.language.tree import Name, Node, rounding
@@ -66,41 +65,26 @@ class Equations:
     steps: Sequence[Step] = ()
 
     def start(self, initial: InitialState) -> Floats:
-        """The initial values of the variables (2 n).
-
-        Raises ComputationError where the initial velocities are needed, and not given.
-        """
-        size = len(initial.q)
-        if self.names[size:] == tuple(map(str, self.momenta)):
-            return np.concatenate([initial.q, initial.p])
-        if initial.v is None:
-            raise ComputationError(
-                "the velocities have no closed form in the momenta",
-                hint=f"begin the orbit with velocities: {', '.join(self.names[size:])}",
-            )
-        return np.concatenate([initial.q, initial.v])
+        """The initial values of the variables (2 n)."""
+        follows_momenta = self.names[len(initial.q) :] == tuple(map(str, self.momenta))
+        others = initial.p if follows_momenta or initial.v is None else initial.v
+        return np.concatenate([initial.q, others])
 
 
 def symbolic_equations(derivation: Derivation) -> Equations:
     """The equations of motion of a system."""
-    follows_velocities = derivation.branch is not None and derivation.branch.is_continued
-    if derivation.equations is None or follows_velocities:
-        return _lagrange(derivation)
-    return _hamilton(derivation)
+    return _lagrange(derivation) if derivation.equations is None else _hamilton(derivation)
 
 
 def equations_of_motion(derivation: Derivation, initial: InitialState) -> EquationsOfMotion:
-    """The equations of motion of a system, and its initial state.
-
-    Raises ComputationError where the initial velocities are needed, and not given.
-    """
+    """The equations of motion of a system, and its initial state."""
     equations, observe, flow, roundings, watched = _in_code(derivation, tuple(initial.parameters.items()))
     size, start = len(initial.q), equations.start(initial)
     if derivation.energy_changes:
         start = np.append(start, 0.0)
 
     def observed(times: Floats, states: Floats) -> tuple[Floats, Floats, Floats, Floats]:
-        rows = columns(observe, times, states[:, : 2 * size])
+        rows = columns(observe)(times, *states[:, : 2 * size].T)
         return states[:, :size], rows[:size].T, rows[size:].sum(axis=0), rows[size:]
 
     return EquationsOfMotion(flow, roundings, start, watched, observed)
@@ -154,7 +138,7 @@ def _lagrange(derivation: Derivation) -> Equations:
     def energy(p: Sequence[Expr]) -> list[Expr]:
         return [*(a * b for a, b in zip(p, v, strict=True)), *terms(-lagrangian)]
 
-    if derivation.momenta.are_linear(velocities):
+    if derivation.are_linear:
         p, at_rest = [symbol(name) for name in phase.momenta], dict.fromkeys(velocities, ZERO)
         steps, found = solutions(a - substitute(e, at_rest) for a, e in zip(p, definitions, strict=True))
         steps += zip(velocities, found, strict=True)
@@ -168,13 +152,6 @@ def _lagrange(derivation: Derivation) -> Equations:
     )
     names, slopes = (*phase.coordinates, *velocities), [*rates, *found]
     return Equations(names, slopes, definitions, energy(definitions), steps)
-
-
-def columns(f: Flow, times: Floats, states: Floats) -> Floats:
-    """The values (m by k) of a flow at times (k) and states (k by n)."""
-    with np.errstate(all="ignore"):
-        rows = f(np)(times, *states.T)
-    return np.array([np.broadcast_to(row, times.shape) for row in rows])
 
 
 def terms(e: Expr) -> list[Expr]:

@@ -12,7 +12,6 @@ import numpy as np
 
 from rigidcli.algebra.expressions import Expr, symbol
 from rigidcli.document.document import Document
-from rigidcli.mechanics.legendre import MOST_BRANCHES
 from rigidcli.mechanics.velocity_inversion import Branch
 from rigidcli.report import Field, Value
 from rigidcli.studies.common import require_values
@@ -24,7 +23,6 @@ if TYPE_CHECKING:
     from rigidcli.studies.hamilton.orbit import OrbitSolution
     from rigidcli.studies.hamilton.oscillations import Oscillations
     from rigidcli.studies.hamilton.transform import TransformedSystem
-    from rigidcli.studies.hamilton.velocity_branches import Interval
 
 
 @dataclass(frozen=True, slots=True)
@@ -36,13 +34,14 @@ class Found:
 
     document: Document
     branches: Sequence[Branch]
-    intervals: Sequence[Interval]
     derivation: Derivation
     invariants: tuple[Expr, ...] | None
     orbit: OrbitSolution | None
     transform: TransformedSystem | None
     oscillations: Oscillations | None
     initial: InitialState | None
+    fields: Sequence[Field] = ()
+    """The results, once they are written."""
 
 
 def find(document: Document, progress: Callable[[float], None] | None) -> Found:
@@ -50,7 +49,6 @@ def find(document: Document, progress: Callable[[float], None] | None) -> Found:
     derivation: Derivation = document.reading.kept.get("derivation") or derive(document)
     document.reading.kept["derivation"] = derivation
     branches, orbit, transform, small, initial = derivation.branches, None, None, None, None
-    intervals = _intervals(document, derivation)
     if document.equilibrium is not None:
         from rigidcli.studies.hamilton.oscillations import oscillations
 
@@ -71,21 +69,7 @@ def find(document: Document, progress: Callable[[float], None] | None) -> Found:
         from rigidcli.studies.hamilton.transform import transformed
 
         transform = transformed(document, document.transform, derivation)
-    return Found(document, branches, intervals, derivation, searched, orbit, transform, small, initial)
-
-
-def _intervals(document: Document, derivation: Derivation) -> list[Interval]:
-    """The branches of one velocity by numbers, where they have no closed form and are everywhere the same."""
-    values = {name: float(value) for name, value in document.values.items()}
-    names = derivation.velocity_names
-    if derivation.momenta is None or derivation.branches or len(names) > 1:
-        return []
-    if not derivation.momenta.definitions[0].names <= {*names, *values}:
-        return []
-    from rigidcli.studies.hamilton.velocity_branches import intervals
-
-    found = intervals(derivation, values)
-    return found if 1 < len(found) <= MOST_BRANCHES else []
+    return Found(document, branches, derivation, searched, orbit, transform, small, initial)
 
 
 @lru_cache(maxsize=1)

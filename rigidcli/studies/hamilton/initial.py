@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -16,12 +16,11 @@ from rigidcli.core.arithmetic import Floats
 from rigidcli.core.solution import NO_VALUE
 from rigidcli.document.document import Document
 from rigidcli.document.orbit import Orbit
-from rigidcli.errors import ComputationError, DocumentError
+from rigidcli.errors import ComputationError
 from rigidcli.language import code
 from rigidcli.mechanics.hamilton_equations import TIME
-from rigidcli.mechanics.legendre import MOST_BRANCHES
+from rigidcli.mechanics.legendre import Momenta
 from rigidcli.mechanics.velocity_inversion import Branch
-from rigidcli.studies.hamilton import velocity_branches
 from rigidcli.studies.hamilton.derivation import Derivation, on_this_side
 
 KEY = "orbit.initial"
@@ -65,8 +64,15 @@ def initial_state(
         assert v is not None
         p = _momenta(point, derivation, v)
     point = point.at(derivation.phase.momenta, p)
-    if derivation.momenta is not None and not derivation.momenta.are_linear(derivation.velocity_names):
-        derivation, v = _on_branch(point, on_this_side(derivation, point.known), p, v)
+    if derivation.branches and not derivation.are_linear:
+        derivation = on_this_side(derivation, point.known)
+        branch = _branch(point, derivation, v)
+        derivation = replace(derivation, branches=() if branch is None else (branch,))
+    elif derivation.momenta is not None and not derivation.are_linear and v is None:
+        v = _velocities(point, derivation.momenta, derivation.velocity_names, p)
+        shown = ", ".join(f"{name} = {x:.6g}" for name, x in zip(derivation.velocity_names, v, strict=True))
+        notes = (*derivation.notes, f"the momenta at the start belong to {shown}, and perhaps to others, too")
+        derivation = replace(derivation, notes=notes)
     if derivation.hamiltonian is not None:
         point.evaluate([derivation.hamiltonian], "H")
     return derivation, InitialState(parameters, q, p, v)
@@ -115,19 +121,25 @@ def _momenta(point: _Point, derivation: Derivation, v: Floats) -> Floats:
         raise ComputationError("the velocities do not tell the momenta there: dH/dp is degenerate") from None
 
 
-def _on_branch(
-    point: _Point, derivation: Derivation, p: Floats, v: Floats | None
-) -> tuple[Derivation, Floats | None]:
-    """The system on the branch of the velocities at a point, and these where they are followed themselves."""
-    branch = _branch(point, derivation, v) if derivation.branches else None
-    alone = derivation.branch is not None and derivation.branch.is_continued
-    kept = derivation.branches if alone else ()
-    if branch is not None:
-        start, kept = point.evaluate(branch.velocities, "a velocity"), (branch,)
-    else:
-        start = v = _velocities(point, derivation, p) if v is None else v
-    notes = (*derivation.notes, *_named(point, derivation, start))
-    return replace(derivation, branches=kept, notes=notes), v
+def _velocities(point: _Point, momenta: Momenta, names: Sequence[str], p: Floats) -> Floats:
+    """Velocities (n) with the momenta p (n), found from rest. Raises DocumentError where none are found."""
+    from scipy.optimize import root
+
+    entries = [*momenta.definitions, *(e for row in momenta.mass_matrix for e in row)]
+    size = len(p)
+
+    def miss(v: Floats) -> tuple[Floats, Floats]:
+        values = point.at(names, v).evaluate(entries, "a momentum")
+        return values[:size] - p, values[size:].reshape(size, size)
+
+    v: Floats = root(miss, np.zeros(size), jac=True, method="lm", tol=1e-15).x
+    if np.abs(miss(v)[0]).max() > SAME * np.abs(p).max():
+        raise point.document.refusal(
+            "no velocities were found that have these momenta",
+            KEY,
+            hint=f"give the velocities {', '.join(names)} instead",
+        )
+    return v
 
 
 def _branch(point: _Point, derivation: Derivation, v: Floats | None) -> Branch | None:
@@ -137,57 +149,21 @@ def _branch(point: _Point, derivation: Derivation, v: Floats | None) -> Branch |
     """
     branches = derivation.branches
     inside = [b for b in branches if min(point.evaluate(b.conditions, "a momentum"), default=1.0) > 0]
-    if v is None and not inside:
+    values = [point.evaluate(branch.velocities, "a velocity") for branch in inside]
+    if v is not None:
+        near = (np.allclose(known, v, rtol=SAME, atol=SAME * np.abs(v).max()) for known in values)
+        return next((branch for branch, is_same in zip(inside, near, strict=True) if is_same), None)
+    if not inside:
         raise point.document.refusal(f"no velocity has these momenta, expected {branches[0].validity}", KEY)
-    if v is None and len(inside) > 1:
-        found = sorted((point.evaluate(b.velocities, "a velocity") for b in inside), key=tuple)
-        raise _several(point, derivation, found, inside[0].period)
-    for branch in inside:
-        if not branch.is_continued:
-            known = point.evaluate(branch.velocities, "a velocity")
-            if v is None or np.allclose(known, v, rtol=SAME, atol=SAME * np.abs(v).max()):
-                return branch
-    return None
-
-
-def _velocities(point: _Point, derivation: Derivation, p: Floats) -> Floats:
-    """The velocities that have these momenta, if they are the only ones that are found."""
-    found = velocity_branches.velocities(derivation, point.known, p)
-    if len(found) == 1:
-        return found[0]
-    if found:
-        raise _several(point, derivation, found)
-    hint = f"give the velocities {', '.join(derivation.velocity_names)} instead"
-    raise point.document.refusal("no velocities were found that have these momenta", KEY, hint=hint)
-
-
-def _several(
-    point: _Point, derivation: Derivation, found: Sequence[Floats], period: Expr | None = None
-) -> DocumentError:
-    """The refusal of momenta that several velocities have."""
+    if len(inside) == 1:
+        return inside[0]
     names = derivation.velocity_names
     listed = "; ".join(
-        ", ".join(f"{name} = {value:.6g}" for name, value in zip(names, v, strict=True)) for v in found
+        ", ".join(f"{name} = {value:.6g}" for name, value in zip(names, known, strict=True))
+        for known in sorted(values, key=tuple)
     )
-    return point.document.refusal(
-        f"{len(found)} velocities have these momenta: {listed}"
-        + ("" if period is None else f", and all that differ by multiples of {period}"),
+    raise point.document.refusal(
+        f"{len(inside)} velocities have these momenta: {listed}",
         KEY,
         hint=f"give the velocities {', '.join(names)} instead",
     )
-
-
-def _named(point: _Point, derivation: Derivation, v: Floats) -> Iterator[str]:
-    """A note on the branch of the velocities, where there are several."""
-    if len(v) > 1:
-        return
-    found = velocity_branches.intervals(derivation, point.known)
-    (name,), (momentum,) = derivation.velocity_names, derivation.phase.momenta
-    for interval in found if len(found) > 1 else ():
-        if interval.low <= v[0] <= interval.high:
-            small = ", that of small velocities," if interval.low < 0 < interval.high else ""
-            count = len(found) if len(found) <= MOST_BRANCHES else "many"
-            yield (
-                f"the orbit is on the branch {interval.velocities(name)}{small} "
-                f"where {interval.momenta(momentum)}; there are {count} branches"
-            )

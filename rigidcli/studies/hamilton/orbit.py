@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
-from contextlib import suppress
 from dataclasses import dataclass
 from functools import partial
 
@@ -13,7 +12,7 @@ import numpy as np
 from rigidcli.algebra.expressions import Expr
 from rigidcli.core import integrate, memory
 from rigidcli.core.arithmetic import EPS, Floats
-from rigidcli.core.estimate import compared, foreseen
+from rigidcli.core.estimate import columns, compared, foreseen
 from rigidcli.core.solution import Solution, digits
 from rigidcli.document.orbit import Orbit
 from rigidcli.document.sampling import DEFAULT_TOLERANCE
@@ -21,25 +20,13 @@ from rigidcli.errors import ComputationError
 from rigidcli.mechanics import linear_flow
 from rigidcli.studies.hamilton.derivation import Derivation
 from rigidcli.studies.hamilton.equations_of_motion import (
-    EquationsOfMotion,
-    columns,
     equations_of_motion,
     flow_of_terms,
 )
 from rigidcli.studies.hamilton.initial import InitialState
-from rigidcli.studies.hamilton.velocity_branches import VANISHING, require_regular
 
-REFINEMENTS, PARTS = 5, 101
-"""How often the time at which an orbit leaves its range is narrowed down, to one of so many parts."""
-
-MANY = 12
-"""Variables from which on linear equations are solved by an exponential: steps of fewer are as quick."""
-
-FINER = 1.37
-"""The steps of the second solution by an exponential, in units of those of the first."""
-
-BEFORE = 1 - 1e-9
-"""The part of an orbit that ends that is followed again, to see why."""
+LOOKS = 4097
+"""Times at which it is looked whether an orbit has left its range: they tell three digits of the end."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -93,25 +80,13 @@ def solve_orbit(
         longest=min(longest, orbit.max_step or math.inf),
         starts=starts,
     )
-    step = partial(
-        follow,
+    solution = _by_exponential(derivation, initial, span[1], orbit) or follow(
+        span,
         tolerance=orbit.tolerance or DEFAULT_TOLERANCE,
         stops=stops.tolist(),
         engine=orbit.method,
         progress=progress,
     )
-    defined = derivation.momenta
-    may_branch = defined is not None and not defined.are_linear(derivation.velocity_names)
-    try:
-        solution = _by_exponential(derivation, initial, span[1], orbit) or step(span)
-    except integrate.Stopped as stop:
-        if may_branch:
-            with suppress(integrate.Stopped):
-                seen = step((0.0, BEFORE * stop.time), stops=())
-                _require_regular(seen, motion, derivation, initial, VANISHING)
-        raise
-    if may_branch:
-        _require_regular(solution, motion, derivation, initial, 0.0)
     _require_range(solution, derivation, initial)
     states = solution.at(times)
     coordinates, momenta, energy, terms = motion.observed(times, states)
@@ -119,8 +94,9 @@ def solve_orbit(
     scale[scale == 0] = 1.0
     error, lost = compared(
         solution,
+        # A second solution by an exponential has steps that share no point with those of the first.
         lambda tolerance, stops: (
-            _by_exponential(derivation, initial, span[1], orbit, FINER)
+            _by_exponential(derivation, initial, span[1], orbit, finer=1.37)
             or follow(span, tolerance=tolerance, stops=stops, like=solution)
         ),
         motion.watched,
@@ -136,7 +112,7 @@ def solve_orbit(
     further = [str(invariant) for invariant in invariants]
     for name, invariant in zip(further, invariants, strict=True):
         flow = flow_of_terms(invariant, derivation.phase, initial.parameters)
-        parts = columns(flow, times, np.hstack([coordinates, momenta]))
+        parts = columns(flow)(times, *coordinates.T, *momenta.T)
         drift[name] = _drift(parts.sum(axis=0), parts)
     return OrbitSolution(
         times,
@@ -154,12 +130,19 @@ def solve_orbit(
     )
 
 
+def _drift(values: Floats, terms: Floats) -> float:
+    """The largest change of values (k), in units of the largest sum of the sizes of the terms (any by k)."""
+    change = float(np.abs(values - values[0]).max())
+    return change / (float(np.abs(terms).sum(axis=0).max()) or 1.0) if change else 0.0
+
+
 def _by_exponential(
     derivation: Derivation, initial: InitialState, end: float, orbit: Orbit, finer: float = 1.0
 ) -> Solution | None:
     """The motion of many variables with linear equations that do not change with time; else None."""
     asked = orbit.method != "auto" or orbit.max_step is not None
-    if asked or derivation.linear is None or derivation.energy_changes or 2 * len(initial.q) < MANY:
+    # With fewer variables, steps are as quick as an exponential.
+    if asked or derivation.linear is None or derivation.energy_changes or len(initial.q) < 6:
         return None
     rows, shift = derivation.linear
     parts = ([e for row in rows for e in row], shift)
@@ -168,35 +151,14 @@ def _by_exponential(
     return linear_flow.solve(np.reshape(matrix, (len(start), -1)), np.array(offset), start, end, finer)
 
 
-def _require_regular(
-    solution: Solution, motion: EquationsOfMotion, derivation: Derivation, initial: InitialState, least: float
-) -> None:
-    """Raise ComputationError if the mass matrix becomes singular on the way."""
-    times, size = solution.knots, len(initial.q)
-    states = solution.at(times)
-    velocities = columns(motion.flow, times, states)[:size].T
-    require_regular(derivation, initial.parameters, times, states[:, :size], velocities, least)
-
-
-def _drift(values: Floats, terms: Floats) -> float:
-    """The largest change of values (k), in units of the largest sum of the sizes of the terms (any by k)."""
-    change = float(np.abs(values - values[0]).max())
-    return change / (float(np.abs(terms).sum(axis=0).max()) or 1.0) if change else 0.0
-
-
 def _require_range(solution: Solution, derivation: Derivation, initial: InitialState) -> None:
     """Raise ComputationError where momenta leave the range in which they have velocities on this branch."""
     for condition in () if derivation.branch is None else derivation.branch.conditions:
         flow = flow_of_terms(condition, derivation.phase, initial.parameters)
-        times = solution.knots
-        for _ in range(REFINEMENTS):
-            states = solution.at(times)[:, : 2 * len(initial.q)]
-            outside = ~(columns(flow, times, states).sum(axis=0) > 0)
-            if not outside.any():
-                break
-            first = int(np.argmax(outside))
-            times = np.linspace(times[max(0, first - 1)], times[first], PARTS)
-        else:
+        times = np.linspace(0.0, solution.knots[-1], LOOKS)
+        outside = ~(columns(flow)(times, *solution.at(times)[:, : 2 * len(initial.q)].T).sum(axis=0) > 0)
+        if outside.any():
+            time = times[int(np.argmax(outside))]
             raise ComputationError(
-                f"the orbit has no velocities beyond t = {times[-1]:.6g}, expected {condition} > 0"
+                f"the orbit has no velocities beyond t = {time:.3g}, expected {condition} > 0"
             )

@@ -2,27 +2,25 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 
 from rigidcli.algebra.expressions import Expr
 from rigidcli.core.arithmetic import Floats
+from rigidcli.core.estimate import columns
 from rigidcli.errors import UsageError
 from rigidcli.language.text import latex_name
 from rigidcli.picture import Mark, Panel, Picture, Ruler
-from rigidcli.report import Field
-from rigidcli.studies.hamilton.equations_of_motion import columns, flow_of_terms
+from rigidcli.studies.hamilton.equations_of_motion import flow_of_terms
 from rigidcli.studies.hamilton.scene import path_names, positions
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from rigidcli.document.document import Document
-    from rigidcli.studies.hamilton.derivation import Derivation
+    from rigidcli.studies.hamilton.findings import Found
     from rigidcli.studies.hamilton.orbit import OrbitSolution
-    from rigidcli.studies.hamilton.oscillations import Oscillations
 
 MOST_PANELS = 6
 """The most coordinates or modes that one picture shows."""
@@ -40,18 +38,7 @@ MARGIN = 0.35
 """How far a phase portrait goes beyond the orbit, in units of the orbit's width."""
 
 
-@dataclass(frozen=True, slots=True)
-class Findings:
-    """What pictures are made of: the system, and what a study has found about it."""
-
-    document: Document
-    derivation: Derivation
-    orbit: OrbitSolution | None
-    oscillations: Oscillations | None
-    fields: Sequence[Field]
-
-
-def path(found: Findings) -> Picture:
+def path(found: Found) -> Picture:
     """The paths of the particles, in the plane if they stay in one."""
     places = positions(found.document, _required(found.orbit))
     if places is None:
@@ -73,7 +60,7 @@ def path(found: Findings) -> Picture:
     return Picture("path", title, (Panel(rulers, tuple(marks), is_even=True),))
 
 
-def phase(found: Findings) -> Picture:
+def phase(found: Found) -> Picture:
     """The orbit in the plane of each coordinate and its momentum; with contours of H if there is one."""
     orbit, names = _required(found.orbit), found.derivation.phase.coordinates
     panels: list[Panel] = []
@@ -89,7 +76,7 @@ def phase(found: Findings) -> Picture:
     return Picture("phase", f"phase portrait{_of(names, 'coordinates')}", tuple(panels), _side(len(panels)))
 
 
-def series(found: Findings) -> Picture:
+def series(found: Found) -> Picture:
     """The coordinates in time."""
     orbit, names = _required(found.orbit), found.derivation.phase.coordinates
     panels = tuple(
@@ -99,7 +86,7 @@ def series(found: Findings) -> Picture:
     return Picture("series", f"coordinates in time{_of(names, 'coordinates')}", panels)
 
 
-def modes(found: Findings) -> Picture:
+def modes(found: Found) -> Picture:
     """The displacements of each mode as arrows, one for each coordinate; quarter of a period later, too."""
     small = found.oscillations
     if small is None or not small.modes:
@@ -130,7 +117,7 @@ def modes(found: Findings) -> Picture:
     return Picture("modes", title, tuple(panels), _side(len(panels)))
 
 
-def spectrum(found: Findings) -> Picture:
+def spectrum(found: Found) -> Picture:
     """The eigenvalues of the linear equations in the complex plane."""
     given = next((entry.value for entry in found.fields if entry.key == "eigenvalues"), None)
     if not given:
@@ -190,7 +177,7 @@ def _numbers(document: Document, pairs: Sequence[tuple[float | Expr, float | Exp
     return np.array(rows, dtype=np.float64)
 
 
-def _contours(found: Findings, orbit: OrbitSolution, path: Floats) -> list[Mark]:
+def _contours(found: Found, orbit: OrbitSolution, path: Floats) -> list[Mark]:
     """Lines of constant H in the plane of the one coordinate; none where H has no formula, or changes."""
     derivation, hamiltonian = found.derivation, found.derivation.hamiltonian
     if hamiltonian is None or derivation.explicit_time:
@@ -201,7 +188,7 @@ def _contours(found: Findings, orbit: OrbitSolution, path: Floats) -> list[Mark]
     parameters = {name: float(value) for name, value in found.document.values.items()}
     states = np.column_stack([np.tile(x, GRID), np.repeat(y, GRID)])
     flow = flow_of_terms(hamiltonian, derivation.phase, parameters)
-    heights = columns(flow, np.zeros(len(states)), states).sum(axis=0).reshape(GRID, GRID)
+    heights = columns(flow)(np.zeros(len(states)), *states.T).sum(axis=0).reshape(GRID, GRID)
     finite = heights[np.isfinite(heights)]
     if not len(finite) or not finite.min() < finite.max():
         return []

@@ -6,6 +6,7 @@ import numpy as np
 
 from rigidcli.algebra.expressions import total
 from rigidcli.algebra.trees import to_tree
+from rigidcli.core.estimate import columns
 from rigidcli.core.solution import Flow
 from rigidcli.document.document import Document
 from rigidcli.errors import ComputationError, ExpressionError
@@ -14,7 +15,7 @@ from rigidcli.language.sharing import shared
 from rigidcli.mechanics.hamilton_equations import TIME
 from rigidcli.program import Program, Run
 from rigidcli.studies.hamilton.derivation import Derivation
-from rigidcli.studies.hamilton.equations_of_motion import columns, symbolic_equations
+from rigidcli.studies.hamilton.equations_of_motion import symbolic_equations
 from rigidcli.studies.hamilton.initial import InitialState
 from rigidcli.studies.hamilton.orbit import OrbitSolution
 from rigidcli.studies.hamilton.system import require_formulas
@@ -78,10 +79,10 @@ def program_of(
 
 def _sizes(orbit: OrbitSolution, flow: Flow) -> list[float]:
     """The sizes of the variables of an orbit with these rates, in three digits; none is zero."""
-    times, states = orbit.times, orbit.states
+    rates, times, states = columns(flow), orbit.times, orbit.states
     # Each variable is changed differently, so that equal ones do not cancel.
     nudged = states * (1 + NUDGE * np.linspace(1.0, 2.0, states.shape[1]))
-    changes = np.abs(columns(flow, times, nudged) - columns(flow, times, states)).max(axis=1) / NUDGE
+    changes = np.abs(rates(times, *nudged.T) - rates(times, *states.T)).max(axis=1) / NUDGE
     between = times[-1] / min(len(times), orbit.steps or 1)
     sizes = np.fmax(np.abs(states).max(axis=0), LEAST_SIZE * changes * between)
     return [float(f"{size:.3g}") or 1.0 for size in sizes]

@@ -8,13 +8,13 @@ from itertools import combinations
 import numpy as np
 
 from rigidcli.core.arithmetic import Floats
+from rigidcli.core.estimate import columns
 from rigidcli.document.document import Document
 from rigidcli.language import code
 from rigidcli.mechanics.hamilton_equations import TIME
 from rigidcli.picture import Mark
 from rigidcli.report import Column, Table
 from rigidcli.scene import Part, Scene, Stage
-from rigidcli.studies.hamilton.equations_of_motion import columns
 from rigidcli.studies.hamilton.orbit import OrbitSolution
 
 MOST_SHOWN = 6
@@ -89,7 +89,7 @@ def positions(document: Document, orbit: OrbitSolution) -> Floats | None:
     parameters = {name: float(value) for name, value in document.values.items()}
     expressions = [path for position in placed for path in position]
     flow = code.function(expressions, [TIME, *system.coordinates], parameters)
-    rows = iter(columns(flow, orbit.times, orbit.coordinates))
+    rows = iter(columns(flow)(orbit.times, *orbit.coordinates.T))
     places = np.zeros((len(orbit.times), len(placed), 3))
     for index, position in enumerate(placed):
         for axis in range(len(position)):

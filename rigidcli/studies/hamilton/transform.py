@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Collection, Iterator, Mapping
 from contextlib import suppress
 from dataclasses import dataclass, replace
-from itertools import combinations, islice
+from itertools import combinations
 
 from rigidcli.algebra.arithmetic import sign
 from rigidcli.algebra.arithmetic import tidy as in_lowest_terms
@@ -26,9 +26,6 @@ from rigidcli.mechanics.canonical import Branch, inverse
 from rigidcli.mechanics.hamilton_equations import TIME, Phase, equations
 from rigidcli.studies.hamilton.derivation import Derivation
 from rigidcli.studies.hamilton.system import derived_parameters, known_values
-
-MOST_BRANCHES = 3
-"""The most points from which a way back from the new variables is looked for."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -89,8 +86,10 @@ def transformed(document: Document, transform: Transform, derivation: Derivation
             change = _Change(values, old, new, hamiltonian)
             found = change.from_old() if transform.old is not None else change.from_new()
     if found is not None:
-        found = found.tidied(document)
-        conditions = tuple(dict.fromkeys([*conditions, *found.conditions]))
+        signs = {name: sign(value) for name, value in known_values(document).items()}
+        found = found.shorter([name for name in found.hamiltonian.names - {TIME} if signs.get(name, 1) == 1])
+        further = (words for words in found.conditions if words.removesuffix(" > 0") not in signs)
+        conditions = tuple(dict.fromkeys([*conditions, *further]))
     return TransformedSystem(
         new.names,
         {
@@ -137,17 +136,16 @@ class _Found:
     gradient: list[Expr]
     conditions: tuple[str, ...] = ()
 
-    def where(self, conditions: Iterable[str]) -> _Found:
-        """The same under conditions."""
-        return replace(self, conditions=tuple(conditions))
-
-    def tidied(self, document: Document) -> _Found:
-        """The same with K as it is for positive symbols under its roots, where that is shorter."""
-        signs = {name: sign(value) for name, value in known_values(document).items()}
-        others = [name for name in signs if signs[name] != 1]
-        hamiltonian, positive = canonical.for_positive_symbols(self.hamiltonian, others)
-        further = [f"{name} > 0" for name in positive if name not in signs]
-        return replace(self, hamiltonian=hamiltonian, conditions=(*self.conditions, *further))
+    def shorter(self, names: Collection[str]) -> _Found:
+        """The same with K in the form for positive values of names, if it is shorter: sqrt(k/m)."""
+        e = self.hamiltonian
+        positive = tidy(substitute(e, {name: symbol(name, positive=True) for name in names}))
+        form = from_tree(substitute(positive, {name: symbol(name) for name in names}).tree())
+        needed = None if len(str(form)) >= len(str(e)) else canonical.positive_names([e - form], ())
+        if needed is None:
+            return self
+        conditions = (*self.conditions, *(f"{name} > 0" for name in needed))
+        return replace(self, hamiltonian=form, conditions=conditions)
 
 
 @dataclass(frozen=True, slots=True)
@@ -161,13 +159,13 @@ class _Change:
 
     def from_old(self) -> _Found | None:
         """K from the old variables as functions of the new ones, and the conditions under which it holds."""
-        for found in self._hamiltonians(self.values, next(self._branches(), Branch({}))):
+        for found in self._hamiltonians(self.values, self._branch()):
             misses = [found.hamiltonian - found.added - substitute(self.hamiltonian, self.values)]
             slopes = zip(self.new.names, found.gradient, strict=True)
             misses += [slope - derivative(found.added, name) for name, slope in slopes]
             positive = canonical.positive_names(misses, (*self.new.names, TIME))
             if positive is not None:
-                return found.where(f"{name} > 0" for name in positive)
+                return replace(found, conditions=tuple(f"{name} > 0" for name in positive))
         return None
 
     def from_new(self) -> _Found | None:
@@ -176,35 +174,34 @@ class _Change:
         The way back is found by solving equations, and what follows from it put to the test: K must be
         what it should for all variables, or for positive ones, or at least where this is the way back.
         """
-        conditional, on_branch = None, None
-        for branch in islice(self._branches(), MOST_BRANCHES):
-            old = inverse(self.values, self.new, self.old, branch)
-            if old is None:
-                continue
-            back = {name: substitute(e, self.values) - symbol(name) for name, e in old.items()}
-            for found in self._hamiltonians(old, branch):
-                misses = [*self._misses(found)]
-                positive = canonical.positive_names(misses, (*self.old.names, TIME))
-                if positive == ():
-                    return found
-                if positive is not None:
-                    conditional = conditional or found.where(f"{name} > 0" for name in positive)
-                elif on_branch is None and vanish_together([*misses, *back.values()]):
-                    words = [f"{name} = {old[name]}" for name, miss in back.items() if not is_zero(miss)]
-                    on_branch = found.where(words) if words else None
-            if conditional or on_branch:
-                break
-        return conditional or on_branch
+        branch = self._branch()
+        old = inverse(self.values, self.new, self.old, branch)
+        if old is None:
+            return None
+        back = {name: substitute(e, self.values) - symbol(name) for name, e in old.items()}
+        limited = None
+        for found in self._hamiltonians(old, branch):
+            misses = [*self._misses(found)]
+            positive = canonical.positive_names(misses, (*self.old.names, TIME))
+            if positive == ():
+                return found
+            words = [f"{name} > 0" for name in positive or ()]
+            if positive is None and vanish_together([*misses, *back.values()]):
+                words = [f"{name} = {old[name]}" for name, miss in back.items() if not is_zero(miss)]
+            if words and (limited is None or positive):
+                limited = replace(found, conditions=tuple(words))
+        return limited
 
-    def _branches(self) -> Iterator[Branch]:
-        """Points at which all variables have values; those on the right-hand sides are positive."""
+    def _branch(self) -> Branch:
+        """A point at which all variables have values; those on the right-hand sides are positive."""
         exprs = (self.hamiltonian, *self.values.values())
         names = {name for e in exprs for name in e.names}.difference(self.values)
         for point in sample_points(sorted(names), {}):
             here = Branch(point)
             values = {name: here.value(e) for name, e in self.values.items()}
             if all(map(math.isfinite, values.values())):
-                yield Branch({**point, **values})
+                return Branch({**point, **values})
+        return Branch({})
 
     def _hamiltonians(self, old: Mapping[str, Expr], branch: Branch) -> Iterator[_Found]:
         """K = H + R in the new variables: first with the roots of squares that the branch has."""

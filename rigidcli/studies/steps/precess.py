@@ -57,7 +57,7 @@ def _top(section: Top, top: Mapping[str, Value], n: Arithmetic) -> Iterator[Step
             "Upright, the top sleeps if lambda3^2 omega3^2 > 4 lambda1 M g R.",
             (
                 *law("sqrt(4*lambda1*M*g*R)/lambda3", "least spin", symbol, least, "rad/s", n, **numbers),
-                Field("", top["spin"], "its spin", r"\omega_3", "rad/s"),
+                Field("", top["spin"], "spin of the top", r"\omega_3", "rad/s"),
             ),
         )
 
