@@ -70,12 +70,9 @@ DEPENDENT = 1e-6
 def conserved_quantities(hamiltonian: Expr, phase: Phase, known: Sequence[Expr]) -> tuple[Expr, ...]:
     """Quantities with {F, H} = 0 that are no functions of H, of the `known` ones and of each other.
 
-    An H that holds the time is not searched, nor one that is divided by a size: x/|x| is a step, which no
-    bracket shows. The search ends where expressions become too large.
+    An H that holds the time is not searched. The search ends where expressions become too large.
     """
     if TIME in hamiltonian.names or len(phase.coordinates) < 2 or hamiltonian.names.isdisjoint(phase.names):
-        return ()
-    if any(n < 0 and isinstance(a, Applied) and a.function == "abs" for m in hamiltonian.terms for a, n in m):
         return ()
     found: list[Expr] = []
     with suppress(ExpressionError):

@@ -134,10 +134,15 @@ class Derivation:
 
     @cached_property
     def jumps(self) -> tuple[Expr, ...]:
-        """Functions of the variables whose `sign` stands in H, or in L if H is not known."""
+        """Functions u of the variables whose sign stands in H, or in L if H is not known, also as u/|u|."""
         variables = {*self.phase.names, *self.velocity_names}
-        signs = [a for a in self.generator.everywhere() if isinstance(a, Applied) and a.function == "sign"]
-        return tuple(dict.fromkeys(a.arguments[0] for a in signs if not variables.isdisjoint(a.names)))
+        found = [a for a in self.generator.everywhere() if isinstance(a, Applied) and a.function == "sign"]
+        for monomial in self.generator.terms:
+            for size, n in monomial:
+                across = {name for atom, k in monomial if k * n < 0 for name in atom.names}
+                if isinstance(size, Applied) and size.function == "abs" and not across.isdisjoint(size.names):
+                    found.append(size)
+        return tuple(dict.fromkeys(a.arguments[0] for a in found if not variables.isdisjoint(a.names)))
 
     @cached_property
     def conserved_momenta(self) -> tuple[str, ...]:
