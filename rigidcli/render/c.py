@@ -5,14 +5,12 @@ Names of the document end in an underscore there, as no word of C, of its librar
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
-
 from rigidcli.language.sharing import Formulas
 from rigidcli.render import Look
 from rigidcli.render.programs import Language, Source
 from rigidcli.report import Report
 
-C = Language("//", "", True, {"abs": "fabs"}, frozenset(["H"]), suffix="_")
+C = Language("//", frozenset(["H"]), suffix="_")
 """C; a fractional power of a negative number is not a number."""
 
 STEPS = """
@@ -49,13 +47,9 @@ static int follow(double from, double to, double z[VARIABLES], int halvings)
 """
 
 
-def render(reports: Iterable[Report], look: Look) -> Iterator[str]:
-    """A program for each report."""
-    for report in reports:
-        yield _written(Source(report, C))
-
-
-def _written(source: Source) -> str:
+def piece(report: Report, look: Look) -> str:
+    """The program for a report."""
+    source = Source(report, C)
     program = source.program
     slope_texts = enumerate(map(source.formula, program.rates.values))
     slopes = (source.broken(f"    rates[{place}] = ", e, ";") + "\n" for place, e in slope_texts)
