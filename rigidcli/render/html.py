@@ -90,7 +90,7 @@ def _section(report: Report, look: Look, head: str, anchor: str, *, is_cell: boo
     return "".join(
         [
             f'<section class="rigidcli"{name}>\n<{head}>{text(report.heading)}</{head}>\n',
-            *_figures(report, anchor, look, is_cell=is_cell),
+            *_figures(report, look, is_cell=is_cell),
             *_results(report, look),
             *_tables(report.tables, look),
             *_working(report.steps if look.steps else (), look),
@@ -101,7 +101,7 @@ def _section(report: Report, look: Look, head: str, anchor: str, *, is_cell: boo
     )
 
 
-def _figures(report: Report, anchor: str, look: Look, *, is_cell: bool) -> Iterator[str]:
+def _figures(report: Report, look: Look, *, is_cell: bool) -> Iterator[str]:
     """What is seen at a glance: the motion, and the picture of the result, if there is what draws it."""
     if report.scene is not None:
         from rigidcli.render.web.replay import replay
@@ -110,7 +110,7 @@ def _figures(report: Report, anchor: str, look: Look, *, is_cell: bool) -> Itera
         scene = replace(report.scene, stages=report.scene.stages[:1]) if is_cell else report.scene
         yield replay(scene, look, NOTEBOOK if is_cell else PAGE)
     if report.pictures and has_library("drawing"):
-        yield f"<figure>{inline_picture(report, anchor)}</figure>\n"
+        yield f"<figure>{inline_picture(report)}</figure>\n"
 
 
 def _results(report: Report, look: Look) -> Iterator[str]:

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+from html import escape
 from importlib import import_module, util
 from pathlib import PurePath
+from urllib.parse import quote
 
-from rigidcli.errors import UsageError
+from rigidcli.errors import UsageError, printable
 from rigidcli.report import Report
 
 ENDINGS = ("png", "svg", "pdf")
@@ -59,11 +61,11 @@ def _drawn(report: Report, ending: str, *, is_clear: bool = False) -> bytes:
     return data
 
 
-def inline_picture(report: Report, prefix: str) -> str:
-    """The picture of a report as an element of HTML; all names in it begin with the prefix, if it has one."""
-    from rigidcli.render.plots.inline import inline
-
-    return inline(_drawn(report, "svg", is_clear=True), report.about(report.pictures[0].title), prefix)
+def inline_picture(report: Report) -> str:
+    """The picture of a report as an element of HTML, with its title for readers who cannot see it."""
+    svg = quote(_drawn(report, "svg", is_clear=True), safe=" !'()*+,/:;=?@[]{}|$")
+    title = escape(printable(report.about(report.pictures[0].title)))
+    return f'<img src="data:image/svg+xml,{svg}" alt="{title}">'
 
 
 def chart(report: Report, width: int | None) -> str:
