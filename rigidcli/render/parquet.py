@@ -13,8 +13,8 @@ import orjson
 
 from rigidcli.errors import UsageError
 from rigidcli.render import Look
-from rigidcli.render.values import plain, row_of
-from rigidcli.report import Report, Value, single_cells
+from rigidcli.render.values import data_columns, plain, row_of
+from rigidcli.report import Report, Value
 
 ROWS = 65_536
 """Rows of a group, which is what is kept in memory: 30 MB for 60 columns."""
@@ -36,17 +36,15 @@ class Piece(NamedTuple):
 
 def piece(report: Report, look: Look) -> Piece:
     """The row of a report, or its table of data."""
-    data = next((table for table in report.tables if table.data), None)
-    if data is None or report.swept:
+    columns = data_columns(report, look)
+    if not columns:
         row = row_of(report, look.columns)
         units = {name: unit for name, (_, unit) in row.items() if unit}
         return Piece(1, {name: [plain(value)] for name, (value, _) in row.items()}, units)
-    columns = single_cells(data, look.columns)
-    heads: dict[str, Value] = {"name": [report.name] * len(data)} if look.several else {}
+    count = len(columns[0].values)
+    heads: dict[str, Value] = {"name": [report.name] * count} if look.several else {}
     values = {column.cells[0]: np.asarray(column.values, float) for column in columns}
-    return Piece(
-        len(data), heads | values, {column.cells[0]: column.unit for column in columns if column.unit}
-    )
+    return Piece(count, heads | values, {column.cells[0]: column.unit for column in columns if column.unit})
 
 
 def render(pieces: Iterable[Piece], look: Look) -> Iterator[bytes]:

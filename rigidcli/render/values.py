@@ -59,6 +59,12 @@ def row_of(report: Report, names: Sequence[str] = ()) -> dict[str, tuple[Value, 
     return {name: row[name] for name in names if name in row} or row
 
 
+def data_columns(report: Report, look: Look) -> list[Column]:
+    """The columns of the table of data, of one cell each; none where the report is a row of cells."""
+    data = next((table for table in report.tables if table.data), None)
+    return [] if data is None or report.swept else single_cells(data, look.columns)
+
+
 MOST_ROWS = 11
 """Rows of a table of data that people are shown."""
 
