@@ -6,13 +6,11 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from rigidcli.bodies.surfaces import simplified
 from rigidcli.core.arithmetic import Floats
 
-COARSEST = 8
-"""Cells along the longest side of a surface below which it is not made coarser."""
-
-FINEST = 128
-"""Cells along the longest side at which making a surface coarser begins."""
+FINEST = 64
+"""Cells along the longest side of a surface when it begins to be made coarser: 6 MB of memory."""
 
 
 def triangles(faces: Sequence[Floats], most: int) -> Floats:
@@ -20,11 +18,12 @@ def triangles(faces: Sequence[Floats], most: int) -> Floats:
     by_corners: dict[int, list[Floats]] = {}
     for face in faces:
         by_corners.setdefault(len(face), []).append(face)
-    fine = found = np.concatenate([_cut(np.array(alike, dtype=float)) for alike in by_corners.values()])
+    cut = np.concatenate([_cut(np.array(alike, dtype=float)) for alike in by_corners.values()])
+    corners, box = cut.transpose(1, 2, 0), np.array([cut.min(axis=(0, 1)), cut.max(axis=(0, 1))])
     cells = FINEST
-    while len(found) > most and cells >= COARSEST:
-        found, cells = _coarser(fine, cells), cells // 2
-    return found[:most]
+    while len(cut) > most and cells > 4:
+        cut, cells = simplified(lambda: [corners], box, cells), cells // 2
+    return cut[:most]
 
 
 def _cut(faces: Floats) -> Floats:
@@ -61,17 +60,3 @@ def _ears(face: Floats, normal: Floats) -> list[list[int]]:
         found.append([a, b, c])
         left.remove(b)
     return [*found, left]
-
-
-def _coarser(found: Floats, cells: int) -> Floats:
-    """Triangles whose corners are those of the first triangle in the same cell of a grid."""
-    corners = found.reshape(-1, 3)
-    low, size = corners.min(axis=0), float(np.ptp(corners, axis=0).max()) or 1.0
-    grid = np.floor((corners - low) / size * cells).astype(np.int64) @ [1, 1 << 20, 1 << 40]
-    _, first, names = np.unique(grid, return_index=True, return_inverse=True)
-    names = names.reshape(-1, 3)
-    sides = np.sort(names, axis=1)
-    kept = (sides[:, 0] < sides[:, 1]) & (sides[:, 1] < sides[:, 2])
-    _, once = np.unique(sides[kept], axis=0, return_index=True)
-    chosen: Floats = corners[first[names[kept][np.sort(once)]]]
-    return chosen
