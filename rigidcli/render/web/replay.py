@@ -1,9 +1,9 @@
 """The replay of a motion in three dimensions: a figure of HTML that needs nothing from outside.
 
 It works in a page with the policy of `page`, from a file, and in the output of a notebook, several on one
-page. What it shows is data in a script element; `drawing.js` and `replay.js` draw it with WebGL2, without
-other libraries. Of those that packages of PyPI bundle, k3d evaluates text, which the policy forbids, and its
-script alone is 2.6 MB; anythreejs is a widget, which needs a running Python. Neither has readings.
+page. The data stand in a script element; `drawing.js` and `replay.js` draw them with WebGL2. The libraries of
+PyPI do not serve here: k3d evaluates text, which the policy forbids, and its script alone is 2.6 MB;
+anythreejs is a widget, which needs a running Python. Neither shows readings.
 """
 
 from __future__ import annotations
@@ -32,36 +32,18 @@ Rows: TypeAlias = NDArray[np.intp]
 MOST_TRIANGLES = 8_000
 """The most triangles of one surface: 0.4 MB, and drawn in less than a millisecond."""
 
-TURNS_A_SECOND = 1.0
-"""Turns that are easy to follow."""
-
 SHORTEST, LONGEST = 10.0, 60.0
-"""How long a replay takes at least and at most, at its ordinary speed (s)."""
-
-NEAR = 2.5
-"""A motion that takes so many times more, or less, than its replay would is shown as fast as it is."""
+"""The least and the most seconds of a replay at its ordinary speed: a reader follows a turn a second."""
 
 SMOOTH, COARSE = 0.1, 1.2
-"""Angles (rad) between two pieces of a path, in the middle: below the first it looks round as it is; above
-the other its samples do not tell where it goes."""
-
-TINY = float(np.finfo(np.float64).tiny)
-"""Keeps a quotient of zeros from being taken."""
-
-POSES = 24
-"""Orientations at which it is looked how far a body reaches."""
-
-CORNERS = 300
-"""About so many points of each of its parts are looked at."""
-
-TURN = 2 * np.pi
-"""The angle of a turn (rad), and the path of a point that moves round, in units of its distance."""
+"""Median angles (rad) between two pieces of a path: below the first it looks round without more points, and
+above the other its samples do not show where it goes."""
 
 
 def replay(scene: Scene, look: Look, most: int) -> str:
     """The figure with its style and script: all text in it is escaped, and no data ends its element.
 
-    Of samples with more than `most` numbers, evenly chosen ones are shown, and surfaces have fewer triangles.
+    Where the samples have more than `most` numbers, evenly chosen ones are shown, and surfaces are coarser.
     """
     finest = min(MOST_TRIANGLES, most // 16)
     rows, most = _rows(scene, most)
@@ -123,13 +105,13 @@ _CONTROLS = """<div class=stage>
 <p class=keys hidden>Drag to turn, scroll or pinch to zoom. Keys: space plays, ← → step in time,
 ↑ ↓ change the speed, + − zoom, shift and arrows turn, 0 resets the view.</p>
 """
-"""What is about the picture; hidden until there is a script that answers."""
+"""The elements around the picture; they are hidden until the script runs."""
 
 
 def _rows(scene: Scene, most: int) -> tuple[Rows, int]:
     """The rows that are sent, and the most points a row that may make a path smooth.
 
-    These are all rows, or each second, third and so on, so that they fit; and the last one.
+    All rows are sent, or every second, third and so on, so that they fit; and always the last one.
     """
     wide = 2 * len(single_cells(scene.readings)) + 7 * (scene.orientation is not None)
     for part in (part for stage in scene.stages for part in stage.parts if part.motion != "still"):
@@ -163,15 +145,14 @@ def _swept(scene: Scene) -> Floats:
 
 
 def _seconds(scene: Scene, turns: Floats | None) -> float:
-    """How long the replay takes at its ordinary speed: as long as the motion, where that can be followed."""
+    """How long the replay takes at its ordinary speed (s): as long as the motion, or else a second a turn."""
     if turns is not None:
-        count = float(np.linalg.norm(turns, axis=1).sum()) / TURN
+        angle = float(np.linalg.norm(turns, axis=1).sum())
     else:
-        paths = [_path(part) for part in scene.stages[0].parts if part.motion != "still"]
-        count = max(paths, default=0.0) / TURN
-    followed = min(max(count / TURNS_A_SECOND, SHORTEST), LONGEST)
+        angle = max((_path(part) for part in scene.stages[0].parts if part.motion != "still"), default=0.0)
+    followed = min(max(angle / (2 * np.pi), SHORTEST), LONGEST)
     duration = float(scene.times[-1] - scene.times[0])
-    return duration if followed / NEAR <= duration <= followed * NEAR else followed
+    return duration if 0.4 * followed <= duration <= 2.5 * followed else followed
 
 
 def _path(part: Part) -> float:
@@ -183,10 +164,10 @@ def _path(part: Part) -> float:
 
 @dataclass(frozen=True, slots=True)
 class _Stages:
-    """The stages of a scene as they are sent: at these rows, with at most so many points a row.
+    """The stages of a scene as they are sent: at these rows, with at most `most` points a row.
 
-    A surface has as many triangles as `finest` at most. `arrays` are all points once, packed, with their
-    places in the list that is sent.
+    A surface has at most `finest` triangles. `arrays` has every packed array of points once, with its place
+    in the list that is sent.
     """
 
     scene: Scene
@@ -229,7 +210,7 @@ class _Stages:
         """
         steps = np.diff(points.reshape(len(points), -1, 3)[:, -1], axis=0)
         length = np.linalg.norm(steps, axis=1)
-        cosine = np.einsum("ij,ij->i", steps[1:], steps[:-1]) / np.maximum(length[1:] * length[:-1], TINY)
+        cosine = np.einsum("ij,ij->i", steps[1:], steps[:-1]) / np.maximum(length[1:] * length[:-1], 1e-300)
         bend = float(np.median(np.arccos(np.clip(cosine, -1, 1)))) if len(cosine) else 0.0
         between = min(int(np.ceil(bend / SMOOTH)), self.most)
         if bend > COARSE or between < 2:
@@ -238,8 +219,8 @@ class _Stages:
 
         times, places = self.scene.times[self.rows], np.arange(len(points))
         fine = np.interp(np.arange(places[-1] * between + 1) / between, places, times)
-        found: Floats = CubicSpline(times, points)(fine)
-        return found
+        smooth: Floats = CubicSpline(times, points)(fine)
+        return smooth
 
     def _extent(self, stage: Stage) -> tuple[Floats, Floats, float]:
         """The middle of a stage (3), half of its extent (3), and its reach from the middle in any direction.
@@ -247,16 +228,16 @@ class _Stages:
         The middle is on the axis z through O where something turns.
         """
         turns = any(part.carried for part in stage.parts)
-        some = np.linspace(0, len(self.scene.times) - 1, POSES).astype(int)
+        some = np.linspace(0, len(self.scene.times) - 1, 24).astype(int)
         places, solid = [], []
         for part in stage.parts:
             points = part.mark.points
-            found = np.concatenate(points) if part.mark.form == "faces" else np.reshape(points, (-1, 3))
-            if part.carried:
+            points = np.concatenate(points) if part.mark.form == "faces" else np.reshape(points, (-1, 3))
+            if part.carried:  # some points at some orientations show how far it reaches
                 poses = self.scene.orientation[some, None]
-                found = rotation.turned(poses, found[:: 1 + len(found) // CORNERS]).reshape(-1, 3)
-            places.append(found)
-            solid += [] if part.mark.quiet else [found]
+                points = rotation.turned(poses, points[:: 1 + len(points) // 300]).reshape(-1, 3)
+            places.append(points)
+            solid += [] if part.mark.quiet else [points]
         every = np.concatenate(solid)
         centre = (every.min(axis=0) + every.max(axis=0)) / 2 * ([0, 0, 1] if turns else 1)
         offsets = np.concatenate(places) - centre
