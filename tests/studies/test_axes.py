@@ -442,7 +442,7 @@ def test_an_axis_without_a_mass_or_a_direction(program: Program) -> None:
     done = program("axes", "-f", "json", "-", stdin=known)
     assert json.loads(done.out)["axis_moment"] == 2.5
     assert json.loads(done.out)["radius_of_gyration"] is None
-    assert done.err == "-: note: `body.mass` is not given, and the radius of gyration is not told\n"
+    assert done.err == "-: note: the radius of gyration needs `body.mass`, which is not given\n"
     done = program("axes", "-", stdin=known.replace("[0, 0, 2]", "[0, 0, 0]"))
     assert done.err == "-:3: axis: read the zero vector, expected a direction\n"
     assert done.code == 3
