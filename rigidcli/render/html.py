@@ -102,13 +102,16 @@ def _section(report: Report, look: Look, head: str, anchor: str, *, is_cell: boo
 
 
 def _figures(report: Report, look: Look, *, is_cell: bool) -> Iterator[str]:
-    """What is seen at a glance: the motion, and the picture of the result, if there is what draws it."""
-    if report.scene is not None:
-        from rigidcli.render.web.replay import replay
+    """The motion or the body in three dimensions, and the picture of the result, if matplotlib is there."""
+    scene = report.scene
+    if scene is not None or (report.pictures and report.pictures[0].kind == "body" and not is_cell):
+        from rigidcli.render.web.replay import replay, still
 
         # A notebook is saved with all of its cells, so that a result has the first view only, and less of it.
-        scene = replace(report.scene, stages=report.scene.stages[:1]) if is_cell else report.scene
-        yield replay(scene, look, NOTEBOOK if is_cell else PAGE)
+        if scene is not None and is_cell:
+            scene = replace(scene, stages=scene.stages[:1])
+        most = PAGE if report.scene is not None and not is_cell else NOTEBOOK
+        yield replay(scene or still(report.pictures[0]), look, most)
     if report.pictures and has_library("drawing"):
         yield f"<figure>{inline_picture(report)}</figure>\n"
 

@@ -221,19 +221,19 @@ def hostile(program: Program, tmp_path: Path, *arguments: str) -> tuple[Element,
 
 def test_hostile_text_stays_text(program: Program, tmp_path: Path) -> None:
     root, outcome = hostile(program, tmp_path)
-    assert root.all("script") == []
+    assert not any("alert" in script.text for script in root.all("script"))
     assert HOSTILE in root.all("h1")[0].text
     assert HOSTILE in root.all("title")[0].text
     assert HOSTILE in root.all("img")[0].attributes["alt"]
     assert "<script>alert(3)</script>" in root.all("pre")[0].text
     assert "a\"><script>alert(2)<'.yaml" in root.all("summary")[-1].text
-    assert "<script" not in outcome.out
+    assert outcome.out.count("<script") == 2  # the data of the body, and what draws it
     assert "parameter `script` is not used" in root.all("aside")[0].text
 
 
 def test_hostile_text_stays_text_in_the_table_of_contents(program: Program, tmp_path: Path) -> None:
     root, _ = hostile(program, tmp_path, CUBE)
-    assert root.all("script") == []
+    assert not any("alert" in script.text for script in root.all("script"))
     assert HOSTILE in root.all("nav")[0].text
 
 
@@ -243,7 +243,7 @@ def test_hostile_text_stays_text_in_the_table_of_contents(program: Program, tmp_
 def section(shown: str) -> str:
     """What stands in the section of a page or a fragment, but for names of its own and the replay."""
     (found,) = re.findall(r"<section[^>]*>(.*)</section>", shown, re.DOTALL)
-    found = re.sub(r"<figure class=rigidcli-replay>.*?</figure>", "", found, flags=re.DOTALL)
+    found = re.sub(r"<figure class=rigidcli-replay>.*?</figure>\n?", "", found, flags=re.DOTALL)
     return found.replace("h1>", "h2>")
 
 

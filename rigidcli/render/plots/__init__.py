@@ -63,7 +63,7 @@ def _drawn(report: Report, ending: str, *, is_clear: bool = False) -> bytes:
 
 def inline_picture(report: Report) -> str:
     """The picture of a report as an element of HTML, with its title for readers who cannot see it."""
-    svg = quote(_drawn(report, "svg", is_clear=True), safe=" !'()*+,/:;=?@[]{}|$")
+    svg = quote(b" ".join(_drawn(report, "svg", is_clear=True).split()), safe=" !'()*+,/:;<=>?@[]{}|$")
     title = escape(printable(report.about(report.pictures[0].title)))
     return f'<img src="data:image/svg+xml,{svg}" alt="{title}">'
 

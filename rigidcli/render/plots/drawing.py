@@ -76,7 +76,8 @@ def drawn(report: Report, ending: str, *, is_clear: bool = False) -> bytes:
 
 
 def _shortened(svg: bytes) -> bytes:
-    """The same picture with its coordinates cut to hundredths of a point, which no eye sees."""
+    """The same picture with coordinates cut to hundredths of a point, and without names that nothing uses."""
+    svg = re.sub(rb'(?s) id="[a-zA-Z0-9]+_[0-9]+"| <metadata>.*</metadata>', b"", svg)
     return re.sub(rb' d="[^"]*"', lambda path: re.sub(rb"(\.[0-9]{2})[0-9]+", rb"\1", path[0]), svg)
 
 
@@ -252,7 +253,7 @@ def _faces(axes: Any, mark: Mark, solid: bool) -> None:
     edge = GREY if mark.quiet or max(map(len, mark.points)) * len(mark.points) < 80 else colour
     faces = Poly3DCollection(list(mark.points), facecolors=colour, shade=len(mark.points) > 1, alpha=0.28)
     faces.set_edgecolor(edge if len(mark.points) < 80 else "none")
-    faces.set_linewidth(0.5)
+    faces.set(linewidth=0.5, clip_on=False)
     if mark.label:  # in the legend in its own colour, which is not that of any face in its light
         look = {
             "marker": "s",

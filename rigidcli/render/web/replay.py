@@ -19,11 +19,12 @@ from numpy.typing import NDArray
 
 from rigidcli.core import rotation
 from rigidcli.core.arithmetic import Floats
+from rigidcli.picture import Picture
 from rigidcli.render import Look
 from rigidcli.render.values import without_noise
 from rigidcli.render.web.page import resource, text
 from rigidcli.render.web.triangles import triangles
-from rigidcli.report import single_cells
+from rigidcli.report import Table, single_cells
 from rigidcli.scene import Part, Scene, Stage
 
 Rows: TypeAlias = NDArray[np.intp]
@@ -38,6 +39,15 @@ SHORTEST, LONGEST = 10.0, 60.0
 SMOOTH, COARSE = 0.1, 1.2
 """Median angles (rad) between two pieces of a path: below the first it looks round without more points, and
 above the other its samples do not show where it goes."""
+
+
+def still(picture: Picture) -> Scene:
+    """A body that rests, from a picture in space: a scene with one time and without readings."""
+    parts = [
+        Part(replace(mark, label=mark.label.partition(":")[0]), group=mark.label)
+        for mark in picture.panels[0].marks
+    ]
+    return Scene(picture.title, np.zeros(1), Table("", "", ()), (Stage("the body", tuple(parts)),))
 
 
 def replay(scene: Scene, look: Look, most: int) -> str:
@@ -80,7 +90,8 @@ def _figure(scene: Scene, data: str) -> Iterator[str]:
     yield _CONTROLS.format(label=text(label), options=options, readings=heads)
     # A `<` in data is written as an escape of JSON, so that no text of a document ends the element.
     yield f"<script type=application/json>{data.replace('<', chr(92) + 'u003c')}</script>\n"
-    script = "".join(map(resource, ("drawing.js", "replay.js")))
+    lines = (line.strip() for name in ("drawing.js", "replay.js") for line in resource(name).splitlines())
+    script = "".join(f"{line}\n" for line in lines if line and not line.startswith("//"))
     yield f'<script>\n(() => {{\n"use strict";\n{script}}})();\n</script>\n</figure>\n'
 
 
@@ -90,20 +101,20 @@ _CONTROLS = """<div class=stage>
 <p class=trouble role=status>The replay needs JavaScript.</p>
 </div>
 <div class=controls hidden>
-<button type=button data-do=play>Play</button>
-<input type=range min=0 max=1000 step=1 value=0 aria-label="Time">
-<span><button type=button data-do=slower aria-label="Slower">−</button>
+<button type=button class=timed data-do=play>Play</button>
+<input type=range class=timed min=0 max=1000 step=1 value=0 aria-label="Time">
+<span class=timed><button type=button data-do=slower aria-label="Slower">−</button>
 <output class=speed aria-label="Speed"></output>
 <button type=button data-do=faster aria-label="Faster">+</button></span>
 <span><button type=button data-do=out>Zoom out</button>
 <button type=button data-do=in>Zoom in</button>
 <button type=button data-do=reset>Reset view</button></span>
-<label>Show <select>{options}</select></label>
+<label class=timed>Show <select>{options}</select></label>
 </div>
-<dl class=readings hidden>{readings}</dl>
+<dl class="readings timed" hidden>{readings}</dl>
 <div class=legend role=group aria-label="What is shown" hidden></div>
-<p class=keys hidden>Drag to turn, scroll or pinch to zoom. Keys: space plays, ← → step in time,
-↑ ↓ change the speed, + − zoom, shift and arrows turn, 0 resets the view.</p>
+<p class=keys hidden>Drag to turn, scroll or pinch to zoom. Keys: <span class=timed>space plays,
+← → step in time, ↑ ↓ change the speed, </span>+ − zoom, shift and arrows turn, 0 resets the view.</p>
 """
 """The elements around the picture; they are hidden until the script runs."""
 
@@ -116,8 +127,8 @@ def _rows(scene: Scene, most: int) -> tuple[Rows, int]:
     wide = 2 * len(single_cells(scene.readings)) + 7 * (scene.orientation is not None)
     for part in (part for stage in scene.stages for part in stage.parts if part.motion != "still"):
         wide += np.asarray(part.mark.points)[0].size
-    step, last = -(-len(scene.times) * wide // most), len(scene.times) - 1
-    rows = np.append(np.arange(0, last, step), last)
+    wide, last = max(1, wide), len(scene.times) - 1
+    rows = np.append(np.arange(0, last, -(-len(scene.times) * wide // most)), last)
     return rows, max(1, most // (len(rows) * wide))
 
 

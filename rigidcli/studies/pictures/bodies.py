@@ -4,11 +4,14 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Iterator, Sequence
+from contextlib import suppress
 from dataclasses import replace
 
 import numpy as np
+from pydantic import ValidationError
 
 from rigidcli.bodies.bodies import Composite
+from rigidcli.bodies.form import Form
 from rigidcli.bodies.holes import Leaf
 from rigidcli.bodies.meshes import Mesh
 from rigidcli.bodies.point_masses import PointMasses
@@ -16,6 +19,8 @@ from rigidcli.bodies.shape import Shape, Wire
 from rigidcli.core import poinsot
 from rigidcli.core.arithmetic import FLOAT, Floats
 from rigidcli.document.document import Document
+from rigidcli.errors import RigidError
+from rigidcli.fields.environment import Environment
 from rigidcli.picture import Mark, Panel, Picture, Ruler
 from rigidcli.studies.body import body_frame
 from rigidcli.studies.common import require_values
@@ -79,9 +84,10 @@ def reach(marks: Sequence[Mark], centre: Floats) -> float:
 
 
 def marks_of_body(document: Document) -> Iterator[Mark]:
-    """The parts of the body whose places are known, along the document's axes."""
-    form = document.body
-    assert form is not None
+    """The parts of the body, or the geometry of a robot's link, along the document's axes."""
+    form = _form(document)
+    if form is None:
+        return
     place = form.motion(FLOAT)
     inner = form.leaves(FLOAT) if isinstance(form, Composite) else [Leaf(form)]
     material: list[Floats] = []
@@ -103,6 +109,17 @@ def marks_of_body(document: Document) -> Iterator[Mark]:
         yield Mark("faces", holes, "hole", quiet=True)
     for number, wire in enumerate(wires):
         yield Mark("line", wire, "" if number or material else "the body", style=5)
+
+
+def _form(document: Document) -> Form | None:
+    """The body; for a robot's link, the geometry in the first role, if there is any that can be read."""
+    link = document.reading.draft.link
+    if link is None:
+        return document.body
+    parts = [part.body for part in link.geometry if part.body and part.role == link.geometry[0].role]
+    with suppress(ValidationError, RigidError):
+        return Composite.model_validate({"parts": parts}, context=Environment())
+    return None
 
 
 def _outside(faces: list[Floats]) -> list[Floats]:

@@ -9,7 +9,7 @@ from rigidcli.core.arithmetic import Floats
 from rigidcli.errors import UsageError
 from rigidcli.picture import Mark, Panel, Picture, Ruler
 
-CIRCLE, CIRCLES = 121, 7
+CIRCLE, CIRCLES = 61, 7
 """The points of a closed line, and the lines of equal height on a sphere: it looks round, and not crowded."""
 
 SPACE = tuple(Ruler(name, name) for name in "xyz")
