@@ -1,4 +1,4 @@
-"""Renderers make text of reports, one complete piece after the other, so that output begins early."""
+"""Renderers turn reports into text, one complete piece after the other, so that output begins early."""
 
 from __future__ import annotations
 
@@ -17,10 +17,9 @@ from rigidcli.report import Report
 class Look:
     """The look of the output: significant digits for people, the csv header, width and colour.
 
-    `columns` are the columns of tables of data, or of rows, to show; all of them when empty. With `several`
-    documents, such a table in csv begins with a column of their names. With `unit_header`, heads of csv have
-    units, too. People see diagnostics when they are `verbose`, and the `steps` of the working on
-    demand. LaTeX is a whole document where it is `standalone`.
+    Only these `columns` of rows and tables of data are shown, or all if there are none. With `several`
+    documents, a table in csv begins with a column of names. With `unit_header`, heads of csv have units. For
+    people, `verbose` shows the diagnostics and `steps` the working. `standalone` LaTeX is a whole document.
     """
 
     digits: int = 6
@@ -119,7 +118,7 @@ def joined(name: Format, pieces: Iterable[Any], look: Look) -> Iterator[Any]:
 
 
 def piece(name: Format, report: Report, look: Look) -> Any:
-    """The part of the output that a report becomes; for people, the report itself.
+    """The part of the output for a report; in formats for people, the report itself.
 
     Raises RigidError where the report cannot be written in this format.
     """
@@ -139,7 +138,7 @@ def _module(name: Format) -> ModuleType:
 
 
 def require_columns(report: Report, names: Sequence[str], traits: Traits) -> None:
-    """Raise UsageError unless what is written of the report has the columns of these names."""
+    """Raise UsageError unless the output for the report has columns of these names."""
     if not names:
         return
     heads = [
@@ -150,8 +149,8 @@ def require_columns(report: Report, names: Sequence[str], traits: Traits) -> Non
 
         heads = list(row_of(report))
     if not heads:
-        hint = "`-f csv` has results as a row, of which they can be chosen"
-        raise UsageError("there are no samples here to choose columns of", hint=hint)
+        hint = "`-f csv` writes the results as a row with columns"
+        raise UsageError("there are no samples here, and no columns to choose", hint=hint)
     for name in names:
         if name not in heads:
             raise UsageError(f"`{name}` is no column here", hint=f"the columns are {', '.join(heads)}")

@@ -1,6 +1,6 @@
-"""A program in C99 for each report: it takes Runge-Kutta steps, prints csv, without a library.
+"""A program in C99 for each report: it takes Runge-Kutta steps, prints csv, and needs no library.
 
-Names of the document end in an underscore there, as no word of C, of its libraries or of this program does.
+Names of the document end in an underscore there, which no name of C, its libraries or this program does.
 """
 
 from __future__ import annotations
@@ -75,7 +75,7 @@ def _locals(source: Source, formulas: Formulas) -> str:
 
 
 def _main(source: Source) -> str:
-    """What follows the orbit and prints it."""
+    """The part that follows the orbit and prints it."""
     program, run = source.program, source.program.run
     if run is None:
         return "\n" + source.comment(

@@ -1,4 +1,4 @@
-"""One row a report, or its table of data; floats in the shortest text that reads back the same."""
+"""A row or a table of data for each report; floats have the shortest text that reads back the same."""
 
 from __future__ import annotations
 
@@ -14,13 +14,13 @@ from rigidcli.render.values import data_columns, plain, row_of
 from rigidcli.report import Column, Report, Value
 
 ROWS = 50_000
-"""Rows of a table that are written at a time, which bounds the memory that the text takes."""
+"""Rows of a table that are written at a time: their text takes some 15 MB."""
 
 
 class Piece(NamedTuple):
-    """What is written of a report: the texts of a row by their heads, or heads and columns of a table.
+    """The output for a report: the texts of a row by the heads, or the heads and columns of a table.
 
-    `start` is what begins each row of a table.
+    Every row of the table begins with the text `start`.
     """
 
     row: dict[str, str]
@@ -51,9 +51,9 @@ def require_fit(piece: Piece, first: Piece) -> None:
 
 
 def render(pieces: Iterable[Piece], look: Look) -> Iterator[str]:
-    """The header before the first row, and where it changes; what is not known is an empty cell.
+    """The rows, with a header before the first row and wherever the header changes; nulls are empty cells.
 
-    Rows of reports follow one header, as long as no report has a result that those before it lack.
+    Rows of reports share one header as long as no report has a result that the reports before it lack.
     """
     written: Sequence[str] = []
     in_rows = False

@@ -17,13 +17,13 @@ from rigidcli.render.web.page import page, resource, text
 from rigidcli.report import Column, Field, Report, Step, Table
 
 _NUMBER = re.compile(r"(-?[0-9.]+)(?: \\times 10\^\{(-?\d+)\})?")
-"""A number, with a power of ten or without: all numbers of a column are in the font of the page."""
+"""A number with or without a power of ten: all numbers of a column are in the font of the page."""
 
 _NAME = re.compile(rf"\b(?:p_\w+|\w+dot|(?:{'|'.join(sorted({*GREEK} - {'lambda', 'omega'}))})\d*)\b")
 """A coordinate, velocity or momentum in the title of a result."""
 
 PAGE, NOTEBOOK = 300_000, 10_000
-"""The most numbers of a replay that change in time: 1.6 MB on a page; in a notebook all takes 150 kB."""
+"""The most numbers of a replay that change in time: 1.6 MB on a page; a result in a notebook takes 150 kB."""
 
 _NUMERIC = ' class="number"'
 """The class of cells with numbers, and of the heads above them."""
@@ -38,7 +38,7 @@ _SYMBOLS = {
     r"\b([pwLN])_?([1-3i-kq])\b": r"\1<sub>\2</sub>",
     r"\bqdot\b": "q\N{COMBINING DOT ABOVE}",
 }
-"""The symbols that stand in the words of a result, spelled out as in a terminal, and how HTML has them."""
+"""Symbols in words of results, as regular expressions of their spelling, and the same in HTML."""
 
 
 def render(reports: Iterable[Report], look: Look) -> Iterator[str]:
@@ -63,7 +63,7 @@ def render(reports: Iterable[Report], look: Look) -> Iterator[str]:
 
 
 def _documents_once(reports: Iterable[Report]) -> Iterator[Report]:
-    """The reports; of several on one document, such as the links of a robot, the first has its text."""
+    """The reports, of which only the first on a document keeps the text: the links of a robot share it."""
     before = ("", "")
     for report in reports:
         document = (report.source, report.document)
@@ -80,12 +80,12 @@ def _contents(title: str, names: Iterable[str]) -> str:
 
 
 def fragment(report: Report, look: Look) -> str:
-    """The section of a report for a page of someone else, such as a notebook, with its own style."""
+    """The section of a report, with a style, for the page of another program, such as a notebook."""
     return f"<style>\n{resource('result.css')}</style>\n{_section(report, look, 'h2', '', is_cell=True)}"
 
 
 def _section(report: Report, look: Look, head: str, anchor: str, *, is_cell: bool = False) -> str:
-    """A report under a heading, in an element whose class has all of its style."""
+    """A report under a heading, in an element with the class of the style."""
     name = f' id="{anchor}"' if anchor else ""
     return "".join(
         [
@@ -107,7 +107,7 @@ def _figures(report: Report, look: Look, *, is_cell: bool) -> Iterator[str]:
     if scene is not None or (report.pictures and report.pictures[0].kind == "body" and not is_cell):
         from rigidcli.render.web.replay import replay, still
 
-        # A notebook is saved with all of its cells, so that a result has the first view only, and less of it.
+        # A notebook is saved with all cells, so that a result there has the first view only, and coarser.
         if scene is not None and is_cell:
             scene = replace(scene, stages=scene.stages[:1])
         most = PAGE if report.scene is not None and not is_cell else NOTEBOOK
@@ -191,7 +191,7 @@ def _notes(report: Report) -> Iterator[str]:
 
 
 def _document(report: Report) -> Iterator[str]:
-    """What was read, folded."""
+    """The text of the document, folded."""
     if report.document:
         yield f"<details><summary>The document: {text(report.source)}</summary>\n"
         lines = "\n".join(map(text, report.document.splitlines()))
@@ -199,7 +199,7 @@ def _document(report: Report) -> Iterator[str]:
 
 
 def _prose(words: str) -> str:
-    """Words as text of a page, symbols of the field as symbols."""
+    """Words as text of a page, with the symbols of mechanics as symbols."""
     escaped = text(words)
     for spelled, symbol in _SYMBOLS.items():
         escaped = re.sub(spelled, symbol, escaped)

@@ -1,4 +1,4 @@
-"""Tables with the columns of csv in the format Parquet, which programs read fast and which may be long."""
+"""Tables in the format Parquet with the columns of csv, for long tables that programs read."""
 
 from __future__ import annotations
 
@@ -17,13 +17,10 @@ from rigidcli.render.values import data_columns, plain, row_of
 from rigidcli.report import Report, Value
 
 ROWS = 65_536
-"""Rows of a group, which is what is kept in memory: 30 MB for 60 columns."""
-
-BYTES = 2**20
-"""Bytes of a file that are read at a time."""
+"""Rows of a group, which is kept in memory: 30 MB for 60 columns."""
 
 TRUTH, NUMBER, TEXT = "bool", "double", "string"
-"""The kinds of columns: truth values, numbers, or texts, into which a mixture is turned."""
+"""The kinds of columns; a mixture of kinds is turned into texts."""
 
 
 class Piece(NamedTuple):
@@ -50,7 +47,7 @@ def piece(report: Report, look: Look) -> Piece:
 def render(pieces: Iterable[Piece], look: Look) -> Iterator[bytes]:
     """One file with the rows of all reports, in parts. Raises UsageError without pyarrow.
 
-    The rows wait in a temporary file until all are there: only then it is certain what each column holds.
+    The rows wait in a temporary file until all are there, since the last row may turn a column into texts.
     """
     if util.find_spec("pyarrow") is None:
         raise UsageError("pyarrow is not installed", hint="python -m pip install 'rigidcli[parquet]'")
@@ -71,7 +68,7 @@ def render(pieces: Iterable[Piece], look: Look) -> Iterator[bytes]:
                 group = pickle.load(waiting)  # noqa: S301 - it was written above
                 writer.write_table(_table(group, kinds, schema))
         file.seek(0)
-        while part := file.read(BYTES):
+        while part := file.read(2**20):
             yield part
 
 
@@ -101,7 +98,7 @@ def together(pieces: Sequence[Piece]) -> Piece:
 
 
 def kind(values: Value) -> str:
-    """What a column with these values holds; "" where there is none."""
+    """The kind of a column with these values; "" if all are None."""
     if isinstance(values, np.ndarray):
         return NUMBER
     types = {type(value) for value in values} - {type(None)}
@@ -114,7 +111,7 @@ def kind(values: Value) -> str:
 
 
 def joined(kinds: Mapping[str, str], others: Mapping[str, str]) -> dict[str, str]:
-    """What the columns of several tables hold, in the order in which they are first met."""
+    """The kinds of the columns of several tables, in the order in which the columns first appear."""
     all_kinds = dict(kinds)
     for name, other in others.items():
         ours = all_kinds.get(name, "") or other
@@ -136,7 +133,7 @@ def _schema(kinds: Mapping[str, str], units: Mapping[str, str]) -> Any:
 
 
 def _table(rows: Piece, kinds: Mapping[str, str], schema: Any) -> Any:
-    """Rows as pyarrow has them, with nothing in cells that they do not have."""
+    """The rows as a table of pyarrow, with null in cells that they lack."""
     import pyarrow as pa
 
     columns = [
@@ -147,7 +144,7 @@ def _table(rows: Piece, kinds: Mapping[str, str], schema: Any) -> Any:
 
 
 def as_kind(values: Value, kind: str) -> Value:
-    """The values of a column as it holds them."""
+    """The values of a column of this kind: texts are made of all values in a column of texts."""
     return [None if value is None else _text(value) for value in values] if kind == TEXT else values
 
 

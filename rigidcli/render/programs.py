@@ -50,7 +50,7 @@ class Source:
         self.language = language
         self.names: dict[str, str] = {}
         self.used: set[str] = set()
-        """Our names of the functions that are called in what is written, with `pow` and `pi`."""
+        """The functions that the written formulas call, with `pow` and `pi`, by their names in documents."""
         taken = set(language.words)
         program = report.program
         formulas = [program.rates, *program.quantities.values()]
@@ -65,17 +65,20 @@ class Source:
             self.names[name] = new
 
     def function(self, quantity: str) -> str:
-        """The name of the function of a quantity. That of H is H, and never that of a parameter."""
+        """The name of the function of a quantity; the function of H is H, and no parameter has this name."""
         return quantity if quantity in self.language.words else self.names[quantity]
 
     def heading(self, usage: str) -> str:
-        """What the program is, how it is run, and what the system is; the first two lines are ours."""
+        """Comments with the command that runs the program and the remarks on the system.
+
+        The first two lines hold no text of the document.
+        """
         first = "Equations of motion as a program, written by rigidcli. It is run by"
         mark = self.language.comment
         return f"{mark} {first}\n{mark}     {usage}\n{mark}\n" + self.comment(*self.program.about)
 
     def comment(self, *paragraphs: str) -> str:
-        """Lines of comment. They end neither in a backslash nor in what C may take for one."""
+        """Lines of comment, which end neither in a backslash nor in a trigraph of C for one."""
         lines: list[str] = []
         for paragraph in paragraphs:
             printable = "".join(c if c.isprintable() else " " for c in paragraph)
@@ -83,7 +86,7 @@ class Source:
         return "".join(f"{self.language.comment} {line}".rstrip() + "\n" for line in lines)
 
     def constants(self, before: str, after: str, missing: str) -> str:
-        """A line for each constant, between what stands before and after."""
+        """A line for each constant, between the texts `before` and `after`; `missing` stands for no value."""
         mark = self.language.comment
         lines = []
         for name, value in self.program.constants.items():
@@ -95,7 +98,7 @@ class Source:
         return "".join(f"{line}\n" for line in lines)
 
     def variables(self, formulas: Formulas | None = None) -> Iterator[tuple[int, str]]:
-        """The place and the name of each variable, or of those that stand in the formulas."""
+        """The place and the name of every variable, or of the variables in the formulas."""
         for place, name in enumerate(self.program.variables):
             if formulas is None or name in formulas.names:
                 yield place, self.names[name]
@@ -107,12 +110,12 @@ class Source:
 
     @property
     def printed(self) -> tuple[int, list[str]]:
-        """How many of the variables are printed behind the time, and the calls that follow these."""
+        """The number of variables that are printed after the time, and the calls that follow them."""
         calls = [f"{self.function(name)}(t, state)" for name in self.program.quantities]
         return len(self.program.columns) - 1 - len(calls), calls
 
     def lines(self, formulas: Formulas, before: str, after: str) -> str:
-        """The steps of formulas, a line each."""
+        """The steps of formulas, one a line."""
         return "".join(
             self.broken(f"{before}{self.names[name]} = ", self.formula(tree), after) + "\n"
             for name, tree in formulas.steps
@@ -130,7 +133,7 @@ class Source:
         return text(self._translated(tree), self.language.power or "**")
 
     def _translated(self, node: Node) -> Node:
-        """The same tree with numbers that are floats, names of this program, and calls for powers."""
+        """The tree with floats for numbers, names of this program, and calls for powers."""
         match node:
             case Name(name):
                 return Name(self.names.get(name, name))

@@ -10,7 +10,7 @@ from rigidcli.render.programs import FUNCTIONS, Language, Source
 from rigidcli.report import Report
 
 OWN = "H START SIZES TIMES copysign f fabs nan np pi pow solution solve_ivp sqrt state t"
-"""The names that these programs have of their own, or import."""
+"""The names that these programs define or import themselves."""
 
 PYTHON = Language("#", frozenset([*OWN.split(), *keyword.kwlist, *keyword.softkwlist, *dir(builtins)]), "**")
 """Python; a fractional power of a negative number is an error of `pow`, and a complex number otherwise."""
@@ -61,7 +61,7 @@ def {source.function(name)}(t, state):
 
 
 def _main(source: Source) -> str:
-    """What follows the orbit and prints it."""
+    """The part that follows the orbit and prints it."""
     program, run = source.program, source.program.run
     if run is None:
         call = "solve_ivp(f, (0, duration), start, rtol=1e-10, atol=1e-10)"

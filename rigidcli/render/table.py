@@ -10,9 +10,6 @@ from rigidcli.render.terminal import Page, Row
 from rigidcli.render.values import entries, is_exact, shown_columns, shown_fields, written
 from rigidcli.report import Column, Field, Report, Table, Value
 
-NARROWEST = 24
-"""Columns of a terminal that words need beside their heads: three or four words a line."""
-
 
 def render(reports: Iterable[Report], look: Look) -> Iterator[str]:
     """A block for each report, with an empty line between them."""
@@ -26,7 +23,7 @@ def render(reports: Iterable[Report], look: Look) -> Iterator[str]:
 
 
 def _block(head: str, words: str, fields: Iterable[Field], tables: Iterable[Table], look: Look) -> str:
-    """A head, words on what follows, if there are any, results, and tables."""
+    """A head and a sentence, if there is one, above results and tables."""
     page = Page(look.width, look.colour)
     page.line((printable(head), "bold"))
     if words:
@@ -35,7 +32,7 @@ def _block(head: str, words: str, fields: Iterable[Field], tables: Iterable[Tabl
     for entry in fields:
         value, unit = _value(entry, look.digits)
         rows.append(Row(((entry.title, "bold"), (unit, "")), value, bool(entry.words)))
-    page.rows(rows, room=NARROWEST, joint=", ")
+    page.rows(rows, room=24, joint=", ")
     for table in tables:
         if shown := shown_columns(table, look, number):
             page.line()
@@ -70,7 +67,7 @@ def _value(entry: Field, digits: int) -> tuple[str, str]:
 
 
 def number(value: Value, digits: int) -> str:
-    """A float with so many digits, or an exact expression as a person would write it."""
+    """A float with this number of digits, or an exact expression as a person would write it."""
     if not is_exact(value):
         return f"{value:.{digits}g}"
     from rigidcli.language.text import reading

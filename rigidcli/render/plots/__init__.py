@@ -14,10 +14,10 @@ ENDINGS = ("png", "svg", "pdf")
 """The endings of files that pictures can be written to."""
 
 CHARACTERS = "-"
-"""What stands for a chart of characters in place of the path to a file."""
+"""The path that asks for a chart of characters in place of a file."""
 
 LIBRARIES = {"drawing": "matplotlib", "characters": "plotext", "formulas": "latex2mathml"}
-"""The libraries of the extra `show`, by what they are for: two are those of modules of this package."""
+"""The libraries of the extra `show` by their use; `drawing` and `characters` are modules of this package."""
 
 
 def require_ending(path: str) -> None:
@@ -42,7 +42,7 @@ def require_library(use: str) -> None:
 
 
 def use_for(path: str) -> str:
-    """What draws for this path."""
+    """The use of the library that draws for this path."""
     return "characters" if path == CHARACTERS else "drawing"
 
 
@@ -69,7 +69,7 @@ def inline_picture(report: Report) -> str:
 
 
 def chart(report: Report, width: int | None) -> str:
-    """The picture of a report as text of at most so many columns. Raises UsageError without plotext."""
+    """The picture of a report as text of at most `width` columns. Raises UsageError without plotext."""
     require_library("characters")
     characters = import_module("rigidcli.render.plots.characters")
     text: str = characters.drawn(report, width)

@@ -1,4 +1,4 @@
-"""Plane faces as triangles, which is all that a graphics card draws."""
+"""Plane faces as triangles, as graphics cards draw triangles only."""
 
 from __future__ import annotations
 
@@ -49,7 +49,7 @@ def _ears(face: Floats, normal: Floats) -> list[list[int]]:
         twice: Floats = (x[j] - x[i]) * (y[k] - y[i]) - (y[j] - y[i]) * (x[k] - x[i])
         return twice
 
-    left, found = list(range(len(face))), []
+    left, ears = list(range(len(face))), []
     while len(left) > 3:
         for place, b in enumerate(left):
             a, c = left[place - 1], left[(place + 1) % len(left)]
@@ -57,6 +57,6 @@ def _ears(face: Floats, normal: Floats) -> list[list[int]]:
             inside = (area(others, a, b) >= 0) & (area(others, b, c) >= 0) & (area(others, c, a) >= 0)
             if area(a, b, c) >= 0 and not inside.any():
                 break
-        found.append([a, b, c])
+        ears.append([a, b, c])
         left.remove(b)
-    return [*found, left]
+    return [*ears, left]
