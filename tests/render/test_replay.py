@@ -19,8 +19,7 @@ from rigidcli.picture import Mark
 from rigidcli.render import Look
 from rigidcli.render.html import PAGE
 from rigidcli.render.units import in_units, read_units
-from rigidcli.render.web.replay import MOST_TRIANGLES, replay
-from rigidcli.render.web.triangles import triangles
+from rigidcli.render.web.replay import MOST_TRIANGLES, replay, triangles
 from rigidcli.report import Column, Table
 from rigidcli.scene import Part, Scene, Stage
 from tests.conftest import ROOT, Program

@@ -10,20 +10,20 @@ from __future__ import annotations
 
 import json
 from base64 import b64encode
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
 
+from rigidcli.bodies.surfaces import simplified
 from rigidcli.core import rotation
 from rigidcli.core.arithmetic import Floats
 from rigidcli.picture import Picture
 from rigidcli.render import Look
 from rigidcli.render.values import without_noise
 from rigidcli.render.web.page import resource, text
-from rigidcli.render.web.triangles import triangles
 from rigidcli.report import Table, single_cells
 from rigidcli.scene import Part, Scene, Stage
 
@@ -39,6 +39,9 @@ SHORTEST, LONGEST = 10.0, 60.0
 SMOOTH, COARSE = 0.1, 1.2
 """Median angles (rad) between two pieces of a path: below the first it looks round without more points, and
 above the other its samples do not show where it goes."""
+
+FINEST = 64
+"""Cells along the longest side of a surface when it begins to be made coarser: 6 MB of memory."""
 
 
 def still(picture: Picture) -> Scene:
@@ -156,21 +159,11 @@ def _swept(scene: Scene) -> Floats:
 
 
 def _seconds(scene: Scene, turns: Floats | None) -> float:
-    """How long the replay takes at its ordinary speed (s): as long as the motion, or else a second a turn."""
-    if turns is not None:
-        angle = float(np.linalg.norm(turns, axis=1).sum())
-    else:
-        angle = max((_path(part) for part in scene.stages[0].parts if part.motion != "still"), default=0.0)
-    followed = min(max(angle / (2 * np.pi), SHORTEST), LONGEST)
+    """The time of a replay at ordinary speed (s): that of the motion, or about a second a turn."""
     duration = float(scene.times[-1] - scene.times[0])
+    count = duration if turns is None else float(np.linalg.norm(turns, axis=1).sum()) / (2 * np.pi)
+    followed = min(max(count, SHORTEST), LONGEST)
     return duration if 0.4 * followed <= duration <= 2.5 * followed else followed
-
-
-def _path(part: Part) -> float:
-    """The length of the longest path of the points of a part, in units of half of its extent."""
-    points = np.asarray(part.mark.points, dtype=float)
-    extent = float(np.ptp(points.reshape(-1, 3), axis=0).max()) / 2 or 1.0
-    return float((np.linalg.norm(np.diff(points, axis=0), axis=-1) / extent).sum(axis=0).max())
 
 
 @dataclass(frozen=True, slots=True)
@@ -258,3 +251,52 @@ class _Stages:
 def _packed(values: Floats, kind: str = "f4") -> str:
     """Numbers as base64 of floats, the least byte first."""
     return b64encode(np.ascontiguousarray(values, dtype=f"<{kind}").tobytes()).decode()
+
+
+def triangles(faces: Sequence[Floats], most: int) -> Floats:
+    """The triangles (n, 3, 3) of plane faces (each k by 3), convex or not; coarser where they are more."""
+    by_corners: dict[int, list[Floats]] = {}
+    for face in faces:
+        by_corners.setdefault(len(face), []).append(face)
+    cut = np.concatenate([_cut(np.array(alike, dtype=float)) for alike in by_corners.values()])
+    corners, box = cut.transpose(1, 2, 0), np.array([cut.min(axis=(0, 1)), cut.max(axis=(0, 1))])
+    cells = FINEST
+    while len(cut) > most and cells > 4:
+        cut, cells = simplified(lambda: [corners], box, cells), cells // 2
+    return cut[:most]
+
+
+def _cut(faces: Floats) -> Floats:
+    """The triangles (m (k - 2), 3, 3) of faces (m, k, 3): fans, where these do not overlap."""
+    first = np.broadcast_to(faces[:, :1], faces[:, 1:-1].shape)
+    fans = np.stack([first, faces[:, 1:-1], faces[:, 2:]], axis=2)
+    normals = np.cross(fans[:, :, 1] - fans[:, :, 0], fans[:, :, 2] - fans[:, :, 0])
+    whole = normals.sum(axis=1)
+    for place in np.flatnonzero((np.einsum("mki,mi->mk", normals, whole) < 0).any(axis=1)):
+        fans[place] = faces[place][_ears(faces[place], whole[place])]
+    return fans.reshape(-1, 3, 3)
+
+
+def _ears(face: Floats, normal: Floats) -> list[list[int]]:
+    """The corners of the triangles of a simple polygon (k, 3): ears are cut off, one after the other.
+
+    Source: G. H. Meisters, Amer. Math. Monthly 82 (1975) 648: each polygon has two ears.
+    """
+    drop = int(np.argmax(np.abs(normal)))
+    x, y = np.delete(face, drop, axis=1).T * np.array([[1.0], [(-1.0) ** drop * np.sign(normal[drop])]])
+
+    def area(i: Sequence[int] | int, j: int, k: Sequence[int] | int) -> Floats:
+        twice: Floats = (x[j] - x[i]) * (y[k] - y[i]) - (y[j] - y[i]) * (x[k] - x[i])
+        return twice
+
+    left, ears = list(range(len(face))), []
+    while len(left) > 3:
+        for place, b in enumerate(left):
+            a, c = left[place - 1], left[(place + 1) % len(left)]
+            others = [other for other in left if other not in (a, b, c)]
+            inside = (area(others, a, b) >= 0) & (area(others, b, c) >= 0) & (area(others, c, a) >= 0)
+            if area(a, b, c) >= 0 and not inside.any():
+                break
+        ears.append([a, b, c])
+        left.remove(b)
+    return [*ears, left]
