@@ -6,7 +6,7 @@ import pickle
 import tempfile
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from importlib import util
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 import orjson
@@ -51,6 +51,7 @@ def render(pieces: Iterable[Piece], look: Look) -> Iterator[bytes]:
     """
     if util.find_spec("pyarrow") is None:
         raise UsageError("pyarrow is not installed", hint="python -m pip install 'rigidcli[parquet]'")
+    import pyarrow as pa
     from pyarrow import parquet
 
     kinds, units, count = dict[str, str](), dict[str, str](), 0
@@ -61,12 +62,17 @@ def render(pieces: Iterable[Piece], look: Look) -> Iterator[bytes]:
             units, count = {**group.units, **units}, count + 1
         if not count:
             return
-        schema = _schema(kinds, units)
+        # A column without any value counts as numbers.
+        types = {TRUTH: pa.bool_(), NUMBER: pa.float64(), TEXT: pa.string(), "": pa.float64()}
+        notes = {name: {"unit": units[name]} if name in units else None for name in kinds}
+        schema = pa.schema([pa.field(name, types[kinds[name]], metadata=notes[name]) for name in kinds])
         waiting.seek(0)
         with parquet.ParquetWriter(file, schema, compression="zstd") as writer:
             for _ in range(count):
                 group = pickle.load(waiting)  # noqa: S301 - it was written above
-                writer.write_table(_table(group, kinds, schema))
+                cells = {name: group.columns.get(name, [None] * group.rows) for name in kinds}
+                columns = [pa.array(as_kind(cells[name], kinds[name]), types[kinds[name]]) for name in kinds]
+                writer.write_table(pa.table(columns, schema=schema))
         file.seek(0)
         while part := file.read(2**20):
             yield part
@@ -117,30 +123,6 @@ def joined(kinds: Mapping[str, str], others: Mapping[str, str]) -> dict[str, str
         ours = all_kinds.get(name, "") or other
         all_kinds[name] = ours if other in ("", ours) else TEXT
     return all_kinds
-
-
-def _schema(kinds: Mapping[str, str], units: Mapping[str, str]) -> Any:
-    """The columns with their units; a column without any value counts as numbers."""
-    import pyarrow as pa
-
-    types = {TRUTH: pa.bool_(), NUMBER: pa.float64(), TEXT: pa.string(), "": pa.float64()}
-    return pa.schema(
-        [
-            pa.field(name, types[kind], metadata={"unit": units[name]} if name in units else None)
-            for name, kind in kinds.items()
-        ]
-    )
-
-
-def _table(rows: Piece, kinds: Mapping[str, str], schema: Any) -> Any:
-    """The rows as a table of pyarrow, with null in cells that they lack."""
-    import pyarrow as pa
-
-    columns = [
-        pa.array(as_kind(rows.columns.get(name, [None] * rows.rows), kind), schema.field(name).type)
-        for name, kind in kinds.items()
-    ]
-    return pa.table(columns, schema=schema)
 
 
 def as_kind(values: Value, kind: str) -> Value:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from html import escape
-from importlib import import_module, util
+from importlib import util
 from pathlib import PurePath
 from urllib.parse import quote
 
@@ -56,9 +56,9 @@ def picture_file(report: Report, path: str) -> bytes:
 
 def _drawn(report: Report, ending: str, *, is_clear: bool = False) -> bytes:
     require_library("drawing")
-    drawing = import_module("rigidcli.render.plots.drawing")
-    data: bytes = drawing.drawn(report, ending, is_clear=is_clear)
-    return data
+    from rigidcli.render.plots.drawing import drawn
+
+    return drawn(report, ending, is_clear=is_clear)
 
 
 def inline_picture(report: Report) -> str:
@@ -71,6 +71,6 @@ def inline_picture(report: Report) -> str:
 def chart(report: Report, width: int | None) -> str:
     """The picture of a report as text of at most `width` columns. Raises UsageError without plotext."""
     require_library("characters")
-    characters = import_module("rigidcli.render.plots.characters")
-    text: str = characters.drawn(report, width)
-    return text
+    from rigidcli.render.plots.characters import drawn
+
+    return drawn(report, width)
