@@ -10,7 +10,6 @@ from typing import Any
 
 import matplotlib as mpl
 import numpy as np
-from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.mathtext import MathTextParser
 from matplotlib.ticker import MaxNLocator
@@ -103,24 +102,13 @@ def figure_of(picture: Picture, title: str) -> Figure:
             _measure(axes, way, ruler)
         if panel.title:
             axes.set_title(panel.title, fontsize=9, parse_math=False)
-        if axes.get_legend_handles_labels()[1]:
-            _legend(axes, solid, len(picture.panels) == 1)
+        count = len(axes.get_legend_handles_labels()[1])
+        if count and len(picture.panels) == 1:
+            ncols = min(count, 2 if count > 4 else 3)
+            figure.legend(loc="outside lower center", ncols=ncols, frameon=False, fontsize=8.5)
+        elif count:
+            axes.legend(loc="best", fontsize=7.5, framealpha=0.8)
     return figure
-
-
-def _legend(axes: Axes, solid: bool, is_alone: bool) -> None:
-    """The legend: below a panel that is alone, else where there is room."""
-    if is_alone:
-        place, count = (0.5, -0.03 if solid else -0.13), len(axes.get_legend_handles_labels()[1])
-        axes.legend(
-            loc="upper center",
-            bbox_to_anchor=place,
-            ncols=min(count, 2 if count > 4 else 3),
-            frameon=False,
-            fontsize=8.5,
-        )
-    else:
-        axes.legend(loc="best", fontsize=7.5, framealpha=0.8)
 
 
 def _prepare_solid(axes: Any) -> None:
