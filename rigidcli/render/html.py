@@ -9,7 +9,7 @@ from dataclasses import replace
 from rigidcli.language.text import latex_name
 from rigidcli.language.tokens import GREEK
 from rigidcli.render import Look
-from rigidcli.render.latex import number, value
+from rigidcli.render.latex import SYMBOLS, number, value
 from rigidcli.render.plots import has_library, inline_picture, require_library
 from rigidcli.render.values import has_words, shown_columns, shown_fields, worded
 from rigidcli.render.web.mathml import formula
@@ -27,18 +27,6 @@ PAGE, NOTEBOOK = 300_000, 10_000
 
 _NUMERIC = ' class="number"'
 """The class of cells with numbers, and of the heads above them."""
-
-_SYMBOLS = {
-    r"(?<=\w)\^(\d+|T)\b": r"<sup>\1</sup>",
-    r"\blambda_?([1-3i-k])\b": r"λ<sub>\1</sub>",
-    r"\blambda\b": "λ",
-    r"\be([123])\b": r"<b>e</b><sub>\1</sub>",
-    r"\bomega([123])\b": r"ω<sub>\1</sub>",
-    r"\bomega\b": "<b>ω</b>",
-    r"\b([pwLN])_?([1-3i-kq])\b": r"\1<sub>\2</sub>",
-    r"\bqdot\b": "q\N{COMBINING DOT ABOVE}",
-}
-"""Symbols in words of results, as regular expressions of their spelling, and the same in HTML."""
 
 
 def render(reports: Iterable[Report], look: Look) -> Iterator[str]:
@@ -201,6 +189,6 @@ def _document(report: Report) -> Iterator[str]:
 def _prose(words: str) -> str:
     """Words as text of a page, with the symbols of mechanics as symbols."""
     escaped = text(words)
-    for spelled, symbol in _SYMBOLS.items():
+    for spelled, (_, symbol) in SYMBOLS.items():
         escaped = re.sub(spelled, symbol, escaped)
     return escaped

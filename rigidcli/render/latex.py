@@ -18,17 +18,17 @@ _SPECIAL = str.maketrans(
     | {"<": r"\textless{}", ">": r"\textgreater{}", "[": "{[}"}
 )
 
-_SYMBOLS = {
-    r"\blambda(?:\\_)?([1-3i-k])\b": r"$\\lambda_\1$",
-    r"(?<!\\)\blambda\b": r"$\\lambda$",
-    r"\be([123])\b": r"$\\mathbf{e}_\1$",
-    r"\bomega([123])\b": r"$\\omega_\1$",
-    r"(?<!\\)\bomega\b": r"$\\boldsymbol{\\omega}$",
-    r"\b([pwLN])(?:\\_)?([1-3i-kq])\b": r"$\1_\2$",
-    r"\bqdot\b": r"$\\dot q$",
-    r"\\textasciicircum\{\}(\d+|T\b)": r"\\textsuperscript{\1}",
+SYMBOLS = {
+    r"\blambda(?:\\?_)?([1-3i-k])\b": (r"$\\lambda_\1$", r"λ<sub>\1</sub>"),
+    r"(?<!\\)\blambda\b": (r"$\\lambda$", "λ"),
+    r"\be([123])\b": (r"$\\mathbf{e}_\1$", r"<b>e</b><sub>\1</sub>"),
+    r"\bomega([123])\b": (r"$\\omega_\1$", r"ω<sub>\1</sub>"),
+    r"(?<!\\)\bomega\b": (r"$\\boldsymbol{\\omega}$", "<b>ω</b>"),
+    r"\b([pwLN])(?:\\?_)?([1-3i-kq])\b": (r"$\1_\2$", r"\1<sub>\2</sub>"),
+    r"\bqdot\b": (r"$\\dot q$", "q\N{COMBINING DOT ABOVE}"),
+    r"(?:\^|\\textasciicircum\{\})(\d+|T\b)": (r"\\textsuperscript{\1}", r"<sup>\1</sup>"),
 }
-"""Symbols in words of results, as regular expressions of their spelling, and the same in LaTeX."""
+"""Symbols in words of results: regular expressions of their spelling, and the same in LaTeX and in HTML."""
 
 _LONG = 50
 """The most letters of a formula or words on one line, which then fits on a page."""
@@ -190,7 +190,7 @@ def _prose(words: str) -> str:
     """
     plain = "".join(letter if ord(letter) < 0x100 else f"U+{ord(letter):04X}" for letter in words)
     text = plain.translate(_SPECIAL)
-    for spelled, symbol in _SYMBOLS.items():
+    for spelled, (symbol, _) in SYMBOLS.items():
         text = re.sub(spelled, symbol, text)
     return text
 
