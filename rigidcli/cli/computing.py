@@ -295,11 +295,11 @@ def _for_people(reports: Iterable[Report], asked: Asked, work: Work) -> Iterable
 
         reports = map(partial(in_units, units=asked.units), reports)
     if asked.sweep is not None:
-        from rigidcli.render.sweeps import gathered
+        from rigidcli.render.several import gathered
 
         return gathered(reports, work.look, lambda note: tell_notes("--sweep", [note], asked.quiet))
     if work.look.several:
-        from rigidcli.render.compare import compared, named
+        from rigidcli.render.several import compared, named
 
         return compared(reports, work.look) if asked.compare else named(reports)
     return reports

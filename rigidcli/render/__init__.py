@@ -1,4 +1,4 @@
-"""Renderers make text of reports, one complete piece after the other, so that output begins early."""
+"""Renderers turn reports into text, one complete piece after the other, so that output begins early."""
 
 from __future__ import annotations
 
@@ -6,6 +6,7 @@ from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from enum import StrEnum
 from importlib import import_module
+from types import ModuleType
 from typing import Any, Literal, TypeAlias
 
 from rigidcli.errors import UsageError
@@ -16,10 +17,9 @@ from rigidcli.report import Report
 class Look:
     """The look of the output: significant digits for people, the csv header, width and colour.
 
-    `columns` are the columns of tables of data, or of rows, to show; all of them when empty. With `several`
-    documents, such a table in csv begins with a column of their names. With `unit_header`, heads of csv have
-    units, too. People see diagnostics when they are `verbose`, and the `steps` of the working on
-    demand. LaTeX is a whole document where it is `standalone`.
+    Only these `columns` of rows and tables of data are shown, or all if there are none. With `several`
+    documents, a table in csv begins with a column of names. With `unit_header`, heads of csv have units. For
+    people, `verbose` shows the diagnostics and `steps` the working. `standalone` LaTeX is a whole document.
     """
 
     digits: int = 6
@@ -35,11 +35,7 @@ class Look:
 
 
 class Format(StrEnum):
-    """The output formats; each is a module of this package.
-
-    It has a function `piece(report, look)`, which makes a part of the output of a report by itself, or a
-    function `render(pieces, look)`, which makes the output of these parts, or of reports; or both.
-    """
+    """The output formats, which `TRAITS` describes."""
 
     table = "table"
     json = "json"
@@ -56,24 +52,26 @@ class Format(StrEnum):
 
 Ensembles: TypeAlias = Literal["rows", "starts", "few"]
 """How the motions from many starts are written: all samples as rows that begin with the start, a report for
-every start, or a few samples a start, of which a summary is made."""
+every start, or a few samples a start, from which a summary is made."""
 
 
 @dataclass(frozen=True, slots=True)
 class Traits:
     """What a format needs and offers.
 
-    It is for `people`, who choose units and digits, see the working, and compare; or it is data: then each
-    report is made a piece of output by itself, by the function `piece` of the module. Reports without data
-    are `rows` of a table, or not. Only these `studies` write it, or all. A `program` is that of one document.
-    A `page` shows pictures and motions. After a `terminal` text there may be a chart of characters. A `file`
-    is no text, and is written to a file of this ending.
+    A format for `people` has units and digits by choice, the working, and comparisons: its module has a
+    function `render(reports, look)`. The others are data: their modules make each report a piece of output by
+    `piece(report, look)`, or, where several formats share a `module`, by the function with the format's name;
+    a function `render(pieces, look)` may join the pieces. Reports without data may be `rows` of a table. Only
+    these `studies` write it, or all. A `program` is written from one document. A `page` shows pictures and
+    motions. A chart of characters may follow the text on a `terminal`. A `file` has this ending.
     """
 
     people: bool = False
     rows: bool = False
     ensembles: Ensembles = "starts"
     studies: tuple[str, ...] = ()
+    module: str = ""
     program: bool = False
     page: bool = False
     terminal: bool = False
@@ -81,7 +79,7 @@ class Traits:
 
 
 _PROGRAM = Traits(studies=("hamilton",), program=True)
-_BLOCK = Traits(studies=("inertia",))
+_BLOCK = Traits(studies=("inertia",), module="inertial")
 
 TRAITS = {
     Format.table: Traits(people=True, ensembles="few", terminal=True),
@@ -114,39 +112,45 @@ def renderer(name: Format) -> Renderer:
 
 def joined(name: Format, pieces: Iterable[Any], look: Look) -> Iterator[Any]:
     """The output in a format, text or bytes, from the pieces that `piece` made of the reports."""
-    render = getattr(import_module(f"rigidcli.render.{name}"), "render", None)
+    render = getattr(_module(name), "render", None)
     output: Iterator[Any] = iter(pieces) if render is None else render(pieces, look)
     return output
 
 
 def piece(name: Format, report: Report, look: Look) -> Any:
-    """What the output is made of: the report itself where its format is for people, else its own part.
+    """The part of the output for a report; in formats for people, the report itself.
 
     Raises RigidError where the report cannot be written in this format.
     """
-    make = getattr(import_module(f"rigidcli.render.{name}"), "piece", None)
-    return report if make is None else make(report, look)
+    if TRAITS[name].people:
+        return report
+    return getattr(_module(name), name if TRAITS[name].module else "piece")(report, look)
 
 
-def require_fit(name: Format, found: Any, first: Any) -> None:
+def require_fit(name: Format, piece: Any, first: Any) -> None:
     """Raise ComputationError where a piece cannot stand in one table with the `first` one of a sweep."""
-    check = getattr(import_module(f"rigidcli.render.{name}"), "require_fit", None)
-    if check is not None:
-        check(found, first)
+    if check := getattr(_module(name), "require_fit", None):
+        check(piece, first)
+
+
+def _module(name: Format) -> ModuleType:
+    return import_module(f"rigidcli.render.{TRAITS[name].module or name}")
 
 
 def require_columns(report: Report, names: Sequence[str], traits: Traits) -> None:
-    """Raise UsageError unless what is written of the report has the columns of these names."""
+    """Raise UsageError unless the output for the report has columns of these names."""
     if not names:
         return
-    known = [name for table in report.tables if table.data for each in table.columns for name in each.cells]
-    if (traits.rows and not known) or (report.swept and (traits.rows or traits.people)):
+    heads = [
+        name for table in report.tables if table.data for column in table.columns for name in column.cells
+    ]
+    if (traits.rows and not heads) or (report.swept and (traits.rows or traits.people)):
         from rigidcli.render.values import row_of
 
-        known = list(row_of(report))
-    if not known:
-        hint = "`-f csv` has results as a row, of which they can be chosen"
-        raise UsageError("there are no samples here to choose columns of", hint=hint)
+        heads = list(row_of(report))
+    if not heads:
+        hint = "`-f csv` writes the results as a row with columns"
+        raise UsageError("there are no samples here, and no columns to choose", hint=hint)
     for name in names:
-        if name not in known:
-            raise UsageError(f"`{name}` is no column here", hint=f"the columns are {', '.join(known)}")
+        if name not in heads:
+            raise UsageError(f"`{name}` is no column here", hint=f"the columns are {', '.join(heads)}")

@@ -1,18 +1,16 @@
-"""A program in C99 for each report: it takes Runge-Kutta steps, prints csv, without a library.
+"""A program in C99 for each report: it takes Runge-Kutta steps, prints csv, and needs no library.
 
-Names of the document end in an underscore there, as no word of C, of its libraries or of this program does.
+Names of the document end in an underscore there, which no name of C, its libraries or this program does.
 """
 
 from __future__ import annotations
-
-from collections.abc import Iterable, Iterator
 
 from rigidcli.language.sharing import Formulas
 from rigidcli.render import Look
 from rigidcli.render.programs import Language, Source
 from rigidcli.report import Report
 
-C = Language("//", "", True, {"abs": "fabs"}, frozenset(["H"]), suffix="_")
+C = Language("//", frozenset(["H"]), suffix="_")
 """C; a fractional power of a negative number is not a number."""
 
 STEPS = """
@@ -49,13 +47,9 @@ static int follow(double from, double to, double z[VARIABLES], int halvings)
 """
 
 
-def render(reports: Iterable[Report], look: Look) -> Iterator[str]:
-    """A program for each report."""
-    for report in reports:
-        yield _written(Source(report, C))
-
-
-def _written(source: Source) -> str:
+def piece(report: Report, look: Look) -> str:
+    """The program for a report."""
+    source = Source(report, C)
     program = source.program
     slope_texts = enumerate(map(source.formula, program.rates.values))
     slopes = (source.broken(f"    rates[{place}] = ", e, ";") + "\n" for place, e in slope_texts)
@@ -81,7 +75,7 @@ def _locals(source: Source, formulas: Formulas) -> str:
 
 
 def _main(source: Source) -> str:
-    """What follows the orbit and prints it."""
+    """The part that follows the orbit and prints it."""
     program, run = source.program, source.program.run
     if run is None:
         return "\n" + source.comment(

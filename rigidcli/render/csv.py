@@ -1,28 +1,26 @@
-"""One row a report, or its table of data; floats in the shortest text that reads back the same."""
+"""A row or a table of data for each report; floats have the shortest text that reads back the same."""
 
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Sequence
-from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
 import orjson
 
-from rigidcli.core.arithmetic import Floats
 from rigidcli.errors import ComputationError
 from rigidcli.render import Look
-from rigidcli.render.values import plain, row_of
-from rigidcli.report import Column, Report, Value, single_cells
+from rigidcli.render.values import data_columns, plain, row_of
+from rigidcli.report import Column, Report, Value
 
 ROWS = 50_000
-"""Rows of a table that are written at a time, which bounds the memory that the text takes."""
+"""Rows of a table that are written at a time: their text takes some 15 MB."""
 
 
 class Piece(NamedTuple):
-    """What is written of a report: the texts of a row by their heads, or heads and columns of a table.
+    """The output for a report: the texts of a row by the heads, or the heads and columns of a table.
 
-    `start` is what begins each row of a table.
+    Every row of the table begins with the text `start`.
     """
 
     row: dict[str, str]
@@ -33,30 +31,29 @@ class Piece(NamedTuple):
 
 def piece(report: Report, look: Look) -> Piece:
     """The row of a report, or its table of data."""
-    data = next((table for table in report.tables if table.data), None)
-    if data is None or report.swept:
+    columns = data_columns(report, look)
+    if not columns:
         chosen = row_of(report, look.columns)
         heads = [_head(name, unit, look) for name, (_, unit) in chosen.items()]
         return Piece(dict(zip(heads, _cells([value for value, _ in chosen.values()]), strict=True)))
-    columns = single_cells(data, look.columns)
     heads = [_head(column.cells[0], column.unit, look) for column in columns]
     if look.several:
         return Piece({}, ["name", *heads], columns, _cells([report.name])[0] + ",")
     return Piece({}, heads, columns)
 
 
-def require_fit(found: Piece, first: Piece) -> None:
+def require_fit(piece: Piece, first: Piece) -> None:
     """Raise ComputationError for a row with results that have no column in the header of the `first` one."""
-    if more := [head for head in found.row if head not in first.row]:
+    if more := [head for head in piece.row if head not in first.row]:
         message = f"rows with {', '.join(f'`{head}`' for head in more)} are left out: the first row has none"
         hint = "csv has one header: begin with a value that has all columns, choose `--columns`, or use json"
         raise ComputationError(message, hint=hint)
 
 
 def render(pieces: Iterable[Piece], look: Look) -> Iterator[str]:
-    """The header before the first row, and where it changes; what is not known is an empty cell.
+    """The rows, with a header before the first row and wherever the header changes; nulls are empty cells.
 
-    Rows of reports follow one header, as long as no report has a result that those before it lack.
+    Rows of reports share one header as long as no report has a result that the reports before it lack.
     """
     written: Sequence[str] = []
     in_rows = False
@@ -79,32 +76,16 @@ def _head(name: str, unit: str, look: Look) -> str:
 
 def _table(columns: Sequence[Column], start: str) -> Iterator[str]:
     """Rows of floats, many at a time, each with `start` before it; whole numbers may begin them."""
-    first, *others = columns
-    # Whole numbers, the place of a start, are the same for many rows.
-    if getattr(first.values, "dtype", np.dtype(float)).kind == "i":
-        yield from _by_start(first, others, start)
-        return
-    for begin in range(0, len(first.values), ROWS):
-        yield _lines(np.column_stack([column.values[begin : begin + ROWS] for column in columns]), start)
-
-
-def _lines(block: Floats, start: str) -> str:
-    """A row of floats (n by k) a line, each with `start` before it."""
-    text = orjson.dumps(block, option=orjson.OPT_SERIALIZE_NUMPY)
-    # The brackets of the rows [[1,2],[3,4]] become the ends of lines.
-    return start + text[2:-2].decode().replace("],[", "\n" + start) + "\n"
-
-
-def _by_start(start: Column, columns: Sequence[Column], name: str) -> Iterator[str]:
-    """Rows of floats that begin with a whole number; rows with the same number stand together."""
-    for begin in range(0, len(start.values), ROWS):
-        places = start.values[begin : begin + ROWS]
-        ends = pairwise([0, *(np.flatnonzero(np.diff(places)) + 1).tolist(), len(places)])
-        if not columns:
-            yield "".join(f"{name}{place}\n" for place in places.tolist())
-            continue
-        block = np.column_stack([column.values[begin : begin + ROWS] for column in columns])
-        yield "".join(_lines(block[first:last], f"{name}{places[first]},") for first, last in ends)
+    first = columns[0].values
+    whole = np.asarray(first).dtype.kind == "i"
+    for begin in range(0, len(first), ROWS):
+        parts = [column.values[begin : begin + ROWS] for column in columns]
+        block = np.column_stack([np.empty((len(parts[0]), 0)), *parts[whole:]])
+        # The brackets of the rows [[1,2],[3,4]] become the ends of lines.
+        lines = orjson.dumps(block, option=orjson.OPT_SERIALIZE_NUMPY)[2:-2].decode().split("],[")
+        if whole:
+            lines = [f"{place},{line}".rstrip(",") for place, line in zip(parts[0], lines, strict=True)]
+        yield "".join(f"{start}{line}\n" for line in lines)
 
 
 def _cells(values: Sequence[Value]) -> list[str]:

@@ -9,7 +9,7 @@ from dataclasses import replace
 from rigidcli.language.text import latex_name
 from rigidcli.language.tokens import GREEK
 from rigidcli.render import Look
-from rigidcli.render.latex import number, value
+from rigidcli.render.latex import SYMBOLS, number, value
 from rigidcli.render.plots import has_library, inline_picture, require_library
 from rigidcli.render.values import has_words, shown_columns, shown_fields, worded
 from rigidcli.render.web.mathml import formula
@@ -17,28 +17,16 @@ from rigidcli.render.web.page import page, resource, text
 from rigidcli.report import Column, Field, Report, Step, Table
 
 _NUMBER = re.compile(r"(-?[0-9.]+)(?: \\times 10\^\{(-?\d+)\})?")
-"""A number, with a power of ten or without: all numbers of a column are in the font of the page."""
+"""A number with or without a power of ten: all numbers of a column are in the font of the page."""
 
 _NAME = re.compile(rf"\b(?:p_\w+|\w+dot|(?:{'|'.join(sorted({*GREEK} - {'lambda', 'omega'}))})\d*)\b")
 """A coordinate, velocity or momentum in the title of a result."""
 
 PAGE, NOTEBOOK = 300_000, 10_000
-"""The most numbers of a replay that change in time: 1.6 MB on a page; in a notebook all takes 150 kB."""
+"""The most numbers of a replay that change in time: 1.6 MB on a page; a result in a notebook takes 150 kB."""
 
 _NUMERIC = ' class="number"'
 """The class of cells with numbers, and of the heads above them."""
-
-_SYMBOLS = {
-    r"(?<=\w)\^(\d+|T)\b": r"<sup>\1</sup>",
-    r"\blambda_?([1-3i-k])\b": r"λ<sub>\1</sub>",
-    r"\blambda\b": "λ",
-    r"\be([123])\b": r"<b>e</b><sub>\1</sub>",
-    r"\bomega([123])\b": r"ω<sub>\1</sub>",
-    r"\bomega\b": "<b>ω</b>",
-    r"\b([pwLN])_?([1-3i-kq])\b": r"\1<sub>\2</sub>",
-    r"\bqdot\b": "q\N{COMBINING DOT ABOVE}",
-}
-"""The symbols that stand in the words of a result, spelled out as in a terminal, and how HTML has them."""
 
 
 def render(reports: Iterable[Report], look: Look) -> Iterator[str]:
@@ -63,7 +51,7 @@ def render(reports: Iterable[Report], look: Look) -> Iterator[str]:
 
 
 def _documents_once(reports: Iterable[Report]) -> Iterator[Report]:
-    """The reports; of several on one document, such as the links of a robot, the first has its text."""
+    """The reports, of which only the first on a document keeps the text: the links of a robot share it."""
     before = ("", "")
     for report in reports:
         document = (report.source, report.document)
@@ -80,17 +68,17 @@ def _contents(title: str, names: Iterable[str]) -> str:
 
 
 def fragment(report: Report, look: Look) -> str:
-    """The section of a report for a page of someone else, such as a notebook, with its own style."""
+    """The section of a report, with a style, for the page of another program, such as a notebook."""
     return f"<style>\n{resource('result.css')}</style>\n{_section(report, look, 'h2', '', is_cell=True)}"
 
 
 def _section(report: Report, look: Look, head: str, anchor: str, *, is_cell: bool = False) -> str:
-    """A report under a heading, in an element whose class has all of its style."""
+    """A report under a heading, in an element with the class of the style."""
     name = f' id="{anchor}"' if anchor else ""
     return "".join(
         [
             f'<section class="rigidcli"{name}>\n<{head}>{text(report.heading)}</{head}>\n',
-            *_figures(report, anchor, look, is_cell=is_cell),
+            *_figures(report, look, is_cell=is_cell),
             *_results(report, look),
             *_tables(report.tables, look),
             *_working(report.steps if look.steps else (), look),
@@ -101,16 +89,19 @@ def _section(report: Report, look: Look, head: str, anchor: str, *, is_cell: boo
     )
 
 
-def _figures(report: Report, anchor: str, look: Look, *, is_cell: bool) -> Iterator[str]:
-    """What is seen at a glance: the motion, and the picture of the result, if there is what draws it."""
-    if report.scene is not None:
-        from rigidcli.render.web.replay import replay
+def _figures(report: Report, look: Look, *, is_cell: bool) -> Iterator[str]:
+    """The motion or the body in three dimensions, and the picture of the result, if matplotlib is there."""
+    scene = report.scene
+    if scene is not None or (report.pictures and report.pictures[0].kind == "body" and not is_cell):
+        from rigidcli.render.web.replay import replay, still
 
-        # A notebook is saved with all of its cells, so that a result has the first view only, and less of it.
-        scene = replace(report.scene, stages=report.scene.stages[:1]) if is_cell else report.scene
-        yield replay(scene, look, NOTEBOOK if is_cell else PAGE)
+        # A notebook is saved with all cells, so that a result there has the first view only, and coarser.
+        if scene is not None and is_cell:
+            scene = replace(scene, stages=scene.stages[:1])
+        most = PAGE if report.scene is not None and not is_cell else NOTEBOOK
+        yield replay(scene or still(report.pictures[0]), look, most)
     if report.pictures and has_library("drawing"):
-        yield f"<figure>{inline_picture(report, anchor)}</figure>\n"
+        yield f"<figure>{inline_picture(report)}</figure>\n"
 
 
 def _results(report: Report, look: Look) -> Iterator[str]:
@@ -188,7 +179,7 @@ def _notes(report: Report) -> Iterator[str]:
 
 
 def _document(report: Report) -> Iterator[str]:
-    """What was read, folded."""
+    """The text of the document, folded."""
     if report.document:
         yield f"<details><summary>The document: {text(report.source)}</summary>\n"
         lines = "\n".join(map(text, report.document.splitlines()))
@@ -196,8 +187,8 @@ def _document(report: Report) -> Iterator[str]:
 
 
 def _prose(words: str) -> str:
-    """Words as text of a page, symbols of the field as symbols."""
+    """Words as text of a page, with the symbols of mechanics as symbols."""
     escaped = text(words)
-    for spelled, symbol in _SYMBOLS.items():
+    for spelled, (_, symbol) in SYMBOLS.items():
         escaped = re.sub(spelled, symbol, escaped)
     return escaped

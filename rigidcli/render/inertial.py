@@ -1,34 +1,31 @@
-"""Mass, centre of mass and tensor of reports, as the formats of robots write them."""
+"""The `<inertial>` of a link in URDF, SDF and MJCF: the tensor about the centre of mass, along its axes.
+
+Products of inertia are entries of the tensor, -sum m x y, in all three formats.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from functools import partial
+from itertools import combinations_with_replacement
 
 from rigidcli.errors import ComputationError, printable
 from rigidcli.render import Look
 from rigidcli.render.values import is_exact
 from rigidcli.report import Report, Value
 
-PLACES = {f"I{'xyz'[row]}{'xyz'[column]}": (row, column) for row in range(3) for column in range(row, 3)}
-"""The names of the entries of a tensor, and their places in it."""
 
+def _block(template: str, report: Report, look: Look) -> str:
+    """A template filled with `mass` (kg), `x`, `y`, `z` (m) and `Ixx` to `Izz` (kg m^2) of a report.
 
-def block(template: str) -> Callable[[Report, Look], str]:
-    """What fills a template: `name`, `mass`, `x`, `y`, `z` (m) and `Ixx` to `Izz` (kg m^2) of a report.
-
-    The tensor is about the centre of mass, along the axes of the results. Numbers are the shortest that read
-    back the same. It raises ComputationError where the report has no mass, or a number without a value.
+    Numbers are the shortest that read back the same. Raises ComputationError where the report has no mass, or
+    a number without a value.
     """
-    return partial(_filled, template)
-
-
-def _filled(template: str, report: Report, look: Look) -> str:
     if report["mass"] is None:
         raise ComputationError("a link has a mass, which this body lacks: `body.mass`")
     centre, tensor = report["center_of_mass"], report["tensor_com"]
     values = {"mass": report["mass"], **dict(zip("xyz", centre, strict=True))}
-    values |= {key: tensor[place] for key, place in PLACES.items()}
+    for row, column in combinations_with_replacement(range(3), 2):
+        values[f"I{'xyz'[row]}{'xyz'[column]}"] = tensor[row, column]
     names = sorted({name for value in values.values() if is_exact(value) for name in value.names})
     if names:
         raise ComputationError(
@@ -41,3 +38,33 @@ def _filled(template: str, report: Report, look: Look) -> str:
 
 def _decimal(value: Value) -> str:
     return repr(float(value.evaluate() if is_exact(value) else value))
+
+
+urdf = partial(
+    _block,
+    """<inertial>
+  <origin xyz="{x} {y} {z}" rpy="0 0 0"/>
+  <mass value="{mass}"/>
+  <inertia ixx="{Ixx}" ixy="{Ixy}" ixz="{Ixz}" iyy="{Iyy}" iyz="{Iyz}" izz="{Izz}"/>
+</inertial>
+""",
+)
+sdf = partial(
+    _block,
+    """<inertial>
+  <pose>{x} {y} {z} 0 0 0</pose>
+  <mass>{mass}</mass>
+  <inertia>
+    <ixx>{Ixx}</ixx>
+    <ixy>{Ixy}</ixy>
+    <ixz>{Ixz}</ixz>
+    <iyy>{Iyy}</iyy>
+    <iyz>{Iyz}</iyz>
+    <izz>{Izz}</izz>
+  </inertia>
+</inertial>
+""",
+)
+mjcf = partial(
+    _block, '<inertial pos="{x} {y} {z}" mass="{mass}" fullinertia="{Ixx} {Iyy} {Izz} {Ixy} {Ixz} {Iyz}"/>\n'
+)

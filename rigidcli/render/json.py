@@ -1,4 +1,4 @@
-"""One compact JSON object a report, one a line; floats in the shortest text that reads back the same."""
+"""A compact JSON object a report, one a line; floats have the shortest text that reads back the same."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ def piece(report: Report, look: Look) -> str:
 
 
 def _asked(table: Table, look: Look) -> Table:
-    """The quantities of a table of data of which some column is asked for, whole."""
+    """A table of data with the quantities of which at least one column is asked for."""
     if not table.data:
         return table
     asked = (column for column in table.columns if set(column.cells) & set(look.columns))

@@ -18,29 +18,29 @@ _SPECIAL = str.maketrans(
     | {"<": r"\textless{}", ">": r"\textgreater{}", "[": "{[}"}
 )
 
-_SYMBOLS = {
-    r"\blambda(?:\\_)?([1-3i-k])\b": r"$\\lambda_\1$",
-    r"(?<!\\)\blambda\b": r"$\\lambda$",
-    r"\be([123])\b": r"$\\mathbf{e}_\1$",
-    r"\bomega([123])\b": r"$\\omega_\1$",
-    r"(?<!\\)\bomega\b": r"$\\boldsymbol{\\omega}$",
-    r"\b([pwLN])(?:\\_)?([1-3i-kq])\b": r"$\1_\2$",
-    r"\bqdot\b": r"$\\dot q$",
-    r"\\textasciicircum\{\}(\d+|T\b)": r"\\textsuperscript{\1}",
+SYMBOLS = {
+    r"\blambda(?:\\?_)?([1-3i-k])\b": (r"$\\lambda_\1$", r"λ<sub>\1</sub>"),
+    r"(?<!\\)\blambda\b": (r"$\\lambda$", "λ"),
+    r"\be([123])\b": (r"$\\mathbf{e}_\1$", r"<b>e</b><sub>\1</sub>"),
+    r"\bomega([123])\b": (r"$\\omega_\1$", r"ω<sub>\1</sub>"),
+    r"(?<!\\)\bomega\b": (r"$\\boldsymbol{\\omega}$", "<b>ω</b>"),
+    r"\b([pwLN])(?:\\?_)?([1-3i-kq])\b": (r"$\1_\2$", r"\1<sub>\2</sub>"),
+    r"\bqdot\b": (r"$\\dot q$", "q\N{COMBINING DOT ABOVE}"),
+    r"(?:\^|\\textasciicircum\{\})(\d+|T\b)": (r"\\textsuperscript{\1}", r"<sup>\1</sup>"),
 }
-"""The symbols that stand in the words of a result, spelled out as in a terminal, and how LaTeX has them."""
+"""Symbols in words of results: regular expressions of their spelling, and the same in LaTeX and in HTML."""
 
 _LONG = 50
-"""Letters of a formula or of words beyond which they are broken into lines: less than a page is wide."""
+"""The most letters of a formula or words on one line, which then fits on a page."""
 
 _LINES = r"\parbox[t]{{0.62\linewidth}}{{\raggedright {}}}"
-"""Lines beside the equals sign, which TeX breaks at blanks."""
+"""A paragraph beside the equals sign, in which TeX breaks lines at blanks."""
 
 _PAGE, _LETTER, _GAP = 482.0, 5.7, 12.0
 """Width of a page of A4 with margins of 2 cm, of a letter of ten points, and between columns, in points."""
 
 _WIDTHLESS = re.compile(r"\\(?:(?:left|right|frac|mathrm|mathbf|text(?:superscript)?|d?dot)\b|,)|[{}$^_ ]")
-"""What of LaTeX is not seen."""
+"""Parts of LaTeX that take no width."""
 
 _MOST_IN_PMATRIX = 10
 """Columns that a `pmatrix` has room for, unless the document sets MaxMatrixCols."""
@@ -53,11 +53,11 @@ PREAMBLE = r"""\documentclass{article}
 \newcommand{\fit}[1]{\sbox0{#1}\ifdim\wd0>\linewidth\resizebox{\linewidth}{!}{\usebox0}\else\usebox0\fi}
 \begin{document}
 """
-"""What makes fragments a document that compiles by itself, where `fit` shrinks what is wider than a line."""
+"""The beginning of a document that compiles by itself; `fit` shrinks formulas that are wider than a line."""
 
 
 def render(reports: Iterable[Report], look: Look) -> Iterator[str]:
-    """A fragment for each report, its name in a comment above it; or a document of them."""
+    """A fragment for each report under a comment with the name; or a document of them."""
     begun = False
     for report in reports:
         if look.standalone and not begun:
@@ -84,7 +84,7 @@ def _tables(tables: Iterable[Table], look: Look) -> Iterator[str]:
 
 
 def formulas(report: Report, look: Look) -> str:
-    """The results of a report, one below the other, without its tables."""
+    """The results of a report, one below the other, without the tables."""
     return _aligned(shown_fields(report, look), look)
 
 
@@ -94,14 +94,14 @@ def _aligned(fields: Iterable[Field], look: Look) -> str:
 
 
 def _column(column: Column, texts: list[str]) -> list[str]:
-    """A column as LaTeX: its head with the unit, and what stands below."""
+    """A column as LaTeX: the head with the unit, then the cells."""
     head = f"${column.symbols[0]}$" if column.symbols else _prose(column.cells[0])
     cells = [_prose(text) if is_word else f"${text}$" for text, is_word in worded(column, texts)]
     return [f"{head} ({_prose(column.unit)})" if column.unit else head, *cells]
 
 
 def _pages(columns: list[list[str]]) -> Iterator[list[list[str]]]:
-    """As many columns at a time as a page is wide, each time after the first."""
+    """The columns in groups as wide as a page; the first column begins every group."""
     widths = [_GAP + _LETTER * max(map(_letters, column)) for column in columns]
     page, used = columns[:1], sum(widths[:1])
     for column, width in zip(columns[1:], widths[1:], strict=True):
@@ -115,7 +115,7 @@ def _pages(columns: list[list[str]]) -> Iterator[list[list[str]]]:
 
 
 def _letters(latex: str) -> int:
-    """About how many letters wide LaTeX is when it is set."""
+    """The approximate width of typeset LaTeX in letters."""
     return len(re.sub(r"\\\w+", "x", _WIDTHLESS.sub("", latex.replace(r"\times", "xxx"))))
 
 
@@ -142,14 +142,14 @@ def _row(entry: Field, look: Look) -> str:
 
 
 def _broken(latex: str, look: Look) -> str:
-    """A long formula in lines, which end between the terms of a sum."""
+    """A long formula in lines, which are broken between the terms of a sum."""
     first, *others = pieces(latex)
     lines = [rf"$\displaystyle {line}$" for line in (first, *(f"{{}}{other}" for other in others))]
     return _LINES.format(" ".join(rf"\fit{{{line}}}" if look.standalone else line for line in lines))
 
 
 def pieces(latex: str) -> list[str]:
-    """The formula cut before each equals sign, plus or minus that stands in no brackets."""
+    """The formula cut before every equals sign, plus or minus outside of brackets."""
     pieces, depth, start = [], 0, 0
     for token in re.finditer(r"\\(?:left|begin|right|end)\b|[{}]| (?=[-+=] )", latex):
         if token[0] in (r"\left", r"\begin", "{"):
@@ -184,19 +184,19 @@ def value(entry: Field, digits: int) -> str:
 
 
 def _prose(words: str) -> str:
-    """Words as LaTeX text, symbols of the field as symbols.
+    """Words as LaTeX text, with the symbols of mechanics as symbols.
 
-    Letters beyond Latin-1, which pdflatex knows with further packages only, are told by their numbers.
+    Letters beyond Latin-1, for which pdflatex needs further packages, are written by their numbers.
     """
-    known = "".join(letter if ord(letter) < 0x100 else f"U+{ord(letter):04X}" for letter in words)
-    text = known.translate(_SPECIAL)
-    for spelled, symbol in _SYMBOLS.items():
+    plain = "".join(letter if ord(letter) < 0x100 else f"U+{ord(letter):04X}" for letter in words)
+    text = plain.translate(_SPECIAL)
+    for spelled, (symbol, _) in SYMBOLS.items():
         text = re.sub(spelled, symbol, text)
     return text
 
 
 def number(value: Value, digits: int) -> str:
-    """A float with so many digits, or an exact expression, for math mode."""
+    """A float with this number of digits, or an exact expression, for math mode."""
     if is_exact(value):
         from rigidcli.language.text import latex
 

@@ -1,4 +1,4 @@
-"""Tables with the columns of csv in the format Parquet, which programs read fast and which may be long."""
+"""Tables in the format Parquet with the columns of csv, for long tables that programs read."""
 
 from __future__ import annotations
 
@@ -6,24 +6,21 @@ import pickle
 import tempfile
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from importlib import util
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 import orjson
 
 from rigidcli.errors import UsageError
 from rigidcli.render import Look
-from rigidcli.render.values import plain, row_of
-from rigidcli.report import Report, Value, single_cells
+from rigidcli.render.values import data_columns, plain, row_of
+from rigidcli.report import Report, Value
 
 ROWS = 65_536
-"""Rows of a group, which is what is kept in memory: 30 MB for 60 columns."""
-
-BYTES = 2**20
-"""Bytes of a file that are read at a time."""
+"""Rows of a group, which is kept in memory: 30 MB for 60 columns."""
 
 TRUTH, NUMBER, TEXT = "bool", "double", "string"
-"""The kinds of columns: truth values, numbers, or texts, into which a mixture is turned."""
+"""The kinds of columns; a mixture of kinds is turned into texts."""
 
 
 class Piece(NamedTuple):
@@ -36,26 +33,25 @@ class Piece(NamedTuple):
 
 def piece(report: Report, look: Look) -> Piece:
     """The row of a report, or its table of data."""
-    data = next((table for table in report.tables if table.data), None)
-    if data is None or report.swept:
+    columns = data_columns(report, look)
+    if not columns:
         row = row_of(report, look.columns)
         units = {name: unit for name, (_, unit) in row.items() if unit}
         return Piece(1, {name: [plain(value)] for name, (value, _) in row.items()}, units)
-    columns = single_cells(data, look.columns)
-    heads: dict[str, Value] = {"name": [report.name] * len(data)} if look.several else {}
+    count = len(columns[0].values)
+    heads: dict[str, Value] = {"name": [report.name] * count} if look.several else {}
     values = {column.cells[0]: np.asarray(column.values, float) for column in columns}
-    return Piece(
-        len(data), heads | values, {column.cells[0]: column.unit for column in columns if column.unit}
-    )
+    return Piece(count, heads | values, {column.cells[0]: column.unit for column in columns if column.unit})
 
 
 def render(pieces: Iterable[Piece], look: Look) -> Iterator[bytes]:
     """One file with the rows of all reports, in parts. Raises UsageError without pyarrow.
 
-    The rows wait in a temporary file until all are there: only then it is certain what each column holds.
+    The rows wait in a temporary file until all are there, since the last row may turn a column into texts.
     """
     if util.find_spec("pyarrow") is None:
         raise UsageError("pyarrow is not installed", hint="python -m pip install 'rigidcli[parquet]'")
+    import pyarrow as pa
     from pyarrow import parquet
 
     kinds, units, count = dict[str, str](), dict[str, str](), 0
@@ -66,14 +62,19 @@ def render(pieces: Iterable[Piece], look: Look) -> Iterator[bytes]:
             units, count = {**group.units, **units}, count + 1
         if not count:
             return
-        schema = _schema(kinds, units)
+        # A column without any value counts as numbers.
+        types = {TRUTH: pa.bool_(), NUMBER: pa.float64(), TEXT: pa.string(), "": pa.float64()}
+        notes = {name: {"unit": units[name]} if name in units else None for name in kinds}
+        schema = pa.schema([pa.field(name, types[kinds[name]], metadata=notes[name]) for name in kinds])
         waiting.seek(0)
         with parquet.ParquetWriter(file, schema, compression="zstd") as writer:
             for _ in range(count):
                 group = pickle.load(waiting)  # noqa: S301 - it was written above
-                writer.write_table(_table(group, kinds, schema))
+                cells = {name: group.columns.get(name, [None] * group.rows) for name in kinds}
+                columns = [pa.array(as_kind(cells[name], kinds[name]), types[kinds[name]]) for name in kinds]
+                writer.write_table(pa.table(columns, schema=schema))
         file.seek(0)
-        while part := file.read(BYTES):
+        while part := file.read(2**20):
             yield part
 
 
@@ -103,7 +104,7 @@ def together(pieces: Sequence[Piece]) -> Piece:
 
 
 def kind(values: Value) -> str:
-    """What a column with these values holds; "" where there is none."""
+    """The kind of a column with these values; "" if all are None."""
     if isinstance(values, np.ndarray):
         return NUMBER
     types = {type(value) for value in values} - {type(None)}
@@ -116,7 +117,7 @@ def kind(values: Value) -> str:
 
 
 def joined(kinds: Mapping[str, str], others: Mapping[str, str]) -> dict[str, str]:
-    """What the columns of several tables hold, in the order in which they are first met."""
+    """The kinds of the columns of several tables, in the order in which the columns first appear."""
     all_kinds = dict(kinds)
     for name, other in others.items():
         ours = all_kinds.get(name, "") or other
@@ -124,32 +125,8 @@ def joined(kinds: Mapping[str, str], others: Mapping[str, str]) -> dict[str, str
     return all_kinds
 
 
-def _schema(kinds: Mapping[str, str], units: Mapping[str, str]) -> Any:
-    """The columns with their units; a column without any value counts as numbers."""
-    import pyarrow as pa
-
-    types = {TRUTH: pa.bool_(), NUMBER: pa.float64(), TEXT: pa.string(), "": pa.float64()}
-    return pa.schema(
-        [
-            pa.field(name, types[kind], metadata={"unit": units[name]} if name in units else None)
-            for name, kind in kinds.items()
-        ]
-    )
-
-
-def _table(rows: Piece, kinds: Mapping[str, str], schema: Any) -> Any:
-    """Rows as pyarrow has them, with nothing in cells that they do not have."""
-    import pyarrow as pa
-
-    columns = [
-        pa.array(as_kind(rows.columns.get(name, [None] * rows.rows), kind), schema.field(name).type)
-        for name, kind in kinds.items()
-    ]
-    return pa.table(columns, schema=schema)
-
-
 def as_kind(values: Value, kind: str) -> Value:
-    """The values of a column as it holds them."""
+    """The values of a column of this kind: texts are made of all values in a column of texts."""
     return [None if value is None else _text(value) for value in values] if kind == TEXT else values
 
 

@@ -1,4 +1,4 @@
-"""Programs of equations of motion: what is alike in all languages, from names to formulas.
+"""What programs of equations of motion have in common in all languages, from names to formulas.
 
 A program holds names of a document only as identifiers, which are letters, digits and underscores, and differ
 from the words of the language. It holds other text of a document only in comments of one line.
@@ -6,7 +6,6 @@ from the words of the language. It holds other text of a document only in commen
 
 from __future__ import annotations
 
-import re
 import textwrap
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
@@ -16,43 +15,28 @@ import numpy as np
 from rigidcli.errors import UsageError
 from rigidcli.language.sharing import Formulas
 from rigidcli.language.text import text
-from rigidcli.language.tree import (
-    Call,
-    Constant,
-    Name,
-    Negative,
-    Node,
-    Number,
-    Power,
-    rebuilt,
-)
+from rigidcli.language.tree import Call, Constant, Name, Negative, Node, Number, Power, rebuilt
 from rigidcli.program import Program
 from rigidcli.report import Report
 
 WIDTH = 100
-"""The width of lines, in characters: what is longer is broken where there are blanks."""
+"""The width of lines in characters; longer ones are broken at blanks."""
 
-TOLERANCE = "1e-12"
-"""Relative error of a step, where a program leaves the choice of steps to a library."""
-
-EVEN = 1e-9
-"""Times are evenly spaced if none is off by more than this, in units of the space between two."""
+FUNCTIONS = {"abs": "fabs"}
+"""The functions that these languages call by another name than documents do."""
 
 
 @dataclass(frozen=True, slots=True)
 class Language:
-    """How formulas are written in a language.
+    """How a language writes comments, names and powers.
 
-    `power` is the sign of a power, and empty where all powers are calls of `pow`; the latter are also made
-    for `fractional` powers. `functions` have names other than ours. No name of a document may be a `word`;
-    each gets the `suffix`.
+    No name of a document may be one of the `words`; each gets the `suffix`. `power` is the sign of a power
+    with a whole exponent, and empty where it is a call of `pow`, as all other powers are.
     """
 
     comment: str
-    power: str
-    fractional: bool
-    functions: dict[str, str]
     words: frozenset[str]
+    power: str = ""
     suffix: str = ""
 
 
@@ -66,7 +50,7 @@ class Source:
         self.language = language
         self.names: dict[str, str] = {}
         self.used: set[str] = set()
-        """Our names of the functions that are called in what is written, with `pow` and `pi`."""
+        """The functions that the written formulas call, with `pow` and `pi`, by their names in documents."""
         taken = set(language.words)
         program = report.program
         formulas = [program.rates, *program.quantities.values()]
@@ -81,26 +65,28 @@ class Source:
             self.names[name] = new
 
     def function(self, quantity: str) -> str:
-        """The name of the function of a quantity. That of H is H, and never that of a parameter."""
+        """The name of the function of a quantity; the function of H is H, and no parameter has this name."""
         return quantity if quantity in self.language.words else self.names[quantity]
 
     def heading(self, usage: str) -> str:
-        """What the program is, how it is run, and what the system is; the first two lines are ours."""
+        """Comments with the command that runs the program and the remarks on the system.
+
+        The first two lines hold no text of the document.
+        """
         first = "Equations of motion as a program, written by rigidcli. It is run by"
         mark = self.language.comment
         return f"{mark} {first}\n{mark}     {usage}\n{mark}\n" + self.comment(*self.program.about)
 
     def comment(self, *paragraphs: str) -> str:
-        """Lines of comment. They end neither in a backslash nor in what C may take for one."""
+        """Lines of comment, which end neither in a backslash nor in a trigraph of C for one."""
         lines: list[str] = []
         for paragraph in paragraphs:
             printable = "".join(c if c.isprintable() else " " for c in paragraph)
-            safe = printable.replace("\\", "/").replace("?/", "? /")
-            lines += _wrapped(safe, WIDTH) or [""]
+            lines += _wrapped(printable.replace("\\", "/").replace("?/", "? /")) or [""]
         return "".join(f"{self.language.comment} {line}".rstrip() + "\n" for line in lines)
 
     def constants(self, before: str, after: str, missing: str) -> str:
-        """A line for each constant, between what stands before and after."""
+        """A line for each constant, between the texts `before` and `after`; `missing` stands for no value."""
         mark = self.language.comment
         lines = []
         for name, value in self.program.constants.items():
@@ -112,7 +98,7 @@ class Source:
         return "".join(f"{line}\n" for line in lines)
 
     def variables(self, formulas: Formulas | None = None) -> Iterator[tuple[int, str]]:
-        """The place and the name of each variable, or of those that stand in the formulas."""
+        """The place and the name of every variable, or of the variables in the formulas."""
         for place, name in enumerate(self.program.variables):
             if formulas is None or name in formulas.names:
                 yield place, self.names[name]
@@ -124,12 +110,12 @@ class Source:
 
     @property
     def printed(self) -> tuple[int, list[str]]:
-        """How many of the variables are printed behind the time, and the calls that follow these."""
+        """The number of variables that are printed after the time, and the calls that follow them."""
         calls = [f"{self.function(name)}(t, state)" for name in self.program.quantities]
         return len(self.program.columns) - 1 - len(calls), calls
 
     def lines(self, formulas: Formulas, before: str, after: str) -> str:
-        """The steps of formulas, a line each."""
+        """The steps of formulas, one a line."""
         return "".join(
             self.broken(f"{before}{self.names[name]} = ", self.formula(tree), after) + "\n"
             for name, tree in formulas.steps
@@ -140,18 +126,14 @@ class Source:
         if len(before) + len(formula) + len(after) <= WIDTH:
             return before + formula + after
         indent = " " * (len(before) - len(before.lstrip()))
-        # A line ends after a sign, so that all languages see that it goes on.
-        glued = _SIGN.sub("\N{NO-BREAK SPACE}\\1", formula)
-        parts = _wrapped(glued, WIDTH - len(indent) - 4)
-        inner = "".join(f"{indent}    {part}\n" for part in parts)
-        return f"{before}(\n{inner}{indent}){after}".replace("\N{NO-BREAK SPACE}", " ")
+        return "\n".join(_wrapped(f"{before}({formula}){after}", indent + "    "))
 
     def formula(self, tree: Node) -> str:
         """A tree in this language."""
         return text(self._translated(tree), self.language.power or "**")
 
     def _translated(self, node: Node) -> Node:
-        """The same tree with numbers that are floats, names of this program, and calls for powers."""
+        """The tree with floats for numbers, names of this program, and calls for powers."""
         match node:
             case Name(name):
                 return Name(self.names.get(name, name))
@@ -162,7 +144,7 @@ class Source:
             case Power(base, exponent):
                 base, whole = self._translated(base), _whole(exponent)
                 raised = self._translated(exponent) if whole is None else whole
-                if not self.language.power or (whole is None and self.language.fractional):
+                if not self.language.power or whole is None:
                     return self._call("pow", (base, raised))
                 return Power(base, raised)
             case Call(function, arguments):
@@ -172,14 +154,14 @@ class Source:
 
     def _call(self, function: str, arguments: tuple[Node, ...]) -> Node:
         self.used.add(function)
-        return Call(self.language.functions.get(function, function), arguments)
+        return Call(FUNCTIONS.get(function, function), arguments)
 
     def times(self) -> tuple[float, int] | None:
-        """The last one and the number of evenly spaced times from zero on; None if they are not that."""
+        """The last time and the number of times, if they are evenly spaced from zero on; else None."""
         assert self.program.run is not None
         times = self.program.run.times
         even = np.linspace(0.0, times[-1], len(times))
-        if len(times) < 2 or np.abs(times - even).max() > EVEN * even[1]:
+        if len(times) < 2 or np.abs(times - even).max() > 1e-9 * even[1]:
             return None
         return float(times[-1]), len(times)
 
@@ -188,15 +170,14 @@ class Source:
         written = ", ".join(repr(float(value)) for value in values)
         if len(written) <= WIDTH - 20:
             return written
-        return "\n    " + "\n    ".join(_wrapped(written, WIDTH - 4)) + "\n"
+        return "\n    " + "\n".join(_wrapped(written, "    ")) + "\n"
 
 
-_SIGN = re.compile(" ([-+] )")
-
-
-def _wrapped(line: str, width: int) -> list[str]:
-    """A line cut at blanks."""
-    return textwrap.wrap(line, width, break_long_words=False, break_on_hyphens=False)
+def _wrapped(line: str, indent: str = "") -> list[str]:
+    """A line cut at blanks, with an indent before all parts but the first."""
+    return textwrap.wrap(
+        line, WIDTH, subsequent_indent=indent, break_long_words=False, break_on_hyphens=False
+    )
 
 
 def _whole(exponent: Node) -> Node | None:

@@ -4,22 +4,15 @@ from __future__ import annotations
 
 import builtins
 import keyword
-from collections.abc import Iterable, Iterator
 
 from rigidcli.render import Look
-from rigidcli.render.programs import TOLERANCE, Language, Source
+from rigidcli.render.programs import FUNCTIONS, Language, Source
 from rigidcli.report import Report
 
 OWN = "H START SIZES TIMES copysign f fabs nan np pi pow solution solve_ivp sqrt state t"
-"""The names that these programs have of their own, or import."""
+"""The names that these programs define or import themselves."""
 
-PYTHON = Language(
-    comment="#",
-    power="**",
-    fractional=True,
-    functions={"abs": "fabs"},
-    words=frozenset([*OWN.split(), *keyword.kwlist, *keyword.softkwlist, *dir(builtins)]),
-)
+PYTHON = Language("#", frozenset([*OWN.split(), *keyword.kwlist, *keyword.softkwlist, *dir(builtins)]), "**")
 """Python; a fractional power of a negative number is an error of `pow`, and a complex number otherwise."""
 
 SIGN = '''
@@ -30,13 +23,9 @@ def sign(x):
 '''
 
 
-def render(reports: Iterable[Report], look: Look) -> Iterator[str]:
-    """A program for each report."""
-    for report in reports:
-        yield _written(Source(report, PYTHON))
-
-
-def _written(source: Source) -> str:
+def piece(report: Report, look: Look) -> str:
+    """The program for a report."""
+    source = Source(report, PYTHON)
     program = source.program
     rates = "".join(source.broken("        ", source.formula(e), ",") + "\n" for e in program.rates.values)
     functions = f"""
@@ -61,7 +50,7 @@ def {source.function(name)}(t, state):
         source.used |= {"copysign"}
     if "nan" in constants:
         source.used |= {"nan"}
-    names = sorted(PYTHON.functions.get(name, name) for name in source.used - {"sign"})
+    names = sorted(FUNCTIONS.get(name, name) for name in source.used - {"sign"})
     imports = [f"from math import {', '.join(names)}\n\n"] if names else []
     if program.run is not None:
         imports.append("import numpy as np\nfrom scipy.integrate import solve_ivp\n\n")
@@ -72,7 +61,7 @@ def {source.function(name)}(t, state):
 
 
 def _main(source: Source) -> str:
-    """What follows the orbit and prints it."""
+    """The part that follows the orbit and prints it."""
     program, run = source.program, source.program.run
     if run is None:
         call = "solve_ivp(f, (0, duration), start, rtol=1e-10, atol=1e-10)"
@@ -97,7 +86,7 @@ TIMES = {times}
 
 if __name__ == "__main__":
     solution = solve_ivp(
-        f, (0.0, {end}), START, "DOP853", TIMES, rtol={TOLERANCE}, atol={TOLERANCE} * SIZES
+        f, (0.0, {end}), START, "DOP853", TIMES, rtol=1e-12, atol=1e-12 * SIZES
     )
     if not solution.success:
         raise SystemExit(solution.message)

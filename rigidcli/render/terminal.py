@@ -1,32 +1,32 @@
-"""Text for a terminal: lines, rows and columns laid out by rich, which this module alone loads."""
+"""Text laid out in lines, rows and columns: for a terminal, at whose edge words wrap, or for a file."""
 
 from __future__ import annotations
 
-import io
-import textwrap
-from collections.abc import Sequence
+import unicodedata
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from itertools import groupby
-from typing import TYPE_CHECKING, TypeAlias
-
-if TYPE_CHECKING:
-    from rich.console import RenderableType
-    from rich.text import Text
+from math import inf
+from typing import TypeAlias
 
 Part: TypeAlias = tuple[str, str]
-"""A text without line breaks, and its style: `bold`, a colour, or none."""
+"""A text without line breaks, and its style: one of `STYLES`, or none."""
+
+STYLES = {"bold": 1, "red": 31, "green": 32, "yellow": 33, "magenta": 35}
+"""The styles of texts, with their parameters in the sequence SGR of ECMA-48."""
 
 GAP = 2
-"""Blanks between columns, and by which a body that stands below its heads is indented."""
+"""Blanks between columns, and the indent of a body that stands below its heads."""
 
 
 def cells(text: str) -> int:
     """The columns of a terminal that a text takes: two for wide characters, none for accents on others."""
     if text.isascii():
         return len(text)
-    from rich.cells import cell_len
-
-    return cell_len(text)
+    return sum(
+        0 if unicodedata.category(c) in ("Mn", "Me", "Cf") else 1 + (unicodedata.east_asian_width(c) in "WF")
+        for c in text
+    )
 
 
 @dataclass(frozen=True, slots=True)
@@ -44,90 +44,91 @@ class Row:
 
 
 class Page:
-    """The text for a terminal of a given width, in which words wrap at the edge and numbers are never cut."""
+    """Lines of text: words wrap at the width of a terminal, if there is one, and numbers are never cut."""
 
-    def __init__(self, width: int, colour: bool) -> None:
+    def __init__(self, width: int | None, colour: bool) -> None:
         self._width = width
         self._colour = colour
-        self._target = io.StringIO()
+        self._lines: list[str] = []
 
     def __str__(self) -> str:
-        return "".join(line.rstrip() + "\n" for line in self._target.getvalue().splitlines())
+        return "".join(f"{line.rstrip()}\n" for line in self._lines)
 
     def line(self, *parts: Part) -> None:
-        """Write a line."""
-        from rich.text import Text
-
-        self._print(Text.assemble(*map(self._text, parts)))
+        """Write a line, which wraps."""
+        text = "".join(text for text, _ in parts)
+        styles = [style for text, style in parts for _ in text]
+        for start, end in _cuts(text, self._width):
+            groups = groupby(range(start, end), styles.__getitem__)
+            self._write([("".join(text[place] for place in places), style) for style, places in groups], "")
 
     def rows(self, rows: Sequence[Row], *, room: int = 0, joint: str = " " * GAP) -> None:
         """Write rows in columns; a body that does not fit, or has no `room` for prose, is below its heads.
 
         Heads of a body that stands below them are joined by `joint`.
         """
-        from rich.padding import Padding
-        from rich.table import Table
-        from rich.text import Text
-
         columns = zip(*(row.heads for row in rows), strict=True)
         widths = [max(cells(text) for text, _ in column) for column in columns]
-        left = self._width - sum(widths) - GAP * len(widths)
-        for fits, group in groupby(rows, lambda row: row.width(room) <= left):
-            if fits:
-                grid = Table.grid(padding=(0, GAP))
-                for width in (*widths, max(1, left)):
-                    grid.add_column(width=width)
-                for row in group:
-                    grid.add_row(*map(self._text, row.heads), Text(row.body))
-                self._print(grid)
+        left = None if self._width is None else self._width - sum(widths) - GAP * len(widths)
+        for row in rows:
+            if left is None or row.width(room) <= left:
+                heads = row.heads
+                for line in _wrapped(row.body, left):
+                    padded = [
+                        (text + " " * (width - cells(text)), style)
+                        for (text, style), width in zip(heads, widths, strict=True)
+                    ]
+                    self._write([*padded, (line, "")])
+                    heads = (("", ""),) * len(heads)
                 continue
-            for row in group:
-                first, *others = (part for part in row.heads if part[0])
-                self.line(first, *(part for head in others for part in ((joint, ""), head)))
-                indent = GAP + len(first[0]) - len(first[0].lstrip())
-                if row.prose and row.body:
-                    self._print(Padding(Text(row.body), (0, 0, 0, indent)))
-                elif row.body:
-                    self._print(Text(textwrap.indent(row.body, " " * indent)), wrap=False)
+            first, *others = (part for part in row.heads if part[0])
+            self.line(first, *(part for head in others for part in ((joint, ""), head)))
+            indent = GAP + len(first[0]) - len(first[0].lstrip())
+            body = _wrapped(row.body, (self._width or 0) - indent if row.prose else None)
+            self._lines += [" " * indent + line for line in body if row.body]
 
     def columns(self, columns: Sequence[Sequence[str]]) -> None:
         """Write columns to the right, each under its first text, in as many grids as their widths ask for.
 
         The first column begins every grid.
         """
-        from rich.table import Table
-
-        widths = [max(map(cells, column)) + GAP for column in columns]
+        widths = [max(map(cells, column)) for column in columns]
         first = 1
         while first < max(2, len(columns)):
-            last, total = first + 1, sum(widths[:1] + widths[first : first + 1])
-            while last < len(columns) and total + widths[last] - GAP <= self._width:
-                total, last = total + widths[last], last + 1
-            chosen = [columns[0], *columns[first:last]]
-            grid = Table.grid(*("" for _ in chosen), padding=(0, GAP))
-            for column in grid.columns:
-                column.justify, column.no_wrap = "right", True
-            for number, texts in enumerate(zip(*chosen, strict=True)):
-                grid.add_row(*(self._text((text, "" if number else "bold")) for text in texts))
-            self._print(grid, width=total)
+            last, total = first + 1, sum(widths[:1] + widths[first : first + 1]) + GAP
+            while last < len(columns) and total + GAP + widths[last] <= (self._width or inf):
+                total, last = total + GAP + widths[last], last + 1
+            grid = (0, *range(len(columns))[first:last])
+            for number, row in enumerate(zip(*columns, strict=True)):
+                style = "" if number else "bold"
+                texts = [" " * (widths[k] - cells(row[k])) + row[k] for k in grid]
+                self._write([(text, style) for text in texts])
             first = last
 
-    def _text(self, part: Part) -> Text:
-        from rich.text import Text
+    def _write(self, parts: Sequence[Part], joint: str = " " * GAP) -> None:
+        """Write a line as it is; blanks at the ends of its parts have no style."""
+        painted = []
+        for text, style in parts:
+            word = text.rstrip()
+            is_plain = not (self._colour and style and word)
+            painted.append(text if is_plain else f"\x1b[{STYLES[style]}m{word}\x1b[0m{text[len(word) :]}")
+        self._lines.append(joint.join(painted))
 
-        text, style = part[0], part[1] if self._colour else ""
-        word = text.rstrip()
-        # Blanks after the word that align a column are in no style, so that a line can end without them.
-        return Text(text, style=style) if word == text else Text.assemble((word, style), text[len(word) :])
 
-    def _print(self, what: RenderableType, *, wrap: bool = True, width: int = 0) -> None:
-        from rich.console import Console
+def _wrapped(text: str, width: int | None) -> list[str]:
+    """The lines of a text, cut where they are wider than this."""
+    return [line[start:end] for line in text.split("\n") for start, end in _cuts(line, width)]
 
-        console = Console(
-            file=self._target,
-            width=max(width, self._width),
-            force_terminal=self._colour,
-            color_system="standard" if self._colour else None,
-            legacy_windows=False,
-        )
-        console.print(what, soft_wrap=not wrap)
+
+def _cuts(line: str, width: int | None) -> Iterator[tuple[int, int]]:
+    """Where pieces of a line no wider than this begin and end: at blanks, or inside of long words."""
+    start = 0
+    while width is not None and cells(line[start:]) > width:
+        end = start + max(1, width)
+        while end > start + 1 and cells(line[start:end]) > width:
+            end -= 1
+        blank = line.rfind(" ", start, end + 1)
+        end = blank if line[start : max(start, blank)].strip() else end
+        yield start, end
+        start = end + len(line[end:]) - len(line[end:].lstrip(" "))
+    yield start, len(line)

@@ -17,14 +17,10 @@ from rigidcli.render.values import is_exact
 from rigidcli.report import Field, Report, Table, Value
 
 Units: TypeAlias = Mapping[Dimension, Unit]
-"""The units that are asked for, by what they measure."""
+"""The units that are asked for, by their dimensions."""
 
 BASES = {MASS: "kg", LENGTH: "m", TIME: "s", ANGLE: "rad"}
-"""The dimensions that results are made of, in the order in which units are written, with their SI units."""
-
-
-_APART = (*BASES, ANGULAR_VELOCITY)
-"""What units measure of which no result has a product without powers: `g cm` is a list without its commas."""
+"""The base dimensions of results, in the order in which units are written, with their SI units."""
 
 
 def read_units(text: str) -> Units:
@@ -35,11 +31,10 @@ def read_units(text: str) -> Units:
     units: dict[Dimension, Unit] = {}
     for name in text.split(","):
         unit = parse_unit(name)
-        apart = [parse_unit(piece) for piece in name.split() if is_unit(piece)]
-        if len(apart) == len(name.split()) > 1 and all(each.dimension in _APART for each in apart):
-            raise ValueProblem(
-                f"`{unit.text}` is the unit of no result", hint=f"write commas: `{','.join(name.split())}`"
-            )
+        parts = [parse_unit(part).dimension for part in name.split() if is_unit(part)]
+        if len(parts) == len(name.split()) > 1 and {*parts} <= {*BASES, ANGULAR_VELOCITY}:
+            hint = f"write commas: `{','.join(name.split())}`"
+            raise ValueProblem(f"`{unit.text}` is the unit of no result", hint=hint)
         if unit.dimension == DIMENSIONLESS:
             raise ValueProblem(f"`{unit.text}` measures nothing", hint="expected units such as g,cm,deg,rpm")
         other = units.setdefault(unit.dimension, unit)
@@ -51,9 +46,9 @@ def read_units(text: str) -> Units:
 def in_units(report: Report, units: Units) -> Report:
     """The report with its values in these `units`.
 
-    A value has the unit of its very dimension, where there is one (rpm for an angular velocity), else a
-    product of units of mass, length, time and angle (g cm^2), of which those that are not asked for are
-    SI units. Where none of them is asked for, the value stays as it is.
+    A value has the unit of its own dimension, where there is one (rpm for an angular velocity), else a
+    product of units of mass, length, time and angle (g cm^2), in which SI units stand for dimensions that
+    have no unit in `units`. Where all units of the product would be SI units, the value stays as it is.
     """
     fields, swept = (
         tuple(map(partial(_field, units=units), entries)) for entries in (report.fields, report.swept)
@@ -95,7 +90,7 @@ def _converted(value: Value, text: str, units: Units) -> tuple[Value, str]:
 
 
 def _unit_for(si: Unit, units: Units) -> Unit | None:
-    """The unit for what has this SI unit; None where that one stays."""
+    """The unit for values with this SI unit; None where the SI unit stays."""
     if si.scale != 1:
         return None  # a unit that the name of the result promises, such as years
     if si.dimension in units:

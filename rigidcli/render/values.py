@@ -1,4 +1,4 @@
-"""Values as text: what all renderers know of floats, exact numbers, vectors and matrices."""
+"""Values of results as text or cells: floats, exact numbers, vectors and matrices, for all renderers."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 _PLAIN = (float, int, str, bool, type(None))
 
 Notation: TypeAlias = Callable[[Value, int], str]
-"""How one kind of output writes a number: a float with so many digits, or an exact expression."""
+"""A function that writes a number: a float with a number of digits, or an exact expression."""
 
 
 def is_exact(value: Value) -> bool:
@@ -35,7 +35,7 @@ def written(value: Value, digits: int, write: Callable[[Node], str]) -> str:
 
 
 def plain(value: Value) -> Value:
-    """`value` for json and csv: exact numbers as text in the expression language, all else as it is."""
+    """`value` for json and csv, with exact numbers as text in the expression language."""
     if isinstance(value, dict):
         return {key: plain(entry) for key, entry in value.items()}
     if isinstance(value, list):
@@ -46,9 +46,9 @@ def plain(value: Value) -> Value:
 
 
 def row_of(report: Report, names: Sequence[str] = ()) -> dict[str, tuple[Value, str]]:
-    """The cells of the row of a report and their units, by their heads: first, and once, what is swept.
+    """The cells of the row of a report with their units, by the heads of the columns; swept keys come first.
 
-    Where it has some of the `names`, only those, in that order.
+    If the row has some of the `names`, it is cut to these, in their order.
     """
     row: dict[str, tuple[Value, str]] = {entry.key: (None, "") for entry in report.swept}
     row["name"] = report.name, ""
@@ -59,12 +59,14 @@ def row_of(report: Report, names: Sequence[str] = ()) -> dict[str, tuple[Value, 
     return {name: row[name] for name in names if name in row} or row
 
 
-MOST_ROWS = 11
-"""Rows of a table of data that people are shown."""
+def data_columns(report: Report, look: Look) -> list[Column]:
+    """The columns of the table of data, of one cell each; none where the report is a row of cells."""
+    data = next((table for table in report.tables if table.data), None)
+    return [] if data is None or report.swept else single_cells(data, look.columns)
 
 
 def shown_fields(report: Report, look: Look) -> list[Field]:
-    """The results that people are shown: those with a title; diagnostics and nulls when they ask for more."""
+    """The results with a title; diagnostics and results without a value only in a verbose look."""
     every = [entry for entry in report.fields if entry.title]
     if look.verbose:
         return every
@@ -72,16 +74,17 @@ def shown_fields(report: Report, look: Look) -> list[Field]:
 
 
 def shown_columns(table: Table, look: Look, notation: Notation) -> list[tuple[Column, list[str]]]:
-    """The columns, of one cell each, that people are shown, with their texts.
+    """The columns that people see, of one cell each, with the texts of the cells.
 
-    These are the columns that are not hidden, or those that were asked for; all but records of programs are
-    shown to those who ask for more. Of data people see a few rows: the first, the last, and evenly between.
+    These are the columns that the look asks for, or all that are not hidden; a verbose look also has hidden
+    columns of tables that are not records. A table of data is cut to eleven rows: the first, the last, and
+    evenly chosen ones between.
     """
     length = len(table)
     if not length:
         return []
     asked = look.columns if table.data else ()
-    count = min(length, MOST_ROWS) if table.data else length
+    count = min(length, 11) if table.data else length
     rows = [round(k * (length - 1) / max(1, count - 1)) for k in range(count)]
     tidied = replace(table, columns=tuple(map(without_noise, table.columns)))
     return [
@@ -97,14 +100,14 @@ def has_words(column: Column) -> bool:
 
 
 def worded(column: Column, texts: Sequence[str]) -> list[tuple[str, bool]]:
-    """The texts of a column, and which of them are words: all, or texts among numbers, or none."""
+    """The texts of a column, each with whether it is a word: a column may mix words and numbers."""
     if isinstance(column.values, list) and len(column.values) == len(texts) and not has_words(column):
         return [(text, isinstance(value, str)) for text, value in zip(texts, column.values, strict=True)]
     return [(text, has_words(column)) for text in texts]
 
 
 def without_noise(column: Column) -> Column:
-    """The column with zeros for what is noise beside its largest entry."""
+    """The column with zeros in place of noise beside the largest entry."""
     values = column.values
     if isinstance(values, np.ndarray) and not is_exact(values):
         values = np.where(np.abs(values) < column.noise * np.abs(values).max(), 0.0, values)
@@ -121,11 +124,11 @@ def _cell_text(value: Value, digits: int, notation: Notation) -> str:
 
 
 def tidied(entry: Field) -> Value:
-    """The value of a result with zeros for what is noise beside the largest entry of an array."""
+    """The value of a result with zeros in place of noise beside the largest entry of an array."""
     value = entry.value
     if not isinstance(value, np.ndarray) or entry.counts or is_exact(value):
         return value
-    # Of a matrix, a small row or column is judged by itself: a slender body has a small moment.
+    # A small row or column of a matrix is judged by itself: a slender body has a small moment.
     size = np.abs(value)
     scale = np.minimum(*np.meshgrid(size.max(axis=0), size.max(axis=1))) if value.ndim == 2 else size.max()
     return np.where(size < NOISE * scale, 0.0, value)
@@ -157,9 +160,9 @@ def entries(entry: Field, digits: int, notation: Notation) -> tuple[str, Any, st
 
 
 def _power_of_ten(matrix: Any, digits: int) -> int:
-    """That of the largest entry, where some entry has to be written with a power of ten; else 0.
+    """The power of ten of the largest entry, if some entry has to be written with a power of ten; else 0.
 
-    With more than 15 digits, people would see the rounding of the quotient.
+    With more than 15 digits it is 0, since people would see the rounding of the quotient.
     """
     is_plain = all("e" not in f"{entry:.{digits}g}" for entry in matrix.flat)
     return 0 if is_plain or digits > 15 else math.floor(math.log10(np.abs(matrix).max()))

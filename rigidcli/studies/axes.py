@@ -20,9 +20,6 @@ from rigidcli.studies.results import told
 
 SCHEMA = "rigidcli.axes/1"
 
-STEADY = 1e-12
-"""Where omega and L are parallel, rounding leaves |omega x L| below this, in units of lambda3 omega^2."""
-
 CLASSES = {
     "point": "a point: no moment at all",
     "linear": "linear: no moment about e1, equal moments across",
@@ -36,11 +33,15 @@ CLASSES = {
 
 @np.errstate(over="ignore", invalid="ignore")
 def run(document: Document, *, steps: bool = False, picture: str | None = None) -> Report:
-    """Find the principal axes of the document's body about its point O, and what its motion is there."""
+    """Find the principal axes of the document's body about the point O, and L, T and wobble at its omega.
+
+    Raises DocumentError for an ensemble of angular velocities, and ComputationError where floats cannot hold
+    a result or the motion needs exact axes that have no short form.
+    """
     n = document.arithmetic
     require_one_start(document, "axes")
-    known = inertia_fields(document)
-    tensor = field_of(known, "tensor")
+    inertia_results = inertia_fields(document)
+    tensor = field_of(inertia_results, "tensor")
     motion, frame, notes = document.motion, None, []
     try:
         frame = body_frame(document)
@@ -50,19 +51,19 @@ def run(document: Document, *, steps: bool = False, picture: str | None = None) 
         if not n.exact or (motion is not None and motion.omega is not None and motion.basis == "principal"):
             raise
         notes.append(error.message)
-    fields = [*known, *_frame_fields(frame, tensor, n)]
+    fields = [*inertia_results, *_frame_fields(frame, tensor, n)]
     if motion is not None and motion.omega is not None:
         own = frame if motion.basis == "principal" else None
         axes = document.physical.axes if own is None else own.axes
         inertia = document.physical.along_axes(document.physical.inertia)
         fields += _motion(axes.T @ n.array(motion.omega), inertia, frame, n)
-    about_axis, noted = axis_fields(document)
+    about_axis, more_notes = axis_fields(document)
     rounding = None if document.body is None else document.body.rounding
     if rounding is not None:
         from rigidcli.studies.rotor import rotor_fields
 
-        rotor, told_of_rotor = rotor_fields(document, rounding)
-        about_axis, noted = (*about_axis, *rotor), (*noted, *told_of_rotor)
+        rotor, rotor_notes = rotor_fields(document, rounding)
+        about_axis, more_notes = (*about_axis, *rotor), (*more_notes, *rotor_notes)
     working: list[Step] = []
     if steps:
         from rigidcli.studies.steps.axes import axes_steps, motion_step
@@ -74,7 +75,7 @@ def run(document: Document, *, steps: bool = False, picture: str | None = None) 
             working.append(motion_step(tensor, fields, n))
     title, pictures = "principal moments and axes", drawn("axes", picture, document)
     fields += [*about_axis, *mesh_fields(document)]
-    return report(document, SCHEMA, title, fields, [*notes, *noted], (), working, pictures)
+    return report(document, SCHEMA, title, fields, [*notes, *more_notes], (), working, pictures)
 
 
 def _frame_fields(frame: PrincipalFrame | None, tensor: Array, n: Arithmetic) -> list[Field]:
@@ -92,7 +93,7 @@ def _frame_fields(frame: PrincipalFrame | None, tensor: Array, n: Arithmetic) ->
 
 
 def _residual(tensor: Array, frame: PrincipalFrame, n: Arithmetic) -> object:
-    """The error of I e = lambda e; zero for exact axes. Raises ComputationError where it is not."""
+    """The error of I e = lambda e; zero for exact axes. Raises ComputationError where these have an error."""
     if not n.exact:
         return principal.residual(tensor, frame)
     error = tensor @ frame.axes.T - frame.axes.T * frame.moments
@@ -122,7 +123,7 @@ def _motion(omega: Array, body: Inertia, frame: PrincipalFrame | None, n: Arithm
 
 
 def _holding_torque(omega: Array, momentum: Array, n: Arithmetic) -> Array | None:
-    """omega x L (N m), which keeps omega as it is in the body; None where floats cannot hold its digits."""
+    """omega x L (3, N m), which keeps omega constant in the body; None where floats lose the digits."""
     torque = n.tidy(np.cross(omega, momentum))
     if n.exact:
         return torque
@@ -134,7 +135,7 @@ def _holding_torque(omega: Array, momentum: Array, n: Arithmetic) -> Array | Non
 
 
 def _is_about_massless_axis(body: Inertia, omega: Floats) -> bool:
-    """Whether a linear body turns about its line, so that L is zero but for rounding."""
+    """Whether a linear body turns about the line of its points, so that L is zero but for rounding."""
     rates, size = np.abs(omega @ body.axes), np.abs(body.entries)
     rounding = rates @ body.noise + MISPLACED * math.hypot(*omega) * size.max(axis=0)
     momentum = np.abs(omega @ body.axes @ body.entries)
@@ -150,7 +151,7 @@ _WOBBLES = {
 def _wobble(omega: Array, momentum: Array, largest: Scalar, n: Arithmetic) -> tuple[object, bool]:
     """The angle between omega and L (rad; None when one is zero), and whether omega x L differs from zero.
 
-    `largest` is a moment of inertia (kg m^2) of the size of the largest.
+    `largest` is the largest moment of inertia (kg m^2), or one of the same size.
     """
     fastest = max(omega, key=lambda component: abs(n.size(component)))
     if fastest == 0 or largest == 0:
@@ -164,4 +165,4 @@ def _wobble(omega: Array, momentum: Array, largest: Scalar, n: Arithmetic) -> tu
         return None, False
     if n.exact:
         return n.atan2(sine, along), bool(sine != 0)
-    return (n.atan2(sine, along), True) if sine > STEADY else (0.0, False)
+    return (n.atan2(sine, along), True) if sine > 1e-12 else (0.0, False)  # rounding leaves less

@@ -1,4 +1,4 @@
-"""What the studies of a body share: its inertia about the point O, its principal frame, and its rotation."""
+"""Results that several studies of a body have: inertia about the point O, principal frame, omega."""
 
 from __future__ import annotations
 
@@ -27,30 +27,27 @@ NO_SPIN = "the body is linear: it has no moment about its line, and cannot turn 
 TRUTH = {True: "yes", False: "no"}
 
 USUAL = {"components": 1, "watertight": True, "winding": "outward"}
-"""What is as usual of a mesh, and shown only to those who ask for more."""
-
-SMALL_ERROR = 1e-9
-"""The relative error that the integrals of a smooth density have at most."""
+"""Values of a mesh's results that nearly all meshes have; people see these results with `-v` only."""
 
 
 @np.errstate(over="ignore", invalid="ignore")
 def inertia_fields(document: Document) -> tuple[Field, ...]:
     """The results with which the reports of `inertia` and `axes` begin, all along the axes of the results.
 
-    The centre of mass and the tensor about it are None where a tensor about another point is all there is.
-    Raises DocumentError when there is no body, and ComputationError when floats cannot hold its tensor.
+    The centre of mass and the tensor about it are None where only a tensor about another point is given.
+    Raises DocumentError when there is no body, and ComputationError when floats cannot hold the tensor.
     """
     if document.body is None:
         raise document.refusal("missing, expected a body", "body")
     n, physical = document.arithmetic, document.physical
     axes, body, mass = physical.axes, physical.properties, None
-    known = body.mass is not None or body.at_com
-    com = n.tidy(axes.T @ body.com) if known else None
+    has_com = body.mass is not None or body.at_com
+    com = n.tidy(axes.T @ body.com) if has_com else None
     if com is not None and not n.exact:
         com[np.abs(com) <= body.error] = 0.0  # the rounding of a zero
     about = com if document.about == "com" else n.tidy(axes.T @ physical.point)
     asked = n.tidy(physical.along_axes(physical.inertia).tensor)
-    central = n.tidy(physical.along_axes(body.inertia).tensor) if known else None
+    central = n.tidy(physical.along_axes(body.inertia).tensor) if has_com else None
     if body.mass is not None:
         mass = n.tidied(body.mass)
         if not n.exact and not (math.isfinite(mass) and np.isfinite(asked).all()):
@@ -61,8 +58,7 @@ def inertia_fields(document: Document) -> tuple[Field, ...]:
         fields[-1].diagnostic = True
     if body.integrated is None:
         return fields
-    # A small error is for those who ask for it; a larger one is for everybody.
-    is_small = body.integrated <= SMALL_ERROR
+    is_small = body.integrated <= 1e-9  # as for every smooth density
     return (*fields, told("inertia", "integration_error", body.integrated, diagnostic=is_small))
 
 
@@ -80,14 +76,14 @@ def mesh_fields(document: Document) -> list[Field]:
 
 
 def axis_fields(document: Document) -> tuple[tuple[Field, ...], tuple[str, ...]]:
-    """The moment about the axis that the document asks for, its radius of gyration, and notes on them."""
+    """The moment about the axis that the document asks for, the radius of gyration, and notes on them."""
     direction, n, mass = document.physical.direction, document.arithmetic, document.physical.properties.mass
     if direction is None:
         return (), ()
     moment, noise = document.physical.inertia.moment_about(direction)
     moment = n.tidied(0.0 if not n.exact and moment <= noise else moment)
     radius = None if mass is None else n.sqrt(n.tidied(moment / mass))
-    missing = "`body.mass` is not given, and the radius of gyration is not told"
+    missing = "the radius of gyration needs `body.mass`, which is not given"
     return (
         told("inertia", "axis_moment", moment),
         if_known(told("inertia", "radius_of_gyration", radius)),
@@ -95,9 +91,9 @@ def axis_fields(document: Document) -> tuple[tuple[Field, ...], tuple[str, ...]]
 
 
 def body_frame(document: Document) -> PrincipalFrame:
-    """The principal frame of the body about O, its axes e1, e2, e3 along the axes of the results.
+    """The principal frame of the body about O: e1, e2, e3 have components along the axes of the results.
 
-    Raises ComputationError where an exact one is too long to print.
+    Raises ComputationError where an exact frame is too long to print.
     """
     n, physical = document.arithmetic, document.physical
     inertia = physical.along_axes(physical.inertia)
@@ -112,7 +108,7 @@ def require_spin(document: Document, section: Top, top: HeavyTop) -> None:
     """Raise DocumentError where a top without a moment about its symmetry axis is to spin about it."""
     n = document.arithmetic
     if n.sign(section.spin) != 0 and n.sign(top.lambda3) in (-1, 0):
-        raise document.refusal(NO_SPIN, "top.spin", hint="set it to zero: what is left is a pendulum")
+        raise document.refusal(NO_SPIN, "top.spin", hint="set it to zero for a pendulum")
 
 
 def require_one_start(document: Document, study: str) -> None:
@@ -120,7 +116,7 @@ def require_one_start(document: Document, study: str) -> None:
     if document.motion is not None and document.motion.ensemble is not None:
         count = len(document.motion.ensemble)
         raise document.refusal(
-            f"an ensemble of {count:,} starts, expected one: `{study}` tells of one angular velocity",
+            f"an ensemble of {count:,} starts, expected one: `{study}` takes one angular velocity",
             "motion.omega",
             hint="`rigidcli euler` follows them all; choose one by `--set motion.omega=[1, 2, 3]`",
         )

@@ -1,4 +1,4 @@
-"""What every study shares: its report, and the refusal of documents whose parameters lack values."""
+"""Functions of every study: they make reports, and refuse documents whose parameters lack values."""
 
 from __future__ import annotations
 
@@ -51,7 +51,7 @@ def report(
 
 
 def called(name: str | None, source: str) -> str:
-    """What results call a document: its own name, or that of its file; nothing for one from Python."""
+    """The name of a document in results: `name`, or the name of the file; none for a document from Python."""
     if name or (source.startswith("<") and source != STDIN):
         return name or ""
     return "stdin" if source == STDIN else PurePath(source).stem
@@ -88,22 +88,23 @@ def _representable(field: Field) -> Field:
 
 
 TINY = float(np.finfo(np.float64).tiny)
-"""The least float that has all its digits."""
+"""The least float with all digits."""
 
-MOST_NOISE = 1e-12
-"""Samples above this, in units of the largest, are never shown as zero: they may be small, and no error."""
 
 SHOWN_DIGITS = 6
-"""The digits that people are shown: where fewer can be trusted, a result says so."""
+"""The digits that people see by default: a result with fewer trusted digits says so."""
 
 
 def noise(trusted_digits: float | None) -> float:
-    """The size of errors in samples with so many digits to trust, in units of the largest sample."""
-    return NOISE if trusted_digits is None else min(max(NOISE, 10**-trusted_digits), MOST_NOISE)
+    """The size of errors in samples with this many trusted digits, in units of the largest sample.
+
+    It is 1e-12 at most: what is larger may be a small sample and no error, and is not shown as zero.
+    """
+    return NOISE if trusted_digits is None else min(max(NOISE, 10**-trusted_digits), 1e-12)
 
 
 def trusted(study: str, key: str, digits: float) -> Field:
-    """The result that tells how many digits can be trusted."""
+    """The result with the number of trusted digits."""
     return told(study, key, digits, diagnostic=digits >= SHOWN_DIGITS)
 
 
@@ -113,12 +114,12 @@ def field_of(fields: Iterable[Field], key: str) -> Value:
 
 
 def if_known(field: Field) -> Field:
-    """The field, which people are not shown where its value is not known."""
+    """The field, which people do not see where it has no value."""
     return field if field.value is not None else replace(field, title="")
 
 
 def require_values(document: Document, what: str) -> None:
-    """Raise unless the document's numbers are floats; `what` needs them: "an orbit".
+    """Raise unless the document's numbers are floats, which `what`, such as "an orbit", needs.
 
     Raises DocumentError with the parameters that have no value, and UsageError where every parameter has one
     and exact numbers were asked for.

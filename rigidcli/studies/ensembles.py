@@ -20,27 +20,24 @@ from rigidcli.studies.pictures import ANY
 from rigidcli.studies.results import told
 
 Form: TypeAlias = Literal["rows", "starts", "few"]
-"""What is wanted: all samples in rows that begin with the start, a whole report for each start, or the
-samples at a few times, of which a summary is made."""
+"""The form of the reports: all samples in rows that begin with the start, a whole report for each start, or
+the samples at a few times, from which a summary is made."""
 
 Found: TypeAlias = tuple[int, Report | RigidError]
-"""The place of a start, counted from 0, and the report on it, or on several from it on; or what is wrong."""
+"""The place of a start, counted from 0, and the report on it and perhaps the next starts, or the error."""
 
 Sampling: TypeAlias = Mapping[str, object]
 """Values of the keys of the section with the times, in place of those of the document."""
 
 Together: TypeAlias = Callable[[Document, Sampling], Callable[[range], Iterator[Found]] | None]
-"""A function that gives the function that works several starts as arrays, or None where there is none."""
+"""A function that returns one for arrays of starts, or None where there is no such function."""
 
 ROWS = 25_000
-"""The most rows of a report on several starts: they take 3 MB, so that no more than that waits."""
-
-FEW = 6
-"""The number of times of a summary, with the first and the last, so that its tables fit on a screen."""
+"""The most rows of a report on several starts: they take 3 MB of memory."""
 
 
 def sampling_of(document: Document) -> Motion | Orbit:
-    """The section with the times of the ensemble; raises DocumentError where the starts do not share them."""
+    """The section with the times of the ensemble. Raises DocumentError where starts share no times."""
     section = document.motion if document.motion is not None and document.motion.ensemble else document.orbit
     assert section is not None
     require_values(document, "an ensemble")
@@ -50,14 +47,14 @@ def sampling_of(document: Document) -> Motion | Orbit:
 
 
 def require_one_start(document: Document, options: Mapping[str, object]) -> None:
-    """Raise UsageError where `options` ask for a picture or a program, which show one start, of several."""
+    """Raise UsageError where `options` ask for a picture or a program, and there are several starts."""
     asked = [name for name in ("picture", "program") if options.get(name) not in (None, False, ANY)]
     starts = document.ensemble
     if asked and starts is not None:
         first = ", ".join(f"{name}: {value:g}" for name, value in starts.start(0).items())
         one = "motion.omega=[1, 2, 3]" if document.system is None else f"orbit.initial={{{first}}}"
         raise UsageError(
-            f"a {asked[0]} is of one start, and there are {len(starts):,}",
+            f"a {asked[0]} shows one start, and there are {len(starts):,}",
             hint=f'set one, such as `--set "{one}"`, or use the rows of `-f csv`',
         )
 
@@ -82,7 +79,7 @@ def reports(
     times = sampling_of(document).instants(1.0)
     sampling: dict[str, object] = {}
     if form == "few":
-        times = times[np.unique(np.linspace(0, len(times) - 1, FEW).astype(int))]
+        times = times[np.unique(np.linspace(0, len(times) - 1, 6).astype(int))]
         sampling = {"duration": None, "step": None, "samples": None, "times": tuple(times.tolist())}
     several = None if together is None or form == "starts" else together(document, sampling)
     if several is not None:
@@ -92,15 +89,15 @@ def reports(
         return
     for place in places:
         try:
-            found = run(document.start(place, **sampling))
+            result = run(document.start(place, **sampling))
         except RigidError as error:
             yield place, error
             continue
         if form == "starts":
             start = told("euler", "start", place, title="")
-            yield place, replace(found, fields=(start, *found.fields))
+            yield place, replace(result, fields=(start, *result.fields))
         else:
-            yield place, replace(found, tables=(with_start(_samples(found), np.array([place])),))
+            yield place, replace(result, tables=(with_start(_samples(result), np.array([place])),))
 
 
 def with_start(samples: Table, places: Floats) -> Table:
@@ -110,14 +107,14 @@ def with_start(samples: Table, places: Floats) -> Table:
 
 
 def whole(document: Document, run: Callable[[Document], Report], together: Together | None = None) -> Report:
-    """All samples of an ensemble in one report, with their starts. Raises the first error that there is."""
+    """All samples of an ensemble in one report. Raises the error of the first bad start."""
     assert document.ensemble is not None
     parts = []
-    for place, found in reports(document, run, "rows", range(len(document.ensemble)), together):
-        if isinstance(found, RigidError):
-            found.message = f"start {place}: {found.message}"
-            raise found
-        parts.append(found)
+    for place, part in reports(document, run, "rows", range(len(document.ensemble)), together):
+        if isinstance(part, RigidError):
+            part.message = f"start {place}: {part.message}"
+            raise part
+        parts.append(part)
     tables = [_samples(part) for part in parts]
     columns = tuple(
         replace(column, values=np.concatenate([table.columns[place].values for table in tables]))
@@ -128,9 +125,9 @@ def whole(document: Document, run: Callable[[Document], Report], together: Toget
     return replace(parts[0], fields=fields, notes=notes, tables=(replace(tables[0], columns=columns),))
 
 
-def summaries(found: Iterable[Report]) -> Iterator[Report]:
-    """One report for the reports on the starts of an ensemble, and all others as they are."""
-    for (_, _, is_part), group in groupby(found, lambda one: (one.source, one.name, _is_part(one))):
+def summaries(reports: Iterable[Report]) -> Iterator[Report]:
+    """One report for the reports on the starts of an ensemble; all others stay."""
+    for (_, _, is_part), group in groupby(reports, lambda one: (one.source, one.name, _is_part(one))):
         if is_part:
             yield _summary(group)
         else:
@@ -181,8 +178,8 @@ def _summary(parts: Iterator[Report]) -> Report:
         title = "spread in phase space: the root of the determinant of the covariance"
         heads = (told("hamilton", "volume", None).title,)
         tables.append(_in_time(title, times, Column("volume", volume, heads)))
-    found = replace(first, fields=tuple(fields), tables=tuple(tables), notes=tuple(notes))
-    return replace(found, steps=(), pictures=(), scene=None)
+    summary = replace(first, fields=tuple(fields), tables=tuple(tables), notes=tuple(notes))
+    return replace(summary, steps=(), pictures=(), scene=None)
 
 
 def _samples(report: Report) -> Table:

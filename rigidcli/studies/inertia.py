@@ -12,7 +12,7 @@ SCHEMA = "rigidcli.inertia/1"
 
 
 def run(document: Document, *, steps: bool = False, picture: str | None = None) -> Report:
-    """Find the mass properties of the document's body."""
+    """Find the mass properties of the document's body. Raises DocumentError for a document without a body."""
     fields, (about_axis, notes) = inertia_fields(document), axis_fields(document)
     working: list[Step] = []
     if steps:

@@ -40,7 +40,7 @@ WORDS: dict[str, dict[str | None, str]] = {
         "none": "none: the axis is at rest",
     },
 }
-"""What a result that is a word means, for people."""
+"""The words for people in place of a result that is one word."""
 
 NUTATION = {"kind": "nutation_kind", "period": "nutation_period", "mean_rate": "mean_precession_rate"}
 """The keys of results of the nutation that have a shorter name in `core`."""
@@ -52,7 +52,10 @@ Sections: TypeAlias = dict[str, dict[str, Value]]
 
 @np.errstate(over="ignore", invalid="ignore")
 def run(document: Document, *, steps: bool = False, picture: str | None = None) -> Report:
-    """Find how the document's top, free body or planet precesses, whichever of them it has."""
+    """Find the precession of the document's top, free body and planet.
+
+    Raises DocumentError for a document with none of them, or with an ensemble of angular velocities.
+    """
     require_one_start(document, "precess")
     sections: Sections = {}
     notes: list[str] = []
@@ -80,28 +83,27 @@ _COLUMNS = [
     for entry in RESULTS["precess"]
     if entry.title
 ]
-"""The results of all sections, each of which has a column of CSV, but for vectors."""
+"""The results of all sections; all but vectors have a column of CSV."""
 
 
 def _fields(sections: Sections) -> Iterator[Field]:
-    """All results: a section that the document has not leaves empty columns of CSV."""
+    """All results: the columns of CSV are empty for a section that the document lacks."""
     for entry in _COLUMNS:
         section, _, key = entry.key.partition(".")
         if section not in sections:
             yield Field("", None, unit=entry.unit, cells=entry.cells)
             continue
         value = sections[section].get(key)
-        found = entry.with_value(value, WORDS[key][value] if key in WORDS and value is not None else "")
+        field = entry.with_value(value, WORDS[key][value] if key in WORDS and value is not None else "")
         if value is None:
-            found.title = ""
+            field.title = ""
         elif key == "minimum_spin" and sections[section].get("slow_rate") is not None:
-            # How fast a top has to be is of interest where it is too slow.
-            found.diagnostic = True
-        yield found
+            field.diagnostic = True  # it is of interest where the top is too slow
+        yield field
 
 
 def _top(document: Document, section: Top, notes: list[str], tables: list[Table]) -> dict[str, Value]:
-    """Gyroscopic precession, and the results that need `tilt` and `lambda1` where these are given."""
+    """Gyroscopic precession, and where `tilt` and `lambda1` are given, steady precession and nutation."""
     n, top = document.arithmetic, document.physical.heavy_top
     require_spin(document, section, top)
     fall = top.mass * section.gravity * top.distance
@@ -110,10 +112,10 @@ def _top(document: Document, section: Top, notes: list[str], tables: list[Table]
         raise document.refusal(
             "read zero, and without spin the gyroscopic formula has no meaning",
             "top.spin",
-            hint="with `tilt` and `lambda1` given, the swing of the top can be told",
+            hint="give `tilt` and `lambda1` for the swing of the top",
         )
     notes += top.remarks
-    notes += [f"`top.{key}` is not given, and what depends on it is not told" for key in unknown]
+    notes += [f"`top.{key}` is not given: results that depend on it are missing" for key in unknown]
     rate = heavytop.gyroscopic_rate(top.lambda3, section.spin, fall, n)
     values: dict[str, Value] = {
         **{key: getattr(top, key) for key in ("mass", "distance", "lambda1", "lambda3")},
@@ -166,7 +168,7 @@ def _at_tilt(
         return values
     start = steady.slow if section.precession is None else section.precession
     if start is None:
-        notes.append("there is no steady precession to begin with, so that nutation is not told")
+        notes.append("there is no steady precession to begin with: the nutation is not worked out")
         return values
     from rigidcli.core.nutation import nutation
 
@@ -175,7 +177,7 @@ def _at_tilt(
 
 
 def _free(document: Document, motion: Motion, notes: list[str]) -> dict[str, Value]:
-    """Precession of the body of the document when it is left to itself."""
+    """Precession of the document's body without torques."""
     n, frame = document.arithmetic, body_frame(document)
     omega = principal_omega(document, frame)
     momentum = n.tidy(frame.moments * omega)
@@ -185,9 +187,9 @@ def _free(document: Document, motion: Motion, notes: list[str]) -> dict[str, Val
         "kinetic_energy": n.tidied(omega @ momentum / 2),
     }
     if motion.torque is not None:
-        notes.append("free precession is told as if the torque did not act")
+        notes.append("the free precession is that of the body without the torque")
     if body_class(frame) == "point":
-        notes.append("the body is a point, about whose axes nothing can be told")
+        notes.append("the body is a point, which has no precession")
         return values
     alone = [group[0] for group in frame.groups if len(group) == 1]
     if len(alone) == 3:
@@ -202,7 +204,7 @@ def _free(document: Document, motion: Motion, notes: list[str]) -> dict[str, Val
             "mean_space_rate": rate,
             "mean_space_period": 2 * math.pi / rate if rate else None,
         }
-    # Which moments are equal can be told also where their order depends on symbols.
+    # It is certain which moments are equal, also where their order depends on symbols.
     axis = alone[0] if alone else 2
     if axis == 0:
         notes.append("e3 here is the symmetry axis, which `axes` calls e1")

@@ -1,17 +1,17 @@
-"""The results of the studies: their names in JSON, and what people see of them. Values are for the studies.
+"""The results of the studies: names in JSON, titles, symbols and units. The studies give the values.
 
 `results.csv` has a row for each result, in the order in which they are shown. A result is added there, and
 gets its value in its study. The columns are
 
     commands   the commands that have it
-    key        its name in JSON
-    title      what people see before it; a result without a title is not in their tables
-    symbol     its symbol in LaTeX; of a sample in time, the symbol of each column
-    unit       its SI unit
-    cells      its columns of CSV; behind a colon the place in an array, I12 stands at [0, 1] as `I12:01`
-    kind       `counts` for a vector each of whose entries counts by itself, and then has no column in the
-               CSV of `precess`; `diagnostic` for what people see only when they ask for more
-    means      what it is, beyond its title
+    key        the name in JSON
+    title      the title in tables for people, which leave out results without a title
+    symbol     the symbol in LaTeX; for a sample in time, the symbol of each column
+    unit       the SI unit
+    cells      the columns of CSV; behind a colon the place in an array: `I12:01` is the entry [0, 1]
+    kind       `counts` for a vector whose small entries are no rounding; it has no column in the CSV of
+               `precess`; `diagnostic` for results that people see with `-v` only
+    means      the meaning, where the title does not say it
 
 Where a row of CSV is a document and not a sample in time, only scalars have cells.
 """

@@ -1,7 +1,7 @@
-"""Notes on the masses and tensors of a robot's links: placeholders, and what the geometry of a link denies.
+"""Notes on masses and tensors of a robot's links that are placeholders or do not fit the link's geometry.
 
-The geometry is what a link is drawn with (visual) or collides with: boxes, balls, meshes and the like, taken
-as uniform.
+The geometry consists of the boxes, balls, meshes and the like that simulators draw (visual) or use for
+contacts (collision); here it is a body of uniform density.
 """
 
 from __future__ import annotations
@@ -24,33 +24,29 @@ from rigidcli.errors import Problem, RigidError
 from rigidcli.fields.environment import Environment
 
 LIGHTEST, HEAVIEST = 10.0, 23_000.0
-"""The densities (kg/m^3) between which a link lies: a hollow one of foam, and one of osmium (22,590)."""
+"""The least and the greatest density of a link (kg/m^3): that of foam, and that of osmium (22,590)."""
 
 SOLID = 500.0, 20_000.0
 """The densities (kg/m^3) of solids, from wood to tungsten."""
 
 SLIPS = {1e-3: "the mass may be in g, expected kg", 1e9: "the lengths may be in mm: a `scale` of 0.001?"}
-"""The mistakes after which a density, multiplied by this factor, is that of a solid."""
+"""Mistakes by the factor that makes the density of the link that of a solid."""
 
 UNITS = {1e3: "g m^2", 1e4: "kg cm^2", 1e6: "kg mm^2", 1e7: "g cm^2", 1e9: "g mm^2"}
-"""Units in which tensors are often written by mistake, by how many of them are 1 kg m^2."""
+"""Units in which tensors are often written by mistake, by their number in 1 kg m^2."""
 
 FACTOR = 10.0
-"""A moment may differ from that of the uniform form by this factor: a hollow link has more, a motor less."""
+"""Moments may differ from those of the uniform form by this factor: hollow links have larger ones."""
 
 NEAR = 3.0
-"""A unit or an edit is proposed where moments are then within this factor of those of the form: units differ
-by ten at least."""
+"""A unit or an edit is proposed if it brings the moments within this factor of the form's: less than ten, by
+which the nearest units differ."""
 
 ALIKE = 1.2
-"""Equal moments within this factor of those of the form are no placeholder: balls and cubes have them."""
-
-EQUAL = 1e-9
-"""Moments that differ by less than this, relative to their size, are equal: turned axes round them."""
+"""Equal moments within this factor of the form's are no placeholder: balls and cubes have equal moments."""
 
 EDITS = (-1.0, 1e-3, 1e-2, 1e-1, 1e1, 1e2, 1e3)
-"""What an entry is multiplied by where its sign is wrong, or its decimal point by up to three places: a unit
-that is wrong by more is so in all entries."""
+"""Factors of an entry that mend a wrong sign, or a decimal point that is up to three places off."""
 
 MOST_OF_LINK = 200
 """The most forms of a link that are compared with it, so that no file takes long."""
@@ -65,7 +61,7 @@ class Form(NamedTuple):
 
 
 class Remark(NamedTuple):
-    """A suspicion, the part of the link that it is about (mass or inertia), and a hint."""
+    """A suspicion about a part of a link (mass or inertia), and a hint."""
 
     about: str
     text: str
@@ -85,13 +81,13 @@ def remarks(link: Link, document: Document) -> list[Problem]:
 
 
 def uncompared(links: Sequence[Link]) -> list[str]:
-    """A note that names the links with geometry none of which is read here."""
+    """A note that names the links whose geometry cannot be read at all."""
     names = [link.name for link in links if link.geometry and not any(part.body for part in link.geometry)]
     return [f"not compared with their geometry, which is not read here: {listed(names)}"] if names else []
 
 
 def _forms(link: Link) -> list[Form]:
-    """The geometry of a link by its roles; without roles in which a form, as an open mesh, is no body."""
+    """The geometry of a link by role; one with a form that is no body, as an open mesh, is left out."""
     roles: dict[str, list[MassProperties | None]] = {}
     for part in link.geometry if len(link.geometry) <= MOST_OF_LINK else ():
         properties = None
@@ -110,7 +106,7 @@ def _forms(link: Link) -> list[Form]:
 
 
 def _suspicions(mass: float, tensor: Floats, forms: Sequence[Form]) -> Iterator[Remark]:
-    """What is suspicious about a mass (kg) and the central tensor (3 by 3, kg m^2); placeholders first."""
+    """Suspicions about a mass (kg) and a central tensor (3 by 3, kg m^2); placeholders first."""
     moments = _moments(tensor, mass)
     placeholder = _placeholder(mass, tensor, any(_are_near(moments, form, ALIKE) for form in forms))
     if placeholder:
@@ -136,7 +132,7 @@ def _moments(tensor: Floats, mass: float) -> Floats:
 
 
 def _are_near(moments: Floats, form: Form, factor: float) -> bool:
-    """Whether each of the moments (3, m^2) of 1 kg is that of the form to within a factor."""
+    """Whether every moment (3, m^2) of 1 kg is within a factor of the form's."""
     ratio = moments / form.moments
     return bool((1 / factor <= ratio).all() and (ratio <= factor).all())
 
@@ -144,12 +140,12 @@ def _are_near(moments: Floats, form: Form, factor: float) -> bool:
 def _placeholder(mass: float, tensor: Floats, fits: bool) -> str | None:
     """Why a tensor looks like a placeholder: it is zero, or has equal moments that no measurement gives.
 
-    One that `fits` the geometry is that of a ball or a cube.
+    A tensor that `fits` the geometry is no placeholder but that of a ball or a cube.
     """
     if not tensor.any():
         return "the tensor is zero: this is a point, which most simulators refuse or change"
     moment = float(tensor[0, 0])
-    if fits or np.abs(tensor - moment * np.eye(3)).max() > EQUAL * abs(moment):
+    if fits or np.abs(tensor - moment * np.eye(3)).max() > 1e-9 * abs(moment):  # turned axes leave rounding
         return None
     if moment == 1:
         return "the identity tensor looks like a placeholder"
@@ -162,7 +158,7 @@ def _placeholder(mass: float, tensor: Floats, fits: bool) -> str | None:
 
 @np.errstate(all="ignore")
 def repair(link: Link) -> str | None:
-    """The only edit of one place that makes the tensor of a link that of a body; None where others do, too.
+    """The edit of one place that makes the tensor of a link that of a body; None unless it is the only one.
 
     An edit changes a sign, moves a decimal point, or exchanges two entries. Where the link has geometry, the
     moments must then be near those of its form.
@@ -172,17 +168,19 @@ def repair(link: Link) -> str | None:
     entries = np.array([float(given.get(key, 0)) for key in ENTRIES])
     if shortfall(matrix(entries)) is None:
         return None
-    forms, found = _forms(link), []
+    forms, repairs = _forms(link), []
     for words, edited in _edits(entries):
         moments = _moments(matrix(edited), mass)
         is_body = shortfall(matrix(edited)) is None and moments[0] > 0
         if is_body and (not forms or any(_are_near(moments, form, NEAR) for form in forms)):
-            found.append(words)
-    return f"{found[0]} makes it one that a body has; no other single edit does" if len(found) == 1 else None
+            repairs.append(words)
+    return (
+        f"{repairs[0]} makes it one that a body has; no other single edit does" if len(repairs) == 1 else None
+    )
 
 
 def _edits(entries: Floats) -> Iterator[tuple[str, Floats]]:
-    """The edits of the entries (6) of a tensor in words, with the entries that they lead to."""
+    """The edits of the entries (6) of a tensor in words, with the edited entries."""
     for place, factor in product(np.flatnonzero(entries), EDITS):
         edited = entries.copy()
         edited[place] = float(f"{entries[place] * factor:.15g}")  # 0.3 times ten is 3, as in a text

@@ -19,9 +19,6 @@ PLANCK = 6.62607015e-34
 LIGHT = 299_792_458.0
 """The speed of light (m/s), exact."""
 
-OFF_CENTRE = 1e-3
-"""An origin that is further from the centre of mass, in units of the molecule's size, is another point."""
-
 ROTORS = {
     "point": "an atom: it has no rotation",
     "linear": "linear: B = C",
@@ -33,7 +30,7 @@ ROTORS = {
 
 
 def rotor_fields(document: Document, rounding: float) -> tuple[tuple[Field, ...], tuple[str, ...]]:
-    """The results for the molecule of a document, whose coordinates may be off by `rounding` (m), and notes.
+    """The results for a molecule with coordinates that may be off by `rounding` (m), and notes on them.
 
     Rotational constants are h/(8 pi^2 I) as frequencies and h/(8 pi^2 c I) as wavenumbers (G. Herzberg,
     Infrared and Raman Spectra, chapter I), and kappa is that of B. S. Ray, Z. Physik 78 (1932) 74.
@@ -43,10 +40,10 @@ def rotor_fields(document: Document, rounding: float) -> tuple[tuple[Field, ...]
     mass, moments = float(body.mass), principal.principal_frame(body.inertia).moments
     kind, notes = _kind(moments, mass, rounding), []
     spread = math.sqrt(moments.sum() / 2 / mass)
-    if document.about == "origin" and FLOAT.hypot(*body.com) > OFF_CENTRE * spread:
+    if document.about == "origin" and FLOAT.hypot(*body.com) > 1e-3 * spread:
         notes.append(
             "moments, axes and class are about the origin, rotational constants about the centre of mass; "
-            "`--set about=com` tells all about the latter"
+            "`--set about=com` gives all of them about the centre of mass"
         )
     is_line = kind in ("point", "linear")
     if is_line and moments[0] > 0:
@@ -70,11 +67,11 @@ def rotor_fields(document: Document, rounding: float) -> tuple[tuple[Field, ...]
 
 
 def _kind(moments: Floats, mass: float, rounding: float) -> principal.BodyClass:
-    """The kind of rotor, in which what the rounding of coordinates may cause is no difference.
+    """The kind of rotor; moments are equal where the rounding of coordinates may be the difference.
 
-    `moments` (3, kg m^2) are ascending and about the centre of mass. Moved by e at most, atoms at distances
-    d change no moment by more than the sum of m (2 d e + e^2), which the Cauchy-Schwarz inequality bounds;
-    atoms of a line have no more than the sum of m e^2 about it.
+    `moments` (3, kg m^2) are ascending and about the centre of mass. Where atoms at distances d move by at
+    most e, no moment changes by more than the sum of m (2 d e + e^2), which the Cauchy-Schwarz inequality
+    bounds; the moment about a line of atoms is at most the sum of m e^2.
     """
     if moments[2] == 0:
         return "point"

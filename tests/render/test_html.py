@@ -43,9 +43,8 @@ def test_a_page_has_results_formulas_a_picture_samples_and_the_document(program:
     rows = {row.children[0].text: row.children[1] for row in root.all("tr") if len(row.children) == 2}
     result = rigidcli.euler(ROOT / HANDLE)
     assert rows["time between flips"].text == f"τ/2={result['flip_interval']:.6g}s"
-    (picture,) = root.all("svg")
-    assert picture.attributes["role"] == "img"
-    assert picture.attributes["aria-label"] == "T-handle: angular velocity along the axes of the body"
+    (picture,) = root.all("img")
+    assert picture.attributes["alt"] == "T-handle: angular velocity along the axes of the body"
     samples = root.all("table")[-1]
     assert len(samples.all("tr")) == 1 + 11
     assert (ROOT / HANDLE).read_text().strip() == root.all("pre")[0].text.strip()
@@ -75,9 +74,9 @@ def test_digits_units_and_diagnostics_are_as_in_the_table(program: Program) -> N
 
 
 def test_another_picture_is_drawn_on_demand_and_none_of_what_has_no_values(program: Program) -> None:
-    (picture,) = page(program, "euler", HANDLE, "--plot-kind", "polhode").all("svg")
-    assert "polhode" in picture.attributes["aria-label"]
-    assert page(program, "axes", CUBE).all("svg") == []
+    (picture,) = page(program, "euler", HANDLE, "--plot-kind", "polhode").all("img")
+    assert "polhode" in picture.attributes["alt"]
+    assert page(program, "axes", CUBE).all("img") == []
     assert program("axes", CUBE, "-f", "html", "--plot-kind", "body").code == 3
     assert program("axes", CUBE, "-f", "html", "--plot-kind", "orbit").code == 2
 
@@ -179,13 +178,13 @@ def hostile(program: Program, tmp_path: Path, *arguments: str) -> tuple[Element,
 
 def test_hostile_text_stays_text(program: Program, tmp_path: Path) -> None:
     root, outcome = hostile(program, tmp_path)
-    assert root.all("script") == root.all("img") == []
+    assert not any("alert" in script.text for script in root.all("script"))
     assert HOSTILE in root.all("h1")[0].text
     assert HOSTILE in root.all("title")[0].text
-    assert HOSTILE in root.all("svg")[0].attributes["aria-label"]
+    assert HOSTILE in root.all("img")[0].attributes["alt"]
     assert "<script>alert(3)</script>" in root.all("pre")[0].text
     assert "a\"><script>alert(2)<'.yaml" in root.all("summary")[-1].text
-    assert "<script" not in outcome.out
+    assert outcome.out.count("<script") == 2  # the data of the body, and what draws it
     assert "parameter `script` is not used" in root.all("aside")[0].text
 
 
@@ -195,8 +194,8 @@ def test_hostile_text_stays_text(program: Program, tmp_path: Path) -> None:
 def section(shown: str) -> str:
     """What stands in the section of a page or a fragment, but for names of its own and the replay."""
     (found,) = re.findall(r"<section[^>]*>(.*)</section>", shown, re.DOTALL)
-    found = re.sub(r"<figure class=rigidcli-replay>.*?</figure>", "", found, flags=re.DOTALL)
-    return re.sub(r"(picture-\w{8}|result-1)", "", found.replace("h1>", "h2>"))
+    found = re.sub(r"<figure class=rigidcli-replay>.*?</figure>\n?", "", found, flags=re.DOTALL)
+    return found.replace("h1>", "h2>")
 
 
 @pytest.mark.parametrize(
@@ -214,8 +213,7 @@ def test_a_notebook_shows_what_the_page_does(study: str, config: str, program: P
 def test_no_style_of_a_notebook_leaves_its_section() -> None:
     root = markup(rigidcli.axes(ROOT / HANDLE, steps=True)._repr_html_())
     assert root.all("html") == root.all("script") == []
-    assert len(root.all("svg")) == 1
-    assert root.all("svg")[0].all("style") == []
+    assert len(root.all("img")) == 1
     (style,) = root.all("style")
     bare = re.sub(r"@media[^{]*\{((?:[^{}]*\{[^{}]*\})*)\s*\}", r"\1", style.text)
     selectors = [each.strip() for rule in re.findall(r"([^{}]+)\{", bare) for each in rule.split(",")]
@@ -243,6 +241,6 @@ def test_notebooks_need_no_library(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setitem(LIBRARIES, "drawing", "no_such")
     monkeypatch.setitem(sys.modules, "latex2mathml.converter", None)
     root = markup(rigidcli.euler(ROOT / HANDLE)._repr_html_())
-    assert root.all("svg") == root.all("math") == []
+    assert root.all("img") == root.all("math") == []
     assert len(root.all("canvas")) == 1
     assert "$T = " in root.text

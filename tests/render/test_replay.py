@@ -19,11 +19,10 @@ from rigidcli.picture import Mark
 from rigidcli.render import Look
 from rigidcli.render.html import PAGE
 from rigidcli.render.units import in_units, read_units
-from rigidcli.render.web.replay import MOST_TRIANGLES, replay
-from rigidcli.render.web.triangles import triangles
+from rigidcli.render.web.replay import MOST_TRIANGLES, replay, triangles
 from rigidcli.report import Column, Table
 from rigidcli.scene import Part, Scene, Stage
-from tests.conftest import ROOT
+from tests.conftest import ROOT, Program
 from tests.scenes import report_of, scene_of
 
 LIMIT = 3_000_000
@@ -112,6 +111,35 @@ def test_a_thousand_samples_are_at_most_three_megabytes(study: str, config: str)
     fragment = fragment_of(study, ROOT / "configs" / f"{config}.yaml", f"{section}.samples=1001")
     assert len(sent(fragment)["times"]) == 1001
     assert len(fragment) < LIMIT
+
+
+# --- A body at rest
+
+
+def test_a_page_shows_the_body_with_its_axes_in_three_dimensions(program: Program) -> None:
+    page = program("axes", "configs/t_handle.yaml", "-q", "-f", "html").out
+    data = sent(page)
+    assert len(page) < 150_000
+    assert (len(data["times"]), data["readings"]) == (1, [])
+    (stage,) = data["stages"]
+    assert {part["motion"] for part in stage["parts"]} == {"still"}
+    arrows = {
+        part["label"]: data["arrays"][part["points"]] for part in stage["parts"] if part["form"] == "arrow"
+    }
+    axes = rigidcli.axes(ROOT / "configs/t_handle.yaml")["axes"]
+    for name, axis in zip(("e1", "e2", "e3"), axes, strict=True):
+        way = arrows[name][3:] - arrows[name][:3]
+        assert way / np.linalg.norm(way) == pytest.approx(axis, abs=1e-6)
+
+
+def test_links_of_a_robot_are_shown_by_their_geometry(program: Program) -> None:
+    page = program("axes", "configs/arm.urdf", "-q", "-f", "html").out
+    shown = [sent(figure)["stages"][0] for figure in page.split("<figure class=rigidcli-replay>")[1:]]
+    assert [stage["parts"][0]["label"] for stage in shown] == ["the body"] * 3
+    bar = sent(page.split("<figure class=rigidcli-replay>")[2])
+    points = bar["arrays"][bar["stages"][0]["parts"][0]["points"]].reshape(-1, 3)
+    extent = np.ptp(points, axis=0)
+    assert extent / extent[0] == pytest.approx([1, 1 / 8, 1 / 8], rel=1e-5)
 
 
 # --- Texts

@@ -59,7 +59,7 @@ def test_parts_and_their_parallel_axis_terms_add_up() -> None:
     result = rigidcli.inertia(BLOCK, steps=True)
     center, block, hole, last = result.steps
     terms = [
-        sign * (value(step, "tensor about it") + value(step, "M (d^2 1 - d d^T)"))
+        sign * (value(step, "tensor about the centre of mass") + value(step, "M (d^2 1 - d d^T)"))
         for step, sign in ((block, 1), (hole, -1))
     ]
     assert np.allclose(sum(terms), result["tensor"], rtol=1e-12)
@@ -102,7 +102,7 @@ def test_integrals_make_the_tensor_of_a_shape() -> None:
     corners = np.array([[0, 0, 0], [1, 0, 0], [0, 2, 0], [0, 0, 3.0]]) - np.array([1, 2, 3]) / 4
     # Of a tetrahedron about its centre of mass: M/20 times the sum over its corners.
     assert np.allclose(second, 2 * corners.T @ corners / 20, atol=1e-14)
-    tensor = value(step, "tensor in its own axes")
+    tensor = value(step, "tensor along the axes of the shape")
     assert np.allclose(tensor, np.trace(second) * np.eye(3) - second, atol=1e-14)
 
 

@@ -11,7 +11,7 @@ from rigidcli.check.base import VERDICTS, Verdict
 from rigidcli.check.records import Reported, Student
 from rigidcli.check.reports import Style
 from rigidcli.errors import shortened
-from rigidcli.render.terminal import GAP, Page, Part, Row, cells
+from rigidcli.render.terminal import Page, Part, Row
 
 NARROWEST = 30
 """Columns that remarks must have beside their heads on a terminal; otherwise they stand below them."""
@@ -132,23 +132,12 @@ def mean_of(students: Sequence[Student]) -> str:
 
 
 def block(head: Sequence[Part], rows: Sequence[Row], style: Style) -> str:
-    """A line, unless `head` is empty, and rows below it; a file or pipe does not wait for rich to load."""
-    if style.width is not None:
-        page = Page(style.width, style.colour)
-        if head:
-            page.line(*head)
-        page.rows(rows, room=NARROWEST)
-        return str(page)
-    lines = ["".join(text for text, _ in head)] if head else []
-    widths = [max(cells(text) for text, _ in column) for column in zip(*(r.heads for r in rows), strict=True)]
-    for row in rows:
-        first, *others = row.body.split("\n")
-        padded = [
-            text + " " * (width - cells(text)) for (text, _), width in zip(row.heads, widths, strict=True)
-        ]
-        lines.append((" " * GAP).join([*padded, first]).rstrip())
-        lines += (" " * (sum(widths) + GAP * len(widths)) + line for line in others)
-    return "".join(f"{line}\n" for line in lines)
+    """A line, unless `head` is empty, and rows below it."""
+    page = Page(style.width, style.colour)
+    if head:
+        page.line(*head)
+    page.rows(rows, room=NARROWEST)
+    return str(page)
 
 
 def painted(verdict: Verdict) -> Part:

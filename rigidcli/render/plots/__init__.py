@@ -2,20 +2,22 @@
 
 from __future__ import annotations
 
-from importlib import import_module, util
+from html import escape
+from importlib import util
 from pathlib import PurePath
+from urllib.parse import quote
 
-from rigidcli.errors import UsageError
+from rigidcli.errors import UsageError, printable
 from rigidcli.report import Report
 
 ENDINGS = ("png", "svg", "pdf")
 """The endings of files that pictures can be written to."""
 
 CHARACTERS = "-"
-"""What stands for a chart of characters in place of the path to a file."""
+"""The path that asks for a chart of characters in place of a file."""
 
 LIBRARIES = {"drawing": "matplotlib", "characters": "plotext", "formulas": "latex2mathml"}
-"""The libraries of the extra `show`, by what they are for: two are those of modules of this package."""
+"""The libraries of the extra `show` by their use; `drawing` and `characters` are modules of this package."""
 
 
 def require_ending(path: str) -> None:
@@ -40,7 +42,7 @@ def require_library(use: str) -> None:
 
 
 def use_for(path: str) -> str:
-    """What draws for this path."""
+    """The use of the library that draws for this path."""
     return "characters" if path == CHARACTERS else "drawing"
 
 
@@ -54,21 +56,21 @@ def picture_file(report: Report, path: str) -> bytes:
 
 def _drawn(report: Report, ending: str, *, is_clear: bool = False) -> bytes:
     require_library("drawing")
-    drawing = import_module("rigidcli.render.plots.drawing")
-    data: bytes = drawing.drawn(report, ending, is_clear=is_clear)
-    return data
+    from rigidcli.render.plots.drawing import drawn
+
+    return drawn(report, ending, is_clear=is_clear)
 
 
-def inline_picture(report: Report, prefix: str) -> str:
-    """The picture of a report as an element of HTML; all names in it begin with the prefix, if it has one."""
-    from rigidcli.render.plots.inline import inline
-
-    return inline(_drawn(report, "svg", is_clear=True), report.about(report.pictures[0].title), prefix)
+def inline_picture(report: Report) -> str:
+    """The picture of a report as an element of HTML, with its title for readers who cannot see it."""
+    svg = quote(b" ".join(_drawn(report, "svg", is_clear=True).split()), safe=" !'()*+,/:;<=>?@[]{}|$")
+    title = escape(printable(report.about(report.pictures[0].title)))
+    return f'<img src="data:image/svg+xml,{svg}" alt="{title}">'
 
 
 def chart(report: Report, width: int | None) -> str:
-    """The picture of a report as text of at most so many columns. Raises UsageError without plotext."""
+    """The picture of a report as text of at most `width` columns. Raises UsageError without plotext."""
     require_library("characters")
-    characters = import_module("rigidcli.render.plots.characters")
-    text: str = characters.drawn(report, width)
-    return text
+    from rigidcli.render.plots.characters import drawn
+
+    return drawn(report, width)

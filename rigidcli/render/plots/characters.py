@@ -11,17 +11,14 @@ from rigidcli.core.arithmetic import Floats
 from rigidcli.picture import Mark, Panel, Ruler
 from rigidcli.report import Report
 
-WIDTH = 72
-"""Columns of a chart that is not drawn for a terminal."""
-
-HEIGHT = 20
-"""Rows of a chart: some are left of a terminal for the results above it."""
+WIDTH, HEIGHT = 72, 20
+"""Columns of a chart for no terminal, and rows of every chart, which leave a terminal room for results."""
 
 SIGNS = ("*", "o", "+", "x", "#", "@")
 """Characters for the marks by their style."""
 
 VIEW = np.array([[-0.57357644, 0.81915204, 0.0], [-0.30686185, -0.21486592, 0.92718385]])
-"""What of x, y, z goes to the right, and up, where what is solid is seen from 35 degrees round and 22 up."""
+"""The directions to the right and up along x, y, z, seen from an azimuth of 35 and 22 degrees up."""
 
 
 def drawn(report: Report, width: int | None) -> str:
@@ -33,7 +30,7 @@ def drawn(report: Report, width: int | None) -> str:
 
 
 def _panel(panel: Panel, width: int) -> str:
-    """One panel; what is solid is seen from the side, without a scale."""
+    """One panel; a panel in space is seen from the side, without a scale."""
     figure = plotext.figure
     figure.clear()
     figure.theme("colorless")
@@ -67,7 +64,7 @@ def _name(ruler: Ruler) -> str:
 
 
 def _lines(mark: Mark) -> list[Floats]:
-    """What of a mark can be drawn with characters."""
+    """The lines of a mark that can be drawn with characters."""
     if mark.form == "contours":
         return []
     if mark.form == "faces":

@@ -10,7 +10,6 @@ from typing import Any
 
 import matplotlib as mpl
 import numpy as np
-from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.mathtext import MathTextParser
 from matplotlib.ticker import MaxNLocator
@@ -21,7 +20,7 @@ from rigidcli.picture import Mark, Panel, Picture, Ruler
 from rigidcli.report import Report
 
 COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#000000", "#56B4E9")
-"""Colours of marks by their style, which the colour-blind can distinguish.
+"""Colours of marks by their style, which colour-blind readers can distinguish.
 
 Source: M. Okabe, K. Ito, Color Universal Design (2008): blue, vermillion, green, purple, black, sky blue.
 """
@@ -33,25 +32,10 @@ DOTS = ("o", "s", "^", "D", "P", "o")
 """Signs for dots, likewise."""
 
 GREY = "#7F7F7F"
-"""What is only there for orientation."""
-
-TICKS = 5
-"""The most numbers along a direction of what is solid: more would run into each other."""
-
-BARE = 0.015
-"""The part of a direction at either end that has no number: two directions meet there."""
-
-CONSTANT = 1e-9
-"""A range below this, in units of the values, is that of rounding: it is not drawn out to fill a panel."""
-
-PLAIN = (0.02, 2e4)
-"""Between these the largest number along a ruler is written as it is; else its unit has a power of ten."""
+"""The colour of quiet marks, which are there for orientation."""
 
 VIEW = (22.0, 35.0)
-"""From where what is solid is seen: elevation and azimuth, in degrees."""
-
-BEHIND = {"linewidth": 0.7, "alpha": 0.55}
-"""The look of the parts of a line on the far side of a surface."""
+"""The direction from which solid panels are seen: elevation and azimuth in degrees."""
 
 SETTINGS = {
     "svg.hashsalt": "rigidcli",
@@ -64,7 +48,7 @@ SETTINGS = {
     "axes.formatter.limits": (-3, 4),
     "lines.linewidth": 1.4,
 }
-"""Settings that differ from matplotlib's own. Texts in svg stay texts: short, and found by a search."""
+"""Settings that differ from matplotlib's own. Texts in svg stay texts, which keeps files short."""
 
 METADATA: dict[str, dict[str, Any]] = {
     "png": {"Software": None},
@@ -76,25 +60,23 @@ METADATA: dict[str, dict[str, Any]] = {
 SIZE = (5.6, 3.8)
 """Width and height of a single panel, in inches."""
 
-DENSITY = 150
-"""Dots per inch of png."""
-
 
 def drawn(report: Report, ending: str, *, is_clear: bool = False) -> bytes:
-    """The first picture of a report as a file of this kind, on white ground unless it is clear."""
-    logging.getLogger("matplotlib").setLevel(logging.ERROR)  # it tells of fonts that it looks for
+    """The first picture of a report as a file with this ending, on white ground unless it is clear."""
+    logging.getLogger("matplotlib").setLevel(logging.ERROR)  # it reports the fonts that it looks for
     (picture, *_) = report.pictures
     file = io.BytesIO()
     with mpl.rc_context():
         mpl.rcdefaults()
         mpl.rcParams.update(SETTINGS)
         figure = figure_of(picture, report.about(picture.title))
-        figure.savefig(file, format=ending, dpi=DENSITY, metadata=METADATA[ending], transparent=is_clear)
+        figure.savefig(file, format=ending, dpi=150, metadata=METADATA[ending], transparent=is_clear)
     return _shortened(file.getvalue()) if ending == "svg" else file.getvalue()
 
 
 def _shortened(svg: bytes) -> bytes:
-    """The same picture with its coordinates cut to hundredths of a point, which no eye sees."""
+    """The same picture with coordinates cut to hundredths of a point, and without names that nothing uses."""
+    svg = re.sub(rb'(?s) id="[a-zA-Z0-9]+_[0-9]+"| <metadata>.*</metadata>', b"", svg)
     return re.sub(rb' d="[^"]*"', lambda path: re.sub(rb"(\.[0-9]{2})[0-9]+", rb"\1", path[0]), svg)
 
 
@@ -120,24 +102,13 @@ def figure_of(picture: Picture, title: str) -> Figure:
             _measure(axes, way, ruler)
         if panel.title:
             axes.set_title(panel.title, fontsize=9, parse_math=False)
-        if axes.get_legend_handles_labels()[1]:
-            _legend(axes, solid, len(picture.panels) == 1)
+        count = len(axes.get_legend_handles_labels()[1])
+        if count and len(picture.panels) == 1:
+            ncols = min(count, 2 if count > 4 else 3)
+            figure.legend(loc="outside lower center", ncols=ncols, frameon=False, fontsize=8.5)
+        elif count:
+            axes.legend(loc="best", fontsize=7.5, framealpha=0.8)
     return figure
-
-
-def _legend(axes: Axes, solid: bool, is_alone: bool) -> None:
-    """The legend: below a panel that is alone, else where there is room."""
-    if is_alone:
-        place, count = (0.5, -0.03 if solid else -0.13), len(axes.get_legend_handles_labels()[1])
-        axes.legend(
-            loc="upper center",
-            bbox_to_anchor=place,
-            ncols=min(count, 2 if count > 4 else 3),
-            frameon=False,
-            fontsize=8.5,
-        )
-    else:
-        axes.legend(loc="best", fontsize=7.5, framealpha=0.8)
 
 
 def _prepare_solid(axes: Any) -> None:
@@ -148,14 +119,15 @@ def _prepare_solid(axes: Any) -> None:
 
 
 def _make_even(axes: Any, panel: Panel) -> None:
-    """Let all directions of a panel have the same range, about the middle of what is in it."""
+    """Give all directions of a panel the same range, about the middle of its marks."""
     places = np.vstack([np.vstack(list(mark.points)) for mark in panel.marks])
     low, high = places.min(axis=0), places.max(axis=0)
     half = 0.525 * float((high - low).max()) or 1.0
     for way, middle in zip("xyz", (low + high) / 2, strict=False):
         getattr(axes, f"set_{way}lim")(middle - half, middle + half)
-        ticks = MaxNLocator(TICKS).tick_values(middle - half, middle + half)
-        room = half if places.shape[1] == 2 else (1 - 2 * BARE) * half
+        # Few numbers, and in space none at the ends of a direction, where two directions meet.
+        ticks = MaxNLocator(5).tick_values(middle - half, middle + half)
+        room = half if places.shape[1] == 2 else 0.97 * half
         getattr(axes, f"{way}axis").set_ticks(ticks[np.abs(ticks - middle) <= room])
     if places.shape[1] == 2:
         axes.set_box_aspect(1)
@@ -169,12 +141,12 @@ def _measure(axes: Any, way: str, ruler: Ruler) -> None:
         return
     low, high = getattr(axes, f"get_{way}lim")()
     largest = max(abs(low), abs(high))
-    if high - low < CONSTANT * largest:
+    if high - low < 1e-9 * largest:  # the rounding of a constant is not drawn out to fill the panel
         low, high = sorted((0.9 * low, 1.1 * low))
         getattr(axes, f"set_{way}lim")(low, high)
     exponent = math.floor(math.log10(largest or 1.0) / 3) * 3
     unit = _unit(ruler.unit)
-    if not PLAIN[0] <= largest < PLAIN[1]:
+    if not 0.02 <= largest < 2e4:
         axis.set_major_formatter(
             lambda value, _: f"{value / 10.0**exponent:.4g}".replace("-", "\N{MINUS SIGN}")
         )
@@ -229,9 +201,8 @@ def _line(axes: Any, mark: Mark, solid: bool) -> None:
     near = front | np.roll(front, 1) | np.roll(front, -1)
     axes.plot(*np.where(near[:, None], points, np.nan).T, **look)
     behind = np.where(front[:, None], np.nan, points)
-    axes.plot(
-        *behind.T, **(look | BEHIND | {"label": "_", "linestyle": ":" if mark.quiet else look["linestyle"]})
-    )
+    style = ":" if mark.quiet else look["linestyle"]
+    axes.plot(*behind.T, **(look | {"label": "_", "linestyle": style, "linewidth": 0.7, "alpha": 0.55}))
 
 
 def _towards_viewer() -> Floats:
@@ -270,7 +241,7 @@ def _faces(axes: Any, mark: Mark, solid: bool) -> None:
     edge = GREY if mark.quiet or max(map(len, mark.points)) * len(mark.points) < 80 else colour
     faces = Poly3DCollection(list(mark.points), facecolors=colour, shade=len(mark.points) > 1, alpha=0.28)
     faces.set_edgecolor(edge if len(mark.points) < 80 else "none")
-    faces.set_linewidth(0.5)
+    faces.set(linewidth=0.5, clip_on=False)
     if mark.label:  # in the legend in its own colour, which is not that of any face in its light
         look = {
             "marker": "s",

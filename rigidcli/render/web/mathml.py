@@ -1,4 +1,4 @@
-"""The house's LaTeX as MathML, which browsers set without a network and without a script."""
+"""LaTeX of this package as MathML, which browsers set without a network and without a script."""
 
 from __future__ import annotations
 
@@ -23,16 +23,16 @@ _DIALECT = {
     rf"(?<=[\w)}}]) ?(?={_FUNCTION})": r"\\,",
     rf"({_FUNCTION}(?:\^\{{\d+\}})?) ?(?=\w|\\(?!left))": r"\1\\,",
 }
-"""What latex2mathml does not know, or browsers do not set, and what says the same to both.
+"""LaTeX that latex2mathml or browsers cannot set, as regular expressions, and replacements that both can set.
 
-Browsers have no bold letters but those of Unicode, and put no space about the name of a function.
+Browsers have no bold letters except in Unicode, and put no space about the name of a function.
 """
 
 
 def formula(latex: str) -> str:
     """A formula as MathML, which wraps between the terms of a sum.
 
-    What cannot be converted, all without the library of the extra `show`, stays LaTeX in dollar signs, which
+    LaTeX that cannot be converted, or for which the library is missing, stays as it is in dollar signs, which
     most notebooks set.
     """
     try:
@@ -42,7 +42,7 @@ def formula(latex: str) -> str:
 
 
 def _converted(latex: str, follows: bool) -> str:
-    """A piece of a formula; where it `follows` another, the sign at its beginning is one between both."""
+    """A piece of a formula; if it `follows` another, the sign at the beginning stands between both."""
     from latex2mathml.converter import convert_to_element
 
     for ours, theirs in _DIALECT.items():
@@ -57,7 +57,7 @@ def _converted(latex: str, follows: bool) -> str:
 
 
 def _tidy(row: Element, follows: bool) -> None:
-    """Let the letters of a word be one, and signs know whether they stand before or between."""
+    """Join the letters of a word, and mark signs by whether they stand before one term or between two."""
     before: Element | None = None
     for node in list(row):
         if node.get("mathvariant") == "normal" and before is not None and before.get("mathvariant"):

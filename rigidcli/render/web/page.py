@@ -1,4 +1,4 @@
-"""The frame of every page: a head without a network, the style of the house, and what stands between."""
+"""The frame of every page: a head with the style, which needs no network, and the body."""
 
 from __future__ import annotations
 
@@ -9,13 +9,13 @@ from pathlib import Path
 from rigidcli.errors import printable
 
 _POLICY = "default-src 'none'; style-src 'unsafe-inline'; script-src 'unsafe-inline'; img-src data:"
-"""What a page may load (a Content Security Policy): what stands in it, and nothing from anywhere else."""
+"""The Content Security Policy of a page: it may use what stands in it, and load nothing."""
 
 
 def page(
     title: str, body: Iterable[str], scripts: Iterable[str] = (), styles: Iterable[str] = ()
 ) -> Iterator[str]:
-    """A whole page, piece by piece: a title, which is text, a `body`, scripts and styles of this house."""
+    """A whole page, piece by piece, from a title in plain text, a body, scripts and styles."""
     yield (
         "<!DOCTYPE html>\n"
         '<html lang="en">\n<head>\n<meta charset="utf-8">\n'

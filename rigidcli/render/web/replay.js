@@ -54,7 +54,9 @@ class Replay {
       in: () => this.magnify(1.2), out: () => this.magnify(1 / 1.2),
       reset: () => this.reset(),
     };
+    this.still = this.times.length < 2;                // a body at rest has no time to choose
     for (const each of figure.querySelectorAll("[hidden]")) each.hidden = false;
+    for (const each of this.still ? figure.querySelectorAll(".timed") : []) each.hidden = true;
     this.listen();
     this.listenTo(this.find("canvas"));
     this.choose(0);
@@ -135,7 +137,7 @@ class Replay {
   }
 
   play(playing) {
-    this.playing = playing;
+    this.playing = playing && !this.still;
     this.find("[data-do=play]").textContent = playing ? "Pause" : "Play";
     this.ask();
   }
@@ -245,6 +247,7 @@ class Replay {
 
   // The readings are those of the nearest sample, so that each digit is right.
   read() {
+    if (this.still) return;
     // The last sample that is not later, and how far the time is on the way from it to the next.
     const row = this.row = Math.min(this.times.findLastIndex((t) => t <= this.time), this.times.length - 2);
     this.share = (this.time - this.times[row]) / (this.times[row + 1] - this.times[row]);

@@ -1,29 +1,30 @@
 """The replay of a motion in three dimensions: a figure of HTML that needs nothing from outside.
 
 It works in a page with the policy of `page`, from a file, and in the output of a notebook, several on one
-page. What it shows is data in a script element; `drawing.js` and `replay.js` draw it with WebGL2, without
-other libraries. Of those that packages of PyPI bundle, k3d evaluates text, which the policy forbids, and its
-script alone is 2.6 MB; anythreejs is a widget, which needs a running Python. Neither has readings.
+page. The data stand in a script element; `drawing.js` and `replay.js` draw them with WebGL2. The libraries of
+PyPI do not serve here: k3d evaluates text, which the policy forbids, and its script alone is 2.6 MB;
+anythreejs is a widget, which needs a running Python. Neither shows readings.
 """
 
 from __future__ import annotations
 
 import json
 from base64 import b64encode
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
 
+from rigidcli.bodies.surfaces import simplified
 from rigidcli.core import rotation
 from rigidcli.core.arithmetic import Floats
+from rigidcli.picture import Picture
 from rigidcli.render import Look
 from rigidcli.render.values import without_noise
 from rigidcli.render.web.page import resource, text
-from rigidcli.render.web.triangles import triangles
-from rigidcli.report import single_cells
+from rigidcli.report import Table, single_cells
 from rigidcli.scene import Part, Scene, Stage
 
 Rows: TypeAlias = NDArray[np.intp]
@@ -32,36 +33,30 @@ Rows: TypeAlias = NDArray[np.intp]
 MOST_TRIANGLES = 8_000
 """The most triangles of one surface: 0.4 MB, and drawn in less than a millisecond."""
 
-TURNS_A_SECOND = 1.0
-"""Turns that are easy to follow."""
-
 SHORTEST, LONGEST = 10.0, 60.0
-"""How long a replay takes at least and at most, at its ordinary speed (s)."""
-
-NEAR = 2.5
-"""A motion that takes so many times more, or less, than its replay would is shown as fast as it is."""
+"""The least and the most seconds of a replay at its ordinary speed: a reader follows a turn a second."""
 
 SMOOTH, COARSE = 0.1, 1.2
-"""Angles (rad) between two pieces of a path, in the middle: below the first it looks round as it is; above
-the other its samples do not tell where it goes."""
+"""Median angles (rad) between two pieces of a path: below the first it looks round without more points, and
+above the other its samples do not show where it goes."""
 
-TINY = float(np.finfo(np.float64).tiny)
-"""Keeps a quotient of zeros from being taken."""
+FINEST = 64
+"""Cells along the longest side of a surface when it begins to be made coarser: 6 MB of memory."""
 
-POSES = 24
-"""Orientations at which it is looked how far a body reaches."""
 
-CORNERS = 300
-"""About so many points of each of its parts are looked at."""
-
-TURN = 2 * np.pi
-"""The angle of a turn (rad), and the path of a point that moves round, in units of its distance."""
+def still(picture: Picture) -> Scene:
+    """A body that rests, from a picture in space: a scene with one time and without readings."""
+    parts = [
+        Part(replace(mark, label=mark.label.partition(":")[0]), group=mark.label)
+        for mark in picture.panels[0].marks
+    ]
+    return Scene(picture.title, np.zeros(1), Table("", "", ()), (Stage("the body", tuple(parts)),))
 
 
 def replay(scene: Scene, look: Look, most: int) -> str:
     """The figure with its style and script: all text in it is escaped, and no data ends its element.
 
-    Of samples with more than `most` numbers, evenly chosen ones are shown, and surfaces have fewer triangles.
+    Where the samples have more than `most` numbers, evenly chosen ones are shown, and surfaces are coarser.
     """
     finest = min(MOST_TRIANGLES, most // 16)
     rows, most = _rows(scene, most)
@@ -98,7 +93,8 @@ def _figure(scene: Scene, data: str) -> Iterator[str]:
     yield _CONTROLS.format(label=text(label), options=options, readings=heads)
     # A `<` in data is written as an escape of JSON, so that no text of a document ends the element.
     yield f"<script type=application/json>{data.replace('<', chr(92) + 'u003c')}</script>\n"
-    script = "".join(map(resource, ("drawing.js", "replay.js")))
+    lines = (line.strip() for name in ("drawing.js", "replay.js") for line in resource(name).splitlines())
+    script = "".join(f"{line}\n" for line in lines if line and not line.startswith("//"))
     yield f'<script>\n(() => {{\n"use strict";\n{script}}})();\n</script>\n</figure>\n'
 
 
@@ -108,34 +104,34 @@ _CONTROLS = """<div class=stage>
 <p class=trouble role=status>The replay needs JavaScript.</p>
 </div>
 <div class=controls hidden>
-<button type=button data-do=play>Play</button>
-<input type=range min=0 max=1000 step=1 value=0 aria-label="Time">
-<span><button type=button data-do=slower aria-label="Slower">−</button>
+<button type=button class=timed data-do=play>Play</button>
+<input type=range class=timed min=0 max=1000 step=1 value=0 aria-label="Time">
+<span class=timed><button type=button data-do=slower aria-label="Slower">−</button>
 <output class=speed aria-label="Speed"></output>
 <button type=button data-do=faster aria-label="Faster">+</button></span>
 <span><button type=button data-do=out>Zoom out</button>
 <button type=button data-do=in>Zoom in</button>
 <button type=button data-do=reset>Reset view</button></span>
-<label>Show <select>{options}</select></label>
+<label class=timed>Show <select>{options}</select></label>
 </div>
-<dl class=readings hidden>{readings}</dl>
+<dl class="readings timed" hidden>{readings}</dl>
 <div class=legend role=group aria-label="What is shown" hidden></div>
-<p class=keys hidden>Drag to turn, scroll or pinch to zoom. Keys: space plays, ← → step in time,
-↑ ↓ change the speed, + − zoom, shift and arrows turn, 0 resets the view.</p>
+<p class=keys hidden>Drag to turn, scroll or pinch to zoom. Keys: <span class=timed>space plays,
+← → step in time, ↑ ↓ change the speed, </span>+ − zoom, shift and arrows turn, 0 resets the view.</p>
 """
-"""What is about the picture; hidden until there is a script that answers."""
+"""The elements around the picture; they are hidden until the script runs."""
 
 
 def _rows(scene: Scene, most: int) -> tuple[Rows, int]:
     """The rows that are sent, and the most points a row that may make a path smooth.
 
-    These are all rows, or each second, third and so on, so that they fit; and the last one.
+    All rows are sent, or every second, third and so on, so that they fit; and always the last one.
     """
     wide = 2 * len(single_cells(scene.readings)) + 7 * (scene.orientation is not None)
     for part in (part for stage in scene.stages for part in stage.parts if part.motion != "still"):
         wide += np.asarray(part.mark.points)[0].size
-    step, last = -(-len(scene.times) * wide // most), len(scene.times) - 1
-    rows = np.append(np.arange(0, last, step), last)
+    wide, last = max(1, wide), len(scene.times) - 1
+    rows = np.append(np.arange(0, last, -(-len(scene.times) * wide // most)), last)
     return rows, max(1, most // (len(rows) * wide))
 
 
@@ -163,30 +159,19 @@ def _swept(scene: Scene) -> Floats:
 
 
 def _seconds(scene: Scene, turns: Floats | None) -> float:
-    """How long the replay takes at its ordinary speed: as long as the motion, where that can be followed."""
-    if turns is not None:
-        count = float(np.linalg.norm(turns, axis=1).sum()) / TURN
-    else:
-        paths = [_path(part) for part in scene.stages[0].parts if part.motion != "still"]
-        count = max(paths, default=0.0) / TURN
-    followed = min(max(count / TURNS_A_SECOND, SHORTEST), LONGEST)
+    """The time of a replay at ordinary speed (s): that of the motion, or about a second a turn."""
     duration = float(scene.times[-1] - scene.times[0])
-    return duration if followed / NEAR <= duration <= followed * NEAR else followed
-
-
-def _path(part: Part) -> float:
-    """The length of the longest path of the points of a part, in units of half of its extent."""
-    points = np.asarray(part.mark.points, dtype=float)
-    extent = float(np.ptp(points.reshape(-1, 3), axis=0).max()) / 2 or 1.0
-    return float((np.linalg.norm(np.diff(points, axis=0), axis=-1) / extent).sum(axis=0).max())
+    count = duration if turns is None else float(np.linalg.norm(turns, axis=1).sum()) / (2 * np.pi)
+    followed = min(max(count, SHORTEST), LONGEST)
+    return duration if 0.4 * followed <= duration <= 2.5 * followed else followed
 
 
 @dataclass(frozen=True, slots=True)
 class _Stages:
-    """The stages of a scene as they are sent: at these rows, with at most so many points a row.
+    """The stages of a scene as they are sent: at these rows, with at most `most` points a row.
 
-    A surface has as many triangles as `finest` at most. `arrays` are all points once, packed, with their
-    places in the list that is sent.
+    A surface has at most `finest` triangles. `arrays` has every packed array of points once, with its place
+    in the list that is sent.
     """
 
     scene: Scene
@@ -229,7 +214,7 @@ class _Stages:
         """
         steps = np.diff(points.reshape(len(points), -1, 3)[:, -1], axis=0)
         length = np.linalg.norm(steps, axis=1)
-        cosine = np.einsum("ij,ij->i", steps[1:], steps[:-1]) / np.maximum(length[1:] * length[:-1], TINY)
+        cosine = np.einsum("ij,ij->i", steps[1:], steps[:-1]) / np.maximum(length[1:] * length[:-1], 1e-300)
         bend = float(np.median(np.arccos(np.clip(cosine, -1, 1)))) if len(cosine) else 0.0
         between = min(int(np.ceil(bend / SMOOTH)), self.most)
         if bend > COARSE or between < 2:
@@ -238,8 +223,8 @@ class _Stages:
 
         times, places = self.scene.times[self.rows], np.arange(len(points))
         fine = np.interp(np.arange(places[-1] * between + 1) / between, places, times)
-        found: Floats = CubicSpline(times, points)(fine)
-        return found
+        smooth: Floats = CubicSpline(times, points)(fine)
+        return smooth
 
     def _extent(self, stage: Stage) -> tuple[Floats, Floats, float]:
         """The middle of a stage (3), half of its extent (3), and its reach from the middle in any direction.
@@ -247,16 +232,16 @@ class _Stages:
         The middle is on the axis z through O where something turns.
         """
         turns = any(part.carried for part in stage.parts)
-        some = np.linspace(0, len(self.scene.times) - 1, POSES).astype(int)
+        some = np.linspace(0, len(self.scene.times) - 1, 24).astype(int)
         places, solid = [], []
         for part in stage.parts:
             points = part.mark.points
-            found = np.concatenate(points) if part.mark.form == "faces" else np.reshape(points, (-1, 3))
-            if part.carried:
+            points = np.concatenate(points) if part.mark.form == "faces" else np.reshape(points, (-1, 3))
+            if part.carried:  # some points at some orientations show how far it reaches
                 poses = self.scene.orientation[some, None]
-                found = rotation.turned(poses, found[:: 1 + len(found) // CORNERS]).reshape(-1, 3)
-            places.append(found)
-            solid += [] if part.mark.quiet else [found]
+                points = rotation.turned(poses, points[:: 1 + len(points) // 300]).reshape(-1, 3)
+            places.append(points)
+            solid += [] if part.mark.quiet else [points]
         every = np.concatenate(solid)
         centre = (every.min(axis=0) + every.max(axis=0)) / 2 * ([0, 0, 1] if turns else 1)
         offsets = np.concatenate(places) - centre
@@ -266,3 +251,52 @@ class _Stages:
 def _packed(values: Floats, kind: str = "f4") -> str:
     """Numbers as base64 of floats, the least byte first."""
     return b64encode(np.ascontiguousarray(values, dtype=f"<{kind}").tobytes()).decode()
+
+
+def triangles(faces: Sequence[Floats], most: int) -> Floats:
+    """The triangles (n, 3, 3) of plane faces (each k by 3), convex or not; coarser where they are more."""
+    by_corners: dict[int, list[Floats]] = {}
+    for face in faces:
+        by_corners.setdefault(len(face), []).append(face)
+    cut = np.concatenate([_cut(np.array(alike, dtype=float)) for alike in by_corners.values()])
+    corners, box = cut.transpose(1, 2, 0), np.array([cut.min(axis=(0, 1)), cut.max(axis=(0, 1))])
+    cells = FINEST
+    while len(cut) > most and cells > 4:
+        cut, cells = simplified(lambda: [corners], box, cells), cells // 2
+    return cut[:most]
+
+
+def _cut(faces: Floats) -> Floats:
+    """The triangles (m (k - 2), 3, 3) of faces (m, k, 3): fans, where these do not overlap."""
+    first = np.broadcast_to(faces[:, :1], faces[:, 1:-1].shape)
+    fans = np.stack([first, faces[:, 1:-1], faces[:, 2:]], axis=2)
+    normals = np.cross(fans[:, :, 1] - fans[:, :, 0], fans[:, :, 2] - fans[:, :, 0])
+    whole = normals.sum(axis=1)
+    for place in np.flatnonzero((np.einsum("mki,mi->mk", normals, whole) < 0).any(axis=1)):
+        fans[place] = faces[place][_ears(faces[place], whole[place])]
+    return fans.reshape(-1, 3, 3)
+
+
+def _ears(face: Floats, normal: Floats) -> list[list[int]]:
+    """The corners of the triangles of a simple polygon (k, 3): ears are cut off, one after the other.
+
+    Source: G. H. Meisters, Amer. Math. Monthly 82 (1975) 648: each polygon has two ears.
+    """
+    drop = int(np.argmax(np.abs(normal)))
+    x, y = np.delete(face, drop, axis=1).T * np.array([[1.0], [(-1.0) ** drop * np.sign(normal[drop])]])
+
+    def area(i: Sequence[int] | int, j: int, k: Sequence[int] | int) -> Floats:
+        twice: Floats = (x[j] - x[i]) * (y[k] - y[i]) - (y[j] - y[i]) * (x[k] - x[i])
+        return twice
+
+    left, ears = list(range(len(face))), []
+    while len(left) > 3:
+        for place, b in enumerate(left):
+            a, c = left[place - 1], left[(place + 1) % len(left)]
+            others = [other for other in left if other not in (a, b, c)]
+            inside = (area(others, a, b) >= 0) & (area(others, b, c) >= 0) & (area(others, c, a) >= 0)
+            if area(a, b, c) >= 0 and not inside.any():
+                break
+        ears.append([a, b, c])
+        left.remove(b)
+    return [*ears, left]

@@ -1,4 +1,4 @@
-"""What the pictures of results show: lines, faces and labels, worked out only when a picture is asked for."""
+"""Pictures of results as data: lines, faces and labels, worked out when a picture is asked for."""
 
 from __future__ import annotations
 
@@ -13,21 +13,20 @@ if TYPE_CHECKING:
     from rigidcli.picture import Picture
 
 BEST = "best"
-"""Asks for the first kind of picture that a result has something for."""
+"""Asks for the first kind of picture that the result can be drawn as."""
 
 ANY = "any"
-"""Asks for the best picture where there is one, and for none where there is nothing to draw."""
+"""Asks for the best picture, or for none where there is nothing to draw."""
 
 KINDS = {name: COMMANDS[name].pictures for name in STUDIES}
-"""The kinds of pictures of each study; a function of the name of a kind raises UsageError where a result has
-nothing to show in that way."""
+"""The kinds of pictures by study, with the modules that have functions of these names; a function raises
+UsageError where the result has nothing to show."""
 
 
 def require_kind(command: str, kind: str) -> None:
     """Raise UsageError unless this command has pictures of this kind."""
-    known = KINDS[command]
-    if kind != BEST and kind not in known:
-        raise UsageError(f"`{kind}` is no picture here", hint=f"the pictures are {', '.join(known)}")
+    if kind != BEST and kind not in KINDS[command]:
+        raise UsageError(f"`{kind}` is no picture here", hint=f"the pictures are {', '.join(KINDS[command])}")
 
 
 def drawn(command: str, kind: str | None, *result: object) -> tuple[Picture, ...]:

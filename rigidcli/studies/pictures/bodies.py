@@ -1,14 +1,17 @@
-"""The picture of a body: its surface, its principal axes about O, and its ellipsoid of inertia."""
+"""The picture of a body: the surface, the principal axes about O, and the ellipsoid of inertia."""
 
 from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Iterator, Sequence
+from contextlib import suppress
 from dataclasses import replace
 
 import numpy as np
+from pydantic import ValidationError
 
 from rigidcli.bodies.bodies import Composite
+from rigidcli.bodies.form import Form
 from rigidcli.bodies.holes import Leaf
 from rigidcli.bodies.meshes import Mesh
 from rigidcli.bodies.point_masses import PointMasses
@@ -16,31 +19,21 @@ from rigidcli.bodies.shape import Shape, Wire
 from rigidcli.core import poinsot
 from rigidcli.core.arithmetic import FLOAT, Floats
 from rigidcli.document.document import Document
+from rigidcli.errors import RigidError
+from rigidcli.fields.environment import Environment
 from rigidcli.picture import Mark, Panel, Picture, Ruler
 from rigidcli.studies.body import body_frame
 from rigidcli.studies.common import require_values
 from rigidcli.studies.pictures.closed import ellipsoid
 
 MOST_POINTS = 2_000
-"""The most point masses that are drawn, so that a picture is small; of more, evenly chosen ones."""
+"""The most point masses that are drawn, evenly chosen, so that a picture is small."""
 
 MOST_FACES = 4_000
-"""The most triangles of a mesh that are drawn as they are; more make a file that no viewer likes."""
-
-CELLS = 24
-"""Into so many cells along its longest side a larger mesh is cut to be drawn: some thousand faces."""
-
-SAME = 9
-"""Digits, in units of the size of the body, in which the corners of two faces agree that are one."""
+"""The most triangles of a mesh that are drawn as they are, so that viewers stay fast."""
 
 REACH = 1.25
 """Length of the principal axes, in units of the distance from O to the farthest point of the body."""
-
-SHARE = 0.9
-"""The largest semi-axis of the ellipsoid of inertia, in the same unit: its scale in the picture."""
-
-ELLIPSOID_UNIT = "1/√(kg m^2)"
-"""What an ellipsoid of inertia x.I.x = 1 measures, where there is no body to be drawn beside it."""
 
 
 def body(document: Document) -> Picture:
@@ -52,13 +45,14 @@ def body(document: Document) -> Picture:
     centre = axes.T @ physical.point if marks else np.zeros(3)
     semi = poinsot.semi_axes(frame.moments, 1.0)
     size = reach(marks, centre) or (1.0 if semi is None or marks else float(semi.max()))
-    title, unit, com = "principal axes and ellipsoid of inertia", ELLIPSOID_UNIT, centre
+    # Without a body, the picture has the unit of the ellipsoid x.I.x = 1.
+    title, unit, com = "principal axes and ellipsoid of inertia", "1/√(kg m^2)", centre
     if marks:
         title, unit = f"body, {title}", "m"
         if physical.properties.mass is not None:
             com = axes.T @ physical.properties.com
     if semi is not None:
-        scale, label = (size * SHARE / semi.max(), " (scaled)") if marks else (1, "")
+        scale, label = (0.9 * size / semi.max(), " (scaled)") if marks else (1, "")
         marks += ellipsoid(semi * scale, f"ellipsoid of inertia{label}", frame.axes, centre)
     for k, (axis, moment) in enumerate(zip(frame.axes, frame.moments, strict=True), start=1):
         number = f"{moment:.4g}"
@@ -90,9 +84,10 @@ def reach(marks: Sequence[Mark], centre: Floats) -> float:
 
 
 def marks_of_body(document: Document) -> Iterator[Mark]:
-    """The parts of the body whose places are known, along the document's axes."""
-    form = document.body
-    assert form is not None
+    """The parts of the body, or the geometry of a robot's link, along the document's axes."""
+    form = _form(document)
+    if form is None:
+        return
     place = form.motion(FLOAT)
     inner = form.leaves(FLOAT) if isinstance(form, Composite) else [Leaf(form)]
     material: list[Floats] = []
@@ -106,7 +101,7 @@ def marks_of_body(document: Document) -> Iterator[Mark]:
             yield Mark("dots", places @ turn.T + shift, "point masses", style=5)
         elif isinstance(leaf.form, Shape | Mesh):
             target = wires if isinstance(leaf.form, Wire) else holes if leaf.sign < 0 else material
-            faces = leaf.form.faces(MOST_FACES, CELLS) if isinstance(leaf.form, Mesh) else leaf.form.faces()
+            faces = leaf.form.faces(MOST_FACES, 24) if isinstance(leaf.form, Mesh) else leaf.form.faces()
             target += [np.asarray(face @ turn.T + shift, dtype=float) for face in faces]
     if material := _outside(material):
         yield Mark("faces", material, "the body", style=5)
@@ -116,9 +111,20 @@ def marks_of_body(document: Document) -> Iterator[Mark]:
         yield Mark("line", wire, "" if number or material else "the body", style=5)
 
 
+def _form(document: Document) -> Form | None:
+    """The body; for a robot's link, the geometry in the first role, if there is any that can be read."""
+    link = document.reading.draft.link
+    if link is None:
+        return document.body
+    parts = [part.body for part in link.geometry if part.body and part.role == link.geometry[0].role]
+    with suppress(ValidationError, RigidError):
+        return Composite.model_validate({"parts": parts}, context=Environment())
+    return None
+
+
 def _outside(faces: list[Floats]) -> list[Floats]:
-    """The faces of the outside: where two parts meet, such as shells in each other, faces are inside."""
+    """The faces of the outside: two parts that meet, such as shells in each other, share faces inside."""
     size = max((float(np.abs(face).max()) for face in faces), default=0.0) or 1.0
-    names = [frozenset(map(tuple, np.round(face / size, SAME).tolist())) for face in faces]
+    names = [frozenset(map(tuple, np.round(face / size, 9).tolist())) for face in faces]
     count = Counter(names)
     return [face for face, name in zip(faces, names, strict=True) if count[name] == 1]

@@ -1,4 +1,4 @@
-"""What pictures on closed surfaces have in common: ellipsoids and spheres as lines, and curves on them."""
+"""Pictures on closed surfaces: ellipsoids and spheres as lines, and curves on them."""
 
 from __future__ import annotations
 
@@ -9,11 +9,8 @@ from rigidcli.core.arithmetic import Floats
 from rigidcli.errors import UsageError
 from rigidcli.picture import Mark, Panel, Picture, Ruler
 
-CIRCLE = 121
-"""Points of a closed line."""
-
-CIRCLES = 7
-"""Lines of equal height, and half as many through the poles, that make a sphere."""
+CIRCLE, CIRCLES = 61, 7
+"""The points of a closed line, and the lines of equal height on a sphere: it looks round, and not crowded."""
 
 SPACE = tuple(Ruler(name, name) for name in "xyz")
 """The directions of space, z upward, for unit vectors."""

@@ -21,21 +21,18 @@ from rigidcli.studies.common import require_values
 from rigidcli.studies.pictures.closed import polhode_picture, trace_picture
 
 COUNT = 1001
-"""Points of a curve, more than a screen resolves."""
-
-NARROWEST = 0.02
-"""The least half width of the range of tilts that is shown (rad): about a degree."""
+"""Points of a curve: more than a screen resolves."""
 
 MOST_NUTATIONS = 24
-"""The most nutations of which the trace is shown: more would fill the zone between the limits."""
+"""The most nutations in a picture of the trace: more would fill the zone between the limits."""
 
 
 def potential(document: Document, values: Mapping[str, Mapping[str, Value]]) -> Picture:
-    """The effective potential of a top, its energy and its turning points."""
+    """The effective potential of a top, with the energy and the turning points."""
     top, given = _top(document, values)
     low, high = top["theta_min"], top["theta_max"]
     at, energy = effective_potential(*given)
-    half = max(0.75 * (high - low), NARROWEST, 0.02 * (low + high))
+    half = max(0.75 * (high - low), 0.02, 0.02 * (low + high))
     middle = (low + high) / 2
     theta = np.linspace(max(middle - half, 1e-3), min(middle + half, math.pi - 1e-3), COUNT)
     heights = at(theta)
@@ -74,7 +71,7 @@ def trace(document: Document, values: Mapping[str, Mapping[str, Value]]) -> Pict
 
 
 def polhode(document: Document, values: Mapping[str, Mapping[str, Value]]) -> Picture:
-    """The path of omega in a free body during one of its periods."""
+    """The path of omega in a free body during one period."""
     if "free" not in values:
         raise UsageError("it is drawn for a `body` with `motion.omega`")
     require_values(document, "a picture")

@@ -1,1 +1,1 @@
-"""The working of the studies of bodies, step by step, as a textbook would show it, and how it is written."""
+"""The working of the studies of bodies, step by step, as in a textbook."""

@@ -17,10 +17,7 @@ from rigidcli.report import Field, Step
 from rigidcli.studies.steps.writing import formula, free_name, power, product, total
 
 LONGEST = 40
-"""The longest entry, in characters, of a matrix whose elimination is shown: longer ones teach nothing."""
-
-NOISE = 1e-9
-"""What elimination in floats leaves below this, in units of the largest entry, is zero."""
+"""The most characters of an entry in a matrix whose elimination is shown: longer entries hide the method."""
 
 
 def axes_steps(
@@ -47,7 +44,7 @@ def axes_steps(
 
 
 def motion_step(tensor: Array, fields: Sequence[Field], n: Arithmetic) -> Step:
-    """L, T and the torque at a given omega, put together from their components; `fields` are the results."""
+    """L, T and the torque at a given omega, component by component; `fields` are the results."""
     results = {entry.key: replace(entry, key="") for entry in fields}
     omega, momentum = (results[key].value for key in ("omega", "angular_momentum"))
     shown: list[Field] = []
@@ -58,7 +55,7 @@ def motion_step(tensor: Array, fields: Sequence[Field], n: Arithmetic) -> Step:
         )
 
     def worked(title: str, left: Sequence[Scalar], right: Sequence[Scalar], half: bool = False) -> None:
-        """A sum of products, with numbers in their places, where that is no longer than a line."""
+        """Show a sum of products, with numbers in place of letters, if it is no longer than a line."""
         pairs = [(a, b) for a, b in zip(left, right, strict=True) if a != 0 and b != 0]
         terms = [product(n, a, product(n, b)) for a, b in pairs]
         whole = total(terms)
@@ -87,7 +84,7 @@ def motion_step(tensor: Array, fields: Sequence[Field], n: Arithmetic) -> Step:
 
 
 def _common_factor(tensor: Array, n: Arithmetic) -> tuple[Any, Array]:
-    """A factor with symbols that leaves numbers, and these; None where there is no such factor."""
+    """A factor with symbols and the numbers that remain; or None and the tensor, without such a factor."""
     if n.exact:
         from rigidcli.algebra.arithmetic import common_factor
 
@@ -105,7 +102,7 @@ def _polynomial(
     n: Arithmetic,
     unknown: str,
 ) -> Step:
-    """det(I - lambda 1), multiplied out, in factors, and its roots."""
+    """The step with det(I - lambda 1) multiplied out, in factors, and with the roots."""
     x, unit = Name(unknown), None if mu is None else Name(mu)
     minors = sum(rest[i, i] * rest[j, j] - rest[i, j] ** 2 for i, j in ((0, 1), (1, 2), (2, 0)))
     traces = n.tidy(n.array([rest.trace(), -minors, rest[0] @ np.cross(rest[1], rest[2])]))
@@ -132,7 +129,7 @@ def _polynomial(
     return Step(
         "Principal moments",
         f"The equation (I - {unknown} 1) e = 0 has a solution e other than zero only where the determinant "
-        f"of I - {unknown} 1 vanishes. Its roots are the principal moments.",
+        f"of I - {unknown} 1 vanishes. The roots of this polynomial are the principal moments.",
         tuple(fields),
     )
 
@@ -140,7 +137,7 @@ def _polynomial(
 def _axis(
     rest: Array, factor: Scalar | None, frame: PrincipalFrame, group: Sequence[int], n: Arithmetic
 ) -> Step:
-    """The solutions of (I - lambda 1) e = 0 for one root, and the axes that are chosen among them."""
+    """The step with the solutions of (I - lambda 1) e = 0 for one root, and the axes chosen among them."""
     moment = frame.moments[group[0]] if factor is None else n.tidy(frame.moments / factor)[group[0]]
     singular = n.tidy(rest - moment * n.array(np.eye(3, dtype=int)))
     shown = singular if factor is None else n.tidy(factor * singular)
@@ -167,11 +164,11 @@ def _axis(
 
 
 def reduced(matrix: Array, rank: int, n: Arithmetic) -> tuple[Array, list[int]] | None:
-    """The reduced row echelon form and its pivot columns; None where the entries are too long to show."""
+    """The reduced row echelon form and the pivot columns; None where the entries are too long to show."""
     if n.exact and max(len(str(entry)) for entry in matrix.flat) > LONGEST:
         return None
     rows, pivots = matrix.copy(), list[int]()
-    noise = 0 if n.exact else NOISE * np.abs(matrix).max()
+    noise = 0 if n.exact else 1e-9 * np.abs(matrix).max()  # rounding of floats leaves less
     for column in range(len(matrix)):
         done = len(pivots)
         if done == rank:
@@ -193,7 +190,7 @@ def reduced(matrix: Array, rank: int, n: Arithmetic) -> tuple[Array, list[int]] 
 
 
 def solution(matrix: Array, pivots: Sequence[int], names: Sequence[str], n: Arithmetic) -> Iterator[Field]:
-    """What the rows of the echelon form say of the variables that are not free."""
+    """The variables that are not free by the rows of the echelon form."""
     for row, pivot in enumerate(pivots):
         right = [
             product(n, -matrix[row, k], Name(names[k]))

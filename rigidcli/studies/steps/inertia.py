@@ -20,7 +20,7 @@ from rigidcli.report import NOISE, Column, Field, Step, Table, Value
 from rigidcli.studies.steps.writing import free_name
 
 MOST_POINTS = 20
-"""The most point masses whose terms are listed: more fill a screen, and teach nothing more."""
+"""The most point masses whose terms are listed, so that the table fits on a screen."""
 
 PAIRS = (
     ("x", "x", 0, 0),
@@ -30,7 +30,7 @@ PAIRS = (
     ("x", "z", 0, 2),
     ("y", "z", 1, 2),
 )
-"""The coordinates of second moments, with the places of these in a tensor."""
+"""The coordinates of second moments, with the places of the moments in a tensor."""
 
 
 def inertia_steps(document: Document, asked: Array) -> Iterator[Step]:
@@ -54,12 +54,12 @@ def inertia_steps(document: Document, asked: Array) -> Iterator[Step]:
         terms = []
         for name, sign, part in zip(names, signs, parts, strict=True):
             fields = list(_parallel(part, physical.point, n))
-            sentence = "Its tensor about its own centre of mass, which is O."
+            sentence = "The tensor of the part about this centre of mass, which is O."
             if len(fields) > 3:
                 sentence = (
-                    "Its tensor about its own centre of mass, and the parallel-axis term that leads to O."
+                    "The tensor of the part about this centre of mass, and the parallel-axis term for O."
                 )
-            sentence += " It is a hole: all of it is taken away." if sign < 0 else ""
+            sentence += " The part is a hole, and is taken away." if sign < 0 else ""
             yield Step(name, sentence, tuple(fields))
             terms.append(sign * sum(entry.value for entry in fields[2:]))
         columns = [n.tidy(n.array([term[i, j] for term in terms])) for _, _, i, j in PAIRS]
@@ -90,7 +90,7 @@ def _about_o(own: Array) -> Field:
 
 
 def _added(head: str, terms: Array, whole: Value, unit: str, n: Arithmetic) -> Column:
-    """A column of terms with their sum below them; in floats with zeros for what is rounding."""
+    """A column of terms with their sum below; in floats, terms that are rounding are zero."""
     if not n.exact:
         least = NOISE * np.abs(terms).max()
         terms = np.where(np.abs(terms) < least, 0.0, terms) + 0.0
@@ -105,7 +105,7 @@ def _center(
     whole: MassProperties,
     n: Arithmetic,
 ) -> Step:
-    """The centre of mass of point masses or of parts: where the sum of m r stands, over the mass."""
+    """The step for the centre of mass of point masses or of parts: the sum of m r over the mass."""
     mass, place = n.array(masses), n.tidy(n.array(places))
     products = [n.tidy(mass * v) for v in place.T]
     head = Column("", [*names, "sum"], ("",))
@@ -118,7 +118,7 @@ def _center(
     holes = " The mass of a hole is negative." if any(n.size(m) < 0 for m in masses) else ""
     return Step(
         "Centre of mass",
-        f"It stands at the sum of m r, divided by the mass.{holes}",
+        f"The centre of mass is the sum of m r, divided by the mass.{holes}",
         (Field("", n.tidy(whole.com), "sum of m r / M", r"\frac{1}{M}\sum m\,\mathbf{r}", "m"),),
         (Table("", "terms of the sums", columns),),
     )
@@ -140,7 +140,7 @@ def _sum(
     ]
     return Step(
         "Inertia tensor about O",
-        "Measured from O, Ixx is the sum of m (y^2 + z^2), and Ixy that of -m x y."
+        "Measured from O, Ixx is the sum of m (y^2 + z^2), and Ixy is the sum of -m x y."
         if given
         else "The terms of all parts are added.",
         (_about_o(own),),
@@ -149,7 +149,7 @@ def _sum(
 
 
 def _shape(body: Form, n: Arithmetic) -> Iterator[Step]:
-    """The integrals of a shape in its own axes, and its tensor where it is turned."""
+    """The steps with the integrals of a shape along the axes of the shape, and with the turned tensor."""
     own = body.local(n)
     density = getattr(body, "density", None)
     if isinstance(body, Shape) and n.exact:
@@ -168,12 +168,18 @@ def _shape(body: Form, n: Arithmetic) -> Iterator[Step]:
     ]
     yield Step(
         "Integrals over the body",
-        "In its own axes, from its centre of mass, Ixx is the integral of (y^2 + z^2) dm, and Ixy that of "
-        "-x y dm.",
+        "Along the axes of the shape, from the centre of mass, Ixx is the integral of (y^2 + z^2) dm, and "
+        "Ixy is the integral of -x y dm.",
         (
             Field("", own.mass, "mass", "M", "kg"),
             *fields,
-            Field("", n.tidy(own.tensor), "tensor in its own axes", r"\mathbf{I}_\mathrm{cm}", "kg m^2"),
+            Field(
+                "",
+                n.tidy(own.tensor),
+                "tensor along the axes of the shape",
+                r"\mathbf{I}_\mathrm{cm}",
+                "kg m^2",
+            ),
         ),
     )
     turn, _ = body.motion(n)
@@ -181,7 +187,7 @@ def _shape(body: Form, n: Arithmetic) -> Iterator[Step]:
         turned = n.tidy(tensor.rotate(own.tensor, turn))
         yield Step(
             "Turned axes",
-            "The body is turned by R, and its tensor becomes R I R^T.",
+            "The body is turned by R, and the tensor becomes R I R^T.",
             (
                 Field("", turn, "R", r"\mathbf{R}"),
                 Field("", turned, "R I R^T", r"\mathbf{R I R}^\mathsf{T}", "kg m^2"),
@@ -197,17 +203,21 @@ MOST_CHARTS = 3
 
 
 def _density(body: Form, density: Formula, n: Arithmetic) -> Step:
-    """The integrals of a density that varies."""
+    """The step with the integrals of a density that varies."""
     own = body.local(n)
     text = density.expression.text
     mass = Field("", own.mass, "integral of dm", "M", "kg")
     if not n.exact:
         error = Field("", own.integrated, "error, relative to the mass")
-        return Step("Integrals of the density", f"With dm = ({text}) dV, by quadrature.", (mass, error))
+        return Step(
+            "Integrals of the density",
+            f"The integrals over dm = ({text}) dV are worked out by quadrature.",
+            (mass, error),
+        )
     moments = (n.tidied(own.mass * part) for part in own.com)
     return Step(
         "Integrals of the density",
-        "Over all of the body, from the origin of its own axes, term by term in these coordinates.",
+        "The integrals go over the whole body, from the origin of the shape, term by term.",
         (
             mass,
             *(Field("", of, f"integral of {a} dm", "", "kg m") for a, of in zip("xyz", moments, strict=True)),
@@ -216,7 +226,7 @@ def _density(body: Form, density: Formula, n: Arithmetic) -> Step:
 
 
 def _in_coordinates(density: Formula | Scalar, chart: Chart, n: Arithmetic) -> Step:
-    """The element of mass in the coordinates of a part of a shape."""
+    """The step with the element of mass in the coordinates of a part of a shape."""
     from rigidcli.bodies.density_exact import placed  # only exact densities need it
 
     left, symbols, limits = [list(names) for names in COORDINATES], [], []
@@ -251,13 +261,15 @@ def _in_coordinates(density: Formula | Scalar, chart: Chart, n: Arithmetic) -> S
 
 
 def _parallel(part: MassProperties, point: Array, n: Arithmetic) -> Iterator[Field]:
-    """Mass, place and tensor of a part, and its parallel-axis term about the point O."""
+    """Mass, place and tensor of a part, and the parallel-axis term about the point O."""
     offset = n.tidy(part.com - point)
     if not n.exact:
         offset = np.where(np.abs(offset) > part.error, offset, 0.0)
     yield Field("", part.mass, "mass", "M", "kg")
-    yield Field("", offset, "d, from O to its centre of mass", r"\mathbf{d}", "m")
-    yield Field("", n.tidy(part.tensor), "tensor about it", r"\mathbf{I}_\mathrm{cm}", "kg m^2")
+    yield Field("", offset, "d, from O to the centre of mass", r"\mathbf{d}", "m")
+    yield Field(
+        "", n.tidy(part.tensor), "tensor about the centre of mass", r"\mathbf{I}_\mathrm{cm}", "kg m^2"
+    )
     if any(component != 0 for component in offset):
         title, symbol = "M (d^2 1 - d d^T)", r"M (d^2 \mathbf{1} - \mathbf{d} \mathbf{d}^\mathsf{T})"
         yield Field("", n.tidy(part.mass * tensor.point_tensor(offset)), title, symbol, "kg m^2")
@@ -266,7 +278,7 @@ def _parallel(part: MassProperties, point: Array, n: Arithmetic) -> Iterator[Fie
 def _points(
     body: PointMasses, point: Array, whole: MassProperties, own: Array, n: Arithmetic
 ) -> Iterator[Step]:
-    """The sums that define the centre of mass and the tensor of point masses, one row a point."""
+    """The steps with the sums for the centre of mass and the tensor of point masses, one row a point."""
     turn, shift = body.motion(n)
     rows = n.array(body.points)
     mass, places = rows[:, 0], n.tidy(rows[:, 1:] @ turn.T + shift)

@@ -1,4 +1,4 @@
-"""The working of `precess`: the laws of tops, free bodies and tides, with numbers in their places."""
+"""The working of `precess`: the laws of tops, free bodies and tides, with numbers in place of letters."""
 
 from __future__ import annotations
 
@@ -14,15 +14,15 @@ from rigidcli.report import Field, Step, Value
 from rigidcli.studies.steps.writing import filled, law
 
 
-def precess_steps(document: Document, found: Mapping[str, Mapping[str, Value]]) -> Iterator[Step]:
-    """The way to what was `found` of the sections of the document."""
+def precess_steps(document: Document, results: Mapping[str, Mapping[str, Value]]) -> Iterator[Step]:
+    """The way to the `results` for the sections of the document."""
     n = document.arithmetic
-    if document.top is not None and "top" in found:
-        yield from _top(document.top, found["top"], n)
-    if "free" in found:
-        yield from _free(found["free"], n)
-    if document.tide is not None and "tide" in found:
-        yield from _tide(document.tide, found["tide"], n)
+    if document.top is not None and "top" in results:
+        yield from _top(document.top, results["top"], n)
+    if "free" in results:
+        yield from _free(results["free"], n)
+    if document.tide is not None and "tide" in results:
+        yield from _tide(document.tide, results["tide"], n)
 
 
 def _top(section: Top, top: Mapping[str, Value], n: Arithmetic) -> Iterator[Step]:
@@ -32,7 +32,7 @@ def _top(section: Top, top: Mapping[str, Value], n: Arithmetic) -> Iterator[Step
     if top.get("torque_magnitude") is not None:
         yield Step(
             "Torque of the weight",
-            "The weight acts at R from the pivot, and its torque R x M g is horizontal, across the axis.",
+            "The weight acts at R from the pivot, and the torque R x M g is horizontal, across the axis.",
             law("M*g*R*sin(theta)", "torque", r"\Gamma", top["torque_magnitude"], "N m", n, **numbers),
         )
     if top["gyroscopic_rate"] is not None:
@@ -74,8 +74,8 @@ def _steady(top: Mapping[str, Value], numbers: Mapping[str, Value], n: Arithmeti
     ]
     return Step(
         "Steady precession",
-        "At a constant tilt, Omega is a root of this quadratic, which has real ones where its discriminant "
-        "is not negative.",
+        "At a constant tilt, Omega is a root of this quadratic. The roots are real where the discriminant is "
+        "not negative.",
         (
             filled("lambda1*cos(theta)*Omega^2 - lambda3*omega3*Omega + M*g*R", n, **numbers),
             *law(text, "discriminant", "D", discriminant, unit, n, **numbers),
@@ -98,7 +98,7 @@ def _nutation(section: Top, top: Mapping[str, Value], n: Arithmetic) -> Step:
         "Nutation",
         "With u = cos(theta), a = lambda3 omega3/lambda1, b = p_phi/lambda1, beta = 2 M g R/lambda1, and "
         "alpha from the energy, (du/dt)^2 is this cubic (Goldstein, section 5.7). The axis nutates between "
-        "two of its roots.",
+        "two of the roots.",
         (
             cubic,
             *(Field("", float(heavytop.cosine(top[key], n)), name, name, "") for key, name in limits),
@@ -157,7 +157,7 @@ def _tide(section: Tide, tide: Mapping[str, Value], n: Arithmetic) -> Iterator[S
         )
     yield Step(
         "Precession by tides",
-        "Each perturber, of G m = mu at the distance a, pulls at the bulge H = (C - A)/C. Averaged over its "
-        "orbit it turns the axis at 3/2 mu/(a^3 (1 - e^2)^(3/2)) (1 - 3/2 sin(i)^2) H cos(epsilon)/omega.",
+        "A perturber with G m = mu at the distance a pulls at the bulge H = (C - A)/C. On average over the "
+        "orbit, it turns the axis at 3/2 mu/(a^3 (1 - e^2)^(3/2)) (1 - 3/2 sin(i)^2) H cos(epsilon)/omega.",
         (*fields, Field("", tide["rate"], "sum", r"\dot\psi", "rad/s")),
     )

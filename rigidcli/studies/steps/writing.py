@@ -1,4 +1,4 @@
-"""Formulas put together as they are to be read, from numbers, exact or not, and names."""
+"""Formulas of the working, put together from names and numbers."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ _ZERO = Number("0", 0.0)
 
 
 def free_name(candidates: Sequence[str], names: frozenset[str]) -> str:
-    """The first of these names that the document has not."""
+    """The first of these names that the document does not use."""
     return next(name for name in (*candidates, f"{candidates[0]}_0") if name not in names)
 
 
@@ -32,7 +32,7 @@ def power(base: Node | None, exponent: int) -> Node | None:
 
 
 def product(n: Arithmetic, coefficient: Scalar | int, *factors: Node | None) -> Node:
-    """A number times factors, of which None is one; a coefficient of one is not written."""
+    """A number times factors, where None stands for one; a coefficient of one is not written."""
     tree = _number(coefficient, n)
     negative = isinstance(tree, Negative)
     size = tree.operand if isinstance(tree, Negative) else tree
@@ -65,7 +65,7 @@ def _whole(value: int) -> Node:
 
 
 def filled(text: str, n: Arithmetic, title: str = "", added: Node = _ZERO, /, **numbers: Scalar) -> Field:
-    """A formula such as `M*g*R*sin(theta)` with numbers in the places of letters, under itself or a title.
+    """A formula such as `M*g*R*sin(theta)` with numbers in place of letters, under a title.
 
     Another term may be `added`.
     """
@@ -79,5 +79,5 @@ def filled(text: str, n: Arithmetic, title: str = "", added: Node = _ZERO, /, **
 def law(
     text: str, name: str, symbol: str, value: Value, unit: str, n: Arithmetic, **numbers: Scalar
 ) -> tuple[Field, Field]:
-    """A formula with numbers in their places, and its value: that of the results, worked out there alone."""
+    """A formula with numbers in place of letters, and the `value` of the formula from the results."""
     return filled(text, n, "", **numbers), Field("", value, name, symbol, unit)

@@ -1,0 +1,143 @@
+"""Several reports as one for people: a column a FILE with `--compare`, a row a value with `--sweep`."""
+
+from __future__ import annotations
+
+from collections import defaultdict
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from dataclasses import replace
+from itertools import product
+
+import numpy as np
+
+from rigidcli.render import Look
+from rigidcli.render.table import number
+from rigidcli.render.values import is_exact, row_of, shown_fields, tidied
+from rigidcli.report import Column, Field, Report, Table, Value
+
+
+def named(reports: Iterable[Report]) -> list[Report]:
+    """The reports; where several FILES have the same name, the FILE is added to it."""
+    reports = list(reports)
+    names = _distinct([(report.name, report.source) for report in reports])
+    return [replace(report, name=name) for report, name in zip(reports, names, strict=True)]
+
+
+def _distinct(names: Sequence[tuple[str, str]]) -> list[str]:
+    """The names of reports, which are given with their FILES."""
+    sources = defaultdict[str, set[str]](set)
+    for name, source in names:
+        sources[name].add(source)
+    return [f"{name} ({source})" if len(sources[name]) > 1 else name for name, source in names]
+
+
+def compared(reports: Iterable[Report], look: Look) -> Iterator[Report]:
+    """One report with a table, if there are any reports: a row a number or word, a column a report.
+
+    Beside each report after the first stands the difference to the first in percent, where both are numbers.
+    """
+    reports = named(reports)
+    if not reports:
+        return
+    first = reports[0]
+    results = [
+        {
+            (entry.title.strip(), cell): (value, entry.unit)
+            for entry in shown_fields(report, look)
+            for cell, value in _entries(entry)
+        }
+        for report in reports
+    ]
+    units = {place: unit for result in reversed(results) for place, (_, unit) in result.items()}
+    rows = list(dict.fromkeys(place for result in results for place in result))
+    heads = [
+        f"{title}{f', {cell}' if cell else ''}{f' ({units[title, cell]})' if units[title, cell] else ''}"
+        for title, cell in rows
+    ]
+    columns = [Column("", heads, ("result",))]
+    for report, result in zip(reports, results, strict=True):
+        values = [result.get(row, (None, ""))[0] for row in rows]
+        columns.append(Column("", values, (report.name,)))
+        if report is not first:
+            pairs = zip(columns[1].values, values, strict=True)
+            columns.append(Column("", [_percent(*pair) for pair in pairs], ("%",)))
+    table = Table("", f"differences to {first.name} in percent", tuple(columns))
+    name = ", ".join(report.name for report in reports)
+    yield Report(first.schema, name, first.source, first.title, (), tables=(table,))
+
+
+def _entries(entry: Field) -> Iterator[tuple[str, Value]]:
+    """The entries of a result by their columns in csv, or of a tensor without columns by their axes."""
+    value = tidied(entry)
+    if not isinstance(value, np.ndarray):
+        is_cell = value is None or isinstance(value, str | bool | int | float) or is_exact(value)
+        yield "", value if is_cell else entry.words
+        return
+    places = entry.cells or {
+        "".join("xyz123456789"[step] for step in place): place
+        for place in product(*map(range, value.shape))
+        if place == tuple(sorted(place))
+    }
+    for name, place in places.items():
+        yield name, value[place]
+
+
+def _percent(first: Value, other: Value) -> Value:
+    """The difference to the first in percent; None where one is no number, or the first is zero."""
+    for value in (first, other):
+        if value.names if is_exact(value) else isinstance(value, bool) or not isinstance(value, int | float):
+            return None
+    first, other = (value.evaluate() if is_exact(value) else value for value in (first, other))
+    return 0.0 if first == other else 100 * float(other - first) / abs(first) if first else None
+
+
+def gathered(reports: Iterable[Report], look: Look, tell: Callable[[str], None]) -> Iterator[Report]:
+    """One report with a table of all values of a sweep, if there are any reports; `tell` gets notes.
+
+    Its columns are those that are asked for; or the keys that are swept, names where there are several, and
+    the columns of csv that are not the same in all rows.
+    """
+    columns: dict[str, list[Value]] = {}
+    units: dict[str, str] = {}
+    results, sources, last = dict[str, None](), list[str](), None
+    for last in reports:
+        row = row_of(last)
+        shown = (entry for entry in last.fields if look.verbose or not entry.diagnostic)
+        results |= dict.fromkeys(head for entry in shown for head in entry.cells)
+        for name, (_, unit) in row.items():
+            columns.setdefault(name, [None] * len(sources))
+            units.setdefault(name, unit)
+        for name, column in columns.items():
+            column.append(row.get(name, (None, ""))[0])
+        sources.append(last.source)
+    if last is None:
+        return
+    keys = [entry.key for entry in last.swept]
+    names = columns["name"] = _distinct(list(zip(columns["name"], sources, strict=True)))
+    fixed = [*keys, *(["name"] if len(set(names)) > 1 else [])]
+    others = [name for name in columns if name in results and name not in (*keys, "name")]
+    varied = [name for name in others if _varies(columns[name], look)]
+    if not varied and not look.columns:
+        tell(f"no result changes with {', '.join(keys)}; `-f csv` has them all")
+    points = len(set(zip(*(map(str, columns[key]) for key in keys), strict=True)))
+    table = Table(
+        "",
+        f"at {points:,} value{'s' * (points != 1)} of {', '.join(keys)}",
+        tuple(
+            Column("", columns[name], (name,), units[name])
+            for name in dict.fromkeys(look.columns or [*fixed, *varied])
+        ),
+    )
+    name = f"{names[0]}{' and others' if len(set(names)) > 1 else ''}"
+    yield Report(last.schema, name, last.source, last.title, (), tables=(table,))
+
+
+def _varies(values: list[Value], look: Look) -> bool:
+    """Whether a column has different values in the digits that are shown; or in its only row, any."""
+    if len(values) == 1:
+        return values[0] is not None
+    first = _text(values[0], look)
+    return any(value != values[0] and _text(value, look) != first for value in values)
+
+
+def _text(value: Value, look: Look) -> str:
+    return str(value) if value is None or isinstance(value, str | bool) else number(value, look.digits)
