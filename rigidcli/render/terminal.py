@@ -1,19 +1,19 @@
-"""Text laid out in lines, rows and columns: for a terminal, at whose edge words wrap, or for a file."""
+"""Text laid out in lines, rows and columns: for a terminal, at whose edge words wrap, or for a file.
+
+This module alone loads rich, which knows terminals: where words wrap, how wide they are, and colours. A file
+or a pipe does not wait for it.
+"""
 
 from __future__ import annotations
 
-import unicodedata
-from collections.abc import Iterator, Sequence
+import io
+from collections.abc import Sequence
 from dataclasses import dataclass
-from itertools import groupby
 from math import inf
 from typing import TypeAlias
 
 Part: TypeAlias = tuple[str, str]
-"""A text without line breaks, and its style: one of `STYLES`, or none."""
-
-STYLES = {"bold": 1, "red": 31, "green": 32, "yellow": 33, "magenta": 35}
-"""The styles of texts, with their parameters in the sequence SGR of ECMA-48."""
+"""A text without line breaks, and its style: `bold`, a colour, or none."""
 
 GAP = 2
 """Blanks between columns, and the indent of a body that stands below its heads."""
@@ -23,10 +23,9 @@ def cells(text: str) -> int:
     """The columns of a terminal that a text takes: two for wide characters, none for accents on others."""
     if text.isascii():
         return len(text)
-    return sum(
-        0 if unicodedata.category(c) in ("Mn", "Me", "Cf") else 1 + (unicodedata.east_asian_width(c) in "WF")
-        for c in text
-    )
+    from rich.cells import cell_len
+
+    return cell_len(text)
 
 
 @dataclass(frozen=True, slots=True)
@@ -56,11 +55,22 @@ class Page:
 
     def line(self, *parts: Part) -> None:
         """Write a line, which wraps."""
-        text = "".join(text for text, _ in parts)
-        styles = [style for text, style in parts for _ in text]
-        for start, end in _cuts(text, self._width):
-            groups = groupby(range(start, end), styles.__getitem__)
-            self._write([("".join(text[place] for place in places), style) for style, places in groups], "")
+        if self._width is None:
+            self._lines.append("".join(text for text, _ in parts))
+            return
+        from rich.console import Console
+        from rich.text import Text
+
+        target = io.StringIO()
+        console = Console(
+            file=target,
+            width=self._width,
+            force_terminal=self._colour,
+            color_system="standard" if self._colour else None,
+            legacy_windows=False,
+        )
+        console.print(Text.assemble(*parts))
+        self._lines += target.getvalue().splitlines()
 
     def rows(self, rows: Sequence[Row], *, room: int = 0, joint: str = " " * GAP) -> None:
         """Write rows in columns; a body that does not fit, or has no `room` for prose, is below its heads.
@@ -105,30 +115,26 @@ class Page:
                 self._write([(text, style) for text in texts])
             first = last
 
-    def _write(self, parts: Sequence[Part], joint: str = " " * GAP) -> None:
+    def _write(self, parts: Sequence[Part]) -> None:
         """Write a line as it is; blanks at the ends of its parts have no style."""
-        painted = []
-        for text, style in parts:
-            word = text.rstrip()
-            is_plain = not (self._colour and style and word)
-            painted.append(text if is_plain else f"\x1b[{STYLES[style]}m{word}\x1b[0m{text[len(word) :]}")
-        self._lines.append(joint.join(painted))
+        self._lines.append((" " * GAP).join(self._painted(*part) for part in parts))
+
+    def _painted(self, text: str, style: str) -> str:
+        word = text.rstrip()
+        if not (self._colour and style and word):
+            return text
+        from rich.color import ColorSystem
+        from rich.style import Style
+
+        return Style.parse(style).render(word, color_system=ColorSystem.STANDARD) + text[len(word) :]
 
 
 def _wrapped(text: str, width: int | None) -> list[str]:
-    """The lines of a text, cut where they are wider than this."""
-    return [line[start:end] for line in text.split("\n") for start, end in _cuts(line, width)]
+    """The lines of a text, cut where they are wider than this: at blanks, or inside of long words."""
+    lines = text.split("\n")
+    if width is None or max(map(cells, lines)) <= width:
+        return lines
+    from rich.console import Console
+    from rich.text import Text
 
-
-def _cuts(line: str, width: int | None) -> Iterator[tuple[int, int]]:
-    """Where pieces of a line no wider than this begin and end: at blanks, or inside of long words."""
-    start = 0
-    while width is not None and cells(line[start:]) > width:
-        end = start + max(1, width)
-        while end > start + 1 and cells(line[start:end]) > width:
-            end -= 1
-        blank = line.rfind(" ", start, end + 1)
-        end = blank if line[start : max(start, blank)].strip() else end
-        yield start, end
-        start = end + len(line[end:]) - len(line[end:].lstrip(" "))
-    yield start, len(line)
+    return [str(line).rstrip() for line in Text(text).wrap(Console(width=width), max(1, width))]
