@@ -37,7 +37,7 @@ MOST_LINES = {
     "cli": 2074,  # settings that nothing uses are refused; rows of a sweep follow one header
     "core": 4076,  # how bodies add up came here from `bodies`; energies near a separatrix are fractions
     "document": 2841,
-    "fields": 1797,  # a list without brackets in braces is one problem with its cure
+    "fields": 1796,  # a list without brackets in braces is one problem with its cure
     "check": 7650,
     "language": 2484,  # numbers without commas have a hint
     "mechanics": 2933,  # the matrix exponential has twice the digits of a float, without scipy
