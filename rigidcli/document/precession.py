@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from typing import Annotated, ClassVar, Self
 
-from pydantic import Field, ValidationInfo, model_validator
+from pydantic import BeforeValidator, Field, ValidationInfo, model_validator
 
 from rigidcli.core.arithmetic import Scalar
 from rigidcli.errors import ValueProblem
-from rigidcli.fields.dimensions import ACCELERATION, ANGULAR_VELOCITY, GRAVITATIONAL_PARAMETER
+from rigidcli.fields.dimensions import ACCELERATION, GRAVITATIONAL_PARAMETER
 from rigidcli.fields.quantities import (
     AngularVelocity,
     AsList,
@@ -20,7 +20,7 @@ from rigidcli.fields.quantities import (
     Quantity,
     limited,
 )
-from rigidcli.fields.readers import Alternative, Title
+from rigidcli.fields.readers import Title
 from rigidcli.fields.section import Section, environment, optional
 
 
@@ -33,13 +33,7 @@ class Top(Section):
         default=9.80665, validate_default=True, description="Acceleration of free fall (m/s^2)"
     )
     precession: Annotated[
-        Scalar | None,
-        Alternative(
-            str,
-            lambda raw, env: None if raw == "steady" else env.read(raw, ANGULAR_VELOCITY),
-            otherwise=AngularVelocity | None,
-            schema={"type": "string"},
-        ),
+        AngularVelocity | None, BeforeValidator(lambda raw: None if raw == "steady" else raw)
     ] = Field(
         default=0,
         validate_default=True,

@@ -151,15 +151,14 @@ KEYS_BY_WORD = _by_word(
 )
 """The keys for which a word may stand; the first that a section has, and that is not there yet, is meant."""
 
-HALVED: dict[str, tuple[str, ...]] = {
-    "diameter": ("radius", "outer_radius"),
-    "diam": ("radius", "outer_radius"),
-    "dia": ("radius", "outer_radius"),
-    "outer_diameter": ("outer_radius", "radius"),
-    "inner_diameter": ("inner_radius",),
-    "bore": ("inner_radius",),
-}
-"""Words for twice the value of a key."""
+HALVED = _by_word(
+    {
+        "radius": "diameter diam dia outer_diameter",
+        "outer_radius": "diameter diam dia outer_diameter",
+        "inner_radius": "inner_diameter bore",
+    }
+)
+"""The keys for twice the value of which a word stands."""
 
 _ADJECTIVES = re.compile(r"^(solid|uniform|homogeneous|thin|full|round|circular|straight|flat)_")
 """What stands before the name of a shape without making another one of it."""
