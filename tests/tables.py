@@ -1,14 +1,8 @@
-"""Tables of truths as texts: a line is a case, and bars stand between its cells."""
+"""Tables of truths as texts."""
 
 from __future__ import annotations
 
 import re
-
-
-def rows(text: str) -> list[tuple[str, ...]]:
-    """The cells of each line; a line that begins with blanks goes on with the one before."""
-    lines = text.strip().replace("\n  ", " ").split("\n")
-    return [tuple(cell.strip() for cell in line.split(" | ")) for line in lines]
 
 
 def words_of(text: str) -> list[str]:

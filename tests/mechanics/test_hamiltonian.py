@@ -6,7 +6,6 @@ from rigidcli.algebra.values import is_zero
 from rigidcli.mechanics.hamilton_equations import Phase, bracket
 from tests.trees import expression
 
-ONE_FREEDOM = Phase(("x",), ("p_x",))
 SPACE = Phase(("x", "y", "z"), ("p_x", "p_y", "p_z"))
 L = ("y*p_z - z*p_y", "z*p_x - x*p_z", "x*p_y - y*p_x")
 
