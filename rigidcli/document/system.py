@@ -223,6 +223,15 @@ class System(Section):
         "Generalized forces beside those of the potential, by their coordinates: {x: -c*xdot}"
     )
 
+    @classmethod
+    def _unknown(cls, key: str, raw: Mapping[str, Any]) -> ValueProblem:
+        if key in ("constraint", "constraints"):
+            hint = (
+                "choose coordinates that obey them, such as `phi` of a wheel that rolls with speed `R*phidot`"
+            )
+            return ValueProblem("unknown key: a system has no constraints beside its coordinates", hint=hint)
+        return super()._unknown(key, raw)
+
     def expressions(self) -> list[Expression]:
         """The expressions that make the system."""
         whole = (self.lagrangian, self.kinetic, self.potential, self.hamiltonian)
