@@ -84,8 +84,8 @@ def integrated(
 def require_possible(density: Any, charts: Sequence[Chart], unit: str) -> None:
     """Raise ValueProblem for a density that is negative somewhere, or has no value.
 
-    It is looked at on a net, at the extremes of the arguments of its functions, and from the lowest points of
-    the net a search goes on. What is narrower than the net may escape it.
+    It is looked at on a net, and from the lowest points of the net a search goes on. What is narrower than
+    the net may escape it.
     """
     for _ in _parts(density, charts, unit):
         pass
@@ -222,12 +222,12 @@ class _Part:
         self.density(ends)
         highest = np.abs(self.value(function, ends))
         is_high = np.isfinite(highest) & (highest > PEAK * usual[np.isfinite(usual)].max())
+        whole = [right_angles(self.chart.coordinates[k]) == 4 for k in np.flatnonzero(moving)]
         found = []
         for half in np.split(np.arange(is_high.size), 2):
             high = ends[:, half[is_high[half]]][moving]
             across = np.abs(high - high[:, :1])
             # A peak where an angle begins is met at both ends of the angle.
-            whole = [right_angles(self.chart.coordinates[k]) == 4 for k in np.flatnonzero(moving)]
             across[whole] = np.minimum(across[whole], 1 - across[whole])
             if across.max(initial=0.0) > APART:
                 raise _too_sudden()

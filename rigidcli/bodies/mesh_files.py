@@ -22,6 +22,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rigidcli.bodies.edges import Read, require_indices
+from rigidcli.bodies.points import opened
 from rigidcli.core import memory
 from rigidcli.core.arithmetic import Floats
 from rigidcli.errors import ValueProblem, shown
@@ -89,18 +90,13 @@ def reader(path: Path) -> Read:
 
 
 @contextmanager
-def opened(path: Path) -> Iterator[tuple[BufferedReader, int]]:
+def _sized(path: Path) -> Iterator[tuple[BufferedReader, int]]:
     """A regular file and its size in bytes. Raises ValueProblem."""
-    try:
-        if not path.is_file():  # asked before opening: to open a pipe is to wait for its writer
-            raise ValueProblem(f"{path}: {'not a regular file' if path.exists() else 'no such file'}")
-        with path.open("rb") as file:
-            size = os.fstat(file.fileno()).st_size
-            if size == 0:
-                raise ValueProblem(f"{path}: the file is empty")
-            yield file, size
-    except OSError as error:
-        raise ValueProblem(f"{path}: cannot be read: {error.strerror or error}") from error
+    with opened(path) as file:
+        size = os.fstat(file.fileno()).st_size
+        if size == 0:
+            raise ValueProblem(f"{path}: the file is empty")
+        yield file, size
 
 
 def require_room(path: Path, size: int) -> None:
@@ -127,7 +123,7 @@ def _stl(path: Path) -> Read:
 
 
 def _facets(path: Path) -> Iterator[Floats]:
-    with opened(path) as (file, size):
+    with _sized(path) as (file, size):
         header = file.read(HEADER_BYTES)
         count = int.from_bytes(header[80:84], "little")
         expected = HEADER_BYTES + count * FACET.itemsize
@@ -210,7 +206,7 @@ def _misread(text: bytes, line: int, path: Path) -> ValueProblem:
 
 
 def _whole(path: Path) -> Read:
-    with opened(path) as (file, size):
+    with _sized(path) as (file, size):
         require_room(path, size)
         polygons = WHOLE[path.suffix.lower()](file.read(), path)
     return in_blocks(polygons.vertices[_fans(polygons, path)])
@@ -330,7 +326,7 @@ def _indices(values: Floats, path: Path) -> Numbers:
 def _by_trimesh(path: Path) -> Read:
     from rigidcli.bodies.mesh_trimesh import triangles
 
-    with opened(path) as (_, size):
+    with _sized(path) as (_, size):
         require_room(path, size)
     return in_blocks(triangles(path))
 

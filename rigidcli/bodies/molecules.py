@@ -60,7 +60,6 @@ _PROPERTIES = re.compile(r"\bProperties=\"?([^\s\"]+)", re.IGNORECASE)
 _USUAL = "species:s:1:pos:r:3"
 """How the list of columns in a comment of the extended format begins where they are as in the plain one."""
 
-
 _NAMED = re.compile(r"([0-9]{0,3})([A-Za-z]{1,2})|([0-9]{1,3})")
 """An element by its symbol, with a mass number before it for one isotope; or by its atomic number."""
 

@@ -137,7 +137,7 @@ def listed(names: Sequence[str]) -> str:
     return ", ".join(names[:LISTED]) + more
 
 
-def numbers(element: Element, attribute: str, count: int | None, default: str | None = None) -> list[Any]:
+def numbers(element: Element, attribute: str, count: int, default: str | None = None) -> list[Any]:
     """The numbers in an attribute, `count` of them. Raises DocumentError for anything else.
 
     Without the attribute those of the `default`, where there is one.
@@ -148,12 +148,12 @@ def numbers(element: Element, attribute: str, count: int | None, default: str | 
     return in_text(text, f"`{attribute}` of `<{element.tag}>`", element, count)
 
 
-def in_text(text: str, what: str, element: Element, count: int | None) -> list[Any]:
+def in_text(text: str, what: str, element: Element, count: int) -> list[Any]:
     """The numbers in a text of an element, `count` of them, separated by blanks. Raises DocumentError."""
     words = text.split()
     bad = [word for word in words if len(word) > MOST_DIGITS or NUMBER.fullmatch(word) is None]
     large = [word for word in words if not bad and abs(float(word)) > LARGEST]
-    if not bad and not large and (len(words) == count or count is None):
+    if not bad and not large and len(words) == count:
         return [Decimal(word) for word in words]
     hint = None
     if "${" in text or "$(" in text:
@@ -165,8 +165,8 @@ def in_text(text: str, what: str, element: Element, count: int | None) -> list[A
     raise element.refusal(f"{what}: read {shown(text)}, expected {_counted(count)}", hint=hint)
 
 
-def _counted(count: int | None) -> str:
-    return {1: "a number", None: "numbers"}.get(count, f"{count} numbers")
+def _counted(count: int) -> str:
+    return "a number" if count == 1 else f"{count} numbers"
 
 
 def tensor(entries: Sequence[Any]) -> dict[str, Any]:
