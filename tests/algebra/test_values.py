@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from rigidcli.algebra.values import is_zero, vanish_together
+from rigidcli.algebra.values import is_zero
 from tests.trees import expression
 
 R = "sqrt(x**2 + y**2)"
@@ -73,9 +73,3 @@ def test_zeros(text: str) -> None:
 )
 def test_what_is_not_zero(text: str) -> None:
     assert not is_zero(expression(text))
-
-
-def test_functions_that_vanish_on_a_branch() -> None:
-    assert vanish_together([expression("asin(sin(x)) - x"), expression("y - y")])
-    assert not vanish_together([expression("asin(sin(x)) - x"), expression("y")])
-    assert not vanish_together([expression("sqrt(-1 - x**2)")])
