@@ -39,9 +39,6 @@ TRIALS = 60
 PRECISIONS = (64, 200, 1100)
 """Bits of the balls that decide, one after the other."""
 
-TINY = 1e-100
-"""The radius of a ball around zero that leaves no doubt."""
-
 _RANGES = tuple((Fraction(low), Fraction(width)) for low, width in (("1/4", 2), ("1/50", "1/10"), (10, 100)))
 """Sizes of the values of symbols at the points: the least, and how far up they go."""
 
@@ -118,34 +115,21 @@ def enclosed(e: Expr, point: Mapping[str, Fraction], bits: int) -> Any:
         return _value(e, point, _balls())
 
 
-def _trials(expressions: Sequence[Expr]) -> Iterator[list[Any]]:
-    """The values of expressions, as balls, at the random points where all have a finite one."""
+def _trials(e: Expr) -> Iterator[Any]:
+    """The finite values of an expression, as balls, at random points."""
     functions = _balls()
-    for point in _trial_points(frozenset().union(*(e.names for e in expressions))):
+    for point in _trial_points(e.names):
         with suppress(ArithmeticError, ValueError):
-            values = [_value(e, point, functions) for e in expressions]
-            if all(value.is_finite() for value in values):
-                yield values
+            value = _value(e, point, functions)
+            if value.is_finite():
+                yield value
 
 
 def _seems_zero(e: Expr, points: int = POINTS) -> bool | None:
     """Whether its values may be zero, as far as rounding lets tell; None if no point tried has one."""
-    verdicts = (value.contains(0) for (value,) in islice(_trials([e]), points))
+    verdicts = (value.contains(0) for value in islice(_trials(e), points))
     first = next(verdicts, None)
     return None if first is None else first and all(verdicts)
-
-
-def vanish_together(expressions: Sequence[Expr]) -> bool:
-    """Whether all vanish at several random points, to 330 digits, and so wherever they go on from there."""
-    from flint import ctx
-
-    with ctx.workprec(PRECISIONS[-1]):
-        vanishing = (
-            True
-            for values in _trials(expressions)
-            if all(value.contains(0) and value.rad() < TINY for value in values)
-        )
-        return len(list(islice(vanishing, POINTS))) == POINTS
 
 
 def _trial_points(names: frozenset[str]) -> Iterator[dict[str, Fraction]]:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from rigidcli.algebra.values import is_zero, vanish_together
+from rigidcli.algebra.values import is_zero
 from tests.algebra.test_expressions import FORMS
 from tests.trees import expression
 
@@ -17,9 +17,3 @@ def test_zeros(text: str) -> None:
 @pytest.mark.parametrize("text", FORMS["not zero"])
 def test_what_is_not_zero(text: str) -> None:
     assert not is_zero(expression(text))
-
-
-def test_functions_that_vanish_on_a_branch() -> None:
-    assert vanish_together([expression("asin(sin(x)) - x"), expression("y - y")])
-    assert not vanish_together([expression("asin(sin(x)) - x"), expression("y")])
-    assert not vanish_together([expression("sqrt(-1 - x**2)")])

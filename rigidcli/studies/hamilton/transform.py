@@ -17,7 +17,7 @@ from rigidcli.algebra.reading import from_tree
 from rigidcli.algebra.simplification import shortest, tidy
 from rigidcli.algebra.substitution import substitute
 from rigidcli.algebra.trigonometry import exponentials_merged
-from rigidcli.algebra.values import is_zero, sample_points, vanish_together
+from rigidcli.algebra.values import is_zero, sample_points
 from rigidcli.document.document import Document
 from rigidcli.document.variables import Transform
 from rigidcli.errors import ComputationError, ExpressionError
@@ -172,24 +172,19 @@ class _Change:
         """K from the new variables as functions of the old ones, and the conditions under which it holds.
 
         The way back is found by solving equations, and what follows from it put to the test: K must be
-        what it should for all variables, or for positive ones, or at least where this is the way back.
+        what it should for all variables, or for positive ones.
         """
         branch = self._branch()
         old = inverse(self.values, self.new, self.old, branch)
         if old is None:
             return None
-        back = {name: substitute(e, self.values) - symbol(name) for name, e in old.items()}
         limited = None
         for found in self._hamiltonians(old, branch):
-            misses = [*self._misses(found)]
-            positive = canonical.positive_names(misses, (*self.old.names, TIME))
+            positive = canonical.positive_names([*self._misses(found)], (*self.old.names, TIME))
             if positive == ():
                 return found
-            words = [f"{name} > 0" for name in positive or ()]
-            if positive is None and vanish_together([*misses, *back.values()]):
-                words = [f"{name} = {old[name]}" for name, miss in back.items() if not is_zero(miss)]
-            if words and (limited is None or positive):
-                limited = replace(found, conditions=tuple(words))
+            if positive is not None and limited is None:
+                limited = replace(found, conditions=tuple(f"{name} > 0" for name in positive))
         return limited
 
     def _branch(self) -> Branch:
