@@ -15,8 +15,7 @@ from rigidcli.errors import ValueProblem
 from rigidcli.report import Column, Field, Report, Step, Table, Value
 from rigidcli.studies.common import SHOWN_DIGITS, if_known, report, trusted
 from rigidcli.studies.euler.closed import CLOSED_FORM, closed_form, together
-from rigidcli.studies.euler.initial import initial_value_problem
-from rigidcli.studies.euler.trajectory import QUANTITIES, Trajectory
+from rigidcli.studies.euler.motion import QUANTITIES, Trajectory, initial_value_problem
 from rigidcli.studies.pictures import drawn
 from rigidcli.studies.results import told
 
@@ -136,15 +135,18 @@ def _stability(motion: Trajectory) -> tuple[Table, Table]:
     """
     frame, speed = motion.problem.frame, FLOAT.hypot(*motion.problem.omega)
     about = stability.about_axes(frame.moments, frame.groups)
+    names, verdicts = list(AXES), {True: "yes", False: "no", None: "neutral"}
     rows = [
         (name, float(moment), one.stable, one.rate_per_spin, one.rate_per_spin and one.rate_per_spin * speed)
-        for name, moment, one in zip(AXES, frame.moments, about, strict=True)
+        for name, moment, one in zip(names, frame.moments, about, strict=True)
     ]
-    verdicts = {True: "yes", False: "no", None: "neutral"}
     shown = []
     for group in frame.groups:
         _, moment, stable, *rates = rows[group[0]]
-        shown.append((_axes_in_words(group), moment, verdicts[stable] if moment else "", *rates))
+        words = "any axis" if len(group) == 3 else AXES[names[group[0]]]
+        if len(group) == 2:
+            words = f"any axis in the plane of {names[group[0]]} and {names[group[1]]}"
+        shown.append((words, moment, verdicts[stable] if moment else "", *rates))
     title = "rotation about the principal axes, when left alone"
     return (
         Table("stability", title, _columns(rows, hidden=True), records=True),
@@ -154,21 +156,8 @@ def _stability(motion: Trajectory) -> tuple[Table, Table]:
 
 def _columns(rows: Sequence[tuple[Value, ...]], *, hidden: bool) -> tuple[Column, ...]:
     """The columns of a table of stability; the rate for omega = 1 rad/s is always hidden."""
-    axis, moment, stable, per_spin, rate = (list(values) for values in zip(*rows, strict=True))
-    return (
-        Column("axis", axis, ("axis",), hidden=hidden),
-        Column("moment", moment, ("moment",), "kg m^2", hidden=hidden),
-        Column("stable", stable, ("stable",), hidden=hidden),
-        Column("rate_per_spin", per_spin, ("rate/spin",), hidden=True),
-        Column("rate", rate, ("rate",), "1/s", hidden=hidden),
-    )
-
-
-def _axes_in_words(group: Sequence[int]) -> str:
-    """The axes of one moment."""
-    names = list(AXES)
-    if len(group) == 1:
-        return AXES[names[group[0]]]
-    return (
-        "any axis" if len(group) == 3 else f"any axis in the plane of {names[group[0]]} and {names[group[1]]}"
+    heads = ("axis", ""), ("moment", "kg m^2"), ("stable", ""), ("rate_per_spin", ""), ("rate", "1/s")
+    return tuple(
+        Column(key, list(values), (key.replace("_per_", "/"),), unit, hidden=hidden or key == "rate_per_spin")
+        for (key, unit), values in zip(heads, zip(*rows, strict=True), strict=True)
     )

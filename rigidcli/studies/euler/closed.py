@@ -16,8 +16,7 @@ from rigidcli.document.document import Document
 from rigidcli.document.motion import QUATERNION, RATES
 from rigidcli.studies.common import report
 from rigidcli.studies.ensembles import Found, Sampling, with_start
-from rigidcli.studies.euler.initial import InitialValueProblem, initial_value_problem
-from rigidcli.studies.euler.trajectory import Trajectory, drift_of
+from rigidcli.studies.euler.motion import InitialValueProblem, Trajectory, drift_of, initial_value_problem
 from rigidcli.studies.results import told
 
 CLOSED_FORM = "closed form"

@@ -18,14 +18,10 @@ from rigidcli.fields.environment import Formula
 from rigidcli.language import code
 from rigidcli.language.tree import ZERO, Name, Node, bound, number
 from rigidcli.mechanics import rigid_body
-from rigidcli.studies.euler.initial import InitialValueProblem
-from rigidcli.studies.euler.trajectory import Trajectory, drift_of
+from rigidcli.studies.euler.motion import InitialValueProblem, Trajectory, drift_of
 
 NOTHING = 1e-12
 """A component below this, in units of the largest of the torque, is zero but for rounding."""
-
-NODES, WEIGHTS = np.polynomial.legendre.leggauss(6)
-"""Nodes and weights of the quadrature in a step; it is exact to the degree 11, beyond that of the method."""
 
 BACK = np.array([1, -1, -1, -1])
 """A unit quaternion times this is that of the turn back."""
@@ -88,10 +84,9 @@ def driven_trajectory(
         quaternions = states[:, :4] / np.linalg.norm(states[:, :4], axis=1, keepdims=True)
         return (states[:, 4:] / moments) @ axes.T, rotation.compose(quaternions, turn * BACK)
 
-    if problem.torque is None:  # weight alone conserves the energy, and L about the vertical
-        drift = drift_of(problem, *along_document(solution.knots))
-    else:
-        drift = _drift_of_balances(acting, moments, solution)
+    # Weight alone conserves the energy, and L about the vertical.
+    gained = None if problem.torque is None else partial(_gained, acting, moments, solution)
+    drift = drift_of(problem, *along_document(solution.knots), gained)
     rounding = np.finfo(np.float64).eps * solution.steps**0.5
     trusted = digits(max(error, rounding, drift["energy"], drift["angular_momentum"]))
     lengths = np.linalg.norm(solution.at(solution.knots)[:, :4], axis=1)
@@ -166,34 +161,21 @@ def _bound(formula: Formula, values: dict[str, Node], path: Path) -> Node:
     return node
 
 
-def _drift_of_balances(torque: Flow, moments: Floats, solution: Solution) -> dict[str, float]:
-    """The largest errors of two balances at the ends of steps, in units of the largest energy and |L|.
+def _gained(torque: Flow, moments: Floats, solution: Solution, size: float, fast: float) -> Floats:
+    """The work and the impulse in space of a torque until the end of each step (m, 4).
 
-    The work of the torque, the integral of N.omega, is the change of the kinetic energy, and the integral of
-    N in space is the change of L in space. The `torque` is along the axes of the `moments` (3, kg m^2). All
-    is in units of the largest L and omega, so that squares of tiny and huge numbers are within range.
+    The work is the integral of N.omega, and the impulse that of N in space, where L is in units of its `size`
+    and omega of how `fast` it is. The `torque` is along the axes of the `moments` (3, kg m^2). The quadrature
+    is exact to the degree 11, beyond that of the method.
     """
-    states, steps = solution.at(solution.knots), np.diff(solution.knots)
-    unit, rate = float(np.abs(states[:, 4:]).max()), float(np.abs(states[:, 4:] / moments).max())
-    if not unit:
-        return {"energy": 0.0, "angular_momentum": 0.0}
-    acting, gained = torque(np), np.zeros((len(steps), 4))
+    steps = np.diff(solution.knots)
+    acting, gained = torque(np), np.zeros((len(steps) + 1, 4))
     with np.errstate(all="ignore"):
-        for node, weight in zip(NODES, WEIGHTS, strict=True):
+        for node, weight in zip(*np.polynomial.legendre.leggauss(6), strict=True):
             times = solution.knots[:-1] + steps * (1 + node) / 2
-            there = solution.at(times)
-            now = np.column_stack(np.broadcast_arrays(*acting(times, *there.T))) / unit
-            power = np.einsum("ij,ij->i", now, there[:, 4:] / moments / rate)
-            change = np.column_stack([power, rotation.turned(there[:, :4], now)])
-            gained += weight / 2 * steps[:, None] * change
-    sums = np.vstack([np.zeros(4), np.cumsum(gained, axis=0)])
-    quaternions = states[:, :4] / np.linalg.norm(states[:, :4], axis=1, keepdims=True)
-    momentum = states[:, 4:] / unit
-    energy = np.einsum("ij,ij->i", states[:, 4:] / moments / rate, momentum) / 2
-    has = np.column_stack([energy, rotation.turned(quaternions, momentum)])
-    missing = np.nan_to_num(has - has[0] - sums, nan=1.0)
-    largest = np.linalg.norm(has[:, 1:], axis=1).max()
-    return {
-        "energy": float(np.abs(missing[:, 0]).max() / (energy + np.abs(sums[:, 0])).max()),
-        "angular_momentum": float(np.linalg.norm(missing[:, 1:], axis=1).max() / largest),
-    }
+            states = solution.at(times)
+            now = np.column_stack(np.broadcast_arrays(*acting(times, *states.T))) / size
+            power = np.einsum("ij,ij->i", now, states[:, 4:] / moments / fast)
+            change = np.column_stack([power, rotation.turned(states[:, :4], now)])
+            gained[1:] += weight / 2 * steps[:, None] * change
+    return np.cumsum(gained, axis=0)

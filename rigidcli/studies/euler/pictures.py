@@ -9,7 +9,7 @@ from rigidcli.core.arithmetic import Floats
 from rigidcli.core.tensor import ROUNDING
 from rigidcli.picture import Mark, Panel, Picture, Ruler
 from rigidcli.report import Column, Table
-from rigidcli.studies.euler.trajectory import Trajectory
+from rigidcli.studies.euler.motion import Trajectory
 from rigidcli.studies.pictures.closed import polhode_picture, trace_picture
 
 FAR = 3.0

@@ -14,7 +14,7 @@ from rigidcli.document.document import Document
 from rigidcli.picture import Mark
 from rigidcli.report import Column, Table
 from rigidcli.scene import Part, Scene, Stage
-from rigidcli.studies.euler.trajectory import Trajectory
+from rigidcli.studies.euler.motion import Trajectory
 from rigidcli.studies.pictures.bodies import marks_of_body, moved, reach
 
 AXES, VECTORS, SPACE = 1.25, 1.5, 1.6

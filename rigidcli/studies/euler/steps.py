@@ -15,8 +15,7 @@ from rigidcli.language.text import reading
 from rigidcli.language.tree import Name, Node, bound, number
 from rigidcli.report import NOISE, Field, Step, Table
 from rigidcli.studies.euler.closed import along_entries
-from rigidcli.studies.euler.initial import InitialValueProblem
-from rigidcli.studies.euler.trajectory import Trajectory
+from rigidcli.studies.euler.motion import InitialValueProblem, Trajectory
 from rigidcli.studies.steps.writing import filled, product, total
 
 

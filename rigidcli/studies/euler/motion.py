@@ -1,9 +1,12 @@
-"""The initial-value problem of a document: the body, its state at t = 0, the torque, the times to show."""
+"""The motion that a document asks for, as an initial-value problem, and the trajectory that solves it."""
 
 from __future__ import annotations
 
 import math
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import cached_property
+from typing import Any, TypeAlias
 
 import numpy as np
 
@@ -11,6 +14,7 @@ from rigidcli.bodies.rotations import Quaternion
 from rigidcli.core import rotation
 from rigidcli.core import top as heavytop
 from rigidcli.core.arithmetic import FLOAT, Floats
+from rigidcli.core.free_body import Periods
 from rigidcli.core.principal import PrincipalFrame, principal_frame
 from rigidcli.core.tensor import Inertia
 from rigidcli.document.document import Document
@@ -18,14 +22,19 @@ from rigidcli.document.motion import Motion, OwnTorque, Weight
 from rigidcli.document.precession import Top
 from rigidcli.document.sampling import DEFAULT_TOLERANCE
 from rigidcli.errors import ComputationError, DocumentError
+from rigidcli.report import NOISE, Column, Table
 from rigidcli.studies.body import body_frame, principal_omega, require_spin
-from rigidcli.studies.common import require_values
+from rigidcli.studies.common import noise, require_values
+from rigidcli.studies.results import RESULTS
 
-DEFAULT_TURNS = 10
-"""Turns of the body that are shown where the document gives no duration: enough to see a wobble repeat."""
+Gained: TypeAlias = Callable[[float, float], Floats]
+"""The work and the impulse of a torque until each time (n, 4), in given units of L and of omega."""
 
-DEFAULT_NUTATIONS = 3
-"""Nutations of a top that are shown instead, where its nutation has a period."""
+QUANTITIES = tuple(field for field in RESULTS["euler"] if field.key.startswith("trajectory."))
+"""The results at each time, in the order of their columns."""
+
+HIDDEN = {"angular_momentum", "orientation", "angular_momentum_space"}
+"""The quantities that people are not shown, unless they ask for them."""
 
 
 @dataclass(frozen=True, slots=True, eq=False, kw_only=True)
@@ -46,12 +55,12 @@ class InitialValueProblem:
     weight: Floats
     torque: OwnTorque | None
     times: Floats
-    tolerance: float
     shown: Floats
     frame: PrincipalFrame
     third: Floats
     carried: Floats
     angles: str | None
+    tolerance: float
     notes: tuple[str, ...]
 
 
@@ -95,22 +104,21 @@ def _of_body(document: Document, motion: Motion) -> InitialValueProblem:
     if isinstance(motion.orientation, Quaternion):  # which keeps the sign that is given
         given = np.array(motion.orientation.quaternion)
         orientation = given / FLOAT.hypot(*given)
-    may_rest = torque is None and not weight.any()
-    times, noted = _times(motion, None, FLOAT.hypot(*omega), may_rest)
-    return InitialValueProblem(
+    return _problem(
+        motion,
+        None,
+        bool(weight.any()),
+        notes,
         inertia=physical.inertia,
         omega=omega,
         orientation=orientation,
         weight=weight,
         torque=torque,
-        times=times,
-        tolerance=motion.tolerance or DEFAULT_TOLERANCE,
         shown=physical.axes,
         frame=frame,
         third=axes[:, 2],
         carried=physical.axes,
         angles=motion.angles,
-        notes=(*notes, *noted),
     )
 
 
@@ -142,40 +150,133 @@ def _of_top(document: Document, motion: Motion, section: Top) -> InitialValuePro
     tilted = np.array([[1.0, 0, 0], [0, cosine, -sine], [0, sine, cosine]])
     inertia = Inertia.of(np.diag([lambda1, lambda1, lambda3])).turned(axes)
     period = nutation(lambda1, lambda3, spin, tilt, precession, section.nutation, fall).period
-    torque = motion.torque if isinstance(motion.torque, OwnTorque) else None
-    may_rest = torque is None and period is None
-    times, noted = _times(motion, period, FLOAT.hypot(*omega), may_rest)
     shown = document.physical.axes
-    return InitialValueProblem(
+    return _problem(
+        motion,
+        period,
+        period is not None,
+        top.remarks,
         inertia=inertia,
         omega=axes @ omega,
         orientation=rotation.as_quaternion(tilted @ axes.T),
         weight=top.axis * fall,
-        torque=torque,
-        times=times,
-        tolerance=motion.tolerance or DEFAULT_TOLERANCE,
+        torque=motion.torque if isinstance(motion.torque, OwnTorque) else None,
         shown=shown,
         frame=principal_frame(inertia.turned(shown.T)),
         third=axes[:, 2],
         carried=axes,
         angles=motion.angles or "zxz",
-        notes=(*top.remarks, *noted),
     )
 
 
-def _times(
-    motion: Motion, nutation: float | None, rate: float, may_rest: bool
-) -> tuple[Floats, tuple[str, ...]]:
-    """The times that are shown (n, s), and a note on a duration that the document does not give.
+def _problem(
+    motion: Motion, nutation: float | None, pulled: bool, notes: Sequence[str], **state: Any
+) -> InitialValueProblem:
+    """The problem of a body in this `state`, with the times to show, and a note where these are not given.
 
-    It is some nutations of a top, if its `nutation` has a period (s), or some turns of a body that turns at a
-    `rate` (rad/s), and a second of one that does not turn yet; nothing is noted of a body that rests.
+    They are then three nutations of a top whose `nutation` has a period (s), enough to see it repeat, or ten
+    turns of a body, or a second of one that does not turn yet; nothing is noted of a body that stays at rest,
+    as no weight has `pulled` at it.
     """
-    duration, words = 1.0, "" if may_rest else "1 s is"
+    rate, duration, words = FLOAT.hypot(*state["omega"]), 1.0, "1 s is"
     if nutation is not None:
-        duration, words = DEFAULT_NUTATIONS * nutation, f"{DEFAULT_NUTATIONS} nutations are"
+        duration, words = 3 * nutation, "3 nutations are"
     elif rate:
-        duration, words = 2 * math.pi * DEFAULT_TURNS / rate, f"{DEFAULT_TURNS} turns are"
-    given = motion.duration is not None or motion.times is not None
-    note = f"`motion.duration` is not given: {words} shown"
-    return motion.instants(duration), () if given or not words else (note,)
+        duration, words = 2 * math.pi * 10 / rate, "10 turns are"
+    elif state["torque"] is None and not pulled:
+        words = ""
+    if words and motion.duration is None and motion.times is None:
+        notes = (*notes, f"`motion.duration` is not given: {words} shown")
+    tolerance = motion.tolerance or DEFAULT_TOLERANCE
+    return InitialValueProblem(
+        times=motion.instants(duration), tolerance=tolerance, notes=tuple(notes), **state
+    )
+
+
+@dataclass(frozen=True, eq=False)
+class Trajectory:
+    """omega along the document's axes (n, 3) and orientation (n, 4) at the times (n) of the problem.
+
+    `free` has the kind and the periods of the motion where no torque acts. `drift` is the largest error of
+    the energy balance, in units of the largest energy, that of the balance of angular momentum about O, in
+    units of the largest, and that of the length of the quaternions.
+    """
+
+    problem: InitialValueProblem
+    omega: Floats
+    orientation: Floats
+    free: Periods | None
+    method: str
+    steps: int
+    trusted_digits: float
+    drift: dict[str, float]
+
+    @cached_property
+    def momentum(self) -> Floats:
+        """Angular momentum about O (n, 3), along the document's axes."""
+        return self.problem.inertia.momentum(self.omega)
+
+    @cached_property
+    def momentum_in_space(self) -> Floats:
+        """The same along the axes of space."""
+        return rotation.turned(self.orientation, self.momentum)
+
+    @cached_property
+    def energy(self) -> Floats:
+        """Kinetic energy (n, J)."""
+        return np.asarray(np.einsum("ij,ij->i", self.omega, self.momentum) / 2)
+
+    def samples(self) -> Table:
+        """The table of the samples, with body components along the axes of the results."""
+        problem, axes = self.problem, self.problem.shown
+        values = {
+            "t": problem.times,
+            "omega": self.omega @ axes,
+            "angular_momentum": self.momentum @ axes,
+            "kinetic_energy": self.energy,
+            "orientation": rotation.compose(self.orientation, rotation.as_quaternion(axes)),
+            "angular_momentum_space": self.momentum_in_space,
+        }
+        if problem.angles is not None:
+            carried = rotation.compose(self.orientation, rotation.as_quaternion(problem.carried))
+            values["angles"] = rotation.euler_angles(carried, problem.angles)
+        error, columns = noise(self.trusted_digits), []
+        for field in QUANTITIES:
+            key = field.key.removeprefix("trajectory.")
+            if key in values:
+                symbols, size = tuple(field.symbol.split(", ")), NOISE if key == "t" else error
+                cells, hidden = tuple(field.cells), key in HIDDEN
+                columns.append(Column(key, values[key], cells, field.unit, symbols, hidden, size))
+        own = "the body" if np.array_equal(axes, np.eye(3)) else "`frame`"
+        title = f"the motion: 1, 2, 3 are the axes x, y, z of {own}, which turn with it"
+        return Table("trajectory", title, tuple(columns), data=True)
+
+
+def drift_of(
+    problem: InitialValueProblem, omega: Floats, orientation: Floats, gained: Gained | None = None
+) -> dict[str, float]:
+    """The errors of the balances of a motion (n, 3 and n, 4), in units of the largest energy and |L|.
+
+    `gained` tells the work and the impulse of a torque so far. Without it the energy is conserved, and the
+    angular momentum in space, of which under weight the vertical component is.
+    """
+    momentum = problem.inertia.momentum(omega)
+    fast, size = np.abs(omega).max(), np.abs(momentum).max()
+    if not size:
+        return {"energy": 0.0, "angular_momentum": 0.0, "quaternion": 0.0}
+    omega, momentum = omega / fast, momentum / size  # squares of tiny numbers would vanish
+    kinetic = np.einsum("ij,ij->i", omega, momentum) / 2
+    space = rotation.turned(orientation, momentum)
+    work = np.zeros_like(kinetic)
+    if gained is not None:
+        gains = gained(size, fast)
+        work, space = gains[:, 0], space - gains[:, 1:]
+    elif problem.weight.any():
+        height = rotation.turned(orientation, problem.weight / size / fast)[:, 2]
+        work, space = height[0] - height, space[:, 2:]
+    change = kinetic - kinetic[0] - work
+    scale = np.abs(kinetic).max() + np.abs(work).max()
+    length = np.linalg.norm(orientation, axis=1)
+    errors = np.abs(change) / scale, np.linalg.norm(space - space[0], axis=1), np.abs(length - 1)
+    names = "energy", "angular_momentum", "quaternion"
+    return {n: float(np.nan_to_num(e, nan=1.0).max()) for n, e in zip(names, errors, strict=True)}
