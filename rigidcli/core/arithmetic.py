@@ -58,14 +58,6 @@ class Arithmetic:
         return self.tidy(self.array([number]))[0]
 
 
-def _float_sign(x: float) -> int:
-    return int(x > 0) - int(x < 0)
-
-
-def _unchanged(array: Array) -> Array:
-    return array
-
-
 def _no_symbol(name: str, positive: bool) -> Scalar:
     raise ValueProblem("missing, expected a value")
 
@@ -79,8 +71,8 @@ FLOAT = Arithmetic(
     atan2=math.atan2,
     hypot=math.hypot,
     value=float,
-    sign=_float_sign,
+    sign=lambda x: int(x > 0) - int(x < 0),
     size=float,
-    tidy=_unchanged,
+    tidy=lambda array: array,
     symbol=_no_symbol,
 )

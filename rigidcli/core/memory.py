@@ -19,22 +19,14 @@ This is measured, as is the next one.
 ITS_TEXT = 60
 """Bytes that the text of a number takes where all is written at once: 20 digits, three times over."""
 
-GROUP = Path("/sys/fs/cgroup")
-"""Where Linux keeps the limits of the group of processes to which this one belongs, as in a container."""
-
-GROUPS = (
-    ("memory.max", "memory.current"),
-    ("memory/memory.limit_in_bytes", "memory/memory.usage_in_bytes"),
-)
-"""The files with the limit and what is in use, in both versions of the interface."""
-
 
 def require(rows: int, columns: int, each: int = A_NUMBER) -> None:
     """Raise ComputationError where there is too little for the samples, of `each` so many bytes a number."""
     needed, left = rows * columns * each, available()
     if needed > left:
+        about, had = (f"{x / 1e9:.1f} GB" if x >= 1e9 else f"{x / 1e6:.0f} MB" for x in (needed, left))
         raise ComputationError(
-            f"{rows:,} samples need about {_in_words(needed)} of memory, and {_in_words(left)} can be had",
+            f"{rows:,} samples need about {about} of memory, and {had} can be had",
             hint="ask for fewer samples, for csv instead of json, or allow more memory",
         )
 
@@ -53,15 +45,15 @@ def _limits() -> Iterator[float]:
         if most != resource.RLIM_INFINITY:
             pages = int(Path("/proc/self/statm").read_text().split()[0])
             yield most - pages * os.sysconf("SC_PAGE_SIZE")
-    for limit, used in GROUPS:
+    # Linux keeps the limits of a group of processes, as of a container, in one of these, by its version.
+    for limit, used in (
+        ("memory.max", "memory.current"),
+        ("memory/memory.limit_in_bytes", "memory/memory.usage_in_bytes"),
+    ):
         with suppress(OSError, ValueError):  # `max` is no number
-            yield int((GROUP / limit).read_text()) - int((GROUP / used).read_text())
+            group = Path("/sys/fs/cgroup")
+            yield int((group / limit).read_text()) - int((group / used).read_text())
     with suppress(OSError, ValueError):
         lines = Path("/proc/meminfo").read_text().splitlines()
         kilobytes = {name: int(rest.split()[0]) for name, _, rest in (line.partition(":") for line in lines)}
         yield 1024.0 * (kilobytes["MemAvailable"] + kilobytes["SwapFree"])
-
-
-def _in_words(size: float) -> str:
-    """A number of bytes as people say it."""
-    return f"{size / 1e9:.1f} GB" if size >= 1e9 else f"{size / 1e6:.0f} MB"

@@ -110,11 +110,11 @@ def steady(
         if rate is None and n.sign(weight_moment) == 0:
             rate = weight_moment  # no torque, no precession
         return Steady(rate, None, (), 0 * lambda1)
-    rates = _roots(lambda1 * upward, momentum, weight_moment, n)
+    first, second, are_real = _roots(lambda1 * upward, momentum, weight_moment, n)
     least = 0 * lambda1 if side == -1 else _threshold(lambda1 * upward, lambda3, weight_moment, n)
-    if isinstance(rates, _Complex):
-        return Steady(None, None, ((rates.re, -rates.im), (rates.re, rates.im)), least)
-    return Steady(*rates, (), least)
+    if not are_real:
+        return Steady(None, None, ((first, -second), (first, second)), least)
+    return Steady(first, second, (), least)
 
 
 def sleeping(
@@ -128,9 +128,10 @@ def sleeping(
     """
     momentum = lambda3 * spin
     threshold = _threshold(lambda1, lambda3, weight_moment, n)
-    rates = _roots(lambda1, momentum, weight_moment, n)
-    if isinstance(rates, _Complex):
-        return Sleeping(threshold, "unstable", rates.im, None)
+    first, second, are_real = _roots(lambda1, momentum, weight_moment, n)
+    if not are_real:
+        return Sleeping(threshold, "unstable", second, None)
+    rates = first, second
     sign, root = _root_of_discriminant(lambda1, momentum, weight_moment, n)
     if sign is None:
         growth = n.sqrt(_tidy(-(root**2), n)) / (2 * lambda1)
@@ -140,17 +141,14 @@ def sleeping(
     return Sleeping(threshold, "stable", None, rates)
 
 
-@dataclass(frozen=True, slots=True)
-class _Complex:
-    re: Scalar
-    im: Scalar
+def _roots(a: Scalar, s: Scalar, p: Scalar, n: Arithmetic) -> tuple[Scalar, Scalar, bool]:
+    """The roots of a W^2 - s W + p = 0 for p >= 0 and a other than 0, and whether they are real.
 
-
-def _roots(a: Scalar, s: Scalar, p: Scalar, n: Arithmetic) -> tuple[Scalar, Scalar] | _Complex:
-    """The roots of a W^2 - s W + p = 0 for p >= 0 and a other than 0, the smaller in magnitude first."""
+    The smaller in magnitude is first. Where they are not real, it is the real and the imaginary part of one.
+    """
     sign, root = _root_of_discriminant(a, s, p, n)
     if sign == -1:
-        return _Complex(_tidy(s / (2 * a), n), _tidy(root / (2 * a), n))
+        return _tidy(s / (2 * a), n), _tidy(root / (2 * a), n), False
     turn = n.sign(s)
     if turn is None:
         # The root of the same sign as s, whichever that is.
@@ -158,8 +156,8 @@ def _roots(a: Scalar, s: Scalar, p: Scalar, n: Arithmetic) -> tuple[Scalar, Scal
     else:
         double = s + root if turn > 0 else s - root
     if n.sign(double) == 0:
-        return p, p  # p = 0 here
-    return _tidy(2 * p / double, n), _tidy(double / (2 * a), n)
+        return p, p, True  # p = 0 here
+    return _tidy(2 * p / double, n), _tidy(double / (2 * a), n), True
 
 
 def _root_of_discriminant(a: Scalar, s: Scalar, p: Scalar, n: Arithmetic) -> tuple[int | None, Scalar]:
