@@ -25,9 +25,6 @@ are then the hyperbolic ones to all digits."""
 CONVERGED = 1e-8
 """Quadratic convergence squares the error of this last step, which is then below the rounding."""
 
-SPREAD = 5e-3
-"""Duplication ends when arguments are this close to their mean: the series leaves out its 8th power."""
-
 
 def jacobi(u: Any, complement: Any) -> tuple[Any, Any, Any]:
     """sn(u), cn(u), dn(u) for k' = `complement` >= 0, of `u` within some quarter periods of 0.
@@ -97,14 +94,15 @@ def carlson_rf(x: Any, y: Any, z: Any) -> Any:
     """Carlson's R_F(x^2, y^2, z^2) of numbers >= 0, of which one at most is 0 in a place.
 
     It takes the roots of the usual arguments, so that tiny ones do not underflow. By duplication,
-    DLMF 19.26.18 and 19.36.1 (the series up to 7th powers).
+    DLMF 19.26.18 and 19.36.1, until the arguments are so close to their mean that the series up to 7th powers
+    leaves out no more than rounding.
     """
     while True:
         product = x * y + y * z + z * x
         x2, y2, z2 = ((root * root + product) / 4 for root in (x, y, z))
         mean = (x2 + y2 + z2) / 3
         dx, dy = 1 - x2 / mean, 1 - y2 / mean
-        if not max(np.max(np.abs(dx)), np.max(np.abs(dy))) >= SPREAD:  # NaN ends it too
+        if not max(np.max(np.abs(dx)), np.max(np.abs(dy))) >= 5e-3:  # NaN ends it too
             break
         x, y, z = np.sqrt(x2), np.sqrt(y2), np.sqrt(z2)
     dz = -(dx + dy)
@@ -131,7 +129,7 @@ def carlson_rj(x: Any, y: Any, z: Any, p: Any) -> Any:
         weight /= 4
         mean = (x2 + y2 + z2 + 2 * p2) / 5
         dx, dy, dz = 1 - x2 / mean, 1 - y2 / mean, 1 - z2 / mean
-        if not max(np.max(np.abs(dx)), np.max(np.abs(dy)), np.max(np.abs(dz))) >= SPREAD:
+        if not max(np.max(np.abs(dx)), np.max(np.abs(dy)), np.max(np.abs(dz))) >= 5e-3:
             break
         x, y, z, p = np.sqrt(x2), np.sqrt(y2), np.sqrt(z2), np.sqrt(p2)
     dp = -(dx + dy + dz) / 2

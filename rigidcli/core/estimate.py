@@ -25,36 +25,6 @@ from rigidcli.errors import ComputationError
 
 Indices: TypeAlias = NDArray[np.int_]
 
-GRID = 4096
-"""The least number of times at which what depends on the time alone is looked at."""
-
-PER_QUARTER = 4
-"""The number of these times in a quarter of a period of a sine or cosine of the time."""
-
-NOISE = 1e-13
-"""Changes of a quantity below this, in units of its size, are rounding errors, and no extremum."""
-
-ROUNDS, PARTS = 11, 64
-"""How often a time is narrowed down, and to one of how many parts: beyond the digits of a float."""
-
-DISTANCES = 2.0 ** np.arange(12, -52, -1)
-"""Distances from such a time, in units of the way to the next time of the grid."""
-
-LONGEST_STEPS = 256
-"""Steps of a solution in which walls are looked for, the longest ones, as they go over most."""
-
-IN_STEP = 8
-"""The number of times at which such a step is looked at."""
-
-MOST_WALLS = 32
-"""The most such places at which steps of the second solution end."""
-
-COARSER, COARSEST = 100.0, 1e-3
-"""The ratio of the tolerances of both solutions; beyond the coarsest, the second one is finer instead."""
-
-LOST = 0.1
-"""A difference in units of the size of the state, or in rad, from which on the solutions share no digit."""
-
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Watched:
@@ -72,12 +42,13 @@ class Watched:
 def foreseen(watched: Watched, end: float, name: str) -> tuple[Floats, float]:
     """Times from 0 to `end` at which something sudden may happen, and the longest step that sees all else.
 
-    That step is a quarter of the shortest period of a sine or cosine of the time.
+    That step is a quarter of the shortest period of a sine or cosine of the time. The equations are looked at
+    at 4,096 times at least, and at four in such a quarter.
 
     Raises TooManySteps where there are too many of either.
     """
     timed, phases = (columns(flow) for flow in (watched.timed, watched.phases))
-    grid, longest = _grid(GRID, end), math.inf
+    grid, longest = _grid(4096, end), math.inf
     for _ in range(2):  # a sine of a sine shows how fast it is when the inner one is resolved
         with np.errstate(all="ignore"):
             rates = np.abs(np.diff(phases(grid)) / np.diff(grid))
@@ -85,7 +56,7 @@ def foreseen(watched: Watched, end: float, name: str) -> tuple[Floats, float]:
         longest = math.pi / 2 / rate if rate * end > math.pi / 2 else math.inf
         if end > MOST_STEPS * longest:
             raise TooManySteps(name, 0, 0.0, end, MOST_STEPS)
-        grid = _grid(max(GRID, math.ceil(PER_QUARTER * end / longest)), end)
+        grid = _grid(max(4096, math.ceil(4 * end / longest)), end)
     places = landmarks(timed, grid)
     if len(places) > MOST_STEPS:
         raise TooManySteps(name, 0, 0.0, end, MOST_STEPS)
@@ -119,7 +90,8 @@ def landmarks(values: Callable[[Floats], Floats], grid: Floats, most: int = MOST
     with np.errstate(all="ignore"):
         change = np.diff(at)
         passed = np.sign(at[:, 1:]) * np.sign(at[:, :-1]) < 0
-        sharp = np.abs(change[:, 1:]) + np.abs(change[:, :-1]) > NOISE * np.abs(at[:, 1:-1])
+        # Smaller changes are rounding errors, and no extremum.
+        sharp = np.abs(change[:, 1:]) + np.abs(change[:, :-1]) > 1e-13 * np.abs(at[:, 1:-1])
         turned = (np.sign(change[:, 1:]) * np.sign(change[:, :-1]) < 0) & sharp
     rows, first = np.hstack([np.nonzero(passed), np.nonzero(turned)])
     # Where a quantity passes zero, its size is smallest; else it is largest, or its negative is.
@@ -146,33 +118,37 @@ def _narrowed(
         return values(times.ravel())[rows[:, None], np.arange(times.size).reshape(times.shape)]
 
     begin, end = low, high
-    for _ in range(ROUNDS):
-        times = np.linspace(begin, end, PARTS, axis=-1)
+    for _ in range(11):  # beyond the digits of a float
+        times = np.linspace(begin, end, 64, axis=-1)
         value = chosen(times)
         place = np.nan_to_num(np.where(up[:, None] == 0, -np.abs(value), up[:, None] * value), nan=-np.inf)
         best = place.argmax(axis=1)
-        begin, end = times[each, np.maximum(best - 1, 0)], times[each, np.minimum(best + 1, PARTS - 1)]
+        begin, end = times[each, np.maximum(best - 1, 0)], times[each, np.minimum(best + 1, 63)]
     top, beside = times[each, best], []
+    distances = 2.0 ** np.arange(12, -52, -1)  # in units of the way to the next time of the grid
     for side in (low, high):
-        times = top[:, None] + (side - top)[:, None] * DISTANCES
+        times = top[:, None] + (side - top)[:, None] * distances
         far = np.abs(chosen(times) - value[each, best][:, None]) >= 1
-        nearest = len(DISTANCES) - 1 - far[:, ::-1].argmax(axis=1)
+        nearest = len(distances) - 1 - far[:, ::-1].argmax(axis=1)
         beside.append(times[each, nearest][far.any(axis=1)])
     return np.concatenate([top, *beside])
 
 
 def walls(watched: Watched, solution: Solution) -> Floats:
-    """Times in the longest steps of a solution, at most MOST_WALLS, at which something sudden may happen."""
+    """At most 32 times in the 256 longest steps of a solution at which something sudden may happen.
+
+    Each of these steps, which go over most, is looked at eight times.
+    """
     values, knots = columns(watched.moving), solution.knots
-    longest = np.sort(np.argsort(-np.diff(knots), kind="stable")[:LONGEST_STEPS])
+    longest = np.sort(np.argsort(-np.diff(knots), kind="stable")[:256])
     steps = np.diff(knots)[longest]
-    grid = (knots[longest, None] + steps[:, None] * np.arange(IN_STEP) / IN_STEP).ravel()
+    grid = (knots[longest, None] + steps[:, None] * np.arange(8) / 8).ravel()
 
     def along(times: Floats) -> Floats:
         times = np.clip(times, knots[0], knots[-1])
         return values(times, *solution.sample(times).T)
 
-    return landmarks(along, np.append(grid, knots[longest[-1:] + 1]), MOST_WALLS)
+    return landmarks(along, np.append(grid, knots[longest[-1:] + 1]), 32)
 
 
 def compared(
@@ -186,20 +162,21 @@ def compared(
     """By how much two solutions differ at most at `times` (k), and from which time on they share no digit.
 
     `again` solves the problem of the `first` to a tolerance, in steps that end at given times, among which
-    are the `stops` of the first. `distance` gives how far states (k by n) are from each other.
+    are the `stops` of the first. That tolerance is a hundred times as large, or a hundredth where this would
+    be too crude. `distance` gives how far states (k by n) are from each other, in units of their size or in
+    rad: from 0.1 on they share no digit.
     """
     if not first.steps:
         return 0.0, None
-    other = first.tolerance * COARSER
-    other = other if other <= COARSEST else first.tolerance / COARSER
+    tolerance = first.tolerance * (100 if first.tolerance <= 1e-5 else 0.01)
     try:
-        second = again(other, np.union1d(stops, walls(watched, first)).tolist())
+        second = again(tolerance, np.union1d(stops, walls(watched, first)).tolist())
     except Stopped as stop:
         return 1.0, stop.time
     except ComputationError:
         return 1.0, float(times[0])
     apart = np.nan_to_num(distance(first.at(times), second.at(times)), nan=1.0)
-    lost = np.flatnonzero(apart > LOST)
+    lost = np.flatnonzero(apart > 0.1)
     return (1.0, float(times[lost[0]])) if len(lost) else (float(apart.max(initial=0.0)), None)
 
 

@@ -12,12 +12,6 @@ import numpy as np
 from rigidcli.core.arithmetic import EPS, Arithmetic, Array, Floats, Scalar
 from rigidcli.errors import ValueProblem
 
-LOCKED = 16 * EPS
-"""The sine or cosine of half an angle that rounding may have made of 0: the angle is at its end."""
-
-ROTATION_TOLERANCE = 1e-9
-"""How far R^T R may be from 1 in any entry: nine digits, typed by hand, are a rotation."""
-
 
 def direction(vector: Sequence[Scalar], arithmetic: Arithmetic) -> Array:
     """The unit vector along `vector` (3). Raises ValueProblem for the zero vector."""
@@ -72,7 +66,7 @@ def from_quaternion(quaternion: Sequence[Scalar], arithmetic: Arithmetic) -> Arr
 
 
 def from_matrix(rows: Sequence[Sequence[Scalar]], arithmetic: Arithmetic) -> Array:
-    """The rotation that `rows` (3 by 3) is to within 1e-9, made orthogonal to rounding.
+    """The rotation that `rows` (3 by 3) is to within 1e-9, as typed by hand, made orthogonal to rounding.
 
     Raises ValueProblem for anything else, reflections included. Exact entries must be exactly a rotation.
     """
@@ -81,7 +75,7 @@ def from_matrix(rows: Sequence[Sequence[Scalar]], arithmetic: Arithmetic) -> Arr
         raise ValueProblem("this matrix is no rotation: none has entries beyond 1")
     defect = arithmetic.tidy(matrix.T @ matrix - np.eye(3, dtype=int))
     miss = max(abs(arithmetic.size(entry)) for entry in defect.flat)
-    if miss > ROTATION_TOLERANCE or (arithmetic.exact and any(entry != 0 for entry in defect.flat)):
+    if miss > 1e-9 or (arithmetic.exact and any(entry != 0 for entry in defect.flat)):
         raise ValueProblem(
             f"this matrix is no rotation: R^T R differs from 1 by {miss:.3g}",
             hint="give `axis` and `angle`, or more digits" if miss < 1e-2 else None,
@@ -189,11 +183,13 @@ def euler_angles(q: Floats, sequence: str = "zxz") -> Floats:
         quarter = np.zeros(4)
         quarter[[0, second]] = 0.5**0.5
         q = compose(q, quarter)
+    # A sine or cosine of half an angle below this may be a rounded 0: the angle is at its end.
+    locked = 16 * EPS
     along = np.hypot(q[:, 0], q[:, first])
     across = np.hypot(q[:, second], q[:, 6 - first - second])
-    half_sum = np.where(along > LOCKED, np.arctan2(q[:, first], q[:, 0]), 0.0)
+    half_sum = np.where(along > locked, np.arctan2(q[:, first], q[:, 0]), 0.0)
     half_difference = np.where(
-        across > LOCKED, np.arctan2(handed * q[:, 6 - first - second], q[:, second]), 0.0
+        across > locked, np.arctan2(handed * q[:, 6 - first - second], q[:, second]), 0.0
     )
     half_sum, half_difference = np.unwrap(half_sum), np.unwrap(half_difference)
     middle = 2 * np.arctan2(across, along)

@@ -36,23 +36,11 @@ from rigidcli.core.solution import (
 )
 from rigidcli.errors import ComputationError
 
-SAFETY = 0.9
-"""What the step that the error allows is multiplied by, as the next error may be larger than the last."""
-
 ROUND = 128
 """Steps from one estimate of rounding errors, and one report of progress, to the next."""
 
-PILOT, PILOT_ROUNDS = 1e-6, 64
-"""The tolerance of a first, crude integration that shows how large the variables become, and its most rounds.
-
-Where friction holds a body, its steps would never end.
-"""
-
 LEAST = 1e-280
 """The size below which no variable is followed: it is nearly lost in the gap between zero and the floats."""
-
-MOVES = (-5 * EPS, -3 * EPS, 3 * EPS, 5 * EPS)
-"""By how much arguments are changed to show rounding errors, in units of their size."""
 
 
 def march(
@@ -81,6 +69,10 @@ def march(
         TooManySteps: there are more than MOST_STEPS, or will be if the later half of them goes on.
     """
     step, count = stepper(blocks), sum(blocks)
+
+    def floor_here() -> tuple[float, ...]:
+        return floors(f, roundings, t, y, k, regular, blocks, tolerance, h)
+
     t, span = times[-1], end - times[-1]
     y: State = tuple(states[-count:])
     if not finite(f, t, y):
@@ -91,7 +83,7 @@ def march(
     h = math.copysign(min(abs(span) / 1000, longest), span)
     failures = taken = jumps = 0
     regular, reach = True, abs(h)
-    floor = floors(f, roundings, t, y, k, regular, blocks, tolerance, h)
+    floor = floor_here()
     least = least_sizes(f, t, y, end, blocks, longest=longest, stops=stops) if least is None else least
     most = min(MOST_STEPS, MOST_NUMBERS // count)
     while t != end:
@@ -124,7 +116,7 @@ def march(
             regular = abs(h) > 1e6 * shortest  # far from any jump or pole
             jumps = 0 if regular else jumps
             # No step is more than six times as long as the last, and none grows after one that failed.
-            growth = max(0.3, min(SAFETY * error**-0.125 if error else 6.0, 1.0 if failures else 6.0))
+            growth = max(0.3, min(0.9 * error**-0.125 if error else 6.0, 1.0 if failures else 6.0))
             h, failures = math.copysign(min(abs(h) * growth, longest), h), 0
             taken += 1
             if not taken % ROUND:
@@ -133,13 +125,13 @@ def march(
                 yield t
             if not taken % ROUND or abs(h) > 4 * reach:
                 reach = abs(h)
-                floor = floors(f, roundings, t, y, k, regular, blocks, tolerance, h)
+                floor = floor_here()
         else:
             failures += 1
-            h *= max(0.1, SAFETY * error**-0.125) if error < math.inf else 0.25
+            h *= max(0.1, 0.9 * error**-0.125) if error < math.inf else 0.25
             if failures == 4:  # rounding errors may be the reason
                 reach = abs(h)
-                floor = floors(f, roundings, t, y, k, regular, blocks, tolerance, h)
+                floor = floor_here()
 
 
 def least_sizes(f: Function, t: float, y: State, end: float, blocks: tuple[int, ...], **steps: Any) -> State:
@@ -157,10 +149,11 @@ def least_sizes(f: Function, t: float, y: State, end: float, blocks: tuple[int, 
     times, states = array("d", [t]), array("d", y)
     with suppress(ComputationError, *NO_VALUE):
         if len(blocks) > 1:
-            pilot = march(f, times, states, end, tolerance=PILOT, blocks=(len(y),), name="", **steps)
-            deque(itertools.islice(pilot, PILOT_ROUNDS), maxlen=0)
+            pilot = march(f, times, states, end, tolerance=1e-6, blocks=(len(y),), name="", **steps)
+            # Where friction holds a body, the steps would never end.
+            deque(itertools.islice(pilot, 64), maxlen=0)
         else:
-            states.extend(stepper(blocks)(f, t, (end - t) / 1000, y, k, (0.0,), (math.inf,), PILOT)[1])
+            states.extend(stepper(blocks)(f, t, (end - t) / 1000, y, k, (0.0,), (math.inf,), 1e-6)[1])
     path = np.abs(np.frombuffer(states).reshape(-1, len(y)))
     sizes = [float(np.hypot.reduce(path[:, part], axis=1).max()) for part in parts]
     return tuple(max(1e-3 * size * none, LEAST) for none, size in zip(empty, sizes, strict=True))
@@ -211,7 +204,7 @@ def floors(
             other = f(t, *(value + 4 * h * error for value, error in zip(y, noise, strict=True)))
             noise = [max(old, abs(a - b)) for old, a, b in zip(noise, k, other, strict=True)]
     bits = range(max(1, (len(y) - 1).bit_length()))
-    for bit, move in itertools.product(bits, MOVES):
+    for bit, move in itertools.product(bits, (-5 * EPS, -3 * EPS, 3 * EPS, 5 * EPS)):
         moved = [value * (1 + (move if i >> bit & 1 else -move)) for i, value in enumerate(y)]
         with suppress(*NO_VALUE):
             other = f(t * (1 + move), *moved)

@@ -54,9 +54,6 @@ SHORTEST = 16 * EPS
 ORIGIN = 1e-9
 """Times nearer to zero than this, in units of the span, do not allow shorter steps."""
 
-SUDDEN = 1e-10
-"""A variable that grows by its own size within this time, in units of the time, is about to be infinite."""
-
 SMOOTHER = "smooth what is stiff, jumps, or sticks: tanh(x/0.001) for sign(x)"
 """Advice, for a hint, where steps get too short."""
 
@@ -93,14 +90,15 @@ class TooManySteps(ComputationError):  # noqa: N818 - an outcome, named for what
 
 def stopped(f: Function, t: float, y: State, span: float, name: str) -> Stopped:
     """The stop of steps that grew too short at (t, y), a little before what stops them; `span` is signed."""
-    reach = math.copysign(SUDDEN * max(abs(t), ORIGIN * abs(span)), span)
+    sudden = 1e-10  # within this time, in units of t, a variable that is about to be infinite grows by itself
+    reach = math.copysign(sudden * max(abs(t), ORIGIN * abs(span)), span)
     stop = Stop.NO_VALUE
     if finite(f, t, y):
         # Beyond 1e300, the stages of a step overflow.
         pairs = [(value, slope * reach) for value, slope in zip(y, f(t, *y), strict=True)]
         if any(abs(value) > 1e300 or (move * value > 0 and abs(move) > abs(value)) for value, move in pairs):
             # At the start of an immense span, even the least step is longer than what happens takes.
-            far = any(value and abs(move / value) > 4 * SUDDEN / SHORTEST for value, move in pairs)
+            far = any(value and abs(move / value) > 4 * sudden / SHORTEST for value, move in pairs)
             stop = Stop.LOST if far else Stop.INFINITE
         elif finite(f, t + reach, [value + move for value, move in pairs]):
             stop = Stop.LOST

@@ -78,28 +78,6 @@ def _shares() -> Floats:
 SHARES = _shares()
 """The shares of stages i (rows) in the increments of stages j (columns)."""
 
-GRAIN = 1e-6
-"""The rounding errors of f, in units of the least size of h f that a step follows."""
-
-SHORTEST = 1e-4
-"""The shortest step that is tried, in units of the longest that went beyond the start.
-
-It is enough for an orbit of eccentricity 0.99 that begins at its far end.
-"""
-
-SHARE, LEAST_ERROR, MOST_ERROR = 0.03, 2e-14, 3e-12
-"""The error that steps may have, in units of the tolerance, as those of a few steps add up, and its bounds.
-
-Rounding leaves the least, and with the most there are more than ten steps in a period: where these are few,
-and a whole number of them is nearly a period, errors add up for long.
-"""
-
-HIGHEST = 0.005
-"""The error of a step in units of c^(13/6), where c is the highest Legendre coefficient of h f.
-
-It is 0.0048 for the exponential function, and 0.0038 for one with a pole.
-"""
-
 Step: TypeAlias = Callable[
     [Function, float, float, State, State, State, State, State],
     tuple[State, State, State, State, float] | None,
@@ -108,8 +86,8 @@ Step: TypeAlias = Callable[
 
 y + e is the state: what y alone has lost in rounding is in e. A guess is of the increments h b f of all
 stages, one stage after the other; the one returned is for the next step. `sizes` (n) are the largest that the
-variables, or h times their slopes, have been of late, but not less than `floors` (n), of which GRAIN is
-rounding errors of h f. In units of these sizes, c is the highest Legendre coefficient of h f.
+variables, or h times their slopes, have been of late, but not less than `floors` (n), of which a millionth
+is rounding errors of h f. In units of these sizes, c is the highest Legendre coefficient of h f.
 """
 
 
@@ -147,7 +125,9 @@ def solve(
     most = min(MOST_STEPS, MOST_NUMBERS // len(y))
     if not finite(f, t0, y):
         raise Stopped(name, Stop.AT_START, t0)
-    error, fewest = min(max(SHARE * tolerance, LEAST_ERROR), MOST_ERROR), math.inf
+    # The errors of a few steps add up; rounding leaves 2e-14. With 3e-12 there are more than ten steps in a
+    # period: where these are few, and a whole number of them is nearly a period, errors add up for long.
+    error, fewest = min(max(0.03 * tolerance, 2e-14), 3e-12), math.inf
     # The first try has few steps, as too few are noticed in the first of them.
     steps = max(16, math.ceil(abs(t1 - t0) / longest)) if t0 != t1 else 0
     if like is not None:
@@ -162,7 +142,8 @@ def solve(
         except TooLong as long:
             fewest = min(fewest, steps) if long.index else fewest
             steps = math.ceil(steps / long.ratio)
-            if steps * SHORTEST > fewest:
+            # This is enough for an orbit of eccentricity 0.99 that begins at its far end.
+            if steps * 1e-4 > fewest:
                 near = float(knots[long.index])
                 raise ComputationError(
                     f"{name} has no steps of one length: they are too short near t = {near:.6g}",
@@ -181,7 +162,9 @@ def march(
     Raises TooLong where the error of a step is larger than `error`.
     """
     step, states = stepper(len(y)), array("d", y)
-    limit = (error / HIGHEST) ** (STAGES / (2 * STAGES + 1))
+    # In units of c^(13/6), where c is the highest Legendre coefficient of h f, the error of a step is 0.0048
+    # for the exponential function, and 0.0038 for one with a pole.
+    limit = (error / 0.005) ** (STAGES / (2 * STAGES + 1))
     e: State = (0.0,) * len(y)
     sizes = e
     h = (knots[-1] - knots[0]) / max(1, len(knots) - 1)
@@ -190,7 +173,7 @@ def march(
         try:
             if not index % 256:
                 tell(t)
-                noise = runge_kutta.floors(f, None, t, y, f(t, *y), True, (1,) * len(y), GRAIN)
+                noise = runge_kutta.floors(f, None, t, y, f(t, *y), True, (1,) * len(y), 1e-6)
                 floors = [abs(h) * floor for floor in noise]
             made = step(f, t, h, y, e, guess, sizes, floors)
         except NO_VALUE:
@@ -221,7 +204,7 @@ def source(count: int) -> str:
     lines = [f"{row('y')} = y", f"{row('e')} = e", f"{row('m')} = sizes", f"{increments} = guess"]
     for i in every:
         lines.append(f"a = max(abs(y{i}), abs(l{last}_{i})*{reach}, m{i})")
-        lines.append(f"w{i} = {EPS / 2!r}*a + {GRAIN}*floors[{i}]")
+        lines.append(f"w{i} = {EPS / 2!r}*a + 1e-6*floors[{i}]")
     # The iteration takes 4 to 20 sweeps where it converges.
     lines += ["settled = False", "for sweep in range(60):"]
     lines += [f" o{i} = l{last}_{i}" for i in every]
@@ -251,7 +234,5 @@ def source(count: int) -> str:
 @cache
 def stepper(count: int) -> Step:
     """The code of `source`, ready to run."""
-    names: dict[str, Any] = {"__builtins__": {}, "abs": abs, "max": max, "range": range}
-    exec(source(count), names)  # noqa: S102 - written above, from constant tables and the count alone
-    step: Step = names["step"]
+    step: Step = dormand_prince.compiled(source(count))
     return step
