@@ -73,9 +73,9 @@ def integral(
         return Integral(f(np.zeros((0, 1)))[:, 0], float(np.finfo(float).eps))
     best = Integral(np.zeros(1), np.inf)
     along = _most_crossed(kinks, len(pieces))
-    ends, rest = np.linspace(0, 1, 1 + pieces[along]), [*pieces[:along], *pieces[along + 1 :]]
-    for points, enough, hopeless in LEVELS:
-        runs = []
+    rest = [*pieces[:along], *pieces[along + 1 :]]
+    for level, (points, enough, hopeless) in enumerate(LEVELS):
+        runs, ends = [], np.linspace(0, 1, 1 + pieces[along] * (1 + level))
         for which in (0, 1):
             if kinks:
                 line = partial(_along_lines, f, kinks, along, ends, which)
