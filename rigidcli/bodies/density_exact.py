@@ -9,13 +9,14 @@ import math
 from collections.abc import Iterator, Sequence
 from fractions import Fraction
 from functools import cache
+from itertools import pairwise
 from typing import Any, TypeAlias
 
 import numpy as np
 
 from rigidcli.algebra.allowance import Allowance
-from rigidcli.algebra.atoms import Atom, Symbol
-from rigidcli.algebra.expansion import expand
+from rigidcli.algebra.atoms import Applied, Atom, Symbol
+from rigidcli.algebra.expansion import coefficients, expand
 from rigidcli.algebra.expressions import (
     ONE,
     ZERO,
@@ -27,6 +28,7 @@ from rigidcli.algebra.expressions import (
     symbol,
     total,
 )
+from rigidcli.algebra.functions import apply
 from rigidcli.algebra.integration import antiderivative
 from rigidcli.algebra.reading import from_tree
 from rigidcli.algebra.roots import Rational
@@ -44,6 +46,9 @@ MAX_STEPS = 400_000
 
 HIGHEST = 200
 """The highest power of a sine or cosine that is integrated, by as many steps."""
+
+SIDED = ("abs", "sign")
+"""Functions with another form on either side of the place where their argument vanishes."""
 
 Factors: TypeAlias = Sequence[tuple[Atom, Rational]]
 """A product of powers of atoms."""
@@ -154,10 +159,34 @@ def _over_unit(name: str, factors: Factors) -> Expr:
         if exponent <= 0:
             raise _no_product()
         return number(1 / exponent)
-    found = antiderivative(gathered(1, dict(factors)), name)
-    if found is None:
+    sided = {
+        atom: _line(name, atom) for atom, _ in factors if isinstance(atom, Applied) and atom.function in SIDED
+    }
+    inside = {root for _, root in sided.values() if 0 < root < 1}
+    parts = []
+    for low, high in pairwise(sorted({Fraction(0), Fraction(1), *inside})):
+        here: dict[Atom, Expr] = {}
+        for atom, (slope, root) in sided.items():
+            side = 1 if low + high > 2 * root else -1
+            away = symbol(name) - root if atom.function == "abs" else ONE
+            here[atom] = side * away * apply(str(atom.function), slope)
+        inner = math.prod((here.get(atom, gathered(1, {atom: 1})) ** k for atom, k in factors), start=ONE)
+        found = antiderivative(inner, name)
+        if found is None:
+            raise _no_product()
+        parts += [substitute(found, {name: number(high)}), -substitute(found, {name: number(low)})]
+    return total(parts)
+
+
+def _line(name: str, atom: Applied[Expr]) -> tuple[Expr, Fraction]:
+    """The slope of the argument of abs or sign in a coordinate, and the number at which it vanishes."""
+    found = coefficients(atom.arguments[0], [name])
+    if found is None or max(found) != (1,):
         raise _no_product()
-    return substitute(found, {name: ONE}) - substitute(found, {name: ZERO})
+    root = (-found.get((0,), ZERO) / found[(1,)]).as_number
+    if not isinstance(root, int | Fraction):
+        raise _no_product()
+    return found[(1,)], Fraction(root)
 
 
 def _over_turn(turn: Turn, names: Sequence[str], factors: Factors) -> Expr:
