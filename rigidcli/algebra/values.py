@@ -183,15 +183,19 @@ LOW, HIGH = 0.3, 1.7
 """Random values lie between these: near 1, and positive as masses and lengths are."""
 
 TRIES = 40
-"""Most random points that are tried, as expressions may have no value at some."""
+"""Random points that are tried at least, as expressions may have no value at some."""
 
 
 def sample_points(
-    names: Sequence[str], fixed: Mapping[str, float], seed: int = 1, signed: Collection[str] = ()
+    names: Sequence[str],
+    fixed: Mapping[str, float],
+    seed: int = 1,
+    signed: Collection[str] = (),
+    tries: int = TRIES,
 ) -> Iterator[dict[str, float]]:
     """Random values for the names that are not `fixed`, again and again: positive, but of `signed` names."""
     chance = random.Random(seed)  # noqa: S311 - a probe needs no secrecy
-    for _ in range(TRIES):
+    for _ in range(tries):
         point = {name: chance.uniform(LOW, HIGH) for name in names}
         for name in signed:
             if name in point:
@@ -213,7 +217,7 @@ def sampled(
     names = sorted(set().union(*(e.names for e in expressions)) | set(fixed))
     f = code.function([plain_tree(e) for e in expressions], names, {})(math)
     rows = []
-    for point in sample_points(names, fixed, seed, signed):
+    for point in sample_points(names, fixed, seed, signed, max(TRIES, 3 * count)):
         try:
             row = f(*(point[name] for name in names))
         except NO_VALUE:

@@ -171,13 +171,9 @@ def _outside(e: Expr) -> Iterator[Atom]:
 def _null_sums(terms: Sequence[Expr], hamiltonian: Expr, phase: Phase) -> Iterator[Expr]:
     """The sums of terms that are conserved: for two orders of the terms, as many as the null space has."""
     brackets = [bracket(f, hamiltonian, phase) for f in terms]
-    blocks = [
-        sampled(brackets, {}, POINTS, seed, phase.names) for seed in range(1 + (len(terms) + SPARE) // POINTS)
-    ]
-    known = [block for block in blocks if block is not None]
-    if len(known) < len(blocks):
+    values = sampled(brackets, {}, len(terms) + SPARE, signed=phase.names)
+    if values is None:
         return
-    values = np.vstack(known)
     # High powers are of very different sizes from point to point.
     values /= np.maximum(np.abs(values).max(axis=1, keepdims=True), np.finfo(float).tiny)
     sizes = np.linalg.norm(values, axis=0)
