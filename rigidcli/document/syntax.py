@@ -7,6 +7,7 @@ in which `1:30` is ninety and `no` is false. JSON is read by the same road, bein
 
 from __future__ import annotations
 
+import json
 import re
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -41,6 +42,9 @@ _NUMBER = re.compile(
 )
 """What a plain scalar is, by the core schema of YAML 1.2; any other is a text."""
 
+_PAIR = re.compile(r"(?<!\\)((?:\\\\)*)(\\u[dD][89abAB][0-9a-fA-F]{2}\\u[dD][c-fC-F][0-9a-fA-F]{2})")
+"""Two escapes of JSON that stand for one character, which YAML does not have, and the backslashes before."""
+
 
 def read_tree(
     text: str,
@@ -56,6 +60,8 @@ def read_tree(
     every value by its path. Scalars stay the texts that were `typed`, where that is asked, and only nothing
     at all is None.
     """
+    if "\\u" in text:
+        text = _PAIR.sub(lambda pair: pair[1] + json.loads(f'"{pair[2]}"'), text)
     data = text.encode(errors="surrogatepass")
     require_bounded(data, source)
     try:
