@@ -19,7 +19,8 @@ from rigidcli.report import Column, Field, Report, Step, Table
 _NUMBER = re.compile(r"(-?[0-9.]+)(?: \\times 10\^\{(-?\d+)\})?")
 """A number with or without a power of ten: all numbers of a column are in the font of the page."""
 
-_NAME = re.compile(rf"\b(?:p_\w+|\w+dot|(?:{'|'.join(sorted({*GREEK} - {'lambda', 'omega'}))})\d*)\b")
+_ANGLES = "|".join(sorted({*GREEK} - {"lambda", "omega"}))
+_NAME = re.compile(rf"\b(?:d(?P<rate>\w+)/dt|p_\w+|\w+dot|(?:{_ANGLES})\d*)\b")
 """A coordinate, velocity or momentum in the title of a result."""
 
 PAGE, NOTEBOOK = 300_000, 10_000
@@ -117,7 +118,8 @@ def _title(title: str) -> str:
     if not (name := _NAME.search(title)):
         return _prose(title)
     before, after = title[: name.start()], title[name.end() :]
-    return f"{_prose(before)}{formula(latex_name(name[0]))}{_title(after)}"
+    meant = name[0] if name["rate"] is None else f"{name['rate']}dot"
+    return f"{_prose(before)}{formula(latex_name(meant))}{_title(after)}"
 
 
 def _result(entry: Field, look: Look) -> str:
