@@ -177,10 +177,6 @@ class Circulation:
         return frame
 
 
-_PER_MOTION = [one.name for one in fields(Circulation) if one.name not in ("axes", "n")]
-"""What each of the motions has of its own."""
-
-
 def _circulation(state: State, chosen: NDArray[np.int_], about_low: bool) -> Circulation:
     """The constants of the `chosen` motions of a state, all of which go round the same axis."""
     (Ia, Ib, Ic), axes, rates = state.moments, state.axes, state.rates[chosen]
