@@ -39,11 +39,11 @@ MOST_LINES = {
     "document": 2856,
     "fields": 1796,  # a list without brackets in braces is one problem with its cure
     "check": 7573,
-    "language": 2385,  # numbers without commas have a hint
-    "mechanics": 2710,  # the matrix exponential has twice the digits of a float, without scipy
+    "language": 2386,  # numbers without commas have a hint
+    "mechanics": 2721,  # the matrix exponential has twice the digits of a float, without scipy
     "reference": 634,  # the JSON Schema of files came here from `document`
     "render": 2778,  # rows that do not fit the one header of csv are refused
-    "studies": 6497,  # the working shows brackets, vectors of modes, and the torque of the document
+    "studies": 6510,  # the working shows brackets, vectors of modes, and the torque of the document
     "": 1680,  # homework is judged from Python; a problem of an expression has a code
 }
 """The most lines of Python that each room may have; "" is what stands at the top.

@@ -38,7 +38,7 @@ class Command(TyperCommand):
                 param.__class__ = Option
 
     def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
-        """Read the arguments; what is wrong with one is told in words of its own."""
+        """Read the arguments; an error about one has words of its own."""
         try:
             return super().parse_args(ctx, args)
         except typer.BadParameter as error:

@@ -150,7 +150,7 @@ def check(
         remarks = Remarks(quiet)
         view = view_of(format, items, regrade, canvas, column or prepared.title, quiet)
         if format is CheckFormat.html:
-            view = pages(prepared, remarks.told, target, steps=steps)
+            view = pages(prepared, remarks.kept, target, steps=steps)
         found = files.gather(answers, assignment, Path(scratch))
         target.protect(*(place.file for place in found.answers))
         known = None if roster is None else students.read_roster(roster)
@@ -162,7 +162,7 @@ def check(
             papers = [students.Paper(Path(answers[0]).stem, outcome=MISSING)]
         for problem in found.problems:
             complain(str(problem))
-            remarks.told.append(str(problem))
+            remarks.kept.append(str(problem))
             failures.code = max(failures.code, NOT_CORRECT if unhanded else UsageError.exit_code)
         remarks.tell(roster or prepared.source, notes)
         with progress() as show:
@@ -214,12 +214,12 @@ class Remarks:
 
     def __init__(self, quiet: bool) -> None:
         self._quiet = quiet
-        self.told = list[str]()
+        self.kept = list[str]()
 
     def tell(self, source: str, notes: Sequence[str]) -> None:
-        """Tell the notes on a source."""
+        """Print the notes on a source, and keep them."""
         tell_notes(source, notes, self._quiet)
-        self.told += [f"{source}: {note}" for note in notes]
+        self.kept += [f"{source}: {note}" for note in notes]
 
 
 def pages(prepared: "Prepared", remarks: Sequence[str], target: Output, *, steps: bool) -> "View":
@@ -259,7 +259,7 @@ def noted(
 ) -> "Iterator[Judgement]":
     """The judgements, whose notes are printed, and whose verdicts decide the exit code.
 
-    `others` are files beside the answers, which are told in the end, if no answer names them.
+    `others` are files beside the answers, which are listed in the end, if no answer names them.
     """
     from rigidcli.check.files import noted
 

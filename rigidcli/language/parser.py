@@ -15,6 +15,7 @@ from __future__ import annotations
 
 import difflib
 import re
+from abc import ABC, abstractmethod
 from collections.abc import Mapping, Sequence
 
 from rigidcli.errors import ExpressionError
@@ -51,7 +52,7 @@ def read(
     return reader.whole(), frozenset(reader.names)
 
 
-class Grammar:
+class Grammar(ABC):
     """A place in the tokens of one text, with a method for each rule of the grammar."""
 
     __slots__ = ("depth", "index", "token", "tokens")
@@ -189,9 +190,9 @@ class Grammar:
         self.close(opening)
         return [inner]
 
+    @abstractmethod
     def named(self, token: Token) -> Sequence[tree.Node]:
         """What a name means, which has been passed already."""
-        raise NotImplementedError
 
     def root(self) -> tree.Call:
         """The root of the number, name, function or parenthesis that follows its sign."""

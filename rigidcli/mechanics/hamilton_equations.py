@@ -7,13 +7,13 @@ H = T + V.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
 from fractions import Fraction
 from typing import TypeGuard
 
-from rigidcli.algebra.atoms import Group
+from rigidcli.algebra.atoms import Applied, Group
 from rigidcli.algebra.calculus import derivative
 from rigidcli.algebra.expansion import Polynomial, coefficients
 from rigidcli.algebra.expressions import ONE, ZERO, Expr, product, symbol, total
@@ -75,6 +75,17 @@ def is_constant_in(e: Expr, name: str) -> bool:
     if name not in e.names:
         return True
     return is_zero(derivative(e, name)) and is_zero(e - substitute(e, {name: symbol(f"{name}'")}))
+
+
+def steps(e: Expr, names: Collection[str]) -> tuple[Expr, ...]:
+    """Functions u of the names whose sign stands in a function, also as u/|u|: it has a step where u = 0."""
+    found = [a for a in e.everywhere() if isinstance(a, Applied) and a.function == "sign"]
+    for monomial in e.terms:
+        for size, n in monomial:
+            across = {name for atom, k in monomial if k * n < 0 for name in atom.names}
+            if isinstance(size, Applied) and size.function == "abs" and not across.isdisjoint(size.names):
+                found.append(size)
+    return tuple(dict.fromkeys(a.arguments[0] for a in found if not a.names.isdisjoint(names)))
 
 
 def bracket(f: Expr, g: Expr, phase: Phase) -> Expr:

@@ -2,29 +2,29 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from fractions import Fraction
 from functools import cached_property, lru_cache
 
-import numpy as np
-
-from rigidcli.algebra.atoms import Applied
 from rigidcli.algebra.calculus import derivative
 from rigidcli.algebra.expressions import ZERO, Expr, number, symbol, total
 from rigidcli.algebra.simplification import tidy
 from rigidcli.algebra.substitution import substitute
-from rigidcli.algebra.trees import plain_tree
-from rigidcli.algebra.values import is_zero, sample_points
-from rigidcli.core.arithmetic import Floats
-from rigidcli.core.solution import NO_VALUE
+from rigidcli.algebra.values import is_zero
 from rigidcli.document.document import Document
 from rigidcli.document.variables import acceleration
 from rigidcli.errors import ComputationError, ExpressionError
-from rigidcli.language import code
-from rigidcli.mechanics.hamilton_equations import TIME, Phase, equations, is_constant_in, linear, squares
+from rigidcli.mechanics.hamilton_equations import (
+    TIME,
+    Phase,
+    equations,
+    is_constant_in,
+    linear,
+    squares,
+    steps,
+)
 from rigidcli.mechanics.lagrange_equations import (
     LagrangeEquations,
     lagrange_equations,
@@ -34,15 +34,7 @@ from rigidcli.mechanics.lagrange_equations import (
 from rigidcli.mechanics.legendre import NOTHING, Momenta, canonical_momenta, legendre_transform
 from rigidcli.mechanics.velocity_inversion import Branch
 from rigidcli.studies.hamilton.system import SystemFunctions, known_values, system_functions
-
-MOST_RESIDUAL = 1e-6
-"""A residual of the equations of motion beyond this, in units of their size, is no rounding error."""
-
-CHECKS = 3
-"""The number of random points at which the equations of motion are compared."""
-
-LONGEST_KEY = 30_000
-"""The longest keys of H and of the velocities together that are worked with: about ten pages of text."""
+from rigidcli.studies.hamilton.verification import MOST_RESIDUAL, is_short, residual_of
 
 
 @dataclass(frozen=True, eq=False)
@@ -79,7 +71,7 @@ class Derivation:
     @property
     def is_short(self) -> bool:
         """Whether H is known, and short enough to be worked with."""
-        return self.hamiltonian is not None and (self.branch is None or _is_short(self.branch))
+        return self.hamiltonian is not None and (self.branch is None or is_short(self.branch))
 
     @cached_property
     def equations(self) -> tuple[Expr, ...] | None:
@@ -134,15 +126,8 @@ class Derivation:
 
     @cached_property
     def jumps(self) -> tuple[Expr, ...]:
-        """Functions u of the variables whose sign stands in H, or in L if H is not known, also as u/|u|."""
-        variables = {*self.phase.names, *self.velocity_names}
-        found = [a for a in self.generator.everywhere() if isinstance(a, Applied) and a.function == "sign"]
-        for monomial in self.generator.terms:
-            for size, n in monomial:
-                across = {name for atom, k in monomial if k * n < 0 for name in atom.names}
-                if isinstance(size, Applied) and size.function == "abs" and not across.isdisjoint(size.names):
-                    found.append(size)
-        return tuple(dict.fromkeys(a.arguments[0] for a in found if not variables.isdisjoint(a.names)))
+        """Functions of the variables whose sign stands in H, or in L if H is not known."""
+        return steps(self.generator, {*self.phase.names, *self.velocity_names})
 
     @cached_property
     def conserved_momenta(self) -> tuple[str, ...]:
@@ -274,7 +259,7 @@ def _transformed(derivation: Derivation, lagrangian: Expr, values: Mapping[str, 
         notes.append("H is too long to be worked out in symbols; orbits solve for the velocities in numbers")
     elif not branches:
         notes.append("no closed form of the velocities in the momenta was found, so that H is not written")
-    elif not _is_short(branches[0]):
+    elif not is_short(branches[0]):
         notes.append("Hamilton's equations are too long to be worked out in symbols")
     return replace(derivation, momenta=momenta, branches=branches, residual=residual, notes=tuple(notes))
 
@@ -310,7 +295,7 @@ def _branches(
     for branch in legendre_transform(lagrangian, velocities, phase.momenta, values, momenta, typed):
         decided = [e.names for e in branch.region if e.names <= values.keys()]
         fixed = {name: values[name].evaluate() for names in decided for name in names}
-        residual = _residual(lagrangian, momenta, branch, phase, velocities, fixed)
+        residual = residual_of(lagrangian, momenta, branch, phase, velocities, fixed)
         if residual is None or residual < MOST_RESIDUAL:
             good.append(branch)
             residuals += [] if residual is None else [residual]
@@ -343,62 +328,3 @@ def _require_regular_at(values: Mapping[str, Expr], momenta: Momenta) -> None:
             f"the mass matrix has rank {found} of {size} at the given values ({shown}), "
             "so that the momenta do not tell the velocities"
         )
-
-
-def _is_short(branch: Branch) -> bool:
-    """Whether H can be worked with in symbols."""
-    return sum(len(e.key) for e in (branch.hamiltonian, *branch.velocities)) <= LONGEST_KEY
-
-
-def _residual(
-    lagrangian: Expr,
-    momenta: Momenta,
-    branch: Branch,
-    phase: Phase,
-    velocities: tuple[str, ...],
-    fixed: Mapping[str, float],
-) -> float | None:
-    """How far a branch is from the Euler-Lagrange equations at random points; None if it has no value at any.
-
-    Names have their `fixed` values, or random ones. There p = dL/dv must lead back to v, and -dH/dq be
-    dL/dq, or where H is long, H be p v - L. A point on another branch says nothing.
-    """
-    if _is_short(branch):
-        expected = [derivative(lagrangian, q) for q in phase.coordinates]
-        found = [-derivative(branch.hamiltonian, q) for q in phase.coordinates]
-    else:
-        pairs = zip(momenta.definitions, velocities, strict=True)
-        expected, found = [total(p * symbol(v) for p, v in pairs) - lagrangian], [branch.hamiltonian]
-    expected = [*momenta.definitions, *expected]
-    found = [*branch.velocities, *found]
-    names = lagrangian.names | branch.hamiltonian.names
-    shared = [*sorted(names - {*phase.names, *velocities, TIME}), TIME, *phase.coordinates]
-    from_velocities = code.function([plain_tree(e) for e in expected], [*shared, *velocities], {})(math)
-    limits = (*branch.conditions, *branch.region)
-    trees = [plain_tree(e) for e in (*found, *limits)]
-    from_momenta = code.function(trees, [*shared, *phase.momenta], {})(math)
-    size, worst, seen = len(velocities), 0.0, 0
-    for place, point in enumerate(sample_points([*shared, *velocities], fixed)):
-        if place % 2:
-            point |= {name: -point[name] for name in velocities}
-        v = np.array([point[name] for name in velocities])
-        try:
-            known = np.array(from_velocities(*point.values()))
-            reached = np.array(from_momenta(*(point[name] for name in shared), *known[:size]))
-        except NO_VALUE:
-            continue
-        values, signs = np.split(reached, [len(found)])
-        if not np.isfinite([*known, *reached]).all() or (signs <= 0).any():
-            continue
-        miss = max(_miss(v, values[:size]), _miss(known[size:], values[size:]))
-        if not branch.conditions or miss <= MOST_RESIDUAL:
-            worst, seen = max(worst, miss), seen + 1
-        if seen == CHECKS:
-            break
-    return worst if seen else None
-
-
-def _miss(a: Floats, b: Floats) -> float:
-    """The largest difference, in units of the largest entry."""
-    scale = max(np.abs(a).max(), np.abs(b).max())
-    return float(np.abs(a - b).max() / scale) if scale else 0.0
