@@ -98,7 +98,7 @@ def _study(name: str) -> Study:
     ) -> Result:
         return _answer(row, document, exact, settings, {"steps": steps, "picture": picture, **options})
 
-    listed = indent(tables.result_rows(tables.results()[name]), "  ")
+    listed = indent(tables.result_rows(name), "  ")
     study.__name__ = study.__qualname__ = name
     study.__doc__ = HELP.format(about=row.about, fields=listed, example=inspect.cleandoc(row.python))
     return study

@@ -17,8 +17,8 @@ import yaml
 
 import rigidcli
 from rigidcli import STUDIES
-from rigidcli.reference.tables import results
 from rigidcli.render import TRAITS, Format, formats_of
+from rigidcli.studies.results import RESULTS
 
 from .conftest import ROOT, Program
 from .markup import markup
@@ -80,7 +80,7 @@ def starts_of(orbit: Any, folder: Path) -> int:
 
 def is_explained(key: str, value: Any, command: str) -> bool:
     """Whether `explain` knows a result, or all that is in it."""
-    known = {"schema", "name", "source", "units", *(field.key for field in results()[command])}
+    known = {"schema", "name", "source", "units", *(field.key for field in RESULTS[command])}
     inner = {f"{key}.{name}" for name in value} if isinstance(value, dict) else {key}
     return key in known or inner <= known
 

@@ -1,4 +1,4 @@
-"""The whole document: a body, how it turns and what makes it precess; a system of any kind, and its orbit."""
+"""The model of a document: a body, its motion and precession; a system with an orbit and transformations."""
 
 from __future__ import annotations
 
@@ -48,9 +48,9 @@ else:
 
 @dataclass(slots=True)
 class Reading:
-    """What a document was read from, and the environment of its numbers.
+    """The draft of a document, and the environment in which its numbers were read.
 
-    The documents of all `starts` of an ensemble share it, and what is `kept` of their common work.
+    The documents of all `starts` of an ensemble share it, with the results of common work that are `kept`.
     """
 
     draft: Draft = field(default_factory=lambda: Draft("", {}))
@@ -63,7 +63,7 @@ class Document(Section):
     """A system as a person describes it. Numbers are SI values, or exact; `arithmetic` says which."""
 
     name: Title | None = optional("What results call it; else the name of the file")
-    description: Title | None = optional("What people should know; nothing reads it")
+    description: Title | None = optional("Remarks for people; the program does not use them")
     parameters: dict[str, Any] | None = Field(
         default=None,
         description="Values for names in expressions; null makes a symbol, and the document exact",
@@ -129,11 +129,11 @@ class Document(Section):
 
     @cached_property
     def reading(self) -> Reading:
-        """What the document was read from, as its reader says; nothing for one that was made otherwise."""
+        """The draft and the environment of the document; empty ones where it was not read from a text."""
         return Reading()
 
     def came_from(self, reading: Reading, rest: Document | None) -> None:
-        """Remember what the document was read from; it may share its body with the `rest` of a sweep."""
+        """Remember the draft and the environment; the body may be that of the `rest` of a sweep."""
         # Beside the fields: a private attribute of pydantic takes ten times as long to look up.
         self.__dict__["reading"] = reading
         reading.starts = 1 if self.ensemble is None else len(self.ensemble)
@@ -142,12 +142,12 @@ class Document(Section):
 
     @property
     def arithmetic(self) -> Arithmetic:
-        """The kind of number in which the document is worked."""
+        """The arithmetic of the numbers in the document: floats or exact expressions."""
         return self.reading.environment.arithmetic
 
     @property
     def exact_results(self) -> bool:
-        """Whether exact results are wanted: by the user, or because a parameter has no value."""
+        """Whether results are exact: the user asks for it, or a parameter has no value."""
         return self.reading.environment.exact_results
 
     @property
@@ -169,7 +169,7 @@ class Document(Section):
 
     @cached_property
     def definitions(self) -> Mapping[str, Expression | None]:
-        """The parameters as they are given, exactly: each after those it uses, None for a symbol."""
+        """The exact expressions of the parameters, each after those that it uses; None for a symbol."""
         env = self.reading.environment
         written = env.definitions.items()
         return {name: None if value is None else env.symbolic(value) for name, value in written}
@@ -186,37 +186,37 @@ class Document(Section):
 
     @property
     def notes(self) -> tuple[str, ...]:
-        """What the reader of the document should know about it."""
+        """Remarks for the user on the document, each once."""
         return tuple(dict.fromkeys(self.reading.environment.notes))
 
     @property
     def text(self) -> str:
-        """What was typed; below it, in comments, what was set from outside."""
+        """The text of the document, and below it, in comments, the values that were set by options."""
         return self.reading.draft.whole
 
     def problem(self, message: str, key: str, *, hint: str | None = None) -> Problem:
-        """A problem that was found after reading, at the line of the key path or of the nearest one above."""
+        """A problem of a document that was read, at the line of the key, or of the nearest key above it."""
         path = tuple(int(step) if step.isdecimal() else step for step in key.split("."))
         source, line = self.reading.draft.place(path)
         return Problem(source, message, line, key, hint)
 
     def refusal(self, message: str, key: str, *, hint: str | None = None) -> DocumentError:
-        """The refusal of the document for one such problem."""
+        """The error that refuses the document for one such problem."""
         return DocumentError([self.problem(message, key, hint=hint)])
 
     @property
     def ensemble(self) -> Ensemble | None:
-        """The starts of the motion or of the orbit, where there is not one."""
-        found = (section.ensemble for section in (self.motion, self.orbit) if section is not None)
-        return next((ensemble for ensemble in found if ensemble is not None), None)
+        """The starts of the motion or of the orbit; None where there is a single start."""
+        ensembles = (section.ensemble for section in (self.motion, self.orbit) if section is not None)
+        return next((ensemble for ensemble in ensembles if ensemble is not None), None)
 
     def start(self, place: int, **sampling: Any) -> Self:
-        """The document with one start of its ensemble, and its times changed to what is given."""
+        """The document with one start of the ensemble, and with these keys of its sampling replaced."""
         key = "motion" if self.motion is not None and self.motion.ensemble is not None else "orbit"
         section = getattr(self, key).at_start(place).model_copy(update=sampling)
-        found = self.model_copy(update={key: section})
-        found.__dict__["physical"] = self.physical.of(vars(found))
-        return found
+        document = self.model_copy(update={key: section})
+        document.__dict__["physical"] = self.physical.of(vars(document))
+        return document
 
     @cached_property
     def physical(self) -> Physical:
@@ -226,9 +226,9 @@ class Document(Section):
 
 @cache
 def _sections_with() -> dict[str, list[str]]:
-    """For each key below the sections at the top of a document, the names of those that have it."""
-    found: dict[str, list[str]] = {}
+    """The names of the sections at the top of a document, by the keys that they have."""
+    names: dict[str, list[str]] = {}
     for name, entry in Document.model_fields.items():
         for key in dict.fromkeys(key for each in sections_in(entry.annotation) for key in each.model_fields):
-            found.setdefault(key, []).append(name)
-    return found
+            names.setdefault(key, []).append(name)
+    return names

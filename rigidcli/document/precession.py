@@ -1,4 +1,4 @@
-"""What makes an axis precess: gravity on a top, and distant bodies on the equatorial bulge of a planet."""
+"""The sections `top` and `tide`: gravity on a top, and distant bodies that pull at the bulge of a planet."""
 
 from __future__ import annotations
 
@@ -47,7 +47,7 @@ class Top(Section):
 
     @property
     def numbers(self) -> dict[str, Scalar | None]:
-        """What describes the top without a body, by its keys."""
+        """The numbers of a top without a body, by their keys."""
         return {key: getattr(self, key) for key in ("mass", "distance", "lambda1", "lambda3")}
 
 
@@ -80,7 +80,7 @@ class Perturber(Section):
 
 
 class Tide(Section):
-    """A spinning planet, and what pulls at its bulge."""
+    """A spinning planet, and the bodies that pull at its bulge."""
 
     ONE_OF: ClassVar = ("moments", "ellipticity")
 

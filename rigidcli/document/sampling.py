@@ -1,4 +1,4 @@
-"""Where a motion starts, be it once or many times, and when it is looked at."""
+"""The starts of a motion, one or many, and the times of its samples."""
 
 from __future__ import annotations
 
@@ -53,8 +53,9 @@ class Ensemble:
 class OrMany(Wrapper):
     """Marks a field of one start (`otherwise`) in which a list of starts, or the name of a table, may stand.
 
-    `is_one` tells a start from a list of them. `named` makes of it the values by their names. `heads` makes
-    names of the heads of a table; `require` refuses the values of a start in it. Both raise ValueProblem.
+    `is_one` is true for a single start and false for a list of starts. `named` turns a start into values by
+    their names. `heads` turns the heads of a table into names, and `require` checks a start of the
+    table; both raise ValueProblem.
     """
 
     is_one: Callable[[Any], bool]
@@ -65,7 +66,7 @@ class OrMany(Wrapper):
     require: Callable[[Mapping[str, float]], None] = lambda start: None
 
     def wrapped(self, raw: Any, otherwise: ValidatorFunctionWrapHandler, info: ValidationInfo) -> object:
-        """One start as it is otherwise read, or several as an ensemble."""
+        """One start, or several as an ensemble."""
         if isinstance(raw, str) and raw.lower().endswith(".csv"):
             return self._table(environment(info).file(raw), info)
         many = isinstance(raw, list) and raw and not self.is_one(raw)
@@ -77,12 +78,13 @@ class OrMany(Wrapper):
         one = handler(schema)
         words = f"A .csv file of starts, beside the document, with heads such as {self.example}"
         table = {"type": "string", "pattern": r"\.[cC][sS][vV]$", "description": words}
-        return {"anyOf": [one, {"type": "array", "items": one, "minItems": 1}, table]}
+        several = {"type": "array", "items": one, "minItems": 1, "description": "A list of such starts"}
+        return {"anyOf": [one, several, table]}
 
     def _many(
         self, raw: list[object], otherwise: ValidatorFunctionWrapHandler, info: ValidationInfo
     ) -> Ensemble:
-        """The starts of a list, or the problems of all of them."""
+        """The ensemble of a list of starts. Raises ValidationError with the problems of all starts."""
         n, errors, rows = environment(info).arithmetic, list[InitErrorDetails](), list[dict[str, Any]]()
         for place, entry in enumerate(raw):
             try:
@@ -102,11 +104,7 @@ class OrMany(Wrapper):
         return Ensemble(names, np.array(values, dtype=np.float64))
 
     def _table(self, path: Path, info: ValidationInfo) -> Ensemble:
-        """The starts in a .csv file.
-
-        Raises ValueProblem where it cannot be read or holds something else; the message begins with `path`
-        as given and the line.
-        """
+        """The ensemble in a .csv file. Raises ValueProblem, which begins with the path and the line."""
         values, line = [], 1
         try:
             if not path.is_file():
@@ -116,7 +114,7 @@ class OrMany(Wrapper):
             if len(set(titles)) < len(titles):
                 raise ValueProblem(f"header {shown(','.join(titles))}, expected each head once")
             names = self.heads(titles, info)
-            for line, cells in rows:  # noqa: B007 - the line of what is refused
+            for line, cells in rows:  # noqa: B007 - the line of a problem
                 values.append(_numbers(cells, titles))
                 self.require(dict(zip(names, values[-1], strict=True)))
                 if len(values) > MOST_STARTS:
@@ -145,16 +143,16 @@ MOST_SAMPLES = 10_000_000
 """The most samples of a motion: a trajectory of as many rows takes a gigabyte."""
 
 LEAST_TOLERANCE, LARGEST_TOLERANCE = 1e-15, 1e-3
-"""Bounds of the relative error of a step: rounding is larger than less, and more is no solution."""
+"""Bounds of the relative error of a step: rounding exceeds the least; the largest is three digits."""
 
 DEFAULT_SAMPLES = 1001
 """Samples where a document says nothing: with both ends, they cut its duration into a thousand parts."""
 
 DEFAULT_TOLERANCE = 1e-12
-"""Relative error of a step where a document says nothing: small beside what most are asked for."""
+"""Relative error of a step where a document says nothing: smaller than most users need."""
 
 WHOLE_STEP = 1e-9
-"""A last step that misses the end by less than this, in units of the step, was meant to end there."""
+"""A last step that misses the end by less than this, in units of the step, ends there but for rounding."""
 
 
 def _ascending(times: tuple[Scalar, ...], info: ValidationInfo) -> tuple[Scalar, ...]:
@@ -182,7 +180,7 @@ class Sampling(Section):
     """The span of a motion that begins at t = 0, and its samples."""
 
     STARTS: ClassVar[str]
-    """The key of the start, or of several: an ensemble."""
+    """The key of the start or of the ensemble."""
 
     AT_MOST_ONE_OF: ClassVar = (("samples", "step", "times"), ("duration", "times"))
     NEEDS: ClassVar = {"step": "duration"}
@@ -208,7 +206,7 @@ class Sampling(Section):
 
     @property
     def ensemble(self) -> Ensemble | None:
-        """The starts, where there is not one."""
+        """The ensemble of starts; None for a single start."""
         start = getattr(self, self.STARTS)
         return start if isinstance(start, Ensemble) else None
 

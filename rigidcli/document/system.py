@@ -23,17 +23,16 @@ from rigidcli.document.variables import (
     read_new_names,
     velocity,
 )
-from rigidcli.errors import ValueProblem, shown
+from rigidcli.errors import ValueProblem, shown, with_article
 from rigidcli.fields.dimensions import ANGLE, ENERGY, LENGTH, MASS, MOMENT_OF_INERTIA, Dimension
 from rigidcli.fields.quantities import AsList, worked_out
-from rigidcli.fields.readers import ReadBy, Reader
+from rigidcli.fields.readers import SHARED, ReadBy, Reader
 from rigidcli.fields.section import Section, environment, optional, refuse
 from rigidcli.language.expression import Expression
 from rigidcli.language.tree import UnknownFunction
 
 MOST_PARTICLES = 200
-"""The most particles of a system: far more than anybody writes, and still worked in bounded time."""
-
+"""The most particles of a system: far more than anybody writes, and still quick to derive."""
 
 MOST_ARGUMENTS = 6
 """The most arguments of an unknown function: two points in space."""
@@ -73,9 +72,11 @@ class SystemExpression(Reader):
     sign: Literal["positive", "nonnegative"] | None = None
 
     def json_schema(self) -> JsonSchemaValue:
-        """A number or a text, with the variables that may stand in it."""
-        variables = ", ".join(["the parameters", "coordinates", *self.besides])
-        return EXPRESSION_SCHEMA | {"description": f"An expression in {variables} and t"}
+        """A number or a text, with the variables that may stand in it, under a name of its own."""
+        what, variables = str(self.dimension or "force"), ["coordinates", *self.besides]
+        name = "-in-".join([what.partition(" (")[0].replace(" ", "-"), "-and-".join(variables)])
+        words = f"An expression for {with_article(what)} in the parameters, {', '.join(variables)} and t"
+        return {SHARED: name, "schema": EXPRESSION_SCHEMA | {"description": words}}
 
     def read(self, raw: object, info: ValidationInfo) -> Expression:
         """The expression, in which names stay names."""
@@ -104,10 +105,7 @@ def _read_forces(raw: object, info: ValidationInfo) -> dict[str, Expression]:
     """Generalized forces by their coordinates."""
     names = environment(info).coordinates
     return read_mapping(
-        raw,
-        lambda name, value: _FORCE.read(value, info),
-        example="{x: -c*xdot}",
-        names=names,
+        raw, lambda name, value: _FORCE.read(value, info), example="{x: -c*xdot}", names=names
     )
 
 
@@ -119,7 +117,7 @@ Forces: TypeAlias = Annotated[
 
 
 def _read_functions(raw: object, info: ValidationInfo) -> tuple[UnknownFunction, ...]:
-    """Functions without a formula, such as a potential V(x) of which only the arguments are given."""
+    """Functions without a formula: of a potential V(x), only the name and the arguments are given."""
     env = environment(info)
     coordinates = env.coordinates or ()
     taken = dict.fromkeys(coordinates, "a coordinate") | derived_names(coordinates)
@@ -200,7 +198,7 @@ Particles: TypeAlias = Annotated[tuple[Particle, ...], AsList, Field(min_length=
 
 
 class System(Section):
-    """What moves, in generalized coordinates. The velocity of x is xdot, its momentum p_x, the time t.
+    """A system in generalized coordinates. The velocity of x is xdot, its momentum p_x, the time t.
 
     A `lagrangian` may stand beside `kinetic` and `potential`: it then moves the system, and T + V is what
     the Hamiltonian is compared with.

@@ -1,4 +1,4 @@
-"""Variables of phase space: their names, expressions in them, an equilibrium, and a change of variables."""
+"""Variables of phase space: names, expressions, an equilibrium, and the section `transform`."""
 
 from __future__ import annotations
 
@@ -27,7 +27,8 @@ EXPRESSION_SCHEMA: JsonSchemaValue = {"type": ["number", "string"]}
 def names_schema(least: int, most: int) -> JsonSchemaValue:
     """JSON Schema of a list of names, or of names in a text."""
     names = {"type": "array", "items": {"type": "string"}, "minItems": least, "maxItems": most}
-    return {"anyOf": [names, {"type": "string"}]}
+    names["description"] = "A list of names"
+    return {"anyOf": [names, {"type": "string", "description": "Names with commas between them"}]}
 
 
 RESULTS: Mapping[str, str] = {"H": "the Hamiltonian"}
@@ -39,7 +40,7 @@ velocity, momentum, acceleration = "{}dot".format, "p_{}".format, "{}ddot".forma
 
 
 def derived_names(coordinates: Iterable[str]) -> dict[str, str]:
-    """The names of the velocities, momenta and accelerations, and what they are."""
+    """The names of velocities, momenta and accelerations, each with its meaning."""
     kinds = {"velocity": velocity, "momentum": momentum, "acceleration": acceleration}
     return {of(name): f"the {kind} of `{name}`" for name in coordinates for kind, of in kinds.items()}
 
@@ -47,9 +48,9 @@ def derived_names(coordinates: Iterable[str]) -> dict[str, str]:
 def read_new_names(
     raw: object, env: Environment, taken: Mapping[str, str], most: int, what: str
 ) -> tuple[dict[str, int], list[ValueProblem]]:
-    """The new names in a list of the document, each with its index, and the problems of the others.
+    """The new names in a list, each with its index, and the problems of the other entries.
 
-    `taken` tells what a name is already. A parameter of the same name is at fault, not the name.
+    `taken` has names that are in use, each with its meaning. A parameter of the same name is refused instead.
     """
     if isinstance(raw, str):
         raw = [name.strip() for name in raw.split(",")]
@@ -57,22 +58,22 @@ def read_new_names(
         raise ValueProblem(f"read {shown(raw)}, expected a list of {what}, such as [x, y]")
     if not 1 <= len(raw) <= most:
         raise ValueProblem(f"read {shown(raw)}, expected 1 to {most} {what}")
-    found: dict[str, int] = {}
+    index_of: dict[str, int] = {}
     problems: list[ValueProblem] = []
     for index, entry in enumerate(raw):
         with gathered(problems, index):
             name = read_name(entry)
-            if name in found:
+            if name in index_of:
                 raise ValueProblem(f"{shown(entry)} stands here already")
             if name in taken:
                 raise ValueProblem(f"`{name}` is {taken[name]}, expected another name")
-            found[name] = index
+            index_of[name] = index
             blame_parameter(name, f"one of the {what}", env)
-    return found, problems
+    return index_of, problems
 
 
 def blame_parameter(name: str, what: str, env: Environment) -> None:
-    """Let a parameter of this name, if there is one, be refused: the name means something else."""
+    """Refuse a parameter of this name, if there is one: the name has another meaning."""
     if name in env.declared:
         env.faults[name] = ValueProblem(f"`{name}` is {what}, expected another name for a parameter")
 
@@ -86,8 +87,7 @@ def read_expression(
 ) -> Expression:
     """An expression in `variables` and the parameters, which stay names.
 
-    `others` tells what names are that mean something elsewhere, besides those of the system. Raises
-    ValueProblem.
+    `others` has the meanings of further names that are known elsewhere, for messages. Raises ValueProblem.
     """
     expression = env.symbolic(raw, dimension, variables)
     strange = expression.names - env.declared - {*variables}
@@ -103,7 +103,7 @@ def read_expression(
 
 @dataclass(frozen=True, slots=True)
 class Equilibrium:
-    """Values of all coordinates, in the parameters; if it `is_sought`, they are only near it."""
+    """Values of all coordinates, in the parameters. If it `is_sought`, they are the start of the search."""
 
     values: Mapping[str, Expression]
     is_sought: bool
@@ -140,7 +140,7 @@ EQUILIBRIUM = ReadBy(
 
 
 def _meanings(coordinates: tuple[str, ...]) -> dict[str, str]:
-    """What the names of a system are."""
+    """The meanings of the names of a system."""
     return {name: f"the coordinate `{name}`" for name in coordinates} | derived_names(coordinates)
 
 
@@ -160,7 +160,7 @@ def _read_new_variables(raw: object, info: ValidationInfo) -> tuple[str, ...]:
 
 
 def _read_side(raw: object, info: ValidationInfo) -> dict[str, Expression]:
-    """The variables of one side as expressions in those of the other; `info` tells which side it is."""
+    """The variables of one side as expressions in those of the other; the name of the field is the side."""
     env = environment(info)
     new: tuple[str, ...] | None = info.data.get("new_variables")
     coordinates = env.coordinates
@@ -172,14 +172,8 @@ def _read_side(raw: object, info: ValidationInfo) -> dict[str, Expression]:
             return env.symbolic(value)
         return read_expression(value, env, (*other, "t"), others=dict.fromkeys(new or (), "a new variable"))
 
-    found = read_mapping(
-        raw,
-        read,
-        example="{x: Q + P, p_x: P}",
-        names=side,
-        needed=side or (),
-    )
-    return {name: found[name] for name in side or found}
+    given = read_mapping(raw, read, example="{x: Q + P, p_x: P}", names=side, needed=side or ())
+    return {name: given[name] for name in side or given}
 
 
 Side: TypeAlias = Annotated[

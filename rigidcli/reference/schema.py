@@ -26,7 +26,8 @@ def json_schema(root: type[Section] = Document) -> dict[str, Any]:
 
 
 def _below(section: type[Section]) -> list[type[Section]]:
-    return [section, *(found for child in section.__subclasses__() for found in _below(child))]
+    """A section and all that are built on it."""
+    return [section, *(below for child in section.__subclasses__() for below in _below(child))]
 
 
 def _of_section(section: type[Section], definitions: dict[str, Any], waiting: list[str]) -> dict[str, Any]:
@@ -34,23 +35,22 @@ def _of_section(section: type[Section], definitions: dict[str, Any], waiting: li
 
     What sections share is put into `definitions`; the sections to which it refers are added to `waiting`.
     """
-    schema = section.model_json_schema()
-    inner = schema.pop("$defs", {})  # what pydantic puts aside stands where it belongs
+
+    def refer(name: str, rest: dict[str, Any]) -> dict[str, Any]:
+        return {"$ref": f"#/$defs/{name}", **rest}
 
     def linked(node: Any) -> Any:
         if isinstance(node, list):
             return [linked(item) for item in node]
         if not isinstance(node, dict):
             return node
-        rest = {key: value for key, value in node.items() if key not in ("$ref", SHARED, "schema")}
-        if "$ref" in node:
-            return linked(inner[node["$ref"].rpartition("/")[2]] | rest)
+        rest = {key: value for key, value in node.items() if key not in ("$ref", SECTION, SHARED, "schema")}
         if SHARED in node:
             definitions[node[SHARED]] = node["schema"]
-            return {"$ref": f"#/$defs/{node[SHARED]}", **rest}
-        if SECTION in node:
-            waiting.append(node[SECTION])
-            return {"$ref": f"#/$defs/{node[SECTION]}"}
+            return refer(node[SHARED], rest)
+        if SECTION in node or "$ref" in node:
+            waiting.append(node.get(SECTION) or node["$ref"].rpartition("/")[2])
+            return refer(waiting[-1], rest)
         # An optional key is left out in documents, where null says nothing more.
         if isinstance(choices := node.get("anyOf"), list) and {"type": "null"} in choices:
             choices = [choice for choice in choices if choice != {"type": "null"}]
@@ -58,5 +58,11 @@ def _of_section(section: type[Section], definitions: dict[str, Any], waiting: li
             return linked(only | {key: node[key] for key in node if key not in ("anyOf", "default")})
         return {key: linked(value) for key, value in node.items()}
 
+    schema: dict[str, Any] = section.model_json_schema()
+    schema.pop("$defs", None)  # these sections are worked by themselves
+    for key, entry in schema["properties"].items():
+        entry.setdefault("title", key.title())
+    if section.ONE_OF and "oneOf" not in schema:
+        schema["oneOf"] = [{"required": [key]} for key in section.ONE_OF]
     whole: dict[str, Any] = linked(schema)
     return whole

@@ -1,19 +1,20 @@
-"""Units, functions, results, mistakes and exit codes, each from its own table."""
+"""Pages on units, functions, results, mistakes, files and exit codes, each made of its own table."""
 
 from __future__ import annotations
 
-from rigidcli.errors import EXIT_CODES
+from rigidcli.errors import EXIT_CODES, ValueProblem
 from rigidcli.reference.page import page, paragraph, rows
 from rigidcli.report import Field
+from rigidcli.studies.results import RESULTS
 
 
 def exit_codes() -> str:
-    """What the exit codes mean."""
-    return page("exit-codes", rows([(str(code), means) for code, means in EXIT_CODES.items()]))
+    """The page of the exit codes."""
+    return page("exit-codes", rows([(str(code), meaning) for code, meaning in EXIT_CODES.items()]))
 
 
 def units() -> str:
-    """All units, by what they measure."""
+    """The page of all units, by what they measure."""
     from rigidcli.fields.units import PREFIXES, TABLE, parse_unit
 
     by_dimension: dict[str, list[str]] = {}
@@ -30,23 +31,23 @@ def units() -> str:
     )
 
 
-def unit(name: str) -> str | None:
-    """One unit; None for what is none."""
-    from rigidcli.errors import ValueProblem
+def unit(name: str) -> list[str]:
+    """The page of a unit; none of another name."""
     from rigidcli.fields.units import TABLE, parse_unit
 
     try:
-        found = parse_unit(name)
+        parsed = parse_unit(name)
     except ValueProblem:
-        return None
-    names = next((names for names, *_ in TABLE if name in names.split()), name)
-    unit = str(found.dimension).partition("(")[2].rstrip(")") or str(found.dimension)
-    told = [("measures", str(found.dimension)), ("is", f"{found.scale:.12g} {unit}"), ("names", names)]
-    return page(name, rows([row for row in told if row != ("names", name)]))
+        return []
+    dimension = str(parsed.dimension)
+    facts = [("measures", dimension)]
+    facts += [("is", f"{parsed.scale:.12g} {dimension.partition('(')[2].rstrip(')') or dimension}")]
+    facts += [("names", names) for names, *_ in TABLE if name in names.split() and names != name][:1]
+    return [page(name, rows(facts))]
 
 
 def functions() -> str:
-    """The functions and constants of expressions."""
+    """The page of the functions and constants of expressions."""
     from rigidcli.language.functions import ALIASES, CONSTANTS, FUNCTIONS
 
     listed = [
@@ -66,15 +67,22 @@ def torque_variable(name: str) -> list[str]:
     return [page(head, paragraph(VARIABLES[name]))] if name in VARIABLES else []
 
 
-def mistakes() -> dict[str, str]:
-    """The codes of findings, each with its sentence."""
+def mistakes() -> str:
+    """The page of the codes of findings, each with its sentence."""
     from rigidcli.check.base import CODES
 
-    return CODES
+    return page("mistakes", rows([*CODES.items()]))
+
+
+def mistake(name: str) -> list[str]:
+    """The page of a finding of `check`; none of another name."""
+    from rigidcli.check.base import CODES
+
+    return [page(f"{name}: a finding of `check`", paragraph(CODES[name]))] if name in CODES else []
 
 
 def files() -> str:
-    """The kinds of FILES."""
+    """The page of the kinds of FILES."""
     from rigidcli.bodies.robots import READERS
     from rigidcli.document.draft import BODY_FILES
 
@@ -89,28 +97,27 @@ def files() -> str:
     return page("files that commands read", rows([*bodies, robots, lists, others]), paragraph(remark))
 
 
-def results() -> dict[str, tuple[Field, ...]]:
-    """The results of every command that computes."""
-    from rigidcli.studies.results import RESULTS
-
-    return RESULTS
-
-
-def result_rows(fields: tuple[Field, ...]) -> str:
-    """Results, each with its unit and what it is."""
-    return rows([(field.key, _told(field)) for field in fields])
+def results() -> str:
+    """The page of the results of every command that computes."""
+    commands = [(name, ", ".join(field.key for field in fields)) for name, fields in RESULTS.items()]
+    common = "In json, all have `schema`, `name`, `source` and `units`, too, and with `--sweep` also `swept`."
+    return page("results of each command", rows(commands), paragraph(common))
 
 
-def _told(field: Field) -> str:
-    unit = f" ({field.unit})" if field.unit else ""
-    what = "; ".join(filter(None, [field.title.strip(), field.means]))
-    return f"{what or 'the ' + field.key.rpartition('.')[2].replace('_', ' ')}{unit}"
+def result_rows(command: str, below: str = "") -> str:
+    """The results of a command whose keys begin with `below`, with their meanings and units."""
+    lines = []
+    for field in RESULTS[command]:
+        words = "; ".join(filter(None, [field.title.strip(), field.means]))
+        words = words or f"the {field.key.rpartition('.')[2].replace('_', ' ')}"
+        lines.append((field.key, f"{words} ({field.unit})" if field.unit else words))
+    return rows([line for line in lines if line[0].startswith(below)])
 
 
 def results_called(name: str) -> list[str]:
     """The pages of results of a name; of one that several commands have alike a single page."""
     alike: dict[str, tuple[Field, list[str]]] = {}
-    for command, fields in results().items():
+    for command, fields in RESULTS.items():
         for field in fields:
             if name in (field.key, field.key.rpartition(".")[2], *field.cells):
                 _, places = alike.setdefault(repr(field), (field, []))
@@ -119,12 +126,12 @@ def results_called(name: str) -> list[str]:
 
 
 def result(head: str, field: Field) -> str:
-    """One result."""
-    told = [
-        ("is", field.title.strip()),
-        ("means", field.means),
-        ("symbol", field.symbol and f"{field.symbol} (LaTeX)"),
-        ("unit", field.unit or "none"),
-        ("csv", ", ".join(field.cells)),
-    ]
-    return page(head, rows([row for row in told if row[1]]))
+    """The page of a result."""
+    facts = {
+        "is": field.title.strip(),
+        "means": field.means,
+        "symbol": field.symbol and f"{field.symbol} (LaTeX)",
+        "unit": field.unit or "none",
+        "csv": ", ".join(field.cells),
+    }
+    return page(head, rows([fact for fact in facts.items() if fact[1]]))

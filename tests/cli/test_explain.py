@@ -3,23 +3,24 @@
 from __future__ import annotations
 
 from rigidcli.bodies.shapes import SHAPES
+from rigidcli.check.base import CODES
 from rigidcli.errors import EXIT_CODES, RigidError
 from rigidcli.fields.units import TABLE
 from rigidcli.language.functions import FUNCTIONS
-from rigidcli.reference import index, keys, tables
-from rigidcli.reference.fields import said
+from rigidcli.reference import index, keys
+from rigidcli.studies.results import RESULTS
 from tests.conftest import Program
 from tests.shapes import DIMENSIONS
 
 
 def everything() -> list[str]:
     paths = [*index.TOPICS, *SHAPES, *(".".join(key.path) for key in keys.every())]
-    paths += [f"{command}.{field.key}" for command, fields in tables.results().items() for field in fields]
+    paths += [f"{command}.{field.key}" for command, fields in RESULTS.items() for field in fields]
     return [
         *paths,
         *(names.split()[0] for names, *_ in TABLE),
-        *tables.mistakes(),
-        *tables.results(),
+        *CODES,
+        *RESULTS,
         *FUNCTIONS,
     ]
 
@@ -33,7 +34,7 @@ def test_everything_has_a_page_that_fits() -> None:
 
 
 def test_a_result_that_refers_to_another_says_to_which() -> None:
-    for command, fields in tables.results().items():
+    for command, fields in RESULTS.items():
         for field in fields:
             if field.title.startswith("its ") or field.title.endswith(" besides"):
                 assert field.means, f"{command}.{field.key}"
@@ -48,8 +49,7 @@ def test_every_column_of_a_motion_is_explained(program: Program) -> None:
 
 def test_every_key_is_told_what_it_holds() -> None:
     for key in keys.every():
-        assert key.field is not None
-        assert said(key.field).strip(), key.path
+        assert keys.summary(key).strip(), key.path
     for shape in SHAPES.values():
         assert set(shape.dimensions()) == {
             entry.split(":")[0].strip() for entry in _keys(DIMENSIONS[shape.word()])
