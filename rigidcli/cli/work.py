@@ -226,7 +226,7 @@ def _answers(task: Task, draft: Draft, work: Work, watch: Watch | None) -> Itera
             units = {entry.key: entry.unit for entry in report.fields}
             swept = (
                 Field(name, value, unit=unit or units.get(name, ""), cells={name: ()})
-                for name, value, unit in task.sweep.told(point, document.exact_results)
+                for name, value, unit in task.sweep.swept(point, document.exact_results)
             )
             report = replace(report, swept=tuple(swept))
         yield work.answer(report, files)

@@ -1,1 +1,1 @@
-"""What a person may write: the text of a document, its sections, and what is set from outside."""
+"""Documents: their text, their sections, and the values that options set."""

@@ -1,7 +1,7 @@
-"""What is wrong with a text, in the words of a document: complaints of pydantic, and slips in YAML.
+"""Problems of a text in the words of a document, from complaints of pydantic and of the parser of YAML.
 
-A parser notices a slip where the text makes no sense any more, which may be lines later. Here the lines
-before that are read as a person would read them.
+A parser complains where the text stops making sense, which may be lines after the slip. Here the lines
+before that place are read as a person would read them.
 """
 
 from __future__ import annotations
@@ -27,26 +27,28 @@ _TYPES = {
     "too_short": "at least {min_length}",
     "too_long": "at most {max_length}",
 }
-"""What pydantic's complaints about a type or a bound expect, in the words of a document."""
+"""The type or bound that a complaint of pydantic expects, in the words of a document."""
 
 _FLAT = {
     "inertia": "principal moments are written `moments: [1, 2, 3]`, a tensor by its rows",
     "points": "each point is a list, also a single one: `points: [[m, x, y, z]]`",
 }
-"""What to write for a list of numbers where one of lists is expected."""
+"""The cure for a list of numbers under these keys, which expect a list of lists."""
 
 _DECIMAL_COMMA = re.compile(r"(?<![\w.])(-?\d+), (\d*[1-9]\d*)(?![\w.])")
-"""What a list has in place of a decimal such as `0,5`: two entries."""
+"""Two entries of a list, as they are read where somebody has typed the decimal `0,5`."""
 
 _MEANT = re.compile(r"^unknown key \(did you mean (\w+)")
-"""The key that an unknown one stands for: that it is missing says nothing more."""
+"""The key that was meant by an unknown key: a further problem that it is missing would say nothing new."""
 
 
 def explain(error: ValidationError) -> list[ValueProblem]:
-    """Every complaint of pydantic, in the document's words."""
+    """The problems that pydantic complains of, in the words of a document."""
     explained: dict[Path, ValueProblem] = {}
     for complaint in error.errors(include_url=False):
-        path = tuple(key for key in complaint["loc"] if key != "[key]")  # a key of a mapping is meant itself
+        path = tuple(
+            key for key in complaint["loc"] if key != "[key]"
+        )  # pydantic marks a complaint about the key itself
         kind, read, context = complaint["type"], complaint["input"], complaint.get("ctx", {})
         if isinstance(problem := context.get("error"), ValueProblem):
             problem.below(*path)
@@ -56,7 +58,7 @@ def explain(error: ValidationError) -> list[ValueProblem]:
         elif kind == "missing":
             problem = ValueProblem("missing", path=path)
         elif kind == "too_short" and len(read) >= context["min_length"]:
-            continue  # long enough, but for the entries that have problems of their own
+            continue  # it is long enough, and some entries have problems of their own
         elif kind == "tuple_type" and path[:-1] in explained:
             continue
         else:
@@ -95,7 +97,7 @@ def _of_type(path: Path, kind: str, read: Any, context: Mapping[str, Any], messa
 
 
 class Slip(NamedTuple):
-    """A slip: its place (line and column from 1), what is wrong there, and what to do about it."""
+    """A slip: the line and column (from 1) where it stands, a message, and a hint."""
 
     line: int
     column: int
@@ -128,19 +130,19 @@ _RULES = {
         "a text with a colon and a blank in it stands in quotes",
     ),
 }
-"""What a line with a slip looks like, the group `at` being where that is; the message, and the hint."""
+"""Patterns of lines with a slip, whose group `at` is its place; each with a message and a hint."""
 
 _COMMENT, _XML, _TAB, _NO_BLANK, _NO_COLON, _NO_BRACES, _SECOND_COLON = _RULES
 
 _QUOTED = re.compile(r"\"(?:[^\"\\]|\\.)*\"|'[^']*'|(?<!\S)#.*")
-"""What has no brackets that count: quoted texts and comments."""
+"""Quoted texts and comments, in which brackets mean nothing."""
 
 _PAIRS = {"{": "}", "[": "]"}
-"""Brackets, and what closes them."""
+"""Opening brackets, each with the bracket that closes it."""
 
 
 def find_slip(text: str, error: Any) -> Slip | None:
-    """The slip behind what a parser (an error of PyYAML with marks) complains of; None without a place."""
+    """The slip behind an error of PyYAML; None for an error without a place."""
     mark = error.problem_mark or error.context_mark
     if mark is None:
         return None
@@ -174,20 +176,20 @@ def find_slip(text: str, error: Any) -> Slip | None:
 
 
 def _by_rules(lines: list[str], numbers: Iterable[int], *patterns: str) -> Slip | None:
-    """The first slip in these lines."""
+    """The slip in the first of these lines that one of the patterns matches."""
     for number in numbers:
         for pattern in patterns:
-            if found := re.match(pattern, lines[number]):
+            if match := re.match(pattern, lines[number]):
                 message, hint = _RULES[pattern]
-                hint = re.sub(" `$", "`", hint.format(**found.groupdict(default="")))
-                return Slip(number + 1, found.start("at") + 1, message, hint)
+                hint = re.sub(" `$", "`", hint.format(**match.groupdict(default="")))
+                return Slip(number + 1, match.start("at") + 1, message, hint)
     return None
 
 
 def _in_brackets(lines: list[str], line: int, column: int) -> Slip:
-    """The slip within brackets: one that is not closed, or a comma that is missing."""
+    """The slip within brackets: a bracket that is not closed, or a missing comma."""
     opened: list[tuple[int, int, str]] = []
-    plain = (_QUOTED.sub(lambda found: " " * len(found[0]), text) for text in lines)
+    plain = (_QUOTED.sub(lambda match: " " * len(match[0]), text) for text in lines)
     for number, place, sign in (
         (n, place, sign) for n, text in enumerate(plain) for place, sign in enumerate(text)
     ):

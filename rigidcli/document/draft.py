@@ -1,4 +1,4 @@
-"""A document as it is written: its values, where each of them stands, and what is changed from outside."""
+"""A document before validation: the tree of its values, their lines, and the values set by options."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ if TYPE_CHECKING:
     from rigidcli.bodies.robots.links import Link
 
 NEAR = 20
-"""A value begins within so many lines of its key, or the line is not shown."""
+"""Lines below a key in which its value is sought, to show it; longer gaps are rare."""
 
 BODY_FILES = dict.fromkeys((".glb", ".obj", ".off", ".ply", ".stl"), "mesh") | dict.fromkeys(
     (".csv", ".npy", ".xyz"), "points"
@@ -35,32 +35,32 @@ BODY_FILES = dict.fromkeys((".glb", ".obj", ".off", ".ply", ".stl"), "mesh") | d
 """The key under which a document names a body that is a file, by the ending of the file's name."""
 
 SWEEP = "--sweep"
-"""The option that gives values one after the other."""
+"""The option under which a key runs over several values."""
 
 _SETTING = re.compile(r"([^=.]+(?:\.[^=.]+)*)=(.*)", re.DOTALL)
 """Keys joined by points, and the value after the first `=`."""
 
 
 def body_form(name: str) -> str | None:
-    """The key of the body that the file of this name is by itself; None for the file of a document."""
+    """The key of `body` under which a document names this file; None where it is no body by itself."""
     return BODY_FILES.get(ending(name))
 
 
 def split_setting(
     text: str, option: str = "--set", expected: str = "KEY=VALUE", example: str = 'body.mass="3 kg"'
 ) -> tuple[Path, str]:
-    """`a.0.b=value` as path and text of the value. Raises UsageError, which names the option, for others."""
-    found = _SETTING.fullmatch(text)
-    if found is None:
+    """The path and the text of the value in `a.0.b=value`. Raises UsageError, which names the option."""
+    setting = _SETTING.fullmatch(text)
+    if setting is None:
         message = f"{option}: read {shown(text)}, expected {expected}"
         raise UsageError(message, hint=f"as in {option} {example}")
-    key, value = found.groups()
+    key, value = setting.groups()
     return _steps(key), value
 
 
 @lru_cache(maxsize=64)
 def _steps(key: str) -> Path:
-    """The path that a key means; a sweep asks for the same one at every value."""
+    """The path in a key such as `size[0]`. A sweep asks for the same path at every value."""
     steps = re.sub(r"\[(\d+)\]", r".\1", key).split(".")  # `size[0]` is `size.0`
     return tuple(int(step) if step.isdecimal() else step for step in map(str.strip, steps))
 
@@ -91,7 +91,7 @@ def put(tree: Any, path: Path, value: object) -> tuple[Any, Path]:
 
 
 def _index(place: Any, step: str | int) -> int:
-    """The entry of a list that a step of a path means. Raises ValueProblem where there is none."""
+    """The index of an entry of a list from the step of a path. Raises ValueProblem for a missing entry."""
     entries = place if isinstance(place, list) else []
     if isinstance(step, int) and step < len(entries):
         return step
@@ -101,14 +101,14 @@ def _index(place: Any, step: str | int) -> int:
 
 @dataclass(frozen=True, eq=False)
 class Draft:
-    """What is written, as a tree of mappings, lists and scalars, and how it is to be read.
+    """The tree of mappings, lists and scalars in a document, and the way in which it is to be read.
 
-    `lines` has the line of every key and entry in the `text`; files that the document names are looked for
-    in `folder`. `settings` are texts `KEY=VALUE`, as after `--set`, which are still to be put into the tree;
-    `options` has the keys of those that an option of its own has given, with its name. `changed` has the
-    paths to values that have been put there, each with its option, and `typed` these settings. `exact` makes
-    decimals rationals and parameters without a value symbols. A file that is a body by itself has the key of
-    that as its `form`; a link of a robot is `link`.
+    `lines` has the line of every key and entry in the `text`. Names of files are relative to `folder`.
+    `settings` are texts `KEY=VALUE` of `--set`, not yet in the tree; `options` has the keys among them that
+    have an option of their own, with its name. `changed` has the paths of values that options have put into
+    the tree, with the names of the options, and `typed` has these settings. With `exact`, decimals are
+    rationals and parameters without a value are symbols. `form` is the key of `body` for a file that is a
+    body by itself, and `link` a link of a robot.
     """
 
     source: str
@@ -126,21 +126,21 @@ class Draft:
 
     @property
     def whole(self) -> str:
-        """The text, and below it, in comments, what is given from outside."""
+        """The text, and below it, in comments, the values that options have set."""
         return f"{self.text.rstrip()}\n" + "".join(f"# with {setting}\n" for setting in self.typed)
 
     @property
     def has_symbols(self) -> bool:
-        """Whether a parameter stands without a value."""
+        """Whether a parameter has no value."""
         parameters = self.tree.get("parameters") if isinstance(self.tree, dict) else None
         return isinstance(parameters, dict) and None in parameters.values()
 
     def absolute(self) -> Self:
-        """The same draft for a process in another folder, which reads the files that the document names."""
+        """The same draft with an absolute folder, for a process in another folder."""
         return replace(self, folder=str(pathlib.Path(self.folder).absolute()))
 
     def changed_by(self, settings: Sequence[str], option: str = "--set") -> Self:
-        """The same with values changed or added by texts `KEY=VALUE`. Raises DocumentError and UsageError."""
+        """The draft with these values of `KEY=VALUE` in its tree. Raises DocumentError and UsageError."""
         if not settings:
             return self
         tree, changed = self.tree, dict(self.changed)
@@ -159,7 +159,7 @@ class Draft:
         return replace(self, tree=tree, changed=changed, typed=(*self.typed, *settings))
 
     def place(self, path: Path) -> tuple[str, int | None]:
-        """The source and line of a value, or of what is nearest above it; without a line if set outside."""
+        """The source and line of a value, or of the nearest key above; values of options have no line."""
         for changed, option in reversed([*self.changed.items()]):
             if path[: len(changed)] == changed:
                 return f"{self.source} with {option}", None
@@ -167,13 +167,13 @@ class Draft:
         return self.source, next((self.lines[path] for path in above if path in self.lines), None)
 
     def problem(self, problem: ValueProblem) -> Problem:
-        """The problem, at the place of its value."""
+        """The problem of a value with its source, line and key."""
         source, line = self.place(problem.path)
         key = ".".join(map(str, problem.path))
         if self.form is not None:
             return self._of_file(problem, source, key)
         if source == self.source:
-            line = line or 1  # that of the document itself
+            line = line or 1  # a problem of the whole document
         excerpt, typed = None, (problem.typed or "").partition("\n")[0].strip()
         if typed and line is not None:
             below = enumerate(self.text.splitlines()[line - 1 : line + NEAR], start=line)
@@ -181,13 +181,13 @@ class Draft:
             excerpt = Excerpt.of(text, text.index(typed) + 1) if text else None
         if self.link is not None:
             if problem.path[:1] == ("body",) and source == self.source:
-                # What stands in the file of a robot has no keys of documents.
+                # A robot description has no keys of documents.
                 key = str(problem.path[-1]) if problem.path[-1] in ("mass", "position", "rotation") else ""
             key = f"link {self.link.name}: {key}".removesuffix(": ")
         return Problem(source, problem.message, line, key, problem.hint, problem.code, excerpt)
 
     def _of_file(self, problem: ValueProblem, source: str, key: str) -> Problem:
-        """The problem of a body that is a file: at the line of that with which its message may begin."""
+        """The problem of a file that is a body by itself, at the line with which the message may begin."""
         file = re.escape(str(pathlib.PurePath(self.folder, str(self.tree["body"][self.form]))))
         in_file = re.fullmatch(rf"{file}(?::(\d+))?: (.*)", problem.message, re.DOTALL)
         if in_file is not None:
@@ -201,6 +201,6 @@ class Draft:
 
 
 def of_text(text: str, source: str, folder: str = "", **options: Any) -> Draft:
-    """What is written in a text of YAML. Raises DocumentError."""
+    """The draft of a text in YAML. Raises DocumentError."""
     lines: dict[Path, int] = {}
     return Draft(source, read_tree(text, source, decimal, lines), text, lines, folder, **options)

@@ -1,4 +1,4 @@
-"""Reading: what is written -> a document, or all that is wrong with it, each problem with its line."""
+"""Reading: from the text of a file to a document, or to all of its problems, each with its line."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ from rigidcli.fields.texts import STDIN, read_text
 from rigidcli.fields.words import with_colon
 
 Source: TypeAlias = Document | Mapping[str, Any] | str | os.PathLike[str]
-"""A document, read already or not: what it says as a mapping, its text in YAML, or the path to its file."""
+"""A document that was read already, or a description: a mapping, a text in YAML, or the path to a file."""
 
 MAPPING = "<mapping>"
 """What messages call a document that was given as a mapping, which has no lines."""
@@ -34,29 +34,29 @@ KEYS = tuple(Document.model_fields)
 """The keys at the top of a document."""
 
 APART = frozenset({"name", "description", "body", "axis", "frame", "motion", "top", "tide"})
-"""Keys at the top that are read without another. Where only such keys are swept, all else is read once."""
+"""Keys at the top whose sections need no other section. Where only these are swept, the rest is read once."""
 
 MOST_LINKS = 1000
 """The most links of a robot, which take two seconds to read as documents; the largest robots have 200."""
 
 _TEXT = re.compile(r"\n|:\s|\{")
-"""What the text of a document has, and the path to a file has not."""
+"""A mark of the text of a document, which the path to a file does not contain."""
 
 
 class Drafts(NamedTuple):
-    """The documents of a file, not yet read, and notes on the file as a whole."""
+    """The drafts of all documents in a file, and notes on the file as a whole."""
 
     each: Sequence[Draft]
     notes: Sequence[str]
 
 
 def drafts(path: str | os.PathLike[str], **options: Any) -> Drafts:
-    """The documents of a file, `-` being standard input; options as in `load`. Raises DocumentError.
+    """The drafts of the documents in a file; options as in `load`. Raises DocumentError.
 
-    A robot description has one a link, all else is one.
+    A robot description has a document for each link, any other file is one document.
     """
     name = os.fspath(path)
-    # A file name may have bytes that are no text.
+    # The name of a file may contain bytes that are not text.
     source = os.fsencode(name).decode(errors="backslashreplace")
     folder = "" if name == STDIN else os.path.dirname(name)  # noqa: PTH120 - a Path takes ten times as long
     form = body_form(name)
@@ -66,15 +66,15 @@ def drafts(path: str | os.PathLike[str], **options: Any) -> Drafts:
     text = read_text(name, source)
     if not is_robot(name):
         return Drafts([of_text(text, source, folder, **options)], ())
-    found = robot_drafts(text, source, folder, **options)
-    if not found.each:
-        message = "; ".join(["no link has a mass that is written", *found.notes])
+    robot = robot_drafts(text, source, folder, **options)
+    if not robot.each:
+        message = "; ".join(["no link has a mass that is written", *robot.notes])
         raise DocumentError([Problem(source, message)])
-    return found
+    return robot
 
 
 def robot_drafts(text: str, source: str, folder: str, **options: Any) -> Drafts:
-    """The links of the robot in `text` that have a mass, or a problem. Raises DocumentError for no robot."""
+    """Drafts of the links that have a mass or a problem. Raises DocumentError where `text` is not a robot."""
     from rigidcli.bodies.robots import read_robot
     from rigidcli.bodies.robots.links import listed
 
@@ -82,7 +82,7 @@ def robot_drafts(text: str, source: str, folder: str, **options: Any) -> Drafts:
     if len(robot.links) > MOST_LINKS:
         problem = f"there are {len(robot.links):,} links, expected at most {MOST_LINKS:,}"
         raise DocumentError([Problem(source, problem)])
-    found, without = [], dict[str, list[str]]()
+    links, without = [], dict[str, list[str]]()
     for link in robot.links:
         if link.without:
             without.setdefault(link.without, []).append(f"{link.name} (line {link.line})")
@@ -90,22 +90,22 @@ def robot_drafts(text: str, source: str, folder: str, **options: Any) -> Drafts:
         lines: dict[Path, int] = {(): link.line, ("body",): link.line_of("inertia")}
         lines |= {("body", key): line for key, line in link.lines.items()}
         tree = {"name": link.name, "body": link.body}
-        found.append(Draft(link.source, tree, text, lines, folder, link=link, **options))
+        links.append(Draft(link.source, tree, text, lines, folder, link=link, **options))
     notes = [
         f"{len(names)} link{'s have' if len(names) > 1 else ' has'} {reason}: {listed(names)}"
         for reason, names in without.items()
     ]
-    return Drafts(found, [*robot.notes, *notes])
+    return Drafts(links, [*robot.notes, *notes])
 
 
 def load(path: str | os.PathLike[str], **options: Any) -> Document:
     """Read the document in the file `path`; `-` is standard input.
 
-    A file that is a body by itself, such as a table of points, stands for the document that has it as its
-    body, and `settings` complete that; of a robot one link has a mass. The options are `exact`, `settings`
-    and `options`: fields of a `Draft`. A document with a parameter that has no value is exact in any
-    case. One of a system keeps its expressions as they are, and has floats for the numbers that it needs.
-    Raises DocumentError with all problems, or UsageError for a setting that is not of its form.
+    A file that is a body by itself, such as a table of points, stands for the document with that body, which
+    `settings` complete. A robot must have exactly one link with a mass. The options are `exact`, `settings`
+    and `options`, which are fields of a `Draft`. A document with a parameter that has no value is always
+    exact. The document of a system keeps expressions as they are written, and has floats for its numbers.
+    Raises DocumentError with all problems, or UsageError for a setting that is not `KEY=VALUE`.
     """
     one, *others = load_all(path, **options)
     if others:
@@ -115,25 +115,25 @@ def load(path: str | os.PathLike[str], **options: Any) -> Document:
 
 
 def load_all(path: str | os.PathLike[str], **options: Any) -> list[Document]:
-    """The documents of a file, as `load` reads one: of a robot description one a link that has a mass.
+    """The documents of a file, which `load` would read: one for each link of a robot that has a mass.
 
     Raises DocumentError with the problems of all links.
     """
-    found, problems = [], list[Problem]()
+    documents, problems = [], list[Problem]()
     for draft in drafts(path, **options).each:
         try:
-            found.append(read(draft))
+            documents.append(read(draft))
         except DocumentError as error:
             problems += error.problems
     if problems:
         raise DocumentError(problems)
-    return found
+    return documents
 
 
 def loads(
     text: str, *, source: str = "<text>", folder: os.PathLike[str] | None = None, **options: Any
 ) -> Document:
-    """Read the document in `text`, as `load` does; files that it names are looked for in `folder`."""
+    """Read the document in `text`, as `load` does. Names of files in it are relative to `folder`."""
     return read(of_text(text, source, os.fspath(folder or ""), **options))
 
 
@@ -157,19 +157,19 @@ def read_source(source: Source, exact: bool, settings: Sequence[str]) -> Documen
 
 
 def plain(value: Any) -> Any:
-    """Arrays and other numbers as json has them; exact expressions, fractions and paths as text."""
+    """The value with arrays as lists; exact expressions, fractions and paths become text."""
     if hasattr(value, "tolist"):
         return value.tolist()
     return dict(value) if isinstance(value, Mapping) else str(value)
 
 
 def is_exact(draft: Draft, swept: Sequence[str]) -> bool:
-    """Whether the document is worked exactly with these values swept. Raises as `load`."""
+    """Whether the document with these swept values is computed exactly. Raises as `load`."""
     return draft.exact or _settled(draft).changed_by(swept, SWEEP).has_symbols
 
 
 def read(draft: Draft, swept: Sequence[str] = ()) -> Document:
-    """The document with these values swept, texts `KEY=VALUE` of `--sweep`. Raises as `load`."""
+    """The document with these swept values, which are texts `KEY=VALUE`. Raises as `load`."""
     if draft.link is not None and draft.link.problem is not None:
         raise DocumentError([draft.link.problem])
     given = _settled(draft).changed_by(swept, SWEEP)
@@ -181,11 +181,11 @@ def read(draft: Draft, swept: Sequence[str] = ()) -> Document:
     positive: frozenset[str] = frozenset()
     while True:
         document = _document(given, exact, positive)
-        found = document.reading.environment.positive
-        if found <= positive:
+        symbols = document.reading.environment.positive
+        if symbols <= positive:
             break
-        # Symbols that stand for masses and lengths are positive; knowing that, read once more.
-        positive |= found
+        # Symbols that stand for masses and lengths are positive: with this knowledge it is read again.
+        positive |= symbols
     if not given.has_symbols or (document.body is None and document.top is None):
         return document
     from rigidcli.document.trials import tried
@@ -195,15 +195,15 @@ def read(draft: Draft, swept: Sequence[str] = ()) -> Document:
 
 @lru_cache(maxsize=1)
 def _settled(draft: Draft) -> Draft:
-    """The draft with the values that are set, which all points of a sweep have in common."""
+    """The draft after `--set`, which all points of a sweep have in common."""
     return draft.changed_by(draft.settings)
 
 
 @lru_cache(maxsize=1)
 def _without(draft: Draft, *paths: str) -> Document | None:
-    """The document without the keys at its top to which paths lead: what is the same at all points.
+    """The document without the swept keys at its top, which is the same at all points.
 
-    None where it cannot be read without them; then each point is read whole, and tells what is wrong.
+    None where it cannot be read without them. Then each point is read as a whole, and reports its problems.
     """
     keys = {split_setting(f"{path}=")[0][0] for path in paths}
     with suppress(DocumentError):
@@ -215,7 +215,7 @@ def _without(draft: Draft, *paths: str) -> Document | None:
 
 
 def _no_mapping(tree: object) -> ValueProblem:
-    """The problem of what is no document at all."""
+    """The problem of a text that is not a mapping."""
     if tree is None:
         hint: str | None = "`rigidcli new` prints a document to start from"
         return ValueProblem("read an empty document, expected a mapping", hint=hint)
@@ -232,10 +232,10 @@ def _document(
     is_physical: bool = True,
     rest: Document | None = None,
 ) -> Document:
-    """The document of a draft, in which the symbols in `positive` are taken to be positive.
+    """The document of a draft, in which the symbols in `positive` are assumed to be positive.
 
-    It is looked at whether what is described can exist, if `is_physical`. The sections of the `rest` have
-    been read. Raises DocumentError with all problems.
+    If `is_physical`, a body or a top that cannot exist is refused. Sections of the `rest` are taken as they
+    are, and not read again. Raises DocumentError with all problems.
     """
     tree = draft.tree
     problems: list[ValueProblem] = []

@@ -1,4 +1,4 @@
-"""How a body turns: its angular velocity and orientation at t = 0, and the torque that drives it."""
+"""The section `motion`: angular velocity and orientation of a body at t = 0, the torque, and the times."""
 
 from __future__ import annotations
 
@@ -28,9 +28,9 @@ VARIABLES = {
         for axis in "xyz"
     },
 }
-"""What the components of a torque may depend on, in the order in which its functions take them, in words.
+"""The variables of the components of a torque, in the order of the arguments of its functions.
 
-e3 is the principal axis as it is printed.
+Here e3 is the third principal axis as `axes` prints it.
 """
 
 TorqueComponent = Annotated[
@@ -47,11 +47,11 @@ Torque3 = Annotated[tuple[TorqueComponent, TorqueComponent, TorqueComponent], As
 
 
 class OwnTorque(Section):
-    """A torque that the document tells by its components, under the one key of the section."""
+    """A torque by its components, which stand under the only key of the section."""
 
     @property
     def components(self) -> tuple[Formula, Formula, Formula]:
-        """The three, along axes that the class knows."""
+        """The three components, along the axes of the class."""
         (key,) = type(self).model_fields
         components: tuple[Formula, Formula, Formula] = getattr(self, key)
         return components
@@ -98,7 +98,7 @@ def _names(heads: Sequence[str], info: ValidationInfo) -> tuple[str, ...]:
 
 
 def _require(start: Mapping[str, float]) -> None:
-    """Raise ValueProblem for an omega of a size that is not read, and for values without an orientation."""
+    """Raise ValueProblem for an omega beyond the limits of numbers, and for a quaternion of zeros."""
     sizes = [abs(start[name]) for name in RATES if start[name]]
     if sizes and not 1 / DEFAULT_LIMIT <= min(sizes) <= max(sizes) <= DEFAULT_LIMIT:
         limits = f"{1 / DEFAULT_LIMIT:.0e} to {DEFAULT_LIMIT:.0e}"

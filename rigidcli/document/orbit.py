@@ -1,4 +1,4 @@
-"""The orbit of a system in phase space: where it begins, its span of time, and how it is followed."""
+"""The section `orbit`: the start of a system in phase space, the times, and the method of integration."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ def _read_initial(raw: object, info: ValidationInfo) -> dict[str, Scalar]:
 
 
 def _missing(given: Mapping[str, str], coordinates: tuple[str, ...]) -> Iterator[ValueProblem]:
-    """The problems of momenta and velocities that are incomplete, or contradict each other."""
+    """Problems of missing momenta or velocities, and of a mixture of both."""
     momenta, velocities = (list(map(kind, coordinates)) for kind in (momentum, velocity))
     read = [", ".join(name for name in half if name in given) for half in (momenta, velocities)]
     expected = f"expected all momenta ({', '.join(momenta)}) or all velocities ({', '.join(velocities)})"
@@ -98,21 +98,21 @@ class Orbit(Sampling):
         return problem
 
     def degrees_meant(self, system: System, typed: Mapping[str, Any]) -> Iterator[str]:
-        """Notes on coordinates that are angles, and begin with a bare number beyond a full turn.
+        """Notes on angles that start at a bare number beyond a full turn.
 
-        A coordinate is taken for an angle where a sine or a cosine has it as its argument, without a
+        A coordinate counts as an angle where it is the argument of a sine, cosine or tangent, without a
         parameter beside it.
         """
         arguments = _OF_ANGLES.findall(" ".join(expression.text for expression in system.expressions()))
         names = [set(re.findall(r"[^\W\d]\w*", argument)) - {"pi"} for argument in arguments]
-        angles = set[str]().union(*(found for found in names if found <= {*system.coordinates}))
+        angles = set[str]().union(*(alone for alone in names if alone <= {*system.coordinates}))
         for name, value in typed.items():
             is_bare = isinstance(value, int | float | Decimal) and not isinstance(value, bool)
             if name in angles and is_bare and abs(value) > FULL_TURN:
                 yield f"`orbit.initial.{name}` of {value} rad is beyond a full turn; {value} deg meant?"
 
     def start(self, system: System) -> tuple[Floats, Floats | None, Floats | None]:
-        """Coordinates, momenta and velocities at t = 0, each (n); None for those that are not given."""
+        """Coordinates, momenta and velocities at t = 0, arrays of shape (n); None where they are absent."""
         assert not isinstance(self.initial, Ensemble)
         q, p, v = (
             np.array([self.initial[name] for name in names]) if names[0] in self.initial else None

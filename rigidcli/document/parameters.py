@@ -20,20 +20,20 @@ TIME = "t"
 """The name of the time, in documents where there is one."""
 
 MOST_ENTRIES = 80
-"""The most names in a mapping: far more than anybody writes, and still worked in bounded time."""
+"""The most names in a mapping: far more than anybody writes, and still read in a second."""
 
 _RESERVED_FOR = {TIME: "the time", **dict.fromkeys(CONSTANTS, "a constant")}
-"""What reserved names are; those that are not here are functions."""
+"""The meanings of reserved names; any other reserved name is a function."""
 
 
 def read_parameters(env: Environment, raw: Mapping[str, Any], *, has_time: bool) -> list[ValueProblem]:
-    """Give the parameters in `raw` to `env`; what is wrong with them, each with its path.
+    """Put the parameters in `raw` into the environment. Returns their problems, each with its path.
 
     In a document that `has_time`, `t` is the time, and no parameter.
 
-    A parameter without a value becomes a symbol, known to be positive if `env` has it so; where numbers
-    are floats, it and what hangs on it are only `open`. One with a problem is `broken` in the
-    environment, so that what uses it is not blamed.
+    In exact arithmetic, a parameter without a value becomes a symbol, which is positive if `env.positive` has
+    it. With floats, such a parameter and all that depend on it are `open`. A parameter with a problem is
+    `broken`, so that expressions that use it are not reported as well.
     """
     spelling, problems = read_names(raw, has_time=has_time)
     env.declared |= spelling.keys()
@@ -68,7 +68,7 @@ def read_parameters(env: Environment, raw: Mapping[str, Any], *, has_time: bool)
 
 
 def read_names(raw: Mapping[str, Any], *, has_time: bool = True) -> tuple[dict[str, str], list[ValueProblem]]:
-    """The names that the keys of a mapping are, each with its key; and what is wrong with other keys."""
+    """The names of a mapping, each with its key as it is typed, and the problems of other keys."""
     spelling: dict[str, str] = {}
     problems: list[ValueProblem] = []
     for key in raw:
@@ -90,11 +90,11 @@ def read_mapping(
     besides: Callable[[Mapping[str, str]], Iterable[ValueProblem]] = lambda spelling: (),
     below: Path = (),
 ) -> dict[str, _T]:
-    """What `read` makes of the names and values of a mapping.
+    """The values of a mapping by their names, each read by the function `read`.
 
-    Only `names` may stand there, if they are given, and all `needed` ones must. `besides` looks for what else
-    is wrong, from the names and their keys. `below` leads from the value of the field to the mapping. Raises
-    ValueProblem, or ValidationError with all problems.
+    Other names than `names` are refused, if these are given, and all `needed` names must be there. `besides`
+    yields further problems, from the names and their keys. The path `below` leads from the value of the field
+    to the mapping. Raises ValueProblem, or ValidationError with all problems.
     """
     with at(*below):
         if not isinstance(raw, Mapping):
@@ -102,23 +102,23 @@ def read_mapping(
         if len(raw) > MOST_ENTRIES:
             raise ValueProblem(f"read {len(raw)} entries, expected at most {MOST_ENTRIES}")
     spelling, problems = read_names(raw)
-    found = {}
+    values = {}
     for name, key in spelling.items():
         with gathered(problems, key):
             if names is not None and name not in names:
                 near = f" (did you mean {meant}?)" if (meant := nearest(name, names)) else ""
                 raise ValueProblem(f"unknown name{near}", hint=f"expected {', '.join(names)}")
-            found[name] = read(name, raw[key])
+            values[name] = read(name, raw[key])
     problems += [ValueProblem("missing", path=(name,)) for name in needed if name not in spelling]
     problems += besides(spelling)
     refuse("mapping", [problem.below(*below) for problem in problems])
-    return found
+    return values
 
 
 def read_name(key: object, *, has_time: bool = True) -> str:
-    """A name that a document gives, in its ASCII spelling. Raises ValueProblem for what is no name.
+    """The ASCII spelling of a name in a document. Raises ValueProblem for any other text.
 
-    In a document that `has_time`, `t` is reserved.
+    In a document that `has_time`, the name `t` is reserved.
     """
     root = None
     if isinstance(key, str):
@@ -138,7 +138,7 @@ def _in_order(
     problems: list[ValueProblem],
     spelling: Mapping[str, str],
 ) -> list[str]:
-    """The names so that each comes after those it uses; what is in a circle, or hangs on one, is broken."""
+    """The names, each after those that it uses; names in a circle, or that depend on one, are broken."""
     sorter = TopologicalSorter(uses)
     try:
         sorter.prepare()

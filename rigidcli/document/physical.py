@@ -24,12 +24,12 @@ SAME_POINT = 1e-12
 
 
 class Physical:
-    """The numbers that the sections of a document describe, worked out when they are first asked for.
+    """Masses, tensors, axes and tops of a document, each computed when it is first used.
 
-    They are asked for when a document is read, so that a body or a top that cannot exist is refused at once.
+    `require` uses all of them when a document is read, so that an impossible body or top is refused at once.
 
     Vectors and tensors are along the document's axes. Every property raises ValueProblem, with the path in
-    the document, for what cannot exist.
+    the document, for a body, a top or an axis that cannot exist.
     """
 
     def __init__(self, sections: Mapping[str, Any], arithmetic: Arithmetic) -> None:
@@ -38,16 +38,16 @@ class Physical:
 
     @np.errstate(over="ignore", invalid="ignore")
     def of(self, sections: Mapping[str, Any]) -> Physical:
-        """The numbers of sections that may have the same body, which is then worked out once, here."""
-        found = Physical(sections, self.arithmetic)
-        if self.body is not None and found.body is self.body:
+        """The numbers of other sections; results for the same body are taken over from here."""
+        other = Physical(sections, self.arithmetic)
+        if self.body is not None and other.body is self.body:
             for name in ("properties", "inertia", *(("body_top",) if sections["top"] else ())):
-                found.__dict__[name] = getattr(self, name)
-        return found
+                other.__dict__[name] = getattr(self, name)
+        return other
 
     @np.errstate(over="ignore", invalid="ignore")
     def require(self) -> None:
-        """Raise ValueProblem unless all that the document describes can exist."""
+        """Raise ValueProblem where the document describes something impossible."""
         _ = self.axes, self.direction, self.orientation
         _ = self.body and self.inertia, self.sections["top"] and self.heavy_top
 
@@ -61,7 +61,7 @@ class Physical:
 
     @property
     def point(self) -> Array:
-        """The point O about which the tensor is asked (3, m)."""
+        """The point O about which the tensor is taken (3, m)."""
         about = self.sections["about"]
         if about == "com":
             return self.properties.com
@@ -73,7 +73,7 @@ class Physical:
         return self.arithmetic.array([0, 0, 0] if about == "origin" else about)
 
     def _require_known(self) -> None:
-        """Raise ValueProblem unless a tensor without a mass is given about the point that is asked for."""
+        """Raise ValueProblem where a tensor without a mass would have to be shifted."""
         size, properties = self.arithmetic.size, self.properties
         off = max(abs(size(component)) for component in self.point - properties.com)
         far = max(abs(size(component)) for component in (*self.point, *properties.com))
@@ -84,15 +84,15 @@ class Physical:
 
     @cached_property
     def inertia(self) -> Inertia:
-        """The inertia about the point O, along axes in which it was worked out."""
-        # A centre of mass is rounded, and the inertia about it known better; exact sums have axes in common.
+        """The inertia about the point O, with the axes in which it was computed."""
+        # The inertia about a rounded centre of mass is known better than a shift would give it.
         body, n = self.properties, self.arithmetic
         if body.mass is None:
             self._require_known()
         if body.mass is None or (self.sections["about"] == "com" and not n.exact):
             return body.inertia
-        found = body.inertia_about(self.point)
-        return Inertia(n.tidy(found.entries), found.noise, n.tidy(found.axes))
+        inertia = body.inertia_about(self.point)
+        return Inertia(n.tidy(inertia.entries), inertia.noise, n.tidy(inertia.axes))
 
     @cached_property
     def tensor(self) -> Array:
@@ -101,7 +101,7 @@ class Physical:
 
     @cached_property
     def direction(self) -> Array | None:
-        """The unit vector (3) along the axis through O about which the moment is asked, if one is."""
+        """The unit vector (3) along the `axis` through O; None where the document has no axis."""
         if self.sections["axis"] is None:
             return None
         with at("axis"):
@@ -109,7 +109,7 @@ class Physical:
 
     @cached_property
     def heavy_top(self) -> HeavyTop:
-        """The top that the section `top` describes by itself or by the body, held at the point O."""
+        """The top of the section `top`, from its own numbers or from the body held at the point O."""
         top = self.sections["top"]
         if top is None:
             raise ValueProblem("missing, expected a top", path=("top",))

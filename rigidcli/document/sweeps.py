@@ -1,7 +1,7 @@
-"""`--sweep KEY=VALUES`: the values over which a key of a document runs, and the grid of several keys.
+"""`--sweep KEY=VALUES`: the values over which a key of a document runs, and grids of several keys.
 
-Values are texts, as after `--set`. Those of a range are worked out exactly, each when it is asked for: a
-sweep of 1e9 takes no memory.
+Values are texts, as after `--set`. A value of a range is computed exactly when it is needed, so that a sweep
+of 1e9 values takes no memory.
 """
 
 from __future__ import annotations
@@ -35,15 +35,15 @@ DIGITS = Context(prec=40)
 """Logarithmic steps are worked with 40 digits, so that 1 to 1000 in four steps has 10 and 100 in it."""
 
 _DECIMAL = re.compile(r"[-+]?(\d|\.\d)")
-"""How a decimal begins, and no expression such as `pi/2` that is rounded."""
+"""The beginning of a decimal; an expression such as `pi/2` has another, and is rounded."""
 
 
 @dataclass(frozen=True)
 class Range:
     """The texts of `count` values from `start` to `stop`, both included, all in the same `unit`.
 
-    They are worked out exactly and rounded once: 0:1:11 has 0.3, where floats that add up have
-    0.30000000000000004. Two neighbours have the same ratio if it is `logarithmic`, else the same difference.
+    They are computed exactly and rounded once: 0:1:11 has 0.3, where a sum of floats has 0.30000000000000004.
+    In a `logarithmic` range neighbours have the same ratio, else the same difference.
     """
 
     start: Fraction
@@ -57,7 +57,7 @@ class Range:
         return self.count
 
     def text(self, index: int, exact: bool) -> str:
-        """A value. Raises UsageError for one of `exact` numbers that is rounded."""
+        """The value at an index. Raises UsageError where an `exact` value would have to be rounded."""
         part = Fraction(index, max(self.count - 1, 1))
         value = self.start + (self.stop - self.start) * part
         if self.logarithmic and 0 < part < 1:
@@ -74,7 +74,7 @@ class Range:
 
 
 class Key(NamedTuple):
-    """A key of a document, the values over which it runs, and the file that they are read from, if any."""
+    """A key of a document, the values over which it runs, and the file with these values, if there is one."""
 
     name: str
     values: Range | tuple[str, ...]
@@ -83,9 +83,9 @@ class Key(NamedTuple):
 
 @dataclass(frozen=True)
 class Sweep:
-    """Values of one key or several: a grid, in which the first key changes slowest, or pairs of them.
+    """The values of one key or several: a grid, in which the first key changes slowest, or pairs.
 
-    Those of a range are the values of `exact` numbers, or of floats.
+    Values of ranges are `exact` numbers or floats.
     """
 
     keys: tuple[Key, ...]
@@ -94,7 +94,7 @@ class Sweep:
 
     @cached_property
     def count(self) -> int:
-        """How many points there are; it may be more than a list can have."""
+        """The number of points, which may be larger than a list can have."""
         return math.prod(len(key.values) for key in self.keys[: 1 if self.paired else None])
 
     @property
@@ -103,7 +103,7 @@ class Sweep:
         return tuple(key.file for key in self.keys if key.file)
 
     def point(self, index: int) -> tuple[str, ...]:
-        """The values at a place of the sweep: a text for each key. Raises UsageError as `Range.text`."""
+        """The values at one point of the sweep: a text for each key. Raises UsageError as `Range.text`."""
         texts = []
         for key in reversed(self.keys):
             own = index
@@ -117,10 +117,10 @@ class Sweep:
         """The point as texts `KEY=VALUE`."""
         return [f"{key.name}={text}" for key, text in zip(self.keys, point, strict=True)]
 
-    def told(self, point: Sequence[str], exact: bool) -> Iterator[tuple[str, Any, str]]:
-        """For each key its name, its value as results tell it, and the unit of that where one is typed."""
+    def swept(self, point: Sequence[str], exact: bool) -> Iterator[tuple[str, Any, str]]:
+        """For each key its name, its value in results, and the SI unit of that where a unit is typed."""
         for key, text in zip(self.keys, point, strict=True):
-            yield key.name, *_told(text, exact)
+            yield key.name, *_value(text, exact)
 
 
 def read_sweep(texts: Sequence[str], paired: bool) -> Sweep:
@@ -236,10 +236,10 @@ def _column(name: str, text: str) -> tuple[tuple[str, ...], str]:
     return tuple(cells), path
 
 
-def _told(text: str, exact: bool) -> tuple[Any, str]:
-    """A value as results tell it, and the unit of that where one is typed.
+def _value(text: str, exact: bool) -> tuple[Any, str]:
+    """A value as it stands in results, and its SI unit where a unit is typed.
 
-    A number or a quantity is told in SI units, any other text as it is typed.
+    A number or a quantity becomes its SI value, and any other text stays as it is typed.
     """
     if not exact:
         with suppress(ValueError):

@@ -1,4 +1,4 @@
-"""YAML text -> plain mappings, lists and scalars, by YAML 1.2's core schema and nothing beyond it.
+"""From YAML to plain mappings, lists and scalars, by the core schema of YAML 1.2 and nothing beyond it.
 
 The events of PyYAML's parser are put together here, without its composer and constructor: these
 recurse in C until the stack is gone, follow merge keys and aliases without bound, and read YAML 1.1,
@@ -40,7 +40,7 @@ _NUMBER = re.compile(
     r"|(?P<based>0o[0-7]+|0x[0-9a-fA-F]+)"
     r"|(?P<endless>[-+]?\.(?:inf|Inf|INF)|\.(?:nan|NaN|NAN))"
 )
-"""What a plain scalar is, by the core schema of YAML 1.2; any other is a text."""
+"""Plain scalars that are numbers, by the core schema of YAML 1.2; any other is a text."""
 
 _PAIR = re.compile(r"(?<!\\)((?:\\\\)*)(\\u[dD][89abAB][0-9a-fA-F]{2}\\u[dD][c-fC-F][0-9a-fA-F]{2})")
 """Two escapes of JSON that stand for one character, which YAML does not have, and the backslashes before."""
@@ -54,11 +54,10 @@ def read_tree(
     *,
     typed: bool = False,
 ) -> Any:
-    """The one document in `text`. Raises DocumentError for bad syntax and for what is not safe to read.
+    """The tree of the one document in `text`. Raises DocumentError for bad or unsafe syntax.
 
-    `number` makes numbers of plain scalars that are not integers. `lines` is filled with the line (from 1) of
-    every value by its path. Scalars stay the texts that were `typed`, where that is asked, and only nothing
-    at all is None.
+    `number` reads plain scalars that are decimals. `lines` is filled with the line (from 1) of every value by
+    its path. With `typed`, all scalars stay texts as they were typed, and only an empty one is None.
     """
     if "\\u" in text:
         text = _PAIR.sub(lambda pair: pair[1] + json.loads(f'"{pair[2]}"'), text)
@@ -83,7 +82,7 @@ def read_tree(
 
 
 def read_value(text: str, source: str) -> Any:
-    """The value in a text, which is mostly a number and then needs no parser. Raises DocumentError."""
+    """The value in a text; a number needs no parser. Raises DocumentError."""
     kind = _NUMBER.fullmatch(text) if len(text) <= MAX_INTEGER_DIGITS else None
     if kind is None or kind.lastgroup not in ("whole", "decimal"):
         return read_tree(text, source, decimal)
@@ -100,7 +99,7 @@ def decimal(text: str) -> Decimal | float:
 
 @dataclass(slots=True)
 class _Builder:
-    """Puts events together. Containers within containers are worked by recursion, to MAX_DEPTH."""
+    """Builds the tree from events of the parser, by recursion down to MAX_DEPTH."""
 
     _next: Callable[[], Any]
     _source: str
@@ -109,7 +108,7 @@ class _Builder:
     _is_typed: bool
 
     def root(self) -> Any:
-        """The one document of the stream; None where there is nothing."""
+        """The tree of the one document of the stream; None for an empty stream."""
         root, documents = None, 0
         while (event := self._next()) is not None:
             if isinstance(event, yaml.NodeEvent):

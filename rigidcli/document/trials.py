@@ -1,4 +1,4 @@
-"""Checks of a document with symbols: it is read with values for them, and must describe what can exist."""
+"""Checks of a document with symbols: it is read with trial values, for which its bodies must be possible."""
 
 from __future__ import annotations
 
@@ -17,17 +17,17 @@ from rigidcli.errors import ComputationError, DocumentError, ValueProblem, at
 from rigidcli.fields.environment import Formula
 
 TRIALS = 30
-"""Sets of values: a body that one set in ten allows is refused once in twenty-five cases."""
+"""Sets of trial values: a body that one set in ten allows is wrongly refused once in twenty-five cases."""
 
 MOST_SYMBOLS = 3
 """With more symbols, values that allow a body may be missed by chance: then it is noted, and not refused."""
 
 
 def tried(document: Document, draft: Draft, read: Callable[[Mapping[str, Any]], Document]) -> Document:
-    """The document, with notes on the positive values of its symbols that it cannot have.
+    """The document, with notes on checks that fail for some positive values of its symbols.
 
-    `read` makes of a tree with numbers a document, which may be one that cannot exist. Problems and notes
-    name the check that fails, without the values. Raises DocumentError where all values fail.
+    `read` reads a tree with trial values, without a check that the body can exist. Notes and problems name
+    the check that fails, without the values. Raises DocumentError where all values fail.
     """
     parameters = draft.tree["parameters"]
     symbols = [name for name, value in parameters.items() if value is None]
@@ -58,7 +58,7 @@ def tried(document: Document, draft: Draft, read: Callable[[Mapping[str, Any]], 
 
 
 def _require_physical(document: Document) -> None:
-    """Raise ValueProblem for what cannot exist, without integrals of densities."""
+    """Raise ValueProblem for an impossible body or top; densities are sampled, and not integrated."""
     varying = [shape for shape in _shapes(document.body) if isinstance(shape.density, Formula)]
     for shape in varying:
         from rigidcli.bodies.density_integrals import require_possible
