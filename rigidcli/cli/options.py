@@ -1,4 +1,4 @@
-"""Options that several commands share, and what is read from them."""
+"""Options that several commands share, and the readers of their values."""
 
 # Annotations here are objects, not texts: commands are made of them.
 
@@ -15,17 +15,16 @@ from rigidcli.cli.output import check_path
 from rigidcli.errors import UsageError, shown
 
 MORE = "More options"
-"""The head of the help under which the options stand that few users need."""
+"""The head of the help above the options that few users need."""
 
 LIST = "@"
-"""What begins the name of a list; `./@name` is a file whose own name begins so."""
+"""The sign before the name of a list; a file whose own name begins so is given as `./@name`."""
 
 
 def _names_in(file: str) -> list[str]:
-    """The names in a list: one on a line, blanks within it included.
+    """The names in a list, one on a line; `@-` is standard input. Raises UsageError.
 
-    Blanks round a name, empty lines and comments (#) are passed over. `@-` is standard input. Raises
-    UsageError.
+    Blanks round a name, empty lines and comments (#) are ignored; blanks within a name belong to it.
     """
     name = file.removeprefix(LIST)
     try:
@@ -44,7 +43,7 @@ def _names_in(file: str) -> list[str]:
 
 
 def listed(files: Sequence[str]) -> tuple[list[str], list[str]]:
-    """FILES, in which `@list.txt` stands for the names in it, and the lists that are read.
+    """FILES with the names in each `@list.txt` instead of the list, and the names of the lists.
 
     Raises BadParameter.
     """
@@ -78,7 +77,7 @@ def read_units(text: str | None) -> Any:
 
 
 def read_sweep(texts: Sequence[str] | None, pair: bool) -> Any:
-    """The sweep that is asked for, if one is. Raises BadParameter."""
+    """The sweep of these texts; None without any. Raises BadParameter."""
     if not texts and not pair:
         return None
     from rigidcli.document import sweeps
@@ -101,6 +100,11 @@ def _read_jobs(text: str | None) -> int | str | None:
     raise typer.BadParameter(f"{problem} (or the scheduler of a Dask cluster, as in `tcp://host:8786`)")
 
 
+def _option(help: str, *names: str, more: bool = False, **settings: Any) -> Any:
+    """An option of typer; one that few users need stands under `More options`."""
+    return typer.Option(*names, help=help, rich_help_panel=MORE if more else None, **settings)
+
+
 Files = Annotated[
     list[str],
     typer.Argument(
@@ -110,106 +114,77 @@ Files = Annotated[
 ]
 OutputPath = Annotated[
     str | None,
-    typer.Option(
-        "-o", "--output", metavar="PATH", callback=check_path, help="Write to PATH, whole or not at all."
-    ),
+    _option("Write to PATH, whole or not at all.", "-o", "--output", metavar="PATH", callback=check_path),
 ]
 Settings = Annotated[
     list[str] | None,
-    typer.Option(
-        "-s",
-        "--set",
+    _option(
+        "Override a value, such as body.mass=3; repeatable.",
+        *("-s", "--set"),
         metavar="KEY=VALUE",
         callback=_check_settings,
-        help="Override a value, such as body.mass=3; repeatable.",
     ),
 ]
 Sweeps = Annotated[
     list[str] | None,
-    typer.Option(
+    _option(
+        "A row for each value: START:STOP:COUNT, log:START:STOP:COUNT, 1,2,5 or @table.csv:column; "
+        "two make a grid.",
         "--sweep",
         metavar="KEY=VALUES",
-        help="A row for each value: START:STOP:COUNT, log:START:STOP:COUNT, 1,2,5 or @table.csv:column; "
-        "two make a grid.",
     ),
 ]
-Pair = Annotated[
-    bool,
-    typer.Option(
-        "--zip", rich_help_panel=MORE, help="Pair the values of several --sweep, instead of a grid."
-    ),
-]
+Pair = Annotated[bool, _option("Pair the values of several --sweep, instead of a grid.", "--zip", more=True)]
 Jobs = Annotated[
     str | None,
-    typer.Option(
-        "-j",
-        "--jobs",
+    _option(
+        "Processes, by default one a core where that pays; or a Dask cluster that you trust, "
+        "tcp://host:8786.",
+        *("-j", "--jobs"),
         metavar="N|ADDRESS",
         callback=_read_jobs,
-        rich_help_panel=MORE,
-        help="Processes, by default one a core where that pays; or a Dask cluster that you trust, "
-        "tcp://host:8786.",
+        more=True,
     ),
 ]
 Compare = Annotated[
-    bool,
-    typer.Option(
-        "--compare",
-        rich_help_panel=MORE,
-        help="FILEs side by side, with differences to the first in percent.",
-    ),
+    bool, _option("FILEs side by side, with differences to the first in percent.", "--compare", more=True)
 ]
-Digits = Annotated[int, typer.Option(min=1, max=17, metavar="N", help="Significant digits for people.")]
+Digits = Annotated[int, _option("Significant digits for people.", min=1, max=17, metavar="N")]
 Exact = Annotated[
-    bool,
-    typer.Option("--exact", help="Exact arithmetic: decimals are rationals, parameters may stay symbols."),
+    bool, _option("Exact arithmetic: decimals are rationals, parameters may stay symbols.", "--exact")
 ]
 UnitList = Annotated[
-    str | None,
-    typer.Option(metavar="LIST", help="Units for people, such as g,cm,deg,rpm; json and csv stay SI."),
+    str | None, _option("Units for people, such as g,cm,deg,rpm; json and csv stay SI.", metavar="LIST")
 ]
-UnitHeader = Annotated[
-    bool, typer.Option("--unit-header", rich_help_panel=MORE, help="CSV heads with units.")
-]
-NoHeader = Annotated[
-    bool, typer.Option("--no-header", rich_help_panel=MORE, help="CSV without the header row.")
-]
+UnitHeader = Annotated[bool, _option("CSV heads with units.", "--unit-header", more=True)]
+NoHeader = Annotated[bool, _option("CSV without the header row.", "--no-header", more=True)]
 Columns = Annotated[
     str | None,
-    typer.Option(
-        metavar="NAMES",
-        callback=_split,
-        rich_help_panel=MORE,
-        help="Columns of rows or samples, such as t,w1.",
-    ),
+    _option("Columns of rows or samples, such as t,w1.", metavar="NAMES", callback=_split, more=True),
 ]
-Verbose = Annotated[
-    bool, typer.Option("-v", "--verbose", help="Tell residuals, drifts, trusted digits, method, too.")
-]
-Steps = Annotated[bool, typer.Option("--steps", help="Show the working, to people.")]
-Standalone = Annotated[
-    bool, typer.Option("--standalone", rich_help_panel=MORE, help="LaTeX that compiles by itself.")
-]
+Verbose = Annotated[bool, _option("Tell residuals, drifts, trusted digits, method, too.", "-v", "--verbose")]
+Steps = Annotated[bool, _option("Show the working, to people.", "--steps")]
+Standalone = Annotated[bool, _option("LaTeX that compiles by itself.", "--standalone", more=True)]
 PlotPath = Annotated[
     str | None,
-    typer.Option(
+    _option(
+        "Write a picture, .png, .svg or .pdf; `-` draws a chart of characters. Needs the extra `show`.",
         "--plot",
         metavar="PATH",
         callback=check_path,
-        help="Write a picture, .png, .svg or .pdf; `-` draws a chart of characters. Needs the extra `show`.",
     ),
 ]
+Quiet = Annotated[bool, _option("No notes on standard error.", "-q", "--quiet")]
 
 
 def plot_kind(kinds: Sequence[str]) -> Any:
     """The option that chooses one of these kinds of pictures."""
     help = f"The picture: {', '.join(kinds)}; by default the first that there is something for."
-    return Annotated[str | None, typer.Option("--plot-kind", metavar="NAME", rich_help_panel=MORE, help=help)]
+    return Annotated[str | None, _option(help, "--plot-kind", metavar="NAME", more=True)]
 
 
-Quiet = Annotated[bool, typer.Option("-q", "--quiet", help="No notes on standard error.")]
-
-Samples = Annotated[int | None, typer.Option(metavar="N", help="Number of samples (default 1001).")]
-Duration = Annotated[str | None, typer.Option(metavar="TIME", help='End of the motion, as in "5 min".')]
-OF_MOTIONS = {"samples": Samples, "duration": Duration}
+OF_MOTIONS = {
+    "samples": Annotated[int | None, _option("Number of samples (default 1001).", metavar="N")],
+    "duration": Annotated[str | None, _option('End of the motion, as in "5 min".', metavar="TIME")],
+}
 """Options of the studies that follow a motion: they set values of its section."""
