@@ -18,10 +18,10 @@ from rigidcli.errors import ComputationError, Problem, printable, shown
 
 
 class Option(TyperOption):
-    """An option that takes no time where it is not given: typer builds a validator of pydantic for each."""
+    """An option for which pydantic builds a validator only where it is given, as that takes time."""
 
     def process_value(self, ctx: Any, value: Any) -> Any:
-        """The value, checked; a default is as it is."""
+        """The checked value; a default needs no check."""
         if self.required or not (value is None or value is self.default):
             return super().process_value(ctx, value)
         value = () if value is None and self.multiple else value
@@ -38,7 +38,7 @@ class Command(TyperCommand):
                 param.__class__ = Option
 
     def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
-        """Read the arguments; an error about one has words of its own."""
+        """Read the arguments; errors are without the words that pydantic puts before them."""
         try:
             return super().parse_args(ctx, args)
         except typer.BadParameter as error:
@@ -50,7 +50,7 @@ class Command(TyperCommand):
         return ["[OPTIONS]", *(name if needed else f"[{name}]" for name, needed, _ in self._arguments(ctx))]
 
     def format_options(self, ctx: Any, formatter: Any) -> None:
-        """Write what arguments and options mean."""
+        """Write the meanings of arguments and options."""
         sections = {"Arguments": [(name, text) for name, _, text in self._arguments(ctx)], "Options": []}
         for param in self.get_params(ctx):
             if param.param_type_name == "option" and (record := param.get_help_record(ctx)) is not None:
@@ -61,7 +61,7 @@ class Command(TyperCommand):
                     formatter.write_dl(rows)
 
     def _arguments(self, ctx: Any) -> list[tuple[str, bool, str]]:
-        """The arguments: name, whether it is needed, and what it means."""
+        """The arguments, each with its name, whether it is needed, and its meaning."""
         return [
             (
                 f"{param.metavar or param.name}{'...' if param.nargs != 1 else ''}",
@@ -74,10 +74,10 @@ class Command(TyperCommand):
 
 
 class Commands(TyperGroup):
-    """The commands, loaded when they are asked for; a FILE without a command gets a hint."""
+    """The commands, each loaded when it is used; a FILE without a command gets a hint."""
 
     def list_commands(self, ctx: Any) -> list[str]:
-        """Their names."""
+        """The names of the commands."""
         return list(COMMANDS)
 
     def get_command(self, ctx: Any, name: str) -> Any:
@@ -89,17 +89,17 @@ class Commands(TyperGroup):
         return super().get_command(ctx, name)
 
     def resolve_command(self, ctx: Any, args: list[str]) -> Any:
-        """The command that `args` begin with. Ends the program, with its usage, where there is none."""
+        """The first of the `args` as a command. Ends the program, after the usage, where it is none."""
         if args and args[0] not in COMMANDS:
             if Path(args[0]).exists():
                 ctx.fail(f"{shown(args[0])} is a file; a command stands before it: `rigidcli axes {args[0]}`")
-            for name in COMMANDS:  # one of which may have been meant
+            for name in COMMANDS:  # the message compares the word with all of them
                 self.get_command(ctx, name)
         return super().resolve_command(ctx, args)
 
 
 def _function(name: str) -> Callable[..., None]:
-    """The function of a command, which typer reads."""
+    """The function of a command, from whose signature typer makes options."""
     if COMMANDS[name].needs:
         from rigidcli.cli.computing import command_of
 

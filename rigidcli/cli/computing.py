@@ -1,4 +1,4 @@
-"""The studies as commands: options in, and documents | study | reports | renderer | where the output goes."""
+"""The studies as commands: from options through documents, study, reports and renderer to the output."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ from rigidcli.cli.failures import (
     tell_notes,
 )
 from rigidcli.cli.output import Output, is_folder, require_apart, write_whole
-from rigidcli.cli.work import Answer, Work, answers, lost, require_comparable, require_used, tasks
+from rigidcli.cli.work import Answer, Work, answers, lost, require_used, tasks
 from rigidcli.commands import COMMANDS, Command
 from rigidcli.errors import UsageError
 from rigidcli.processes import Jobs, Lost, each
@@ -38,17 +38,17 @@ if TYPE_CHECKING:
     from rigidcli.report import Report
 
 MANY = 500
-"""Values or FILES from which on processes pay, of which each core gets one unless `--jobs` says otherwise."""
+"""From so many values or FILES on, processes pay; then each core gets one, unless `--jobs` says otherwise."""
 
 MOST_SHOWN = 100_000
-"""The most rows of a table for people, which is kept whole until its columns are known."""
+"""The most rows of a table for people, which is kept in memory until the columns are known."""
 
 PULSE = 2.0
-"""Seconds after which a terminal shows how long the work has taken, also where its share is not known."""
+"""Seconds after which a terminal shows the time that the work has taken."""
 
 
 class Asked(NamedTuple):
-    """What is asked for, besides the study: FILES, their sweep or comparison, and where the output goes."""
+    """The command line besides the study: FILES, their sweep or comparison, and the places of the output."""
 
     files: Sequence[str]
     tables: Sequence[str]
@@ -62,12 +62,12 @@ class Asked(NamedTuple):
 
     @property
     def total(self) -> int:
-        """How many answers there are, but for links of robots and starts of ensembles."""
+        """The number of answers, without further links of robots and starts of ensembles."""
         return len(self.files) * (1 if self.sweep is None else self.sweep.count)
 
     @property
     def hands(self) -> Jobs:
-        """How many processes work, or the address of a cluster."""
+        """The number of processes, or the address of a cluster."""
         return self.jobs or (usable_cores() if self.total >= MANY else 1)
 
 
@@ -193,7 +193,7 @@ def _picture_kind(
     files: Sequence[str],
     output: str | None,
 ) -> str | None:
-    """The kind of picture that is asked for, if one is; refused where it cannot be drawn or written."""
+    """The kind of the picture, if one is drawn. Raises BadParameter where it cannot be drawn or written."""
     if path is None and kind is None and not traits.page:
         return None
     from rigidcli.render.plots import CHARACTERS, require_ending, require_library, use_for
@@ -217,7 +217,7 @@ def _picture_kind(
 
 
 def _run(asked: Asked, work: Work) -> int:
-    """Work out all that is asked for, write it, and return the exit code."""
+    """Do the work, write the output, and return the exit code."""
     from rigidcli.bodies.robots import is_robot
 
     failures, traits, pictures = Failures(), TRAITS[work.format], list[str | bytes]()
@@ -227,8 +227,6 @@ def _run(asked: Asked, work: Work) -> int:
         several = len(asked.files) > 1 or any(map(is_robot, asked.files))
         look = replace(work.look, width=width, colour=colour, several=several)
         work = replace(work, look=look)
-        if asked.compare:
-            require_comparable(work, asked.files)
         if work.settings or asked.sweep is not None:
             require_used(work, asked.files, asked.sweep)
         if traits.file and is_folder(asked.output):
@@ -253,8 +251,8 @@ def _run(asked: Asked, work: Work) -> int:
 def _pieces(
     asked: Asked, work: Work, failures: Failures, target: Output, pictures: list[str | bytes]
 ) -> Iterator[Any]:
-    """The pieces of the output, one after the other; notes on them are printed on the way."""
-    known, first = defaultdict[str, set[str]](set), None
+    """The pieces of the output, one after the other; their notes and failures are printed on the way."""
+    printed, first = defaultdict[str, set[str]](set), None
     here = asked.hands == 1 and asked.sweep is None
     do = partial(answers, work=work, watch=partial(progress, pulse=PULSE) if here else None)
     # On a terminal, rows that stream show the progress themselves.
@@ -265,9 +263,7 @@ def _pieces(
                 answer = Answer(answer.task.source, lost(answer.task))
             with failures.of(answer.source):
                 target.protect(*answer.files)
-                tell_notes(
-                    answer.source, [*answer.about, *fresh(answer.notes, known[answer.source])], asked.quiet
-                )
+                tell_notes(answer.source, fresh(answer.notes, printed[answer.source]), asked.quiet)
                 if isinstance(answer.found, Failure):
                     failures.tell(answer.found)
                 else:
@@ -285,7 +281,7 @@ def _pieces(
 
 
 def _for_people(reports: Iterable[Report], asked: Asked, work: Work) -> Iterable[Report]:
-    """The reports as people see them: summaries of ensembles, units of choice, one table if asked for."""
+    """The reports for people: with summaries of ensembles, in the chosen units, or as one table."""
     if work.command.section:
         from rigidcli.studies.ensembles import summaries
 

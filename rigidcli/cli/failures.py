@@ -1,4 +1,4 @@
-"""What goes to standard error: notes, failures with their exit code, and the progress of long work."""
+"""Messages on standard error: notes, failures with their exit code, and the progress of long work."""
 
 from __future__ import annotations
 
@@ -52,7 +52,7 @@ class Failure:
 
 
 def failure(error: RigidError | MemoryError, source: str) -> Failure:
-    """The failure of `source` that an error is."""
+    """The failure of `source` by this error."""
     if isinstance(error, MemoryError):
         return Failure(
             str(Problem(source, "there is too little memory", hint=LESS)), ComputationError.exit_code
@@ -100,18 +100,18 @@ MOST_NOTES = 1000
 """The most different notes on a FILE that are printed, which is more than anybody reads."""
 
 
-def fresh(notes: Sequence[str], told: set[str]) -> list[str]:
-    """The notes that were not printed yet: at all values of a sweep they are mostly the same."""
-    new = [note for note in notes if note not in told][: MOST_NOTES - len(told)]
-    told.update(new)
+def fresh(notes: Sequence[str], printed: set[str]) -> list[str]:
+    """The notes that were not printed yet, which are added to the printed ones: a sweep repeats its notes."""
+    new = [note for note in notes if note not in printed][: MOST_NOTES - len(printed)]
+    printed.update(new)
     return new
 
 
 @contextlib.contextmanager
 def progress(pulse: float | None = None) -> Iterator[Callable[[float], None]]:
-    """A context in which long work reports its progress, on standard error if that is a terminal.
+    """A context in which long work shows the share that is done, on standard error if that is a terminal.
 
-    Every `pulse` (s), if there is one, the time that has passed is shown, whatever the work reports.
+    With a `pulse` (s), the elapsed time is shown again after each such interval, also without a new share.
     """
     terminal = sys.stderr
     if terminal is None or not terminal.isatty():

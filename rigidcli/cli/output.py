@@ -1,4 +1,4 @@
-"""Where results are written: standard output, or files that are written whole or not at all."""
+"""Output of results: to standard output, or to files that are written whole or not at all."""
 
 from __future__ import annotations
 
@@ -21,25 +21,25 @@ from rigidcli.cli.failures import complain
 from rigidcli.errors import Problem, UsageError
 
 OTHER_NAME = "choose another name for the output"
-"""Advice where the output would take the place of a file that is read."""
+"""Advice where the output would overwrite a file that is read."""
 
 
 def check_path(path: str | None) -> str | None:
-    """The path of a file to write; refused where it has no name."""
+    """The path of a file to write. Raises BadParameter for an empty one."""
     if path == "":
         raise typer.BadParameter("a file without a name cannot be written")
     return path
 
 
 def is_file(path: str) -> bool:
-    """Whether there is a regular file of that name, which may be none that a file can have."""
+    """Whether there is a regular file of this name; no file can have some names, such as one with a NUL."""
     with contextlib.suppress(OSError, ValueError):
         return Path(path).is_file()
     return False
 
 
 def is_folder(path: str | None) -> bool:
-    """Whether output goes to a folder: its name ends so, or one is there."""
+    """Whether output goes to a folder: the path ends in a slash, or the folder exists."""
     return path is not None and (path.endswith(("/", "\\")) or Path(path).is_dir())
 
 
@@ -55,7 +55,7 @@ class Output:
             sys.stdout.reconfigure(encoding="utf-8", errors="backslashreplace", newline="\n")
 
     def protect(self, *files: str | Path) -> None:
-        """Raise UsageError where the output would take the place of a file that is read, by whatever name."""
+        """Raise UsageError where the output would overwrite one of these files, by whatever name."""
         if self._path is None or not is_file(self._path):
             return
         for file in files:
@@ -64,9 +64,9 @@ class Output:
                     raise UsageError(f"`-o` would overwrite `{file}`, which is read", hint=OTHER_NAME)
 
     def write(self, piece: str | bytes) -> None:
-        """Write a piece of text that is complete in itself, or bytes of a file."""
+        """Write a piece of text, or of the bytes of a file."""
         if self._path is not None:
-            with _told(self._path):
+            with _failures_of(self._path):
                 if self._file is None:
                     self._file = self._whole.enter_context(_replacing(Path(self._path)))
                 self._file.write(_encoded(piece))
@@ -85,7 +85,7 @@ class Output:
             raise _failed("standard output", failure) from None
 
     def terminal(self) -> tuple[int | None, bool]:
-        """The width of the terminal that is written to, or None, and whether it may show colours."""
+        """The width of the terminal that gets the output, or None, and whether it may show colours."""
         if self._path is not None or sys.stdout is None or not sys.stdout.isatty():
             return None, False
         colour = not os.environ.get("NO_COLOR") and os.environ.get("TERM") != "dumb"
@@ -97,12 +97,12 @@ class Output:
     def __exit__(
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
-        with _told(self._path or ""):
+        with _failures_of(self._path or ""):
             self._whole.__exit__(kind, error, trace)
 
 
 class Folder(Output):
-    """A folder whose files are all written, or none; files of other names that are there already stay."""
+    """A folder in which all files are written, or none; files of other names stay as they are."""
 
     def __init__(self, path: str) -> None:
         super().__init__(path)
@@ -112,7 +112,7 @@ class Folder(Output):
         self._read = set[tuple[int, int]]()
 
     def begin(self, name: str) -> None:
-        """Begin a file of that name; what is written from now on stands in it."""
+        """Begin a file of this name, which gets all further pieces."""
         self._pieces = self._files[name] = []
 
     def write(self, piece: str | bytes) -> None:
@@ -120,11 +120,11 @@ class Folder(Output):
         self._pieces.append(_encoded(piece))
 
     def protect(self, *files: str | Path) -> None:
-        """Let no file of the folder take the place of one that is read, by whatever name."""
+        """Remember files that are read, which the folder must not overwrite, by whatever name."""
         for file in files:
             with contextlib.suppress(OSError, ValueError):
-                found = Path(file).stat()
-                self._read.add((found.st_dev, found.st_ino))
+                status = Path(file).stat()
+                self._read.add((status.st_dev, status.st_ino))
 
     def __exit__(
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
@@ -145,13 +145,13 @@ def _encoded(piece: str | bytes) -> bytes:
 
 
 def write_whole(path: str, content: bytes) -> None:
-    """Write a file whole or not at all; raises typer.Exit, after a message, where it cannot be written."""
-    with _told(path), _replacing(Path(path)) as file:
+    """Write a file whole or not at all. Raises typer.Exit, after a message, where it cannot be written."""
+    with _failures_of(path), _replacing(Path(path)) as file:
         file.write(content)
 
 
 @contextlib.contextmanager
-def _told(path: str) -> Iterator[None]:
+def _failures_of(path: str) -> Iterator[None]:
     """A context in which a file that cannot be written ends the program with a message."""
     try:
         yield
@@ -160,7 +160,7 @@ def _told(path: str) -> Iterator[None]:
 
 
 def require_apart(path: str, others: Sequence[str]) -> None:
-    """Raise UsageError where the file of a picture is one of the others, by whatever name."""
+    """Raise UsageError where the picture would overwrite one of the files that are read, by whatever name."""
     for other in others if path != "-" else ():
         with contextlib.suppress(OSError):
             if path == other or Path(path).samefile(other):
@@ -174,12 +174,12 @@ def _failed(name: str, failure: OSError) -> typer.Exit:
 
 @contextlib.contextmanager
 def _replacing(path: Path) -> Iterator[BinaryIO]:
-    """A file that takes the place of `path` in one step: another reader sees the old one or the new one.
+    """A file that replaces `path` in one step: another reader sees either the old or the new content.
 
-    What is written before an error leaves nothing behind.
+    After an error nothing is left of the new content.
     """
     if path.exists() and not path.is_file():
-        # A device, or a pipe: it has no old content to keep, and gets all at once.
+        # A device or a pipe has no old content to keep, and gets everything at once.
         with tempfile.TemporaryFile() as collected:
             yield collected
             collected.seek(0)
@@ -203,7 +203,7 @@ def _replacing(path: Path) -> Iterator[BinaryIO]:
 
 
 def _fill(folder: Path, files: Mapping[str, Sequence[bytes]]) -> None:
-    """Put files into a folder, when all of them are written; one that is not there comes whole."""
+    """Move files into a folder when all of them are written; a new folder appears as a whole."""
     folder = folder.resolve()
     is_new = not folder.exists()
     for file in map(folder.joinpath, files):

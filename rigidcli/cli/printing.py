@@ -1,4 +1,4 @@
-"""The commands that print what there is: `new`, `schema` and `explain`."""
+"""The commands that print starters, schemas and explanations: `new`, `schema` and `explain`."""
 
 from __future__ import annotations
 
@@ -45,7 +45,7 @@ def new(
 
 
 SchemaKind = StrEnum("SchemaKind", "document assignment answers")
-"""What there are schemas of."""
+"""The kinds of files that have a schema."""
 
 
 def schema(

@@ -1,4 +1,4 @@
-"""The command `validate`."""
+"""The command `validate`: is a file a valid document, robot, mesh, assignment or answer file?"""
 
 from __future__ import annotations
 
@@ -18,18 +18,18 @@ from rigidcli.cli.output import Output
 from rigidcli.errors import DocumentError, Problem, printable
 
 HOMEWORK = re.compile(r"^[ {]*[\"']?(questions|answers|student)[\"']?\s*:", re.MULTILINE | re.IGNORECASE)
-"""A key that stands at the top of an assignment or an answer file, and not of a document."""
+"""A key at the top of an assignment or an answer file, which no document has."""
 
 NUMBERED = re.compile(r"(\s*(#.*|---)?\n)*[ {\"']*\d")
-"""The beginning of a file in which the name of a question, such as 10.35a, comes first."""
+"""The beginning of an answer file whose first key is the name of a question, such as 10.35a."""
 
 
 def validate(files: Files, settings: Settings = None, exact: Exact = False, quiet: Quiet = False) -> None:
     """Read and validate only: documents, robots, assignments, answers.
 
-    Prints the names of the files that are valid, and what is asked or answered in them; answer files
-    are read without their key. Of a robot (URDF, SDF, MJCF), each link is told whose mass and inertia no
-    body has, and each where they are suspicious; of a mesh, why and where it is not the surface of a body.
+    Prints the names of the valid files, with the questions or answers in them; answer files are read without
+    their key. Links of a robot (URDF, SDF, MJCF) are reported where no body has their mass and inertia, and
+    where these are suspicious; a mesh, with the reason and the place, where it is not the surface of a body.
 
     Example: rigidcli validate cube.yaml homework.yaml arm.urdf
     """
@@ -70,22 +70,22 @@ def validate(files: Files, settings: Settings = None, exact: Exact = False, quie
 
 
 def _kind(text: str) -> str | None:
-    """Which of `questions` and `answers` the file has; None for a document."""
+    """The kind of a file by its keys: `questions`, `answers`, or None for a document."""
     from rigidcli.document.syntax import read_tree
 
-    found = HOMEWORK.search(text)
-    if found is None:
+    key = HOMEWORK.search(text)
+    if key is None:
         return "answers" if NUMBERED.match(text) else None
     try:
         tree = read_tree(text, "")
     except DocumentError:
-        tree = {found[1]: None}
+        tree = {key[1]: None}
     keys = {str(key).casefold() for key in tree} if isinstance(tree, dict) else set()
     return "questions" if "questions" in keys else "answers" if keys & {"answers", "student"} else None
 
 
 def _weighed(settings: Sequence[str]) -> list[str]:
-    """The settings of a mesh, and any density where they have none: its surface is what is judged."""
+    """The settings of a mesh, with a density if they have none: only the surface is judged."""
     is_given = any(setting.startswith(("body.mass=", "body.density=")) for setting in settings)
     return [*settings, *([] if is_given else ["body.density=1"])]
 
@@ -93,7 +93,7 @@ def _weighed(settings: Sequence[str]) -> list[str]:
 def _robot(
     text: str, source: str, folder: Path, failures: Failures, quiet: bool, options: dict[str, Any]
 ) -> list[str]:
-    """How many links of a robot are valid; what is wrong with others is printed as errors."""
+    """Lines with the number of valid links of a robot; problems of other links are printed as errors."""
     from rigidcli.document.load import read, robot_drafts
     from rigidcli.studies.robots import remarks, repair, uncompared
 
@@ -109,8 +109,7 @@ def _robot(
                 hint = repair(link) if len(error.problems) == 1 else None
                 raise DocumentError([replace(p, hint=hint or p.hint) for p in error.problems]) from None
             valid += 1
-            told = () if quiet else (*document.notes, *remarks(link, document))
-            for note in told:
+            for note in () if quiet else (*document.notes, *remarks(link, document)):
                 complain(str(note))
     return (
         ["valid", f"  links: {len(links)} with a mass"]
@@ -120,7 +119,7 @@ def _robot(
 
 
 def _assignment(file: str, text: str, quiet: bool) -> list[str]:
-    """What an assignment asks."""
+    """Lines with the questions of an assignment, their kinds and their points."""
     from rigidcli.check.assignment import prepare
 
     prepared = prepare(file, studies(), text)
@@ -134,14 +133,14 @@ def _assignment(file: str, text: str, quiet: bool) -> list[str]:
 
 
 def _answers(text: str, path: Path, failures: Failures) -> list[str]:
-    """How each answer is read without its key; what is wrong with others is printed as errors."""
+    """Lines with each answer as it is read without the key; unreadable answers are printed as errors."""
     from rigidcli.check.answers import read_answers
     from rigidcli.check.base import Unreadable
     from rigidcli.check.files import safe_name
     from rigidcli.check.reading import described
     from rigidcli.check.records import sentence
 
-    source, told = safe_name(str(path)), list[str]()
+    source, readings = safe_name(str(path)), list[str]()
 
     def refused(unreadable: Unreadable, key: str) -> None:
         failures.code = max(failures.code, DocumentError.exit_code)
@@ -158,8 +157,8 @@ def _answers(text: str, path: Path, failures: Failures) -> list[str]:
         complain(str(Problem(source, note)))
     for id, answer in answers.items():
         try:
-            told.append(f"  {printable(id)}: {printable(described(answer, path))}")
+            readings.append(f"  {printable(id)}: {printable(described(answer, path))}")
         except Unreadable as unreadable:
             refused(unreadable, f"answers.{id}")
-    count = f"{len(told)} of {len(answers)} answers can be read"
-    return ["valid" if len(told) == len(answers) else count, *told]
+    count = f"{len(readings)} of {len(answers)} answers can be read"
+    return ["valid" if len(readings) == len(answers) else count, *readings]

@@ -1,10 +1,10 @@
-"""The work of a study: documents as they are, at points of a sweep, or from some starts, and the answers."""
+"""The tasks of a study (documents, points of a sweep, starts of an ensemble), and their answers."""
 
 from __future__ import annotations
 
 import os
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from contextlib import AbstractContextManager, suppress
+from contextlib import AbstractContextManager
 from dataclasses import dataclass, replace
 from importlib import import_module
 from typing import TYPE_CHECKING, Any, NamedTuple, TypeAlias
@@ -25,21 +25,21 @@ if TYPE_CHECKING:
     from rigidcli.document.sweeps import Sweep
 
 Watch: TypeAlias = Callable[[], AbstractContextManager[Callable[[float], None]]]
-"""Makes a context in which progress is shown, as a share of the whole."""
+"""Makes a context that gives a function, which shows the share of the work that is done."""
 
 FEW = 16
-"""FILES up to which ensembles are divided among processes: with more of them, the FILES are."""
+"""Ensembles of so many FILES are divided among processes; with more FILES, the FILES are."""
 
 TASKS, MOST_BLOCKS = 64, 16
-"""Tasks of a large ensemble, and the most blocks of starts of one: each task reads the document anew."""
+"""Tasks of a large ensemble, and blocks of starts in a task: few, as each task reads the document again."""
 
 
 @dataclass(frozen=True, slots=True)
 class Work:
-    """What is asked of every document: a study with its options, how it is read, and how it is written.
+    """The work on every document: a study with its options, the way of reading, and the format of results.
 
-    `settings` are those of `--set`, `named` has the keys that an option of its own has given. A picture of
-    the result is drawn for `plot`, the path of a file or of a chart of characters.
+    `settings` are texts of `--set`; `named` has the keys among them that have an option of their own. `plot`
+    is the path of a picture, or that of a chart of characters.
     """
 
     command: Command
@@ -52,13 +52,13 @@ class Work:
     plot: str | None = None
 
     def drafts(self, file: str) -> Drafts:
-        """What is in a file, for documents. Raises DocumentError."""
+        """The drafts of the documents in a file. Raises DocumentError."""
         from rigidcli.document.load import drafts
 
         return drafts(file, exact=self.exact, settings=self.settings, options=self.named)
 
     def run(self, document: Document, watch: Watch | None = None) -> Report:
-        """The result of the study, worked out in a context that shows the progress."""
+        """The result of the study; `watch` makes a context for progress. Raises RigidError."""
         require_fitting(document, self.command)
         run: Callable[..., Report] = import_module(f"rigidcli.studies.{self.command.name}").run
         if watch is None or not self.command.section:
@@ -67,7 +67,7 @@ class Work:
             return run(document, **self.options, progress=show)
 
     def answer(self, report: Report, files: Sequence[pathlib.Path]) -> Answer:
-        """The answer that is a report, as it is handed over."""
+        """The answer with a report in its format, and with the picture. Raises RigidError."""
         picture = None
         if self.plot is not None:
             from rigidcli.render.plots import CHARACTERS, chart, picture_file
@@ -75,28 +75,24 @@ class Work:
             is_chart = self.plot == CHARACTERS
             picture = chart(report, self.look.width) if is_chart else picture_file(report, self.plot)
         require_columns(report, self.look.columns, TRAITS[self.format])
-        found = piece(self.format, report, self.look)
-        return Answer(report.source, found, report.notes, files=files, picture=picture)
+        output = piece(self.format, report, self.look)
+        return Answer(report.source, output, report.notes, files, picture)
 
 
 class Answer(NamedTuple):
-    """A piece of the output for a document, with notes on it, or the failure.
-
-    `about` are notes on the file that it is the first document of; `files` are those that the document names.
-    """
+    """A piece of the output, or a failure, with notes, the files that the document names, and a picture."""
 
     source: str
     found: Any
     notes: Sequence[str] = ()
-    about: Sequence[str] = ()
     files: Sequence[pathlib.Path] = ()
     picture: str | bytes | None = None
 
 
 class Task(NamedTuple):
-    """A document that is to be worked, or why there is none: at a `place` of a sweep, or from some `starts`.
+    """A document at a `place` of a sweep, or some `starts` of its ensemble; or the failure to read it.
 
-    `about` are notes on the file that it is the first document of.
+    `about` are notes on the whole file, which the first document of the file has.
     """
 
     source: str
@@ -108,7 +104,7 @@ class Task(NamedTuple):
 
 
 def require_fitting(document: Document, command: Command) -> None:
-    """Raise DocumentError for a document that is for another command, which is named."""
+    """Raise DocumentError for a document of another command, which is named in the hint."""
     if any(getattr(document, section) is not None for section in command.needs):
         return
     for other in STUDIES:
@@ -118,19 +114,8 @@ def require_fitting(document: Document, command: Command) -> None:
                 raise document.refusal(f"missing: `{command.name}` needs it", command.needs[0], hint=hint)
 
 
-def require_comparable(work: Work, files: Sequence[str]) -> None:
-    """Raise UsageError where a FILE has several results, which have no column of their own to stand in."""
-    from rigidcli.bodies.robots import is_robot
-
-    for file in filter(is_robot, files):
-        with suppress(DocumentError):  # which is told when the file is worked
-            if len(work.drafts(file).each) > 1:
-                hint = "`body: {robot: arm.urdf, link: forearm}` in a document is one of its links"
-                raise UsageError(f"--compare: `{file}` has several results", hint=hint)
-
-
 def tasks(work: Work, files: Sequence[str], sweep: Sweep | None, jobs: Jobs) -> Iterator[Task]:
-    """The tasks that answer for all FILES, each made when it is asked for, for so many processes."""
+    """The tasks of all FILES, each made when it is needed, for this number of processes."""
     for task in documents(work, files, sweep, jobs):
         yield task
         for place in range(1, 1 if task.sweep is None else task.sweep.count):
@@ -138,10 +123,10 @@ def tasks(work: Work, files: Sequence[str], sweep: Sweep | None, jobs: Jobs) -> 
 
 
 def documents(work: Work, files: Sequence[str], sweep: Sweep | None, jobs: Jobs) -> Iterator[Task]:
-    """A task for each document of the FILES, or several for its ensemble, or its first point of a sweep.
+    """A task for each document of the FILES, or for each block of an ensemble, or for the first swept point.
 
-    FILES are read here, and what they name where they are worked. One that cannot be swept is a failure,
-    once and not at every value.
+    FILES are read here, and the files that they name where the task is done. A document that cannot be swept
+    is one failure, and not one at every value.
     """
     divided = sweep is None and jobs != 1 and len(files) <= FEW and work.command.section
     for file in files:
@@ -165,7 +150,7 @@ def documents(work: Work, files: Sequence[str], sweep: Sweep | None, jobs: Jobs)
 
 
 def _blocks(draft: Draft) -> Sequence[range | None]:
-    """Starts of the ensemble of a document that are worked at a time; None of one that has no ensemble."""
+    """The blocks of starts of an ensemble, each for one task; a single None where there is no ensemble."""
     from rigidcli.document.load import read
 
     document = read(draft)
@@ -179,7 +164,7 @@ def _blocks(draft: Draft) -> Sequence[range | None]:
 
 
 def _fitting(draft: Draft, sweep: Sweep, command: Command) -> Sweep:
-    """The sweep with the kind of number of the document; raises RigidError where no document has its keys."""
+    """The sweep with the arithmetic of the document. Raises RigidError where no document has such keys."""
     from rigidcli.document.load import is_exact, read
 
     first = sweep.settings(sweep.point(0))
@@ -198,25 +183,22 @@ def _fitting(draft: Draft, sweep: Sweep, command: Command) -> Sweep:
 
 
 def answers(task: Task, work: Work, watch: Watch | None = None) -> Iterator[Answer]:
-    """The answers to a task: one, or for an ensemble several; `watch` is a context for its progress."""
-    if isinstance(task.draft, Failure):
-        yield Answer(task.source, task.draft, about=task.about)
-        return
-    about = task.about
-    for answer in _answers(task, task.draft, work, watch):
-        yield answer._replace(about=about) if about else answer
-        about = ()
+    """The answers to a task, of which an ensemble has several; `watch` makes a context for progress."""
+    failed = isinstance(task.draft, Failure)
+    for answer in [Answer(task.source, task.draft)] if failed else _answers(task, work, watch):
+        yield answer._replace(notes=[*task.about, *answer.notes]) if task.about else answer
 
 
-def _answers(task: Task, draft: Draft, work: Work, watch: Watch | None) -> Iterator[Answer]:
+def _answers(task: Task, work: Work, watch: Watch | None) -> Iterator[Answer]:
     from rigidcli.document.load import read
 
+    assert not isinstance(task.draft, Failure)
     files, settings = tuple[Any, ...](), list[str]()
     try:
         if task.sweep is not None:
             point = task.sweep.point(task.place)
             settings = task.sweep.settings(point)
-        document = read(draft, settings)
+        document = read(task.draft, settings)
         files = tuple(document.files)
         if document.ensemble is not None and work.command.section:
             yield from _of_ensemble(document, work, task.starts)
@@ -231,12 +213,12 @@ def _answers(task: Task, draft: Draft, work: Work, watch: Watch | None) -> Itera
             report = replace(report, swept=tuple(swept))
         yield work.answer(report, files)
     except (RigidError, MemoryError) as error:
-        found = replace(failure(error, task.source), place=", ".join(settings))
-        yield Answer(task.source, found, files=files)
+        failed = replace(failure(error, task.source), place=", ".join(settings))
+        yield Answer(task.source, failed, files=files)
 
 
 def _of_ensemble(document: Document, work: Work, starts: range | None) -> Iterator[Answer]:
-    """The answers for these starts of the ensemble of a document, or for all. Raises RigidError."""
+    """The answers for these starts of an ensemble, or for all of them. Raises RigidError."""
     from rigidcli.studies.ensembles import Together, reports, require_one_start
 
     assert document.ensemble is not None
@@ -249,15 +231,15 @@ def _of_ensemble(document: Document, work: Work, starts: range | None) -> Iterat
     require_one_start(document, work.options)
     places = range(len(document.ensemble)) if starts is None else starts
     form = TRAITS[work.format].ensembles
-    for place, found in reports(document, alone.run, form, places, several):
-        if isinstance(found, RigidError):
-            yield Answer(source, replace(failure(found, source), place=f"start {place}"), files=files)
+    for place, report in reports(document, alone.run, form, places, several):
+        if isinstance(report, RigidError):
+            yield Answer(source, replace(failure(report, source), place=f"start {place}"), files=files)
         else:
-            yield work.answer(found, files)
+            yield work.answer(report, files)
 
 
 def lost(task: Task) -> Failure:
-    """The failure of a task that has ended the process that worked on it."""
+    """The failure of a task whose process ended early, twice."""
     hint = "mostly it needs more memory: allow more, or ask for fewer samples"
     return failure(ComputationError("the process that worked on it has ended, twice", hint=hint), task.source)
 
@@ -269,13 +251,13 @@ IDLE = {
     "euler": "tide system orbit equilibrium transform",
     "hamilton": "body about axis frame motion top tide",
 }
-"""The keys at the top of a document that a command does not read."""
+"""The sections of a document that each command ignores."""
 
 
 def require_used(work: Work, files: Sequence[str], sweep: Sweep | None) -> None:
-    """Raise UsageError for a key that is set or swept, and that no FILE has or uses.
+    """Raise UsageError for a key of `--set` or `--sweep` that no FILE has or uses.
 
-    Nothing is said where a FILE can be read only once, as standard input and pipes.
+    Standard input and pipes, which can be read only once, count as files that use it.
     """
     from rigidcli.document.draft import SWEEP, split_setting
 
@@ -292,13 +274,13 @@ def require_used(work: Work, files: Sequence[str], sweep: Sweep | None) -> None:
 
 
 def _is_idle(work: Work, file: str, path: Path, first: Sequence[str]) -> bool:
-    """Whether no document of a file has what the path leads to, nor does the command use it there."""
+    """Whether no document of a file has this key, and the command would not use it there."""
     if not os.path.isfile(file):  # noqa: PTH113 - as typed
         return False
     try:
         return all(_is_idle_in(draft, work, path, first) for draft in work.drafts(file).each)
     except DocumentError:
-        return False  # it is told when the file is worked
+        return False  # this is reported when the file is worked
 
 
 def _is_idle_in(draft: Draft, work: Work, path: Path, first: Sequence[str]) -> bool:
@@ -312,5 +294,5 @@ def _is_idle_in(draft: Draft, work: Work, path: Path, first: Sequence[str]) -> b
         return False
     try:
         return not is_parameter or path[-1] in read(draft, first).unused
-    except DocumentError as error:  # a key that no document has is told when the file is worked
+    except DocumentError as error:  # an unknown key is reported when the file is worked
         return not is_parameter and UNKNOWN not in {problem.code for problem in error.problems}

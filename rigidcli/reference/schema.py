@@ -62,7 +62,8 @@ def _of_section(section: type[Section], definitions: dict[str, Any], waiting: li
     schema.pop("$defs", None)  # these sections are worked by themselves
     for key, entry in schema["properties"].items():
         entry.setdefault("title", key.title())
-    if section.ONE_OF and "oneOf" not in schema:
+    # A hole may lack both mass and density.
+    if section.ONE_OF and not {"oneOf", "density"} & {*schema, *section.ONE_OF}:
         schema["oneOf"] = [{"required": [key]} for key in section.ONE_OF]
     whole: dict[str, Any] = linked(schema)
     return whole

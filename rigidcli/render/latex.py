@@ -9,7 +9,7 @@ import numpy as np
 
 from rigidcli.errors import printable
 from rigidcli.render import Look
-from rigidcli.render.values import entries, is_exact, shown_columns, shown_fields, worded, written
+from rigidcli.render.values import entries, is_exact, shown_columns, shown_fields, worded
 from rigidcli.report import Column, Field, Report, Table, Value
 
 _SPECIAL = str.maketrans(
@@ -200,6 +200,6 @@ def number(value: Value, digits: int) -> str:
     if is_exact(value):
         from rigidcli.language.text import latex
 
-        return written(value, digits, latex)
+        return latex(value.tree(digits))
     mantissa, e, exponent = f"{value:.{digits}g}".partition("e")
     return rf"{mantissa} \times 10^{{{int(exponent)}}}" if e else mantissa

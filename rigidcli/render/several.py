@@ -9,9 +9,10 @@ from itertools import product
 
 import numpy as np
 
+from rigidcli.errors import UsageError
 from rigidcli.render import Look
 from rigidcli.render.table import number
-from rigidcli.render.values import is_exact, row_of, shown_fields, tidied
+from rigidcli.render.values import cell_text, is_exact, row_of, shown_fields, tidied
 from rigidcli.report import Column, Field, Report, Table, Value
 
 
@@ -34,11 +35,17 @@ def compared(reports: Iterable[Report], look: Look) -> Iterator[Report]:
     """One report with a table, if there are any reports: a row a number or word, a column a report.
 
     Beside each report after the first stands the difference to the first in percent, where both are numbers.
+    Raises UsageError where a FILE has several results, such as the links of a robot.
     """
     reports = named(reports)
     if not reports:
         return
     first = reports[0]
+    names = dict[str, str]()
+    for report in reports:
+        if names.setdefault(report.source, report.name) != report.name:
+            hint = "`body: {robot: arm.urdf, link: forearm}` in a document is one of its links"
+            raise UsageError(f"--compare: `{report.source}` has several results", hint=hint)
     results = [
         {
             (entry.title.strip(), cell): (value, entry.unit)
@@ -135,9 +142,5 @@ def _varies(values: list[Value], look: Look) -> bool:
     """Whether a column has different values in the digits that are shown; or in its only row, any."""
     if len(values) == 1:
         return values[0] is not None
-    first = _text(values[0], look)
-    return any(value != values[0] and _text(value, look) != first for value in values)
-
-
-def _text(value: Value, look: Look) -> str:
-    return str(value) if value is None or isinstance(value, str | bool) else number(value, look.digits)
+    first = cell_text(values[0], look.digits, number)
+    return any(value != values[0] and cell_text(value, look.digits, number) != first for value in values)

@@ -7,7 +7,7 @@ from collections.abc import Iterable, Iterator
 from rigidcli.errors import printable
 from rigidcli.render import Look
 from rigidcli.render.terminal import Page, Row
-from rigidcli.render.values import entries, is_exact, shown_columns, shown_fields, written
+from rigidcli.render.values import entries, is_exact, shown_columns, shown_fields
 from rigidcli.report import Column, Field, Report, Table, Value
 
 
@@ -72,4 +72,4 @@ def number(value: Value, digits: int) -> str:
         return f"{value:.{digits}g}"
     from rigidcli.language.text import reading
 
-    return written(value, digits, reading)
+    return reading(value.tree(digits))

@@ -5,16 +5,13 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import replace
-from typing import TYPE_CHECKING, Any, TypeAlias
+from typing import Any, TypeAlias
 
 import numpy as np
 
 from rigidcli.errors import printable
 from rigidcli.render import Look
 from rigidcli.report import NOISE, Column, Field, Report, Table, Value, single_cells
-
-if TYPE_CHECKING:
-    from rigidcli.language.tree import Node
 
 _PLAIN = (float, int, str, bool, type(None))
 
@@ -27,11 +24,6 @@ def is_exact(value: Value) -> bool:
     if isinstance(value, np.ndarray):
         return bool(value.dtype == object)
     return hasattr(type(value), "tree")
-
-
-def written(value: Value, digits: int, write: Callable[[Node], str]) -> str:
-    """An exact expression or a formula, as a function of `language.text` writes it."""
-    return write(value.tree(digits))
 
 
 def plain(value: Value) -> Value:
@@ -88,7 +80,7 @@ def shown_columns(table: Table, look: Look, notation: Notation) -> list[tuple[Co
     rows = [round(k * (length - 1) / max(1, count - 1)) for k in range(count)]
     tidied = replace(table, columns=tuple(map(without_noise, table.columns)))
     return [
-        (column, [_cell_text((column.words or column.values)[row], look.digits, notation) for row in rows])
+        (column, [cell_text((column.words or column.values)[row], look.digits, notation) for row in rows])
         for column in single_cells(tidied, asked)
         if asked or not column.hidden or (look.verbose and not table.records)
     ]
@@ -117,7 +109,8 @@ def without_noise(column: Column) -> Column:
 _TRUTH = {None: "-", True: "yes", False: "no"}
 
 
-def _cell_text(value: Value, digits: int, notation: Notation) -> str:
+def cell_text(value: Value, digits: int, notation: Notation) -> str:
+    """The text of a cell for people: a word, a number, yes or no, or `-` where there is no value."""
     if value is None or isinstance(value, str | bool):
         return printable(value) if isinstance(value, str) else _TRUTH[value]
     return notation(value, digits)
