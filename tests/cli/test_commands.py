@@ -367,23 +367,6 @@ def test_validate_tells_what_an_assignment_asks(program: Program) -> None:
     assert "-:3: questions.b: neither" in done.err
 
 
-@pytest.mark.parametrize(
-    ("text", "said"),
-    [
-        ("answers: 3", "expected `answers`, a mapping"),
-        ("answers: &x {a: *x}", "anchors and aliases"),
-        ('{"answers": {"a": 1: 2}}', "line 1: not YAML"),
-        ("questions:\n - a: b: c", "-:2: not YAML"),
-        ("body: {shape: cube, side: 1, mass: 1, answers: 2}", "body.answers: unknown key"),
-        ("parameters: {answers: 2}\nquestons: {}", "questons: unknown key"),
-    ],
-)
-def test_validate_tells_files_apart_by_their_keys(text: str, said: str, program: Program) -> None:
-    done = program("validate", "-", stdin=text)
-    assert (done.code, done.out) == (3, "")
-    assert said in done.err
-
-
 def test_validate_prints_the_valid_ones(folder: Path, program: Program) -> None:
     good, bad = str(folder / "good.yaml"), str(folder / "bad.yaml")
     outcome = program("validate", good, bad, "-", good, stdin="- 1")

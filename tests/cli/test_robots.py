@@ -137,23 +137,6 @@ def test_a_block_holds_what_is_read_back(form: str, program: Program, tmp_path: 
         assert told[key] == back[key]
 
 
-@pytest.mark.parametrize("form", ["urdf", "mjcf"])
-def test_mujoco_reads_a_block_as_it_is_meant(form: str, program: Program) -> None:
-    mujoco: Any = pytest.importorskip("mujoco", reason="MuJoCo is the oracle here")
-    joint = (
-        '<link name="b"/><joint name="j" type="floating"><parent link="b"/><child link="l"/></joint></robot>'
-    )
-    text = WHOLE[form].format(program("inertia", "-f", form, "-", stdin=BODY).out).replace("</robot>", joint)
-    model = mujoco.MjModel.from_xml_string(text)
-    axes = np.zeros(9)
-    mujoco.mju_quat2Mat(axes, model.body_iquat[1])
-    turn = axes.reshape(3, 3)
-    told = json.loads(program("inertia", "-f", "json", "-", stdin=BODY).out)
-    assert model.body_mass[1] == told["mass"]
-    np.testing.assert_allclose(model.body_ipos[1], told["center_of_mass"], rtol=1e-15)
-    np.testing.assert_allclose(turn @ np.diag(model.body_inertia[1]) @ turn.T, told["tensor_com"], rtol=1e-13)
-
-
 @pytest.mark.parametrize("form", BLOCKS)
 def test_blocks_are_refused_where_there_is_no_link(form: str, program: Program) -> None:
     outcome = program("axes", "-f", form, "configs/cube_corner.yaml")
