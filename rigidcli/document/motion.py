@@ -139,14 +139,14 @@ class Motion(Sampling):
         description="How a driven motion is integrated; `taylor` is by heyoka (extra `taylor`)",
     )
     angles: EulerSequence | None = optional(
-        "Euler angles that `euler` tells besides, by their sequence, such as zxz"
+        "Euler angles among the results of `euler`, by their sequence, such as zxz"
     )
 
     @model_validator(mode="after")
     def _check_starts(self) -> Self:
         turned = self.ensemble is not None and QUATERNION[0] in self.ensemble.names
         if turned and self.orientation is not None:
-            raise ValueProblem("the table of starts tells it, too: expected one", path=("orientation",))
+            raise ValueProblem("the table of starts has orientations, too", path=("orientation",))
         return self
 
     def at_start(self, place: int) -> Self:

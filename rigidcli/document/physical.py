@@ -119,7 +119,7 @@ class Physical:
             with at("top"):
                 return described(self.arithmetic, **top.numbers)
         if given := [key for key, number in top.numbers.items() if number is not None]:
-            raise ValueProblem("the `body` tells this; give one or the other", path=("top", given[0]))
+            raise ValueProblem("the `body` determines this; give one or the other", path=("top", given[0]))
         return self.body_top
 
     @cached_property

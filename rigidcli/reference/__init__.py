@@ -1,5 +1,5 @@
-"""What `explain` tells: keys, shapes, units, functions, results, mistakes, exit codes: from their own tables.
+"""The pages of `explain`, and the JSON Schema.
 
-Nothing here describes them a second time: what is said of a key stands at its field in the model, of a result
-in the table of results, and so on.
+All of their texts stand elsewhere: those of keys at the fields of the models, from which the schema is made,
+those of results, units, functions and mistakes in the tables of these.
 """

@@ -28,7 +28,7 @@ _TYPES = {
 
 
 class Key(NamedTuple):
-    """The path to a key, and what the file may hold there; the page of a whole file has no path."""
+    """The path to a key, and the schema of its value; the path of a whole file is empty."""
 
     path: tuple[str, ...]
     schema: Schema
@@ -82,7 +82,7 @@ def shape_of(section: Schema) -> str | None:
 
 
 def find(path: tuple[str, ...]) -> Key | None:
-    """The key at a path from the top of a file; entries of lists and the names of shapes may be left out."""
+    """The key at a path from the top of a file; indices of lists and names of shapes may be left out."""
     places = (_below(Key((), file), path) for file in files().values())
     return next((place for place in places if place is not None), None)
 
@@ -130,7 +130,7 @@ def _is_section(schema: Schema) -> bool:
 
 
 def about(key: Key) -> str:
-    """What the model says of a key; of a section, what that says of itself."""
+    """The description of a key, or else the first sentence about the section that it holds."""
     choices = sections(key.schema)
     is_alone = len(choices) == 1 and _is_section(key.schema)
     return str(key.schema.get("description", "")) or (first_sentence(choices[0]) if is_alone else "")
@@ -143,7 +143,7 @@ def _default(key: Key) -> str:
 
 
 def summary(key: Key) -> str:
-    """A line on a key: what it is, what it holds, its default, and whether it must be given."""
+    """A line on a key: the description, the kind of value, the default, and whether it is needed."""
     sentence, kind, default = about(key), holds(key.schema), _default(key)
     unit = kind[kind.rfind("(") :] if kind.endswith(")") else ""
     is_said = bool(sentence) and ((unit and unit in sentence) or _is_section(key.schema))
@@ -152,7 +152,7 @@ def summary(key: Key) -> str:
 
 
 def holds(schema: Schema) -> str:
-    """What a value may be, in words."""
+    """The kind of value that a schema allows, in words."""
     if "$ref" in schema:
         definition = _referred(schema)
         return "a mapping" if "properties" in definition else _small(definition["description"])
@@ -172,17 +172,17 @@ def holds(schema: Schema) -> str:
 
 
 def _entry(schema: Schema) -> str:
-    """What an entry of a list, or one of several choices, may be: by its description, if it has one."""
+    """The kind of an entry of a list, or of one of several choices: its description, if it has one."""
     return _small(schema.get("description")) or holds(schema)
 
 
 def _small(text: str | None) -> str:
-    """What a description says up to its first semicolon, as part of a sentence."""
+    """A description up to its first semicolon, as part of a sentence."""
     return (text[:1].lower() + text[1:]).partition(";")[0] if text else ""
 
 
 def explained(key: Key) -> str:
-    """The page of a key: what it is, what it holds, and the keys below it."""
+    """The page of a key: the description, the kind of value, and the keys below it."""
     head, choices = ".".join(key.path), sections(key.schema)
     names = [shape for section in choices if (shape := shape_of(section)) is not None]
     if len(choices) == len(names) == 1:
@@ -222,7 +222,7 @@ def _summaries(keys: list[Key]) -> str:
 
 
 def _section(section: Schema, is_one_of_several: bool = False, besides: Collection[str] = ()) -> str:
-    """What a section is, and its keys without those that stand elsewhere."""
+    """The first sentence about a section, and its keys without those `besides`."""
     title = first_sentence(section)
     needed = section.get("required", [])[:1] or [
         name for choice in section.get("oneOf", ()) for name in choice.get("required", ())
@@ -234,7 +234,7 @@ def _section(section: Schema, is_one_of_several: bool = False, besides: Collecti
 
 
 def shape_page(name: str, head: str = "") -> str:
-    """What a shape is, its dimensions, and its anchors."""
+    """The page of a shape: a sentence, the dimensions, the anchors, and the keys that all shapes have."""
     shape = SHAPES[name]
     written, section = shape.dimensions(), _definitions()[shape.__name__]
     symbols = {key: EXACT.symbol(key, True) for key in (*written, *"xyz")}
@@ -263,6 +263,6 @@ def dimension_pages(name: str) -> list[str]:
 
 
 def shapes_page(head: str = "shapes") -> str:
-    """All shapes, each with its dimensions."""
+    """The page of all shapes, each with its dimensions."""
     listed = [(name, ", ".join(shape.dimensions().values())) for name, shape in SHAPES.items()]
     return page(head, rows(listed), "`rigidcli explain cone` tells more of one.")

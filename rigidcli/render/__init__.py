@@ -17,7 +17,7 @@ from rigidcli.report import Report
 class Look:
     """The look of the output: significant digits for people, the csv header, width and colour.
 
-    Only these `columns` of rows and tables of data are shown, or all if there are none. With `several`
+    `columns` are those of rows and of tables of data that are shown; none stands for all. With `several`
     documents, a table in csv begins with a column of names. With `unit_header`, heads of csv have units. For
     people, `verbose` shows the diagnostics and `steps` the working. `standalone` LaTeX is a whole document.
     """
@@ -51,13 +51,13 @@ class Format(StrEnum):
 
 
 Ensembles: TypeAlias = Literal["rows", "starts", "few"]
-"""How the motions from many starts are written: all samples as rows that begin with the start, a report for
-every start, or a few samples a start, from which a summary is made."""
+"""The motions from many starts: `rows` of all samples that begin with the start, a report for each of the
+`starts`, or a `few` samples of each start, for a summary."""
 
 
 @dataclass(frozen=True, slots=True)
 class Traits:
-    """What a format needs and offers.
+    """The needs and abilities of a format.
 
     A format for `people` has units and digits by choice, the working, and comparisons: its module has a
     function `render(reports, look)`. The others are data: their modules make each report a piece of output by
@@ -94,7 +94,7 @@ TRAITS = {
     Format.sdf: _BLOCK,
     Format.mjcf: _BLOCK,
 }
-"""What each format needs and offers."""
+"""The needs and abilities of the formats."""
 
 
 def formats_of(study: str) -> list[Format]:
@@ -118,7 +118,7 @@ def joined(name: Format, pieces: Iterable[Any], look: Look) -> Iterator[Any]:
 
 
 def piece(name: Format, report: Report, look: Look) -> Any:
-    """The part of the output for a report; in formats for people, the report itself.
+    """The piece of the output for a report; in formats for people, the report itself.
 
     Raises RigidError where the report cannot be written in this format.
     """
@@ -138,7 +138,7 @@ def _module(name: Format) -> ModuleType:
 
 
 def require_columns(report: Report, names: Sequence[str], traits: Traits) -> None:
-    """Raise UsageError unless the output for the report has columns of these names."""
+    """Raise UsageError unless the output for the report has columns with these names."""
     if not names:
         return
     heads = [

@@ -1,4 +1,4 @@
-"""A compact JSON object a report, one a line; floats have the shortest text that reads back the same."""
+"""A line with a JSON object for each report; a float is the shortest text that reads back the same."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ def piece(report: Report, look: Look) -> str:
 
 
 def _asked(table: Table, look: Look) -> Table:
-    """A table of data with the quantities of which at least one column is asked for."""
+    """A table of data with those quantities of which the look shows at least one column."""
     if not table.data:
         return table
     asked = (column for column in table.columns if set(column.cells) & set(look.columns))

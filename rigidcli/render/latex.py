@@ -1,4 +1,4 @@
-"""Fragments for a LaTeX document that loads amsmath: one `align*` a report."""
+"""Fragments for a LaTeX document that loads amsmath, with one `align*` for each report."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ SYMBOLS = {
     r"\bqdot\b": (r"$\\dot q$", "q\N{COMBINING DOT ABOVE}"),
     r"(?:\^|\\textasciicircum\{\})(\d+|T\b)": (r"\\textsuperscript{\1}", r"<sup>\1</sup>"),
 }
-"""Symbols in words of results: regular expressions of their spelling, and the same in LaTeX and in HTML."""
+"""Symbols in words of results: patterns of their spelling, each with the symbol in LaTeX and in HTML."""
 
 _LONG = 50
 """The most letters of a formula or words on one line, which then fits on a page."""
@@ -40,7 +40,7 @@ _PAGE, _LETTER, _GAP = 482.0, 5.7, 12.0
 """Width of a page of A4 with margins of 2 cm, of a letter of ten points, and between columns, in points."""
 
 _WIDTHLESS = re.compile(r"\\(?:(?:left|right|frac|mathrm|mathbf|text(?:superscript)?|d?dot)\b|,)|[{}$^_ ]")
-"""Parts of LaTeX that take no width."""
+"""Commands and marks of LaTeX that take no width on the page."""
 
 _MOST_IN_PMATRIX = 10
 """Columns that a `pmatrix` has room for, unless the document sets MaxMatrixCols."""

@@ -17,7 +17,7 @@ from rigidcli.render.values import data_columns, plain, row_of
 from rigidcli.report import Report, Value
 
 ROWS = 65_536
-"""Rows of a group, which is kept in memory: 30 MB for 60 columns."""
+"""Rows that are kept in memory and written together: 30 MB for 60 columns."""
 
 TRUTH, NUMBER, TEXT = "bool", "double", "string"
 """The kinds of columns; a mixture of kinds is turned into texts."""

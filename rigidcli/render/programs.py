@@ -1,4 +1,4 @@
-"""What programs of equations of motion have in common in all languages, from names to formulas.
+"""The parts of programs of equations of motion that all languages share, from names to formulas.
 
 A program holds names of a document only as identifiers, which are letters, digits and underscores, and differ
 from the words of the language. It holds other text of a document only in comments of one line.
@@ -28,7 +28,7 @@ FUNCTIONS = {"abs": "fabs"}
 
 @dataclass(frozen=True, slots=True)
 class Language:
-    """How a language writes comments, names and powers.
+    """The comments, names and powers of a language.
 
     No name of a document may be one of the `words`; each gets the `suffix`. `power` is the sign of a power
     with a whole exponent, and empty where it is a call of `pow`, as all other powers are.
@@ -78,7 +78,7 @@ class Source:
         return f"{mark} {first}\n{mark}     {usage}\n{mark}\n" + self.comment(*self.program.about)
 
     def comment(self, *paragraphs: str) -> str:
-        """Lines of comment, which end neither in a backslash nor in a trigraph of C for one."""
+        """Lines of comment. None ends in a backslash, or in the trigraph of C that stands for one."""
         lines: list[str] = []
         for paragraph in paragraphs:
             printable = "".join(c if c.isprintable() else " " for c in paragraph)
@@ -181,7 +181,7 @@ def _wrapped(line: str, indent: str = "") -> list[str]:
 
 
 def _whole(exponent: Node) -> Node | None:
-    """A whole exponent as such; None for others."""
+    """An exponent that is a whole number, written as one; None for any other."""
     inner = exponent.operand if isinstance(exponent, Negative) else exponent
     if not isinstance(inner, Number) or not inner.value.is_integer() or abs(inner.value) >= 2**31:
         return None

@@ -1,4 +1,4 @@
-"""Several reports as one for people: a column a FILE with `--compare`, a row a value with `--sweep`."""
+"""Several reports as one table: columns of FILES with `--compare`, rows of values with `--sweep`."""
 
 from __future__ import annotations
 
@@ -17,14 +17,14 @@ from rigidcli.report import Column, Field, Report, Table, Value
 
 
 def named(reports: Iterable[Report]) -> list[Report]:
-    """The reports; where several FILES have the same name, the FILE is added to it."""
+    """The reports; the FILE is added to a name that several FILES have."""
     reports = list(reports)
     names = _distinct([(report.name, report.source) for report in reports])
     return [replace(report, name=name) for report, name in zip(reports, names, strict=True)]
 
 
 def _distinct(names: Sequence[tuple[str, str]]) -> list[str]:
-    """The names of reports, which are given with their FILES."""
+    """The names of reports with these names and FILES."""
     sources = defaultdict[str, set[str]](set)
     for name, source in names:
         sources[name].add(source)
@@ -139,7 +139,7 @@ def gathered(reports: Iterable[Report], look: Look, tell: Callable[[str], None])
 
 
 def _varies(values: list[Value], look: Look) -> bool:
-    """Whether a column has different values in the digits that are shown; or in its only row, any."""
+    """Whether a column has different values in the digits that are shown, or any value in a single row."""
     if len(values) == 1:
         return values[0] is not None
     first = cell_text(values[0], look.digits, number)

@@ -1,4 +1,4 @@
-"""Results in the units that a person asks for: `--units g,cm,deg,rpm`."""
+"""Results in chosen units: `--units g,cm,deg,rpm`."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from rigidcli.render.values import is_exact
 from rigidcli.report import Field, Report, Table, Value
 
 Units: TypeAlias = Mapping[Dimension, Unit]
-"""The units that are asked for, by their dimensions."""
+"""The chosen units by their dimensions."""
 
 BASES = {MASS: "kg", LENGTH: "m", TIME: "s", ANGLE: "rad"}
 """The base dimensions of results, in the order in which units are written, with their SI units."""
@@ -74,7 +74,7 @@ def _table(table: Table, units: Units) -> Table:
 
 
 def _converted(value: Value, text: str, units: Units) -> tuple[Value, str]:
-    """A value with this SI unit, and its unit, in the units asked for."""
+    """A value with this SI unit in the chosen units, and its new unit."""
     unit = _unit_for(parse_unit(text), units) if text else None
     if unit is None or value is None:
         return value, text
