@@ -24,7 +24,7 @@ from rigidcli.cli.failures import (
     progress,
     tell_notes,
 )
-from rigidcli.cli.output import Output, is_folder, require_apart, write_whole
+from rigidcli.cli.output import Output, is_folder
 from rigidcli.cli.work import Answer, Work, answers, lost, require_used, tasks
 from rigidcli.commands import COMMANDS, Command
 from rigidcli.errors import UsageError
@@ -209,7 +209,6 @@ def _picture_kind(
         require_ending(path)
         if len(files) > 1:
             raise UsageError("`--plot` draws one picture, of one FILE", hint="call it for each FILE")
-        require_apart(path, files)
         if path != CHARACTERS and output is not None and Path(path).resolve() == Path(output).resolve():
             raise UsageError(f"`-o` writes the results to `{path}`", hint="give the picture another name")
         require_library(use_for(path))
@@ -221,8 +220,10 @@ def _run(asked: Asked, work: Work) -> int:
     from rigidcli.bodies.robots import is_robot
 
     failures, traits, pictures = Failures(), TRAITS[work.format], list[str | bytes]()
-    with failures.of(asked.output or ""), Output(asked.output) as target:
-        target.protect(*(file for file in (*asked.files, *asked.tables) if file != "-"))
+    opened = Output(asked.output), Output(asked.plot, "--plot")
+    with failures.of(asked.output or ""), opened[0] as target, opened[1] as drawing:
+        for output in opened:
+            output.protect(*(file for file in (*asked.files, *asked.tables) if file != "-"))
         width, colour = target.terminal()
         several = len(asked.files) > 1 or any(map(is_robot, asked.files))
         look = replace(work.look, width=width, colour=colour, several=several)
@@ -234,13 +235,13 @@ def _run(asked: Asked, work: Work) -> int:
 
             write_folder(str(asked.output), asked.files, asked.sweep, str(asked.jobs), work, failures)
             return failures.code
-        pieces = _pieces(asked, work, failures, target, pictures)
-        output = joined(work.format, _for_people(pieces, asked, work) if traits.people else pieces, work.look)
-        for part in output:
+        pieces = _pieces(asked, work, failures, opened, pictures)
+        reports = _for_people(pieces, asked, work) if traits.people else pieces
+        for part in joined(work.format, reports, work.look):
             target.write(part)
         for picture in pictures:
             if isinstance(picture, bytes):
-                write_whole(str(asked.plot), picture)
+                drawing.write(picture)
             elif traits.terminal and asked.output in (None, "-"):
                 target.write(picture)
             else:  # a chart of characters stays away from data
@@ -249,7 +250,7 @@ def _run(asked: Asked, work: Work) -> int:
 
 
 def _pieces(
-    asked: Asked, work: Work, failures: Failures, target: Output, pictures: list[str | bytes]
+    asked: Asked, work: Work, failures: Failures, opened: Sequence[Output], pictures: list[str | bytes]
 ) -> Iterator[Any]:
     """The pieces of the output, one after the other; their notes and failures are printed on the way."""
     printed, first = defaultdict[str, set[str]](set), None
@@ -262,7 +263,8 @@ def _pieces(
             if isinstance(answer, Lost):
                 answer = Answer(answer.task.source, lost(answer.task))
             with failures.of(answer.source):
-                target.protect(*answer.files)
+                for output in opened:
+                    output.protect(*answer.files)
                 tell_notes(answer.source, fresh(answer.notes, printed[answer.source]), asked.quiet)
                 if isinstance(answer.found, Failure):
                     failures.tell(answer.found)

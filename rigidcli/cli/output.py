@@ -44,10 +44,11 @@ def is_folder(path: str | None) -> bool:
 
 
 class Output:
-    """Standard output, or a file that is written whole or not at all; a context that ends the writing."""
+    """Standard output, or the file of an `option`, which a context writes whole or not at all."""
 
-    def __init__(self, path: str | None) -> None:
+    def __init__(self, path: str | None, option: str = "-o") -> None:
         self._path = None if path == "-" else path
+        self._option = option
         self._whole = contextlib.ExitStack()
         self._file: BinaryIO | None = None
         if isinstance(sys.stdout, io.TextIOWrapper):
@@ -61,7 +62,8 @@ class Output:
         for file in files:
             with contextlib.suppress(OSError, ValueError):  # a file that is not there is not lost
                 if Path(file).samefile(self._path):
-                    raise UsageError(f"`-o` would overwrite `{file}`, which is read", hint=OTHER_NAME)
+                    problem = f"`{self._option}` would overwrite `{file}`, which is read"
+                    raise UsageError(problem, hint=OTHER_NAME)
 
     def write(self, piece: str | bytes) -> None:
         """Write a piece of text, or of the bytes of a file."""
@@ -144,12 +146,6 @@ def _encoded(piece: str | bytes) -> bytes:
     return piece.encode() if isinstance(piece, str) else piece
 
 
-def write_whole(path: str, content: bytes) -> None:
-    """Write a file whole or not at all. Raises typer.Exit, after a message, where it cannot be written."""
-    with _failures_of(path), _replacing(Path(path)) as file:
-        file.write(content)
-
-
 @contextlib.contextmanager
 def _failures_of(path: str) -> Iterator[None]:
     """A context in which a file that cannot be written ends the program with a message."""
@@ -157,14 +153,6 @@ def _failures_of(path: str) -> Iterator[None]:
         yield
     except OSError as failure:
         raise _failed(path, failure) from None
-
-
-def require_apart(path: str, others: Sequence[str]) -> None:
-    """Raise UsageError where the picture would overwrite one of the files that are read, by whatever name."""
-    for other in others if path != "-" else ():
-        with contextlib.suppress(OSError):
-            if path == other or Path(path).samefile(other):
-                raise UsageError(f"--plot: `{path}` is one of the files that are read, and stays as it is")
 
 
 def _failed(name: str, failure: OSError) -> typer.Exit:

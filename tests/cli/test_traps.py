@@ -21,6 +21,7 @@ CUBE = "body: {shape: cube, side: 1, mass: 12}\n"
 @pytest.fixture
 def folder(tmp_path: Path) -> Path:
     (tmp_path / "cube.yaml").write_text(CUBE)
+    (tmp_path / "cube.svg").write_text(CUBE)
     (tmp_path / "cloud.csv").write_text("m,x,y,z\n1,0,0,1\n")
     (tmp_path / "cloud.yaml").write_text("body: {points: cloud.csv}\n")
     (tmp_path / "hw.yaml").write_text("questions: {a: {document: cube.yaml, ask: inertia.mass}}\n")
@@ -41,6 +42,7 @@ def folder(tmp_path: Path) -> Path:
         "inertia -o hard.yaml cube.yaml",
         "axes -f json -o cube.yaml cloud.yaml cube.yaml",
         "axes -o cloud.csv cloud.yaml",
+        "axes --plot cube.svg cube.svg",
         "check -o hw.yaml hw.yaml ada.yaml",
         "check -o ada.yaml hw.yaml ada.yaml",
         "check -o cube.yaml hw.yaml ada.yaml",

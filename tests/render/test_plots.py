@@ -239,14 +239,6 @@ def test_names_of_documents_are_texts_and_no_formulas(program: Program, tmp_path
     assert "a $x$ &amp; &lt;script&gt;" in file.read_text()
 
 
-@pytest.mark.usefixtures("matplotlib")
-def test_a_picture_never_replaces_a_document(program: Program, tmp_path: Path) -> None:
-    file = tmp_path / "cube.svg"
-    file.write_text("body: {shape: cube, side: 1, mass: 1}")
-    assert "one of the files that are read" in plots(program, "axes", str(file), "--plot", str(file))
-    assert file.read_text().startswith("body")
-
-
 def test_a_chart_of_characters_follows_the_table_and_stays_out_of_data(program: Program) -> None:
     pytest.importorskip("plotext", reason="the extra `show` is not installed")
     table = program("euler", "configs/t_handle.yaml")
