@@ -35,27 +35,29 @@ class Key(NamedTuple):
     is_needed: bool = False
 
 
-@cache
-def files() -> dict[str, Schema]:
-    """The schemas of the files that people write, with the definitions that all of them use."""
-    from rigidcli.check.question import AnswerFile, Assignment
+FILES = ("document", "assignment", "answers")
+"""The files that people write."""
 
-    roots: dict[str, type[Section]] = {
-        "document": Document,
-        "assignment": Assignment,
-        "answers": AnswerFile,
-    }
-    return {name: json_schema(root) for name, root in roots.items()}
+_DEFINITIONS: dict[str, Schema] = {}
+"""The definitions to which the schemas of files refer, as far as these are loaded."""
 
 
 @cache
-def _definitions() -> dict[str, Schema]:
-    return {name: schema for file in files().values() for name, schema in file["$defs"].items()}
+def file(name: str) -> Schema:
+    """The schema of one of the FILES, which is loaded when it is first used."""
+    root: type[Section] = Document
+    if name != "document":
+        from rigidcli.check.question import AnswerFile, Assignment
+
+        root = Assignment if name == "assignment" else AnswerFile
+    schema = json_schema(root)
+    _DEFINITIONS.update(schema["$defs"])
+    return schema
 
 
 def _referred(schema: Schema) -> Schema:
     """The definition to which a schema refers; a schema without a reference is its own."""
-    return _definitions()[schema["$ref"].rpartition("/")[2]] if "$ref" in schema else schema
+    return _DEFINITIONS[schema["$ref"].rpartition("/")[2]] if "$ref" in schema else schema
 
 
 def sections(schema: Schema) -> list[Schema]:
@@ -83,7 +85,7 @@ def shape_of(section: Schema) -> str | None:
 
 def find(path: tuple[str, ...]) -> Key | None:
     """The key at a path from the top of a file; indices of lists and names of shapes may be left out."""
-    places = (_below(Key((), file), path) for file in files().values())
+    places = (_below(Key((), file(name)), path) for name in FILES)
     return next((place for place in places if place is not None), None)
 
 
@@ -111,8 +113,8 @@ def every() -> Iterator[Key]:
             yield key
             yield from walk(sections(key.schema), key.path)
 
-    for file in files().values():
-        yield from walk([file], ())
+    for name in FILES:
+        yield from walk([file(name)], ())
 
 
 def first_sentence(section: Schema) -> str:
@@ -148,7 +150,8 @@ def summary(key: Key) -> str:
     unit = kind[kind.rfind("(") :] if kind.endswith(")") else ""
     is_said = bool(sentence) and ((unit and unit in sentence) or _is_section(key.schema))
     usual = f"default {default}" if default not in ("", "0", "False") and "default" not in sentence else ""
-    return "; ".join(filter(None, [sentence, "" if is_said else kind, usual, "needed" * key.is_needed]))
+    needed = "needed" if key.is_needed else ""
+    return "; ".join(filter(None, [sentence, "" if is_said else kind, usual, needed]))
 
 
 def holds(schema: Schema) -> str:
@@ -189,8 +192,9 @@ def explained(key: Key) -> str:
         return shape_page(names[0], head)
     if key.path[-1:] == ("shape",):
         return shapes_page(head)
-    facts = [("holds", holds(key.schema)), ("needed", "yes" * key.is_needed), ("default", _default(key))]
-    holding = "" if _is_section(key.schema) else rows([fact for fact in facts if fact[1]])
+    needed = "yes" if key.is_needed else ""
+    facts = {"holds": holds(key.schema), "needed": needed, "default": _default(key)}
+    holding = "" if _is_section(key.schema) else rows([fact for fact in facts.items() if fact[1]])
     if not choices:
         return page(head, paragraph(about(key)), holding)
     forms = [section for section in choices if shape_of(section) is None]
@@ -205,8 +209,8 @@ def explained(key: Key) -> str:
 
 def file_page(name: str) -> str:
     """The page of a file: the keys at its top; of an assignment also those of its sections."""
-    file = files()[name]
-    return page(name, *map(_section, _with_sections(file) if name == "assignment" else [file]))
+    top = file(name)
+    return page(name, *map(_section, _with_sections(top) if name == "assignment" else [top]))
 
 
 def _with_sections(section: Schema) -> Iterator[Schema]:
@@ -236,7 +240,7 @@ def _section(section: Schema, is_one_of_several: bool = False, besides: Collecti
 def shape_page(name: str, head: str = "") -> str:
     """The page of a shape: a sentence, the dimensions, the anchors, and the keys that all shapes have."""
     shape = SHAPES[name]
-    written, section = shape.dimensions(), _definitions()[shape.__name__]
+    written, section = shape.dimensions(), file("document")["$defs"][shape.__name__]
     symbols = {key: EXACT.symbol(key, True) for key in (*written, *"xyz")}
     lists = {key: tuple(symbols[axis] for axis in "xyz") for key, words in written.items() if words != key}
     sample = SimpleNamespace(**symbols | lists)
@@ -257,7 +261,7 @@ def dimension_pages(name: str) -> list[str]:
     having = []
     for shape in SHAPES.values():
         if name in shape.dimensions():
-            schema = _definitions()[shape.__name__]["properties"][name]
+            schema = file("document")["$defs"][shape.__name__]["properties"][name]
             having.append((shape.word(), summary(Key((), schema, is_needed=True))))
     return [page(f"{name}: a dimension of shapes", rows(having))] if having else []
 
