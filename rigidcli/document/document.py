@@ -62,7 +62,7 @@ class Reading:
 class Document(Section):
     """A system as a person describes it. Numbers are SI values, or exact; `arithmetic` says which."""
 
-    name: Title | None = optional("What results call it; else the name of the file")
+    name: Title | None = optional("The name in results; by default that of the file")
     description: Title | None = optional("Remarks for people; the program does not use them")
     parameters: dict[str, Any] | None = Field(
         default=None,
@@ -75,9 +75,7 @@ class Document(Section):
         description="The point O of the tensor: `origin`, `com`, an anchor of the shape, or [x, y, z] (m); "
         "a molecule has its centre of mass by default",
     )
-    axis: Direction | None = optional(
-        "Direction of the axis through that point about which the moment is asked"
-    )
+    axis: Direction | None = optional("Direction of an axis through that point, for the moment about it")
     frame: Rotation | None = optional("Axes for every vector and tensor of the results")
     motion: Motion | None = None
     top: Top | None = None

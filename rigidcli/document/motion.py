@@ -131,9 +131,9 @@ class Motion(Sampling):
         "e1, e2, e3 as `axes` prints them",
     )
     orientation: Rotation | None = optional(
-        "From the document's axes to those of space at t = 0; default identity"
+        "Rotation from the document's axes to those of space at t = 0; default identity"
     )
-    torque: Torque | None = optional("By its components along body axes or those of space, or of the weight")
+    torque: Torque | None = optional("By components along axes of the body or of space, or of the weight")
     method: Literal["auto", "taylor"] = Field(
         default="auto",
         description="How a driven motion is integrated; `taylor` is by heyoka (extra `taylor`)",

@@ -41,9 +41,9 @@ class Top(Section):
     )
     nutation: AngularVelocity = Field(default=0, validate_default=True, description="theta-dot at t = 0")
     mass: Mass | None = None
-    distance: Length | None = optional("From the pivot to the centre of mass (m)")
-    lambda1: PositiveMoment | None = optional("Moment across the axis (kg m^2)")
-    lambda3: PositiveMoment | None = optional("Moment about the axis (kg m^2)")
+    distance: Length | None = optional("Distance from the pivot to the centre of mass (m)")
+    lambda1: PositiveMoment | None = optional("Moment of inertia across the axis (kg m^2)")
+    lambda3: PositiveMoment | None = optional("Moment of inertia about the axis (kg m^2)")
 
     @property
     def numbers(self) -> dict[str, Scalar | None]:
@@ -75,7 +75,7 @@ class Perturber(Section):
     distance: Length = Field(description="Semi-major axis of the orbit (m)")
     eccentricity: Eccentricity = Field(default=0, validate_default=True)
     inclination: PolarAngle = Field(
-        default=0, validate_default=True, description="Of the orbit to the plane from which obliquity counts"
+        default=0, validate_default=True, description="Angle from the plane of zero obliquity to the orbit"
     )
 
 
@@ -87,8 +87,8 @@ class Tide(Section):
     obliquity: PolarAngle = Field(
         description="Angle between the spin and the normal of the orbits' plane (rad)"
     )
-    spin: AngularVelocity = Field(description="Angular velocity of the planet")
-    moments: Moments | None = optional("A, B, C; C about the spin")
+    spin: AngularVelocity = Field(description="Angular velocity of the planet about its axis")
+    moments: Moments | None = optional("Principal moments A, B, C, the last about the spin")
     ellipticity: Ellipticity | None = optional("(C - A)/C; A is the mean of the moments across the spin")
     perturbers: Annotated[tuple[Perturber, ...], AsList, Field(min_length=1)] = Field(
         description="The bodies that pull at the bulge"

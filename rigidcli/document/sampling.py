@@ -186,9 +186,9 @@ class Sampling(Section):
     NEEDS: ClassVar = {"step": "duration"}
 
     duration: Duration | None = optional("End of the motion (s)")
-    samples: Samples | None = optional("How many times, evenly spaced (default 1001)")
+    samples: Samples | None = optional("Number of samples, evenly spaced in time (default 1001)")
     step: Duration | None = optional("Time between two samples (s)")
-    times: Times | None = optional("The times themselves, ascending")
+    times: Times | None = optional("Times of the samples, ascending")
     tolerance: Tolerance | None = optional(
         "Relative error of a step of numerical integration (default 1e-12)"
     )

@@ -174,16 +174,16 @@ Coordinates: TypeAlias = Annotated[
 
 
 class Particle(Section):
-    """A point mass, or a rigid body by its centre of mass and the angle of which it turns about an axis."""
+    """A point mass, or a rigid body by its centre of mass and the angle by which it turns about an axis."""
 
     NEEDS: ClassVar = {"position": "mass", "moment_of_inertia": "angle", "angle": "moment_of_inertia"}
 
     mass: Inertia | None = None
     position: Position | None = optional("One to three Cartesian coordinates, in an inertial frame")
     moment_of_inertia: RotationalInertia | None = optional(
-        "About the axis on which it turns, or that through its centre of mass"
+        "Moment of inertia about the axis of the turn, or about that through the centre of mass"
     )
-    angle: Turning | None = optional("The angle of which it has turned (rad)")
+    angle: Turning | None = optional("The angle by which it has turned (rad)")
     potential: InVelocities | None = None
 
     @classmethod
