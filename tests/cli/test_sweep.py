@@ -20,7 +20,7 @@ from hypothesis import strategies as st
 
 from rigidcli.document.sweeps import read_sweep
 from rigidcli.studies.hamilton import derivation
-from tests.cli.test_commands import shell
+from tests.cli.test_commands import in_terminal, shell
 from tests.conftest import ROOT, Outcome, Program
 
 CUBE = "configs/cube_corner.yaml"
@@ -277,11 +277,9 @@ def test_csv_of_a_sweep_has_one_header(program: Program) -> None:
 
 @pytest.mark.parametrize("width", [60, 100])
 def test_a_table_is_no_wider_than_the_terminal(width: int) -> None:
-    setup = f"export NO_COLOR=1; unset COLUMNS; stty cols {width}"
-    command = f"{setup}; rigidcli precess -q --sweep top.spin=100:700:4 {TOP}"
-    script = f'rigidcli() {{ "{sys.executable}" -m rigidcli "$@"; }}; {command}'
-    done = shell(f"script -qec '{script}' /dev/null")
-    lines = [line.rstrip("\r") for line in done.stdout.decode().split("\n") if "note" not in line]
+    words = ("precess", "-q", "--sweep", "top.spin=100:700:4", TOP)
+    _, shown = in_terminal(*words, columns=width, environment={"NO_COLOR": "1"})
+    lines = shown.split("\n")
     assert any("top.spin (rad/s)" in line for line in lines)
     assert max(len(line.rpartition("\r")[2]) for line in lines) <= width
 
