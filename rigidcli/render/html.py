@@ -105,24 +105,31 @@ def _section(report: Report, look: Look, head: str, anchor: str, *, is_cell: boo
 
 
 def _figures(report: Report, look: Look, *, is_cell: bool) -> Iterator[str]:
-    """The motion or the body in three dimensions, and the picture of the result, if matplotlib is there."""
+    """The motion or the body in three dimensions, and the picture of the result, if matplotlib is there.
+
+    A body is seen once: the picture stands for its view in print, and where scripts may not run.
+    """
     scene = report.scene
-    if scene is not None or (report.pictures and report.pictures[0].kind == "body" and not is_cell):
+    rests = scene is None and not is_cell and any(first.kind == "body" for first in report.pictures[:1])
+    if scene is not None or rests:
         from rigidcli.render.web.replay import replay, still
 
         # A notebook is saved with all cells, so that a result there has the first view only, and coarser.
         if scene is not None and is_cell:
             scene = replace(scene, stages=scene.stages[:1])
-        most = PAGE if report.scene is not None and not is_cell else NOTEBOOK
+        most = NOTEBOOK if is_cell or rests else PAGE
         yield replay(scene or still(report.pictures[0]), look, most)
     if report.pictures and has_library("drawing"):
-        yield f"<figure>{inline_picture(report)}</figure>\n"
+        kind = " class=still" if rests else ""
+        yield f"<figure{kind}>{inline_picture(report)}</figure>\n"
 
 
 def _results(report: Report, look: Look) -> Iterator[str]:
     yield '<table class="results"><caption>Results</caption>\n'
     for entry in shown_fields(report, look):
-        head = f'<th scope="row">{_title(entry.title)}</th>'
+        # The formula of an equation begins with its left side, as the title of the row may end.
+        title = entry.title.removesuffix(f": {entry.symbol} =")
+        head = f'<th scope="row">{_title(title)}</th>'
         yield f"<tr>{head}<td>{_result(entry, look)}</td></tr>\n"
     yield "</table>\n"
 
