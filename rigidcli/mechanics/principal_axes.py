@@ -29,6 +29,7 @@ from rigidcli.algebra.arithmetic import (
     tidy_array,
     weak_sign,
 )
+from rigidcli.algebra.atoms import Surd
 from rigidcli.algebra.expressions import ONE, PI, ZERO, Expr, symbol
 from rigidcli.algebra.functions import apply
 from rigidcli.core.arithmetic import Array
@@ -87,7 +88,7 @@ def _require_short(array: Array, what: str, most: int = LONGEST) -> None:
 
 def _moments(tensor: Array) -> list[Expr]:
     """The three roots of the characteristic polynomial."""
-    coupled = [pair for pair in combinations(range(3), 2) if tensor[pair] != 0]
+    coupled = _coupled(tensor)
     if not coupled:
         return [tensor[k, k] for k in range(3)]
     if len(coupled) == 1:
@@ -103,6 +104,11 @@ def _moments(tensor: Array) -> list[Expr]:
             return _cubic(tensor)
         roots += (quadratic_roots(b, c, d) if b else [tidy(-d / c)]) * multiplicity
     return roots
+
+
+def _coupled(tensor: Array) -> list[tuple[int, int]]:
+    """The pairs of axes with a product of inertia."""
+    return [pair for pair in combinations(range(3), 2) if tensor[pair] != 0]
 
 
 def _cubic(tensor: Array) -> list[Expr]:
@@ -171,6 +177,9 @@ def _eigenvector(tensor: Array, moment: Expr) -> Array:
     With B = I - t/3, mu = lambda - t/3 and q = tr(B^2)/2 the adjugate of I - lambda is
     B^2 + mu B + mu^2 - q. It is (3 mu^2 - q) e e^T.
     """
+    coupled = _coupled(tensor)
+    if len(coupled) == 1 and sign(tensor[coupled[0]]) is not None:
+        return _in_plane(tensor, moment, *coupled[0])
     mean = tensor.trace() / 3
     rest, offset = tidy_array(tensor - mean * _ONE), tidy(moment - mean)
     half = tidy((rest * rest).sum() / 2)
@@ -178,13 +187,34 @@ def _eigenvector(tensor: Array, moment: Expr) -> Array:
     pivot = max(range(3), key=lambda k: abs(size(adjugate[k, k])))
     row = tidy_array(adjugate[pivot])
     _require_short(row, "axes")
-    axis = row / root_of_either_sign(row[pivot] * tidy(3 * offset**2 - half))
-    _require_short(axis, "axes", 2 * LONGEST)  # what is longer does not shrink so much
-    axis = tidy_array(axis)
-    _require_short(axis, "axes")
-    if any(np.isnan(size(component)) for component in axis):
+    if any(np.isnan(size(component)) for component in row):
         # Differences of almost equal roots, of which floats cannot tell which is larger.
         raise ComputationError(
             "the exact principal axes have components too close to zero to tell their signs"
         )
+    square = tidy(3 * offset**2 - half)
+    if all(isinstance(atom, Surd) for atom in moment.everywhere()):
+        # Square roots of the squares are short: sqrt(2 - sqrt(2))/2 for sin(pi/8).
+        roots = [sqrt(tidy(adjugate[k, k] / square)) for k in range(3)]
+        return np.array([root if size(entry) > 0 else -root for root, entry in zip(roots, row, strict=True)])
+    axis = row / root_of_either_sign(row[pivot] * square)
+    _require_short(axis, "axes", 2 * LONGEST)  # what is longer does not shrink so much
+    axis = tidy_array(axis)
+    _require_short(axis, "axes")
+    return axis
+
+
+def _in_plane(tensor: Array, moment: Expr, i: int, j: int) -> Array:
+    """The unit vector along the axis of a moment, where axes i and j alone have a product of inertia.
+
+    Its components are the cosine and the sine of an angle: cos^2 = (lambda - Ijj)/(2 lambda - Iii - Ijj).
+    """
+    (alone,) = {0, 1, 2} - {i, j}
+    if sign(moment - tensor[alone, alone]) == 0:
+        return np.array(_ONE[alone])
+    twice = 2 * moment - tensor[i, i] - tensor[j, j]
+    cosine, sine = (sqrt(tidy((moment - tensor[k, k]) / twice)) for k in (j, i))
+    axis = np.array([ZERO, ZERO, ZERO])
+    axis[[i, j]] = cosine, sine if size(tensor[i, j] * (moment - tensor[i, i])) > 0 else -sine
+    _require_short(axis, "axes")
     return axis

@@ -13,7 +13,7 @@ from rigidcli.render.latex import SYMBOLS, number, value
 from rigidcli.render.plots import has_library, inline_picture, require_library
 from rigidcli.render.values import has_words, shown_columns, shown_fields, worded
 from rigidcli.render.web.mathml import formula
-from rigidcli.render.web.page import page, resource, text
+from rigidcli.render.web.page import page, resource, script_element, text
 from rigidcli.report import Column, Field, Report, Step, Table
 
 _NUMBER = re.compile(r"(-?[0-9.]+)(?: \\times 10\^\{(-?\d+)\})?")
@@ -47,8 +47,9 @@ def render(reports: Iterable[Report], look: Look) -> Iterator[str]:
         count = f"{len(sections)} result{'s' if len(sections) > 1 else ''}"
         title = count if look.several else sections[0][0]
         contents = _contents(title, [name for name, _ in sections]) if look.several else ""
-        body = (contents, *(section for _, section in sections))
-        yield from page(title, ["<main>\n", *body, "</main>\n"], styles=[resource("result.css")])
+        body = "".join((contents, *(section for _, section in sections)))
+        style, scripts = _dress(body)
+        yield from page(title, ["<main>\n", body, "</main>\n"], scripts, [style])
 
 
 def _documents_once(reports: Iterable[Report]) -> Iterator[Report]:
@@ -70,7 +71,20 @@ def _contents(title: str, names: Iterable[str]) -> str:
 
 def fragment(report: Report, look: Look) -> str:
     """The section of a report, with a style, for the page of another program, such as a notebook."""
-    return f"<style>\n{resource('result.css')}</style>\n{_section(report, look, 'h2', '', is_cell=True)}"
+    section = _section(report, look, "h2", "", is_cell=True)
+    style, scripts = _dress(section)
+    return f"<style>\n{style}</style>\n{section}{''.join(map(script_element, scripts))}"
+
+
+def _dress(body: str) -> tuple[str, list[str]]:
+    """The style that a body needs, and its scripts: those of the replays once, however many it has."""
+    style = resource("result.css")
+    if "class=rigidcli-replay>" not in body:
+        return style, []
+    from rigidcli.render.web.replay import player
+
+    replays, script = player()
+    return style + replays, [script]
 
 
 def _section(report: Report, look: Look, head: str, anchor: str, *, is_cell: bool = False) -> str:
@@ -91,24 +105,31 @@ def _section(report: Report, look: Look, head: str, anchor: str, *, is_cell: boo
 
 
 def _figures(report: Report, look: Look, *, is_cell: bool) -> Iterator[str]:
-    """The motion or the body in three dimensions, and the picture of the result, if matplotlib is there."""
+    """The motion or the body in three dimensions, and the picture of the result, if matplotlib is there.
+
+    A body is seen once: the picture stands for its view in print, and where scripts may not run.
+    """
     scene = report.scene
-    if scene is not None or (report.pictures and report.pictures[0].kind == "body" and not is_cell):
+    rests = scene is None and not is_cell and any(first.kind == "body" for first in report.pictures[:1])
+    if scene is not None or rests:
         from rigidcli.render.web.replay import replay, still
 
         # A notebook is saved with all cells, so that a result there has the first view only, and coarser.
         if scene is not None and is_cell:
             scene = replace(scene, stages=scene.stages[:1])
-        most = PAGE if report.scene is not None and not is_cell else NOTEBOOK
+        most = NOTEBOOK if is_cell or rests else PAGE
         yield replay(scene or still(report.pictures[0]), look, most)
     if report.pictures and has_library("drawing"):
-        yield f"<figure>{inline_picture(report)}</figure>\n"
+        kind = " class=still" if rests else ""
+        yield f"<figure{kind}>{inline_picture(report)}</figure>\n"
 
 
 def _results(report: Report, look: Look) -> Iterator[str]:
     yield '<table class="results"><caption>Results</caption>\n'
     for entry in shown_fields(report, look):
-        head = f'<th scope="row">{_title(entry.title)}</th>'
+        # The formula of an equation begins with its left side, as the title of the row may end.
+        title = entry.title.removesuffix(f": {entry.symbol} =")
+        head = f'<th scope="row">{_title(title)}</th>'
         yield f"<tr>{head}<td>{_result(entry, look)}</td></tr>\n"
     yield "</table>\n"
 

@@ -52,6 +52,17 @@ def test_a_page_in_print(browser: Browser, program: Program, tmp_path: Path) -> 
     assert browser.ask(FLAT) == 0
 
 
+def test_a_body_is_shown_once(browser: Browser, program: Program, tmp_path: Path) -> None:
+    """On the screen by the view that can be turned, on paper by the picture."""
+    file = tmp_path / "page.html"
+    assert program("axes", "-q", "-f", "html", "-o", str(file), "configs/t_handle.yaml").code == 0
+    browser.open_page(file, 1280)
+    heights = "['canvas', 'img'].map((name) => document.querySelector(name).offsetHeight > 100)"
+    assert browser.ask(heights) == [True, False]
+    browser.print_page()
+    assert browser.ask(heights) == [False, True]
+
+
 def test_the_pages_of_a_class(browser: Browser, program: Program, tmp_path: Path) -> None:
     homework = ("configs/homework/assignment.yaml", "configs/homework/answers")
     options = ("--feedback", "full", "--steps", "-f", "html", "-o", f"{tmp_path}/")

@@ -17,7 +17,7 @@ from rigidcli.picture import Mark
 from rigidcli.render import Look
 from rigidcli.render.html import PAGE
 from rigidcli.render.web.page import page
-from rigidcli.render.web.replay import replay
+from rigidcli.render.web.replay import player, replay
 from rigidcli.report import Column, Table
 from rigidcli.scene import Part, Scene, Stage
 from tests.browser.conftest import Browser
@@ -47,7 +47,8 @@ def opened(browser: Browser, tmp_path: Path) -> Open:
     def show(*scenes: Scene, first: str = "", last: str = "", **window: Any) -> Browser:
         file = tmp_path / "page.html"
         figures = [replay(scene, Look(), PAGE) for scene in scenes]
-        file.write_text("".join(page("a replay", [first, *figures, last])), "utf-8")
+        style, script = player()
+        file.write_text("".join(page("a replay", [first, *figures, last], [script], [style])), "utf-8")
         browser.open_page(file, **{"width": 640, **window})
         browser.wait("document.querySelectorAll('figure [hidden]:not(.trouble)').length === 0")
         # Replays draw once they are told that they are in view, which comes after a frame or two.

@@ -195,7 +195,7 @@ def section(shown: str) -> str:
     """What stands in the section of a page or a fragment, but for names of its own and the replay."""
     (found,) = re.findall(r"<section[^>]*>(.*)</section>", shown, re.DOTALL)
     found = re.sub(r"<figure class=rigidcli-replay>.*?</figure>\n?", "", found, flags=re.DOTALL)
-    return found.replace("h1>", "h2>")
+    return found.replace("h1>", "h2>").replace("<figure class=still>", "<figure>")
 
 
 @pytest.mark.parametrize(

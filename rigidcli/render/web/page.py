@@ -24,9 +24,13 @@ def page(
         f"<title>{text(title)}</title>\n<style>\n{resource('page.css')}{''.join(styles)}</style>\n</head>\n<body>\n"
     )
     yield from body
-    for script in scripts:
-        yield f"<script>\n{script}</script>\n"
+    yield from map(script_element, scripts)
     yield "</body>\n</html>\n"
+
+
+def script_element(script: str) -> str:
+    """The element of a script of ours, which ends no element itself."""
+    return f"<script>\n{script}</script>\n"
 
 
 def text(words: str) -> str:

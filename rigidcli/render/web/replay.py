@@ -53,8 +53,15 @@ def still(picture: Picture) -> Scene:
     return Scene(picture.title, np.zeros(1), Table("", "", ()), (Stage("the body", tuple(parts)),))
 
 
+def player() -> tuple[str, str]:
+    """The style and the script of all replays on a page."""
+    lines = (line.strip() for name in ("drawing.js", "replay.js") for line in resource(name).splitlines())
+    script = "".join(f"{line}\n" for line in lines if line and not line.startswith("//"))
+    return resource("replay.css"), f'(() => {{\n"use strict";\n{script}}})();\n'
+
+
 def replay(scene: Scene, look: Look, most: int) -> str:
-    """The figure with its style and script: all text in it is escaped, and no data ends its element.
+    """The figure, for a page with the `player`: all text in it is escaped, and no data ends its element.
 
     Where the samples have more than `most` numbers, evenly chosen ones are shown, and surfaces are coarser.
     """
@@ -81,8 +88,7 @@ def replay(scene: Scene, look: Look, most: int) -> str:
 
 
 def _figure(scene: Scene, data: str) -> Iterator[str]:
-    yield f"<figure class=rigidcli-replay>\n<style>\n{resource('replay.css')}</style>\n"
-    yield f"<figcaption>{text(scene.title)}</figcaption>\n"
+    yield f"<figure class=rigidcli-replay>\n<figcaption>{text(scene.title)}</figcaption>\n"
     options = "".join(
         f"<option value={place}>{text(stage.title)}</option>" for place, stage in enumerate(scene.stages)
     )
@@ -92,10 +98,7 @@ def _figure(scene: Scene, data: str) -> Iterator[str]:
     label = f"{scene.title}: {scene.stages[0].title}, in three dimensions"
     yield _CONTROLS.format(label=text(label), options=options, readings=heads)
     # A `<` in data is written as an escape of JSON, so that no text of a document ends the element.
-    yield f"<script type=application/json>{data.replace('<', chr(92) + 'u003c')}</script>\n"
-    lines = (line.strip() for name in ("drawing.js", "replay.js") for line in resource(name).splitlines())
-    script = "".join(f"{line}\n" for line in lines if line and not line.startswith("//"))
-    yield f'<script>\n(() => {{\n"use strict";\n{script}}})();\n</script>\n</figure>\n'
+    yield f"<script type=application/json>{data.replace('<', chr(92) + 'u003c')}</script>\n</figure>\n"
 
 
 _CONTROLS = """<div class=stage>
