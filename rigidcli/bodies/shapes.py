@@ -1,75 +1,92 @@
-"""The shapes by name. A new one is a class in a module whose name ends in `_shapes`, and a line here."""
+"""The shapes by name, and the words that people have for them. A new one is a primitive, and a row here."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+import inspect
+from collections.abc import Callable, Iterator, Mapping
 from functools import cache
-from importlib import import_module
-from typing import Any
+from typing import Any, cast
 
-from rigidcli.bodies.shape import Shape
+from pydantic import create_model
+
+from rigidcli.bodies import primitives
+from rigidcli.bodies.shape import Lamina, Shape, Shell, Solid, Wire
 from rigidcli.errors import ValueProblem, nearest, shown
 from rigidcli.fields.words import RELATIVES, not_one_of, other_form, shapes_called
 
-PLACES = {
-    "box": "prism_shapes.Box",
-    "cube": "prism_shapes.Cube",
-    "sphere": "solid_shapes.Sphere",
-    "hollow_sphere": "solid_shapes.HollowSphere",
-    "ellipsoid": "solid_shapes.Ellipsoid",
-    "cylinder": "prism_shapes.Cylinder",
-    "tube": "prism_shapes.Tube",
-    "elliptic_cylinder": "prism_shapes.EllipticCylinder",
-    "half_cylinder": "prism_shapes.HalfCylinder",
-    "cone": "solid_shapes.Cone",
-    "frustum": "solid_shapes.Frustum",
-    "pyramid": "solid_shapes.Pyramid",
-    "hemisphere": "solid_shapes.Hemisphere",
-    "spherical_cap": "solid_shapes.SphericalCap",
-    "capsule": "solid_shapes.Capsule",
-    "torus": "solid_shapes.Torus",
-    "tetrahedron": "solid_shapes.Tetrahedron",
-    "spherical_shell": "thin_shapes.SphericalShell",
-    "hemispherical_shell": "thin_shapes.HemisphericalShell",
-    "cylindrical_shell": "thin_shapes.CylindricalShell",
-    "conical_shell": "thin_shapes.ConicalShell",
-    "plate": "flat_shapes.Plate",
-    "disk": "flat_shapes.Disk",
-    "annulus": "flat_shapes.Annulus",
-    "half_disk": "flat_shapes.HalfDisk",
-    "triangle": "flat_shapes.Triangle",
-    "polygon": "flat_shapes.Polygon",
-    "rod": "thin_shapes.Rod",
-    "ring": "thin_shapes.Ring",
+Anchors = Mapping[str, Callable[[Any], tuple[Any, ...]]]
+
+BASE: Anchors = {"base": lambda s: (0, 0, -s.height / 2)}
+TIP: Anchors = {"apex": lambda s: primitives.ORIGIN, "base": lambda s: (0, 0, s.height)}
+
+PRIMITIVES: dict[Callable[..., Any], tuple[type[Shape], Anchors]] = {
+    primitives.box: (Solid, {"corner": lambda s: tuple(-side / 2 for side in s.size)}),
+    primitives.cube: (Solid, {"corner": lambda s: 3 * (-s.side / 2,)}),
+    primitives.sphere: (Solid, {}),
+    primitives.hollow_sphere: (Solid, {}),
+    primitives.ellipsoid: (Solid, {}),
+    primitives.cylinder: (Solid, BASE),
+    primitives.tube: (Solid, BASE),
+    primitives.elliptic_cylinder: (Solid, BASE),
+    primitives.half_cylinder: (Solid, {}),
+    primitives.cone: (Solid, TIP),
+    primitives.frustum: (Solid, {"top": lambda s: (0, 0, s.height)}),
+    primitives.pyramid: (Solid, {"apex": lambda s: (0, 0, s.height)}),
+    primitives.hemisphere: (Solid, {}),
+    primitives.spherical_cap: (Solid, {}),
+    primitives.capsule: (Solid, {}),
+    primitives.torus: (Solid, {}),
+    primitives.tetrahedron: (Solid, {}),
+    primitives.spherical_shell: (Shell, {}),
+    primitives.hemispherical_shell: (Shell, {}),
+    primitives.cylindrical_shell: (Shell, BASE),
+    primitives.conical_shell: (Shell, TIP),
+    primitives.plate: (Lamina, {"corner": lambda s: (-s.size[0] / 2, -s.size[1] / 2, 0)}),
+    primitives.disk: (Lamina, {}),
+    primitives.annulus: (Lamina, {}),
+    primitives.half_disk: (Lamina, {}),
+    primitives.triangle: (Lamina, {}),
+    primitives.polygon: (Lamina, {}),
+    primitives.rod: (Wire, {"end": lambda s: (0, 0, -s.length / 2)}),
+    primitives.ring: (Wire, {}),
 }
-"""What may stand under `shape`: the module of this package that has it, and its class there."""
+"""Whether a primitive is solid, flat, a shell or a wire, and its anchors besides the centre of mass."""
+
+_NAMED = {primitive.__name__: primitive for primitive in PRIMITIVES}
 
 
 @cache
-def _class(name: str) -> type[Shape]:
-    module, _, shape = PLACES[name].partition(".")
-    found: type[Shape] = getattr(import_module(f"rigidcli.bodies.{module}"), shape)
-    return found
+def _section(name: str) -> type[Shape]:
+    """The section of a shape, whose dimensions are the parameters of its primitive after the first."""
+    primitive = _NAMED[name]
+    kind, anchors = PRIMITIVES[primitive]
+    _, *parameters = inspect.signature(primitive).parameters.values()
+    dimensions: dict[str, Any] = {each.name: (each.annotation, ...) for each in parameters}
+    title = name.title().replace("_", "")
+    made = create_model(title, __base__=kind, __doc__=primitive.__doc__, **dimensions)
+    section = cast("type[Shape]", made)
+    section.primitive, section.ANCHORS = primitive, anchors
+    return section
 
 
 class _Shapes(Mapping[str, type[Shape]]):
-    """The shapes by name; a module is loaded when one of its shapes is asked for, as a document has few."""
+    """The shapes by name; the section of one is made when it is asked for, as a document has few."""
 
     def __getitem__(self, name: str) -> type[Shape]:
-        return _class(name)
+        return _section(name)
 
     def __contains__(self, name: object) -> bool:
-        return name in PLACES
+        return name in _NAMED
 
     def __iter__(self) -> Iterator[str]:
-        return iter(PLACES)
+        return iter(_NAMED)
 
     def __len__(self) -> int:
-        return len(PLACES)
+        return len(_NAMED)
 
 
 SHAPES = _Shapes()
-"""The classes of the shapes."""
+"""The sections of the shapes."""
 
 
 def shape_called(name: object, raw: Mapping[str, Any]) -> tuple[type[Shape] | None, ValueProblem | None]:

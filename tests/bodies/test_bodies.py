@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
 import rigidcli
-from rigidcli.bodies.prism_shapes import Cylinder
+from rigidcli.bodies.shape import Region
 from rigidcli.errors import DocumentError
 
 Floats = NDArray[np.float64]
@@ -537,13 +537,13 @@ def test_a_thin_hole_is_seen_where_it_is(shape: str, d: dict[str, float]) -> Non
     "body", [solid("box", size=[40, 1, 1]), solid("tube", outer_radius=9, inner_radius=0, height=1)]
 )
 def test_many_holes_take_little_more_than_one(body: Body, monkeypatch: pytest.MonkeyPatch) -> None:
-    looked_at, contains = [0], Cylinder.contains
+    looked_at, contains = [0], Region.contains
 
-    def counted(self: Cylinder, x: Any, y: Any, z: Any) -> Any:
-        looked_at[0] += np.size(x)
+    def counted(self: Region, x: Any, y: Any, z: Any) -> Any:
+        looked_at[0] += np.size(x) * (self.shape == "cylinder")
         return contains(self, x, y, z)
 
-    monkeypatch.setattr(Cylinder, "contains", counted)
+    monkeypatch.setattr(Region, "contains", counted)
     counts = []
     for count in (1, 4, 7):
         looked_at[0] = 0
