@@ -76,13 +76,12 @@ def agree(result: Any, text: str, name: str = "l") -> None:
     np.testing.assert_allclose(result["tensor_com"], tensor, atol=2e-15)
 
 
-def test_every_ending_has_a_reader() -> None:
+def test_every_root_has_a_reader() -> None:
     folder = Path(elements.__file__).parent
     helpers = {"__init__", "elements", "links"}
     assert {path.stem for path in folder.glob("*.py")} - helpers == set(READERS.values())
     for name in READERS.values():
         reader = importlib.import_module(f"rigidcli.bodies.robots.{name}")
-        assert isinstance(reader.ROOT, str)
         assert callable(reader.read)
 
 
