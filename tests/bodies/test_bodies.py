@@ -21,19 +21,12 @@ from scipy.spatial.transform import Rotation
 import rigidcli
 from rigidcli.bodies.shape import Region
 from rigidcli.errors import DocumentError
+from tests.bodies.test_shapes import loaded, result, scaled
 
 Floats = NDArray[np.float64]
 Body = Mapping[str, Any]
 
 few = settings(max_examples=30, deadline=None)
-
-
-def loaded(body: Body, **rest: Any) -> Any:
-    return rigidcli.loads(json.dumps({"body": dict(body), **rest}))
-
-
-def result(body: Body, **rest: Any) -> Any:
-    return rigidcli.inertia(loaded(body, **rest))
 
 
 def refusal(body: Body, **rest: Any) -> str:
@@ -300,9 +293,8 @@ def cut(shape: str, density: Any = 1.0, **rest: Any) -> dict[str, Any]:
 
 CUBE = solid("cube", side=2)
 PLATE = solid("plate", size=[4, 4])
-HOLES: dict[str, dict[str, list[dict[str, Any]]]] = yaml.safe_load(
-    Path(__file__).with_name("holes.yaml").read_text(encoding="utf-8")
-)
+HOLES: dict[str, Any] = yaml.safe_load(Path(__file__).with_name("holes.yaml").read_text(encoding="utf-8"))
+CONVEX: dict[str, dict[str, Any]] = HOLES["convex"]
 
 
 @pytest.mark.parametrize("name", HOLES["bad"])
@@ -412,39 +404,11 @@ def test_holes_in_turned_parts_side_by_side() -> None:
         assert result({"parts": parts})["mass"] > 0
 
 
-# Convex shapes, each with the way its dimensions scale: all but ratios.
-CONVEX: dict[str, dict[str, Any]] = {
-    "box": {"size": [1, 2, 3]},
-    "cube": {"side": 1},
-    "sphere": {"radius": 1},
-    "ellipsoid": {"semi_axes": [1, 2, 0.5]},
-    "cylinder": {"radius": 1, "height": 3},
-    "elliptic_cylinder": {"semi_axes": [1, 2], "height": 1},
-    "half_cylinder": {"radius": 1, "height": 1},
-    "cone": {"radius": 1, "height": 2},
-    "frustum": {"bottom_radius": 2, "top_radius": 1, "height": 2},
-    "pyramid": {"base": [1, 2], "height": 3},
-    "hemisphere": {"radius": 1},
-    "spherical_cap": {"radius": 2, "cap_height": 0.8},
-    "capsule": {"radius": 1, "height": 2},
-    "tetrahedron": {"vertices": [[1, 2, 3], [4, -1, 2], [-2, 0.5, 1], [0, 3, -2]]},
-    "plate": {"size": [1, 2]},
-    "disk": {"radius": 1},
-    "half_disk": {"radius": 1},
-    "triangle": {"vertices": [[0, 0, 1], [4, 0, 3], [0, 4, 2]]},
-    "polygon": {"vertices": [[0, 0], [3, 1], [4, 4], [1, 3]]},
-}
-
-
-def _scaled(value: Any, factor: float) -> Any:
-    return [_scaled(item, factor) for item in value] if isinstance(value, list) else value * factor
-
-
 @pytest.mark.parametrize("shape", CONVEX)
 @pytest.mark.parametrize("factor", [0.3, 0.99])
 def test_a_smaller_copy_fits_into_every_convex_shape(shape: str, factor: float) -> None:
     d = CONVEX[shape]
-    small = {key: _scaled(value, factor) for key, value in d.items()}
+    small = {key: scaled(value, factor) for key, value in d.items()}
     place = {"rotation": {"euler": [0.3, 0.8, 1.9]}, "anchor": "com", "position": [1, 2, 3]}
     whole, less = result(solid(shape, **d, **place)), result(cut(shape, **small, **place) | {"hole": False})
     rest = result({"parts": [solid(shape, **d, **place), cut(shape, **small, **place)]})
@@ -457,7 +421,7 @@ def test_a_smaller_copy_fits_into_every_convex_shape(shape: str, factor: float) 
 @pytest.mark.parametrize("factor", [1.02, 3.0])
 def test_a_larger_copy_fits_into_no_shape(shape: str, factor: float) -> None:
     d = CONVEX[shape]
-    large = {key: _scaled(value, factor) for key, value in d.items()}
+    large = {key: scaled(value, factor) for key, value in d.items()}
     place = {"rotation": {"euler": [0.3, 0.8, 1.9]}, "anchor": "com", "position": [1, 2, 3]}
     flat = shape in ("plate", "disk", "half_disk", "triangle", "polygon")
     size = {"size": [50, 50]} if flat else {"side": 50}

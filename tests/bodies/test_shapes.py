@@ -777,8 +777,8 @@ def test_the_anchor_lands_on_the_position(shape: str, d: Dimensions, anchor: str
 # --- scale laws
 
 
-def _scaled(value: Any, factor: float) -> Any:
-    return [_scaled(item, factor) for item in value] if isinstance(value, list) else value * factor
+def scaled(value: Any, factor: float) -> Any:
+    return [scaled(item, factor) for item in value] if isinstance(value, list) else value * factor
 
 
 @few
@@ -788,7 +788,7 @@ def test_mass_and_length_scale_every_shape_exactly(case: Any, a: int, m: int) ->
     one = result({"shape": shape, "mass": 3.0, **d})
     length, mass = 2.0**a, 2.0**m
     other = result(
-        {"shape": shape, "mass": 3.0 * mass, **{key: _scaled(value, length) for key, value in d.items()}}
+        {"shape": shape, "mass": 3.0 * mass, **{key: scaled(value, length) for key, value in d.items()}}
     )
     assert np.array_equal(other["center_of_mass"], one["center_of_mass"] * length)
     assert np.array_equal(other["tensor_com"], one["tensor_com"] * (mass * length**2))
