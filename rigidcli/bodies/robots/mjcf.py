@@ -17,7 +17,7 @@ from typing import Any
 import numpy as np
 
 from rigidcli.bodies.robots.elements import Element
-from rigidcli.bodies.robots.links import NO_MASS, Body, Link, Robot, Weight, placed, tensor
+from rigidcli.bodies.robots.links import ENTRIES, NO_MASS, Body, Link, Robot, Weight, placed
 from rigidcli.errors import shown
 
 INFERRED = "no `<inertial>`: MuJoCo infers mass and tensor from the geoms, if there are any"
@@ -93,7 +93,8 @@ def _weight(body: Element, compiler: Mapping[str, str]) -> Weight:
     else:
         xx, yy, zz, xy, xz, yz = element.numbers("fullinertia", 6)
     lines = dict.fromkeys(("mass", "inertia", "position"), element.line)
-    return {"mass": mass, "inertia": tensor([xx, xy, xz, yy, yz, zz]), **frame}, lines
+    inertia = dict(zip(ENTRIES, (xx, xy, xz, yy, yz, zz), strict=True))
+    return {"mass": mass, "inertia": inertia, **frame}, lines
 
 
 def _turn(element: Element, compiler: Mapping[str, str]) -> Body:

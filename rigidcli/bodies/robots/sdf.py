@@ -12,7 +12,8 @@ from pathlib import Path
 from typing import Any
 
 from rigidcli.bodies.robots.elements import Element
-from rigidcli.bodies.robots.links import ENTRIES, Body, Format, Robot, Weight, placed, turned
+from rigidcli.bodies.robots.links import ENTRIES, Body, Robot, Weight, placed, turned
+from rigidcli.bodies.robots.urdf import Urdf
 from rigidcli.errors import shown
 
 NOT_GIVEN = dict(zip(ENTRIES, "100101", strict=True))
@@ -56,8 +57,8 @@ def _full_name(link: Element, scope: tuple[str, ...]) -> str:
     return "::".join([*scope, name]) if name else ""
 
 
-class _Sdf(Format):
-    """Numbers and names of files stand in elements."""
+class _Sdf(Urdf):
+    """A link has the same parts, in which numbers and names of files stand in elements."""
 
     PLACE = "pose"
     NOTHING = "no `<inertial>`, for which simulators take 1 kg and 1 kg m^2"
