@@ -149,9 +149,8 @@ class Composite(Form):
     @property
     def rounding(self) -> float | None:
         """The largest of molecules taken as one (m); None unless all parts are molecules."""
-        found = [None if part.hole else part.rounding for part in self.parts]
-        known = [each for each in found if each is not None]
-        return max(known) if len(known) == len(found) else None
+        molecules = [part.rounding for part in self.parts if part.rounding is not None and not part.hole]
+        return max(molecules) if len(molecules) == len(self.parts) else None
 
     def leaves(self, arithmetic: Arithmetic) -> Iterator[holes.Leaf]:
         """The shapes of which the composite is made, however deep, each with sign and place."""
@@ -220,10 +219,8 @@ class _AnyForm(Choice):
             raise ValueProblem(f"read {shown(raw)}, expected a mapping", hint=hint)
         if not isinstance(raw, dict) or raw.keys() & FORMS.keys():
             return super().read(raw, info)
-        if "shape" in raw:
-            key: str | None = "shape"
-        else:
-            key = next((key for key in raw if "shape" in keys_called(key)), None)
+        words = (word for word in ("shape", *raw) if word in raw and "shape" in (word, *keys_called(word)))
+        key = next(words, None)
         if key is None:
             return super().read(raw, info)
         shape, problem = shape_called(raw[key], raw)

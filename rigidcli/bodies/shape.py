@@ -2,14 +2,15 @@
 
 # Annotations here are objects, not texts, which pydantic would read anew for each shape.
 
+import inspect
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
 from decimal import Decimal
 from functools import cache
-from typing import Annotated, Any, ClassVar, Self, get_args, get_origin
+from typing import Annotated, Any, ClassVar, Self, TypeAlias, cast, get_args, get_origin
 
 import numpy as np
-from pydantic import ConfigDict, Field, PrivateAttr, ValidationInfo, model_validator
+from pydantic import ConfigDict, Field, PrivateAttr, ValidationInfo, create_model, model_validator
 from pydantic.config import JsonDict, JsonValue
 from pydantic.fields import FieldInfo
 
@@ -27,6 +28,9 @@ from rigidcli.fields.quantities import Mass
 from rigidcli.fields.section import Section, environment
 from rigidcli.fields.typed_numbers import split_quantity
 from rigidcli.fields.words import halved, keys_called, not_one_of
+
+Anchor: TypeAlias = Callable[[Any], tuple[Any, ...]]
+"""A point (x, y, z in m, own axes) of a shape, which follows from its dimensions."""
 
 
 class NoValueError(Exception):
@@ -87,15 +91,16 @@ def _half(value: object) -> str:
 class Shape(Form):
     """A primitive: dimensions, natural origin, anchors, closed-form moments for a uniform density.
 
-    Its `primitive` makes a figure of an arithmetic and the dimensions, which are fields of a subclass. An
-    anchor is a point (x, y, z in m) of the dimensions. `UNIT` is that of a density.
+    Its `primitive` makes a figure of an arithmetic and the dimensions, which are fields of a subclass. The
+    `UNIT` is that of a density, which is mass `PER` volume, area or length.
     """
 
     model_config = ConfigDict(json_schema_extra=_complete_schema)
 
     ONE_OF: ClassVar = ("mass", "density")
-    UNIT: ClassVar = "kg/m^2"
-    ANCHORS: ClassVar[Mapping[str, Callable[[Any], tuple[Scalar, ...]]]] = {}
+    PER: ClassVar = AREA_DENSITY
+    UNIT: ClassVar[str]
+    ANCHORS: ClassVar[Mapping[str, Anchor]]
     primitive: ClassVar[Callable[..., Figure]]
 
     mass: Mass | None = Field(default=None, description="The mass of all of it; or give `density`")
@@ -135,10 +140,8 @@ class Shape(Form):
         return next((name for name in names if cls.holds(name, value)), next(iter(names), None))
 
     @classmethod
-    def holds(cls, key: str | None, value: object) -> bool:
-        """Whether a dimension is there, and a list of as many entries where `value` is a list."""
-        if key is None:
-            return False
+    def holds(cls, key: str, value: object) -> bool:
+        """Whether a dimension is a list of as many entries as `value`, or no list where that is none."""
         field = cls.model_fields[key]
         if not isinstance(value, list):
             return not _is_list(field)
@@ -271,32 +274,32 @@ class Region(Shape):
 class Solid(Region):
     """A shape that fills a volume."""
 
-    UNIT: ClassVar = "kg/m^3"
-    density: Annotated[Scalar | Formula, Density(DENSITY, "positive")] | None = Field(
-        default=None, description=SAID
-    )
+    PER: ClassVar = DENSITY
 
 
 class Lamina(Region):
     """A flat shape, of no thickness; to `bounds` and `contains` its `plane` is z = 0."""
 
-    density: Annotated[Scalar | Formula, Density(AREA_DENSITY, "positive")] | None = Field(
-        default=None, description=SAID
-    )
-
 
 class Shell(Shape):
     """A curved surface, of no thickness."""
-
-    density: Annotated[Scalar | Formula, Density(AREA_DENSITY, "positive")] | None = Field(
-        default=None, description=SAID
-    )
 
 
 class Wire(Shape):
     """A curve, of no thickness."""
 
-    UNIT: ClassVar = "kg/m"
-    density: Annotated[Scalar | Formula, Density(LINE_DENSITY, "positive")] | None = Field(
-        default=None, description=SAID
-    )
+    PER: ClassVar = LINE_DENSITY
+
+
+def section(
+    primitive: Callable[..., Figure], kind: type[Shape], anchors: Mapping[str, Anchor]
+) -> type[Shape]:
+    """The section of a primitive: the dimensions are its parameters after the first."""
+    _, *parameters = inspect.signature(primitive).parameters.values()
+    fields: dict[str, Any] = {each.name: (each.annotation, ...) for each in parameters}
+    density = Annotated[Scalar | Formula, Density(kind.PER, "positive")] | None
+    fields["density"] = density, Field(default=None, description=SAID)
+    title = primitive.__name__.title().replace("_", "")
+    made = cast("type[Shape]", create_model(title, __base__=kind, __doc__=primitive.__doc__, **fields))
+    made.primitive, made.ANCHORS, made.UNIT = primitive, anchors, kind.PER.unit
+    return made

@@ -2,24 +2,19 @@
 
 from __future__ import annotations
 
-import inspect
 from collections.abc import Callable, Iterator, Mapping
 from functools import cache
-from typing import Any, cast
-
-from pydantic import create_model
+from typing import Any
 
 from rigidcli.bodies import primitives
-from rigidcli.bodies.shape import Lamina, Shape, Shell, Solid, Wire
+from rigidcli.bodies.shape import Anchor, Lamina, Shape, Shell, Solid, Wire, section
 from rigidcli.errors import ValueProblem, nearest, shown
 from rigidcli.fields.words import RELATIVES, not_one_of, other_form, shapes_called
 
-Anchors = Mapping[str, Callable[[Any], tuple[Any, ...]]]
+BASE: dict[str, Anchor] = {"base": lambda s: (0, 0, -s.height / 2)}
+TIP: dict[str, Anchor] = {"apex": lambda s: primitives.ORIGIN, "base": lambda s: (0, 0, s.height)}
 
-BASE: Anchors = {"base": lambda s: (0, 0, -s.height / 2)}
-TIP: Anchors = {"apex": lambda s: primitives.ORIGIN, "base": lambda s: (0, 0, s.height)}
-
-PRIMITIVES: dict[Callable[..., Any], tuple[type[Shape], Anchors]] = {
+PRIMITIVES: dict[Callable[..., Any], tuple[type[Shape], dict[str, Anchor]]] = {
     primitives.box: (Solid, {"corner": lambda s: tuple(-side / 2 for side in s.size)}),
     primitives.cube: (Solid, {"corner": lambda s: 3 * (-s.side / 2,)}),
     primitives.sphere: (Solid, {}),
@@ -57,16 +52,8 @@ _NAMED = {primitive.__name__: primitive for primitive in PRIMITIVES}
 
 @cache
 def _section(name: str) -> type[Shape]:
-    """The section of a shape, whose dimensions are the parameters of its primitive after the first."""
     primitive = _NAMED[name]
-    kind, anchors = PRIMITIVES[primitive]
-    _, *parameters = inspect.signature(primitive).parameters.values()
-    dimensions: dict[str, Any] = {each.name: (each.annotation, ...) for each in parameters}
-    title = name.title().replace("_", "")
-    made = create_model(title, __base__=kind, __doc__=primitive.__doc__, **dimensions)
-    section = cast("type[Shape]", made)
-    section.primitive, section.ANCHORS = primitive, anchors
-    return section
+    return section(primitive, *PRIMITIVES[primitive])
 
 
 class _Shapes(Mapping[str, type[Shape]]):
@@ -103,12 +90,12 @@ def shape_called(name: object, raw: Mapping[str, Any]) -> tuple[type[Shape] | No
     form = other_form(word)
     if word not in SHAPES and form is not None:
         return None, ValueProblem(f"{shown(name)} is no shape", hint=f"write `{form}` instead of `shape`")
-    called = [word] if word in SHAPES else [each for each in shapes_called(word) if each in SHAPES]
+    called = [word] if word in SHAPES else [shape for shape in shapes_called(word) if shape in SHAPES]
     if not called:
         near = nearest(word, list(SHAPES))
-        return (near and SHAPES[near]) or None, ValueProblem(not_one_of(name, list(SHAPES)))
-    called += [other for each in called for other in RELATIVES.get(each, "").split()]
-    best = max((SHAPES[each] for each in called), key=lambda shape: _likeness(shape, raw))
+        return SHAPES[near] if near else None, ValueProblem(not_one_of(name, list(SHAPES)))
+    called += [relative for shape in called for relative in RELATIVES.get(shape, "").split()]
+    best = max((SHAPES[shape] for shape in called), key=lambda shape: _likeness(shape, raw))
     if best.word() == word:
         return best, None
     return best, ValueProblem(f"read {shown(name)} (did you mean {best.word()}?)", hint=best.summary())
@@ -116,5 +103,5 @@ def shape_called(name: object, raw: Mapping[str, Any]) -> tuple[type[Shape] | No
 
 def _likeness(shape: type[Shape], raw: Mapping[str, Any]) -> int:
     """How many of the keys in `raw` are dimensions of the shape in some word: twice where the value fits."""
-    found = [(shape.key_for(*item), item[1]) for item in raw.items()]
-    return sum((name is not None) + shape.holds(name, value) for name, value in found)
+    keys = {key: shape.key_for(key, value) for key, value in raw.items()}
+    return sum(1 + shape.holds(name, raw[key]) for key, name in keys.items() if name is not None)
