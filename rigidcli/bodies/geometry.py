@@ -28,14 +28,15 @@ class Geometry(NamedTuple):
 class Figure(NamedTuple):
     """A shape of given dimensions, as functions that are called when their values are needed.
 
-    `contains` says which points (x, y, z in m, floats) a solid or flat shape fills, its surface included, and
-    `bounds` is the least box round these. `corners` (k by 3, m) are given for a flat shape in a plane of its
-    own, which is z = 0 to `contains` and `bounds`. A `convex` shape holds the way between any two points.
+    `contains` says which points (x, y, z in m, floats) a solid or flat shape fills, its surface included.
+    `corners` (k by 3, m) are given for a flat shape in a plane of its own, which is z = 0 to `contains`.
+    `bounds` is given where the least box is not that round the faces of the `charts`. A `convex` shape holds
+    the way between any two of its points.
     """
 
     geometry: Callable[[], Geometry]
     charts: Callable[[], Sequence[Chart]]
     contains: Callable[[Floats, Floats, Floats], Mask] | None = None
-    bounds: Callable[[], Bounds] | None = None
     corners: Callable[[], Floats] | None = None
+    bounds: Callable[[], Bounds] | None = None
     convex: bool = True

@@ -27,16 +27,6 @@ ORIGIN = (0, 0, 0)
 """The centre of a shape that is symmetric about its natural origin."""
 
 
-def _centred(*sides: Scalar) -> Bounds:
-    """Bounds of what has these sides, and its middle at the origin."""
-    return tuple((-side / 2, side / 2) for side in sides)
-
-
-def _round(radius: Scalar, low: Scalar = 0, high: Scalar = 0) -> Bounds:
-    """Bounds of what is round about z."""
-    return (-radius, radius), (-radius, radius), (low, high)
-
-
 def _powers(a: Scalar, b: Scalar, degree: int) -> Scalar:
     """a^n + a^(n-1) b + ... + b^n, which is (a^(n+1) - b^(n+1)) / (a - b) without cancellation."""
     return sum(a ** (degree - k) * b**k for k in range(degree + 1))
@@ -59,7 +49,6 @@ def plate(n: Arithmetic, size: Size2) -> Figure:
         lambda: Geometry(x * y, ORIGIN, [x**2 / 12, y**2 / 12, 0]),
         lambda: [charts.block(x, y, None)],
         lambda X, Y, Z: (abs(2 * X) <= x) & (abs(2 * Y) <= y),
-        lambda: _centred(x, y, 0),
     )
 
 
@@ -69,7 +58,6 @@ def disk(n: Arithmetic, radius: Length) -> Figure:
         lambda: Geometry(n.pi * radius**2, ORIGIN, [radius**2 / 4, radius**2 / 4, 0]),
         lambda: [charts.sector(radius, n)],
         lambda x, y, z: x**2 + y**2 <= radius**2,
-        lambda: _round(radius),
     )
 
 
@@ -82,7 +70,6 @@ def annulus(n: Arithmetic, outer_radius: Length, inner_radius: OptionalLength) -
         lambda: Geometry(n.pi * (R - r) * (R + r), ORIGIN, [across, across, 0]),
         lambda: [charts.sector(R, n, r)],
         lambda x, y, z: (x**2 + y**2 <= R**2) & (x**2 + y**2 >= r**2),
-        lambda: _round(R),
         convex=False,
     )
 
@@ -99,7 +86,6 @@ def half_disk(n: Arithmetic, radius: Length) -> Figure:
         geometry,
         lambda: [charts.sector(R, n, quarters=2)],
         lambda x, y, z: (x**2 + y**2 <= R**2) & (y >= 0),
-        lambda: ((-R, R), (0, R), (0, 0)),
     )
 
 
@@ -109,7 +95,6 @@ def _ellipse(n: Arithmetic, a: Scalar, b: Scalar) -> Figure:
         lambda: Geometry(n.pi * a * b, ORIGIN, [a**2 / 4, b**2 / 4, 0]),
         lambda: [charts.sector(1, n, stretch=(a, b))],
         lambda x, y, z: (x / a) ** 2 + (y / b) ** 2 <= 1,
-        lambda: ((-a, a), (-b, b), (0, 0)),
     )
 
 
@@ -176,8 +161,7 @@ def polygon(n: Arithmetic, vertices: Outline) -> Figure:
         lambda: Geometry(*solids.polygon(n.array(vertices), n)),
         parts,
         lambda x, y, z: solids.in_polygon(outline(), x, y),
-        lambda: (*solids.bounds(outline()), (0, 0)),
-        corners,
+        corners=corners,
         convex=False,
     )
 
@@ -205,12 +189,11 @@ def _prism(section: Figure, height: Scalar) -> Figure:
         measure, centre, (xx, yy, _) = section.geometry()
         return Geometry(measure * height, centre, [xx, yy, height**2 / 12])
 
-    inside, bounds = section.contains, section.bounds
+    inside = section.contains
     return Figure(
         geometry,
         lambda: [charts.prism(chart, height) for chart in section.charts()],
         inside and (lambda x, y, z: inside(x, y, z) & (abs(z) <= height / 2)),
-        bounds and (lambda: (*bounds()[:2], *_centred(height))),
         convex=section.convex,
     )
 
@@ -257,7 +240,6 @@ def sphere(n: Arithmetic, radius: Length) -> Figure:
         lambda: Geometry(4 * n.pi * R**3 / 3, ORIGIN, 3 * [R**2 / 5]),
         lambda: [charts.ball(R, n)],
         lambda x, y, z: x**2 + y**2 + z**2 <= R**2,
-        lambda: _round(R, -R, R),
     )
 
 
@@ -274,7 +256,6 @@ def hollow_sphere(n: Arithmetic, outer_radius: Length, inner_radius: OptionalLen
         geometry,
         lambda: [charts.ball(R, n, r)],
         lambda x, y, z: (x**2 + y**2 + z**2 <= R**2) & (x**2 + y**2 + z**2 >= r**2),
-        lambda: _round(R, -R, R),
         convex=False,
     )
 
@@ -286,7 +267,6 @@ def ellipsoid(n: Arithmetic, semi_axes: Size3) -> Figure:
         lambda: Geometry(4 * n.pi * a * b * c / 3, ORIGIN, [a**2 / 5, b**2 / 5, c**2 / 5]),
         lambda: [charts.ball(1, n, stretch=semi_axes)],
         lambda x, y, z: (x / a) ** 2 + (y / b) ** 2 + (z / c) ** 2 <= 1,
-        lambda: ((-a, a), (-b, b), (-c, c)),
     )
 
 
@@ -309,7 +289,6 @@ def frustum(
         geometry,
         lambda: [charts.tapered(a, b, h, n)],
         lambda x, y, z: (x**2 + y**2 <= (a + (b - a) * z / h) ** 2) & (z >= 0) & (z <= h),
-        lambda: _round(max(a, b), 0, h),
     )
 
 
@@ -329,7 +308,6 @@ def pyramid(n: Arithmetic, base: Size2, height: Length) -> Figure:
         lambda: Geometry(a * b * h / 3, (0, 0, h / 4), second),
         lambda: [charts.pyramid(a, b, h)],
         lambda x, y, z: (abs(2 * x) <= a * (1 - z / h)) & (abs(2 * y) <= b * (1 - z / h)) & (z >= 0),
-        lambda: (*_centred(a, b), (0, h)),
     )
 
 
@@ -341,7 +319,6 @@ def hemisphere(n: Arithmetic, radius: Length) -> Figure:
         lambda: Geometry(2 * n.pi * R**3 / 3, (0, 0, 3 * R / 8), second),
         lambda: [charts.ball(R, n, quarters=1)],
         lambda x, y, z: (x**2 + y**2 + z**2 <= R**2) & (z >= 0),
-        lambda: _round(R, 0, R),
     )
 
 
@@ -359,11 +336,15 @@ def spherical_cap(n: Arithmetic, radius: Length, cap_height: Length) -> Figure:
         centre = 3 * (2 * R - h) ** 2 / (4 * rest)
         return Geometry(n.pi * h**2 * rest / 3, (0, 0, centre), [across, across, along])
 
+    def bounds() -> Bounds:
+        widest = R if h >= R else (h * (2 * R - h)) ** 0.5
+        return (-widest, widest), (-widest, widest), (R - h, R)
+
     return Figure(
         geometry,
         lambda: [charts.cap(R, h, n)],
         lambda x, y, z: (x**2 + y**2 + z**2 <= R**2) & (z >= R - h),
-        lambda: _round(R if h >= R else (h * (2 * R - h)) ** 0.5, R - h, R),
+        bounds=bounds,
     )
 
 
@@ -386,7 +367,6 @@ def capsule(n: Arithmetic, radius: Length, height: OptionalLength) -> Figure:
         geometry,
         parts,
         lambda x, y, z: x**2 + y**2 + np.maximum(abs(z) - h / 2, 0) ** 2 <= R**2,
-        lambda: _round(R, -h / 2 - R, h / 2 + R),
     )
 
 
@@ -404,7 +384,6 @@ def torus(n: Arithmetic, major_radius: Length, minor_radius: Length) -> Figure:
         lambda: Geometry(2 * n.pi**2 * R * r**2, ORIGIN, [across, across, r**2 / 4]),
         lambda: [charts.torus(R, r, n)],
         lambda x, y, z: (np.hypot(x, y) - R) ** 2 + z**2 <= r**2,
-        lambda: _round(R + r, -r, r),
         convex=False,
     )
 
@@ -421,7 +400,6 @@ def tetrahedron(
     return Figure(
         **_simplex(n, vertices),
         contains=lambda x, y, z: solids.in_simplex(corners(), np.stack([x, y, z])),
-        bounds=lambda: solids.bounds(corners()),
     )
 
 

@@ -6,7 +6,7 @@ import inspect
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
 from decimal import Decimal
-from functools import cache
+from functools import cache, lru_cache
 from typing import Annotated, Any, ClassVar, Self, TypeAlias, cast, get_args, get_origin
 
 import numpy as np
@@ -255,9 +255,7 @@ class Region(Shape):
 
     def bounds(self) -> Bounds:
         """The least box round the shape."""
-        bounds = self.figure(FLOAT).bounds
-        assert bounds is not None
-        return bounds()
+        return _box(type(self).primitive, *(getattr(self, key) for key in self.dimensions()))
 
     def contains(self, x: Floats, y: Floats, z: Floats) -> Mask:
         """Which of the points (m, local axes) the shape fills, its surface included."""
@@ -269,6 +267,18 @@ class Region(Shape):
         """Rotation (3 by 3) and displacement (3, m) from the axes of `bounds` and `contains` to its own."""
         corners = self.figure(FLOAT).corners
         return (np.eye(3), np.zeros(3)) if corners is None else solids.plane_of(corners())
+
+
+@lru_cache(maxsize=1024)
+def _box(primitive: Callable[..., Figure], *dimensions: Any) -> Bounds:
+    """The least box round a figure, in its plane where it has one. It is kept for other holes of the size."""
+    figure = primitive(FLOAT, *dimensions)
+    if figure.bounds is not None:
+        return figure.bounds()
+    if figure.corners is None:
+        return solids.bounds(np.vstack([face for chart in figure.charts() for face in chart.faces()]))
+    turn, origin = solids.plane_of(figure.corners())
+    return solids.bounds((figure.corners() - origin) @ turn * [1, 1, 0])
 
 
 class Solid(Region):
