@@ -120,11 +120,16 @@ class Composite(Form):
     def _fill_in(self, info: ValidationInfo) -> Self:
         """Give a hole without mass or density the density of what it is cut from."""
         n, parts = environment(info).arithmetic, list(self.parts)
-        for index, part in enumerate(self.parts):
-            if part.hole and isinstance(part, Shape | Mesh) and part.mass is None and part.density is None:
-                leaves = list(self.leaves(n))
-                (hole,) = (leaf for leaf in leaves if leaf.path == ("parts", index))
-                parts[index] = part.model_copy(update={"density": holes.density_round(hole, leaves, n)})
+        bare = {
+            ("parts", index): index
+            for index, part in enumerate(parts)
+            if part.hole and isinstance(part, Shape | Mesh) and part.mass is None and part.density is None
+        }
+        leaves = list(self.leaves(n)) if bare else []
+        for hole in leaves:
+            if hole.path in bare:
+                density = holes.density_round(hole, leaves, n)
+                parts[bare[hole.path]] = hole.form.model_copy(update={"density": density})
         self.__dict__["parts"] = tuple(parts)
         return self
 

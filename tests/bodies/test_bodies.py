@@ -19,6 +19,7 @@ from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
 import rigidcli
+from rigidcli.bodies.bodies import Composite
 from rigidcli.bodies.shape import Region
 from rigidcli.errors import DocumentError
 from tests.bodies.test_shapes import loaded, result, scaled
@@ -387,6 +388,21 @@ def test_many_holes_take_little_more_than_one(body: Body, monkeypatch: pytest.Mo
         result({"parts": [body, *(hole | {"position": [x, 0, 0]} for x in range(count))]})
         counts.append(looked_at[0])
     assert counts[2] < 5 * (counts[0] or 1)  # each is compared with its own points; these are made once
+
+
+def test_parts_are_looked_at_once_for_all_holes_without_a_density(monkeypatch: pytest.MonkeyPatch) -> None:
+    looked, leaves = [0], Composite.leaves
+
+    def counted(self: Composite, arithmetic: Any) -> Any:
+        looked[0] += 1
+        return leaves(self, arithmetic)
+
+    monkeypatch.setattr(Composite, "leaves", counted)
+    hole = {"shape": "sphere", "radius": 0.1, "hole": True}
+    holes = [hole | {"position": [x, 0, 0]} for x in range(20)]
+    found = result({"parts": [solid("box", 3.0, size=[41, 1, 1]), *holes]})
+    assert found["mass"] == pytest.approx(3 * (41 - 20 * 4 * math.pi / 3 * 0.1**3), rel=1e-14)
+    assert looked[0] < 4
 
 
 def test_holes_in_turned_parts_side_by_side() -> None:
