@@ -1,4 +1,4 @@
-"""The forms of body besides shapes and point masses (composites, known tensors), and the choice of one."""
+"""Composites, given tensors and links of robots as forms of body, and the choice of a form."""
 
 from __future__ import annotations
 
@@ -48,7 +48,7 @@ TensorRow = Annotated[tuple[MomentOfInertia, MomentOfInertia, MomentOfInertia], 
 
 
 class KnownTensor(Form):
-    """A body known by its inertia tensor, or by its moments along the form's own x, y and z.
+    """A body of which the inertia tensor is given, or its moments along the form's own x, y and z.
 
     Without a mass the tensor cannot be shifted: it is good for the point that it is given about.
     """
@@ -158,7 +158,7 @@ class Composite(Form):
         return max(molecules) if len(molecules) == len(self.parts) else None
 
     def leaves(self, arithmetic: Arithmetic) -> Iterator[holes.Leaf]:
-        """The shapes of which the composite is made, however deep, each with sign and place."""
+        """The shapes of which the composite is made, however deep, with sign and place."""
         for index, part in enumerate(self.parts):
             place = part.motion(arithmetic)
             inner = part.leaves(arithmetic) if isinstance(part, Composite) else [holes.Leaf(part)]
@@ -208,10 +208,10 @@ FORMS: dict[str, type[Form]] = {
 
 
 class _AnyForm(Choice):
-    """Marks a field that takes a body of any form, told by its key; a primitive by the name of its shape."""
+    """Marks a field that takes a body of any form, which its key names; a shape is named under `shape`."""
 
     def read(self, raw: object, info: ValidationInfo) -> Section:
-        """The form. All problems of a shape are told at once, also where it is called by another word."""
+        """The form. All problems of a shape come at once, also where it is called by another word."""
         if isinstance(raw, str) and raw.strip() and with_colon(raw) is None:
             meant = shape_called(raw, {})[0] or SHAPES["box"]
             hint = f"write `{{shape: {meant.word()}, ...}}`: {meant.summary()}"

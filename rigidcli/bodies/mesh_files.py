@@ -68,7 +68,7 @@ Line: TypeAlias = tuple[int, bytes]
 
 
 class Polygons(NamedTuple):
-    """Vertices (n, 3), and faces: how many vertices each has (k), and the numbers of all these, from 0."""
+    """Vertices (n, 3), and faces: how many vertices they have (k), and the numbers of these, from 0."""
 
     vertices: Floats
     counts: Numbers
@@ -76,7 +76,7 @@ class Polygons(NamedTuple):
 
 
 def reader(path: Path) -> Read:
-    """A function that starts the triangles of the file, in blocks, each of which may overwrite the last.
+    """A function that starts the triangles of the file, in blocks, which may overwrite the last one.
 
     Raises:
         ValueProblem: here or while iterating; the message starts with `path`, then the line of a text.
@@ -219,9 +219,9 @@ def _fans(polygons: Polygons, path: Path) -> Numbers:
             f"{path}: face {int(np.argmin(counts)):,} (counted from 0) has {counts.min()} vertices"
         )
     require_indices(corners, len(vertices), path)
-    each = counts - 2
-    start = np.repeat(np.cumsum(counts) - counts, each)
-    step = np.arange(each.sum()) - np.repeat(np.cumsum(each) - each, each)
+    cuts = counts - 2
+    start = np.repeat(np.cumsum(counts) - counts, cuts)
+    step = np.arange(cuts.sum()) - np.repeat(np.cumsum(cuts) - cuts, cuts)
     return np.stack([corners[start], corners[start + step + 1], corners[start + step + 2]], axis=1)
 
 
@@ -272,7 +272,7 @@ def _off(data: bytes, path: Path) -> Polygons:
 
 
 def _numbers(lines: Sequence[Line], path: Path) -> tuple[Floats, Numbers]:
-    """All numbers of lines of text, and how many stand in each line. Raises ValueProblem."""
+    """All numbers of lines of text, and how many stand in a line. Raises ValueProblem."""
     counts = np.array([len(line.split()) for _, line in lines], dtype=np.intp)
     values = parsed(b" ".join(line for _, line in lines), int(counts.sum()))
     if values is None:
@@ -294,7 +294,7 @@ def parsed(text: bytes, count: int) -> Floats | None:
 
 
 def _points(lines: Sequence[Line], path: Path) -> Floats:
-    """The first three numbers of each line (n, 3), a vertex. Raises ValueProblem."""
+    """The first three numbers of every line (n, 3), a vertex. Raises ValueProblem."""
     values, counts = _numbers(lines, path)
     for short in np.flatnonzero(counts < 3)[:1]:
         raise ValueProblem(

@@ -120,7 +120,7 @@ class Shape(Form):
     @classmethod
     @cache
     def dimensions(cls) -> Mapping[str, str]:
-        """The keys of the dimensions, each as it is written: `size` is `size: [x, y, z]`."""
+        """The keys of the dimensions, as they are written: `size` is `size: [x, y, z]`."""
         return {
             key: f"{key}: {_sketch(field.annotation)}" if _is_list(field) else key
             for key, field in cls.model_fields.items()
@@ -185,7 +185,7 @@ class Shape(Form):
         return self.figure(n).charts()
 
     def faces(self) -> list[Floats]:
-        """The surface as plane faces (each k by 3, m) in the shape's own axes; a wire is one line (k by 3).
+        """The surface as plane faces (k by 3, m) in the shape's own axes; a wire is one line (k by 3).
 
         All dimensions must have a value.
         """
@@ -306,7 +306,7 @@ def section(
 ) -> type[Shape]:
     """The section of a primitive: the dimensions are its parameters after the first."""
     _, *parameters = inspect.signature(primitive).parameters.values()
-    fields: dict[str, Any] = {each.name: (each.annotation, ...) for each in parameters}
+    fields: dict[str, Any] = {one.name: (one.annotation, ...) for one in parameters}
     density = Annotated[Scalar | Formula, Density(kind.PER, "positive")] | None
     fields["density"] = density, Field(default=None, description=SAID)
     title = primitive.__name__.title().replace("_", "")

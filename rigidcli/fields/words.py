@@ -58,7 +58,7 @@ def folded(word: str) -> str:
 
 
 def shapes_called(word: str) -> tuple[str, ...]:
-    """The shapes for which a word may stand; none for a word that is not known."""
+    """The shapes for which a word may stand; none for other words."""
     plain = folded(word)
     bare = _ADJECTIVES.sub("", plain)
     if bare != plain and plain not in SHAPES_BY_WORD:
@@ -73,15 +73,15 @@ def other_form(word: str) -> str | None:
 
 def with_colon(typed: str) -> str | None:
     """What was meant by `shape cube`, `shape:cube` or `shape = cube`: `shape: cube`; None for other texts."""
-    found = re.fullmatch(r"\s*([A-Za-z_]\w*)(?:\s*[:=]\s*(.+?)|\s+(\S+))\s*", typed, re.DOTALL)
-    if found is None:
+    typo = re.fullmatch(r"\s*([A-Za-z_]\w*)(?:\s*[:=]\s*(.+?)|\s+(\S+))\s*", typed, re.DOTALL)
+    if typo is None:
         return None
-    value = re.split(r"\s+[A-Za-z_]\w*\s*[:=]", found[2] or found[3])[0]  # without the keys that follow
-    return f"{found[1]}: {value[0] + '...' if value[0] in '{[' else value}"
+    value = re.split(r"\s+[A-Za-z_]\w*\s*[:=]", typo[2] or typo[3])[0]  # without the keys that follow
+    return f"{typo[1]}: {value[0] + '...' if value[0] in '{[' else value}"
 
 
 def halved(word: str) -> tuple[str, ...]:
-    """The keys that hold half of what a word tells; none for a word that is not known."""
+    """The keys that hold half of what a word tells; none for other words."""
     return HALVED.get(folded(word), ())
 
 
@@ -101,7 +101,7 @@ def variable_called(word: str, variables: Iterable[str]) -> str | None:
 
 
 def keys_called(word: str) -> tuple[str, ...]:
-    """The keys for which a word may stand; none for a word that is not known."""
+    """The keys for which a word may stand; none for other words."""
     return KEYS_BY_WORD.get(word) or KEYS_BY_WORD.get(folded(word), ())
 
 

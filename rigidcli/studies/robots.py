@@ -36,7 +36,7 @@ UNITS = {1e3: "g m^2", 1e4: "kg cm^2", 1e6: "kg mm^2", 1e7: "g cm^2", 1e9: "g mm
 """Units in which tensors are often written by mistake, by their number in 1 kg m^2."""
 
 FACTOR = 10.0
-"""Moments may differ from those of the uniform form by this factor: hollow links have larger ones."""
+"""Moments may differ from the moments of the uniform form by this factor: hollow links have larger ones."""
 
 NEAR = 3.0
 """A unit or an edit is proposed if it brings the moments within this factor of the form's: less than ten, by

@@ -28,9 +28,7 @@ def read(root: Element, folder: Path) -> Robot:
     elements = list(_in_models(root, (), "link"))
     several, form = len({scope for scope, _ in elements}) > 1, _Sdf(folder)
     links = [form.link(link, _full_name(link, scope if several else ())) for scope, link in elements]
-    notes = [
-        f"`<include>` in line {each.line} is not followed" for _, each in _in_models(root, (), "include")
-    ]
+    notes = [f"`<include>` in line {one.line} is not followed" for _, one in _in_models(root, (), "include")]
     notes += [
         f"link {link.name} (line {link.line}) is without `<mass>` or `<inertia>`: 1 kg and 1 kg m^2 are taken"
         for link in links
@@ -42,7 +40,7 @@ def read(root: Element, folder: Path) -> Robot:
 def _in_models(
     parent: Element, scope: tuple[str, ...], tag: str
 ) -> Iterator[tuple[tuple[str, ...], Element]]:
-    """The elements of this tag in all models, each with the names of the models about it."""
+    """The elements of this tag in all models, with the names of the models about them."""
     for child in parent.children:
         if child.tag == tag:
             yield scope, child
