@@ -12,7 +12,10 @@ from rigidcli.errors import ValueProblem, nearest, shown
 from rigidcli.fields.words import RELATIVES, not_one_of, other_form, shapes_called
 
 BASE: dict[str, Anchor] = {"base": lambda s: (0, 0, -s.height / 2)}
+"""The anchor of what stands on a base, with its origin half way up."""
+
 TIP: dict[str, Anchor] = {"apex": lambda s: primitives.ORIGIN, "base": lambda s: (0, 0, s.height)}
+"""The anchors of what opens from an apex at its origin."""
 
 PRIMITIVES: dict[Callable[..., Any], tuple[type[Shape], dict[str, Anchor]]] = {
     primitives.box: (Solid, {"corner": lambda s: tuple(-side / 2 for side in s.size)}),
