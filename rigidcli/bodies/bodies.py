@@ -1,4 +1,4 @@
-"""The forms of body besides shapes and point masses (composites, known tensors), and the choice of one."""
+"""Composites, given tensors and links of robots as forms of body, and the choice of a form."""
 
 from __future__ import annotations
 
@@ -48,7 +48,7 @@ TensorRow = Annotated[tuple[MomentOfInertia, MomentOfInertia, MomentOfInertia], 
 
 
 class KnownTensor(Form):
-    """A body known by its inertia tensor, or by its moments along the form's own x, y and z.
+    """A body of which the inertia tensor is given, or its moments along the form's own x, y and z.
 
     Without a mass the tensor cannot be shifted: it is good for the point that it is given about.
     """
@@ -120,11 +120,16 @@ class Composite(Form):
     def _fill_in(self, info: ValidationInfo) -> Self:
         """Give a hole without mass or density the density of what it is cut from."""
         n, parts = environment(info).arithmetic, list(self.parts)
-        for index, part in enumerate(self.parts):
-            if part.hole and isinstance(part, Shape | Mesh) and part.mass is None and part.density is None:
-                leaves = list(self.leaves(n))
-                (hole,) = (leaf for leaf in leaves if leaf.path == ("parts", index))
-                parts[index] = part.model_copy(update={"density": holes.density_round(hole, leaves, n)})
+        bare = {
+            ("parts", index): index
+            for index, part in enumerate(parts)
+            if part.hole and isinstance(part, Shape | Mesh) and part.mass is None and part.density is None
+        }
+        leaves = list(self.leaves(n)) if bare else []
+        for hole in leaves:
+            if hole.path in bare:
+                density = holes.density_round(hole, leaves, n)
+                parts[bare[hole.path]] = hole.form.model_copy(update={"density": density})
         self.__dict__["parts"] = tuple(parts)
         return self
 
@@ -149,12 +154,11 @@ class Composite(Form):
     @property
     def rounding(self) -> float | None:
         """The largest of molecules taken as one (m); None unless all parts are molecules."""
-        found = [None if part.hole else part.rounding for part in self.parts]
-        known = [each for each in found if each is not None]
-        return max(known) if len(known) == len(found) else None
+        molecules = [part.rounding for part in self.parts if part.rounding is not None and not part.hole]
+        return max(molecules) if len(molecules) == len(self.parts) else None
 
     def leaves(self, arithmetic: Arithmetic) -> Iterator[holes.Leaf]:
-        """The shapes of which the composite is made, however deep, each with sign and place."""
+        """The shapes of which the composite is made, however deep, with sign and place."""
         for index, part in enumerate(self.parts):
             place = part.motion(arithmetic)
             inner = part.leaves(arithmetic) if isinstance(part, Composite) else [holes.Leaf(part)]
@@ -204,10 +208,10 @@ FORMS: dict[str, type[Form]] = {
 
 
 class _AnyForm(Choice):
-    """Marks a field that takes a body of any form, told by its key; a primitive by the name of its shape."""
+    """Marks a field that takes a body of any form, which its key names; a shape is named under `shape`."""
 
     def read(self, raw: object, info: ValidationInfo) -> Section:
-        """The form. All problems of a shape are told at once, also where it is called by another word."""
+        """The form. All problems of a shape come at once, also where it is called by another word."""
         if isinstance(raw, str) and raw.strip() and with_colon(raw) is None:
             meant = shape_called(raw, {})[0] or SHAPES["box"]
             hint = f"write `{{shape: {meant.word()}, ...}}`: {meant.summary()}"
@@ -220,10 +224,8 @@ class _AnyForm(Choice):
             raise ValueProblem(f"read {shown(raw)}, expected a mapping", hint=hint)
         if not isinstance(raw, dict) or raw.keys() & FORMS.keys():
             return super().read(raw, info)
-        if "shape" in raw:
-            key: str | None = "shape"
-        else:
-            key = next((key for key in raw if "shape" in keys_called(key)), None)
+        words = (word for word in ("shape", *raw) if word in raw and "shape" in (word, *keys_called(word)))
+        key = next(words, None)
         if key is None:
             return super().read(raw, info)
         shape, problem = shape_called(raw[key], raw)

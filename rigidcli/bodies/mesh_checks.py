@@ -62,12 +62,10 @@ def checked(path: pathlib.Path, *, thin: bool) -> Checked:
     A `thin` shell may be open. Raises ValueProblem for what encloses no body.
     """
     try:
-        found = path.stat()
+        status = path.stat()
     except (OSError, ValueError):
-        state = (0, 0, 0)  # the reader says what is wrong
-    else:
-        state = found.st_ino, found.st_size, found.st_mtime_ns
-    return _checked(path, state, thin)
+        return _checked(path, (0, 0, 0), thin)  # the reader says what is wrong
+    return _checked(path, (status.st_ino, status.st_size, status.st_mtime_ns), thin)
 
 
 @lru_cache(maxsize=4)
@@ -135,12 +133,12 @@ def _merged(read: Read, surface: Surface, path: pathlib.Path, notes: list[str]) 
 # --- what is wrong
 
 
-def _gap(found: edges.Unpaired | None, path: pathlib.Path) -> ValueProblem:
+def _gap(gap: edges.Unpaired | None, path: pathlib.Path) -> ValueProblem:
     """Why a surface is not closed and wound in one sense, and where."""
-    if found is None:
+    if gap is None:
         return ValueProblem(f"{path}: the surface is not closed")
-    belong = "1 edge belongs" if found.number == 1 else f"{found.number:,} edges belong"
-    start, end = map(_point, found.edge)
+    belong = "1 edge belongs" if gap.number == 1 else f"{gap.number:,} edges belong"
+    start, end = map(_point, gap.edge)
     what, hint = {
         1: (
             f"open: {belong} to one triangle only",
@@ -151,9 +149,9 @@ def _gap(found: edges.Unpaired | None, path: pathlib.Path) -> ValueProblem:
             "let the program that made the file orient its faces (or recalculate its normals)",
         ),
     }.get(
-        found.uses,
+        gap.uses,
         (
-            f"not the surface of a body: {found.uses} triangles meet in an edge",
+            f"not the surface of a body: {gap.uses} triangles meet in an edge",
             "inside and outside alternate round an edge, so that an even number of triangles meet there",
         ),
     )
@@ -175,18 +173,18 @@ def _overlaps(
     if first is not None and len(first) > 1:
         step = -(-len(first) // surfaces.PROBES)
         places = np.vstack([places, surfaces.chosen(read, np.sort(first)[::step]).mean(axis=1)])
-    found = inside.overlap(read, surface.box, places, orientation)
-    if found is not None and found.windings < 0:
+    spot = inside.overlap(read, surface.box, places, orientation)
+    if spot is not None and spot.windings < 0:
         raise ValueProblem(
             f"{path}: a part is wound the other way, and is no cavity, as it is outside the others: "
-            f"{_point(found.place)}",
+            f"{_point(spot.place)}",
             hint="let the program that made the file orient its faces",
         )
     # What no line has met may still be seen in the sums: no body has a negative mean of squares.
     spread = np.linalg.eigvalsh(surface.second)
     if spread[0] < -ROUNDING * surface.cancelled * spread[2]:
         raise ValueProblem(f"{path}: overlaps itself: no body has the moments that come out")
-    if found is None:
+    if spot is None:
         return []
-    text = f"parts overlap: {_point(found.place)} is inside {found.windings} times, and counts as often"
+    text = f"parts overlap: {_point(spot.place)} is inside {spot.windings} times, and counts as often"
     return [f"{text}; to count it once, unite the parts in the program that made the file"]

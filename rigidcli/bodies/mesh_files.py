@@ -13,10 +13,11 @@ import re
 import warnings
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager, suppress
+from functools import partial
 from io import BufferedReader
 from itertools import cycle
 from pathlib import Path
-from typing import NamedTuple, NoReturn, TypeAlias
+from typing import NamedTuple, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
@@ -67,7 +68,7 @@ Line: TypeAlias = tuple[int, bytes]
 
 
 class Polygons(NamedTuple):
-    """Vertices (n, 3), and faces: how many vertices each has (k), and the numbers of all these, from 0."""
+    """Vertices (n, 3), and faces: how many vertices they have (k), and the numbers of these, from 0."""
 
     vertices: Floats
     counts: Numbers
@@ -75,7 +76,7 @@ class Polygons(NamedTuple):
 
 
 def reader(path: Path) -> Read:
-    """A function that starts the triangles of the file, in blocks, each of which may overwrite the last.
+    """A function that starts the triangles of the file, in blocks, which may overwrite the last one.
 
     Raises:
         ValueProblem: here or while iterating; the message starts with `path`, then the line of a text.
@@ -116,10 +117,6 @@ def in_blocks(triangles: Floats) -> Read:
 
 
 # --- STL
-
-
-def _stl(path: Path) -> Read:
-    return lambda: _facets(path)
 
 
 def _facets(path: Path) -> Iterator[Floats]:
@@ -180,11 +177,10 @@ def _whole_facets(text: bytes, line: int, path: Path) -> Iterator[Floats]:
     step = len(PATTERN)
     if rest or any(set(words[place::step]) - {word} for place, word in KEYWORDS.items()):
         raise _misread(text, line, path)
-    found = [parsed(b" ".join(words[place::step]), count) for place in NUMBERS]
-    columns = [column for column in found if column is not None]
-    if len(columns) < len(found):
+    columns = [parsed(b" ".join(words[place::step]), count) for place in NUMBERS]
+    if any(column is None for column in columns):
         raise _misread(text, line, path)
-    triangles = np.array(columns).reshape(3, 3, count)
+    triangles = np.array(columns, dtype=np.float64).reshape(3, 3, count)
     for start in range(0, count, BLOCK_TRIANGLES):
         yield triangles[:, :, start : start + BLOCK_TRIANGLES]
 
@@ -194,12 +190,15 @@ def _misread(text: bytes, line: int, path: Path) -> ValueProblem:
     expected = cycle(enumerate(PATTERN))
     for number, content in enumerate(_SOLID.sub(b"", text).split(b"\n"), line):
         for word, (place, keyword) in zip(content.split(), expected, strict=False):
-            is_number = place in NUMBERS
-            if (NUMERAL.fullmatch(word) is None) if is_number else keyword not in (word, b"0"):
-                what = "a number" if is_number else f"`{keyword.decode()}`"
-                read = shown(word.decode("utf-8", "replace"))
-                return ValueProblem(f"{path}:{number}: read {read}, expected {what}")
+            if place in NUMBERS and NUMERAL.fullmatch(word) is None:
+                return _wrong_word(word, number, "a number", path)
+            if keyword not in (word, b"0"):
+                return _wrong_word(word, number, f"`{keyword.decode()}`", path)
     return ValueProblem(f"{path}:{number}: the file ends inside a facet", hint="it is truncated")
+
+
+def _wrong_word(word: bytes, line: int, expected: str, path: Path) -> ValueProblem:
+    return ValueProblem(f"{path}:{line}: read {shown(word.decode('utf-8', 'replace'))}, expected {expected}")
 
 
 # --- OBJ and OFF
@@ -220,9 +219,9 @@ def _fans(polygons: Polygons, path: Path) -> Numbers:
             f"{path}: face {int(np.argmin(counts)):,} (counted from 0) has {counts.min()} vertices"
         )
     require_indices(corners, len(vertices), path)
-    each = counts - 2
-    start = np.repeat(np.cumsum(counts) - counts, each)
-    step = np.arange(each.sum()) - np.repeat(np.cumsum(each) - each, each)
+    cuts = counts - 2
+    start = np.repeat(np.cumsum(counts) - counts, cuts)
+    step = np.arange(cuts.sum()) - np.repeat(np.cumsum(cuts) - cuts, cuts)
     return np.stack([corners[start], corners[start + step + 1], corners[start + step + 2]], axis=1)
 
 
@@ -247,14 +246,11 @@ def _obj(data: bytes, path: Path) -> Polygons:
 def _off(data: bytes, path: Path) -> Polygons:
     """An OFF file: how many vertices and faces, then the vertices, then the faces with their lengths."""
     parts = ((number, line.partition(b"#")[0].strip()) for number, line in enumerate(data.split(b"\n"), 1))
-    lines = [(number, line) for number, line in parts if line]
-    first = lines[0][1] if lines else b""
+    (start, first), *lines = [(number, line) for number, line in parts if line] or [(1, b"")]
     if not first.startswith(b"OFF"):
-        read = shown(first[:20].decode("utf-8", "replace") if lines else None)
-        raise ValueProblem(f"{path}: read {read}, expected `OFF`")
-    lines[0] = lines[0][0], first[3:]
-    if not first[3:].strip():
-        del lines[0]
+        raise _wrong_word(first[:20], start, "`OFF`", path)
+    if first[3:]:
+        lines.insert(0, (start, first[3:]))
     head, counts = _numbers(lines[:1], path)
     if head.size < 2:
         raise ValueProblem(f"{path}: the numbers of vertices and faces are missing")
@@ -276,11 +272,13 @@ def _off(data: bytes, path: Path) -> Polygons:
 
 
 def _numbers(lines: Sequence[Line], path: Path) -> tuple[Floats, Numbers]:
-    """All numbers of lines of text, and how many stand in each line. Raises ValueProblem."""
+    """All numbers of lines of text, and how many stand in a line. Raises ValueProblem."""
     counts = np.array([len(line.split()) for _, line in lines], dtype=np.intp)
     values = parsed(b" ".join(line for _, line in lines), int(counts.sum()))
     if values is None:
-        _refuse_word(lines, path)
+        words = ((word, number) for number, line in lines for word in line.split())
+        wrong = next((word, number) for word, number in words if NUMERAL.fullmatch(word) is None)
+        raise _wrong_word(*wrong, "a number", path)
     return values, counts
 
 
@@ -295,17 +293,8 @@ def parsed(text: bytes, count: int) -> Floats | None:
     return None
 
 
-def _refuse_word(lines: Sequence[Line], path: Path) -> NoReturn:
-    for number, line in lines:
-        for word in line.split():
-            if NUMERAL.fullmatch(word) is None:
-                read = shown(word.decode("utf-8", "replace"))
-                raise ValueProblem(f"{path}:{number}: read {read}, expected a number")
-    raise ValueProblem(f"{path}: a number that cannot be read")
-
-
 def _points(lines: Sequence[Line], path: Path) -> Floats:
-    """The first three numbers of each line (n, 3), a vertex. Raises ValueProblem."""
+    """The first three numbers of every line (n, 3), a vertex. Raises ValueProblem."""
     values, counts = _numbers(lines, path)
     for short in np.flatnonzero(counts < 3)[:1]:
         raise ValueProblem(
@@ -317,9 +306,8 @@ def _points(lines: Sequence[Line], path: Path) -> Floats:
 
 def _indices(values: Floats, path: Path) -> Numbers:
     """Numbers of vertices, which are whole and not beyond all bounds. Raises ValueProblem."""
-    wrong = ~((values == np.rint(values)) & (np.abs(values) < 2**53))
-    if wrong.any():
-        raise ValueProblem(f"{path}: read {values[wrong][0]:.17g}, expected the number of a vertex")
+    for wrong in values[(values != np.rint(values)) | (np.abs(values) >= 2**53)][:1]:
+        raise ValueProblem(f"{path}: read {wrong:.17g}, expected the number of a vertex")
     return values.astype(np.intp)
 
 
@@ -334,7 +322,10 @@ def _by_trimesh(path: Path) -> Read:
 WHOLE = {".obj": _obj, ".off": _off}
 """The readers of formats in which vertices and faces stand apart, by the ending of the file's name."""
 
-OWN: dict[str, Callable[[Path], Read]] = {".stl": _stl, **dict.fromkeys(WHOLE, _whole)}
+OWN: dict[str, Callable[[Path], Read]] = {
+    ".stl": lambda path: partial(_facets, path),
+    **dict.fromkeys(WHOLE, _whole),
+}
 """The readers that need no other library, by the ending of the file's name."""
 
 READERS = OWN | dict.fromkeys((".ply", ".glb"), _by_trimesh)

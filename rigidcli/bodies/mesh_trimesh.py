@@ -86,8 +86,8 @@ def _work(path: Path) -> bytes:
             require_indices(surface.faces, len(surface.vertices), path)
         if sum(len(surface.faces) for surface in surfaces) < declared:
             raise ValueProblem(f"{path}: the data end before all {declared:,} faces")
-        found = scene.to_mesh().triangles if surfaces else np.empty((0, 3, 3))
-        return READ + np.asarray(found, dtype=np.float64).tobytes()
+        faces = scene.to_mesh().triangles if surfaces else np.empty((0, 3, 3))
+        return READ + np.asarray(faces, dtype=np.float64).tobytes()
     except ValueProblem as problem:
         return problem.message.removeprefix(f"{path}: ").encode()
     except MemoryError:
@@ -131,27 +131,27 @@ def _passed_over(scene: Any) -> Iterator[str]:
         if not name.startswith(APPEARANCE):
             yield f"the extension {shown(name)}"
     for number, node in enumerate(scene.get("nodes", [])):
-        found = {
+        features = {
             "a skin": "skin" in node,
             "weights of shapes": any(node.get("weights", [])),
             "a mesh in several places": "EXT_mesh_gpu_instancing" in node.get("extensions", {}),
             "a camera beside other things": "camera" in node and bool(node.keys() & {"mesh", "children"}),
             "an index below zero": min([0, *node.get("children", []), node.get("mesh", 0)]) < 0,
         }
-        yield from (f"{what} of node {number}" for what, is_there in found.items() if is_there)
+        yield from (f"{what} of node {number}" for what, is_there in features.items() if is_there)
     accessors = scene.get("accessors", [])
     for number, mesh in enumerate(scene.get("meshes", [])):
         for part in mesh["primitives"]:
             indices = [part["indices"]] if "indices" in part else []
             used = [part["attributes"]["POSITION"], *indices]
-            found = {
+            features = {
                 "weights of shapes": any(mesh.get("weights", [])),
                 "triangles that are a fan": part.get("mode", 4) == 6,
                 "an index below zero": min(used) < 0,
                 "sparse data": any("sparse" in accessors[place] for place in used),
                 "places in units of a type": accessors[used[0]].get("normalized", False),
             }
-            yield from (f"{what} of mesh {number}" for what, is_there in found.items() if is_there)
+            yield from (f"{what} of mesh {number}" for what, is_there in features.items() if is_there)
 
 
 if __name__ == "__main__":

@@ -45,8 +45,8 @@ def _read_density(raw: object, info: ValidationInfo) -> Scalar | Formula:
     shell = info.data.get("shell")
     thin = shell and info.data.get("thickness") is None
     kind = Quantity if shell else Density
-    found: Scalar | Formula = kind(AREA_DENSITY if thin else DENSITY, "positive").read(raw, info)
-    return found
+    density: Scalar | Formula = kind(AREA_DENSITY if thin else DENSITY, "positive").read(raw, info)
+    return density
 
 
 class Mesh(Form):
@@ -103,15 +103,15 @@ class Mesh(Form):
     def contains(self, x: Floats, y: Floats, z: Floats) -> Mask:
         """Which of the points (n; m, axes of the file) are inside.
 
-        Where a mesh is too large to look at all points, some are looked at, and the others are said to be.
+        Where a mesh is too large to look at all points, some are looked at, and the others are taken to be.
         """
         points = np.stack(np.broadcast_arrays(x, y, z), axis=1) / self.unit
         counts: Mask = np.ones(len(points), dtype=bool)
-        step, found = 1, None
-        while found is None and step < THINNEST:
-            found = self.checked.windings(points[::step])
-            if found is not None:
-                counts[::step] = found != 0
+        step, windings = 1, None
+        while windings is None and step < THINNEST:
+            windings = self.checked.windings(points[::step])
+            if windings is not None:
+                counts[::step] = windings != 0
             step *= 4
         return counts
 
@@ -126,8 +126,8 @@ class Mesh(Form):
         depth = (-1 if self.checked.is_inward else 1) * self.MARGIN * surface.size
         places = np.concatenate([middles, corners + DRAWN_IN * (middles - corners)], axis=1)
         points = (places - depth * normals[:, None]).reshape(-1, 3).T * self.unit
-        found: Floats = points[:, self.contains(*points)]
-        return found
+        inside: Floats = points[:, self.contains(*points)]
+        return inside
 
     def faces(self, most: int, cells: int) -> Floats:
         """The triangles (k, 3, 3; m, axes of the file); simplified where there are more than `most`."""
@@ -185,12 +185,11 @@ class Mesh(Form):
 
     def report(self) -> dict[str, Any]:
         """What the mesh is, by the names of the results: lengths, areas and volumes in SI units."""
-        found, unit = self.checked, self.unit
-        surface = found.surface
-        winding = "inward, turned" if found.is_inward else "outward"
+        surface, unit = self.checked.surface, self.unit
+        winding = "inward, turned" if self.checked.is_inward else "outward"
         return {
             "triangles": surface.triangles,
-            "components": found.components,
+            "components": self.checked.components,
             "watertight": surface.is_closed,
             "winding": winding if surface.is_closed else None,
             "volume": abs(surface.volume) * unit**3 if surface.is_closed else None,

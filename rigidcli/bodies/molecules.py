@@ -14,6 +14,7 @@ from __future__ import annotations
 
 import math
 import re
+from collections.abc import Iterator
 from dataclasses import dataclass
 from decimal import Decimal
 from functools import cache
@@ -63,6 +64,8 @@ _USUAL = "species:s:1:pos:r:3"
 _NAMED = re.compile(r"([0-9]{0,3})([A-Za-z]{1,2})|([0-9]{1,3})")
 """An element by its symbol, with a mass number before it for one isotope; or by its atomic number."""
 
+_FIRST_LINE = "the first line has the number of atoms"
+
 _HYDROGEN = {"D": "2H", "T": "3H"}
 """The isotopes that have symbols of their own."""
 
@@ -100,28 +103,28 @@ def isotope(text: str) -> tuple[Isotope, bool]:
     are those of hydrogen. Raises ValueProblem for other texts, for isotopes that are not listed, and for
     elements that have no stable isotope to be meant.
     """
-    found = _NAMED.fullmatch(_HYDROGEN.get(text.upper(), text))
-    element = []
-    if found is not None:
-        nucleons, symbol, number = found.groups()
-        element = [
-            e for e in table() if (e.number == int(number) if number else e.symbol == symbol.capitalize())
-        ]
-    if found is None or not element:
+    named = _NAMED.fullmatch(_HYDROGEN.get(text.upper(), text))
+    nucleons, symbol, number = named.groups("") if named else ("", "", "")
+    element = [
+        kind
+        for kind in table()
+        if (kind.number == int(number) if number else kind.symbol == symbol.capitalize())
+    ]
+    if not element:
         raise ValueProblem(
             f"read {shown(text)}, expected the symbol of an element, its atomic number, or an isotope",
             hint="atoms are written as `C`, `6`, `13C` or `D`; a dummy atom has no mass, and is left out",
         )
-    hint = f"the isotopes of {element[0].symbol} are {', '.join(each.name for each in element)}"
+    hint = f"the isotopes of {element[0].symbol} are {', '.join(kind.name for kind in element)}"
     if nucleons:
-        named = next((each for each in element if each.nucleons == int(nucleons)), None)
-        if named is None:
+        listed = [kind for kind in element if kind.nucleons == int(nucleons)]
+        if not listed:
             raise ValueProblem(f"read {shown(text)}, an isotope of unknown mass", hint=hint)
-        return named, True
+        return listed[0], True
     common = max(element, key=attrgetter("abundance"))
     if not common.abundance:
-        wanted = "expected one by its mass number"
-        raise ValueProblem(f"read {shown(text)}, which has no stable isotope; {wanted}", hint=hint)
+        what = "which has no stable isotope; expected one by its mass number"
+        raise ValueProblem(f"read {shown(text)}, {what}", hint=hint)
     return common, False
 
 
@@ -156,6 +159,47 @@ class _Lines:
         """A problem of the last line."""
         return ValueProblem(f"{self._name}:{max(self.number, 1)}: {message}", hint=hint)
 
+    def count(self) -> int:
+        """The number of atoms, in the first line; the second one is a comment."""
+        text = self.next() or ""
+        if not _COUNT.fullmatch(text):
+            hint = "an .xyz file has the number of atoms, a line of comment, and then a line for each atom"
+            raise self.problem(f"read {shown(text)}, expected the number of atoms", hint)
+        if len(text) > len(str(MOST_ATOMS)) or not 0 < int(text) <= MOST_ATOMS:
+            raise self.problem(f"read {shown(text)}, expected 1 to {MOST_ATOMS:,} atoms")
+        columns = _PROPERTIES.search(self.next() or "")
+        if columns is not None and not columns[1].lower().startswith(_USUAL):
+            read = shown(columns[0])
+            raise self.problem(f"read {read}, expected columns that begin with the element and x, y, z")
+        return int(text)
+
+    def atoms(self, count: int) -> Iterator[list[str]]:
+        """The element, the coordinates and what follows them, of so many atoms."""
+        for index in range(count):  # a count that lies costs nothing: atoms are read as they come
+            text = self.next()
+            fields = (text or "").split()
+            if len(fields) < 4:
+                ended = "the file ends" if text is None else f"read {shown(text)}"
+                message = f"{ended} after {index} of {count} atoms, expected a line such as `O 0.0 0.0 0.1`"
+                raise self.problem(message, _FIRST_LINE)
+            yield fields
+
+    def coordinate(self, axis: str, typed: str) -> float:
+        """A coordinate (angstrom)."""
+        value = float(typed) if _NUMBER.fullmatch(typed) else math.nan
+        if not math.isfinite(value):
+            raise self.problem(f"{axis}: read {shown(typed)}, expected a number")
+        return value
+
+    def has_more_frames(self, count: int) -> bool:
+        """Whether another frame follows the atoms; raises where something else does."""
+        after = (self.next() for _ in range(BLANK_LINES))
+        rest = next((text for text in after if text != ""), None)
+        if rest and not _COUNT.fullmatch(rest):
+            read = f"read {shown(rest)} after the {count} atoms of the first line"
+            raise self.problem(f"{read}, expected the end", _FIRST_LINE)
+        return rest is not None
+
 
 def read_molecule(path: Path) -> Molecule:
     """The molecule in the .xyz file at `path`.
@@ -163,29 +207,31 @@ def read_molecule(path: Path) -> Molecule:
     Raises ValueProblem where the file cannot be read, or is no such file; the message begins with `path` as
     given and the line.
     """
+    kinds: dict[str, tuple[Isotope, bool]] = {}
+    rows, judged, is_wide = list[list[float]](), list[str](), False
     with opened(path) as file:
         lines = _Lines(file, str(path))
-        count = _count(lines)
-        columns = _PROPERTIES.search(lines.next() or "")
-        if columns is not None and not columns[1].lower().startswith(_USUAL):
-            read = shown(columns[0])
-            raise lines.problem(f"read {read}, expected columns that begin with the element and x, y, z")
-        kinds: dict[str, tuple[Isotope, bool]] = {}
-        rows, judged, is_wide = [], list[str](), False
-        for index in range(count):  # a count that lies costs nothing: rows are kept as they come
-            fields = _fields(lines, index, count)
-            rows.append((_mass(lines, fields[0], kinds), *map(_coordinate, [lines] * 3, "xyz", fields[1:4])))
-            is_wide = is_wide or len(fields) > 4
-            if index < JUDGED_ATOMS:
-                judged += fields[1:4]
-        notes = []
-        if left := dict.fromkeys(kind.name for kind, is_named in kinds.values() if not is_named):
-            which = f"masses are those of the most abundant isotopes, {', '.join(left)}"
-            notes.append(f"{which}; others are named in the file, as `13C` or `D`")
-        if is_wide:
-            notes.append("what follows x, y, z in a line is not read")
-        if _has_more_frames(lines, count):
-            notes.append(f"the first of several frames is read, up to line {FIRST_ATOM + count - 1}")
+        count = lines.count()
+        for kind, *typed in lines.atoms(count):
+            if kind not in kinds:
+                try:
+                    kinds[kind] = isotope(kind)
+                except ValueProblem as problem:
+                    raise lines.problem(problem.message, problem.hint) from None
+            place = [lines.coordinate(axis, text) for axis, text in zip("xyz", typed, strict=False)]
+            rows.append([kinds[kind][0].mass, *place])
+            is_wide = is_wide or len(typed) > 3
+            if len(rows) <= JUDGED_ATOMS:
+                judged += typed[:3]
+        has_more = lines.has_more_frames(count)
+    notes = []
+    if meant := dict.fromkeys(kind.name for kind, is_named in kinds.values() if not is_named):
+        which = f"masses are those of the most abundant isotopes, {', '.join(meant)}"
+        notes.append(f"{which}; others are named in the file, as `13C` or `D`")
+    if is_wide:
+        notes.append("what follows x, y, z in a line is not read")
+    if has_more:
+        notes.append(f"the first of several frames is read, up to line {FIRST_ATOM + count - 1}")
     atoms = np.array(rows) * [ATOMIC_MASS, ANGSTROM, ANGSTROM, ANGSTROM]
     if not np.isfinite(atoms).all():
         raise ValueProblem(f"{path}: coordinates beyond the range of floating-point numbers")
@@ -196,56 +242,3 @@ def read_molecule(path: Path) -> Molecule:
         raise ValueProblem(f"{path}:{second}: an atom at the place of that in line {first}")
     decimals = max(FEWEST_DECIMALS, *(-int(Decimal(typed).as_tuple().exponent) for typed in judged))
     return Molecule(atoms, ANGSTROM * 10.0**-decimals / 2, tuple(notes))
-
-
-def _count(lines: _Lines) -> int:
-    text = lines.next() or ""
-    if not _COUNT.fullmatch(text):
-        hint = "an .xyz file has the number of atoms, a line of comment, and then a line for each atom"
-        raise lines.problem(f"read {shown(text)}, expected the number of atoms", hint)
-    if len(text) > len(str(MOST_ATOMS)) or not 0 < int(text) <= MOST_ATOMS:
-        raise lines.problem(f"read {shown(text)}, expected 1 to {MOST_ATOMS:,} atoms")
-    return int(text)
-
-
-def _fields(lines: _Lines, index: int, count: int) -> list[str]:
-    """The element, the coordinates and what else is in the line of the next atom."""
-    text = lines.next()
-    fields = (text or "").split()
-    if len(fields) < 4:
-        ended = "the file ends" if text is None else f"read {shown(text)}"
-        message = f"{ended} after {index} of {count} atoms, expected a line such as `O 0.0 0.0 0.1`"
-        raise lines.problem(message, "the first line has the number of atoms")
-    return fields
-
-
-def _mass(lines: _Lines, kind: str, kinds: dict[str, tuple[Isotope, bool]]) -> float:
-    """The mass of a kind of atom (u); it is kept in `kinds`."""
-    if kind not in kinds:
-        try:
-            kinds[kind] = isotope(kind)
-        except ValueProblem as problem:
-            raise lines.problem(problem.message, problem.hint) from None
-    return kinds[kind][0].mass
-
-
-def _coordinate(lines: _Lines, axis: str, typed: str) -> float:
-    """A coordinate (angstrom)."""
-    value = float(typed) if _NUMBER.fullmatch(typed) else math.nan
-    if not math.isfinite(value):
-        raise lines.problem(f"{axis}: read {shown(typed)}, expected a number")
-    return value
-
-
-def _has_more_frames(lines: _Lines, count: int) -> bool:
-    """Whether another frame follows the atoms; raises where something else does."""
-    for _ in range(BLANK_LINES):
-        rest = lines.next()
-        if rest and not _COUNT.fullmatch(rest):
-            raise lines.problem(
-                f"read {shown(rest)} after the {count} atoms of the first line, expected the end",
-                "the first line has the number of atoms",
-            )
-        if rest is None or rest:
-            return rest is not None
-    return False

@@ -90,7 +90,7 @@ class PointMasses(Form):
         return None if self._molecule is None else self._molecule.rounding
 
     def local(self, arithmetic: Arithmetic) -> mass_properties.MassProperties:
-        """Sums over the points; those of a file are read in blocks."""
+        """Sums over the points, which are read in blocks from a file."""
         if not isinstance(self.points, pathlib.Path):
             return mass_properties.of_points(arithmetic.array(self.points), arithmetic)
         if arithmetic.exact:
@@ -101,7 +101,7 @@ class PointMasses(Form):
         return self._in_file
 
     def blocks(self, *, checked: bool = False) -> Iterator[Block]:
-        """Blocks of rows m, x, y, z, as those of `points.blocks`; of points with floating-point values."""
+        """Blocks of rows m, x, y, z, as `points.blocks` gives them; of points with floating-point values."""
         if self._molecule is not None:
             yield self._molecule.atoms
         elif isinstance(self.points, pathlib.Path):

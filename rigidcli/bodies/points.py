@@ -51,7 +51,7 @@ HEADER_BYTES = 16_384
 
 
 def blocks(path: Path, *, checked: bool = True) -> Iterator[Block]:
-    """Blocks of point masses, each of shape (n, 4) with 0 < n <= BLOCK_ROWS, columns m, x, y, z.
+    """Blocks of point masses, of shape (n, 4) with 0 < n <= BLOCK_ROWS, columns m, x, y, z.
 
     `.npy` files hold an array of shape (n, 4) of any real type, in SI units; `.csv` files a header that
     names the columns, in any order and perhaps with units, and decimal numbers. A block is C-contiguous,
@@ -65,8 +65,8 @@ def blocks(path: Path, *, checked: bool = True) -> Iterator[Block]:
     """
     reader = READERS.get(path.suffix.lower())
     if reader is None:
-        known = ", ".join(f"`{ending}`" for ending in READERS)
-        raise ValueProblem(f"{path}: expected a file name that ends in {known} or `{MOLECULE}`")
+        endings = ", ".join(f"`{ending}`" for ending in READERS)
+        raise ValueProblem(f"{path}: expected a file name that ends in {endings} or `{MOLECULE}`")
     empty = True
     with opened(path) as file:
         for block in reader(file, str(path), checked):
@@ -95,9 +95,9 @@ def _npy_blocks(file: BufferedReader, name: str, checked: bool) -> Iterator[Bloc
     rows, fortran_order, dtype = _npy_header(file, name)
     start_of_data = file.tell()
     size = rows * len(COLUMNS) * dtype.itemsize
-    found = file.seek(0, os.SEEK_END) - start_of_data
-    if found != size:
-        raise ValueProblem(f"{name}: {found} bytes of data, expected {size} for {rows} rows of `{dtype}`")
+    there = file.seek(0, os.SEEK_END) - start_of_data
+    if there != size:
+        raise ValueProblem(f"{name}: {there} bytes of data, expected {size} for {rows} rows of `{dtype}`")
     file.seek(start_of_data)
     most = min(rows, BLOCK_ROWS)
     raw = np.empty((len(COLUMNS), most) if fortran_order else (most, len(COLUMNS)), dtype)

@@ -1,33 +1,36 @@
-"""The base classes of shapes, which have dimensions and a mass or a density."""
+"""A shape as a form of body: its dimensions, and a mass or a density; solid, flat, a shell or a wire."""
 
 # Annotations here are objects, not texts, which pydantic would read anew for each shape.
 
-import re
-from abc import abstractmethod
+import inspect
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
 from decimal import Decimal
-from functools import cache
-from typing import Annotated, Any, ClassVar, Self, get_args, get_origin
+from functools import cache, lru_cache
+from typing import Annotated, Any, ClassVar, Self, TypeAlias, cast, get_args, get_origin
 
 import numpy as np
-from pydantic import ConfigDict, Field, PrivateAttr, ValidationInfo, model_validator
+from pydantic import ConfigDict, Field, PrivateAttr, ValidationInfo, create_model, model_validator
 from pydantic.config import JsonDict, JsonValue
 from pydantic.fields import FieldInfo
 
+from rigidcli.bodies import solids
 from rigidcli.bodies.charts import Chart
 from rigidcli.bodies.density import SAID, Density
 from rigidcli.bodies.form import Form
-from rigidcli.bodies.geometry import Bounds, Geometry
+from rigidcli.bodies.geometry import Bounds, Figure, Geometry
 from rigidcli.core import mass_properties, tensor
 from rigidcli.core.arithmetic import FLOAT, Arithmetic, Array, Floats, Mask, Scalar
 from rigidcli.errors import ValueProblem, with_article
 from rigidcli.fields.dimensions import AREA_DENSITY, DENSITY, LINE_DENSITY
 from rigidcli.fields.environment import Formula
-from rigidcli.fields.quantities import Length, Mass, OptionalLength
+from rigidcli.fields.quantities import Mass
 from rigidcli.fields.section import Section, environment
 from rigidcli.fields.typed_numbers import split_quantity
 from rigidcli.fields.words import halved, keys_called, not_one_of
+
+Anchor: TypeAlias = Callable[[Any], tuple[Any, ...]]
+"""A point (x, y, z in m, own axes) of a shape, which follows from its dimensions."""
 
 
 class NoValueError(Exception):
@@ -88,14 +91,17 @@ def _half(value: object) -> str:
 class Shape(Form):
     """A primitive: dimensions, natural origin, anchors, closed-form moments for a uniform density.
 
-    A subclass gives its `geometry` and its `maps`, and names its `ANCHORS`.
+    Its `primitive` makes a figure of an arithmetic and the dimensions, which are fields of a subclass. The
+    `UNIT` is that of a density, which is mass `PER` volume, area or length.
     """
 
     model_config = ConfigDict(json_schema_extra=_complete_schema)
 
     ONE_OF: ClassVar = ("mass", "density")
-    UNIT: ClassVar = "kg/m^2"
-    ANCHORS: ClassVar[Mapping[str, Callable[[Any], tuple[Scalar, Scalar, Scalar]]]] = {}
+    PER: ClassVar = AREA_DENSITY
+    UNIT: ClassVar[str]
+    ANCHORS: ClassVar[Mapping[str, Anchor]]
+    primitive: ClassVar[Callable[..., Figure]]
 
     mass: Mass | None = Field(default=None, description="The mass of all of it; or give `density`")
     density: Scalar | Formula | None = None
@@ -109,12 +115,12 @@ class Shape(Form):
     @classmethod
     def word(cls) -> str:
         """What stands under `shape`: that of `HalfDisk` is `half_disk`."""
-        return re.sub("(?<=[a-z])(?=[A-Z])", "_", cls.__name__).lower()
+        return cls.primitive.__name__
 
     @classmethod
     @cache
     def dimensions(cls) -> Mapping[str, str]:
-        """The keys of the dimensions, each as it is written: `size` is `size: [x, y, z]`."""
+        """The keys of the dimensions, as they are written: `size` is `size: [x, y, z]`."""
         return {
             key: f"{key}: {_sketch(field.annotation)}" if _is_list(field) else key
             for key, field in cls.model_fields.items()
@@ -134,10 +140,8 @@ class Shape(Form):
         return next((name for name in names if cls.holds(name, value)), next(iter(names), None))
 
     @classmethod
-    def holds(cls, key: str | None, value: object) -> bool:
-        """Whether a dimension is there, and a list of as many entries where `value` is a list."""
-        if key is None:
-            return False
+    def holds(cls, key: str, value: object) -> bool:
+        """Whether a dimension is a list of as many entries as `value`, or no list where that is none."""
         field = cls.model_fields[key]
         if not isinstance(value, list):
             return not _is_list(field)
@@ -165,27 +169,30 @@ class Shape(Form):
     def _complete(self, info: ValidationInfo) -> Self:
         if self.anchor is not None and self.anchor not in ("com", *self.ANCHORS):
             raise ValueProblem(not_one_of(self.anchor, ["com", *self.ANCHORS]), path=("anchor",))
-        self.check(environment(info).arithmetic)
+        self.figure(environment(info).arithmetic)
         return self
 
-    def check(self, n: Arithmetic) -> None:
-        """Raise ValueProblem where dimensions do not go together."""
+    def figure(self, n: Arithmetic) -> Figure:
+        """The figure of these dimensions. Raises ValueProblem where they do not go together."""
+        return type(self).primitive(n, **{key: getattr(self, key) for key in self.dimensions()})
 
-    @abstractmethod
     def geometry(self, n: Arithmetic) -> Geometry:
         """Measure, centre and spread from the dimensions."""
+        return self.figure(n).geometry()
 
-    @abstractmethod
     def maps(self, n: Arithmetic) -> Sequence[Chart]:
         """The shape in coordinates of its own, in which a density is integrated."""
+        return self.figure(n).charts()
 
     def faces(self) -> list[Floats]:
-        """The surface as plane faces (each k by 3, m) in the shape's own axes; a wire is one line (k by 3).
+        """The surface as plane faces (k by 3, m) in the shape's own axes; a wire is one line (k by 3).
 
         All dimensions must have a value.
         """
-        shape = self.model_copy(update=floats(self.__dict__, FLOAT))
-        return [face for chart in shape.maps(FLOAT) for face in chart.faces()]
+        figure = self.model_copy(update=floats(self.__dict__, FLOAT)).figure(FLOAT)
+        if figure.corners is not None:
+            return [figure.corners()]
+        return [face for chart in figure.charts() for face in chart.faces()]
 
     def pivot(self, arithmetic: Arithmetic) -> Array:
         """The point that `anchor` names; without one, the natural origin."""
@@ -216,7 +223,7 @@ class Shape(Form):
         """Mass properties in the shape's own axes and from its natural origin."""
         if isinstance(self.density, Formula):
             return self._of_field(self.density, arithmetic)
-        measure, centre, second, _ = self.geometry(arithmetic)
+        measure, centre, second = self.geometry(arithmetic)
         mass = self.mass if self.mass is not None else self.mean_density(arithmetic) * measure
         second, centre = arithmetic.array(second), arithmetic.array(centre)
         if second.ndim == 1:
@@ -239,77 +246,70 @@ class Shape(Form):
 
 
 class Region(Shape):
-    """A shape that says which points it fills; `CONVEX` if it holds the way between any two of them."""
+    """A shape that says which points it fills."""
 
-    CONVEX: ClassVar = True
+    @property
+    def CONVEX(self) -> bool:  # noqa: N802 - a constant of meshes
+        """Whether it holds the way between any two of its points."""
+        return self.figure(FLOAT).convex
 
     def bounds(self) -> Bounds:
-        """The least box round the shape, from its `geometry` unless a subclass knows better."""
-        return self.geometry(FLOAT).bounds
+        """The least box round the shape."""
+        return _box(type(self).primitive, *(getattr(self, key) for key in self.dimensions()))
 
-    @abstractmethod
     def contains(self, x: Floats, y: Floats, z: Floats) -> Mask:
         """Which of the points (m, local axes) the shape fills, its surface included."""
-
-    def corners(self) -> Floats:
-        """Vertices (k by 3, m, own axes), which no grid finds; most shapes have none."""
-        return np.array(getattr(self, "vertices", ()), dtype=np.float64).reshape(-1, 3)
+        contains = self.figure(FLOAT).contains
+        assert contains is not None
+        return contains(x, y, z)
 
     def plane(self) -> tuple[Array, Array]:
         """Rotation (3 by 3) and displacement (3, m) from the axes of `bounds` and `contains` to its own."""
-        return np.eye(3), np.zeros(3)
+        corners = self.figure(FLOAT).corners
+        return (np.eye(3), np.zeros(3)) if corners is None else solids.plane_of(corners())
 
 
-class Hollow(Region):
-    """A round shape with a round hole in its middle.
-
-    It stands last among the bases of a shape: the first that has a field, such as `density`, decides.
-    """
-
-    CONVEX: ClassVar = False
-    outer_radius: Length
-    inner_radius: OptionalLength
-
-    def check(self, n: Arithmetic) -> None:
-        """Raise ValueProblem unless the hole leaves something."""
-        if n.sign(self.outer_radius - self.inner_radius) in (0, -1):
-            read = f"read {n.size(self.inner_radius):.6g} m"
-            raise ValueProblem(f"{read}, expected less than outer_radius", path=("inner_radius",))
-
-    def is_between(self, square: Floats) -> Mask:
-        """Whether points at a distance of this square from the middle (m^2) are outside of the hole."""
-        return (square <= self.outer_radius**2) & (square >= self.inner_radius**2)
+@lru_cache(maxsize=1024)
+def _box(primitive: Callable[..., Figure], *dimensions: Any) -> Bounds:
+    """The least box round a figure, in its plane where it has one. It is kept for other holes of the size."""
+    figure = primitive(FLOAT, *dimensions)
+    if figure.bounds is not None:
+        return figure.bounds()
+    if figure.corners is None:
+        return solids.bounds(np.vstack([face for chart in figure.charts() for face in chart.faces()]))
+    turn, origin = solids.plane_of(figure.corners())
+    return solids.bounds((figure.corners() - origin) @ turn * [1, 1, 0])
 
 
 class Solid(Region):
     """A shape that fills a volume."""
 
-    UNIT: ClassVar = "kg/m^3"
-    density: Annotated[Scalar | Formula, Density(DENSITY, "positive")] | None = Field(
-        default=None, description=SAID
-    )
+    PER: ClassVar = DENSITY
 
 
 class Lamina(Region):
     """A flat shape, of no thickness; to `bounds` and `contains` its `plane` is z = 0."""
 
-    density: Annotated[Scalar | Formula, Density(AREA_DENSITY, "positive")] | None = Field(
-        default=None, description=SAID
-    )
-
 
 class Shell(Shape):
     """A curved surface, of no thickness."""
-
-    density: Annotated[Scalar | Formula, Density(AREA_DENSITY, "positive")] | None = Field(
-        default=None, description=SAID
-    )
 
 
 class Wire(Shape):
     """A curve, of no thickness."""
 
-    UNIT: ClassVar = "kg/m"
-    density: Annotated[Scalar | Formula, Density(LINE_DENSITY, "positive")] | None = Field(
-        default=None, description=SAID
-    )
+    PER: ClassVar = LINE_DENSITY
+
+
+def section(
+    primitive: Callable[..., Figure], kind: type[Shape], anchors: Mapping[str, Anchor]
+) -> type[Shape]:
+    """The section of a primitive: the dimensions are its parameters after the first."""
+    _, *parameters = inspect.signature(primitive).parameters.values()
+    fields: dict[str, Any] = {one.name: (one.annotation, ...) for one in parameters}
+    density = Annotated[Scalar | Formula, Density(kind.PER, "positive")] | None
+    fields["density"] = density, Field(default=None, description=SAID)
+    title = primitive.__name__.title().replace("_", "")
+    made = cast("type[Shape]", create_model(title, __base__=kind, __doc__=primitive.__doc__, **fields))
+    made.primitive, made.ANCHORS, made.UNIT = primitive, anchors, kind.PER.unit
+    return made

@@ -1,75 +1,82 @@
-"""The shapes by name. A new one is a class in a module whose name ends in `_shapes`, and a line here."""
+"""The shapes by name, and the words that people have for them. A new one is a primitive, and a row here."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from functools import cache
-from importlib import import_module
 from typing import Any
 
-from rigidcli.bodies.shape import Shape
+from rigidcli.bodies import primitives
+from rigidcli.bodies.shape import Anchor, Lamina, Shape, Shell, Solid, Wire, section
 from rigidcli.errors import ValueProblem, nearest, shown
 from rigidcli.fields.words import RELATIVES, not_one_of, other_form, shapes_called
 
-PLACES = {
-    "box": "prism_shapes.Box",
-    "cube": "prism_shapes.Cube",
-    "sphere": "solid_shapes.Sphere",
-    "hollow_sphere": "solid_shapes.HollowSphere",
-    "ellipsoid": "solid_shapes.Ellipsoid",
-    "cylinder": "prism_shapes.Cylinder",
-    "tube": "prism_shapes.Tube",
-    "elliptic_cylinder": "prism_shapes.EllipticCylinder",
-    "half_cylinder": "prism_shapes.HalfCylinder",
-    "cone": "solid_shapes.Cone",
-    "frustum": "solid_shapes.Frustum",
-    "pyramid": "solid_shapes.Pyramid",
-    "hemisphere": "solid_shapes.Hemisphere",
-    "spherical_cap": "solid_shapes.SphericalCap",
-    "capsule": "solid_shapes.Capsule",
-    "torus": "solid_shapes.Torus",
-    "tetrahedron": "solid_shapes.Tetrahedron",
-    "spherical_shell": "thin_shapes.SphericalShell",
-    "hemispherical_shell": "thin_shapes.HemisphericalShell",
-    "cylindrical_shell": "thin_shapes.CylindricalShell",
-    "conical_shell": "thin_shapes.ConicalShell",
-    "plate": "flat_shapes.Plate",
-    "disk": "flat_shapes.Disk",
-    "annulus": "flat_shapes.Annulus",
-    "half_disk": "flat_shapes.HalfDisk",
-    "triangle": "flat_shapes.Triangle",
-    "polygon": "flat_shapes.Polygon",
-    "rod": "thin_shapes.Rod",
-    "ring": "thin_shapes.Ring",
+BASE: dict[str, Anchor] = {"base": lambda s: (0, 0, -s.height / 2)}
+"""The anchor of what stands on a base, with its origin half way up."""
+
+TIP: dict[str, Anchor] = {"apex": lambda s: primitives.ORIGIN, "base": lambda s: (0, 0, s.height)}
+"""The anchors of what opens from an apex at its origin."""
+
+PRIMITIVES: dict[Callable[..., Any], tuple[type[Shape], dict[str, Anchor]]] = {
+    primitives.box: (Solid, {"corner": lambda s: tuple(-side / 2 for side in s.size)}),
+    primitives.cube: (Solid, {"corner": lambda s: 3 * (-s.side / 2,)}),
+    primitives.sphere: (Solid, {}),
+    primitives.hollow_sphere: (Solid, {}),
+    primitives.ellipsoid: (Solid, {}),
+    primitives.cylinder: (Solid, BASE),
+    primitives.tube: (Solid, BASE),
+    primitives.elliptic_cylinder: (Solid, BASE),
+    primitives.half_cylinder: (Solid, {}),
+    primitives.cone: (Solid, TIP),
+    primitives.frustum: (Solid, {"top": lambda s: (0, 0, s.height)}),
+    primitives.pyramid: (Solid, {"apex": lambda s: (0, 0, s.height)}),
+    primitives.hemisphere: (Solid, {}),
+    primitives.spherical_cap: (Solid, {}),
+    primitives.capsule: (Solid, {}),
+    primitives.torus: (Solid, {}),
+    primitives.tetrahedron: (Solid, {}),
+    primitives.spherical_shell: (Shell, {}),
+    primitives.hemispherical_shell: (Shell, {}),
+    primitives.cylindrical_shell: (Shell, BASE),
+    primitives.conical_shell: (Shell, TIP),
+    primitives.plate: (Lamina, {"corner": lambda s: (-s.size[0] / 2, -s.size[1] / 2, 0)}),
+    primitives.disk: (Lamina, {}),
+    primitives.annulus: (Lamina, {}),
+    primitives.half_disk: (Lamina, {}),
+    primitives.triangle: (Lamina, {}),
+    primitives.polygon: (Lamina, {}),
+    primitives.rod: (Wire, {"end": lambda s: (0, 0, -s.length / 2)}),
+    primitives.ring: (Wire, {}),
 }
-"""What may stand under `shape`: the module of this package that has it, and its class there."""
+"""Whether a primitive is solid, flat, a shell or a wire, and its anchors besides the centre of mass."""
+
+_NAMED = {primitive.__name__: primitive for primitive in PRIMITIVES}
 
 
 @cache
-def _class(name: str) -> type[Shape]:
-    module, _, shape = PLACES[name].partition(".")
-    found: type[Shape] = getattr(import_module(f"rigidcli.bodies.{module}"), shape)
-    return found
+def _section(name: str) -> type[Shape]:
+    primitive = _NAMED[name]
+    return section(primitive, *PRIMITIVES[primitive])
 
 
 class _Shapes(Mapping[str, type[Shape]]):
-    """The shapes by name; a module is loaded when one of its shapes is asked for, as a document has few."""
+    """The shapes by name; the section of one is made when it is asked for, as a document has few."""
 
     def __getitem__(self, name: str) -> type[Shape]:
-        return _class(name)
+        return _section(name)
 
     def __contains__(self, name: object) -> bool:
-        return name in PLACES
+        return name in _NAMED
 
     def __iter__(self) -> Iterator[str]:
-        return iter(PLACES)
+        return iter(_NAMED)
 
     def __len__(self) -> int:
-        return len(PLACES)
+        return len(_NAMED)
 
 
 SHAPES = _Shapes()
-"""The classes of the shapes."""
+"""The sections of the shapes."""
 
 
 def shape_called(name: object, raw: Mapping[str, Any]) -> tuple[type[Shape] | None, ValueProblem | None]:
@@ -86,12 +93,12 @@ def shape_called(name: object, raw: Mapping[str, Any]) -> tuple[type[Shape] | No
     form = other_form(word)
     if word not in SHAPES and form is not None:
         return None, ValueProblem(f"{shown(name)} is no shape", hint=f"write `{form}` instead of `shape`")
-    called = [word] if word in SHAPES else [each for each in shapes_called(word) if each in SHAPES]
+    called = [word] if word in SHAPES else [shape for shape in shapes_called(word) if shape in SHAPES]
     if not called:
         near = nearest(word, list(SHAPES))
-        return (near and SHAPES[near]) or None, ValueProblem(not_one_of(name, list(SHAPES)))
-    called += [other for each in called for other in RELATIVES.get(each, "").split()]
-    best = max((SHAPES[each] for each in called), key=lambda shape: _likeness(shape, raw))
+        return SHAPES[near] if near else None, ValueProblem(not_one_of(name, list(SHAPES)))
+    called += [relative for shape in called for relative in RELATIVES.get(shape, "").split()]
+    best = max((SHAPES[shape] for shape in called), key=lambda shape: _likeness(shape, raw))
     if best.word() == word:
         return best, None
     return best, ValueProblem(f"read {shown(name)} (did you mean {best.word()}?)", hint=best.summary())
@@ -99,5 +106,5 @@ def shape_called(name: object, raw: Mapping[str, Any]) -> tuple[type[Shape] | No
 
 def _likeness(shape: type[Shape], raw: Mapping[str, Any]) -> int:
     """How many of the keys in `raw` are dimensions of the shape in some word: twice where the value fits."""
-    found = [(shape.key_for(*item), item[1]) for item in raw.items()]
-    return sum((name is not None) + shape.holds(name, value) for name, value in found)
+    keys = {key: shape.key_for(key, value) for key, value in raw.items()}
+    return sum(1 + shape.holds(name, raw[key]) for key, name in keys.items() if name is not None)

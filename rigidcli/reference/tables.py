@@ -83,14 +83,14 @@ def mistake(name: str) -> list[str]:
 
 def files() -> str:
     """The page of the kinds of FILES."""
-    from rigidcli.bodies.robots import READERS
+    from rigidcli.bodies.robots import ENDINGS
     from rigidcli.document.draft import BODY_FILES
 
     bodies = [
         (", ".join(end for end in BODY_FILES if BODY_FILES[end] == form), f"`body.{form}` by itself")
         for form in dict.fromkeys(BODY_FILES.values())
     ]
-    robots = (", ".join(READERS), "a robot, by its root URDF, SDF or MJCF: a result for each link")
+    robots = (", ".join(ENDINGS), "a robot, by its root URDF, SDF or MJCF: a result for each link")
     lists = ("@files.txt", "a list of names, one on a line")
     others = ("any other, and -", "a document in YAML or JSON; - is standard input")
     remark = "`--set` completes a body that is a file: `rigidcli axes part.stl --set body.density=7850`."

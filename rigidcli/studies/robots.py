@@ -15,7 +15,7 @@ import numpy as np
 from pydantic import ValidationError
 
 from rigidcli.bodies.bodies import Composite
-from rigidcli.bodies.robots.links import ENTRIES, Link, listed, matrix
+from rigidcli.bodies.robots.links import ENTRIES, Link, listed
 from rigidcli.core.arithmetic import FLOAT, Floats
 from rigidcli.core.mass_properties import MassProperties, combine
 from rigidcli.core.tensor import shortfall
@@ -36,7 +36,7 @@ UNITS = {1e3: "g m^2", 1e4: "kg cm^2", 1e6: "kg mm^2", 1e7: "g cm^2", 1e9: "g mm
 """Units in which tensors are often written by mistake, by their number in 1 kg m^2."""
 
 FACTOR = 10.0
-"""Moments may differ from those of the uniform form by this factor: hollow links have larger ones."""
+"""Moments may differ from the moments of the uniform form by this factor: hollow links have larger ones."""
 
 NEAR = 3.0
 """A unit or an edit is proposed if it brings the moments within this factor of the form's: less than ten, by
@@ -52,6 +52,10 @@ MOST_OF_LINK = 200
 """The most forms of a link that are compared with it, so that no file takes long."""
 
 
+PLACES = np.array([[0, 1, 2], [1, 3, 4], [2, 4, 5]])
+"""Where the entries of the matrix of a tensor stand in `ENTRIES`."""
+
+
 class Form(NamedTuple):
     """The geometry of a link in one role: its volume (m^3), and the moments (3, m^2) of 1 kg in it."""
 
@@ -59,13 +63,10 @@ class Form(NamedTuple):
     volume: float
     moments: Floats
 
-
-class Remark(NamedTuple):
-    """A suspicion about a part of a link (mass or inertia), and a hint."""
-
-    about: str
-    text: str
-    hint: str | None = None
+    def is_near(self, moments: Floats, factor: float) -> bool:
+        """Whether every moment (3, m^2) of 1 kg is within a factor of its own."""
+        ratio = moments / self.moments
+        return bool((1 / factor <= ratio).all() and (ratio <= factor).all())
 
 
 @np.errstate(all="ignore")
@@ -75,8 +76,8 @@ def remarks(link: Link, document: Document) -> list[Problem]:
     assert properties.mass is not None
     tensor = np.array([[size(entry) for entry in row] for row in properties.tensor])
     return [
-        Problem(link.source, f"note: {text}", link.line_of(about), f"link {link.name}", hint)
-        for about, text, hint in _suspicions(size(properties.mass), tensor, _forms(link))
+        Problem(link.source, f"note: {text}", link.line_of(key), f"link {link.name}", hint)
+        for key, text, hint in _suspicions(size(properties.mass), tensor, _forms(link))
     ]
 
 
@@ -105,36 +106,30 @@ def _forms(link: Link) -> list[Form]:
     return forms
 
 
-def _suspicions(mass: float, tensor: Floats, forms: Sequence[Form]) -> Iterator[Remark]:
-    """Suspicions about a mass (kg) and a central tensor (3 by 3, kg m^2); placeholders first."""
+def _suspicions(mass: float, tensor: Floats, forms: Sequence[Form]) -> Iterator[tuple[str, str, str | None]]:
+    """What is odd about a mass (kg) and a central tensor (3 by 3, kg m^2): the key, why, and a hint."""
     moments = _moments(tensor, mass)
-    placeholder = _placeholder(mass, tensor, any(_are_near(moments, form, ALIKE) for form in forms))
+    placeholder = _placeholder(mass, tensor, any(form.is_near(moments, ALIKE) for form in forms))
     if placeholder:
-        yield Remark("inertia", placeholder)
+        yield "inertia", placeholder, None
     if not forms:
         return
     form, densities = forms[0], [mass / form.volume for form in forms]
     if not any(LIGHTEST <= density <= HEAVIEST for density in densities):
         text = f"{mass:g} kg in the {form.volume:.3g} m^3 of its {form.role} would be"
         slips = [words for factor, words in SLIPS.items() if SOLID[0] <= factor * densities[0] <= SOLID[1]]
-        yield Remark("mass", f"{text} {densities[0]:.3g} kg/m^3", next(iter(slips), None))
-    if not placeholder and not any(_are_near(moments, form, FACTOR) for form in forms):
+        yield "mass", f"{text} {densities[0]:.3g} kg/m^3", next(iter(slips), None)
+    if not placeholder and not any(form.is_near(moments, FACTOR) for form in forms):
         own, uniform = (", ".join(f"{moment * mass:.3g}" for moment in m) for m in (moments, form.moments))
         text = f"the principal moments are {own}; {mass:g} kg in the form of its {form.role} have"
-        units = [unit for factor, unit in UNITS.items() if _are_near(moments / factor, form, NEAR)]
+        units = [unit for factor, unit in UNITS.items() if form.is_near(moments / factor, NEAR)]
         hint = f"the tensor may be in {units[0]}, expected kg m^2" if len(units) == 1 else None
-        yield Remark("inertia", f"{text} {uniform} kg m^2", hint)
+        yield "inertia", f"{text} {uniform} kg m^2", hint
 
 
 def _moments(tensor: Floats, mass: float) -> Floats:
     """The principal moments (3, m^2), ascending, of 1 kg of a body with this tensor and mass."""
     return np.asarray(np.linalg.eigvalsh(tensor) / mass, dtype=np.float64)
-
-
-def _are_near(moments: Floats, form: Form, factor: float) -> bool:
-    """Whether every moment (3, m^2) of 1 kg is within a factor of the form's."""
-    ratio = moments / form.moments
-    return bool((1 / factor <= ratio).all() and (ratio <= factor).all())
 
 
 def _placeholder(mass: float, tensor: Floats, fits: bool) -> str | None:
@@ -166,17 +161,18 @@ def repair(link: Link) -> str | None:
     body = link.body or {}
     given, mass = body.get("inertia", {}), float(body.get("mass", 0))
     entries = np.array([float(given.get(key, 0)) for key in ENTRIES])
-    if shortfall(matrix(entries)) is None:
+    if shortfall(entries[PLACES]) is None:
         return None
     forms, repairs = _forms(link), []
     for words, edited in _edits(entries):
-        moments = _moments(matrix(edited), mass)
-        is_body = shortfall(matrix(edited)) is None and moments[0] > 0
-        if is_body and (not forms or any(_are_near(moments, form, NEAR) for form in forms)):
+        tensor = edited[PLACES]
+        moments = _moments(tensor, mass)
+        is_body = shortfall(tensor) is None and moments[0] > 0
+        if is_body and (not forms or any(form.is_near(moments, NEAR) for form in forms)):
             repairs.append(words)
-    return (
-        f"{repairs[0]} makes it one that a body has; no other single edit does" if len(repairs) == 1 else None
-    )
+    if len(repairs) != 1:
+        return None
+    return f"{repairs[0]} makes it one that a body has; no other single edit does"
 
 
 def _edits(entries: Floats) -> Iterator[tuple[str, Floats]]:

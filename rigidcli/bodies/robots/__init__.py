@@ -15,13 +15,16 @@ from rigidcli.fields.texts import ending
 if TYPE_CHECKING:
     from rigidcli.bodies.robots.links import Link, Robot
 
-READERS = {".urdf": "urdf", ".sdf": "sdf", ".xml": "mjcf"}
-"""The reader of each ending of a file: a module of this package with the tag `ROOT` of a file and `read`."""
+ENDINGS = (".urdf", ".sdf", ".xml")
+"""How the names of robot descriptions end."""
+
+READERS = {"robot": "urdf", "sdf": "sdf", "mujoco": "mjcf"}
+"""The module of this package that reads a file, by the tag of its root."""
 
 
 def is_robot(path: str) -> bool:
     """Whether a file has the name of a robot description."""
-    return ending(path) in READERS
+    return ending(path) in ENDINGS
 
 
 def read_robot(text: str, source: str, folder: Path) -> Robot:
@@ -31,19 +34,15 @@ def read_robot(text: str, source: str, folder: Path) -> Robot:
     DocumentError for what is no robot. What is wrong with one link is the problem of that link.
     """
     from rigidcli.bodies.robots.elements import read_elements
-    from rigidcli.bodies.robots.links import named_once
 
     root = read_elements(text, source)
-    for name in READERS.values():
-        reader = import_module(f"{__name__}.{name}")
-        if root.tag == reader.ROOT:
-            robot: Robot = reader.read(root, folder)
-            if not robot.links:
-                raise root.refusal("there are no links in this robot", hint="; ".join(robot.notes) or None)
-            return named_once(robot)
-    raise root.refusal(
-        f"read `<{root.tag[:40]}>`, expected a robot: `<robot>` of URDF, `<sdf>`, or `<mujoco>` of MJCF"
-    )
+    if root.tag not in READERS:
+        expected = "a robot: `<robot>` of URDF, `<sdf>`, or `<mujoco>` of MJCF"
+        raise root.refusal(f"read `<{root.tag[:40]}>`, expected {expected}")
+    robot: Robot = import_module(f"{__name__}.{READERS[root.tag]}").read(root, folder)
+    if not robot.links:
+        raise root.refusal("there are no links in this robot", hint="; ".join(robot.notes) or None)
+    return robot.named_once()
 
 
 @lru_cache(maxsize=4)
@@ -61,20 +60,21 @@ def one_link(path: Path, name: str | None) -> Link:
     from rigidcli.fields.texts import read_text
 
     try:
-        found = links_of(read_text(str(path), str(path)), str(path), path.parent)
+        links = links_of(read_text(str(path), str(path)), str(path), path.parent)
     except DocumentError as error:
-        raise _told(error.problems[0]) from None
-    named = [link for link in found if (not link.without if name is None else link.name == name)]
+        raise _as_value(error.problems[0]) from None
+    named = [link for link in links if (not link.without if name is None else link.name == name)]
+    if len(named) == 1 and named[0].problem is not None and not named[0].without:
+        raise _as_value(named[0].problem)
     if len(named) == 1 and not named[0].without:
-        if named[0].problem is not None:
-            raise _told(named[0].problem)
         return named[0]
     if named and name is not None:
         raise ValueProblem(f"{path}:{named[0].line}: link {name}: {named[0].without}")
-    known = listed([link.name for link in found if not link.without])
+    weighed = listed([link.name for link in links if not link.without])
     read = f"there is no link {shown(name)}" if name else f"there are {len(named)} links with a mass"
-    raise ValueProblem(f"{path}: {read}, expected the name of one", hint=f"with a mass: {known}")
+    raise ValueProblem(f"{path}: {read}, expected the name of one", hint=f"with a mass: {weighed}")
 
 
-def _told(problem: Problem) -> ValueProblem:
+def _as_value(problem: Problem) -> ValueProblem:
+    """The problem of a file as that of the value that names it."""
     return ValueProblem(str(replace(problem, hint=None)), hint=problem.hint)

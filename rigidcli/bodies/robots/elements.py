@@ -1,4 +1,4 @@
-"""XML -> elements with their lines, by expat of the standard library; nothing outside the text is read.
+"""XML -> elements with their lines and numbers, by expat of the standard library, from a text alone.
 
 A document type is refused as soon as it begins, and with it every entity that a file may define: those that
 grow without bound as well as those that name other files. Depth and count are bounded here, the size of a
@@ -7,8 +7,11 @@ text where it is read.
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterator
 from dataclasses import dataclass, field
+from decimal import Decimal
+from typing import Any
 from xml.parsers import expat
 
 from rigidcli.errors import DocumentError, Problem, shown
@@ -18,6 +21,18 @@ MAX_DEPTH = 100
 
 MAX_ELEMENTS = 15_000
 """The most elements of a file: the largest robots have some 4,000."""
+
+NUMBER = re.compile(r"[-+]?(\d+\.?\d*|\.\d+)([eE][-+]?\d+)?")
+"""A number as XML files write it."""
+
+MOST_DIGITS = 400
+"""The most characters of a number: more than any float needs, fewer than are slow to read."""
+
+LARGEST = 1e100
+"""The largest number: no robot has it, and its square is still a float."""
+
+TEMPLATE = "this is a template: `xacro FILE > robot.urdf` fills it in"
+"""What to do with a file that has macros of ROS in it."""
 
 
 @dataclass(slots=True)
@@ -34,7 +49,7 @@ class Element:
     @property
     def text(self) -> str:
         """The text in the element, and not in its children."""
-        return "".join(self.pieces)
+        return "".join(self.pieces).strip()
 
     def find(self, tag: str) -> Element | None:
         """The first child of this tag."""
@@ -44,69 +59,94 @@ class Element:
         """The children of these tags."""
         return (child for child in self.children if child.tag in tags)
 
-    def problem(self, message: str, key: str = "", hint: str | None = None) -> Problem:
-        """A problem at the line of the element."""
-        return Problem(self.source, message, self.line, key, hint)
+    def below(self) -> Iterator[Element]:
+        """The element and all that it contains, at any depth, in the order of the file."""
+        yield self
+        for child in self.children:
+            yield from child.below()
 
-    def refusal(self, message: str, key: str = "", hint: str | None = None) -> DocumentError:
+    def is_true(self, attribute: str) -> bool:
+        """Whether an attribute says yes."""
+        return self.attributes.get(attribute, "").strip() in ("true", "1")
+
+    def numbers(self, attribute: str, count: int, default: str | None = None) -> list[Any]:
+        """The numbers in an attribute, `count` of them; without it those of the `default`, if there is one.
+
+        Raises DocumentError for anything else.
+        """
+        text = self.attributes.get(attribute, default)
+        if text is None:
+            raise self.refusal(f"`<{self.tag}>` has no `{attribute}`, expected {_counted(count)}")
+        return self._read(text, f"`{attribute}` of `<{self.tag}>`", count)
+
+    def own_numbers(self, count: int) -> list[Any]:
+        """The numbers in the text of the element, `count` of them. Raises DocumentError for anything else."""
+        return self._read(self.text, f"`<{self.tag}>`", count)
+
+    def _read(self, text: str, what: str, count: int) -> list[Any]:
+        """The numbers in a text, digit by digit, separated by blanks. Raises DocumentError."""
+        words = text.split()
+        bad = [word for word in words if len(word) > MOST_DIGITS or NUMBER.fullmatch(word) is None]
+        large = [word for word in words if not bad and abs(float(word)) > LARGEST]
+        if not bad and not large and len(words) == count:
+            return [Decimal(word) for word in words]
+        hint = None
+        if "${" in text or "$(" in text:
+            hint = TEMPLATE
+        elif bad and "," in text:
+            hint = "numbers are separated by blanks, and the sign in a decimal is a point"
+        elif large:
+            hint = f"no number of a robot is larger than {LARGEST:g}"
+        raise self.refusal(f"{what}: read {shown(text)}, expected {_counted(count)}", hint)
+
+    def refusal(self, message: str, hint: str | None = None) -> DocumentError:
         """The refusal of the file for a problem at the line of the element."""
-        return DocumentError([self.problem(message, key, hint)])
+        return DocumentError([Problem(self.source, message, self.line, hint=hint)])
+
+
+def _counted(count: int) -> str:
+    return "a number" if count == 1 else f"{count} numbers"
 
 
 def read_elements(text: str, source: str) -> Element:
     """The root of the elements in `text`. Raises DocumentError for bad syntax and for what is not safe."""
-    builder = _Builder(source)
+    root = Element("", {}, source, 1)
+    way, count = [root], 0
+    # The text is UTF-8 whatever its first line says, which spoke of the file that it was read from.
+    parser = expat.ParserCreate("utf-8")
+    parser.buffer_text = True
+
+    def start(tag: str, attributes: dict[str, str]) -> None:
+        nonlocal count
+        element = Element(tag, attributes, source, parser.CurrentLineNumber)
+        count += 1
+        if count > MAX_ELEMENTS:
+            raise element.refusal(f"more than {MAX_ELEMENTS:,} elements")
+        if len(way) > MAX_DEPTH:
+            raise element.refusal(f"nested more than {MAX_DEPTH} deep")
+        way[-1].children.append(element)
+        way.append(element)
+
+    def end(tag: str) -> None:
+        way.pop()
+
+    def characters(text: str) -> None:
+        way[-1].pieces.append(text)
+
+    def doctype(name: str, *where: object) -> None:
+        hint = "leave out `<!DOCTYPE ...>` with all that it defines"
+        message = f"read the document type {shown(name)}, expected none: it may define entities"
+        raise DocumentError([Problem(source, message, parser.CurrentLineNumber, hint=hint)])
+
+    parser.StartElementHandler, parser.EndElementHandler = start, end
+    parser.CharacterDataHandler, parser.StartDoctypeDeclHandler = characters, doctype
     try:
-        builder.parser.Parse(text.encode(errors="surrogatepass"), True)
+        parser.Parse(text.encode(errors="surrogatepass"), True)
     except expat.ExpatError as error:
         words = expat.errors.messages[error.code]
         hint = None
         if words == expat.errors.XML_ERROR_MISPLACED_XML_PI:
             hint = "`<?xml ...?>` stands at the very beginning of a file, before comments and blanks"
-        raise DocumentError(
-            [Problem(source, f"not XML: {words} in column {error.offset + 1}", error.lineno, hint=hint)]
-        ) from None
-    assert builder.root is not None  # expat refuses a text without an element
-    return builder.root
-
-
-class _Builder:
-    """Puts the events of expat together."""
-
-    def __init__(self, source: str) -> None:
-        self.root: Element | None = None
-        self._source = source
-        self._open: list[Element] = []
-        self._count = 0
-        # The text is UTF-8 whatever its first line says, which spoke of the file that it was read from.
-        self.parser = expat.ParserCreate("utf-8")
-        self.parser.buffer_text = True
-        self.parser.StartElementHandler = self._start
-        self.parser.EndElementHandler = self._end
-        self.parser.CharacterDataHandler = self._characters
-        self.parser.StartDoctypeDeclHandler = self._doctype
-
-    def _start(self, tag: str, attributes: dict[str, str]) -> None:
-        element = Element(tag, attributes, self._source, self.parser.CurrentLineNumber)
-        self._count += 1
-        if self._count > MAX_ELEMENTS:
-            raise element.refusal(f"more than {MAX_ELEMENTS:,} elements")
-        if len(self._open) == MAX_DEPTH:
-            raise element.refusal(f"nested more than {MAX_DEPTH} deep")
-        if self._open:
-            self._open[-1].children.append(element)
-        else:
-            self.root = element
-        self._open.append(element)
-
-    def _end(self, tag: str) -> None:
-        self._open.pop()
-
-    def _characters(self, text: str) -> None:
-        if self._open:
-            self._open[-1].pieces.append(text)
-
-    def _doctype(self, name: str, *where: object) -> None:
-        hint = "leave out `<!DOCTYPE ...>` with all that it defines"
-        message = f"read the document type {shown(name)}, expected none: it may define entities"
-        raise DocumentError([Problem(self._source, message, self.parser.CurrentLineNumber, hint=hint)])
+        message = f"not XML: {words} in column {error.offset + 1}"
+        raise DocumentError([Problem(source, message, error.lineno, hint=hint)]) from None
+    return root.children[0]  # expat refuses a text without an element

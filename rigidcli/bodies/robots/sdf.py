@@ -6,37 +6,18 @@ the axes of that pose. What is not given has the values of the format: 1 kg, and
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from decimal import Decimal
-from functools import partial
 from pathlib import Path
 from typing import Any
 
 from rigidcli.bodies.robots.elements import Element
-from rigidcli.bodies.robots.links import (
-    ENTRIES,
-    Body,
-    Link,
-    Robot,
-    described,
-    geometries,
-    in_text,
-    lines,
-    mesh,
-    placed,
-    shape,
-    tensor,
-    turned,
-)
-
-ROOT = "sdf"
-"""The tag of the root."""
+from rigidcli.bodies.robots.links import ENTRIES, Body, Robot, Weight, placed, turned
+from rigidcli.bodies.robots.urdf import Urdf
+from rigidcli.errors import shown
 
 NOT_GIVEN = dict(zip(ENTRIES, "100101", strict=True))
 """The entries of a tensor (kg m^2) that the format takes where they are not given."""
-
-NOTHING = "no `<inertial>`, for which simulators take 1 kg and 1 kg m^2"
-"""Why a link without any mass properties has none here."""
 
 INFERRED = "no mass that is written: its simulator infers it from the collisions"
 """Why a link with `auto` has no mass properties here."""
@@ -44,10 +25,10 @@ INFERRED = "no mass that is written: its simulator infers it from the collisions
 
 def read(root: Element, folder: Path) -> Robot:
     """The links of all models; where there are several models, with the names of these before them."""
-    found = list(_elements(root, (), "link"))
-    several = len({scope for scope, _ in found}) > 1
-    links = [_link(link, scope if several else (), folder) for scope, link in found]
-    notes = [f"`<include>` in line {each.line} is not followed" for _, each in _elements(root, (), "include")]
+    elements = list(_in_models(root, (), "link"))
+    several, form = len({scope for scope, _ in elements}) > 1, _Sdf(folder)
+    links = [form.link(link, _full_name(link, scope if several else ())) for scope, link in elements]
+    notes = [f"`<include>` in line {one.line} is not followed" for _, one in _in_models(root, (), "include")]
     notes += [
         f"link {link.name} (line {link.line}) is without `<mass>` or `<inertia>`: 1 kg and 1 kg m^2 are taken"
         for link in links
@@ -56,81 +37,64 @@ def read(root: Element, folder: Path) -> Robot:
     return Robot(links, notes)
 
 
-def _elements(parent: Element, scope: tuple[str, ...], tag: str) -> Iterator[tuple[tuple[str, ...], Element]]:
-    """The elements of this tag in all models, each with the names of the models about it."""
+def _in_models(
+    parent: Element, scope: tuple[str, ...], tag: str
+) -> Iterator[tuple[tuple[str, ...], Element]]:
+    """The elements of this tag in all models, with the names of the models about them."""
     for child in parent.children:
         if child.tag == tag:
             yield scope, child
         elif child.tag == "world":
-            yield from _elements(child, scope, tag)
+            yield from _in_models(child, scope, tag)
         elif child.tag == "model":
-            yield from _elements(child, (*scope, child.attributes.get("name", "")), tag)
+            yield from _in_models(child, (*scope, child.attributes.get("name", "")), tag)
 
 
-def _link(link: Element, scope: tuple[str, ...], folder: Path) -> Link:
+def _full_name(link: Element, scope: tuple[str, ...]) -> str:
     name = link.attributes.get("name", "")
-    full = "::".join([*scope, name]) if name else ""
-    parts = geometries(link, lambda part: _form(part, folder))
-    bare = Link(full, link.source, link.line, geometry=parts)
-    return described(bare, lambda: _inertial(link))
+    return "::".join([*scope, name]) if name else ""
 
 
-def _inertial(link: Element) -> tuple[Body, Mapping[str, int]] | str:
-    inertial = link.find("inertial")
-    if inertial is None:
-        return NOTHING
-    if _is_true(inertial, "auto"):
-        return INFERRED
-    mass, entries, pose = map(inertial.find, ("mass", "inertia", "pose"))
-    if pose is not None:
-        frame = _relative_to(pose)
-        if frame not in ("", link.attributes.get("name")):
-            raise pose.refusal(f"`relative_to` is `{frame[:40]}`, expected the frame of the link")
-    values = [_values(entries, key.lower(), 1, default)[0] for key, default in NOT_GIVEN.items()]
-    (value,) = _values(inertial, "mass", 1, "1")
-    return {"mass": value, "inertia": tensor(values), **_frame(pose)}, lines(mass, entries, pose)
+class _Sdf(Urdf):
+    """A link has the same parts, in which numbers and names of files stand in elements."""
 
+    PLACE = "pose"
+    NOTHING = "no `<inertial>`, for which simulators take 1 kg and 1 kg m^2"
 
-def _is_true(element: Element, attribute: str) -> bool:
-    return element.attributes.get(attribute, "").strip() in ("true", "1")
-
-
-def _values(parent: Element | None, tag: str, count: int, default: str = "") -> list[Any]:
-    """The numbers in the child with this tag, or the default ones. Raises DocumentError."""
-    child = None if parent is None else parent.find(tag)
-    if child is None:
-        if not default:
-            assert parent is not None
-            raise parent.refusal(f"`<{parent.tag}>` has no `<{tag}>`")
+    def values(self, element: Element, key: str, count: int, default: str | None = None) -> list[Any]:
+        child = element.find(key)
+        if child is not None:
+            return child.own_numbers(count)
+        if default is None:
+            raise element.refusal(f"`<{element.tag}>` has no `<{key}>`")
         return [Decimal(word) for word in default.split()]
-    return in_text(child.text, f"`<{tag}>`", child, count)
 
+    def frame(self, part: Element, link: Element) -> Body:
+        pose = part.find("pose")
+        if pose is None:
+            return {}
+        seen_from = pose.attributes.get("relative_to", pose.attributes.get("frame", ""))  # in older files
+        if seen_from not in ("", link.attributes.get("name")):
+            raise pose.refusal(f"`relative_to` is {shown(seen_from)}, expected the frame of the link")
+        if not pose.text:
+            return {}
+        if pose.attributes.get("rotation_format", "euler_rpy") == "quat_xyzw":
+            *position, x, y, z, w = pose.own_numbers(7)
+            return placed(position, rotation={"quaternion": [w, x, y, z]})
+        values = pose.own_numbers(6)
+        return placed(values[:3], **turned(values[3:], " deg" if pose.is_true("degrees") else ""))
 
-def _relative_to(pose: Element) -> str:
-    """The frame in which a pose is, `frame` in older files; "" for that of the element about it."""
-    return pose.attributes.get("relative_to", pose.attributes.get("frame", ""))
+    def file(self, mesh: Element) -> str:
+        uri = mesh.find("uri")
+        return "" if uri is None else uri.text
 
+    def mass(self, inertial: Element) -> Any:
+        return self.values(inertial, "mass", 1, "1")[0]
 
-def _frame(pose: Element | None) -> Body:
-    """The frame of a `<pose>`, which may be missing or empty. Raises DocumentError."""
-    if pose is None or not pose.text.strip():
-        return {}
-    if pose.attributes.get("rotation_format", "euler_rpy") == "quat_xyzw":
-        *position, x, y, z, w = in_text(pose.text, "`<pose>`", pose, 7)
-        return placed(position, rotation={"quaternion": [w, x, y, z]})
-    values = in_text(pose.text, "`<pose>`", pose, 6)
-    return placed(values[:3], **turned(values[3:], " deg" if _is_true(pose, "degrees") else ""))
+    def moments(self, inertial: Element) -> list[Any]:
+        entries = inertial.find("inertia") or inertial
+        return [self.values(entries, key.lower(), 1, default)[0] for key, default in NOT_GIVEN.items()]
 
-
-def _form(part: Element, folder: Path) -> Body | None:
-    """The geometry of a `<visual>` or `<collision>` that stands in the frame of the link."""
-    geometry, pose = part.find("geometry"), part.find("pose")
-    if geometry is None or (pose is not None and _relative_to(pose)):
-        return None
-    frame = _frame(pose)
-    for element in geometry.children:
-        uri = element.find("uri")
-        if element.tag == "mesh" and uri is not None:
-            return mesh(uri.text.strip(), folder, _values(element, "scale", 3, "1 1 1"), frame)
-        return shape(element.tag, partial(_values, element), frame)
-    return None
+    def weight(self, link: Element) -> Weight:
+        inertial = link.find("inertial")
+        return INFERRED if inertial is not None and inertial.is_true("auto") else super().weight(link)

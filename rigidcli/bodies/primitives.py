@@ -1,0 +1,455 @@
+"""The shapes: a function for each, from its dimensions to its mass properties in closed form and its points.
+
+The parameters after the first are the keys of a document, their types the numbers that may stand there, and
+the first line of the docstring is the description of the shape.
+
+Second moments are means over the shape about its centre of mass, so that Ixx = M (<y^2> + <z^2>). Each
+formula is a sum of terms of one sign wherever that can be: a thin tube or cap keeps its digits.
+Source: J. L. Meriam, L. G. Kraige, Engineering Mechanics: Dynamics, table D/4, for the common
+shapes; frustum, cap and capsule are integrated. Tests hold every formula against quadrature.
+"""
+
+# Annotations here are objects, not texts: the dimensions of a section are made of them.
+
+from typing import Annotated, Any
+
+import numpy as np
+from pydantic import AfterValidator, Field, ValidationInfo
+
+from rigidcli.bodies import charts, solids
+from rigidcli.bodies.geometry import Bounds, Figure, Geometry
+from rigidcli.core.arithmetic import Arithmetic, Floats, Scalar
+from rigidcli.errors import ValueProblem
+from rigidcli.fields.quantities import AsList, Coordinate, Length, OptionalLength, Size2, Size3, Vector3
+from rigidcli.fields.section import environment
+
+ORIGIN = (0, 0, 0)
+"""The centre of a shape that is symmetric about its natural origin."""
+
+
+def _powers(a: Scalar, b: Scalar, degree: int) -> Scalar:
+    """a^n + a^(n-1) b + ... + b^n, which is (a^(n+1) - b^(n+1)) / (a - b) without cancellation."""
+    return sum(a ** (degree - k) * b**k for k in range(degree + 1))
+
+
+def _require_material(n: Arithmetic, outer: Scalar, inner: Scalar) -> None:
+    """Raise ValueProblem unless a round hole leaves something."""
+    if n.sign(outer - inner) in (0, -1):
+        message = f"read {n.size(inner):.6g} m, expected less than outer_radius"
+        raise ValueProblem(message, path=("inner_radius",))
+
+
+# --- flat shapes
+
+
+def plate(n: Arithmetic, size: Size2) -> Figure:
+    """A thin rectangle, normal along z; origin at its centre."""
+    x, y = size
+    return Figure(
+        lambda: Geometry(x * y, ORIGIN, [x**2 / 12, y**2 / 12, 0]),
+        lambda: [charts.block(x, y, None)],
+        lambda X, Y, Z: (abs(2 * X) <= x) & (abs(2 * Y) <= y),
+    )
+
+
+def disk(n: Arithmetic, radius: Length) -> Figure:
+    """A thin disk, normal along z; origin at its centre."""
+    return Figure(
+        lambda: Geometry(n.pi * radius**2, ORIGIN, [radius**2 / 4, radius**2 / 4, 0]),
+        lambda: [charts.sector(radius, n)],
+        lambda x, y, z: x**2 + y**2 <= radius**2,
+    )
+
+
+def annulus(n: Arithmetic, outer_radius: Length, inner_radius: OptionalLength) -> Figure:
+    """A thin disk with a concentric hole, normal along z; origin at its centre."""
+    R, r = outer_radius, inner_radius
+    _require_material(n, R, r)
+    across = (R**2 + r**2) / 4
+    return Figure(
+        lambda: Geometry(n.pi * (R - r) * (R + r), ORIGIN, [across, across, 0]),
+        lambda: [charts.sector(R, n, r)],
+        lambda x, y, z: (x**2 + y**2 <= R**2) & (x**2 + y**2 >= r**2),
+        convex=False,
+    )
+
+
+def half_disk(n: Arithmetic, radius: Length) -> Figure:
+    """The half y >= 0 of a thin disk, normal along z; origin at the centre of the straight edge."""
+    R = radius
+
+    def geometry() -> Geometry:
+        along = R**2 * (9 * n.pi**2 - 64) / (36 * n.pi**2)
+        return Geometry(n.pi * R**2 / 2, (0, 4 * R / (3 * n.pi), 0), [R**2 / 4, along, 0])
+
+    return Figure(
+        geometry,
+        lambda: [charts.sector(R, n, quarters=2)],
+        lambda x, y, z: (x**2 + y**2 <= R**2) & (y >= 0),
+    )
+
+
+def _ellipse(n: Arithmetic, a: Scalar, b: Scalar) -> Figure:
+    """The section of an elliptic cylinder."""
+    return Figure(
+        lambda: Geometry(n.pi * a * b, ORIGIN, [a**2 / 4, b**2 / 4, 0]),
+        lambda: [charts.sector(1, n, stretch=(a, b))],
+        lambda x, y, z: (x / a) ** 2 + (y / b) ** 2 <= 1,
+    )
+
+
+def _in_space(vertex: tuple[Scalar, ...]) -> tuple[Scalar, Scalar, Scalar]:
+    x, y, *z = vertex
+    return x, y, z[0] if z else 0 * x
+
+
+def _opened(vertices: tuple[Any, ...]) -> tuple[Any, ...]:
+    """The vertices without a last one that repeats the first, as in GeoJSON."""
+    return vertices[:-1] if len(vertices) > 3 and vertices[-1] == vertices[0] else vertices
+
+
+def _not_flat(vertices: tuple[Any, ...], info: ValidationInfo) -> tuple[Any, ...]:
+    """The vertices of a simplex. Raises ValueProblem where it has no measure."""
+    n = environment(info).arithmetic
+    if n.sign(solids.simplex_measure(n.array(vertices), n)) == 0:
+        raise ValueProblem(f"the vertices lie {'on a line' if len(vertices) == 3 else 'in a plane'}")
+    return vertices
+
+
+def _simple(vertices: tuple[Any, ...], info: ValidationInfo) -> tuple[Any, ...]:
+    """The vertices of a polygon. Raises ValueProblem unless it is plane and without crossings."""
+    n = environment(info).arithmetic
+    solids.require_simple_polygon(n.array(vertices), n)
+    return vertices
+
+
+Vertex = Annotated[
+    tuple[Coordinate, ...], AsList, Field(min_length=2, max_length=3), AfterValidator(_in_space)
+]
+Outline = Annotated[
+    tuple[Vertex, ...],
+    AsList,
+    Field(min_length=3, max_length=1000),
+    AfterValidator(_opened),
+    AfterValidator(_simple),
+]
+
+
+def triangle(
+    n: Arithmetic, vertices: Annotated[tuple[Vertex, Vertex, Vertex], AsList, AfterValidator(_not_flat)]
+) -> Figure:
+    """A thin triangle, its vertices as given, in space or (two coordinates) in the plane z = 0."""
+    return polygon(n, vertices)._replace(**_simplex(n, vertices), convex=True)
+
+
+def polygon(n: Arithmetic, vertices: Outline) -> Figure:
+    """A thin plane polygon without crossings, its vertices in order, in space or in the plane z = 0."""
+
+    def corners() -> Floats:
+        return np.array(vertices, dtype=np.float64)
+
+    def outline() -> Floats:
+        turn, origin = solids.plane_of(corners())
+        flat: Floats = ((corners() - origin) @ turn)[:, :2]
+        return flat
+
+    def parts() -> list[charts.Chart]:
+        triangles, areas = solids.triangles(n.array(vertices), n)
+        return [charts.simplex(*part, n) for part in zip(triangles, areas, strict=True)]
+
+    return Figure(
+        lambda: Geometry(*solids.polygon(n.array(vertices), n)),
+        parts,
+        lambda x, y, z: solids.in_polygon(outline(), x, y),
+        corners=corners,
+        convex=False,
+    )
+
+
+def _simplex(n: Arithmetic, vertices: Any) -> dict[str, Any]:
+    """The geometry and the chart of a triangle or tetrahedron."""
+
+    def geometry() -> Geometry:
+        corners = n.array(vertices)
+        return Geometry(solids.simplex_measure(corners, n), *solids.simplex_moments(corners))
+
+    def parts() -> list[charts.Chart]:
+        return [charts.simplex(n.array(vertices), geometry().measure, n)]
+
+    return {"geometry": geometry, "charts": parts}
+
+
+# --- solids of one section along z
+
+
+def _prism(section: Figure, height: Scalar) -> Figure:
+    """What a flat shape or a curve covers when it is moved along z, half of the height to each side."""
+
+    def geometry() -> Geometry:
+        measure, centre, (xx, yy, _) = section.geometry()
+        return Geometry(measure * height, centre, [xx, yy, height**2 / 12])
+
+    inside = section.contains
+    return Figure(
+        geometry,
+        lambda: [charts.prism(chart, height) for chart in section.charts()],
+        inside and (lambda x, y, z: inside(x, y, z) & (abs(z) <= height / 2)),
+        convex=section.convex,
+    )
+
+
+def box(n: Arithmetic, size: Size3) -> Figure:
+    """A rectangular block; origin at its centre."""
+    x, y, z = size
+    return _prism(plate(n, (x, y)), z)
+
+
+def cube(n: Arithmetic, side: Length) -> Figure:
+    """A cube; origin at its centre."""
+    block = box(n, (side, side, side))
+    return block._replace(geometry=lambda: block.geometry()._replace(measure=side**3))  # rounded once
+
+
+def cylinder(n: Arithmetic, radius: Length, height: Length) -> Figure:
+    """A circular cylinder along z; origin at its centre."""
+    return _prism(disk(n, radius), height)
+
+
+def tube(n: Arithmetic, outer_radius: Length, inner_radius: OptionalLength, height: Length) -> Figure:
+    """A cylinder along z with a coaxial hole; origin at its centre."""
+    return _prism(annulus(n, outer_radius, inner_radius), height)
+
+
+def elliptic_cylinder(n: Arithmetic, semi_axes: Size2, height: Length) -> Figure:
+    """A cylinder along z on an ellipse; origin at its centre."""
+    return _prism(_ellipse(n, *semi_axes), height)
+
+
+def half_cylinder(n: Arithmetic, radius: Length, height: Length) -> Figure:
+    """The half y >= 0 of a cylinder along z; origin at the centre of the flat face."""
+    return _prism(half_disk(n, radius), height)
+
+
+# --- other solids
+
+
+def sphere(n: Arithmetic, radius: Length) -> Figure:
+    """A solid ball; origin at its centre."""
+    R = radius
+    return Figure(
+        lambda: Geometry(4 * n.pi * R**3 / 3, ORIGIN, 3 * [R**2 / 5]),
+        lambda: [charts.ball(R, n)],
+        lambda x, y, z: x**2 + y**2 + z**2 <= R**2,
+    )
+
+
+def hollow_sphere(n: Arithmetic, outer_radius: Length, inner_radius: OptionalLength) -> Figure:
+    """A ball with a concentric spherical hole; origin at its centre."""
+    R, r = outer_radius, inner_radius
+    _require_material(n, R, r)
+
+    def geometry() -> Geometry:
+        volume = 4 * n.pi * (R - r) * _powers(R, r, 2) / 3
+        return Geometry(volume, ORIGIN, 3 * [_powers(R, r, 4) / (5 * _powers(R, r, 2))])
+
+    return Figure(
+        geometry,
+        lambda: [charts.ball(R, n, r)],
+        lambda x, y, z: (x**2 + y**2 + z**2 <= R**2) & (x**2 + y**2 + z**2 >= r**2),
+        convex=False,
+    )
+
+
+def ellipsoid(n: Arithmetic, semi_axes: Size3) -> Figure:
+    """A solid ellipsoid; origin at its centre."""
+    a, b, c = semi_axes
+    return Figure(
+        lambda: Geometry(4 * n.pi * a * b * c / 3, ORIGIN, [a**2 / 5, b**2 / 5, c**2 / 5]),
+        lambda: [charts.ball(1, n, stretch=semi_axes)],
+        lambda x, y, z: (x / a) ** 2 + (y / b) ** 2 + (z / c) ** 2 <= 1,
+    )
+
+
+def frustum(
+    n: Arithmetic, bottom_radius: OptionalLength, top_radius: OptionalLength, height: Length
+) -> Figure:
+    """A cone cut parallel to its base, along +z; origin at the centre of the bottom."""
+    a, b, h = bottom_radius, top_radius, height
+    if n.sign(a + b) == 0:
+        raise ValueProblem("`bottom_radius` and `top_radius` are both zero")
+
+    def geometry() -> Geometry:
+        s = _powers(a, b, 2)
+        centre = h * (a**2 + 2 * a * b + 3 * b**2) / (4 * s)
+        across = 3 * _powers(a, b, 4) / (20 * s)
+        along = 3 * h**2 * (a**4 + 4 * a**3 * b + 10 * a**2 * b**2 + 4 * a * b**3 + b**4) / (80 * s**2)
+        return Geometry(n.pi * h * s / 3, (0, 0, centre), [across, across, along])
+
+    return Figure(
+        geometry,
+        lambda: [charts.tapered(a, b, h, n)],
+        lambda x, y, z: (x**2 + y**2 <= (a + (b - a) * z / h) ** 2) & (z >= 0) & (z <= h),
+    )
+
+
+def cone(n: Arithmetic, radius: Length, height: Length) -> Figure:
+    """A circular cone opening to +z; origin at its apex."""
+    R, h = radius, height
+    second = [3 * R**2 / 20, 3 * R**2 / 20, 3 * h**2 / 80]
+    simple = Geometry(n.pi * R**2 * h / 3, (0, 0, 3 * h / 4), second)
+    return frustum(n, 0, R, h)._replace(geometry=lambda: simple)
+
+
+def pyramid(n: Arithmetic, base: Size2, height: Length) -> Figure:
+    """A right pyramid on a rectangle, apex at +z; origin at the centre of the base."""
+    (a, b), h = base, height
+    second = [a**2 / 20, b**2 / 20, 3 * h**2 / 80]
+    return Figure(
+        lambda: Geometry(a * b * h / 3, (0, 0, h / 4), second),
+        lambda: [charts.pyramid(a, b, h)],
+        lambda x, y, z: (abs(2 * x) <= a * (1 - z / h)) & (abs(2 * y) <= b * (1 - z / h)) & (z >= 0),
+    )
+
+
+def hemisphere(n: Arithmetic, radius: Length) -> Figure:
+    """A solid half ball bulging to +z; origin at the centre of the flat face."""
+    R = radius
+    second = [R**2 / 5, R**2 / 5, 19 * R**2 / 320]
+    return Figure(
+        lambda: Geometry(2 * n.pi * R**3 / 3, (0, 0, 3 * R / 8), second),
+        lambda: [charts.ball(R, n, quarters=1)],
+        lambda x, y, z: (x**2 + y**2 + z**2 <= R**2) & (z >= 0),
+    )
+
+
+def spherical_cap(n: Arithmetic, radius: Length, cap_height: Length) -> Figure:
+    """What a plane cuts off a ball, on its +z side; origin at the centre of the ball."""
+    R, h = radius, cap_height
+    if n.sign(2 * R - h) == -1:
+        message = f"read {n.size(h):.6g} m, expected at most twice the radius"
+        raise ValueProblem(message, path=("cap_height",))
+
+    def geometry() -> Geometry:
+        rest = 3 * R - h
+        across = h * (20 * R**2 - 15 * R * h + 3 * h**2) / (20 * rest)
+        along = h**2 * (40 * R**2 - 24 * R * h + 3 * h**2) / (80 * rest**2)
+        centre = 3 * (2 * R - h) ** 2 / (4 * rest)
+        return Geometry(n.pi * h**2 * rest / 3, (0, 0, centre), [across, across, along])
+
+    def bounds() -> Bounds:
+        widest = R if h >= R else (h * (2 * R - h)) ** 0.5
+        return (-widest, widest), (-widest, widest), (R - h, R)
+
+    return Figure(
+        geometry,
+        lambda: [charts.cap(R, h, n)],
+        lambda x, y, z: (x**2 + y**2 + z**2 <= R**2) & (z >= R - h),
+        bounds=bounds,
+    )
+
+
+def capsule(n: Arithmetic, radius: Length, height: OptionalLength) -> Figure:
+    """A cylinder along z of the given height with half balls on both ends; origin at its centre."""
+    R, h = radius, height
+
+    def geometry() -> Geometry:
+        cylinder, balls = 3 * h / (3 * h + 4 * R), 4 * R / (3 * h + 4 * R)
+        across = cylinder * R**2 / 4 + balls * R**2 / 5
+        along = cylinder * h**2 / 12 + balls * (R**2 / 5 + 3 * R * h / 8 + h**2 / 4)
+        return Geometry(n.pi * R**2 * (3 * h + 4 * R) / 3, ORIGIN, [across, across, along])
+
+    def parts() -> list[charts.Chart]:
+        half = charts.ball(R, n, quarters=1)
+        ends = [charts.moved(half, side * h / 2, side) for side in (1, -1)]
+        return [charts.prism(charts.sector(R, n), h), *ends]
+
+    return Figure(
+        geometry,
+        parts,
+        lambda x, y, z: x**2 + y**2 + np.maximum(abs(z) - h / 2, 0) ** 2 <= R**2,
+    )
+
+
+def torus(n: Arithmetic, major_radius: Length, minor_radius: Length) -> Figure:
+    """A ring of circular section round z; origin at its centre."""
+    R, r = major_radius, minor_radius
+    if n.sign(R - r) == -1:
+        raise ValueProblem(
+            f"read {n.size(r):.6g} m, expected at most major_radius",
+            path=("minor_radius",),
+            hint="a spindle torus passes through itself and is no body",
+        )
+    across = R**2 / 2 + 3 * r**2 / 8
+    return Figure(
+        lambda: Geometry(2 * n.pi**2 * R * r**2, ORIGIN, [across, across, r**2 / 4]),
+        lambda: [charts.torus(R, r, n)],
+        lambda x, y, z: (np.hypot(x, y) - R) ** 2 + z**2 <= r**2,
+        convex=False,
+    )
+
+
+def tetrahedron(
+    n: Arithmetic,
+    vertices: Annotated[tuple[Vector3, Vector3, Vector3, Vector3], AsList, AfterValidator(_not_flat)],
+) -> Figure:
+    """A tetrahedron, its vertices as given."""
+
+    def corners() -> Floats:
+        return np.array(vertices, dtype=np.float64)
+
+    return Figure(
+        **_simplex(n, vertices),
+        contains=lambda x, y, z: solids.in_simplex(corners(), np.stack([x, y, z])),
+    )
+
+
+# --- curved shells and wires, which have no thickness
+
+
+def spherical_shell(n: Arithmetic, radius: Length) -> Figure:
+    """A thin sphere; origin at its centre."""
+    return Figure(
+        lambda: Geometry(4 * n.pi * radius**2, ORIGIN, 3 * [radius**2 / 3]),
+        lambda: [charts.sphere(radius, n)],
+    )
+
+
+def hemispherical_shell(n: Arithmetic, radius: Length) -> Figure:
+    """A thin half sphere bulging to +z; origin at the centre of its rim."""
+    R = radius
+    return Figure(
+        lambda: Geometry(2 * n.pi * R**2, (0, 0, R / 2), [R**2 / 3, R**2 / 3, R**2 / 12]),
+        lambda: [charts.sphere(R, n, quarters=1)],
+    )
+
+
+def cylindrical_shell(n: Arithmetic, radius: Length, height: Length) -> Figure:
+    """A thin cylinder along z, open at both ends; origin at its centre."""
+    return _prism(ring(n, radius), height)
+
+
+def conical_shell(n: Arithmetic, radius: Length, height: Length) -> Figure:
+    """The thin lateral surface of a cone opening to +z; origin at its apex."""
+    R, h = radius, height
+    second = [R**2 / 4, R**2 / 4, h**2 / 18]
+    return Figure(
+        lambda: Geometry(n.pi * R * n.hypot(R, h), (0, 0, 2 * h / 3), second),
+        lambda: [charts.cone_surface(R, h, n)],
+    )
+
+
+def rod(n: Arithmetic, length: Length) -> Figure:
+    """A thin straight rod along z; origin at its centre."""
+    return Figure(
+        lambda: Geometry(length, ORIGIN, [0, 0, length**2 / 12]),
+        lambda: [charts.block(None, None, length)],
+    )
+
+
+def ring(n: Arithmetic, radius: Length) -> Figure:
+    """A thin circular ring, normal along z; origin at its centre."""
+    R = radius
+    return Figure(
+        lambda: Geometry(2 * n.pi * R, ORIGIN, [R**2 / 2, R**2 / 2, 0]),
+        lambda: [charts.ring(R, n)],
+    )
