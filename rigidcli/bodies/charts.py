@@ -289,13 +289,11 @@ def simplex(vertices: Array, measure: Scalar, n: Arithmetic) -> Chart:
     In floats the coordinates are Duffy's: the last ones have no effect where one before them is 1.
     """
     edges = vertices[1:] - vertices[0]
-    size = measure * math.factorial(len(edges))
 
     def place(*units: Any) -> Spot:
-        if not n.exact:
-            left = [math.prod(1 - unit for unit in units[:k]) for k in range(len(units))]
-            units = tuple(unit * own for unit, own in zip(units, left, strict=True))
-        x, y, z = (sum(unit * part for unit, part in zip(units, parts, strict=True)) for parts in edges.T)
-        return Spot(x, y, z, size if n.exact else size * math.prod(left))
+        left = [1 if n.exact else math.prod(1 - unit for unit in units[:k]) for k in range(len(units))]
+        shares = [unit * own for unit, own in zip(units, left, strict=True)]
+        x, y, z = (sum(share * part for share, part in zip(shares, parts, strict=True)) for parts in edges.T)
+        return Spot(x, y, z, measure * math.factorial(len(edges)) * math.prod(left))
 
     return Chart((None,) * len(edges), place, vertices[0], is_simplex=n.exact)
