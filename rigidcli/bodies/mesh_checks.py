@@ -41,7 +41,7 @@ class Checked:
     components: int | None
     is_inward: bool
 
-    def windings(self, points: Floats) -> NDArray[np.intp] | None:
+    def windings(self, points: Floats) -> NDArray[np.intp]:
         """`inside.windings` of the surface round points (n, 3) in the unit of the file."""
         return inside.windings(self.read, self.surface.box, points)
 
