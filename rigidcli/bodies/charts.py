@@ -127,24 +127,31 @@ def _argument(turn: Turn | None, unit: Floats) -> Any:
 
 def block(*sides: Scalar | None) -> Chart:
     """What has these sides along x, y and z, its centre at the origin; it has no extent along None."""
-    known = [side for side in sides if side is not None]
+    lengths = [side for side in sides if side is not None]
 
     def place(*units: Any) -> Spot:
         left = iter(units)
         x, y, z = (0 if side is None else side * (2 * next(left) - 1) / 2 for side in sides)
-        return Spot(x, y, z, math.prod(known, start=1))
+        return Spot(x, y, z, math.prod(lengths, start=1))
 
-    return Chart((None,) * len(known), place)
+    return Chart((None,) * len(lengths), place)
+
+
+def tapered(section: Chart, height: Scalar, start: Scalar = 1, end: Scalar = 1, bottom: Scalar = 0) -> Chart:
+    """What a flat chart fills on its way up from z = `bottom`, while its scale goes from `start` to `end`."""
+
+    def place(u: Any, *rest: Any) -> Spot:
+        flat, scale = section.place(*rest), start + (end - start) * u
+        s = None if flat.s is None else scale * flat.s
+        measure = height * scale**2 * flat.measure
+        return Spot(scale * flat.x, scale * flat.y, bottom + height * u, measure, s)
+
+    return replace(section, coordinates=(None, *section.coordinates), place=place)
 
 
 def prism(section: Chart, height: Scalar) -> Chart:
-    """What a flat chart fills when it is moved along z, half of the `height` to each side."""
-
-    def place(w: Any, *rest: Any) -> Spot:
-        flat = section.place(*rest)
-        return flat._replace(z=height * (2 * w - 1) / 2, measure=flat.measure * height, r=None)
-
-    return replace(section, coordinates=(None, *section.coordinates), place=place)
+    """What a flat chart fills when it is moved along z, half of the `height` to either side."""
+    return tapered(section, height, bottom=-height / 2)
 
 
 def revolved(
@@ -184,16 +191,6 @@ def sector(
         return Spot(radius, 0, 0, outer - inner, r=radius)
 
     return revolved(Chart((None,), place), n, quarters, stretch)
-
-
-def tapered(start: Scalar, end: Scalar, height: Scalar, n: Arithmetic) -> Chart:
-    """A cone or frustum round z, from z = 0, where its radius is `start`, to z = `height`."""
-
-    def place(u: Any, v: Any) -> Spot:
-        radius = start + (end - start) * u
-        return Spot(radius * v, 0, height * u, height * radius)
-
-    return revolved(Chart((None, None), place), n)
 
 
 def ball(
@@ -242,17 +239,6 @@ def torus(major: Scalar, minor: Scalar, n: Arithmetic) -> Chart:
         return Spot(major + across * cos, 0, across * sin, minor * across)
 
     return revolved(Chart((Turn.quarters(4, n), None), place), n)
-
-
-def pyramid(x: Scalar, y: Scalar, height: Scalar) -> Chart:
-    """A right pyramid on a rectangle, apex at +z; origin at the centre of the base."""
-
-    def place(u: Any, v: Any, w: Any) -> Spot:
-        left = 1 - u
-        across = x * (2 * v - 1) / 2 * left
-        return Spot(across, y * (2 * w - 1) / 2 * left, height * u, x * y * height * left**2)
-
-    return Chart((None, None, None), place)
 
 
 def sphere(radius: Scalar, n: Arithmetic, quarters: int = 2) -> Chart:

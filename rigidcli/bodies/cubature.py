@@ -67,7 +67,7 @@ def integral(
     if kinks:
         margin, looser = BESIDE_KINKS
         along = _most_crossed(kinks, len(pieces))
-        ends = np.linspace(0, 1, 1 + 2 * pieces[along])
+        ends = np.linspace(0, 1, 1 + 4 * pieces[along])
         runs = [partial(_along_lines, f, kinks, along, ends, which) for which in (0, 1)]
         pieces, cost = [*pieces[:along], *pieces[along + 1 :]], cost * ON_LINE
     refined = [_by_boxes(run, pieces, peaks, cost, NODES + which) for which, run in enumerate(runs)]

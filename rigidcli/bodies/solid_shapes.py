@@ -84,7 +84,7 @@ class Cone(Solid):
         return Geometry(n.pi * R**2 * h / 3, (0, 0, 3 * h / 4), second, round_bounds(R, 0, h))
 
     def maps(self, n: Arithmetic) -> Sequence[charts.Chart]:
-        return [charts.tapered(0, self.radius, self.height, n)]
+        return [charts.tapered(charts.sector(1, n), self.height, 0, self.radius)]
 
     def contains(self, x: Floats, y: Floats, z: Floats) -> Mask:
         return (x**2 + y**2 <= (self.radius * z / self.height) ** 2) & (z >= 0) & (z <= self.height)
@@ -112,7 +112,7 @@ class Frustum(Solid):
         return Geometry(n.pi * h * s / 3, (0, 0, centre), [across, across, along], bounds)
 
     def maps(self, n: Arithmetic) -> Sequence[charts.Chart]:
-        return [charts.tapered(self.bottom_radius, self.top_radius, self.height, n)]
+        return [charts.tapered(charts.sector(1, n), self.height, self.bottom_radius, self.top_radius)]
 
     def contains(self, x: Floats, y: Floats, z: Floats) -> Mask:
         radius = self.bottom_radius + (self.top_radius - self.bottom_radius) * z / self.height
@@ -132,7 +132,7 @@ class Pyramid(Solid):
         return Geometry(x * y * h / 3, (0, 0, h / 4), [x**2 / 20, y**2 / 20, 3 * h**2 / 80], bounds)
 
     def maps(self, n: Arithmetic) -> Sequence[charts.Chart]:
-        return [charts.pyramid(*self.base, self.height)]
+        return [charts.tapered(charts.block(*self.base, None), self.height, 1, 0)]
 
     def contains(self, x: Floats, y: Floats, z: Floats) -> Mask:
         (a, b), scale = self.base, 1 - z / self.height
