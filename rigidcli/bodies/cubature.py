@@ -67,6 +67,7 @@ def integral(
     if kinks:
         margin, looser = BESIDE_KINKS
         along = _most_crossed(kinks, len(pieces))
+        # A root of the function may come near a line without crossing it: short pieces bear that better.
         ends = np.linspace(0, 1, 1 + 4 * pieces[along])
         runs = [partial(_along_lines, f, kinks, along, ends, which) for which in (0, 1)]
         pieces, cost = [*pieces[:along], *pieces[along + 1 :]], cost * ON_LINE
@@ -228,6 +229,6 @@ def _crossings(kink: Kink, k: int, lines: Floats, samples: int) -> Floats:
         same = (along(lines[:, line], middle) > 0) == start
         low, high = np.where(same, middle, low), np.where(same, high, middle)
     rank = np.arange(line.size) - np.searchsorted(line, line)
-    found = np.ones((lines.shape[1], 1 + rank.max(initial=-1)))
-    found[line, rank] = high
-    return found
+    crossed = np.ones((lines.shape[1], 1 + rank.max(initial=-1)))
+    crossed[line, rank] = high
+    return crossed

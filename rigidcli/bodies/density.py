@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterable, Mapping
+from collections.abc import Callable, Collection, Iterable, Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -22,7 +22,7 @@ VARIABLES = ("x", "y", "z", "r", "s")
 """What a density may depend on: places in the shape's own axes (m), r = |(x, y, z)|, s = |(x, y)|."""
 
 MOST_STEPS = 10_000
-"""Steps in factoring a density, which take some milliseconds: longer ones tell nothing of their symbols."""
+"""Steps in factoring a density, which take some milliseconds; signs of symbols in longer ones stay open."""
 
 SAID = "A number, or an expression in the place: the shape's own x, y, z, r = |(x, y, z)|, s = |(x, y)|"
 """What the reference says of a density."""
@@ -54,7 +54,7 @@ class Density(Quantity):
 
 
 def _scale(formula: Formula) -> set[str]:
-    """The symbol that is positive if a density is: its one factor of which the sign is not known."""
+    """The symbol that is positive if a density is: its one factor of either sign."""
     from rigidcli.algebra.allowance import Allowance
     from rigidcli.algebra.expressions import expr, symbol
     from rigidcli.algebra.fractions import factors
@@ -71,14 +71,16 @@ def _scale(formula: Formula) -> set[str]:
     return names if len(names) == 1 and names <= formula.constants.keys() else set()
 
 
-def places(spot: Spot, origin: Any, names: Collection[str] = VARIABLES) -> Mapping[str, Floats]:
-    """What x, y, z, and variables of these names, are at points (n) of a chart with this `origin`."""
+def places(
+    spot: Spot, origin: Any, names: Collection[str] = VARIABLES, hypot: Callable[[Any, Any], Any] = np.hypot
+) -> dict[str, Any]:
+    """What x, y, z, and variables of these names, are at points of a chart with this `origin`."""
     x, y, z = (part + start for part, start in zip((spot.x, spot.y, spot.z), origin, strict=True))
     at = {"x": x, "y": y, "z": z}
     if "s" in names or "r" in names:
-        at["s"] = np.hypot(x, y) if spot.s is None else spot.s
+        at["s"] = hypot(x, y) if spot.s is None else spot.s
     if "r" in names:
-        at["r"] = np.hypot(at["s"], z) if spot.r is None else spot.r
+        at["r"] = hypot(at["s"], z) if spot.r is None else spot.r
     return at
 
 
@@ -103,12 +105,12 @@ def impossible(density: float, place: Iterable[float], unit: str, body: str) -> 
 def centred(moments: Array, n: Arithmetic = FLOAT) -> tuple[Any, Array, Array]:
     """The mass, its centre (3), and the sums of m r r^T about it (3 by 3), from integrals (10) of moments.
 
-    Raises ValueProblem for a mass that is not positive.
+    Raises ValueProblem for a mass that is not positive, or integrals beyond the range of floats.
     """
     matrix = np.empty((4, 4), dtype=moments.dtype)
     matrix[FIRST, SECOND] = matrix[SECOND, FIRST] = moments
     mass = matrix[0, 0]
-    if n.sign(mass) in (0, -1):
+    if n.sign(mass) in (0, -1) or not (n.exact or np.isfinite(moments).all()):
         message = f"the density leaves no mass: {n.size(mass):.6g} kg"
         raise ValueProblem(message, path=("density",), hint="a narrow peak of it may not have been seen")
     centre = n.tidy(matrix[0, 1:] / mass)

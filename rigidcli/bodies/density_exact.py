@@ -21,8 +21,8 @@ from rigidcli.algebra.integration import antiderivative
 from rigidcli.algebra.reading import from_tree
 from rigidcli.algebra.roots import Rational
 from rigidcli.algebra.substitution import substitute
-from rigidcli.bodies.charts import Chart, Turn
-from rigidcli.bodies.density import FIRST, SECOND, centred
+from rigidcli.bodies.charts import Chart, Spot, Turn
+from rigidcli.bodies.density import FIRST, SECOND, centred, places
 from rigidcli.core import tensor
 from rigidcli.core.arithmetic import Arithmetic, Scalar
 from rigidcli.core.mass_properties import MassProperties
@@ -69,19 +69,13 @@ def placed(
     Coordinates that are angles are pairs of a cosine and a sine. Raises ExpressionError where the density
     has no value, or is too large.
     """
-    spot = chart.place(*symbols)
-    place = [expr(part) + start for part, start in zip(spot[:3], chart.origin, strict=True)]
+    spot = Spot(*(None if part is None else expr(part) for part in chart.place(*symbols)))
+    at = places(spot, chart.origin, hypot=lambda a, b: power(a**2 + b**2, Fraction(1, 2)))
+    place = [at[name] for name in "xyz"]
     if not isinstance(density, Formula):
-        return place, expr(density), expr(spot.measure)
-    s, r = (
-        power(sum((part**2 for part in place[:count]), ZERO), Fraction(1, 2))
-        if distance is None
-        else expr(distance)
-        for distance, count in ((spot.s, 2), (spot.r, 3))
-    )
+        return place, expr(density), spot.measure
     constants = {name: expr(value) for name, value in density.constants.items()}
-    values = dict(zip("xyzsr", (*place, s, r), strict=True)) | constants
-    return place, from_tree(density.expression.root, values), expr(spot.measure)
+    return place, from_tree(density.expression.root, {**at, **constants}), spot.measure
 
 
 def _moments(formula: Formula, chart: Chart, allowance: Allowance) -> Iterator[Expr]:
