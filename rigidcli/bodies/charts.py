@@ -127,34 +127,54 @@ def _argument(turn: Turn | None, unit: Floats) -> Any:
 
 def block(*sides: Scalar | None) -> Chart:
     """What has these sides along x, y and z, its centre at the origin; it has no extent along None."""
-    known = [side for side in sides if side is not None]
+    lengths = [side for side in sides if side is not None]
 
     def place(*units: Any) -> Spot:
         left = iter(units)
         x, y, z = (0 if side is None else side * (2 * next(left) - 1) / 2 for side in sides)
-        return Spot(x, y, z, math.prod(known, start=1))
+        return Spot(x, y, z, math.prod(lengths, start=1))
 
-    return Chart((None,) * len(known), place)
+    return Chart((None,) * len(lengths), place)
 
 
-def prism(section: Chart, height: Scalar) -> Chart:
-    """What a flat chart fills when it is moved along z, half of the `height` to each side."""
+def tapered(section: Chart, height: Scalar, start: Scalar = 1, end: Scalar = 1, bottom: Scalar = 0) -> Chart:
+    """What a flat chart fills on its way up from z = `bottom`, while its scale goes from `start` to `end`."""
 
-    def place(w: Any, *rest: Any) -> Spot:
-        flat = section.place(*rest)
-        return flat._replace(z=height * (2 * w - 1) / 2, measure=flat.measure * height, r=None)
+    def place(u: Any, *rest: Any) -> Spot:
+        flat, scale = section.place(*rest), start + (end - start) * u
+        s = None if flat.s is None else scale * flat.s
+        measure = height * scale**2 * flat.measure
+        return Spot(scale * flat.x, scale * flat.y, bottom + height * u, measure, s)
 
     return replace(section, coordinates=(None, *section.coordinates), place=place)
 
 
+def prism(section: Chart, height: Scalar) -> Chart:
+    """What a flat chart fills when it is moved along z, half of the `height` to either side."""
+    return tapered(section, height, bottom=-height / 2)
+
+
+def revolved(
+    profile: Chart, n: Arithmetic, quarters: int = 4, stretch: tuple[Scalar, Scalar] = (1, 1)
+) -> Chart:
+    """What a profile in the half plane of x >= 0 and z fills as it turns about z, by right angles.
+
+    Its x is the distance from the axis, and its `r` that from the origin. The body may be stretched.
+    """
+    a, b = stretch
+
+    def place(phi: tuple[Any, Any], *rest: Any) -> Spot:
+        (c, s), flat = phi, profile.place(*rest)
+        is_round = stretch == (1, 1)
+        s_of, r_of = (flat.x, flat.r) if is_round else (None, None)
+        return Spot(a * flat.x * c, b * flat.x * s, flat.z, a * b * flat.x * flat.measure, s_of, r_of)
+
+    return Chart((Turn.quarters(quarters, n), *profile.coordinates), place)
+
+
 def ring(radius: Scalar, n: Arithmetic) -> Chart:
     """A circle round z."""
-
-    def place(phi: tuple[Any, Any]) -> Spot:
-        c, s = phi
-        return Spot(radius * c, radius * s, 0, radius, radius, radius)
-
-    return Chart((Turn.quarters(4, n),), place)
+    return revolved(Chart((), lambda: Spot(radius, 0, 0, 1, r=radius)), n)
 
 
 def sector(
@@ -165,27 +185,12 @@ def sector(
     stretch: tuple[Scalar, Scalar] = (1, 1),
 ) -> Chart:
     """A disk, an annulus or half a disk (2 quarters) in the plane z = 0, stretched to an ellipse or not."""
-    a, b = stretch
 
-    def place(phi: tuple[Any, Any], v: Any) -> Spot:
-        c, s = phi
-        rho = inner + (outer - inner) * v
-        radius = rho if stretch == (1, 1) else None
-        return Spot(a * rho * c, b * rho * s, 0, a * b * (outer - inner) * rho, radius, radius)
+    def place(v: Any) -> Spot:
+        radius = inner + (outer - inner) * v
+        return Spot(radius, 0, 0, outer - inner, r=radius)
 
-    return Chart((Turn.quarters(quarters, n), None), place)
-
-
-def tapered(start: Scalar, end: Scalar, height: Scalar, n: Arithmetic) -> Chart:
-    """A cone or frustum round z, from z = 0, where its radius is `start`, to z = `height`."""
-
-    def place(u: Any, phi: tuple[Any, Any], v: Any) -> Spot:
-        c, s = phi
-        radius = start + (end - start) * u
-        rho = radius * v
-        return Spot(rho * c, rho * s, height * u, height * radius * rho, rho)
-
-    return Chart((None, Turn.quarters(4, n), None), place)
+    return revolved(Chart((None,), place), n, quarters, stretch)
 
 
 def ball(
@@ -198,21 +203,11 @@ def ball(
     """A ball, with a hole or without, or its half z >= 0 (1 quarter from the pole), stretched or not."""
     a, b, h = stretch
 
-    def place(phi: tuple[Any, Any], theta: tuple[Any, Any], u: Any) -> Spot:
-        (c, s), (cos, sin) = phi, theta
-        rho = inner + (outer - inner) * u
-        measure = a * b * h * (outer - inner) * rho**2 * sin
-        known = stretch == (1, 1, 1)
-        return Spot(
-            a * rho * sin * c,
-            b * rho * sin * s,
-            h * rho * cos,
-            measure,
-            rho * sin if known else None,
-            rho if known else None,
-        )
+    def place(theta: tuple[Any, Any], u: Any) -> Spot:
+        (cos, sin), rho = theta, inner + (outer - inner) * u
+        return Spot(rho * sin, 0, h * rho * cos, h * (outer - inner) * rho, r=rho if h == 1 else None)
 
-    return Chart((Turn.quarters(4, n), Turn.quarters(quarters, n), None), place)
+    return revolved(Chart((Turn.quarters(quarters, n), None), place), n, 4, (a, b))
 
 
 def moved(chart: Chart, z: Scalar, side: int) -> Chart:
@@ -229,58 +224,37 @@ def cap(radius: Scalar, height: Scalar, n: Arithmetic) -> Chart:
     """What a plane cuts off a ball, on its +z side, by disks at the polar angles of their rims."""
     cos, sin = (radius - height) / radius, n.sqrt(height * (2 * radius - height)) / radius
 
-    def place(alpha: tuple[Any, Any], phi: tuple[Any, Any], v: Any) -> Spot:
-        (cosine, sine), (c, s) = alpha, phi
-        rho = radius * sine * v
-        return Spot(rho * c, rho * s, radius * cosine, radius**2 * sine**2 * rho, rho)
+    def place(alpha: tuple[Any, Any], v: Any) -> Spot:
+        cosine, sine = alpha
+        return Spot(radius * sine * v, 0, radius * cosine, radius**2 * sine**2)
 
-    return Chart((Turn(n.atan2(sin, cos), cos, sin), Turn.quarters(4, n), None), place)
+    return revolved(Chart((Turn(n.atan2(sin, cos), cos, sin), None), place), n)
 
 
 def torus(major: Scalar, minor: Scalar, n: Arithmetic) -> Chart:
     """A ring of circular section round z."""
 
-    def place(phi: tuple[Any, Any], psi: tuple[Any, Any], v: Any) -> Spot:
-        (c, s), (cos, sin) = phi, psi
-        across = minor * v
-        rho = major + across * cos
-        return Spot(rho * c, rho * s, across * sin, minor * across * rho, rho)
+    def place(psi: tuple[Any, Any], v: Any) -> Spot:
+        (cos, sin), across = psi, minor * v
+        return Spot(major + across * cos, 0, across * sin, minor * across)
 
-    return Chart((Turn.quarters(4, n), Turn.quarters(4, n), None), place)
-
-
-def pyramid(x: Scalar, y: Scalar, height: Scalar) -> Chart:
-    """A right pyramid on a rectangle, apex at +z; origin at the centre of the base."""
-
-    def place(u: Any, v: Any, w: Any) -> Spot:
-        left = 1 - u
-        across = x * (2 * v - 1) / 2 * left
-        return Spot(across, y * (2 * w - 1) / 2 * left, height * u, x * y * height * left**2)
-
-    return Chart((None, None, None), place)
+    return revolved(Chart((Turn.quarters(4, n), None), place), n)
 
 
 def sphere(radius: Scalar, n: Arithmetic, quarters: int = 2) -> Chart:
     """A thin sphere, or its half z >= 0 (1 quarter from the pole)."""
 
-    def place(phi: tuple[Any, Any], theta: tuple[Any, Any]) -> Spot:
-        (c, s), (cos, sin) = phi, theta
-        rho = radius * sin
-        return Spot(rho * c, rho * s, radius * cos, radius * rho, rho, radius)
+    def place(theta: tuple[Any, Any]) -> Spot:
+        cos, sin = theta
+        return Spot(radius * sin, 0, radius * cos, radius, r=radius)
 
-    return Chart((Turn.quarters(4, n), Turn.quarters(quarters, n)), place)
+    return revolved(Chart((Turn.quarters(quarters, n),), place), n)
 
 
 def cone_surface(radius: Scalar, height: Scalar, n: Arithmetic) -> Chart:
     """The lateral surface of a cone opening to +z, its apex at the origin."""
     slant = n.hypot(radius, height)
-
-    def place(phi: tuple[Any, Any], u: Any) -> Spot:
-        c, s = phi
-        rho = radius * u
-        return Spot(rho * c, rho * s, height * u, slant * rho, rho, slant * u)
-
-    return Chart((Turn.quarters(4, n), None), place)
+    return revolved(Chart((None,), lambda u: Spot(radius * u, 0, height * u, slant, r=slant * u)), n)
 
 
 def simplex(vertices: Array, measure: Scalar, n: Arithmetic) -> Chart:
@@ -289,13 +263,11 @@ def simplex(vertices: Array, measure: Scalar, n: Arithmetic) -> Chart:
     In floats the coordinates are Duffy's: the last ones have no effect where one before them is 1.
     """
     edges = vertices[1:] - vertices[0]
-    size = measure * math.factorial(len(edges))
 
     def place(*units: Any) -> Spot:
-        if not n.exact:
-            left = [math.prod(1 - unit for unit in units[:k]) for k in range(len(units))]
-            units = tuple(unit * own for unit, own in zip(units, left, strict=True))
-        x, y, z = (sum(unit * part for unit, part in zip(units, parts, strict=True)) for parts in edges.T)
-        return Spot(x, y, z, size if n.exact else size * math.prod(left))
+        left = [1 if n.exact else math.prod(1 - unit for unit in units[:k]) for k in range(len(units))]
+        shares = [unit * own for unit, own in zip(units, left, strict=True)]
+        x, y, z = (sum(share * part for share, part in zip(shares, parts, strict=True)) for parts in edges.T)
+        return Spot(x, y, z, measure * math.factorial(len(edges)) * math.prod(left))
 
     return Chart((None,) * len(edges), place, vertices[0], is_simplex=n.exact)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Mapping
+from collections.abc import Callable, Collection, Iterable, Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -10,8 +10,8 @@ import numpy as np
 from pydantic import ValidationInfo
 
 from rigidcli.bodies.charts import Spot
-from rigidcli.core.arithmetic import Array, Floats
-from rigidcli.errors import ExpressionError
+from rigidcli.core.arithmetic import FLOAT, Arithmetic, Array, Floats
+from rigidcli.errors import ExpressionError, ValueProblem
 from rigidcli.fields.environment import Formula
 from rigidcli.fields.quantities import Quantity
 from rigidcli.fields.section import environment
@@ -22,13 +22,16 @@ VARIABLES = ("x", "y", "z", "r", "s")
 """What a density may depend on: places in the shape's own axes (m), r = |(x, y, z)|, s = |(x, y)|."""
 
 MOST_STEPS = 10_000
-"""Steps in factoring a density, which take some milliseconds: longer ones tell nothing of their symbols."""
+"""Steps in factoring a density, which take some milliseconds; signs of symbols in longer ones stay open."""
 
 SAID = "A number, or an expression in the place: the shape's own x, y, z, r = |(x, y, z)|, s = |(x, y)|"
 """What the reference says of a density."""
 
-PAIRS = ((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2))
-"""The entries of a symmetric matrix, in the order in which integrals of products are taken."""
+NEGATIVE = 1e-12
+"""How far below zero a density may come by rounding, in units of its largest value."""
+
+FIRST, SECOND = np.triu_indices(4)
+"""The factors of moments among 1, x, y, z: the mass comes first, then the moments of x, y, z, x^2, xy."""
 
 
 @dataclass(frozen=True)
@@ -51,7 +54,7 @@ class Density(Quantity):
 
 
 def _scale(formula: Formula) -> set[str]:
-    """The symbol that is positive if a density is: its one factor of which the sign is not known."""
+    """The symbol that is positive if a density is: its one factor of either sign."""
     from rigidcli.algebra.allowance import Allowance
     from rigidcli.algebra.expressions import expr, symbol
     from rigidcli.algebra.fractions import factors
@@ -68,15 +71,17 @@ def _scale(formula: Formula) -> set[str]:
     return names if len(names) == 1 and names <= formula.constants.keys() else set()
 
 
-def places(spot: Spot, origin: Floats, names: Collection[str] = VARIABLES) -> Mapping[str, Floats]:
-    """What x, y, z, and variables of these names, are at points (n) of a chart with this `origin`."""
+def places(
+    spot: Spot, origin: Any, names: Collection[str] = VARIABLES, hypot: Callable[[Any, Any], Any] = np.hypot
+) -> dict[str, Any]:
+    """What x, y, z, and variables of these names, are at points of a chart with this `origin`."""
     x, y, z = (part + start for part, start in zip((spot.x, spot.y, spot.z), origin, strict=True))
-    known = {"x": x, "y": y, "z": z}
+    at = {"x": x, "y": y, "z": z}
     if "s" in names or "r" in names:
-        known["s"] = np.hypot(x, y) if spot.s is None else spot.s
+        at["s"] = hypot(x, y) if spot.s is None else spot.s
     if "r" in names:
-        known["r"] = np.hypot(known["s"], z) if spot.r is None else spot.r
-    return known
+        at["r"] = hypot(at["s"], z) if spot.r is None else spot.r
+    return at
 
 
 def values(node: Node, formula: Formula, at: Mapping[str, Floats]) -> Floats:
@@ -87,10 +92,26 @@ def values(node: Node, formula: Formula, at: Mapping[str, Floats]) -> Floats:
 def at_points(formula: Formula, points: Floats) -> Floats:
     """The density (n) at points (3 by n, m); infinite or NaN where there is none."""
     x, y, z = points
-    return values(formula.expression.root, formula, places(Spot(x, y, z, 1), np.zeros(3)))
+    return values(formula.expression.root, formula, places(Spot(x, y, z, 1), (0, 0, 0)))
 
 
-def symmetric(entries: Array) -> Array:
-    """The symmetric matrix (3 by 3) with these entries (6) at `PAIRS`."""
-    matrix: Array = entries[np.array([[0, 3, 4], [3, 1, 5], [4, 5, 2]])]
-    return matrix
+def impossible(density: float, place: Iterable[float], unit: str, body: str) -> ValueProblem:
+    """The problem of a density that is negative or no number at a place (x, y, z in m) of a body."""
+    what = f"negative ({density:.6g} {unit})" if np.isfinite(density) else "without a value"
+    where = ", ".join(f"{coordinate:.6g}" for coordinate in place)
+    return ValueProblem(f"the density is {what} at x, y, z = ({where}) m of the {body}", path=("density",))
+
+
+def centred(moments: Array, n: Arithmetic = FLOAT) -> tuple[Any, Array, Array]:
+    """The mass, its centre (3), and the sums of m r r^T about it (3 by 3), from integrals (10) of moments.
+
+    Raises ValueProblem for a mass that is not positive, or integrals beyond the range of floats.
+    """
+    matrix = np.empty((4, 4), dtype=moments.dtype)
+    matrix[FIRST, SECOND] = matrix[SECOND, FIRST] = moments
+    mass = matrix[0, 0]
+    if n.sign(mass) in (0, -1) or not (n.exact or np.isfinite(moments).all()):
+        message = f"the density leaves no mass: {n.size(mass):.6g} kg"
+        raise ValueProblem(message, path=("density",), hint="a narrow peak of it may not have been seen")
+    centre = n.tidy(matrix[0, 1:] / mass)
+    return mass, centre, n.tidy(matrix[1:, 1:] - mass * np.outer(centre, centre))

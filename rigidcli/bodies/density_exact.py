@@ -1,4 +1,4 @@
-"""Integrals of a density over a shape in exact numbers, where a closed form is found.
+"""Integrals of a density over a shape in exact numbers, where there is a closed form.
 
 The integrands are multiplied out in the coordinates of a chart, and integrated term by term.
 """
@@ -12,33 +12,21 @@ from functools import cache
 from itertools import pairwise
 from typing import Any, TypeAlias
 
-import numpy as np
-
 from rigidcli.algebra.allowance import Allowance
 from rigidcli.algebra.atoms import Applied, Atom, Symbol
 from rigidcli.algebra.expansion import coefficients, expand
-from rigidcli.algebra.expressions import (
-    ONE,
-    ZERO,
-    Expr,
-    expr,
-    gathered,
-    number,
-    power,
-    symbol,
-    total,
-)
+from rigidcli.algebra.expressions import ONE, ZERO, Expr, expr, gathered, number, power, symbol, total
 from rigidcli.algebra.functions import apply
 from rigidcli.algebra.integration import antiderivative
 from rigidcli.algebra.reading import from_tree
 from rigidcli.algebra.roots import Rational
 from rigidcli.algebra.substitution import substitute
-from rigidcli.bodies.charts import Chart, Turn
-from rigidcli.bodies.density import PAIRS, symmetric
+from rigidcli.bodies.charts import Chart, Spot, Turn
+from rigidcli.bodies.density import FIRST, SECOND, centred, places
 from rigidcli.core import tensor
 from rigidcli.core.arithmetic import Arithmetic, Scalar
 from rigidcli.core.mass_properties import MassProperties
-from rigidcli.errors import ComputationError, ExpressionError, ValueProblem
+from rigidcli.errors import ComputationError, ExpressionError
 from rigidcli.fields.environment import Formula
 
 MAX_STEPS = 400_000
@@ -57,19 +45,13 @@ Factors: TypeAlias = Sequence[tuple[Atom, Rational]]
 def exact_properties(formula: Formula, charts: Sequence[Chart], n: Arithmetic) -> MassProperties:
     """Mass, centre of mass and tensor.
 
-    Raises ComputationError where no closed form is found, and ValueProblem for a mass that is not positive.
+    Raises ComputationError where there is no closed form, and ValueProblem for a mass that is not positive.
     """
-    mass: Any
-    moments: list[Any]
     allowance = Allowance(MAX_STEPS)
     try:
-        parts = zip(*(_sums(formula, chart, allowance) for chart in charts), strict=True)
-        mass, *moments = map(total, parts)
-        if n.sign(mass) in (0, -1):
-            raise ValueProblem("the density leaves no mass", path=("density",))
-        com = n.tidy(n.array(moments[:3]) / mass)
-        second = symmetric(n.array(moments[3:])) - mass * np.outer(com, com)
-        inertia = tensor.Inertia.of_sums(mass, com, n.tidy(second))
+        of_charts = zip(*(_moments(formula, chart, allowance) for chart in charts), strict=True)
+        mass, com, sums = centred(n.array(list(map(total, of_charts))), n)
+        inertia = tensor.Inertia.of_sums(mass, com, sums)
     except ExpressionError as error:
         raise ComputationError(
             "no closed form is found for the integrals of the density",
@@ -87,23 +69,17 @@ def placed(
     Coordinates that are angles are pairs of a cosine and a sine. Raises ExpressionError where the density
     has no value, or is too large.
     """
-    spot = chart.place(*symbols)
-    place = [expr(part) + start for part, start in zip(spot[:3], chart.origin, strict=True)]
+    spot = Spot(*(None if part is None else expr(part) for part in chart.place(*symbols)))
+    at = places(spot, chart.origin, hypot=lambda a, b: power(a**2 + b**2, Fraction(1, 2)))
+    place = [at[name] for name in "xyz"]
     if not isinstance(density, Formula):
-        return place, expr(density), expr(spot.measure)
-    s, r = (
-        power(sum((part**2 for part in place[:count]), ZERO), Fraction(1, 2))
-        if known is None
-        else expr(known)
-        for known, count in ((spot.s, 2), (spot.r, 3))
-    )
+        return place, expr(density), spot.measure
     constants = {name: expr(value) for name, value in density.constants.items()}
-    known = dict(zip("xyzsr", (*place, s, r), strict=True)) | constants
-    return place, from_tree(density.expression.root, known), expr(spot.measure)
+    return place, from_tree(density.expression.root, {**at, **constants}), spot.measure
 
 
-def _sums(formula: Formula, chart: Chart, allowance: Allowance) -> Iterator[Expr]:
-    """The integrals of the density, of it times x, y, z, and of it times their products (10).
+def _moments(formula: Formula, chart: Chart, allowance: Allowance) -> Iterator[Expr]:
+    """The integrals (10) of the density times products of 1, x, y, z.
 
     The coordinates have names that no document can give. Raises ExpressionError where a term is no product of
     powers that can be integrated.
@@ -117,7 +93,9 @@ def _sums(formula: Formula, chart: Chart, allowance: Allowance) -> Iterator[Expr
     @cache
     def along(k: int, factors: Factors) -> Expr:
         turn = chart.coordinates[k]
-        return _over_unit(names[k][0], factors) if turn is None else _over_turn(turn, names[k], factors)
+        if turn is None:
+            return _over_unit(names[k][0], factors)
+        return _over_turn(turn, *_powers(names[k], factors))
 
     def integral(e: Expr) -> Iterator[Expr]:
         for monomial, coefficient in expand(e, allowance).ordered:
@@ -128,88 +106,84 @@ def _sums(formula: Formula, chart: Chart, allowance: Allowance) -> Iterator[Expr
                     raise _no_product()
                 moving[on.pop()].append((atom, exponent))
             *own, rest = map(tuple, moving)
-            parts = [_over_simplex(own)] if chart.is_simplex else [along(*each) for each in enumerate(own)]
-            yield math.prod(parts, start=gathered(coefficient, dict(rest)))
+            if chart.is_simplex:
+                whole = _over_simplex([_powers(*own) for own in zip(names, moving, strict=False)])
+            else:
+                whole = math.prod((along(k, factors) for k, factors in enumerate(own)), start=ONE)
+            yield gathered(coefficient, dict(rest)) * whole
 
     symbols = [symbol(*own, True) if len(own) == 1 else tuple(map(symbol, own)) for own in names]
     place, density, measure = placed(formula, chart, symbols)
-    weight = density * measure
-    for moment in (ONE, *place, *(place[i] * place[j] for i, j in PAIRS)):
-        yield total(list(integral(weight * moment)))
+    mass, factors = density * measure, (ONE, *place)
+    for first, second in zip(FIRST, SECOND, strict=True):
+        yield total(list(integral(mass * (factors[first] * factors[second]))))
 
 
 def _no_product() -> ExpressionError:
     return ExpressionError("a term is no product of powers that can be integrated")
 
 
-def _exponents(names: Sequence[str], factors: Factors) -> list[int]:
-    """Those of the symbols with these names, whole numbers. Raises ExpressionError for other factors."""
-    found = dict.fromkeys(names, 0)
+def _powers(names: Sequence[str], factors: Factors) -> list[int]:
+    """The exponents of symbols, whole numbers. Raises ExpressionError for other factors."""
+    powers = dict.fromkeys(names, 0)
     for atom, exponent in factors:
         if not isinstance(atom, Symbol) or exponent.denominator != 1 or not 0 <= exponent <= HIGHEST:
             raise _no_product()
-        found[atom.name] = int(exponent)
-    return [found[name] for name in names]
+        powers[atom.name] = int(exponent)
+    return list(powers.values())
 
 
 def _over_unit(name: str, factors: Factors) -> Expr:
-    """The integral of a product of powers from 0 to 1. Raises ExpressionError where it is not found."""
-    if all(isinstance(atom, Symbol) for atom, _ in factors):
-        exponent = Fraction(sum((own for _, own in factors), Fraction(0))) + 1
-        if exponent <= 0:
-            raise _no_product()
-        return number(1 / exponent)
-    sided = {
+    """The integral of a product of powers from 0 to 1. Raises ExpressionError where there is none."""
+    if all(isinstance(atom, Symbol) and exponent >= 0 for atom, exponent in factors):
+        return number(1 / Fraction(1 + sum(exponent for _, exponent in factors)))
+    lines = {
         atom: _line(name, atom) for atom, _ in factors if isinstance(atom, Applied) and atom.function in SIDED
     }
-    inside = {root for _, root in sided.values() if 0 < root < 1}
+    inside = {root for _, root in lines.values() if 0 < root < 1}
     parts = []
     for low, high in pairwise(sorted({Fraction(0), Fraction(1), *inside})):
         here: dict[Atom, Expr] = {}
-        for atom, (slope, root) in sided.items():
+        for atom, (slope, root) in lines.items():
             side = 1 if low + high > 2 * root else -1
             away = symbol(name) - root if atom.function == "abs" else ONE
             here[atom] = side * away * apply(str(atom.function), slope)
         inner = math.prod((here.get(atom, gathered(1, {atom: 1})) ** k for atom, k in factors), start=ONE)
-        found = antiderivative(inner, name)
-        if found is None:
+        whole = antiderivative(inner, name)
+        if whole is None:
             raise _no_product()
-        parts += [substitute(found, {name: number(high)}), -substitute(found, {name: number(low)})]
+        parts += [substitute(whole, {name: number(high)}), -substitute(whole, {name: number(low)})]
     return total(parts)
 
 
 def _line(name: str, atom: Applied[Expr]) -> tuple[Expr, Fraction]:
     """The slope of the argument of abs or sign in a coordinate, and the number at which it vanishes."""
-    found = coefficients(atom.arguments[0], [name])
-    if found is None or max(found) != (1,):
+    line = coefficients(atom.arguments[0], [name])
+    if line is None or max(line) != (1,):
         raise _no_product()
-    root = (-found.get((0,), ZERO) / found[(1,)]).as_number
+    root = (-line.get((0,), ZERO) / line[(1,)]).as_number
     if not isinstance(root, int | Fraction):
         raise _no_product()
-    return found[(1,)], Fraction(root)
+    return line[(1,)], Fraction(root)
 
 
-def _over_turn(turn: Turn, names: Sequence[str], factors: Factors) -> Expr:
-    """The integral of a product of powers of a cosine and a sine from 0 to the end of a turn, by parts."""
-    p, q = _exponents(names, factors)
+def _over_turn(turn: Turn, p: int, q: int) -> Expr:
+    """The integral of cos^p sin^q over a turn, by parts."""
     c, s, end = (expr(part) for part in (turn.cos, turn.sin, turn.end))
-    found, factor = ZERO, ONE
-    while q >= 2:
-        found -= factor * s ** (q - 1) * c ** (p + 1) / (p + q)
-        factor, q = factor * Fraction(q - 1, p + q), q - 2
+    if q >= 2:
+        return ((q - 1) * _over_turn(turn, p, q - 2) - s ** (q - 1) * c ** (p + 1)) / (p + q)
     if q == 1:
-        return found + factor * (1 - c ** (p + 1)) / (p + 1)
-    while p >= 2:
-        found += factor * c ** (p - 1) * s / p
-        factor, p = factor * Fraction(p - 1, p), p - 2
-    return found + factor * (s if p == 1 else end)
+        return (1 - c ** (p + 1)) / (p + 1)
+    if p >= 2:
+        return ((p - 1) * _over_turn(turn, p - 2, 0) + c ** (p - 1) * s) / p
+    return s if p == 1 else end
 
 
-def _over_simplex(factors: Sequence[Factors]) -> Expr:
-    """The integral of a product of powers of all coordinates of a simplex.
+def _over_simplex(powers: Sequence[Sequence[int]]) -> Expr:
+    """The integral of a product of powers of the coordinates of a simplex.
 
-    That of a^i b^j ... is i! j! .../(i + j + ... + d)! in d dimensions, as Dirichlet found.
+    In d dimensions that of a^i b^j ... is i! j! .../(i + j + ... + d)!, as Dirichlet showed.
     """
-    powers = [sum(_exponents([f"coordinate {k}"], own)) for k, own in enumerate(factors)]
-    above = math.prod(map(math.factorial, powers))
-    return number(Fraction(above, math.factorial(sum(powers) + len(powers))))
+    exponents = [exponent for (exponent,) in powers]
+    above = math.prod(map(math.factorial, exponents))
+    return number(Fraction(above, math.factorial(sum(exponents) + len(exponents))))

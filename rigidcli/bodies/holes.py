@@ -12,6 +12,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field
 from functools import lru_cache
 from itertools import product
+from typing import Any
 
 import numpy as np
 
@@ -47,11 +48,11 @@ class Leaf:
     path: Path = ()
 
     def fills_unknown_space(self) -> bool:
-        """Whether the form does not tell where its mass is, as a known tensor does not."""
+        """Whether the form does not say where its mass is, as a known tensor does not."""
         return not isinstance(self.form, Shape | Mesh) and not hasattr(self.form, "points")
 
     def fills_space(self) -> bool:
-        """Whether the form has an inside, of which it can tell the points."""
+        """Whether the form has an inside, of which it can give points."""
         return isinstance(self.form, Region) or (isinstance(self.form, Mesh) and not self.form.shell)
 
     def is_like(self, other: Leaf) -> bool:
@@ -71,28 +72,32 @@ def density_round(hole: Leaf, leaves: Sequence[Leaf], n: Arithmetic) -> Scalar:
     Raises ValueProblem where there is no such part, or its density varies.
     """
     parts = [leaf for leaf in leaves if leaf.sign > 0 and leaf.is_like(hole)]
-    if not _are_alike(parts, n):
+    densities = [_density(leaf.form, n) for leaf in parts]
+    if not _are_alike(densities, n):
         region, regions = _Placed.of(hole, n), [_Placed.of(leaf, n) for leaf in parts]
         if region is None or None in regions:
-            parts = []  # where symbols without a value place them, nothing is known to lie in anything
+            densities = []  # where symbols without a value place them, nothing is sure to lie in anything
         else:
             points = region.samples()
             holds = [other is not None and other.reaches(points, region.size).all() for other in regions]
-            parts = [leaf for leaf, is_round in zip(parts, holds, strict=True) if is_round]
-    if not _are_alike(parts, n):
+            densities = [density for density, is_round in zip(densities, holds, strict=True) if is_round]
+    if not _are_alike(densities, n):
         message = "missing: the hole does not lie in one part, of one density"
         raise ValueProblem(message, path=(*hole.path, "density"))
-    whole = parts[0].form
-    assert isinstance(whole, Region | Mesh)
-    return whole.mean_density(n)
+    density: Scalar = densities[0]
+    return density
 
 
-def _are_alike(leaves: Sequence[Leaf], n: Arithmetic) -> bool:
-    """Whether the forms have one density, which does not vary."""
-    forms = [leaf.form for leaf in leaves if isinstance(leaf.form, Region | Mesh)]
-    if not forms or any(isinstance(form.density, Formula) for form in forms):
+def _density(form: Form, n: Arithmetic) -> Any:
+    """The density of a region or mesh: a number, or a formula where it varies."""
+    assert isinstance(form, Region | Mesh)
+    return form.density if isinstance(form.density, Formula) else form.mean_density(n)
+
+
+def _are_alike(densities: Sequence[Any], n: Arithmetic) -> bool:
+    """Whether there is one density, which does not vary."""
+    if not densities or any(isinstance(density, Formula) for density in densities):
         return False
-    densities = [form.mean_density(n) for form in forms]
     return all(n.sign(n.tidied(density - densities[0])) == 0 for density in densities)
 
 
@@ -100,20 +105,21 @@ def require_material(leaves: Sequence[Leaf], n: Arithmetic) -> None:
     """Raise ValueProblem where a hole takes away what is not there.
 
     Nothing is said where dimensions depend on symbols without a value, and of bodies in which a
-    known tensor stands for a shape that nobody knows.
+    known tensor stands for a shape that nobody has given.
     """
     for leaf in leaves:
         if leaf.sign < 0 and not leaf.fills_space():
             raise ValueProblem("no hole can be of this form, expected a solid or flat shape", path=leaf.path)
-    found = [_Placed.of(leaf, n) for leaf in leaves if leaf.fills_space()]
-    placed = [region for region in found if region is not None]
-    if len(placed) < len(found) or any(leaf.sign > 0 and leaf.fills_unknown_space() for leaf in leaves):
+    regions = [_Placed.of(leaf, n) for leaf in leaves if leaf.fills_space()]
+    placed = [region for region in regions if region is not None]
+    if len(placed) < len(regions) or any(leaf.sign > 0 and leaf.fills_unknown_space() for leaf in leaves):
         return
-    middles, halves = np.array([region.box() for region in placed]).reshape(-1, 2, 3).swapaxes(0, 1)
+    corners = np.array([region.corners() for region in placed])
+    low, high = corners.min(axis=2), corners.max(axis=2)
+    slack = 4 * MARGIN * np.abs(corners).max()
     for index, region in enumerate(placed):
         if region.sign < 0:
-            gaps = np.abs(middles - middles[index]) - (halves + halves[index])
-            near = (gaps <= 2 * MARGIN * (np.abs(middles).max() + halves.max())).all(axis=1)
+            near = ((low <= high[index] + slack) & (high >= low[index] - slack)).all(axis=1)
             others = [placed[k] for k in np.flatnonzero(near)]
             _require_material_in(region, [other for other in others if other.flat == region.flat])
 
@@ -159,21 +165,20 @@ class _Placed:
     @classmethod
     def of(cls, leaf: Leaf, n: Arithmetic) -> _Placed | None:
         """The region of a leaf; None when some number of it has no value."""
+        shape = leaf.form
         try:
             turn, shift = (np.array(floats(part.tolist(), n)) for part in (leaf.rotation, leaf.displacement))
-            if isinstance(leaf.form, Mesh):
-                mesh = leaf.form
-                density = mesh.density if isinstance(mesh.density, Formula) else mesh.mean_density(FLOAT)
-                return cls(mesh, leaf.sign, turn, shift, density, leaf.path)
-            shape = leaf.form.model_copy(update=floats(leaf.form.__dict__, n))
+            if isinstance(shape, Region):
+                shape = shape.model_copy(update=floats(shape.__dict__, n))
         except NoValueError:
             return None
-        assert isinstance(shape, Region)
-        plane, origin = shape.plane()
-        turn, shift = turn @ plane, turn @ origin + shift
-        alike = shape.model_copy(update=UNPLACED)  # shapes of one size are equal then
-        density = shape.density if isinstance(shape.density, Formula) else shape.mean_density(FLOAT)
-        return cls(alike, leaf.sign, turn, shift, density, leaf.path)
+        density = _density(shape, FLOAT)
+        if isinstance(shape, Region):
+            plane, origin = shape.plane()
+            turn, shift = turn @ plane, turn @ origin + shift
+            shape = shape.model_copy(update=UNPLACED)  # shapes of one size are equal then
+        assert isinstance(shape, Region | Mesh)
+        return cls(shape, leaf.sign, turn, shift, density, leaf.path)
 
     @property
     def flat(self) -> bool:
@@ -185,11 +190,13 @@ class _Placed:
         """The longest side of the bounding box, m."""
         return float(max(high - low for low, high in self.shape.bounds()))
 
-    def box(self) -> Floats:
-        """The middle and the half sides (2 by 3, m) of a box about it, along the axes of the body."""
+    def corners(self) -> Floats:
+        """The corners (3 by 8, m) of its bounding box, drawn in a little."""
         bounds = np.array(self.shape.bounds())
-        middle = self.rotation @ bounds.mean(axis=1) + self.displacement
-        return np.array([middle, np.abs(self.rotation) @ np.ptp(bounds, axis=1) / 2])
+        signs = (1 - MARGIN) * np.array(list(product((-1, 1), repeat=3)))
+        corners = bounds.mean(axis=1) + signs * np.ptp(bounds, axis=1) / 2
+        placed: Floats = self.rotation @ corners.T + self.displacement[:, None]
+        return placed
 
     def density_at(self, points: Floats, inside: Mask) -> Floats:
         """The density at the points (3 by n) that are inside, and zero at the others."""
@@ -221,14 +228,10 @@ class _Placed:
 
     def surrounds(self, hole: _Placed) -> bool:
         """Whether it holds a box about the `hole` and is as dense: then no points in it need be looked at."""
-        bounds = np.array(hole.shape.bounds())
-        middle, half = bounds.mean(axis=1), (1 - MARGIN) * np.ptp(bounds, axis=1) / 2
-        corners = middle + half * np.array(list(product((-1, 1), repeat=3)))
-        placed = hole.rotation @ corners.T + hole.displacement[:, None]
-        if isinstance(hole.density, Formula) or isinstance(self.density, Formula):
+        if not self.shape.CONVEX or isinstance(hole.density, Formula) or isinstance(self.density, Formula):
             return False
-        dense = hole.density - self.density <= DENSITY_SLACK * hole.density
-        return self.shape.CONVEX and dense and bool(self.reaches(placed, hole.size).all())
+        is_dense = hole.density - self.density <= DENSITY_SLACK * hole.density
+        return is_dense and bool(self.reaches(hole.corners(), hole.size).all())
 
     def samples(self) -> Floats:
         """Points of the region (3 by n): a grid over it, its corners and its surface, drawn in a little."""
@@ -241,12 +244,12 @@ class _Placed:
 def _samples(shape: Region) -> Floats:
     """Points of the shape (3 by n): images of a net in its unit boxes, and of a finer one on their sides."""
     plane, origin = shape.plane()
-    found = []
+    parts = []
     for chart in shape.maps(FLOAT):
         fine = chart.net(FINE)
         sides = fine[:, ((fine == 0) | (fine == 1)).any(axis=0)]
         spot = chart.at(MARGIN + (1 - 2 * MARGIN) * np.hstack([chart.net(GRID), sides]))
         places = np.array([spot.x, spot.y, spot.z]) + np.reshape(chart.origin, (3, 1))
         local = plane.T @ (places - np.reshape(origin, (3, 1)))
-        found.append(local[:, shape.contains(*local)])
-    return np.hstack(found)
+        parts.append(local[:, shape.contains(*local)])
+    return np.hstack(parts)

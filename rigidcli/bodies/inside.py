@@ -6,7 +6,6 @@ changes the number of windings by one, up or down as the triangle is wound.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from typing import NamedTuple
 
 import numpy as np
@@ -52,7 +51,7 @@ def _sheared(points: Floats, centre: Floats) -> Floats:
     return d
 
 
-def crossings(read: Read, centre: Floats, points: Floats) -> Crossings | None:
+def _crossings(read: Read, centre: Floats, points: Floats) -> Crossings | None:
     """Where the lines through `points` (k, 3) cross the surface, about `centre` (3); heights are from it.
 
     A line that meets an edge has no crossings. None where there would be too many pairs to look at.
@@ -61,33 +60,27 @@ def crossings(read: Read, centre: Floats, points: Floats) -> Crossings | None:
     order, none = np.argsort(u), np.empty(0, dtype=np.intp)
     u, v = u[order], v[order]
     budget = MOST_PAIRS
-    found: list[Crossings] = []
+    parts = [(none, np.empty(0), none)]
     spoilt = np.zeros(len(u), dtype=bool)
     for block in read():
         d = _sheared(block, centre)
         first = np.searchsorted(u, d[:, 0].min(axis=0))
         counts = np.searchsorted(u, d[:, 0].max(axis=0), side="right") - first
         budget -= int(counts.sum())
-        if budget < 0:
+        if budget < 0 and len(u) > 1:
             return None
-        for triangles in _chunks(counts):
+        some = np.flatnonzero(counts)
+        groups = np.cumsum(counts[some]) // CHUNK
+        for triangles in np.split(some, np.flatnonzero(np.diff(groups)) + 1):
             repeats = counts[triangles]
-            ends = np.cumsum(repeats)
-            line = np.arange(ends[-1]) + np.repeat(first[triangles] - ends + repeats, repeats)
             triangle = np.repeat(triangles, repeats)
-            found.append(_crossed(d, triangle, line, u, v, spoilt))
-    lines = np.concatenate([none, *(part.lines for part in found)])
-    heights = np.concatenate([np.empty(0), *(part.heights for part in found)])
-    senses = np.concatenate([none, *(part.senses for part in found)])
+            line = np.arange(triangle.size) + np.repeat(
+                first[triangles] - np.cumsum(repeats) + repeats, repeats
+            )
+            parts.append(_crossed(d, triangle, line, u, v, spoilt))
+    lines, heights, senses = (np.concatenate(columns) for columns in zip(*parts, strict=True))
     kept = ~spoilt[lines]
     return Crossings(order[lines[kept]], heights[kept], senses[kept])
-
-
-def _chunks(counts: NDArray[np.intp]) -> Iterator[NDArray[np.intp]]:
-    """The numbers of the triangles with counts, in groups of not much more than CHUNK pairs."""
-    some = np.flatnonzero(counts)
-    groups = np.cumsum(counts[some]) // CHUNK
-    yield from np.split(some, np.flatnonzero(np.diff(groups)) + 1) if some.size else ()
 
 
 def _crossed(
@@ -104,7 +97,7 @@ def _crossed(
     triangle, line = triangle[near], line[near]
     x, y, z = d.transpose(1, 0, 2)[:, :, triangle]
     x, y = x - u[line], y - v[line]
-    # Twice the area that each edge spans with the line. The same edge, run the other way, gives its negative
+    # Twice the area that an edge spans with the line. The same edge, run the other way, gives its negative
     # to the last bit: no line slips through between two triangles.
     areas = np.array([x[i] * y[j] - x[j] * y[i] for i, j in SIDES])
     outwards, inwards = areas.min(axis=0) > 0, areas.max(axis=0) < 0
@@ -115,6 +108,14 @@ def _crossed(
     return Crossings(line[hit], (weights * z[:, hit]).sum(axis=0), np.where(outwards[hit], 1, -1))
 
 
+def crossings(read: Read, centre: Floats, points: Floats) -> tuple[int, Crossings]:
+    """Those of `_crossings` of the lines through one in so many of the points, and that number."""
+    step = 1
+    while (crossed := _crossings(read, centre, points[::step])) is None:
+        step *= 4
+    return step, crossed
+
+
 def overlap(read: Read, box: Floats, points: Floats, orientation: int) -> Overlap | None:
     """A place where the windings are not 0 or 1, if there is one on the lines through points (k, 3).
 
@@ -122,43 +123,36 @@ def overlap(read: Read, box: Floats, points: Floats, orientation: int) -> Overla
     surface; `orientation` is -1 where it is wound inside out.
     """
     centre = box.mean(axis=0)
-    found = crossings(read, centre, points)
-    while found is None and len(points) > 1:
-        points = points[::4]
-        found = crossings(read, centre, points)
-    if found is None or not found.lines.size:
-        return None
-    order = np.lexsort((-found.heights, found.lines))
+    step, crossed = crossings(read, centre, points)
+    order = np.lexsort((-crossed.heights, crossed.lines))
     # On its whole way a line gets out as often as in, so that one sum serves for all lines. One that does not
     # is so near to an edge that rounding decides.
-    order = order[np.bincount(found.lines, found.senses)[found.lines[order]] == 0]
-    line, height, sense = (part[order] for part in found)
-    if not line.size:
-        return None
+    balance = np.bincount(crossed.lines, crossed.senses, minlength=len(points))
+    order = order[balance[crossed.lines[order]] == 0]
+    line, height, sense = (part[order] for part in crossed)
     below = np.cumsum(sense) * orientation
-    gap = np.append(height[:-1] - height[1:], 0.0)
-    gap[np.append(line[1:] != line[:-1], True)] = 0.0
+    gap = -np.diff(height, append=0.0)
+    gap[np.diff(line, append=-1) != 0] = 0.0
     thick = gap > TOUCHING * np.linalg.norm(box[1] - box[0])
     for wrong in (thick & (below < 0), thick & (below > 1)):
         if wrong.any():
             worst = int(np.argmax(np.where(wrong, gap, 0.0)))
-            point = points[line[worst]] - centre
+            point = points[::step][line[worst]] - centre
             rise = height[worst] - gap[worst] / 2 - point[2]
             place = centre + point + rise * np.array([-OBLIQUE[0], -OBLIQUE[1], 1.0])
             return Overlap(place, int(below[worst]))
     return None
 
 
-def windings(read: Read, box: Floats, points: Floats) -> NDArray[np.intp] | None:
-    """How often a closed surface in the `box` (2 by 3) goes round each of the points (k, 3).
+def windings(read: Read, box: Floats, points: Floats) -> NDArray[np.intp]:
+    """How often a closed surface in the `box` (2 by 3) goes round points (k, 3).
 
-    A point on a line that meets an edge is told to be outside. None where there are too many pairs of a
-    triangle and a line to look at.
+    A point on a line that meets an edge counts as outside. Where there are too many pairs of a triangle and a
+    line, some of the points are looked at, and the others have 1.
     """
-    centre = box.mean(axis=0)
-    found = crossings(read, centre, points)
-    if found is None:
-        return None
-    above = found.heights > (points[:, 2] - centre[2])[found.lines]
-    counts = np.bincount(found.lines[above], found.senses[above], minlength=len(points))
-    return counts.astype(np.intp)
+    centre, counts = box.mean(axis=0), np.ones(len(points), dtype=np.intp)
+    step, crossed = crossings(read, centre, points)
+    some = points[::step]
+    above = crossed.heights > (some[:, 2] - centre[2])[crossed.lines]
+    counts[::step] = np.bincount(crossed.lines[above], crossed.senses[above], minlength=len(some))
+    return counts

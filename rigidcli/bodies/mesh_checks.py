@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import pathlib
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import lru_cache
 
 import numpy as np
@@ -41,7 +41,7 @@ class Checked:
     components: int | None
     is_inward: bool
 
-    def windings(self, points: Floats) -> NDArray[np.intp] | None:
+    def windings(self, points: Floats) -> NDArray[np.intp]:
         """`inside.windings` of the surface round points (n, 3) in the unit of the file."""
         return inside.windings(self.read, self.surface.box, points)
 
@@ -91,8 +91,8 @@ def _checked(path: pathlib.Path, state: tuple[int, int, int], thin: bool) -> Che
         notes += _overlaps(read, path, surface, first, -1 if is_inward else 1)
         if is_inward:
             notes.append("it is wound inside out, and was turned")
-    count = None if first is None else len(first)
-    return Checked(replace(surface, keys=None), read, tuple(notes), count, is_inward)
+    count, surface.keys = None if first is None else len(first), None
+    return Checked(surface, read, tuple(notes), count, is_inward)
 
 
 def _summed(read: Read, path: pathlib.Path, thin: bool) -> Surface:

@@ -33,9 +33,6 @@ LARGE = 10.0
 SAMPLED = 500
 """The most triangles of a hole that are compared with what it is cut from."""
 
-THINNEST = 1000
-"""Where a mesh is so large that fewer than one in so many points could be looked at, none is."""
-
 DRAWN_IN = 1e-2
 """How far corners of such a triangle are drawn to its middle, as they may be at sharp edges of the hole."""
 
@@ -106,14 +103,8 @@ class Mesh(Form):
         Where a mesh is too large to look at all points, some are looked at, and the others are taken to be.
         """
         points = np.stack(np.broadcast_arrays(x, y, z), axis=1) / self.unit
-        counts: Mask = np.ones(len(points), dtype=bool)
-        step, windings = 1, None
-        while windings is None and step < THINNEST:
-            windings = self.checked.windings(points[::step])
-            if windings is not None:
-                counts[::step] = windings != 0
-            step *= 4
-        return counts
+        inside: Mask = self.checked.windings(points) != 0
+        return inside
 
     def samples(self) -> Floats:
         """Points inside (3 by n; m, axes of the file), near the middles and corners of triangles."""

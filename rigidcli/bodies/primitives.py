@@ -287,7 +287,7 @@ def frustum(
 
     return Figure(
         geometry,
-        lambda: [charts.tapered(a, b, h, n)],
+        lambda: [charts.tapered(charts.sector(1, n), h, a, b)],
         lambda x, y, z: (x**2 + y**2 <= (a + (b - a) * z / h) ** 2) & (z >= 0) & (z <= h),
     )
 
@@ -306,7 +306,7 @@ def pyramid(n: Arithmetic, base: Size2, height: Length) -> Figure:
     second = [a**2 / 20, b**2 / 20, 3 * h**2 / 80]
     return Figure(
         lambda: Geometry(a * b * h / 3, (0, 0, h / 4), second),
-        lambda: [charts.pyramid(a, b, h)],
+        lambda: [charts.tapered(charts.block(a, b, None), h, 1, 0)],
         lambda x, y, z: (abs(2 * x) <= a * (1 - z / h)) & (abs(2 * y) <= b * (1 - z / h)) & (z >= 0),
     )
 

@@ -235,12 +235,12 @@ class Shape(Form):
     def _of_field(self, density: Formula, n: Arithmetic) -> mass_properties.MassProperties:
         """The same for a density that varies; the integrals are taken once."""
         if self._integrated is None:
-            from rigidcli.bodies.density_integrals import integrated, require_possible
+            from rigidcli.bodies.density_integrals import integrated, looked_at
 
             if n.exact:
                 with suppress(NoValueError):  # what hangs on symbols may be positive or negative
                     shape = self.model_copy(update=floats(self.__dict__, n))
-                    require_possible(shape.density, shape.maps(FLOAT), self.UNIT)
+                    looked_at(shape.density, shape.maps(FLOAT), self.UNIT)
             self._integrated = integrated(density, self.maps(n), self.geometry(n), self.UNIT, n)
         return self._integrated
 

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 
 from rigidcli.core.arithmetic import Arithmetic, Array, Floats, Mask, Scalar
@@ -58,69 +60,73 @@ def polygon(vertices: Array, n: Arithmetic) -> tuple[Scalar, Array, Array]:
     The polygon is a fan of triangles with signed areas, which also serves where it is not convex.
     """
     size = 1 if n.exact else float(np.abs(vertices - vertices[0]).max())
-    spokes = (vertices[1:] - vertices[0]) / size
-    areas = np.cross(spokes[:-1], spokes[1:])
-    normal = areas.sum(axis=0)
-    weights = (areas @ normal) / (normal @ normal)
-    thirds = (spokes[:-1] + spokes[1:]) / 3
-    centre = weights @ thirds
-    zero = np.zeros_like(spokes[0])
+    offsets = (vertices - vertices[0]) / size
+    area, weights = _shares(offsets, _fan(vertices), n)
+    moments = [simplex_moments(offsets[list(corners)]) for corners in _fan(vertices)]
+    centre = weights @ np.array([third for third, _ in moments])
     second = sum(
-        weight * (simplex_moments(np.array([zero, a, b]))[1] + np.outer(third - centre, third - centre))
-        for weight, a, b, third in zip(weights, spokes[:-1], spokes[1:], thirds, strict=True)
+        weight * (spread + np.outer(third - centre, third - centre))
+        for weight, (third, spread) in zip(weights, moments, strict=True)
     )
-    area = n.hypot(*normal) * size**2 / 2
-    return area, vertices[0] + centre * size, np.asarray(second) * size**2
+    return area * size**2, vertices[0] + centre * size, np.asarray(second) * size**2
 
 
-def triangles(vertices: Array, n: Arithmetic) -> tuple[Array, list[Scalar]]:
+def triangles(vertices: Array, n: Arithmetic) -> tuple[Array, Array]:
     """A plane polygon (k by 3, m) as triangles (k - 2 by 3 by 3, m) that do not overlap, and their areas.
 
     Ears are cut off one by one (G. Meisters, Am. Math. Monthly 82 (1975) 648). Vertices that hang on symbols
     without a value make a fan, whose areas may be negative: this serves for polynomials only.
     """
     values = [n.value(coordinate) for coordinate in vertices.flat]
-    corners = [(0, k, k + 1) for k in range(1, len(vertices) - 1)]
+    corners = _fan(vertices)
     if None not in values:
         points = np.array(values, dtype=np.float64).reshape(vertices.shape)
         turn, origin = plane_of(points)
         corners = _ears(((points - origin) @ turn)[:, :2])
-    offsets = vertices[1:] - vertices[0]
-    normal = np.cross(offsets[:-1], offsets[1:]).sum(axis=0)
-    length = n.hypot(*normal)
-    found = vertices[np.array(corners)]
-    doubled = np.cross(found[:, 1] - found[:, 0], found[:, 2] - found[:, 0]) @ normal
-    return found, [double / (2 * length) for double in doubled]
+    area, weights = _shares(vertices, corners, n)
+    return vertices[np.array(corners)], area * weights
+
+
+def _fan(vertices: Array) -> list[tuple[int, int, int]]:
+    """Triangles, by their vertices, that have the first vertex of a polygon in common."""
+    return [(0, k, k + 1) for k in range(1, len(vertices) - 1)]
+
+
+def _shares(vertices: Array, corners: Sequence[Sequence[int]], n: Arithmetic) -> tuple[Scalar, Array]:
+    """The area of a plane polygon (m^2) and the shares of triangles in it, negative of those turned over."""
+    a, b, c = vertices[np.array(corners).T]
+    areas = np.cross(b - a, c - a)
+    normal = areas.sum(axis=0)
+    return n.hypot(*normal) / 2, (areas @ normal) / (normal @ normal)
 
 
 def _ears(outline: Floats) -> list[tuple[int, int, int]]:
     """The triangles, by their vertices, into which cutting ears takes a simple polygon (k by 2)."""
-    left, found = list(range(len(outline))), []
-    x, y = outline.T
-    turning = np.sign(x @ np.roll(y, -1) - y @ np.roll(x, -1))
+    left, ears = list(range(len(outline))), []
+    turning = np.sign(_sides(outline[:-1], outline[1:], outline[0]).sum())
     small = DEGENERATE * np.ptp(outline, axis=0).max() ** 2
-
-    def sides(a: int, b: int, points: Array) -> Floats:
-        across = (x[b] - x[a]) * (y[points] - y[a]) - (y[b] - y[a]) * (x[points] - x[a])
-        turned: Floats = turning * across
-        return turned
 
     def is_ear(place: int) -> bool:
         """Whether the corner can be cut off; one that is flat can, too."""
-        a, b, c = left[place - 1], left[place], left[(place + 1) % len(left)]
-        others = np.array([k for k in left if k not in (a, b, c)])
-        beside = (
-            (sides(a, b, others) < -small) | (sides(b, c, others) < -small) | (sides(c, a, others) < -small)
-        )
-        return bool(sides(a, b, np.array([c]))[0] >= -small and beside.all())
+        a, b, c = (outline[left[k % len(left)]] for k in (place - 1, place, place + 1))
+        others = outline[[left[(place + k) % len(left)] for k in range(2, len(left) - 1)]]
+        beside = [turning * _sides(p, q, others) < -small for p, q in ((a, b), (b, c), (c, a))]
+        return bool(turning * _sides(a, b, c) >= -small and np.any(beside, axis=0).all())
 
     while len(left) > 3:
         place = next((k for k in range(len(left)) if is_ear(k)), None)
         if place is None:
             raise ComputationError("rounding hides how the polygon can be cut into triangles")
-        found.append((left[place - 1], left[place], left[(place + 1) % len(left)]))
+        ears.append((left[place - 1], left[place], left[(place + 1) % len(left)]))
         del left[place]
-    return [*found, (left[0], left[1], left[2])]
+    return [*ears, (left[0], left[1], left[2])]
+
+
+def _sides(a: Floats, b: Floats, points: Floats) -> Floats:
+    """Twice the areas of the triangles that the way from a to b makes with points, positive to its left."""
+    along, away = b - a, points - a
+    across: Floats = along[..., 0] * away[..., 1] - along[..., 1] * away[..., 0]
+    return across
 
 
 def plane_of(vertices: Array) -> tuple[Array, Array]:
@@ -129,18 +135,14 @@ def plane_of(vertices: Array) -> tuple[Array, Array]:
     Raises ValueProblem when the vertices lie on a line.
     """
     spokes = vertices - vertices[0]
+    spokes = spokes / np.linalg.norm(spokes, axis=1).max()
     first = spokes[np.argmax((spokes**2).sum(axis=1))]
-    size = float(np.linalg.norm(first))
-    first = first / size
-    across = spokes / size - np.outer(spokes @ first / size, first)
-    second = across[np.argmax((across**2).sum(axis=1))]
-    if np.linalg.norm(second) <= DEGENERATE:
+    second = spokes[np.argmax((np.cross(first, spokes) ** 2).sum(axis=1))]
+    axes, lengths = np.linalg.qr(np.array([first, second]).T)
+    if abs(lengths[1, 1]) <= DEGENERATE:
         raise ValueProblem("the vertices lie on a line")
-    # What rounding left along the first direction is taken out once more, now in the right units.
-    second = second / np.linalg.norm(second)
-    second = second - (second @ first) * first
-    second = second / np.linalg.norm(second)
-    return np.array([first, second, np.cross(first, second)]).T, vertices[0]
+    x, y = (axes * np.sign(lengths.diagonal())).T
+    return np.array([x, y, np.cross(x, y)]).T, vertices[0]
 
 
 def in_polygon(outline: Floats, x: Floats, y: Floats) -> Mask:
@@ -189,14 +191,11 @@ def _first_crossing(outline: Array) -> tuple[int, int] | None:
     start, end = outline, np.roll(outline, -1, axis=0)
 
     def side(a: Array, b: Array, c: Array) -> Array:
-        area = (b[..., 0] - a[..., 0]) * (c[..., 1] - a[..., 1])
-        area -= (b[..., 1] - a[..., 1]) * (c[..., 0] - a[..., 0])
+        area = _sides(a, b, c)
         return np.where(np.abs(area) < DEGENERATE, 0, np.sign(area))
 
     for i in range(count):
-        others = np.array(
-            [j for j in range(i + 1, count) if (j - i) % count not in (1, count - 1)], dtype=int
-        )
+        others = np.arange(i + 2, count - (i == 0))
         a, b, c, d = start[i], end[i], start[others], end[others]
         straddle = (side(a, b, c) * side(a, b, d) <= 0) & (side(c, d, a) * side(c, d, b) <= 0)
         low, high = np.minimum(a, b), np.maximum(a, b)

@@ -8,8 +8,6 @@ The inner loops of numpy are then long, and any number of triangles takes the sa
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 from numpy.typing import NDArray
 
@@ -32,30 +30,75 @@ PROBES = 256
 """About how many triangles, evenly chosen, are remembered as places where the surface is."""
 
 
-@dataclass(frozen=True, slots=True, eq=False)
 class Surface:
     """What a surface is, in the unit of its coordinates.
 
     `box` (2 by 3) holds the least and the largest coordinates. `residue` is zero where each edge has
-    triangles on both sides that agree about inside and outside. `measure` is the volume inside, negative
-    where the surface is wound inside out, or the area of a thin shell; `centre` (3) is its centre, as seen
-    from `origin` (3), and `second` (3 by 3) the mean of r r^T about the centre. Rounding errors are larger by
-    the factor `cancelled` than in a sum without negative terms. `places` (k, 3) are points of the surface;
-    `keys` (3, n) tell its vertices apart, where there are few enough.
+    triangles on both sides that agree about inside and outside. `volume` is negative where the surface is
+    wound inside out. `places` (k, 3) are points of the surface; `keys` (3, n) tell its vertices apart, where
+    there are few enough. Sums are taken about the point `origin` (3), and `centre` (3) is seen from there.
     """
 
-    triangles: int
-    box: Floats
-    area: float
-    volume: float
-    residue: int
-    measure: float
-    origin: Floats
-    centre: Floats
-    second: Floats
-    cancelled: float
-    places: Floats
-    keys: Keys | None
+    def __init__(self, *, thin: bool) -> None:
+        # A triangle and the central point are a tetrahedron; a thin shell consists of the triangles.
+        self._corners = 3 if thin else 4
+        self.triangles, self.residue = 0, 0
+        self.box = np.array([np.full(3, np.inf), np.full(3, -np.inf)])
+        self.places = np.empty((0, 3))
+        self.keys: Keys | None = None
+        self.sum_about(np.zeros(3))
+
+    def sum_about(self, origin: Floats) -> None:
+        """Begin the sums anew, about a point (3)."""
+        self.origin, self.area, self.volume = origin, 0.0, 0.0
+        self._sizes, self._first, self._products = np.zeros(2), np.zeros(3), np.zeros((3, 3))
+
+    def add(self, block: Floats) -> None:
+        """Add the triangles of a block to the sums."""
+        d = block - self.origin[:, None]
+        a, b = d[1] - d[0], d[2] - d[0]
+        x, y, z = a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]
+        areas = np.sqrt(x * x + y * y + z * z) / 2
+        volumes = (d[0, 0] * x + d[0, 1] * y + d[0, 2] * z) / 6
+        self.area += float(areas.sum())
+        self.volume += float(volumes.sum())
+        weights = areas if self._corners == 3 else volumes
+        total = d.sum(axis=0)
+        sizes = np.abs(weights)
+        self._sizes += sizes.sum(), sizes @ (total[0] ** 2 + total[1] ** 2 + total[2] ** 2)
+        self._first += total @ weights
+        for vertex in (*d, total):
+            self._products += (vertex * weights) @ vertex.T
+
+    @property
+    def measure(self) -> float:
+        """The volume inside, or the area of a thin shell."""
+        return self.area if self._corners == 3 else self.volume
+
+    @property
+    def centre(self) -> Floats:
+        """The centre (3), from the origin of the sums."""
+        with np.errstate(divide="ignore"):
+            centre: Floats = self._first / (self._corners * np.float64(self.measure))
+        return centre
+
+    @property
+    def second(self) -> Floats:
+        """The mean of r r^T about the centre (3 by 3).
+
+        That of a simplex with k vertices at d is (sum d d^T + s s^T)/(k (k + 1)) about the origin, where s is
+        the sum of all d.
+        """
+        with np.errstate(divide="ignore"):
+            mean = self._products / (self._corners * (self._corners + 1) * np.float64(self.measure))
+        second: Floats = mean - np.outer(self.centre, self.centre)
+        return second
+
+    @property
+    def cancelled(self) -> float:
+        """By how much rounding errors are larger than in a sum without negative terms."""
+        sums = np.abs([self.measure, np.trace(self._products) * self._corners / (self._corners + 1)])
+        return float((self._sizes / sums).max()) if sums.all() else np.inf
 
     @property
     def size(self) -> float:
@@ -88,52 +131,40 @@ def measured(read: Read, *, thin: bool) -> Surface:
     Sums are taken about the middle of the first block, or once more where that is far from the centre.
     Without triangles, or where sums overflow, numbers are zero or not finite. Raises NotFiniteError.
     """
-    found = _Sums(thin)
-    keys: list[Keys] | None = []
-    low, high, residue, places = np.full(3, np.inf), np.full(3, -np.inf), 0, [np.empty((0, 3))]
+    surface, keys, places = Surface(thin=thin), list[Keys](), [np.empty((0, 3))]
     for block in read():
-        smallest, largest = block.min(axis=(0, 2)), block.max(axis=(0, 2))
-        if not np.isfinite(smallest + largest).all():
-            raise NotFiniteError(found.count + int(np.argmin(np.isfinite(block).all(axis=(0, 1)))))
-        low, high = np.minimum(low, smallest), np.maximum(high, largest)
+        low, high = block.min(axis=(0, 2)), block.max(axis=(0, 2))
+        if not np.isfinite(low + high).all():
+            raise NotFiniteError(surface.triangles + int(np.argmin(np.isfinite(block).all(axis=(0, 1)))))
+        if not surface.triangles:
+            surface.sum_about((low + high) / 2)
+        surface.add(block)
+        surface.triangles += block.shape[2]
+        surface.box = np.array([np.minimum(surface.box[0], low), np.maximum(surface.box[1], high)])
         own = vertex_keys(block)
-        residue = (residue + fingerprint(own)) % 2**64
-        found.add(block, (smallest + largest) / 2)
+        surface.residue = (surface.residue + fingerprint(own)) % 2**64
         places.append(block[:, :, :: max(1, block.shape[2] // PROBES)].mean(axis=0).T)
-        if keys is not None:
-            keys.append(own)
-            keys = keys if found.count <= KEPT else None
-    if found.is_far:
-        again = _Sums(thin, found.origin + found.centre)
+        keys = [*keys, own] if surface.triangles <= KEPT else []
+    centre = surface.centre
+    if centre @ centre > FAR * np.trace(surface.second):
+        surface.sum_about(surface.origin + centre)
         for block in read():
-            again.add(block, again.origin)
-        found = again
-    some = np.vstack(places)
-    return Surface(
-        found.count,
-        np.array([low, high]),
-        found.area,
-        found.volume,
-        residue,
-        found.measure,
-        found.origin,
-        found.centre,
-        found.second,
-        found.cancelled,
-        some[:: max(1, len(some) // PROBES)],
-        np.concatenate(keys, axis=1) if keys else None,
-    )
+            surface.add(block)
+    points = np.vstack(places)
+    surface.places = points[:: max(1, len(points) // PROBES)]
+    surface.keys = np.concatenate(keys, axis=1) if keys else None
+    return surface
 
 
 def chosen(read: Read, numbers: NDArray[np.intp]) -> Floats:
     """The triangles (k, 3, 3) with these numbers, which ascend."""
-    start, found = 0, [np.empty((0, 3, 3))]
+    start, triangles = 0, [np.empty((0, 3, 3))]
     for block in read():
         end = start + block.shape[2]
         own = numbers[(numbers >= start) & (numbers < end)] - start
-        found.append(block[:, :, own].transpose(2, 0, 1))
+        triangles.append(block[:, :, own].transpose(2, 0, 1))
         start = end
-    return np.vstack(found)
+    return np.vstack(triangles)
 
 
 def simplified(read: Read, box: Floats, cells: int) -> Floats:
@@ -151,72 +182,5 @@ def simplified(read: Read, box: Floats, cells: int) -> Floats:
         vertices[number] = block.transpose(0, 2, 1)
         one, two, three = number
         corners.append(np.unique(number[:, (one != two) & (two != three) & (three != one)], axis=1))
-    found: Floats = vertices[np.unique(np.concatenate(corners, axis=1), axis=1).T]
-    return found
-
-
-class _Sums:
-    """Sums over triangles, about a point that is given or that comes with the first block."""
-
-    def __init__(self, thin: bool, origin: Floats | None = None) -> None:
-        # A triangle and the central point are a tetrahedron; a thin shell consists of the triangles.
-        self._corners = 3 if thin else 4
-        self.origin = np.zeros(3) if origin is None else origin
-        self.count, self.area, self.volume = 0, 0.0, 0.0
-        self._sizes, self._first, self._products = np.zeros(2), np.zeros(3), np.zeros((3, 3))
-        self._is_placed = origin is not None
-
-    def add(self, block: Floats, middle: Floats) -> None:
-        """Add the triangles of a block, which lie about `middle`."""
-        if not self._is_placed:
-            self.origin, self._is_placed = middle, True
-        self.count += block.shape[2]
-        d = block - self.origin[:, None]
-        a, b = d[1] - d[0], d[2] - d[0]
-        x, y, z = a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]
-        areas = np.sqrt(x * x + y * y + z * z) / 2
-        volumes = (d[0, 0] * x + d[0, 1] * y + d[0, 2] * z) / 6
-        self.area += float(areas.sum())
-        self.volume += float(volumes.sum())
-        weights = areas if self._corners == 3 else volumes
-        total = d.sum(axis=0)
-        sizes = np.abs(weights)
-        self._sizes += sizes.sum(), sizes @ (total[0] ** 2 + total[1] ** 2 + total[2] ** 2)
-        self._first += total @ weights
-        for vertex in (*d, total):
-            self._products += (vertex * weights) @ vertex.T
-
-    @property
-    def measure(self) -> float:
-        """The area or the volume."""
-        return self.area if self._corners == 3 else self.volume
-
-    @property
-    def centre(self) -> Floats:
-        """The centre (3), from the origin of the sums."""
-        with np.errstate(divide="ignore"):
-            centre: Floats = self._first / (self._corners * np.float64(self.measure))
-        return centre
-
-    @property
-    def second(self) -> Floats:
-        """The mean of r r^T about the centre (3 by 3).
-
-        That of a simplex with k vertices at d is (sum d d^T + s s^T)/(k (k + 1)) about the origin, where s is
-        the sum of all d.
-        """
-        with np.errstate(divide="ignore"):
-            mean = self._products / (self._corners * (self._corners + 1) * np.float64(self.measure))
-        second: Floats = mean - np.outer(self.centre, self.centre)
-        return second
-
-    @property
-    def cancelled(self) -> float:
-        """The sum of the sizes of all terms, over the size of the sum: of the measure or the squares."""
-        sums = np.abs([self.measure, np.trace(self._products) * self._corners / (self._corners + 1)])
-        return float((self._sizes / sums).max()) if sums.all() else np.inf
-
-    @property
-    def is_far(self) -> bool:
-        """Whether the origin is so far from the centre that digits are lost."""
-        return bool(self.centre @ self.centre > FAR * np.trace(self.second))
+    triangles: Floats = vertices[np.unique(np.concatenate(corners, axis=1), axis=1).T]
+    return triangles

@@ -61,10 +61,10 @@ def _require_physical(document: Document) -> None:
     """Raise ValueProblem for an impossible body or top; densities are sampled, and not integrated."""
     varying = [shape for shape in _shapes(document.body) if isinstance(shape.density, Formula)]
     for shape in varying:
-        from rigidcli.bodies.density_integrals import require_possible
+        from rigidcli.bodies.density_integrals import looked_at
 
         with at("body"):
-            require_possible(shape.density, shape.maps(FLOAT), shape.UNIT)
+            looked_at(shape.density, shape.maps(FLOAT), shape.UNIT)
     if not varying:
         document.physical.require()
 
