@@ -1,12 +1,12 @@
 """The vertices and edges of a surface of triangles: where it is not closed, and which are nearly one.
 
-Vertices are one where their coordinates are equal. Keys of 64 bits tell them apart. A block of triangles is
-an array of shape (3, 3, n): vertex, coordinate, triangle.
+Vertices are one where their coordinates are equal. Keys of 64 bits tell them apart. The corners of triangles
+are an array of shape (3, 3, n): vertex, coordinate, triangle.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Iterator
 from itertools import product
 from pathlib import Path
 from typing import NamedTuple, TypeAlias
@@ -19,8 +19,8 @@ from rigidcli.errors import ValueProblem
 
 Keys: TypeAlias = NDArray[np.uint64]
 
-Read: TypeAlias = Callable[[], Iterable[Floats]]
-"""Starts the blocks of a surface, each of shape (3, 3, n); the next one may overwrite it."""
+BLOCK_TRIANGLES = 2_000
+"""The most triangles of a block, 0.14 MB: of more, memory would go back to the system after each block."""
 
 SIDES = ((0, 1), (1, 2), (2, 0))
 """The edges of a triangle, by its vertices, in the sense in which it is wound."""
@@ -49,6 +49,16 @@ def require_indices(corners: NDArray[np.intp], count: int, path: Path) -> None:
         )
 
 
+def blocks(corners: Floats) -> Iterator[Floats]:
+    """The triangles in blocks (3, 3, k) of doubles, each in the place of the last one, in the cache."""
+    block = np.empty((3, 3, min(BLOCK_TRIANGLES, corners.shape[2])))
+    for start in range(0, corners.shape[2], BLOCK_TRIANGLES):
+        part = corners[:, :, start : start + BLOCK_TRIANGLES]
+        now = block[:, :, : part.shape[2]]
+        now[...] = part
+        yield now
+
+
 def _mixed(keys: Keys, factor: np.uint64) -> Keys:
     keys = keys * factor
     keys ^= keys >> _HALF
@@ -60,7 +70,7 @@ def vertex_keys(block: Floats) -> Keys:
 
     Those of a million different vertices are different, but for a chance of one in 10^7.
     """
-    bits = (block + 0.0).view(np.uint64)
+    bits = np.add(block, 0.0, dtype=np.float64, order="C").view(np.uint64)
     # Single precision leaves the lower bits zero, and a product alone would never fill them. Without the one
     # here, a sign would cancel a change of the last digit.
     bits *= _MIX[4]
@@ -94,56 +104,42 @@ class Unpaired(NamedTuple):
     edge: Floats
 
 
-def unpaired(read: Read) -> Unpaired | None:
+def unpaired(corners: Floats) -> Unpaired | None:
     """The edges of a surface that lack a partner; None where each has one."""
-    keys, senses = (np.concatenate(parts) for parts in zip(*map(_edges, read()), strict=True))
-    different, places = np.unique(keys, return_inverse=True)
+    keys = vertex_keys(corners)
+    one, two = (np.concatenate([keys[side[end]] for side in SIDES]) for end in (0, 1))
+    both = _mixed(np.minimum(one, two) * _MIX[0] + np.maximum(one, two), _MIX[1])
+    senses = (one < two).astype(np.int8) - (one > two).astype(np.int8)  # 0 for an edge without length
+    different, places = np.unique(both, return_inverse=True)
     balance = np.bincount(places, senses, len(different))
     uses = np.bincount(places, senses != 0, len(different))
     wrong = balance != 0
+    if not wrong.any():
+        return None
     if (wrong & (uses == 1)).any():
         wrong &= uses == 1
     first = int(np.argmax(wrong[places] & (senses * balance[places] > 0)))
-    left = first
-    for block in read() if wrong.any() else ():
-        count = block.shape[2]
-        if left < 3 * count:
-            side, triangle = divmod(left, count)
-            edge = block[list(SIDES[side]), :, triangle] + 0.0
-            return Unpaired(int(wrong.sum()), int(uses[places[first]]), edge)
-        left -= 3 * count
-    return None
+    side, triangle = divmod(first, corners.shape[2])
+    edge = corners[list(SIDES[side]), :, triangle].astype(np.float64) + 0.0
+    return Unpaired(int(wrong.sum()), int(uses[places[first]]), edge)
 
 
-def _edges(block: Floats) -> tuple[Keys, NDArray[np.int8]]:
-    """The keys of the edges of a block (3 n), side by side, and their senses: 1, -1, or 0 for a point."""
-    keys = vertex_keys(block)
-    one, two = (np.concatenate([keys[side[end]] for side in SIDES]) for end in (0, 1))
-    both = _mixed(np.minimum(one, two) * _MIX[0] + np.maximum(one, two), _MIX[1])
-    return both, (one < two).astype(np.int8) - (one > two).astype(np.int8)
-
-
-def merged(read: Read, box: Floats, distance: float) -> tuple[Read, int]:
-    """The surface in a `box` (2 by 3) with vertices nearer than `distance` made one, and how many moved.
+def merged(corners: Floats, box: Floats, distance: float) -> tuple[Floats, int]:
+    """The triangles in a `box` (2 by 3) with vertices nearer than `distance` made one, and how many moved.
 
     Two such vertices are in one cell of at least one of eight grids, of which the cells have twice that side
     and the corners differ by half a cell.
     """
-    parts = [(vertex_keys(block).ravel(), block.transpose(0, 2, 1).reshape(-1, 3)) for block in read()]
-    keys, first = np.unique(np.concatenate([own for own, _ in parts]), return_index=True)
-    vertices = np.concatenate([points for _, points in parts])[first]
+    _, first, places = np.unique(vertex_keys(corners), return_index=True, return_inverse=True)
+    vertices = corners.transpose(0, 2, 1).reshape(-1, 3)[first].astype(np.float64)
     cells = ((vertices - box[0]) / (2 * distance)).T
     shifts = np.array(list(product((0.0, 0.5), repeat=3)))
     grids = [vertex_keys(np.floor(cells + shift[:, None])[None])[0] for shift in shifts]
     labels = components(np.stack([_mixed(own + np.uint64(k), _MIX[4]) for k, own in enumerate(grids)]))
-    _, chosen_first, group = np.unique(labels, return_index=True, return_inverse=True)
-    meant = vertices[chosen_first][group]
-
-    def blocks() -> Iterator[Floats]:
-        for block in read():
-            yield meant[np.searchsorted(keys, vertex_keys(block))].transpose(0, 2, 1)
-
-    return blocks, int((meant != vertices).any(axis=1).sum())
+    _, chosen, group = np.unique(labels, return_index=True, return_inverse=True)
+    meant = vertices[chosen][group]
+    moved = int((meant != vertices).any(axis=1).sum())
+    return np.ascontiguousarray(meant[places.reshape(3, -1)].transpose(0, 2, 1)), moved
 
 
 def components(keys: Keys) -> NDArray[np.intp]:

@@ -11,7 +11,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from rigidcli.bodies.edges import SIDES, Read
+from rigidcli.bodies.edges import SIDES, blocks
 from rigidcli.core.arithmetic import Floats
 
 OBLIQUE = (0.12357, -0.07913)
@@ -51,7 +51,7 @@ def _sheared(points: Floats, centre: Floats) -> Floats:
     return d
 
 
-def _crossings(read: Read, centre: Floats, points: Floats) -> Crossings | None:
+def _crossings(corners: Floats, centre: Floats, points: Floats) -> Crossings | None:
     """Where the lines through `points` (k, 3) cross the surface, about `centre` (3); heights are from it.
 
     A line that meets an edge has no crossings. None where there would be too many pairs to look at.
@@ -62,7 +62,7 @@ def _crossings(read: Read, centre: Floats, points: Floats) -> Crossings | None:
     budget = MOST_PAIRS
     parts = [(none, np.empty(0), none)]
     spoilt = np.zeros(len(u), dtype=bool)
-    for block in read():
+    for block in blocks(corners):
         d = _sheared(block, centre)
         first = np.searchsorted(u, d[:, 0].min(axis=0))
         counts = np.searchsorted(u, d[:, 0].max(axis=0), side="right") - first
@@ -108,22 +108,22 @@ def _crossed(
     return Crossings(line[hit], (weights * z[:, hit]).sum(axis=0), np.where(outwards[hit], 1, -1))
 
 
-def crossings(read: Read, centre: Floats, points: Floats) -> tuple[int, Crossings]:
+def crossings(corners: Floats, centre: Floats, points: Floats) -> tuple[int, Crossings]:
     """Those of `_crossings` of the lines through one in so many of the points, and that number."""
     step = 1
-    while (crossed := _crossings(read, centre, points[::step])) is None:
+    while (crossed := _crossings(corners, centre, points[::step])) is None:
         step *= 4
     return step, crossed
 
 
-def overlap(read: Read, box: Floats, points: Floats, orientation: int) -> Overlap | None:
+def overlap(corners: Floats, box: Floats, points: Floats, orientation: int) -> Overlap | None:
     """A place where the windings are not 0 or 1, if there is one on the lines through points (k, 3).
 
     One below 0 comes first, as it leaves no body; elsewhere parts overlap. `box` (2 by 3) holds the closed
     surface; `orientation` is -1 where it is wound inside out.
     """
     centre = box.mean(axis=0)
-    step, crossed = crossings(read, centre, points)
+    step, crossed = crossings(corners, centre, points)
     order = np.lexsort((-crossed.heights, crossed.lines))
     # On its whole way a line gets out as often as in, so that one sum serves for all lines. One that does not
     # is so near to an edge that rounding decides.
@@ -144,14 +144,14 @@ def overlap(read: Read, box: Floats, points: Floats, orientation: int) -> Overla
     return None
 
 
-def windings(read: Read, box: Floats, points: Floats) -> NDArray[np.intp]:
+def windings(corners: Floats, box: Floats, points: Floats) -> NDArray[np.intp]:
     """How often a closed surface in the `box` (2 by 3) goes round points (k, 3).
 
     A point on a line that meets an edge counts as outside. Where there are too many pairs of a triangle and a
     line, some of the points are looked at, and the others have 1.
     """
     centre, counts = box.mean(axis=0), np.ones(len(points), dtype=np.intp)
-    step, crossed = crossings(read, centre, points)
+    step, crossed = crossings(corners, centre, points)
     some = points[::step]
     above = crossed.heights > (some[:, 2] - centre[2])[crossed.lines]
     counts[::step] = np.bincount(crossed.lines[above], crossed.senses[above], minlength=len(some))

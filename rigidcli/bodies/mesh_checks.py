@@ -7,12 +7,9 @@ from dataclasses import dataclass
 from functools import lru_cache
 
 import numpy as np
-from numpy.typing import NDArray
 
 from rigidcli.bodies import edges, inside, mesh_files, surfaces
-from rigidcli.bodies.edges import Read
 from rigidcli.bodies.surfaces import Surface
-from rigidcli.core import memory
 from rigidcli.core.arithmetic import Floats
 from rigidcli.core.tensor import ROUNDING
 from rigidcli.errors import ValueProblem
@@ -20,8 +17,8 @@ from rigidcli.errors import ValueProblem
 MERGED = 1e-6
 """Vertices nearer than this, in units of the size, are one: single precision moves them by a tenth of it."""
 
-MERGING = 1_000
-"""Bytes a triangle that merging may take; without so much memory a mesh stays as it is."""
+COUNTED = 300_000
+"""The most triangles of a mesh whose connected parts are counted, which takes a tenth of a second."""
 
 FARTHEST = 1e50
 """The largest coordinate, in the unit of the file: no sum goes beyond the range of floats."""
@@ -29,31 +26,16 @@ FARTHEST = 1e50
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Checked:
-    """The surface in a file, merged where that was needed, how to read it, and notes.
+    """The surface in a file, with vertices merged where that was needed, and notes.
 
-    `components` is the number of parts that hang together, None where the mesh is too large to count them.
-    It `is_inward` where it is wound inside out.
+    `components` is the number of connected parts, None where the mesh is too large to count them. It
+    `is_inward` where it is wound inside out.
     """
 
     surface: Surface
-    read: Read
     notes: tuple[str, ...]
     components: int | None
     is_inward: bool
-
-    def windings(self, points: Floats) -> NDArray[np.intp]:
-        """`inside.windings` of the surface round points (n, 3) in the unit of the file."""
-        return inside.windings(self.read, self.surface.box, points)
-
-    def triangles(self, numbers: NDArray[np.intp]) -> Floats:
-        """The triangles (k, 3, 3) of these numbers, ascending, in the unit of the file."""
-        return surfaces.chosen(self.read, numbers)
-
-    def faces(self, most: int, cells: int) -> Floats:
-        """The triangles (k, 3, 3), in the unit of the file; simplified where there are more than `most`."""
-        if self.surface.triangles > most:
-            return surfaces.simplified(self.read, self.surface.box, cells)
-        return self.triangles(np.arange(self.surface.triangles))
 
 
 def checked(path: pathlib.Path, *, thin: bool) -> Checked:
@@ -71,13 +53,12 @@ def checked(path: pathlib.Path, *, thin: bool) -> Checked:
 @lru_cache(maxsize=4)
 def _checked(path: pathlib.Path, state: tuple[int, int, int], thin: bool) -> Checked:
     """`checked` for a file in this state."""
-    read, notes = mesh_files.reader(path), list[str]()
-    surface = _summed(read, path, thin)
+    surface, notes = _summed(mesh_files.corners(path), path, thin), list[str]()
     if not surface.is_closed and not thin:
-        read, surface = _merged(read, surface, path, notes)
+        surface = _merged(surface, path, notes)
     if not thin:
         if not surface.is_closed:
-            raise _gap(edges.unpaired(read), path)
+            raise _gap(edges.unpaired(surface.corners), path)
         if surface.is_flat:
             raise ValueProblem(
                 f"{path}: flat: it encloses {abs(surface.volume):.3g} cubic units, and has an area of "
@@ -85,20 +66,23 @@ def _checked(path: pathlib.Path, state: tuple[int, int, int], thin: bool) -> Che
                 hint="`shell: true` takes it as a thin shell",
             )
     is_inward = surface.is_closed and surface.volume < 0
-    labels = None if surface.keys is None else edges.components(surface.keys)
-    first = None if labels is None else np.unique(labels, return_index=True)[1]
+    places, count = surface.places, None
+    if surface.triangles <= COUNTED:
+        labels = edges.components(edges.vertex_keys(surface.corners))
+        first = np.unique(labels, return_index=True)[1]
+        some = np.sort(first)[:: -(-len(first) // surfaces.PROBES)]
+        places, count = np.vstack([places, surface.some(some).mean(axis=1)]), len(first)
     if not thin:
-        notes += _overlaps(read, path, surface, first, -1 if is_inward else 1)
+        notes += _overlaps(path, surface, places, -1 if is_inward else 1)
         if is_inward:
             notes.append("it is wound inside out, and was turned")
-    count, surface.keys = None if first is None else len(first), None
-    return Checked(surface, read, tuple(notes), count, is_inward)
+    return Checked(surface, tuple(notes), count, is_inward)
 
 
-def _summed(read: Read, path: pathlib.Path, thin: bool) -> Surface:
-    """The sums over a surface. Raises ValueProblem where there are none that are finite."""
+def _summed(corners: Floats, path: pathlib.Path, thin: bool) -> Surface:
+    """The surface with these corners. Raises ValueProblem where there are none that are finite."""
     try:
-        surface = surfaces.measured(read, thin=thin)
+        surface = Surface(corners, thin=thin)
     except surfaces.NotFiniteError as error:
         raise ValueProblem(
             f"{path}: triangle {error.triangle:,} (counted from 0) has a coordinate that is no finite number"
@@ -114,20 +98,18 @@ def _summed(read: Read, path: pathlib.Path, thin: bool) -> Surface:
     return surface
 
 
-def _merged(read: Read, surface: Surface, path: pathlib.Path, notes: list[str]) -> tuple[Read, Surface]:
+def _merged(surface: Surface, path: pathlib.Path, notes: list[str]) -> Surface:
     """An open surface with near vertices made one.
 
     A closed surface needs none of this: its sums would change by no more than such distances.
     """
     distance = MERGED * surface.size
-    if surface.triangles * MERGING > memory.available():
-        return read, surface
-    merged, count = edges.merged(read, surface.box, distance)
+    corners, count = edges.merged(surface.corners, surface.box, distance)
     if count == 0:
-        return read, surface
+        return surface
     were = "1 vertex was" if count == 1 else f"{count:,} vertices were"
     notes.append(f"{were} nearer than {distance:.3g} units, {MERGED:g} of its size, to others, and merged")
-    return merged, _summed(merged, path, thin=False)
+    return _summed(corners, path, thin=False)
 
 
 # --- what is wrong
@@ -162,18 +144,12 @@ def _point(point: Floats) -> str:
     return f"({', '.join(f'{coordinate:.9g}' for coordinate in point)})"
 
 
-def _overlaps(
-    read: Read, path: pathlib.Path, surface: Surface, first: NDArray[np.intp] | None, orientation: int
-) -> list[str]:
+def _overlaps(path: pathlib.Path, surface: Surface, places: Floats, orientation: int) -> list[str]:
     """A note on a place that a closed surface encloses more than once.
 
     Raises ValueProblem where it goes round a place the wrong way, and so encloses no body.
     """
-    places = surface.places
-    if first is not None and len(first) > 1:
-        step = -(-len(first) // surfaces.PROBES)
-        places = np.vstack([places, surfaces.chosen(read, np.sort(first)[::step]).mean(axis=1)])
-    spot = inside.overlap(read, surface.box, places, orientation)
+    spot = inside.overlap(surface.corners, surface.box, places, orientation)
     if spot is not None and spot.windings < 0:
         raise ValueProblem(
             f"{path}: a part is wound the other way, and is no cavity, as it is outside the others: "

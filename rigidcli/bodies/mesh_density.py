@@ -19,6 +19,7 @@ import numpy as np
 
 from rigidcli.bodies.charts import Chart, Spot
 from rigidcli.bodies.density import FIRST, NEGATIVE, SECOND, at_points, centred, impossible
+from rigidcli.bodies.edges import blocks
 from rigidcli.bodies.mesh_checks import Checked
 from rigidcli.core import tensor
 from rigidcli.core.arithmetic import Floats, Mask
@@ -50,7 +51,7 @@ def properties(formula: Formula, mesh: Checked, unit: float, contains: Callable[
     highest = _highest(formula, mesh, unit, contains)
     apex, turn = surface.origin + surface.centre, -1 if mesh.is_inward else 1
     moments, sizes = np.zeros((4, 4)), np.zeros((4, 4))
-    for block in mesh.read():
+    for block in blocks(surface.corners):
         corners = block - apex[:, None]
         normal = np.cross(corners[1] - corners[0], corners[2] - corners[0], axis=0)
         volumes = turn * (corners[0] * normal).sum(axis=0) / 6
@@ -117,7 +118,7 @@ def _highest(formula: Formula, mesh: Checked, unit: float, contains: Callable[..
     """
     low, high = mesh.surface.box * unit
     net = low[:, None] + (high - low)[:, None] * np.indices((NET,) * 3).reshape(3, -1) / (NET - 1)
-    vertices = (block.transpose(1, 0, 2).reshape(3, -1) * unit for block in mesh.read())
+    vertices = (block.transpose(1, 0, 2).reshape(3, -1) * unit for block in blocks(mesh.surface.corners))
     highest = 0.0
     for points in chain(vertices, [net[:, contains(*net)]]):
         density = at_points(formula, points)

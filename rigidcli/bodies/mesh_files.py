@@ -1,8 +1,7 @@
-"""Surfaces of triangles from files: STL block by block, OBJ and OFF whole, PLY and GLB by trimesh.
+"""Surfaces of triangles from files: STL, OBJ and OFF by readers of our own, PLY and GLB by trimesh.
 
-A block has the shape (3, 3, n): vertex, coordinate, triangle, in the unit of the file. STL is read through
-one buffer: a memory map would count as memory, and would end the program where a file shrinks meanwhile.
-Of other formats only vertices and faces are read. A face with more than three vertices becomes a fan of
+The corners are an array of shape (3, 3, n): vertex, coordinate, triangle, in the unit of the file. Of other
+formats than STL only vertices and faces are read. A face with more than three vertices becomes a fan of
 triangles, which has the same edge and, where it is plane, the same area with its sign.
 """
 
@@ -13,7 +12,6 @@ import re
 import warnings
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager, suppress
-from functools import partial
 from io import BufferedReader
 from itertools import cycle
 from pathlib import Path
@@ -22,14 +20,11 @@ from typing import NamedTuple, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from rigidcli.bodies.edges import Read, require_indices
+from rigidcli.bodies.edges import require_indices
 from rigidcli.bodies.points import opened
 from rigidcli.core import memory
 from rigidcli.core.arithmetic import Floats
 from rigidcli.errors import ValueProblem, shown
-
-BLOCK_TRIANGLES = 8_000
-"""The most triangles of a block, 0.6 MB; not a power of two, which would put rows on the same cache lines."""
 
 HEADER_BYTES = 84
 """Length of the header of a binary STL file: 80 bytes of anything, and the number of triangles."""
@@ -37,11 +32,11 @@ HEADER_BYTES = 84
 FACET = np.dtype([("normal", "<f4", 3), ("vertices", "<f4", (3, 3)), ("attribute", "<u2")])
 """A triangle of a binary STL file. The normal is not used: it follows from the sense of the vertices."""
 
-TIMES_THE_FILE = 80
-"""The memory that a file of text may need to be read whole, in units of its size: its words are short."""
+FACETS, WORDS = 6, 80
+"""The memory that an STL file and one of words may need, in units of the size: words are short."""
 
 CHUNK_BYTES = 1_000_000
-"""How much text of an STL file is read at once; a facet takes some 250 bytes."""
+"""How much text of an STL file is cut into words at once; a facet takes some 250 bytes."""
 
 PATTERN = b"facet normal 0 0 0 outer loop vertex 0 0 0 vertex 0 0 0 vertex 0 0 0 endloop endfacet".split()
 """The words of a facet in an STL file of text, where 0 stands for any number."""
@@ -75,11 +70,11 @@ class Polygons(NamedTuple):
     corners: Numbers
 
 
-def reader(path: Path) -> Read:
-    """A function that starts the triangles of the file, in blocks, which may overwrite the last one.
+def corners(path: Path) -> Floats:
+    """The corners of the triangles of a file.
 
     Raises:
-        ValueProblem: here or while iterating; the message starts with `path`, then the line of a text.
+        ValueProblem: the message starts with `path`, then the line of a text.
     """
     made = READERS.get(path.suffix.lower())
     if made is None:
@@ -91,86 +86,56 @@ def reader(path: Path) -> Read:
 
 
 @contextmanager
-def _sized(path: Path) -> Iterator[tuple[BufferedReader, int]]:
-    """A regular file and its size in bytes. Raises ValueProblem."""
+def _sized(path: Path, times: int) -> Iterator[BufferedReader]:
+    """A regular file that is not empty, and needs so many times its size of memory. Raises ValueProblem."""
     with opened(path) as file:
         size = os.fstat(file.fileno()).st_size
         if size == 0:
             raise ValueProblem(f"{path}: the file is empty")
-        yield file, size
-
-
-def require_room(path: Path, size: int) -> None:
-    """Raise ValueProblem for a file that needs more memory to be read whole than there is."""
-    needed, left = size * TIMES_THE_FILE / 1e9, memory.available() / 1e9
-    if needed > left:
-        raise ValueProblem(
-            f"{path}: {size / 1e6:,.0f} MB may take {needed:.1f} GB of memory, and {left:.1f} GB are free",
-            hint="save it as binary STL, which is read piece by piece",
-        )
-
-
-def in_blocks(triangles: Floats) -> Read:
-    """The blocks of triangles (n, 3, 3): triangle, vertex, coordinate."""
-    starts = range(0, len(triangles), BLOCK_TRIANGLES)
-    return lambda: (triangles[at : at + BLOCK_TRIANGLES].transpose(1, 2, 0) for at in starts)
+        needed, left = size * times / 1e9, memory.available() / 1e9
+        if needed > left:
+            raise ValueProblem(
+                f"{path}: {size / 1e6:,.0f} MB may take {needed:.1f} GB of memory; {left:.1f} GB are free",
+                hint="simplify the mesh, or save it as binary STL, which takes less",
+            )
+        yield file
 
 
 # --- STL
 
 
-def _facets(path: Path) -> Iterator[Floats]:
-    with _sized(path) as (file, size):
-        header = file.read(HEADER_BYTES)
-        count = int.from_bytes(header[80:84], "little")
-        expected = HEADER_BYTES + count * FACET.itemsize
-        # A binary file, too, may begin with `solid`.
-        if len(header) == HEADER_BYTES and size == expected:
-            yield from _binary(file, count, path)
-            return
-        start = header + file.read(1000)
-        if start.lstrip()[:5].lower() == b"solid" and b"\0" not in start:
-            file.seek(0)
-            yield from _text(file, path)
-            return
-    if len(header) < HEADER_BYTES:
-        raise ValueProblem(f"{path}: {size} bytes, which is shorter than the header of an STL file")
+def _stl(path: Path) -> Floats:
+    with _sized(path, FACETS) as file:
+        data = np.fromfile(file, np.uint8)  # by large pages, where the system has them
+    count = int.from_bytes(data[80:HEADER_BYTES].tobytes(), "little")
+    expected = HEADER_BYTES + count * FACET.itemsize
+    # A binary file, too, may begin with `solid`.
+    if len(data) == expected:
+        triangles: Floats = np.frombuffer(data, FACET, offset=HEADER_BYTES)["vertices"].transpose(1, 2, 0)
+        return triangles  # in single precision, where they stand in the file
+    head = data[: HEADER_BYTES + 1000].tobytes()
+    if head.lstrip()[:5].lower() == b"solid" and b"\0" not in head:
+        return _text(data.tobytes().lower(), path)
+    if len(data) < HEADER_BYTES:
+        raise ValueProblem(f"{path}: {len(data)} bytes, which is shorter than the header of an STL file")
     raise ValueProblem(
-        f"{path}: {size:,} bytes, expected {expected:,} for the {count:,} triangles that the header counts",
+        f"{path}: {len(data):,} bytes, expected {expected:,} for {count:,} triangles, as the header counts",
         hint="the file is truncated, or no STL file: export or copy it once more",
     )
 
 
-def _binary(file: BufferedReader, count: int, path: Path) -> Iterator[Floats]:
-    most = min(count, BLOCK_TRIANGLES)
-    facets, block = np.empty(most, FACET), np.empty((3, 3, most))
-    for start in range(0, count, BLOCK_TRIANGLES):
-        part = facets[: count - start]
-        buffer = part.view(np.uint8).data
-        if file.readinto(buffer) != buffer.nbytes:
-            raise ValueProblem(f"{path}: the data end early")
-        now = block[:, :, : len(part)]
-        now[...] = part["vertices"].transpose(1, 2, 0)
-        yield now
+def _text(text: bytes, path: Path) -> Floats:
+    parts, start, line, last = list[Floats](), 0, 1, b"endfacet"
+    while start < len(text):
+        end = text.find(last, start + CHUNK_BYTES)
+        end = len(text) if end < 0 else end + len(last)
+        parts.append(_whole_facets(text[start:end], line, path))
+        line += text.count(b"\n", start, end)
+        start = end
+    return np.concatenate(parts, axis=2)
 
 
-def _text(file: BufferedReader, path: Path) -> Iterator[Floats]:
-    line, rest, last = 1, b"", b"endfacet"
-    while chunk := file.read(CHUNK_BYTES).lower():
-        text = rest + chunk
-        end = text.rfind(last) + len(last)
-        if end < len(last):
-            if len(text) > 2 * CHUNK_BYTES:
-                raise ValueProblem(f"{path}:{line}: no `endfacet` in {CHUNK_BYTES:,} bytes")
-            rest = text
-            continue
-        yield from _whole_facets(text[:end], line, path)
-        line += text.count(b"\n", 0, end)
-        rest = text[end:]
-    yield from _whole_facets(rest, line, path)
-
-
-def _whole_facets(text: bytes, line: int, path: Path) -> Iterator[Floats]:
+def _whole_facets(text: bytes, line: int, path: Path) -> Floats:
     """The triangles of a text of whole facets, in small letters, which begins in this line."""
     words = (_SOLID.sub(b"", text) if b"solid" in text else text).split()
     count, rest = divmod(len(words), len(PATTERN))
@@ -180,9 +145,7 @@ def _whole_facets(text: bytes, line: int, path: Path) -> Iterator[Floats]:
     columns = [parsed(b" ".join(words[place::step]), count) for place in NUMBERS]
     if any(column is None for column in columns):
         raise _misread(text, line, path)
-    triangles = np.array(columns, dtype=np.float64).reshape(3, 3, count)
-    for start in range(0, count, BLOCK_TRIANGLES):
-        yield triangles[:, :, start : start + BLOCK_TRIANGLES]
+    return np.array(columns, dtype=np.float64).reshape(3, 3, count)
 
 
 def _misread(text: bytes, line: int, path: Path) -> ValueProblem:
@@ -204,11 +167,15 @@ def _wrong_word(word: bytes, line: int, expected: str, path: Path) -> ValueProbl
 # --- OBJ and OFF
 
 
-def _whole(path: Path) -> Read:
-    with _sized(path) as (file, size):
-        require_room(path, size)
+def _polygons(path: Path) -> Floats:
+    with _sized(path, WORDS) as file:
         polygons = WHOLE[path.suffix.lower()](file.read(), path)
-    return in_blocks(polygons.vertices[_fans(polygons, path)])
+    return _in_rows(polygons.vertices[_fans(polygons, path)])
+
+
+def _in_rows(triangles: Floats) -> Floats:
+    """The corners (3, 3, n) of triangles (n, 3, 3): triangle, vertex, coordinate."""
+    return np.ascontiguousarray(triangles.transpose(1, 2, 0))
 
 
 def _fans(polygons: Polygons, path: Path) -> Numbers:
@@ -311,21 +278,17 @@ def _indices(values: Floats, path: Path) -> Numbers:
     return values.astype(np.intp)
 
 
-def _by_trimesh(path: Path) -> Read:
+def _by_trimesh(path: Path) -> Floats:
     from rigidcli.bodies.mesh_trimesh import triangles
 
-    with _sized(path) as (_, size):
-        require_room(path, size)
-    return in_blocks(triangles(path))
+    with _sized(path, WORDS):
+        return _in_rows(triangles(path))
 
 
 WHOLE = {".obj": _obj, ".off": _off}
 """The readers of formats in which vertices and faces stand apart, by the ending of the file's name."""
 
-OWN: dict[str, Callable[[Path], Read]] = {
-    ".stl": lambda path: partial(_facets, path),
-    **dict.fromkeys(WHOLE, _whole),
-}
+OWN: dict[str, Callable[[Path], Floats]] = {".stl": _stl, **dict.fromkeys(WHOLE, _polygons)}
 """The readers that need no other library, by the ending of the file's name."""
 
 READERS = OWN | dict.fromkeys((".ply", ".glb"), _by_trimesh)

@@ -103,14 +103,16 @@ class Mesh(Form):
         Where a mesh is too large to look at all points, some are looked at, and the others are taken to be.
         """
         points = np.stack(np.broadcast_arrays(x, y, z), axis=1) / self.unit
-        inside: Mask = self.checked.windings(points) != 0
+        from rigidcli.bodies.inside import windings
+
+        surface = self.checked.surface
+        inside: Mask = windings(surface.corners, surface.box, points) != 0
         return inside
 
     def samples(self) -> Floats:
         """Points inside (3 by n; m, axes of the file), near the middles and corners of triangles."""
         surface = self.checked.surface
-        numbers = np.arange(0, surface.triangles, -(-surface.triangles // SAMPLED))
-        corners = self.checked.triangles(numbers)
+        corners = surface.some(slice(None, None, -(-surface.triangles // SAMPLED)))
         middles = corners.mean(axis=1, keepdims=True)
         normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
         normals /= np.maximum(np.linalg.norm(normals, axis=1, keepdims=True), np.finfo(float).tiny)
@@ -122,7 +124,12 @@ class Mesh(Form):
 
     def faces(self, most: int, cells: int) -> Floats:
         """The triangles (k, 3, 3; m, axes of the file); simplified where there are more than `most`."""
-        return self.checked.faces(most, cells) * self.unit
+        from rigidcli.bodies.surfaces import simplified
+
+        surface = self.checked.surface
+        if surface.triangles > most:
+            return simplified(surface.corners, surface.box, cells) * self.unit
+        return surface.some(slice(None)) * self.unit
 
     @property
     def unit(self) -> float:

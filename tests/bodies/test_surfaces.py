@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -12,27 +10,18 @@ from scipy.spatial import ConvexHull
 from scipy.spatial.transform import Rotation
 
 from rigidcli.bodies import edges, inside, surfaces
-from rigidcli.bodies.edges import Read
 from rigidcli.bodies.surfaces import Surface
 from rigidcli.core.arithmetic import Floats
 from tests.meshes import Triangles, box, inside_out, revolved
 
 
-def blocks(triangles: Triangles, rows: int = 1000) -> Read:
-    """The triangles in blocks of so many, each of which overwrites the one before."""
-
-    def read() -> Iterator[Floats]:
-        memory = np.empty((3, 3, rows))
-        for start in range(0, len(triangles), rows):
-            part = triangles[start : start + rows]
-            memory[:, :, : len(part)] = part.transpose(1, 2, 0)
-            yield memory[:, :, : len(part)]
-
-    return read
+def corners_of(triangles: Triangles) -> Floats:
+    """The corners of triangles by vertex, coordinate and triangle."""
+    return np.ascontiguousarray(triangles.transpose(1, 2, 0))
 
 
-def measured(triangles: Triangles, *, thin: bool = False, rows: int = 1000) -> Surface:
-    return surfaces.measured(blocks(triangles, rows), thin=thin)
+def measured(triangles: Triangles, *, thin: bool = False) -> Surface:
+    return Surface(corners_of(triangles), thin=thin)
 
 
 def hull(seed: int) -> Triangles:
@@ -71,16 +60,16 @@ def test_a_thin_box_shell_is_six_plates() -> None:
 def test_a_far_surface_loses_no_digits(distance: float) -> None:
     """Coordinates of single precision, moved by a power of two: the sums of both are exact to 53 bits."""
     near = ball(40).astype(np.float32).astype(np.float64)
-    here, there = measured(near, rows=300), measured(near + distance, rows=300)
+    here, there = measured(near), measured(near + distance)
     assert there.measure == pytest.approx(here.measure, rel=1e-13)
     np.testing.assert_allclose(there.second, here.second, rtol=1e-12, atol=1e-13)
     np.testing.assert_allclose(there.origin + there.centre, [distance] * 3, rtol=1e-15)
 
 
-def test_sums_are_taken_anew_where_the_first_block_is_far_from_the_centre() -> None:
+def test_sums_are_taken_anew_where_the_middle_of_the_box_is_far_from_the_centre() -> None:
     """The small box is far from the centre: what its volume loses there, `cancelled` tells."""
     triangles = np.concatenate([box((0, 0, 0), (0.1, 0.1, 0.1)), box((1e4, 0, 0), (1e4 + 1, 2, 3))])
-    found = measured(triangles, rows=12)
+    found = measured(triangles)
     small, large = 1e-3, 6.0
     apart = np.array([1e4 + 0.45, 0.95, 1.45])
     exact = large * np.diag([1, 4, 9]) / 12 + small * np.eye(3) * 0.01 / 12
@@ -105,7 +94,7 @@ def test_a_coordinate_that_is_no_number_is_found() -> None:
     triangles = ball(20)
     triangles[137, 2, 1] = np.inf
     with pytest.raises(surfaces.NotFiniteError) as caught:
-        measured(triangles, rows=50)
+        measured(triangles)
     assert caught.value.triangle == 137
 
 
@@ -120,17 +109,17 @@ def test_any_triangle_that_is_missing_or_turned_opens_the_surface(seed: int, dat
     place = data.draw(st.integers(0, len(body) - 1))
     missing = np.delete(body, place, axis=0)
     assert not measured(missing).is_closed
-    found = edges.unpaired(blocks(missing))
+    found = edges.unpaired(corners_of(missing))
     assert found is not None
     sides = {(tuple(body[place, j]), tuple(body[place, i])) for i, j in edges.SIDES}
     assert (found.number, found.uses) == (3, 1)
     assert tuple(map(tuple, found.edge.tolist())) in sides
     turned = body.copy()
     turned[place] = turned[place][::-1]
-    found = edges.unpaired(blocks(turned))
+    found = edges.unpaired(corners_of(turned))
     assert found is not None
     assert (found.number, found.uses) == (3, 2)
-    assert edges.unpaired(blocks(body)) is None
+    assert edges.unpaired(corners_of(body)) is None
 
 
 def test_a_tube_without_its_ends_is_not_closed_though_their_areas_cancel() -> None:
@@ -150,17 +139,17 @@ def test_minus_zero_is_zero() -> None:
 
 def overlap(triangles: Triangles, orientation: int = 1) -> inside.Overlap | None:
     found = measured(triangles)
-    labels = edges.components(found.keys) if found.keys is not None else np.empty(0)
+    labels = edges.components(edges.vertex_keys(found.corners))
     first = np.unique(labels, return_index=True)[1]
     points = np.vstack([found.places, triangles[first].mean(axis=1)])
-    return inside.overlap(blocks(triangles), found.box, points, orientation)
+    return inside.overlap(corners_of(triangles), found.box, points, orientation)
 
 
 def test_windings_are_one_inside_and_none_outside() -> None:
     body = ball(60)
     points = np.random.default_rng(1).uniform(-1, 1, (500, 3))
     distance = np.linalg.norm(points, axis=1)
-    found = inside.windings(blocks(body), measured(body).box, points)
+    found = inside.windings(corners_of(body), measured(body).box, points)
     assert (found[distance < 0.99] == 1).all()
     assert (found[distance > 1] == 0).all()
 
@@ -186,5 +175,4 @@ def test_components_hang_together_by_their_vertices() -> None:
     row = [ball(30) + np.array([3.0 * k, 0, 0]) for k in range(7)]
     body = np.concatenate([*row, box((50, 0, 0), (51, 1, 1))])
     found = measured(np.random.default_rng(3).permutation(body))
-    assert found.keys is not None
-    assert len(np.unique(edges.components(found.keys))) == 8
+    assert len(np.unique(edges.components(edges.vertex_keys(found.corners)))) == 8

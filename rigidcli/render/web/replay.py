@@ -265,7 +265,7 @@ def triangles(faces: Sequence[Floats], most: int) -> Floats:
     corners, box = cut.transpose(1, 2, 0), np.array([cut.min(axis=(0, 1)), cut.max(axis=(0, 1))])
     cells = FINEST
     while len(cut) > most and cells > 4:
-        cut, cells = simplified(lambda: [corners], box, cells), cells // 2
+        cut, cells = simplified(corners, box, cells), cells // 2
     return cut[:most]
 
 
