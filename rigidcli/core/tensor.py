@@ -11,10 +11,7 @@ tensor along axes in which it is known best, with a bound on the rounding of eac
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
 from dataclasses import dataclass, field
-from functools import reduce
-from operator import add
 from typing import Any
 
 import numpy as np
@@ -167,26 +164,6 @@ class Inertia:
         """Angular momentum (..., 3; kg m^2/s) at angular velocities `omega` (..., 3; rad/s)."""
         momentum: Array = omega @ self.axes @ self.entries @ self.axes.T
         return momentum
-
-
-def combined(bodies: Sequence[Inertia], masses: Floats, places: Floats, errors: Floats) -> Inertia:
-    """Of bodies with these `masses` (k) and inertias about their centres of mass, taken as one about a point.
-
-    The centres are at `places` (k by 3, m, to within `errors`) from it. The entries are along axes that all
-    the bodies have in common, if they have.
-    """
-    axes = bodies[0].axes
-    if any(body.axes is not axes and (body.axes != axes).any() for body in bodies):
-        return reduce(add, map(Inertia.shifted, bodies, masses, places, errors))
-    d = places @ axes
-    widest = np.abs(d) + errors[:, None]
-    products = (np.abs(masses) * widest.T) @ (ROUNDING / 2 * widest + errors[:, None])
-    moments = (masses * d.T) @ d
-    entries = np.sum([body.entries for body in bodies], axis=0)
-    entries += from_second_moments(0.5, moments + moments.T)
-    noise = np.sum([body.noise for body in bodies], axis=0)
-    noise += np.abs(from_second_moments(1, products + products.T))
-    return Inertia(entries, noise, axes)
 
 
 def point_tensor(d: Array) -> Array:
