@@ -16,10 +16,10 @@ Euler angles, nothing is lost there.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from fractions import Fraction
-from typing import TypeAlias
+from typing import Any, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
@@ -259,22 +259,17 @@ def sensitivity(
 
     The largest over `times` (n, s), or some of them: see `core.sensitivity`.
     """
-    sample = representative(times)
-    inputs = np.array([lambda1, lambda3, weight_moment, *omega, *orientation])
+    sample, inputs = representative(times), [lambda1, lambda3, weight_moment, *omega, *orientation]
 
-    def motion(values: Floats) -> HeavyMotion:
-        first, third, weight = values[:3].tolist()
-        return heavy_motion(first, third, weight, values[3:6], values[6:])
+    def motion(values: Sequence[Any]) -> HeavyMotion:
+        first, third, weight = map(float, values[:3])
+        return heavy_motion(first, third, weight, np.array(values[3:6]), np.array(values[6:]))
 
     given = motion(inputs)
     # Time at the top goes as log(1/k'). There several roundings may change k'^2 by a large part of it: what
     # they do is no measure of what one does.
     grown = 1 if given.limits.complement < 1e-6 else GROWN
-
-    def moved() -> Iterator[Floats]:
-        for place in np.flatnonzero(inputs):
-            changed = inputs.copy()
-            changed[place] *= 1 + grown * EPS
-            yield motion(changed).at(sample)[1][None]
-
-    return float(to_rounding(moved(), given.at(sample)[1][None], grown)[0])
+    orientations = given.at(sample)[1][None]
+    return float(
+        to_rounding(lambda moved: motion(moved).at(sample)[1][None], inputs, inputs, orientations, grown)[0]
+    )

@@ -1,7 +1,7 @@
 """The nutation of a heavy symmetric top: the limits between which its tilt moves, and how fast.
 
-`lambda1`, `lambda3` (kg m^2), `spin` (rad/s) and `weight_moment` M g R (N m) are as in `core.top`. With
-u = cos(theta)
+`lambda1`, `lambda3` (kg m^2), `spin` (rad/s) and `weight_moment` M g R (N m) are as in `core.precession`.
+With u = cos(theta)
 
     a = lambda3 spin/lambda1,   b = L_z/lambda1,   beta = 2 M g R/lambda1
     u'^2 = f(u) = (1 - u^2)(alpha - beta u) - (b - a u)^2,       u1 <= u2 <= 1 <= u3
@@ -24,7 +24,7 @@ import numpy as np
 
 from rigidcli.core.arithmetic import Floats
 from rigidcli.core.elliptic import CONVERGED, beyond_first
-from rigidcli.core.top import ROUNDING
+from rigidcli.core.precession import ROUNDING
 
 NutationKind: TypeAlias = Literal["looping", "cuspidal", "wavy", "steady", "none"]
 

@@ -10,7 +10,6 @@ from typing import TypeAlias
 import numpy as np
 
 from rigidcli.core import free_body, precession
-from rigidcli.core import top as heavytop
 from rigidcli.core.arithmetic import Arithmetic, Scalar
 from rigidcli.core.principal import body_class
 from rigidcli.core.tensor import Inertia
@@ -116,19 +115,19 @@ def _top(document: Document, section: Top, notes: list[str], tables: list[Table]
         )
     notes += top.remarks
     notes += [f"`top.{key}` is not given: results that depend on it are missing" for key in unknown]
-    rate = heavytop.gyroscopic_rate(top.lambda3, section.spin, fall, n)
+    rate = precession.gyroscopic_rate(top.lambda3, section.spin, fall, n)
     values: dict[str, Value] = {
         **{key: getattr(top, key) for key in ("mass", "distance", "lambda1", "lambda3")},
         **{key: getattr(section, key) for key in ("spin", "tilt", "gravity")},
         "gyroscopic_rate": rate,
-        "gyroscopic_period": heavytop.gyroscopic_period(top.lambda3, section.spin, fall, n),
+        "gyroscopic_period": precession.gyroscopic_period(top.lambda3, section.spin, fall, n),
     }
     if section.tilt is not None:
-        torque = fall * heavytop.sine(section.tilt, n)
+        torque = fall * precession.sine(section.tilt, n)
         values["torque"] = n.tidy(n.array([0, torque, 0]))
         values["torque_magnitude"] = torque
     if top.lambda1 is not None:
-        sleeping = heavytop.sleeping(top.lambda1, top.lambda3, section.spin, fall, n)
+        sleeping = precession.sleeping(top.lambda1, top.lambda3, section.spin, fall, n)
         values |= {
             "sleeping_spin": sleeping.threshold,
             "sleeping": sleeping.stability,
@@ -150,12 +149,12 @@ def _at_tilt(
     tables: list[Table],
 ) -> dict[str, Value]:
     """Steady precession of a `top` (lambda1, lambda3, spin, tilt), and nutation from its initial rates."""
-    steady = heavytop.steady(*top, fall, n)
+    steady = precession.steady(*top, fall, n)
     values: dict[str, Value] = {
         "slow_rate": steady.slow,
         "fast_rate": steady.fast,
         "minimum_spin": steady.minimum_spin,
-        "gyroscopic_error": heavytop.gyroscopic_error(*top, steady.slow, n),
+        "gyroscopic_error": precession.gyroscopic_error(*top, steady.slow, n),
     }
     if steady.complex_roots:
         real, imaginary = ([root[part] for root in steady.complex_roots] for part in (0, 1))

@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 
 from rigidcli.core.arithmetic import FLOAT
 from rigidcli.core.nutation import Nutation, nutation
-from rigidcli.core.top import sleeping, steady
+from rigidcli.core.precession import sleeping, steady
 from tests.core.tops import MOMENTS, RATES, SPINS, TILTS, WEIGHTS, Start
 
 fewest = settings(max_examples=15, deadline=None)

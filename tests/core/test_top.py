@@ -14,9 +14,9 @@ from hypothesis import strategies as st
 
 from rigidcli.algebra import arithmetic, expressions
 from rigidcli.algebra.arithmetic import EXACT
-from rigidcli.core import top
+from rigidcli.core import precession
 from rigidcli.core.arithmetic import FLOAT
-from rigidcli.core.top import sleeping, steady
+from rigidcli.core.precession import sleeping, steady
 from tests.core.tops import MOMENTS, SPINS, TILTS, WEIGHTS
 
 few = settings(max_examples=30, deadline=None)
@@ -28,19 +28,24 @@ work: Any = arithmetic
 
 
 def test_the_sine_of_a_hanging_top_is_zero_and_every_other_keeps_its_digits() -> None:
-    assert top.sine(math.pi, FLOAT) == top.sine(math.radians(180), FLOAT) == top.sine(0.0, FLOAT) == 0
-    assert top.sine(ex.PI, EXACT) == 0
+    assert (
+        precession.sine(math.pi, FLOAT)
+        == precession.sine(math.radians(180), FLOAT)
+        == precession.sine(0.0, FLOAT)
+        == 0
+    )
+    assert precession.sine(ex.PI, EXACT) == 0
     for angle in (1e-300, 1e-20, 1e-8, 1.0, 3.0, math.pi - 1e-8, math.pi - 1e-14):
-        assert top.sine(angle, FLOAT) == pytest.approx(float(mpmath.sin(angle)), rel=1e-15, abs=0)
+        assert precession.sine(angle, FLOAT) == pytest.approx(float(mpmath.sin(angle)), rel=1e-15, abs=0)
 
 
 # --- rates
 
 
 def test_the_gyroscopic_rate_has_the_sign_of_the_spin_and_needs_one() -> None:
-    assert top.gyroscopic_rate(2.0, -5.0, 3.0, FLOAT) == -0.3
-    assert top.gyroscopic_rate(2.0, 0.0, 3.0, FLOAT) is None
-    assert top.gyroscopic_rate(0.0, 7.0, 3.0, FLOAT) is None
+    assert precession.gyroscopic_rate(2.0, -5.0, 3.0, FLOAT) == -0.3
+    assert precession.gyroscopic_rate(2.0, 0.0, 3.0, FLOAT) is None
+    assert precession.gyroscopic_rate(0.0, 7.0, 3.0, FLOAT) is None
 
 
 def reference_rates(lambda1: float, lambda3: float, spin: float, tilt: float, weight: float) -> list[Any]:
@@ -91,7 +96,7 @@ def test_the_rates_are_the_roots(
 def test_a_horizontal_top_has_one_rate(tilt: float) -> None:
     found = steady(3.0, 2.0, -5.0, tilt, 7.0, FLOAT)
     assert astuple(found) == (-0.7, None, (), 0.0)
-    assert top.gyroscopic_error(3.0, 2.0, -5.0, tilt, found.slow, FLOAT) == 0
+    assert precession.gyroscopic_error(3.0, 2.0, -5.0, tilt, found.slow, FLOAT) == 0
     assert steady(3.0, 2.0, 0.0, tilt, 7.0, FLOAT).slow is None
     assert steady(3.0, 2.0, 0.0, tilt, 0.0, FLOAT).slow == 0
 
@@ -215,9 +220,9 @@ def test_formulas_with_symbols_hold_for_their_values(spin: Any, tilt: Any, sense
     assert value(found.slow, values) == pytest.approx(expected.slow, rel=1e-13)
     assert value(found.fast, values) == pytest.approx(expected.fast, rel=1e-13)
     assert value(found.minimum_spin, values) == pytest.approx(expected.minimum_spin, rel=1e-14)
-    error = top.gyroscopic_error(A, C, spin, tilt, found.slow, EXACT)
+    error = precession.gyroscopic_error(A, C, spin, tilt, found.slow, EXACT)
     assert value(error, values) == pytest.approx(
-        top.gyroscopic_error(2.0, 3.0, turn, angle, expected.slow, FLOAT), rel=1e-13
+        precession.gyroscopic_error(2.0, 3.0, turn, angle, expected.slow, FLOAT), rel=1e-13
     )
 
 

@@ -12,9 +12,9 @@ import numpy as np
 
 from rigidcli.bodies.rotations import Quaternion
 from rigidcli.core import rotation
-from rigidcli.core import top as heavytop
 from rigidcli.core.arithmetic import FLOAT, Floats
 from rigidcli.core.free_body import Periods
+from rigidcli.core.precession import cosine, sine, steady
 from rigidcli.core.principal import PrincipalFrame, principal_frame
 from rigidcli.core.tensor import Inertia
 from rigidcli.document.document import Document
@@ -137,17 +137,17 @@ def _of_top(document: Document, motion: Motion, section: Top) -> InitialValuePro
     require_spin(document, section, top)
     fall, precession = top.mass * section.gravity * top.distance, section.precession
     if precession is None:
-        steady = heavytop.steady(lambda1, lambda3, spin, tilt, fall, FLOAT)
-        precession = steady.slow
+        rates = steady(lambda1, lambda3, spin, tilt, fall, FLOAT)
+        precession = rates.slow
         if precession is None:
             raise ComputationError(
                 "there is no steady precession at this spin and tilt",
-                hint=f"it takes a spin of {steady.minimum_spin:.6g} rad/s" if steady.minimum_spin else None,
+                hint=f"it takes a spin of {rates.minimum_spin:.6g} rad/s" if rates.minimum_spin else None,
             )
-    sine, cosine = heavytop.sine(tilt, FLOAT), heavytop.cosine(tilt, FLOAT)
-    omega = np.array([section.nutation, precession * sine, spin])
+    across, upward = sine(tilt, FLOAT), cosine(tilt, FLOAT)
+    omega = np.array([section.nutation, precession * across, spin])
     axes = rotation.onto(tuple(top.axis), FLOAT)
-    tilted = np.array([[1.0, 0, 0], [0, cosine, -sine], [0, sine, cosine]])
+    tilted = np.array([[1.0, 0, 0], [0, upward, -across], [0, across, upward]])
     inertia = Inertia.of(np.diag([lambda1, lambda1, lambda3])).turned(axes)
     period = nutation(lambda1, lambda3, spin, tilt, precession, section.nutation, fall).period
     shown = document.physical.axes
