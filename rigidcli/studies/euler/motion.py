@@ -45,8 +45,8 @@ class InitialValueProblem:
     `weight` is M g R (3, N m), the arm from O to the centre of mass times the weight; zero for none. `shown`
     (3 by 3) has as columns the axes of the results, and `frame` is the principal frame along these. `third`
     (3) is the axis that a torque knows as ux, uy, uz: that of a top, or e3 as it is printed. `carried` has as
-    columns (3 by 3) the axes whose Euler angles are told: those of the results, or of a top, the last along
-    its symmetry axis. `angles` is their sequence, None for no angles.
+    columns (3 by 3) the axes whose Euler angles are asked for: the axes of the results, or of a top, the last
+    along its symmetry axis. `angles` is the sequence of these angles, None for none.
     """
 
     inertia: Inertia
@@ -138,7 +138,7 @@ def _of_top(document: Document, motion: Motion, section: Top) -> InitialValuePro
     fall, precession = top.mass * section.gravity * top.distance, section.precession
     if precession is None:
         rates = steady(lambda1, lambda3, spin, tilt, fall, FLOAT)
-        precession = rates.slow
+        precession = rates.slow_rate
         if precession is None:
             raise ComputationError(
                 "there is no steady precession at this spin and tilt",
@@ -149,7 +149,7 @@ def _of_top(document: Document, motion: Motion, section: Top) -> InitialValuePro
     axes = rotation.onto(tuple(top.axis), FLOAT)
     tilted = np.array([[1.0, 0, 0], [0, upward, -across], [0, across, upward]])
     inertia = Inertia.of(np.diag([lambda1, lambda1, lambda3])).turned(axes)
-    period = nutation(lambda1, lambda3, spin, tilt, precession, section.nutation, fall).period
+    period = nutation(lambda1, lambda3, spin, tilt, precession, section.nutation, fall).nutation_period
     shown = document.physical.axes
     return _problem(
         motion,
