@@ -17,7 +17,7 @@ import numpy as np
 from rigidcli.core.arithmetic import EPS, Floats
 from rigidcli.core.circulation import TURNED_NOISE, Circulation, State, circulations, power_of_two
 from rigidcli.core.principal import EQUAL_MOMENTS
-from rigidcli.core.rotation import compose, continuous
+from rigidcli.core.rotation import compose, continuous, inverse
 from rigidcli.core.sensitivity import representative, to_rounding
 from rigidcli.core.tensor import ROUNDING, Inertia
 from rigidcli.errors import ComputationError
@@ -177,7 +177,7 @@ def motions(
         orientation[constant] = _turning(omegas[constant], orientations[constant], times)
     for places, path in circulations(state, ~steady, max(1, BLOCK // max(len(times), 1))):
         _, first = path.at(np.zeros(1))
-        before = compose(orientations[places], compose(first[:, 0], path.frames) * [1, -1, -1, -1])
+        before = compose(orientations[places], inverse(compose(first[:, 0], path.frames)))
         # The products before * q * frame are linear in q: a matrix for each motion.
         placing = compose(compose(before[:, None], np.eye(4)), path.frames[:, None])
         for part in (slice(start, start + BLOCK) for start in range(0, len(times), BLOCK)):

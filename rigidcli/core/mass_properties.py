@@ -23,8 +23,8 @@ from rigidcli.errors import ValueProblem
 class MassProperties:
     """What a body is to its motion: mass (kg), centre of mass (3, m), inertia about it.
 
-    Rounding may misplace the centre of mass by `error` (m). Of a body without a known mass the tensor
-    cannot be shifted: `inertia` is then about the point `com`, and `at_com` says whether that
+    Rounding may misplace the centre of mass by `error` (m). Without a mass the tensor cannot be
+    shifted: `inertia` is then about the point `com`, and `at_com` says whether that
     is its centre of mass. `integrated` bounds the relative error of integrals over a varying density, by an
     estimate; it is None where there are none.
     """
@@ -42,14 +42,15 @@ class MassProperties:
         return self.inertia.tensor
 
     def inertia_about(self, point: Array, error: float = 0.0) -> Inertia:
-        """Inertia about `point` (3, m, to within `error`) of a body of known mass."""
+        """Inertia about `point` (3, m, to within `error`) of a body that has a mass."""
         assert self.mass is not None
         return self.inertia.shifted(self.mass, self.com - point, self.error + error + misplaced(point))
 
     def missing(self) -> MassProperties:
-        """Those of a hole of this form: with them, what is left is a sum."""
+        """The mass properties of a hole of this form, which are added to take it away."""
         assert self.mass is not None
-        return replace(self, mass=-self.mass, inertia=self.inertia.missing())
+        inertia = replace(self.inertia, entries=-self.inertia.entries)
+        return replace(self, mass=-self.mass, inertia=inertia)
 
 
 def of_points(points: Array, n: Arithmetic = FLOAT) -> MassProperties:
@@ -112,7 +113,7 @@ def _sums(read: Callable[[], Iterable[Floats]], centre: Floats | None) -> tuple[
 
 
 def combine(parts: Iterable[MassProperties], n: Arithmetic = FLOAT) -> MassProperties:
-    """The bodies, of known mass, taken as one. A hole is a part with negative mass and tensor.
+    """The bodies, which have masses, taken as one. A hole is a part with negative mass and tensor.
 
     Raises ValueProblem when the masses cancel, so that there is no centre of mass.
     """
@@ -125,8 +126,8 @@ def combine(parts: Iterable[MassProperties], n: Arithmetic = FLOAT) -> MassPrope
     if n.exact:
         return _sum_exactly(parts, n)
     coms = np.array([part.com for part in parts])
-    known = [abs(part.mass or 0) * part.integrated for part in parts if part.integrated is not None]
-    integrated = float(sum(known) / abs(mass)) if known else None
+    errors = [abs(part.mass or 0) * part.integrated for part in parts if part.integrated is not None]
+    integrated = float(sum(errors) / abs(mass)) if errors else None
     com = coms[0] + masses @ (coms - coms[0]) / mass
     reach = [part.error + misplaced(own) for part, own in zip(parts, coms - com, strict=True)]
     error = np.abs(masses) @ n.array(reach) / abs(mass)
@@ -152,7 +153,7 @@ def place(
 ) -> MassProperties:
     """`body` turned about the origin by `rotation` (3 by 3), then moved by `displacement` (3, m).
 
-    The displacement is known to within `error` (m).
+    The displacement is off by at most `error` (m).
     """
     com, inertia = rotation @ body.com + displacement, body.inertia.turned(rotation)
     off = body.error + error + misplaced(displacement) + misplaced(body.com)

@@ -1,4 +1,4 @@
-"""How far one rounding of each input turns an orientation: what no formula can tell better from floats."""
+"""How far one rounding of each input turns an orientation: no formula in floats is more accurate."""
 
 from __future__ import annotations
 

@@ -5,7 +5,7 @@ of inertia stand off the diagonal with a minus sign: Ixy = -sum m x y. With this
 tensor, so that L = I.omega and T = omega.I.omega/2 hold in any axes.
 
 A slender body has a moment that may be smaller than the rounding of the others. So `Inertia` keeps the
-tensor along axes in which it is known best, with a bound on the rounding of each entry.
+tensor along the axes in which it has most digits, with a bound on the rounding of each entry.
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ MISPLACED = 8 * EPS
 
 
 IDENTITY = np.eye(3, dtype=int)
-"""The axes of what is not turned."""
+"""The axes of a body that is not turned."""
 
 IDENTITY.setflags(write=False)
 
@@ -44,7 +44,7 @@ def misplaced(*vectors: Array) -> float:
 def spread_noise(mass: Scalar, spread: Array, error: float) -> Floats:
     """A bound on the rounding errors (3 by 3, kg m^2) of the tensor of a `mass` about some point.
 
-    `spread` (3, m) is its root mean square distance from the point along each axis. Each place is known to
+    `spread` (3, m) is its root mean square distance from the point along each axis. Places are off by at most
     `error` (m), so that what lies on an axis may seem to lie beside it.
     """
     if spread.dtype == object:
@@ -76,16 +76,13 @@ class Inertia:
         )
 
     @classmethod
-    def of_sums(cls, mass: Scalar, centre: Array, sums: Array, error: float = 0.0) -> Inertia:
-        """Of places with that `mass`, by the `sums` of m r r^T (3 by 3, kg m^2), r from `centre` (3, m).
-
-        Their coordinates are rounded, and the centre is known to `error` (m) besides.
-        """
+    def of_sums(cls, mass: Scalar, centre: Array, sums: Array) -> Inertia:
+        """Of rounded places with that `mass`, by the `sums` of m r r^T (3 by 3, kg m^2), r from `centre`."""
         entries = from_second_moments(1, sums)
         if entries.dtype == object:
             return cls.of(entries)
         spread = np.sqrt(sums.diagonal() / mass)
-        return cls.of(entries, spread_noise(mass, spread, error + misplaced(centre, spread)))
+        return cls.of(entries, spread_noise(mass, spread, misplaced(centre, spread)))
 
     @property
     def tensor(self) -> Array:
@@ -134,10 +131,6 @@ class Inertia:
         d = self.axes.T @ d
         noise = self.noise if d.dtype == object else self.noise + spread_noise(mass, np.abs(d), error)
         return Inertia(shift_from_com(self.entries, mass, d), noise, self.axes)
-
-    def missing(self) -> Inertia:
-        """Of a hole of this form."""
-        return Inertia(-self.entries, self.noise, self.axes)
 
     def __add__(self, other: Inertia) -> Inertia:
         """Of both bodies; along axes that they have in common, if they have."""

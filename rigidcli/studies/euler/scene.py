@@ -31,12 +31,12 @@ def scene_of(document: Document, motion: Trajectory, samples: Table) -> Scene | 
     if len(motion.problem.times) < 2:
         return None
     stages = (_in_space(document, motion), *_rolling_ellipsoid(motion))
-    known = {column.key: column for column in samples.columns}
+    columns = {column.key: column for column in samples.columns}
     length = np.hypot.reduce(motion.momentum_in_space, axis=1)
-    space = known["angular_momentum_space"]
+    space = columns["angular_momentum_space"]
     momentum = Column("L", length, ("|L|",), space.unit, (r"|\mathbf{L}|",), noise=space.noise)
-    read = [known["t"], known["omega"], known["kinetic_energy"], momentum]
-    read += [known["angles"]] if "angles" in known else []
+    read = [columns["t"], columns["omega"], columns["kinetic_energy"], momentum]
+    read += [columns["angles"]] if "angles" in columns else []
     readings, orientation = (
         Table("", "the motion", tuple(read), data=True),
         rotation.continuous(motion.orientation),
@@ -72,7 +72,7 @@ def _in_space(document: Document, motion: Trajectory) -> Stage:
 
 
 def _body(document: Document, motion: Trajectory) -> tuple[list[Mark], float]:
-    """The body about O, or its ellipsoid of inertia where its parts are not known; and how far it reaches."""
+    """The body about O, or its ellipsoid of inertia where its parts are not given; and how far it reaches."""
     marks: list[Mark] = []
     if document.body is not None:
         turn, shift = np.eye(3), -document.physical.point
