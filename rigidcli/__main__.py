@@ -50,7 +50,7 @@ def run() -> NoReturn:
         try:
             if stream is not None:
                 stream.flush()
-        except (OSError, ValueError):  # it is closed, which has been told already
+        except (OSError, ValueError):  # it is closed, which the user has read already
             continue
     os._exit(code if isinstance(code, int) else 0)
 

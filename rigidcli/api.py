@@ -196,7 +196,7 @@ def check(
         people = None if roster is None else students.read_roster(os.fspath(roster))
         papers, notes = students.papers(gathered, people)
         judged = list(run(prepared.items, papers, jobs))
-    notes = [*map(str, prepared.notes), *notes, *(note for each in judged for note in each.notes)]
+    notes = [*map(str, prepared.notes), *notes, *(note for paper in judged for note in paper.notes)]
     if person is not None:
         judged = list(person.over(judged, notes))
     style = Style(Feedback(feedback))

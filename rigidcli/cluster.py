@@ -52,11 +52,11 @@ def opened(address: str) -> Iterator[tuple[Executor, Callable[[], int]]]:
 
 @contextmanager
 def client(address: str) -> Iterator[Any]:
-    """The client of the scheduler at an address, whose errors are told in words. Raises as `opened`."""
+    """The client of the scheduler at an address, whose errors are put into words. Raises as `opened`."""
     if util.find_spec("distributed") is None:
         raise UsageError("distributed is not installed", hint="python -m pip install 'rigidcli[cluster]'")
     before = logging.root.manager.disable
-    # What the user should know of a connection is told once, here.
+    # All that the user should read about a connection is written here, once.
     logging.disable(logging.CRITICAL)
     reached: Any = None
     try:
@@ -65,8 +65,8 @@ def client(address: str) -> Iterator[Any]:
             reached = _reached(address)
         _require_same(reached)
         yield reached
-    except Exception as error:  # noqa: BLE001 - what can go wrong far away is told, or raised again
-        raise _told(error, address) from None
+    except Exception as error:  # noqa: BLE001 - whatever goes wrong far away
+        raise _in_words(error, address) from None
     finally:
         if reached is not None:
             reached.close(timeout=1)
@@ -85,7 +85,7 @@ def _reached(address: str) -> Any:
     def reach() -> None:
         try:
             outcome.append(Client(address, timeout=ANSWERS_WITHIN, set_as_default=False))
-        except Exception as error:  # noqa: BLE001 - told where it is waited for
+        except Exception as error:  # noqa: BLE001 - raised where it is waited for
             outcome.append(error)
 
     thread = threading.Thread(target=reach, daemon=True)
@@ -127,8 +127,8 @@ def _listed(versions: dict[str, str]) -> str:
     return " and ".join(map(" ".join, versions.items()))
 
 
-def _told(error: Exception, address: str) -> Exception:
-    """The error as the user is told of it; the same one where it is none of the cluster."""
+def _in_words(error: Exception, address: str) -> Exception:
+    """The error as the user reads it; the same one where it does not come from the cluster."""
     if isinstance(error, CancelledError | TimeoutError | OSError):
         return ComputationError(
             f"the scheduler at `{address}` was lost, or has given up this work",

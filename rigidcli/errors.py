@@ -52,7 +52,7 @@ UNKNOWN = "unknown_key"
 
 
 UNSETTLED = "unsettled"
-"""The code of a problem with a value that hangs on a parameter which has a problem: only that is told."""
+"""The code of a problem with a value that hangs on a parameter which has one: only the latter is shown."""
 
 
 class ValueProblem(RigidError, ValueError):  # noqa: N818 - it becomes a `Problem` of a document
@@ -107,7 +107,7 @@ def gathered(problems: list[ValueProblem], *path: str | int) -> Iterator[None]:
 class ExpressionError(ValueProblem):
     """A text that is not an expression, or one that has no value.
 
-    `column` counts characters from 1, and is told; None where no single place is to blame.
+    `column` counts characters from 1, and stands in the message; None where no single place is to blame.
     """
 
     def __init__(
@@ -206,13 +206,13 @@ def with_article(noun: str) -> str:
     return f"{'an' if noun[0] in 'aeiou' else 'a'} {noun}"
 
 
-def nearest(word: str, known: Sequence[str]) -> str | None:
+def nearest(word: str, words: Sequence[str]) -> str | None:
     """The word that was probably meant, if any is near."""
     import difflib
 
-    if len(known) > MOST_COMPARED:
+    if len(words) > MOST_COMPARED:
         return None
-    folded = {other.casefold(): other for other in known}
+    folded = {other.casefold(): other for other in words}
     plain = word.casefold()
     near = difflib.get_close_matches(plain, folded, cutoff=0.6)
     # Of words that are as like, the one of nearly the same length: `con` is `com` and not `corner`.

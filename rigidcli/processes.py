@@ -1,6 +1,6 @@
 """Work on many tasks: in this process, in others of this machine, or by the workers of a Dask cluster.
 
-What a task is, and what its results are, is for those to say who call `each`; both can be pickled.
+Whoever calls `each` says what a task is, and what its results are; both can be pickled.
 """
 
 from __future__ import annotations
@@ -75,7 +75,7 @@ def each(
             pack, future = waiting.popleft()
             try:
                 seconds, results = future.result()
-            except Exception as error:  # those of a lost process are sought, all others raised again
+            except Exception as error:  # only the errors of a lost process are meant here
                 if not _ended(error):
                     raise
                 for task in pack:
@@ -106,7 +106,7 @@ def _alone(
 
 
 def _ended(error: Exception) -> bool:
-    """Whether a process has ended early. The error of a cluster is known by its name: it loads slowly."""
+    """Whether a process has ended early. The error of a cluster is seen by its name: it loads slowly."""
     from concurrent.futures import BrokenExecutor
 
     return isinstance(error, BrokenExecutor) or type(error).__name__ == "KilledWorker"

@@ -14,7 +14,7 @@ NOISE = 4 * 2.0**-52
 """Entries of an array below this, in units of its largest, are shown to people as zero: a few roundings."""
 
 Value: TypeAlias = Any
-"""A number or array (floats, or exact), a text, a truth value, a list, or None for what is not known."""
+"""A number or array (floats, or exact), a text, a truth value, a list, or None for a missing value."""
 
 
 @dataclass(slots=True)
@@ -109,8 +109,8 @@ class Step:
 class Report(Mapping[str, Value]):
     """The answer of one study to one document; also a mapping from the keys of JSON to their values.
 
-    `about` is what people are told first; `notes` are remarks on the numbers, for standard error; `steps`
-    and `pictures` are told, a `program` of the equations is written, and the `Scene` of a motion is made, on
+    `about` is what people read first; `notes` are remarks on the numbers, for standard error; `steps`
+    and `pictures` are shown, a `program` of the equations is written, and the `Scene` of a motion is made, on
     demand. `document` is the text that was read. `swept` are the values of the keys at which this is the
     report, where a sweep asks for several.
     """

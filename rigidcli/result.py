@@ -116,5 +116,5 @@ class Result(Report):
                 return table
         if name is None:
             return None
-        known = ", ".join(f"`{table.key}`" for table in self.tables) or "none"
-        raise UsageError(f"there is no table `{name}` here", hint=f"the tables are {known}")
+        names = ", ".join(f"`{table.key}`" for table in self.tables) or "none"
+        raise UsageError(f"there is no table `{name}` here", hint=f"the tables are {names}")

@@ -33,7 +33,7 @@ class Arithmetic:
     on symbols without a value. `size` gives a float to compare by where any consistent choice will do
     (a pivot, an order to print in): the number itself, or its value at a fixed sample of its
     symbols. `tidy` brings the entries of an array into their shortest form. `symbol` makes an unknown
-    of a name, and of whether it is known to be positive; floats have none.
+    of a name, and of whether it is positive; floats have none.
     """
 
     exact: bool

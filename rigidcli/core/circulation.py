@@ -24,7 +24,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass
 from fractions import Fraction
 from typing import Any
 
@@ -39,9 +39,6 @@ from rigidcli.core.tensor import Inertia
 
 TURNED_NOISE = 8 * EPS
 """The relative rounding error of a tensor that is not diagonal, or of an omega that was turned."""
-
-HALF_TURNS = np.array([[0.0, 0.0, 1.0, 0.0], [0.0, 0.0, 0.0, 1.0]])
-"""The quaternions of half a turn about b, and about c."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -122,7 +119,8 @@ def power_of_two(sizes: Any) -> Any:
 class Circulation:
     """Motions in which omega circulates about one axis; the letters are those of the module's docstring.
 
-    `axes` are the rows a, b, c in body axes, but for the `signs` (m, 1, 3) of each motion. Per motion (m, 1):
+    `axes` are the rows a, b, c in body axes, but for the `signs` (m, 1, 3) of each motion. The quaternions
+    `frames` (m, 4), whose signs mean nothing, turn the axes of the body to a, b, c. Per motion (m, 1):
     `start` is u0, `quarter` K, infinite on the separatrix; `mean_rate` is that of the turn about L (rad/s),
     `swing` is L (Ib-Ia)/(Ia Ib rate), and `mean_growth` the mean of G with u. `amplitudes` (m, 1, 3) are
     those of omega (rad/s), `shares` (m, 1, 3) those of the unit vector along L.
@@ -130,6 +128,7 @@ class Circulation:
 
     axes: Floats
     signs: Floats
+    frames: Floats
     amplitudes: Floats
     shares: Floats
     n: float
@@ -141,17 +140,6 @@ class Circulation:
     mean_rate: Floats
     swing: Floats
     mean_growth: Floats
-
-    def part(self, chosen: slice) -> Circulation:
-        """Some of the motions."""
-        return replace(
-            self,
-            **{
-                one.name: getattr(self, one.name)[chosen]
-                for one in fields(self)
-                if one.name not in ("axes", "n")
-            },
-        )
 
     def at(self, times: Floats) -> tuple[Floats, Floats]:
         """omega (m, n, 3) in body axes, and quaternions (m, n, 4) from the axes a, b, c to those along L."""
@@ -168,19 +156,10 @@ class Circulation:
         turning = np.stack([sign * cn, sign * sn, dn], axis=-1)
         return self.signs * self.amplitudes * turning @ self.axes, _along(self.shares * turning, angle)
 
-    def frames(self) -> Floats:
-        """The quaternions (m, 4) from the axes of the body to a, b, c."""
-        frame = as_quaternion(self.axes)
-        for place, half_turn in zip((2, 1), HALF_TURNS, strict=True):
-            # Half a turn about b changes the signs of a and c, and then one about c those of a and b.
-            frame = np.where(self.signs[:, :, place] < 0, compose(half_turn, frame), frame)
-        return frame
 
-
-def _circulation(state: State, chosen: NDArray[np.int_], about_low: bool) -> Circulation:
-    """The constants of the `chosen` motions of a state, all of which go round the same axis."""
+def _circulation(state: State, chosen: NDArray[np.int_], d: Floats, about_low: bool) -> Circulation:
+    """The constants of the `chosen` motions of a state, all about the same axis, with `d` = sqrt|d2| (m)."""
     (Ia, Ib, Ic), axes, rates = state.moments, state.axes, state.rates[chosen]
-    excess, _, unit = (term[chosen] for term in state.excess())
     if about_low:
         turn = np.array([1, -1, 1])
         axes, rates, (Ia, Ib, Ic) = turn[:, None] * axes[::-1], turn * rates[:, ::-1], (Ic, Ib, Ia)
@@ -193,12 +172,13 @@ def _circulation(state: State, chosen: NDArray[np.int_], about_low: bool) -> Cir
     a2 = np.hypot(wb, math.sqrt(Ia / Ib * ((Ic - Ia) / (Ic - Ib))) * wa) * (1 if Ic > Ib else -1)
     a3 = np.hypot(wc, math.sqrt(Ib / Ic * ((Ib - Ia) / (Ic - Ia))) * wb)
     k = math.sqrt(Ia / Ic * ((Ib - Ia) / (Ic - Ib))) * a1 / a3
-    d = np.sqrt(np.abs(excess)) * unit
     complement = np.minimum(d[:, None] / math.sqrt(Ic * abs(Ic - Ib)) / a3, 1.0)
     n = Ic / Ia * ((Ib - Ia) / (Ic - Ib))
     rate = math.sqrt((Ic - Ib) / Ia * ((Ic - Ia) / Ib)) * a3
     amplitudes = np.stack([a1, a2, a3], axis=-1)
     momentum = np.sqrt(((rates * [Ia, Ib, Ic]) ** 2).sum(axis=1))[:, None]
+    # Half a turn about a, b or c changes two signs.
+    half_turns = np.where(a_sign < 0, np.where(c_sign < 0, 2, 3), np.where(c_sign < 0, 1, 0))
     quarter = np.where(complement > 0, complete(complement, 1.0, 1.0, 1.0), math.inf)
     mean_growth = complete(complement, 1 + n, 1.0, 0.0) / quarter
     swing = momentum * ((Ib - Ia) / Ia / Ib) / rate
@@ -207,6 +187,7 @@ def _circulation(state: State, chosen: NDArray[np.int_], about_low: bool) -> Cir
     return Circulation(
         axes,
         signs[:, None],
+        compose(np.eye(4)[half_turns], as_quaternion(axes)),
         amplitudes * speeds[..., None],
         amplitudes * [Ia, Ib, Ic] / momentum[..., None],
         n,
@@ -238,10 +219,14 @@ def _along(along: Floats, angle: Floats) -> Floats:
     )
 
 
-def circulations(state: State, moving: NDArray[np.bool_]) -> Iterator[tuple[NDArray[np.int_], Circulation]]:
-    """The places of the motions in which omega circulates, by the axis about which it does."""
-    excess, _, _ = state.excess()
+def circulations(
+    state: State, moving: NDArray[np.bool_], most: int = 1
+) -> Iterator[tuple[NDArray[np.int_], Circulation]]:
+    """At most so many motions in which omega circulates at a time, about one axis: their places and paths."""
+    excess, _, unit = state.excess()
+    d = np.sqrt(np.abs(excess)) * unit
     for about_low in (False, True):
-        chosen = np.flatnonzero(moving & ((excess < 0) == about_low))
-        if len(chosen):
-            yield chosen, _circulation(state, chosen, about_low)
+        places = np.flatnonzero(moving & ((excess < 0) == about_low))
+        for begin in range(0, len(places), most):
+            chosen = places[begin : begin + most]
+            yield chosen, _circulation(state, chosen, d[chosen], about_low)

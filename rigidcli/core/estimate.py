@@ -69,7 +69,7 @@ def _grid(count: int, end: float) -> Floats:
 
 
 def columns(flow: Flow) -> Callable[..., Floats]:
-    """The values of a flow (m by k) as a function of times (k) and variables (k each), else nan."""
+    """The values of a flow (m by k) as a function of times (k) and variables (k), NaN where there is none."""
     f = flow(np)
 
     def values(times: Floats, *state: Floats) -> Floats:
@@ -84,7 +84,7 @@ def landmarks(values: Callable[[Floats], Floats], grid: Floats, most: int = MOST
     """The times at which one of the `values` (m by k at times k) passes zero, or is largest or smallest.
 
     They are looked for between the times of the `grid` (k, ascending), and narrowed down to a float. Of more
-    than `most` those are taken that stand where the grid is coarsest.
+    than `most` the ones where the grid is coarsest are taken.
     """
     at = values(grid)
     with np.errstate(all="ignore"):
@@ -112,7 +112,7 @@ def _narrowed(
 
     Beside them are times at which the value differs by about 1, as the slope of a peak is zero at its top.
     """
-    each = np.arange(len(rows))
+    every = np.arange(len(rows))
 
     def chosen(times: Floats) -> Floats:
         return values(times.ravel())[rows[:, None], np.arange(times.size).reshape(times.shape)]
@@ -123,14 +123,14 @@ def _narrowed(
         value = chosen(times)
         place = np.nan_to_num(np.where(up[:, None] == 0, -np.abs(value), up[:, None] * value), nan=-np.inf)
         best = place.argmax(axis=1)
-        begin, end = times[each, np.maximum(best - 1, 0)], times[each, np.minimum(best + 1, 63)]
-    top, beside = times[each, best], []
+        begin, end = times[every, np.maximum(best - 1, 0)], times[every, np.minimum(best + 1, 63)]
+    top, beside = times[every, best], []
     distances = 2.0 ** np.arange(12, -52, -1)  # in units of the way to the next time of the grid
     for side in (low, high):
         times = top[:, None] + (side - top)[:, None] * distances
-        far = np.abs(chosen(times) - value[each, best][:, None]) >= 1
+        far = np.abs(chosen(times) - value[every, best][:, None]) >= 1
         nearest = len(distances) - 1 - far[:, ::-1].argmax(axis=1)
-        beside.append(times[each, nearest][far.any(axis=1)])
+        beside.append(times[every, nearest][far.any(axis=1)])
     return np.concatenate([top, *beside])
 
 

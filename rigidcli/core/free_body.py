@@ -8,17 +8,17 @@ Many motions of one body are the same formulas over a first axis of arrays.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import Literal, TypeAlias
+from typing import Any, Literal, TypeAlias
 
 import numpy as np
 
 from rigidcli.core.arithmetic import EPS, Floats
 from rigidcli.core.circulation import TURNED_NOISE, Circulation, State, circulations, power_of_two
 from rigidcli.core.principal import EQUAL_MOMENTS
-from rigidcli.core.rotation import compose, continuous
-from rigidcli.core.sensitivity import GROWN, representative, to_rounding
+from rigidcli.core.rotation import compose, continuous, inverse
+from rigidcli.core.sensitivity import representative, to_rounding
 from rigidcli.core.tensor import ROUNDING, Inertia
 from rigidcli.errors import ComputationError
 
@@ -124,6 +124,39 @@ def _regime(state: State) -> Regime:
     return "about_highest" if excess > 0 else "about_lowest"
 
 
+@dataclass(frozen=True, slots=True)
+class AxisStability:
+    """Rotation about one principal axis.
+
+    `rate_per_spin` is, in units of the spin, the frequency of a small wobble if `stable`, else the rate of
+    its exponential growth. An axis whose moment equals another one is neutral: `stable` is None, and the rate
+    0. Both are None for an axis without a moment of inertia.
+    """
+
+    stable: bool | None
+    rate_per_spin: float | None
+
+
+def about_axes(moments: Floats, groups: Sequence[Sequence[int]]) -> list[AxisStability]:
+    """The stability of rotation about e1, e2, e3, from moments (3, ascending) and groups of equal ones.
+
+    Linearising Euler's equations about the spin w along axis i gives
+    x'' = -w^2 (I_i - I_j)(I_i - I_k) / (I_j I_k) x (L. Landau, E. Lifshitz, Mechanics, section 37). About
+    an axis of equal moments the coefficient is zero, and nothing drives a deviation back or away.
+    """
+    equal = {index for group in groups if len(group) > 1 for index in group}
+    stabilities = []
+    for i, (j, k) in enumerate(((1, 2), (2, 0), (0, 1))):
+        if moments[i] == 0:
+            stabilities.append(AxisStability(None, None))
+        elif i in equal:
+            stabilities.append(AxisStability(None, 0.0))
+        else:
+            square = float((moments[i] - moments[j]) / moments[j] * ((moments[i] - moments[k]) / moments[k]))
+            stabilities.append(AxisStability(square > 0, math.sqrt(abs(square))))
+    return stabilities
+
+
 def motions(
     body: Inertia, omegas: Floats, orientations: Floats, times: Floats, *, rounded: bool = True
 ) -> tuple[Floats, Floats]:
@@ -142,18 +175,14 @@ def motions(
     if len(constant):
         omega[constant] = omegas[constant, None]
         orientation[constant] = _turning(omegas[constant], orientations[constant], times)
-    for places, path in circulations(state, ~steady):
-        frames = path.frames()
+    for places, path in circulations(state, ~steady, max(1, BLOCK // max(len(times), 1))):
         _, first = path.at(np.zeros(1))
-        before = compose(orientations[places], compose(first[:, 0], frames) * [1, -1, -1, -1])
+        before = compose(orientations[places], inverse(compose(first[:, 0], path.frames)))
         # The products before * q * frame are linear in q: a matrix for each motion.
-        placing = compose(compose(before[:, None], np.eye(4)), frames[:, None])
-        count = max(1, BLOCK // max(len(times), 1))
-        for some in (slice(begin, begin + count) for begin in range(0, len(places), count)):
-            mine = path.part(some)
-            for part in (slice(start, start + BLOCK) for start in range(0, len(times), BLOCK)):
-                omega[places[some], part], turned = mine.at(times[part])
-                orientation[places[some], part] = turned @ placing[some]
+        placing = compose(compose(before[:, None], np.eye(4)), path.frames[:, None])
+        for part in (slice(start, start + BLOCK) for start in range(0, len(times), BLOCK)):
+            omega[places, part], turned = path.at(times[part])
+            orientation[places, part] = turned @ placing
     begun = np.concatenate([orientations[:, None], orientation], axis=1)
     return omega, continuous(begun)[:, 1:]
 
@@ -174,20 +203,15 @@ def sensitivity(body: Inertia, omegas: Floats, orientations: Floats, times: Floa
     omega that was turned is off by a unit or two in the last place of |omega|, however small it is.
     """
     sample, tensor = representative(times), body.without_noise()
-    _, reference = motions(body, omegas, orientations, sample)
+    rows, columns = np.triu_indices(3)
 
-    def moved() -> Iterator[Floats]:
-        for row, column in zip(*np.triu_indices(3), strict=True):
-            if tensor[row, column]:
-                entries = tensor.copy()
-                entries[row, column] = entries[column, row] = tensor[row, column] * (1 + GROWN * EPS)
-                changed = replace(body, entries=entries)
-                yield motions(changed, omegas, orientations, sample, rounded=False)[1]
-        size = 2 * np.abs(omegas).max(axis=1) if body.is_turned else None
-        for axis in range(3):
-            rates = omegas.copy()
-            rates[:, axis] += GROWN * EPS * (rates[:, axis] if size is None else size)
-            if (rates != omegas).any():
-                yield motions(body, rates, orientations, sample, rounded=False)[1]
+    def moved(inputs: Sequence[Any]) -> Floats:
+        entries = np.zeros((3, 3))
+        entries[rows, columns] = entries[columns, rows] = inputs[:6]
+        omegas = np.stack(inputs[6:], axis=-1)
+        return motions(replace(body, entries=entries), omegas, orientations, sample, rounded=False)[1]
 
-    return to_rounding(moved(), reference)
+    inputs = [*tensor[rows, columns], *omegas.T]
+    turned = [2 * np.abs(omegas).max(axis=1)] * 3
+    sizes = [*inputs[:6], *turned] if body.is_turned else inputs
+    return to_rounding(moved, inputs, sizes, motions(body, omegas, orientations, sample)[1])

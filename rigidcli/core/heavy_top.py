@@ -16,10 +16,10 @@ Euler angles, nothing is lost there.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from fractions import Fraction
-from typing import TypeAlias
+from typing import Any, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
@@ -150,7 +150,7 @@ def heavy_motion(
     """
     fall = math.sqrt(2 * weight_moment / lambda1)
     unit = rate_unit(fall, *omega, lambda3 * omega[2] / lambda1)
-    start = _start(lambda1, lambda3, weight_moment / unit**2, omega / unit, orientation)
+    start, slope = _start(lambda1, lambda3, weight_moment / unit**2, omega / unit, orientation)
     limits = swing(start)
     w3 = float(omega[2] / unit)
     rate, own = math.sqrt(limits.rise) / 2, w3 * (lambda1 - lambda3) / lambda1
@@ -160,24 +160,25 @@ def heavy_motion(
         limits,
         math.sqrt(limits.beta * limits.width / limits.rise),
         rate,
-        _first_argument(limits, float(start.slope)),
+        _first_argument(limits, slope),
         _total(own, limits, rate),
         _difference(-own, limits, rate),
     )
     return replace(motion, leads=_leads(motion, omega / unit, orientation))
 
 
-def _start(lambda1: float, lambda3: float, weight_moment: float, omega: Floats, orientation: Floats) -> Start:
-    """How the axis begins, exactly as it follows from these floats."""
+def _start(
+    lambda1: float, lambda3: float, weight_moment: float, omega: Floats, orientation: Floats
+) -> tuple[Start, float]:
+    """How the axis begins, exactly as it follows from these floats; and u-dot but for its sign."""
     across, weight = Fraction(lambda1), Fraction(weight_moment)
     w1, w2, w3 = map(Fraction, omega.tolist())
     q0, q1, q2, q3 = map(Fraction, orientation.tolist())
     square = q0 * q0 + q1 * q1 + q2 * q2 + q3 * q3
     z1, z2 = 2 * (q1 * q3 - q0 * q2) / square, 2 * (q2 * q3 + q0 * q1) / square
-    down, up = 2 * (q1 * q1 + q2 * q2) / square, 2 * (q0 * q0 + q3 * q3) / square
-    a, turning = Fraction(lambda3) * w3 / across, w1 * z1 + w2 * z2
-    poles = turning - a * down, turning + a * up
-    return Start(poles, a, 2 * weight / across, turning, w2 * z1 - w1 * z2, w1 * w1 + w2 * w2, down, up)
+    down, turning = 2 * (q1 * q1 + q2 * q2) / square, w1 * z1 + w2 * z2
+    start = Start(Fraction(lambda3) * w3 / across, 2 * weight / across, turning, w1 * w1 + w2 * w2, down)
+    return start, float(w2 * z1 - w1 * z2)
 
 
 def _first_argument(limits: Swing, slope: float) -> float:
@@ -259,22 +260,17 @@ def sensitivity(
 
     The largest over `times` (n, s), or some of them: see `core.sensitivity`.
     """
-    sample = representative(times)
-    inputs = np.array([lambda1, lambda3, weight_moment, *omega, *orientation])
+    sample, inputs = representative(times), [lambda1, lambda3, weight_moment, *omega, *orientation]
 
-    def motion(values: Floats) -> HeavyMotion:
-        first, third, weight = values[:3].tolist()
-        return heavy_motion(first, third, weight, values[3:6], values[6:])
+    def motion(values: Sequence[Any]) -> HeavyMotion:
+        first, third, weight = map(float, values[:3])
+        return heavy_motion(first, third, weight, np.array(values[3:6]), np.array(values[6:]))
 
     given = motion(inputs)
     # Time at the top goes as log(1/k'). There several roundings may change k'^2 by a large part of it: what
     # they do is no measure of what one does.
     grown = 1 if given.limits.complement < 1e-6 else GROWN
-
-    def moved() -> Iterator[Floats]:
-        for place in np.flatnonzero(inputs):
-            changed = inputs.copy()
-            changed[place] *= 1 + grown * EPS
-            yield motion(changed).at(sample)[1][None]
-
-    return float(to_rounding(moved(), given.at(sample)[1][None], grown)[0])
+    orientations = given.at(sample)[1][None]
+    return float(
+        to_rounding(lambda moved: motion(moved).at(sample)[1][None], inputs, inputs, orientations, grown)[0]
+    )

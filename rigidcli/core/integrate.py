@@ -1,4 +1,4 @@
-"""The integration of ordinary differential equations y' = f(t, y) from a known start, by three methods.
+"""The integration of ordinary differential equations y' = f(t, y) from a start, by three methods.
 
     solution = integrate(flow, start, (0.0, 10.0), blocks=(4, 3))
     solution.at(np.linspace(0.0, 10.0, 1001))
@@ -112,15 +112,13 @@ def integrate(
         from rigidcli.core import taylor
 
         taylor.loaded()
+        next(steps, None)  # the first of them show the sizes of the variables
         try:
-            next(steps, None)
             return compiled()
         except TooManySteps:
             raise
         except ComputationError as error:
             note = f"{error}: the method `auto` is taken"
-        del times[1:], states[len(y0) :]
-        steps = runge_kutta.march(f, times, states, t1, least=least, stops=stops, roundings=errors, **common)
     may_change = engine == "auto" and not len(stops) and find_spec("heyoka") is not None
     trial = TRIAL / starts if may_change else math.inf
     for t in steps:

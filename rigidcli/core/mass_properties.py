@@ -8,14 +8,14 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass, replace
-from functools import partial, reduce
+from functools import reduce
 from operator import add
 from typing import Any
 
 import numpy as np
 
 from rigidcli.core.arithmetic import FLOAT, Arithmetic, Array, Floats, Scalar
-from rigidcli.core.tensor import Inertia, combined, misplaced, shift_from_com
+from rigidcli.core.tensor import Inertia, misplaced, shift_from_com
 from rigidcli.errors import ValueProblem
 
 
@@ -23,11 +23,10 @@ from rigidcli.errors import ValueProblem
 class MassProperties:
     """What a body is to its motion: mass (kg), centre of mass (3, m), inertia about it.
 
-    Rounding may misplace the centre of mass by `error` (m). Of a body without a known mass the tensor
-    cannot be shifted: `inertia` is then about the point `com`, and `at_com` says whether that
+    Rounding may misplace the centre of mass by `error` (m). Without a mass the tensor cannot be
+    shifted: `inertia` is then about the point `com`, and `at_com` says whether that
     is its centre of mass. `integrated` bounds the relative error of integrals over a varying density, by an
-    estimate; it is None where there are none. `summed` gives the inertia about any point (3, m, to within an
-    error) where it is a sum that is better taken about that point itself than shifted.
+    estimate; it is None where there are none.
     """
 
     mass: Scalar | None
@@ -36,7 +35,6 @@ class MassProperties:
     error: float = 0.0
     at_com: bool = True
     integrated: float | None = None
-    summed: Callable[[Array, float], Inertia] | None = None
 
     @property
     def tensor(self) -> Array:
@@ -44,18 +42,15 @@ class MassProperties:
         return self.inertia.tensor
 
     def inertia_about(self, point: Array, error: float = 0.0) -> Inertia:
-        """Inertia about `point` (3, m, to within `error`) of a body of known mass."""
-        if self.summed is not None:
-            return self.summed(point, error)
+        """Inertia about `point` (3, m, to within `error`) of a body that has a mass."""
         assert self.mass is not None
         return self.inertia.shifted(self.mass, self.com - point, self.error + error + misplaced(point))
 
     def missing(self) -> MassProperties:
-        """Those of a hole of this form: with them, what is left is a sum."""
+        """The mass properties of a hole of this form, which are added to take it away."""
         assert self.mass is not None
-        whole = self.summed
-        summed = whole and (lambda point, error: whole(point, error).missing())
-        return replace(self, mass=-self.mass, inertia=self.inertia.missing(), summed=summed)
+        inertia = replace(self.inertia, entries=-self.inertia.entries)
+        return replace(self, mass=-self.mass, inertia=inertia)
 
 
 def of_points(points: Array, n: Arithmetic = FLOAT) -> MassProperties:
@@ -63,7 +58,7 @@ def of_points(points: Array, n: Arithmetic = FLOAT) -> MassProperties:
     if n.exact:
         nothing = Inertia.of(n.array(np.zeros((3, 3), dtype=int)))
         single = [MassProperties(point[0], point[1:], nothing) for point in points]
-        return replace(_sum_exactly(single, n), summed=partial(about, points))
+        return _sum_exactly(single, n)
     mass, origin = points[:, 0], points[0, 1:]
     total = mass.sum()
     offset = points[:, 1:] - origin
@@ -71,13 +66,7 @@ def of_points(points: Array, n: Arithmetic = FLOAT) -> MassProperties:
     offset = offset - centre
     com, extent = origin + centre, offset[np.argmax((offset**2).sum(axis=1))]
     inertia = Inertia.of_sums(total, com, (offset * mass[:, None]).T @ offset)
-    return MassProperties(total, com, inertia, misplaced(com, extent), summed=partial(about, points))
-
-
-def about(points: Array, point: Array, error: float = 0.0) -> Inertia:
-    """Inertia of point masses, rows (m, x, y, z) in kg and m, about `point` (3, m, to within `error`)."""
-    offset = points[:, 1:] - point
-    return Inertia.of_sums(points[:, 0].sum(), point, (offset * points[:, :1]).T @ offset, error)
+    return MassProperties(total, com, inertia, misplaced(com, extent))
 
 
 def of_blocks(read: Callable[[], Iterable[Floats]]) -> MassProperties:
@@ -124,7 +113,7 @@ def _sums(read: Callable[[], Iterable[Floats]], centre: Floats | None) -> tuple[
 
 
 def combine(parts: Iterable[MassProperties], n: Arithmetic = FLOAT) -> MassProperties:
-    """The bodies, of known mass, taken as one. A hole is a part with negative mass and tensor.
+    """The bodies, which have masses, taken as one. A hole is a part with negative mass and tensor.
 
     Raises ValueProblem when the masses cancel, so that there is no centre of mass.
     """
@@ -134,22 +123,16 @@ def combine(parts: Iterable[MassProperties], n: Arithmetic = FLOAT) -> MassPrope
     if mass == 0:
         raise ValueProblem("the masses of the parts and holes add up to zero")
 
-    def summed(point: Array, error: float) -> Inertia:
-        if n.exact or any(part.summed for part in parts):
-            return reduce(add, (part.inertia_about(point, error) for part in parts))
-        return combined(inertias, masses, coms - point, errors + (error + misplaced(point)))
-
     if n.exact:
-        return replace(_sum_exactly(parts, n), summed=summed)
-    inertias, errors = [part.inertia for part in parts], np.array([part.error for part in parts])
+        return _sum_exactly(parts, n)
     coms = np.array([part.com for part in parts])
-    known = [abs(part.mass or 0) * part.integrated for part in parts if part.integrated is not None]
-    integrated = float(sum(known) / abs(mass)) if known else None
+    errors = [abs(part.mass or 0) * part.integrated for part in parts if part.integrated is not None]
+    integrated = float(sum(errors) / abs(mass)) if errors else None
     com = coms[0] + masses @ (coms - coms[0]) / mass
     reach = [part.error + misplaced(own) for part, own in zip(parts, coms - com, strict=True)]
     error = np.abs(masses) @ n.array(reach) / abs(mass)
-    inertia = combined(inertias, masses, coms - com, errors + error)
-    return MassProperties(mass, com, inertia, error, integrated=integrated, summed=summed)
+    inertia = reduce(add, (part.inertia_about(com, error) for part in parts))
+    return MassProperties(mass, com, inertia, error, integrated=integrated)
 
 
 def _sum_exactly(parts: Iterable[MassProperties], n: Arithmetic) -> MassProperties:
@@ -170,15 +153,8 @@ def place(
 ) -> MassProperties:
     """`body` turned about the origin by `rotation` (3 by 3), then moved by `displacement` (3, m).
 
-    The displacement is known to within `error` (m).
+    The displacement is off by at most `error` (m).
     """
-    own, far = body.summed, error + misplaced(displacement)
-
-    def summed(point: Array, error: float) -> Inertia:
-        assert own is not None
-        there = n.tidy(rotation.T @ (point - displacement))
-        return own(there, error + far + misplaced(point)).turned(rotation)
-
     com, inertia = rotation @ body.com + displacement, body.inertia.turned(rotation)
-    off = body.error + far + misplaced(body.com)
-    return MassProperties(body.mass, com, inertia, off, body.at_com, body.integrated, own and summed)
+    off = body.error + error + misplaced(displacement) + misplaced(body.com)
+    return MassProperties(body.mass, com, inertia, off, body.at_com, body.integrated)

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import math
-import os
 from collections.abc import Iterator
 from contextlib import suppress
 from pathlib import Path
 
 from rigidcli.errors import ComputationError
+from rigidcli.sandbox import address_space
 
 A_NUMBER = 28
 """Bytes that a number of a table takes while a study fills it: 8 for itself, the rest on the way there.
@@ -20,9 +20,9 @@ ITS_TEXT = 60
 """Bytes that the text of a number takes where all is written at once: 20 digits, three times over."""
 
 
-def require(rows: int, columns: int, each: int = A_NUMBER) -> None:
-    """Raise ComputationError where there is too little for the samples, of `each` so many bytes a number."""
-    needed, left = rows * columns * each, available()
+def require(rows: int, columns: int, size: int = A_NUMBER) -> None:
+    """Raise ComputationError where there is too little for the samples, with numbers of `size` bytes."""
+    needed, left = rows * columns * size, available()
     if needed > left:
         about, had = (f"{x / 1e9:.1f} GB" if x >= 1e9 else f"{x / 1e6:.0f} MB" for x in (needed, left))
         raise ComputationError(
@@ -43,8 +43,7 @@ def _limits() -> Iterator[float]:
 
         most, _ = resource.getrlimit(resource.RLIMIT_AS)
         if most != resource.RLIM_INFINITY:
-            pages = int(Path("/proc/self/statm").read_text().split()[0])
-            yield most - pages * os.sysconf("SC_PAGE_SIZE")
+            yield most - (address_space() or 0)
     # Linux keeps the limits of a group of processes, as of a container, in one of these, by its version.
     for limit, used in (
         ("memory.max", "memory.current"),

@@ -1,19 +1,200 @@
-"""Free precession of a symmetric body, and the precession that tides drive.
+"""Precession by formulas: tops under their weight, symmetric bodies left to themselves, planets under tides.
 
-All formulas take floats and exact numbers alike.
+Of tops, `lambda1` (> 0) and `lambda3` are the moments about the fixed pivot, across and along the
+symmetry axis (kg m^2); `spin` is the component of omega along that axis, of either sign (rad/s);
+`weight_moment` is M g R >= 0 (N m), the axis pointing from the pivot to the centre of mass; `tilt` is the
+angle theta of the axis from the upward vertical, from 0 to pi (rad). phi is the angle of the axis about
+the vertical, right-handed.
+
+Source: H. Goldstein, Classical Mechanics, 2nd edition, section 5.7.
+
+All formulas take floats and exact numbers alike. Exact numbers may contain symbols without a value. What
+depends on them comes out as the formula of the general case, valid where its square roots are real and its
+denominators not zero; a choice that has no formula is None.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Literal, TypeAlias
 
-from rigidcli.core.arithmetic import Arithmetic, Scalar
-from rigidcli.core.top import cosine
+from rigidcli.core.arithmetic import EPS, Arithmetic, Scalar
 from rigidcli.errors import ComputationError
+
+ROUNDING = 4 * EPS
+"""The largest difference of two equal numbers, in units of either, that a few roundings leave."""
 
 JULIAN_YEAR = 36525 * 864
 """365.25 days of 86,400 seconds (s)."""
+
+Stability: TypeAlias = Literal["stable", "marginal", "unstable"]
+
+
+@dataclass(frozen=True, slots=True)
+class Steady:
+    """The rates of precession at constant tilt (rad/s), and the least |spin| that allows any (rad/s).
+
+    `slow_rate` is the smaller in magnitude, the negative one of a tie; None where there is none. Where
+    both are complex, `complex_roots` holds them as (re, im). `minimum_spin` is 0 when every spin will do.
+    """
+
+    slow_rate: Scalar | None
+    fast_rate: Scalar | None
+    complex_roots: tuple[tuple[Scalar, Scalar], ...]
+    minimum_spin: Scalar | None
+
+
+@dataclass(frozen=True, slots=True)
+class Sleeping:
+    """The top spinning upright.
+
+    `sleeping_spin` is the |spin| (rad/s) above which that is stable, `sleeping_growth_rate` (1/s) the rate of
+    a small deviation: None when stable, 0 when marginal. `sleeping_frequencies` are the two rates (rad/s,
+    signed, the smaller in magnitude first) at which a small deviation goes round; None when unstable.
+    """
+
+    sleeping_spin: Scalar | None
+    sleeping: Stability | None
+    sleeping_growth_rate: Scalar | None
+    sleeping_frequencies: tuple[Scalar, Scalar] | None
+
+
+def cosine(angle: Scalar, n: Arithmetic) -> Scalar:
+    """cos(angle), and 0 for an angle (rad) that is a right angle but for its rounding."""
+    value = n.cos(angle)
+    return 0 * value if not n.exact and abs(value) <= ROUNDING else value
+
+
+def sine(angle: Scalar, n: Arithmetic) -> Scalar:
+    """sin(angle), and 0 for an angle (rad) that is pi but for its rounding."""
+    value = n.sin(angle)
+    straight = n.sign(n.pi - angle) == 0 if n.exact else abs(angle - n.pi) <= ROUNDING
+    return 0 * value if straight else value
+
+
+def gyroscopic_rate(lambda3: Scalar, spin: Scalar, weight_moment: Scalar, n: Arithmetic) -> Scalar | None:
+    """Precession of a fast top, M g R / (lambda3 spin) (rad/s, signed); None without spin."""
+    momentum = lambda3 * spin
+    return None if n.sign(momentum) == 0 else weight_moment / momentum
+
+
+def gyroscopic_period(lambda3: Scalar, spin: Scalar, weight_moment: Scalar, n: Arithmetic) -> Scalar | None:
+    """Its period, 2 pi |lambda3 spin|/(M g R) (s); None without spin or weight."""
+    momentum = lambda3 * spin
+    if n.sign(momentum) == 0 or n.sign(weight_moment) == 0:
+        return None
+    return _tidy(2 * n.pi * abs(momentum) / weight_moment, n)
+
+
+def gyroscopic_error(
+    lambda1: Scalar, lambda3: Scalar, spin: Scalar, tilt: Scalar, slow: Scalar | None, n: Arithmetic
+) -> Scalar | None:
+    """Relative error of `gyroscopic_rate` for the `slow` rate of the same top; None without either.
+
+    M g R / S / W - 1 = -lambda1 cos(theta) W / S by the equation of W, and this form cancels nothing.
+    """
+    momentum = lambda3 * spin
+    if slow is None or n.sign(momentum) == 0:
+        return None
+    return _tidy(-lambda1 * cosine(tilt, n) * slow / momentum, n)
+
+
+def steady(
+    lambda1: Scalar, lambda3: Scalar, spin: Scalar, tilt: Scalar, weight_moment: Scalar, n: Arithmetic
+) -> Steady:
+    """Steady precession: lambda1 cos(theta) W^2 - lambda3 spin W + M g R = 0.
+
+    A horizontal top has one root, none without spin. A hanging one has two of opposite sign. At theta = 0
+    and pi the roots are the limits of those at a small tilt.
+    """
+    upward = cosine(tilt, n)
+    side, momentum = n.sign(upward), lambda3 * spin
+    if side == 0:
+        rate = gyroscopic_rate(lambda3, spin, weight_moment, n)
+        if rate is None and n.sign(weight_moment) == 0:
+            rate = weight_moment  # no torque, no precession
+        return Steady(rate, None, (), 0 * lambda1)
+    first, second, are_real = _roots(lambda1 * upward, momentum, weight_moment, n)
+    least = 0 * lambda1 if side == -1 else _threshold(lambda1 * upward, lambda3, weight_moment, n)
+    if not are_real:
+        return Steady(None, None, ((first, -second), (first, second)), least)
+    return Steady(first, second, (), least)
+
+
+def sleeping(
+    lambda1: Scalar, lambda3: Scalar, spin: Scalar, weight_moment: Scalar, n: Arithmetic
+) -> Sleeping:
+    """Stability of the upright top.
+
+    Near the vertical z = x + i y of the axis obeys lambda1 z'' - i lambda3 spin z' - M g R z = 0, and
+    z = exp(i W t) turns this into the equation of steady precession at theta = 0. A spin within
+    rounding of the threshold is marginal.
+    """
+    momentum = lambda3 * spin
+    threshold = _threshold(lambda1, lambda3, weight_moment, n)
+    first, second, are_real = _roots(lambda1, momentum, weight_moment, n)
+    if not are_real:
+        return Sleeping(threshold, "unstable", second, None)
+    rates = first, second
+    sign, root = _root_of_discriminant(lambda1, momentum, weight_moment, n)
+    if sign is None:
+        growth = n.sqrt(_tidy(-(root**2), n)) / (2 * lambda1)
+        return Sleeping(threshold, None, _tidy(growth, n), rates)
+    if sign == 0:
+        return Sleeping(threshold, "marginal", 0 * lambda1, rates)
+    return Sleeping(threshold, "stable", None, rates)
+
+
+def _roots(a: Scalar, s: Scalar, p: Scalar, n: Arithmetic) -> tuple[Scalar, Scalar, bool]:
+    """The roots of a W^2 - s W + p = 0 for p >= 0 and a other than 0, and whether they are real.
+
+    The smaller in magnitude is first. Where they are not real, it is the real and the imaginary part of one.
+    """
+    sign, root = _root_of_discriminant(a, s, p, n)
+    if sign == -1:
+        return _tidy(s / (2 * a), n), _tidy(root / (2 * a), n), False
+    turn = n.sign(s)
+    if turn is None:
+        # The root of the same sign as s, whichever that is.
+        double = s * (1 + n.sqrt(_tidy(1 - 4 * a * p / s**2, n)))
+    else:
+        double = s + root if turn > 0 else s - root
+    if n.sign(double) == 0:
+        return p, p, True  # p = 0 here
+    return _tidy(2 * p / double, n), _tidy(double / (2 * a), n), True
+
+
+def _root_of_discriminant(a: Scalar, s: Scalar, p: Scalar, n: Arithmetic) -> tuple[int | None, Scalar]:
+    """The sign of D = s^2 - 4 a p and the root of |D|; of D where the sign depends on symbols.
+
+    Floats take D by its factors, which neither overflow nor cancel more than the data do.
+    """
+    if n.exact:
+        square = _tidy(s**2 - 4 * a * p, n)
+        sign = n.sign(square)
+        return sign, n.sqrt(-square if sign == -1 else square)
+    bound = 2 * n.sqrt(abs(a)) * n.sqrt(p)
+    if a < 0:
+        root = n.hypot(s, bound)
+        return n.sign(root), root
+    excess = abs(s) - bound
+    if abs(excess) <= ROUNDING * bound:
+        return 0, 0.0
+    return n.sign(excess), n.sqrt(abs(excess)) * n.sqrt(abs(s) + bound)
+
+
+def _threshold(a: Scalar, lambda3: Scalar, p: Scalar, n: Arithmetic) -> Scalar | None:
+    """The spin at which the roots are equal, 2 sqrt(a p) / lambda3; None where no spin is enough."""
+    bound = 2 * n.sqrt(a * p) if n.exact else 2 * n.sqrt(a) * n.sqrt(p)
+    if n.sign(lambda3) == 0:
+        return bound if n.sign(bound) == 0 else None
+    return _tidy(bound / lambda3, n)
+
+
+def _tidy(x: Scalar, n: Arithmetic) -> Scalar:
+    short: Scalar = n.tidied(x) if n.exact else x
+    return short
 
 
 @dataclass(frozen=True, slots=True)

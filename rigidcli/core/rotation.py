@@ -137,6 +137,12 @@ def compose(p: Array, q: Array) -> Array:
     )
 
 
+def inverse(q: Array) -> Array:
+    """The unit quaternions (..., 4) of the turns back."""
+    back: Array = q * [1, -1, -1, -1]
+    return back
+
+
 def turned(q: Array, v: Array) -> Array:
     """The vectors v (..., 3) turned by unit quaternions q (..., 4): v + 2 q0 (q x v) + 2 q x (q x v).
 
@@ -150,7 +156,7 @@ def turned(q: Array, v: Array) -> Array:
 
 def angles_between(p: Floats, q: Floats) -> Floats:
     """The angles (..., rad, 0 to pi) between orientations (..., 4), also tiny ones, whatever the signs."""
-    between = compose(p * [1, -1, -1, -1], q)
+    between = compose(inverse(p), q)
     angles: Floats = 2 * np.arctan2(np.linalg.norm(between[..., 1:], axis=-1), np.abs(between[..., 0]))
     return angles
 

@@ -139,7 +139,7 @@ class Solution:
     knots: Floats
     """Where steps begin and end (steps + 1), from the start of the span to its end, which may come before."""
     sample: Callable[[Floats], Floats] = field(repr=False)
-    """`at`, for times (k) that are known to be inside the span."""
+    """`at`, for times (k) inside the span."""
     sizes: State | None = None
     """Sizes of its variables or blocks, by which the engine has measured errors; None where it needs none."""
     note: str | None = None

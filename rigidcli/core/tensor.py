@@ -5,16 +5,13 @@ of inertia stand off the diagonal with a minus sign: Ixy = -sum m x y. With this
 tensor, so that L = I.omega and T = omega.I.omega/2 hold in any axes.
 
 A slender body has a moment that may be smaller than the rounding of the others. So `Inertia` keeps the
-tensor along axes in which it is known best, with a bound on the rounding of each entry.
+tensor along the axes in which it has most digits, with a bound on the rounding of each entry.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
 from dataclasses import dataclass, field
-from functools import reduce
-from operator import add
 from typing import Any
 
 import numpy as np
@@ -33,7 +30,7 @@ MISPLACED = 8 * EPS
 
 
 IDENTITY = np.eye(3, dtype=int)
-"""The axes of what is not turned."""
+"""The axes of a body that is not turned."""
 
 IDENTITY.setflags(write=False)
 
@@ -47,7 +44,7 @@ def misplaced(*vectors: Array) -> float:
 def spread_noise(mass: Scalar, spread: Array, error: float) -> Floats:
     """A bound on the rounding errors (3 by 3, kg m^2) of the tensor of a `mass` about some point.
 
-    `spread` (3, m) is its root mean square distance from the point along each axis. Each place is known to
+    `spread` (3, m) is its root mean square distance from the point along each axis. Places are off by at most
     `error` (m), so that what lies on an axis may seem to lie beside it.
     """
     if spread.dtype == object:
@@ -79,16 +76,13 @@ class Inertia:
         )
 
     @classmethod
-    def of_sums(cls, mass: Scalar, centre: Array, sums: Array, error: float = 0.0) -> Inertia:
-        """Of places with that `mass`, by the `sums` of m r r^T (3 by 3, kg m^2), r from `centre` (3, m).
-
-        Their coordinates are rounded, and the centre is known to `error` (m) besides.
-        """
+    def of_sums(cls, mass: Scalar, centre: Array, sums: Array) -> Inertia:
+        """Of rounded places with that `mass`, by the `sums` of m r r^T (3 by 3, kg m^2), r from `centre`."""
         entries = from_second_moments(1, sums)
         if entries.dtype == object:
             return cls.of(entries)
         spread = np.sqrt(sums.diagonal() / mass)
-        return cls.of(entries, spread_noise(mass, spread, error + misplaced(centre, spread)))
+        return cls.of(entries, spread_noise(mass, spread, misplaced(centre, spread)))
 
     @property
     def tensor(self) -> Array:
@@ -138,10 +132,6 @@ class Inertia:
         noise = self.noise if d.dtype == object else self.noise + spread_noise(mass, np.abs(d), error)
         return Inertia(shift_from_com(self.entries, mass, d), noise, self.axes)
 
-    def missing(self) -> Inertia:
-        """Of a hole of this form."""
-        return Inertia(-self.entries, self.noise, self.axes)
-
     def __add__(self, other: Inertia) -> Inertia:
         """Of both bodies; along axes that they have in common, if they have."""
         one, two = (self, other) if (self.axes == other.axes).all() else (self.in_space(), other.in_space())
@@ -167,26 +157,6 @@ class Inertia:
         """Angular momentum (..., 3; kg m^2/s) at angular velocities `omega` (..., 3; rad/s)."""
         momentum: Array = omega @ self.axes @ self.entries @ self.axes.T
         return momentum
-
-
-def combined(bodies: Sequence[Inertia], masses: Floats, places: Floats, errors: Floats) -> Inertia:
-    """Of bodies with these `masses` (k) and inertias about their centres of mass, taken as one about a point.
-
-    The centres are at `places` (k by 3, m, to within `errors`) from it. The entries are along axes that all
-    the bodies have in common, if they have.
-    """
-    axes = bodies[0].axes
-    if any(body.axes is not axes and (body.axes != axes).any() for body in bodies):
-        return reduce(add, map(Inertia.shifted, bodies, masses, places, errors))
-    d = places @ axes
-    widest = np.abs(d) + errors[:, None]
-    products = (np.abs(masses) * widest.T) @ (ROUNDING / 2 * widest + errors[:, None])
-    moments = (masses * d.T) @ d
-    entries = np.sum([body.entries for body in bodies], axis=0)
-    entries += from_second_moments(0.5, moments + moments.T)
-    noise = np.sum([body.noise for body in bodies], axis=0)
-    noise += np.abs(from_second_moments(1, products + products.T))
-    return Inertia(entries, noise, axes)
 
 
 def point_tensor(d: Array) -> Array:

@@ -7,7 +7,7 @@ import pytest
 from hypothesis import assume, given
 from hypothesis import strategies as st
 
-from rigidcli.core.poinsot import AxisStability, about_axes
+from rigidcli.core.free_body import AxisStability, about_axes
 from tests.core.rigid_motion import principal_frame
 
 

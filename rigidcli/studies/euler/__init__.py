@@ -8,7 +8,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from rigidcli.core import memory, poinsot
+from rigidcli.core import free_body, memory
 from rigidcli.core.arithmetic import FLOAT
 from rigidcli.document.document import Document
 from rigidcli.errors import ValueProblem
@@ -134,7 +134,7 @@ def _stability(motion: Trajectory) -> tuple[Table, Table]:
     People see one row for axes of equal moments.
     """
     frame, speed = motion.problem.frame, FLOAT.hypot(*motion.problem.omega)
-    about = poinsot.about_axes(frame.moments, frame.groups)
+    about = free_body.about_axes(frame.moments, frame.groups)
     names, verdicts = list(AXES), {True: "yes", False: "no", None: "neutral"}
     rows = [
         (name, float(moment), one.stable, one.rate_per_spin, one.rate_per_spin and one.rate_per_spin * speed)

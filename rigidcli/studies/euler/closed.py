@@ -67,7 +67,7 @@ def _free_motions(problem: InitialValueProblem) -> tuple[Floats, Floats]:
     """omega (m, n, 3) and orientation (m, n, 4) of a body on which no torque acts, from its m starts."""
     omega, orientation = free_body.motions(*along_entries(problem), problem.times)
     axes = problem.inertia.axes
-    return omega @ axes.T, rotation.compose(orientation, rotation.as_quaternion(axes) * [1, -1, -1, -1])
+    return omega @ axes.T, rotation.compose(orientation, rotation.inverse(rotation.as_quaternion(axes)))
 
 
 def _heavy_top(problem: InitialValueProblem) -> Trajectory | None:
@@ -88,7 +88,7 @@ def _heavy_top(problem: InitialValueProblem) -> Trajectory | None:
     )
     motion = heavy_top.heavy_motion(*given)
     omega, orientation = motion.at(problem.times)
-    orientation = rotation.continuous(rotation.compose(orientation, turn * [1, -1, -1, -1]))
+    orientation = rotation.continuous(rotation.compose(orientation, rotation.inverse(turn)))
     error = math.hypot(heavy_top.sensitivity(*given, problem.times), motion.rounding(problem.times))
     return _trajectory(problem, omega @ axes.T, orientation, error)
 

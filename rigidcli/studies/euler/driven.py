@@ -23,9 +23,6 @@ from rigidcli.studies.euler.motion import InitialValueProblem, Trajectory, drift
 NOTHING = 1e-12
 """A component below this, in units of the largest of the torque, is zero but for rounding."""
 
-BACK = np.array([1, -1, -1, -1])
-"""A unit quaternion times this is that of the turn back."""
-
 
 def driven_trajectory(
     problem: InitialValueProblem,
@@ -82,7 +79,7 @@ def driven_trajectory(
     def along_document(times: Floats) -> tuple[Floats, Floats]:
         states = solution.at(times)
         quaternions = states[:, :4] / np.linalg.norm(states[:, :4], axis=1, keepdims=True)
-        return (states[:, 4:] / moments) @ axes.T, rotation.compose(quaternions, turn * BACK)
+        return (states[:, 4:] / moments) @ axes.T, rotation.compose(quaternions, rotation.inverse(turn))
 
     # Weight alone conserves the energy, and L about the vertical.
     gained = None if problem.torque is None else partial(_gained, acting, moments, solution)
@@ -130,7 +127,7 @@ def _torque(problem: InitialValueProblem, moments: Floats, axes: Floats, turn: F
     q, momentum = state[:4], state[4:]
     total = np.array([ZERO] * 3)
     if problem.weight.any():
-        total = np.cross(axes.T @ problem.weight, -rotation.turned(q * BACK, np.array([0, 0, 1])))
+        total = np.cross(axes.T @ problem.weight, -rotation.turned(rotation.inverse(q), np.array([0, 0, 1])))
     if problem.torque is None:
         return list(total)
     omega = 1 / moments * momentum
@@ -138,7 +135,7 @@ def _torque(problem: InitialValueProblem, moments: Floats, axes: Floats, turn: F
         Name("t"),
         *(axes @ omega),
         *rotation.turned(q, omega),
-        *rotation.compose(q, turn * BACK),
+        *rotation.compose(q, rotation.inverse(turn)),
         *rotation.turned(q, axes.T @ problem.third),
     ]
     values = dict(zip(VARIABLES, meanings, strict=True))
@@ -149,7 +146,7 @@ def _torque(problem: InitialValueProblem, moments: Floats, axes: Floats, turn: F
             for index, formula in enumerate(problem.torque.components)
         ]
     )
-    return list(total + (rotation.turned(q * BACK, own) if in_space else axes.T @ own))
+    return list(total + (rotation.turned(rotation.inverse(q), own) if in_space else axes.T @ own))
 
 
 def _bound(formula: Formula, values: dict[str, Node], path: Path) -> Node:

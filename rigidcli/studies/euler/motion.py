@@ -12,9 +12,9 @@ import numpy as np
 
 from rigidcli.bodies.rotations import Quaternion
 from rigidcli.core import rotation
-from rigidcli.core import top as heavytop
 from rigidcli.core.arithmetic import FLOAT, Floats
 from rigidcli.core.free_body import Periods
+from rigidcli.core.precession import cosine, sine, steady
 from rigidcli.core.principal import PrincipalFrame, principal_frame
 from rigidcli.core.tensor import Inertia
 from rigidcli.document.document import Document
@@ -45,8 +45,8 @@ class InitialValueProblem:
     `weight` is M g R (3, N m), the arm from O to the centre of mass times the weight; zero for none. `shown`
     (3 by 3) has as columns the axes of the results, and `frame` is the principal frame along these. `third`
     (3) is the axis that a torque knows as ux, uy, uz: that of a top, or e3 as it is printed. `carried` has as
-    columns (3 by 3) the axes whose Euler angles are told: those of the results, or of a top, the last along
-    its symmetry axis. `angles` is their sequence, None for no angles.
+    columns (3 by 3) the axes whose Euler angles are asked for: the axes of the results, or of a top, the last
+    along its symmetry axis. `angles` is the sequence of these angles, None for none.
     """
 
     inertia: Inertia
@@ -137,19 +137,19 @@ def _of_top(document: Document, motion: Motion, section: Top) -> InitialValuePro
     require_spin(document, section, top)
     fall, precession = top.mass * section.gravity * top.distance, section.precession
     if precession is None:
-        steady = heavytop.steady(lambda1, lambda3, spin, tilt, fall, FLOAT)
-        precession = steady.slow
+        rates = steady(lambda1, lambda3, spin, tilt, fall, FLOAT)
+        precession = rates.slow_rate
         if precession is None:
             raise ComputationError(
                 "there is no steady precession at this spin and tilt",
-                hint=f"it takes a spin of {steady.minimum_spin:.6g} rad/s" if steady.minimum_spin else None,
+                hint=f"it takes a spin of {rates.minimum_spin:.6g} rad/s" if rates.minimum_spin else None,
             )
-    sine, cosine = heavytop.sine(tilt, FLOAT), heavytop.cosine(tilt, FLOAT)
-    omega = np.array([section.nutation, precession * sine, spin])
+    across, upward = sine(tilt, FLOAT), cosine(tilt, FLOAT)
+    omega = np.array([section.nutation, precession * across, spin])
     axes = rotation.onto(tuple(top.axis), FLOAT)
-    tilted = np.array([[1.0, 0, 0], [0, cosine, -sine], [0, sine, cosine]])
+    tilted = np.array([[1.0, 0, 0], [0, upward, -across], [0, across, upward]])
     inertia = Inertia.of(np.diag([lambda1, lambda1, lambda3])).turned(axes)
-    period = nutation(lambda1, lambda3, spin, tilt, precession, section.nutation, fall).period
+    period = nutation(lambda1, lambda3, spin, tilt, precession, section.nutation, fall).nutation_period
     shown = document.physical.axes
     return _problem(
         motion,

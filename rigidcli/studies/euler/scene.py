@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 
 from rigidcli.bodies import charts
-from rigidcli.core import poinsot, rotation
+from rigidcli.core import rotation
 from rigidcli.core.arithmetic import FLOAT, Floats
 from rigidcli.document.document import Document
 from rigidcli.picture import Mark
@@ -16,6 +16,7 @@ from rigidcli.report import Column, Table
 from rigidcli.scene import Part, Scene, Stage
 from rigidcli.studies.euler.motion import Trajectory
 from rigidcli.studies.pictures.bodies import marks_of_body, moved, reach
+from rigidcli.studies.pictures.closed import semi_axes
 
 AXES, VECTORS, SPACE = 1.25, 1.5, 1.6
 """Lengths of the axes of the body, of omega and L where they are longest, and of the axes of space, in units
@@ -30,12 +31,12 @@ def scene_of(document: Document, motion: Trajectory, samples: Table) -> Scene | 
     if len(motion.problem.times) < 2:
         return None
     stages = (_in_space(document, motion), *_rolling_ellipsoid(motion))
-    known = {column.key: column for column in samples.columns}
+    columns = {column.key: column for column in samples.columns}
     length = np.hypot.reduce(motion.momentum_in_space, axis=1)
-    space = known["angular_momentum_space"]
+    space = columns["angular_momentum_space"]
     momentum = Column("L", length, ("|L|",), space.unit, (r"|\mathbf{L}|",), noise=space.noise)
-    read = [known["t"], known["omega"], known["kinetic_energy"], momentum]
-    read += [known["angles"]] if "angles" in known else []
+    read = [columns["t"], columns["omega"], columns["kinetic_energy"], momentum]
+    read += [columns["angles"]] if "angles" in columns else []
     readings, orientation = (
         Table("", "the motion", tuple(read), data=True),
         rotation.continuous(motion.orientation),
@@ -71,14 +72,14 @@ def _in_space(document: Document, motion: Trajectory) -> Stage:
 
 
 def _body(document: Document, motion: Trajectory) -> tuple[list[Mark], float]:
-    """The body about O, or its ellipsoid of inertia where its parts are not known; and how far it reaches."""
+    """The body about O, or its ellipsoid of inertia where its parts are not given; and how far it reaches."""
     marks: list[Mark] = []
     if document.body is not None:
         turn, shift = np.eye(3), -document.physical.point
         marks += (replace(mark, points=moved(mark.points, turn, shift)) for mark in marks_of_body(document))
     if not marks:
         moments = motion.problem.frame.moments
-        axes = poinsot.semi_axes(moments / moments.max(), 1.0)
+        axes = semi_axes(moments / moments.max(), 1.0)
         if axes is None:
             return [], 1.0
         marks.append(Mark("faces", _ellipsoid(axes, motion), "ellipsoid of inertia", style=5))
@@ -93,7 +94,7 @@ def _rolling_ellipsoid(motion: Trajectory) -> Iterator[Stage]:
     """
     momentum = motion.momentum_in_space[0]
     length = float(np.hypot.reduce(momentum))
-    axes = poinsot.semi_axes(motion.problem.frame.moments, 2 * float(motion.energy[0]))
+    axes = semi_axes(motion.problem.frame.moments, 2 * float(motion.energy[0]))
     if motion.free is None or axes is None or not length:
         return
     along, size = momentum / length, float(axes.max())

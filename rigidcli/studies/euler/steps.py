@@ -107,22 +107,22 @@ def euler_steps(motion: Trajectory, fields: Sequence[Field], stability: Table) -
         ),
         (stability,),
     )
-    told = {entry.key: replace(entry, key="") for entry in fields}
-    words = told["motion"].words
+    results = {entry.key: replace(entry, key="") for entry in fields}
+    words = results["motion"].words
     if free is None:
         sentence = f"Kind of motion: {words}. Method: {motion.method}."
-        yield Step("Motion", sentence, (told["angular_momentum"], told["kinetic_energy"]))
+        yield Step("Motion", sentence, (results["angular_momentum"], results["kinetic_energy"]))
         return
-    found = [told["angular_momentum"], told["kinetic_energy"]]
+    shown = [results["angular_momentum"], results["kinetic_energy"]]
     sentence = f"No torque acts: L in space and T are constant. Kind of motion: {words}."
     body, omegas, _ = along_entries(motion.problem)
     path = circulation(body, omegas[0]) if free.regime.startswith("about") else None
     if path is not None:
         sentence += " The components of omega are Jacobi's elliptic functions cn, sn and dn of the modulus k."
-        found += [
+        shown += [
             Field("", float(path.k[0, 0]) ** 2, "k^2", "k^2"),
             Field("", float(path.rate[0, 0]), "rate of their argument", "", "rad/s"),
             Field("", path.amplitudes[0, 0], "amplitudes", "", "rad/s"),
-            told["period"],
+            results["period"],
         ]
-    yield Step("Motion", sentence, tuple(found))
+    yield Step("Motion", sentence, tuple(shown))

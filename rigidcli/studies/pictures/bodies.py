@@ -16,7 +16,6 @@ from rigidcli.bodies.holes import Leaf
 from rigidcli.bodies.meshes import Mesh
 from rigidcli.bodies.point_masses import PointMasses
 from rigidcli.bodies.shape import Shape, Wire
-from rigidcli.core import poinsot
 from rigidcli.core.arithmetic import FLOAT, Floats
 from rigidcli.document.document import Document
 from rigidcli.errors import RigidError
@@ -24,7 +23,7 @@ from rigidcli.fields.environment import Environment
 from rigidcli.picture import Mark, Panel, Picture, Ruler
 from rigidcli.studies.body import body_frame
 from rigidcli.studies.common import require_values
-from rigidcli.studies.pictures.closed import ellipsoid
+from rigidcli.studies.pictures.closed import ellipsoid, semi_axes
 
 MOST_POINTS = 2_000
 """The most point masses that are drawn, evenly chosen, so that a picture is small."""
@@ -43,7 +42,7 @@ def body(document: Document) -> Picture:
     forms, axes = marks_of_body(document), physical.axes
     marks = [replace(mark, points=moved(mark.points, axes, np.zeros(3))) for mark in forms]
     centre = axes.T @ physical.point if marks else np.zeros(3)
-    semi = poinsot.semi_axes(frame.moments, 1.0)
+    semi = semi_axes(frame.moments, 1.0)
     size = reach(marks, centre) or (1.0 if semi is None or marks else float(semi.max()))
     # Without a body, the picture has the unit of the ellipsoid x.I.x = 1.
     title, unit, com = "principal axes and ellipsoid of inertia", "1/√(kg m^2)", centre

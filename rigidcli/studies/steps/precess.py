@@ -6,7 +6,6 @@ from collections.abc import Iterator, Mapping
 from typing import Any
 
 from rigidcli.core import precession
-from rigidcli.core import top as heavytop
 from rigidcli.core.arithmetic import Arithmetic
 from rigidcli.document.document import Document
 from rigidcli.document.precession import Tide, Top
@@ -64,7 +63,7 @@ def _top(section: Top, top: Mapping[str, Value], n: Arithmetic) -> Iterator[Step
 
 def _steady(top: Mapping[str, Value], numbers: Mapping[str, Value], n: Arithmetic) -> Step:
     fall = top["mass"] * top["gravity"] * top["distance"]
-    upward = top["lambda1"] * heavytop.cosine(top["tilt"], n)
+    upward = top["lambda1"] * precession.cosine(top["tilt"], n)
     discriminant = n.tidied((top["lambda3"] * top["spin"]) ** 2 - 4 * upward * fall)
     text, unit = "lambda3^2*omega3^2 - 4*lambda1*cos(theta)*M*g*R", "kg^2 m^4/s^2"
     rates = [
@@ -87,7 +86,7 @@ def _steady(top: Mapping[str, Value], numbers: Mapping[str, Value], n: Arithmeti
 def _nutation(section: Top, top: Mapping[str, Value], n: Arithmetic) -> Step:
     """The cubic in u = cos(theta), and its turning points; for floats only."""
     start = top["slow_rate"] if section.precession is None else section.precession
-    cosine, sine = heavytop.cosine(top["tilt"], n), heavytop.sine(top["tilt"], n)
+    cosine, sine = precession.cosine(top["tilt"], n), precession.sine(top["tilt"], n)
     a = top["lambda3"] * top["spin"] / top["lambda1"]
     beta = 2 * top["mass"] * top["gravity"] * top["distance"] / top["lambda1"]
     b = sine**2 * start + a * cosine
@@ -101,7 +100,7 @@ def _nutation(section: Top, top: Mapping[str, Value], n: Arithmetic) -> Step:
         "two of the roots.",
         (
             cubic,
-            *(Field("", float(heavytop.cosine(top[key], n)), name, name, "") for key, name in limits),
+            *(Field("", float(precession.cosine(top[key], n)), name, name, "") for key, name in limits),
             Field("", top["theta_min"], "least tilt", r"\theta_\mathrm{min}", "rad"),
             Field("", top["theta_max"], "greatest tilt", r"\theta_\mathrm{max}", "rad"),
         ),
