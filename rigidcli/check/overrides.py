@@ -9,7 +9,7 @@ from dataclasses import dataclass, replace
 from rigidcli.check.answers import folded
 from rigidcli.check.files import noted
 from rigidcli.check.judge import Item
-from rigidcli.check.records import Judgement, overridden
+from rigidcli.check.records import Judgement
 from rigidcli.check.roster import points_in, read_table
 from rigidcli.errors import DocumentError, Problem, nearest, shown
 
@@ -31,7 +31,7 @@ class Overrides:
             student = folded(each.student)
             unknown.pop(student, None)
             questions = tuple(
-                overridden(question, *self.scores[student, folded(question.id)])
+                question.overridden(*self.scores[student, folded(question.id)])
                 if (student, folded(question.id)) in self.scores
                 else question
                 for question in each.questions

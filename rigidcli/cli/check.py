@@ -288,7 +288,7 @@ def view_of(
         from rigidcli.check.reports import regrade as again
 
         old = again.read(regrade)
-        return lambda judgements, style: again.table(again.changes(old, judgements), style)
+        return partial(again.table, old)
     if canvas is not None:
         from rigidcli.check.reports import canvas as gradebook
         from rigidcli.check.reports import read
