@@ -18,7 +18,7 @@ from rigidcli.algebra.trees import to_tree
 from rigidcli.check.base import Asked
 from rigidcli.check.question import Question
 from rigidcli.check.reading import Domain, Names, names_in_all, names_of, read_equations
-from rigidcli.check.same import same
+from rigidcli.check.same import Formulas, formulas_of
 from rigidcli.document.variables import acceleration, momentum, velocity
 from rigidcli.errors import ExpressionError, ValueProblem
 from rigidcli.language.tree import Name, Negative, Node, Sum, bound, names_in
@@ -35,17 +35,19 @@ class Motion:
     `potential` is the energy at rest of a Hamiltonian.
     """
 
-    name: str
-    names: Names
+    formulas: Formulas
     rates: Mapping[str, Node]
     coordinates: tuple[str, ...] = ()
     momenta: tuple[str, ...] = ()
     aliases: Mapping[str, Node] = field(default_factory=dict)
     is_hamiltonian: bool = False
     first_order: bool = False
-    relative: float | None = None
-    numbers: bool = False
     potential: Node | None = None
+
+    @property
+    def names(self) -> Names:
+        """The names that an answer may hold."""
+        return self.formulas.names
 
     @cached_property
     def meanings(self) -> dict[str, Node]:
@@ -74,17 +76,14 @@ class Motion:
     def is_true(self, left: Node, right: Node) -> bool | str:
         """Whether an equation holds for the motion in all states."""
         both = [bound(self.names.without_derived(side), self.meanings) for side in (left, right)]
-        if self.numbers:
-            both = [bound(side, self.names.values) for side in both]
-        if self.relative is None:
-            known = list(self.rates.values())
-            found = same(both[0], both[1], self.names, self.name, known=known)
-            return found if found is not True else same(both[1], both[0], self.names, self.name, known=known)
+        if self.formulas.relative is None:
+            rates = list(self.rates.values())
+            outcome = self.formulas.same(both[0], both[1], beside=rates)
+            return outcome if outcome is not True else self.formulas.same(both[1], both[0], beside=rates)
         with suppress(ExpressionError):  # a tolerance is relative to the terms of the equation
             gap = to_tree(expand(self.exact(Sum((left, Negative(right))))))
-            meant = bound(gap, self.meanings)
-            both = [to_tree(ZERO), bound(meant, self.names.values) if self.numbers else meant]
-        return same(both[0], both[1], self.names, self.name, relative=self.relative)
+            both = [to_tree(ZERO), bound(gap, self.meanings)]
+        return self.formulas.same(both[0], both[1])
 
 
 def state_of(rate: str) -> str:
@@ -110,10 +109,10 @@ def of_document(asked: Asked) -> Motion:
     if "transform" not in asked.path and report.get("hamiltonian") is not None:
         energy = to_tree(report["hamiltonian"])
         potential = bound(energy, dict.fromkeys(states[half:], to_tree(ZERO)))
-    coordinates = states[:half]
+    coordinates, tolerance = states[:half], asked.question.tolerance
+    names = _with_rates(names, states, [*rates, *map(acceleration, coordinates)])
     return Motion(
-        asked.name,
-        _with_rates(names, states, [*rates, *map(acceleration, coordinates)]),
+        formulas_of(asked, names, tolerance.relative),
         rates,
         coordinates,
         states[half:],
@@ -170,8 +169,7 @@ def of_text(asked: Asked) -> Motion:
     partners = {} if second else _partners(question, functions, rates)
     derivatives = [*rates, *map(acceleration, partners), *aliases, *map(velocity, functions)]
     return Motion(
-        asked.name,
-        _with_rates(names, states, derivatives),
+        formulas_of(asked, _with_rates(names, states, derivatives), question.tolerance.relative),
         rates,
         tuple(partners),
         tuple(partners.values()),

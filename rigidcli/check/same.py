@@ -11,8 +11,9 @@ Values at points cannot see everything. What shows one side only (the sign of an
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from contextlib import suppress
+from dataclasses import dataclass, replace
 from functools import lru_cache, partial
 from itertools import islice
 from typing import TYPE_CHECKING
@@ -28,6 +29,7 @@ from rigidcli.language.text import reading
 from rigidcli.language.tree import Node
 
 if TYPE_CHECKING:
+    from rigidcli.check.base import Asked
     from rigidcli.check.reading import Names
 
 NEEDED = 4
@@ -37,47 +39,72 @@ WIDEST = 0.25
 """The largest relative radius of a difference, at which an agreement still says something."""
 
 
-def same(
-    answer: Node,
-    key: Node,
-    names: Names,
-    seed: str,
-    *,
-    constant: bool = False,
-    relative: float | None = None,
-    known: Sequence[Node] = (),
-) -> bool | str:
-    """Whether the answer is the key, or a sentence that says why this is open.
+@dataclass(frozen=True, eq=False)
+class Formulas:
+    """How formulas of the question called `name` are compared, in the `names` that they may hold.
 
-    A `constant` may differ: all that changes neither with the states nor with the time. Numbers may be wrong
-    by a `relative` tolerance, as a share of the largest term of the key. Functions with two sides that
-    stand in `known` formulas count as those of the key do.
+    Numbers may be wrong by a `relative` tolerance, as a share of the largest term of the key. Where `numbers`
+    says so, the values of a document stand for its parameters, in the answer and in the key.
     """
-    from flint import ctx
 
-    answer, key = names.without_derived(answer), names.without_derived(key)
-    known = [names.without_derived(node) for node in known]
-    comparison = _Comparison(answer, key, names, seed, constant, relative, known)
-    with ctx.workprec(balls.BITS):
-        return comparison.outcome()
+    name: str
+    names: Names
+    relative: float | None = None
+    numbers: bool = False
+
+    def same(
+        self, answer: Node, key: Node, *, constant: bool = False, beside: Sequence[Node] = ()
+    ) -> bool | str:
+        """Whether the answer is the key, or a sentence that says why this is open.
+
+        A `constant` may differ: all that changes neither with the states nor with the time. Functions with
+        two sides that stand in formulas `beside` the key count as those of the key do.
+        """
+        from flint import ctx
+
+        answer, key, *beside = (self._independent(node) for node in (answer, key, *beside))
+        comparison = _Comparison(answer, key, self.names, self.name, constant, self.relative, beside)
+        with ctx.workprec(balls.BITS):
+            return comparison.outcome()
+
+    def vanish(self, nodes: Iterable[Node]) -> bool | str:
+        """Whether all formulas are zero, or why this is open."""
+        outcomes = [self.same(node, tree.ZERO) for node in nodes]
+        if False in outcomes:
+            return False
+        return next((why for why in outcomes if isinstance(why, str)), True)
+
+    def with_values(self) -> Formulas:
+        """The same, where the document's values stand for its parameters."""
+        return replace(self, numbers=True)
+
+    def values(self, node: Node, seed: str = "", most: int = len(balls.RANGES)) -> list[Ball | None]:
+        """The values of a formula at the points of a seed, or at the first ones; None where it has none."""
+        from flint import ctx
+
+        steps = Steps()
+        root = steps.add(self.names.without_derived(node))
+        used = steps.names
+        domains = {name: domain for name, domain in self.names.domains.items() if name in used}
+        found: list[Ball | None] = []
+        with ctx.workprec(balls.BITS):
+            for point in islice(balls.points(domains, seed or self.name), most):
+                try:
+                    found.append(steps.values(root, point)[root])
+                except (NoValue, Unclear):
+                    found.append(None)
+        return found
+
+    def _independent(self, node: Node) -> Node:
+        """A formula in the names that nothing defines."""
+        node = self.names.without_derived(node)
+        return tree.bound(node, self.names.values) if self.numbers else node
 
 
-def values(node: Node, names: Names, seed: str, most: int = len(balls.RANGES)) -> list[Ball | None]:
-    """The values of a formula at the points of a seed, or at the first ones; None where it has none."""
-    from flint import ctx
-
-    steps = Steps()
-    root = steps.add(names.without_derived(node))
-    used = steps.names
-    domains = {name: domain for name, domain in names.domains.items() if name in used}
-    found: list[Ball | None] = []
-    with ctx.workprec(balls.BITS):
-        for point in islice(balls.points(domains, seed), most):
-            try:
-                found.append(steps.values(root, point)[root])
-            except (NoValue, Unclear):
-                found.append(None)
-    return found
+def formulas_of(asked: Asked, names: Names, relative: float | None = None) -> Formulas:
+    """How answers to a question are compared, in whose `names`."""
+    numbers = asked.question.numbers == "allowed" and bool(names.values)
+    return Formulas(asked.name, names, relative, numbers)
 
 
 @lru_cache(64)
@@ -106,11 +133,11 @@ class _Comparison:
         seed: str,
         constant: bool,
         relative: float | None,
-        known: Sequence[Node],
+        beside: Sequence[Node],
     ) -> None:
         self.is_identical = partial(_identical, answer, key, names)
         self.steps = Steps()
-        self.relative, self.known = relative, known
+        self.relative, self.beside = relative, beside
         # In a key 0.5 is a half, and 0.333 may be a third.
         self.key = self.steps.add(key, 3 if relative is None else balls.NEVER)
         self.answer = self.steps.add(answer, 1 if relative is None else balls.NEVER)
@@ -202,11 +229,11 @@ class _Comparison:
     def one_sided(self) -> str:
         """The function whose argument may have another sign that no point has shown; empty without one."""
         further = Steps()
-        known = [each for node in self.known for each in further.sided(further.add(node))]
+        sided = [part for node in self.beside for part in further.sided(further.add(node))]
         for own, other in ((self.answer, self.key), (self.key, self.answer)):
             for function, argument in self.steps.one_sided(own, self.domains):
                 shared = [self.steps.nodes[place] for f, place in self.steps.sided(other) if f == function]
-                shared += [further.nodes[place] for f, place in known if f == function]
+                shared += [further.nodes[place] for f, place in sided if f == function]
                 if not any(self.proportional(argument, one) for one in shared):
                     return f"the argument of {function} in `{_short(argument)}` shows one sign only"
         return ""

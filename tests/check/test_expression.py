@@ -14,7 +14,7 @@ from hypothesis import strategies as st
 
 from rigidcli.check.judge import Item
 from rigidcli.check.reading import Domain, Names, read_expression
-from rigidcli.check.same import same
+from rigidcli.check.same import Formulas
 from rigidcli.errors import DocumentError
 from rigidcli.language.text import text
 from rigidcli.language.tree import Node, names_in
@@ -36,6 +36,7 @@ some = settings(every, max_examples=25)
 FORMULA = Asking("expression")
 DOMAINS: dict[str, Domain] = {**dict.fromkeys(POSITIVE, "positive"), **dict.fromkeys(REAL, "real")}
 NAMES = Names(DOMAINS)
+FORMULAS = Formulas("q", NAMES)
 
 
 def told(item: Item, answer: Any) -> str:
@@ -82,7 +83,7 @@ def test_of_other_forms_hardly_any_is_left_to_a_person_and_none_is_wrong() -> No
     @settings(every, max_examples=1200)
     @given(EXPRESSIONS.flatmap(lambda node: st.tuples(st.just(node), rewritten(node))))
     def judge(pair: tuple[Node, Node]) -> None:
-        seen[pair] = same(pair[1], pair[0], NAMES, "q")
+        seen[pair] = FORMULAS.same(pair[1], pair[0])
 
     judge()
     assert False not in seen.values()
@@ -99,9 +100,9 @@ def exact(node: Node) -> Node:
 def test_another_function_is_wrong(pair: tuple[Node, Node]) -> None:
     key, answer = pair
     assume(differ(key, answer, POINTS))
-    assert same(exact(answer), exact(key), NAMES, "q") is not True
+    assert FORMULAS.same(exact(answer), exact(key)) is not True
     if differ(key, answer, POINTS, 0.03):
-        assert same(answer, key, NAMES, "q") is not True
+        assert FORMULAS.same(answer, key) is not True
 
 
 @settings(every, max_examples=60)
@@ -113,7 +114,7 @@ def test_another_function_is_wrong(pair: tuple[Node, Node]) -> None:
 def test_so_it_is_in_another_form(three: tuple[Node, Node, Node]) -> None:
     key, wrong, answer = three
     assume(differ(key, wrong, POINTS) and len(text(answer)) < 15_000)
-    assert same(exact(answer), exact(key), NAMES, "q") is not True
+    assert FORMULAS.same(exact(answer), exact(key)) is not True
 
 
 CONFIGS = [
@@ -127,8 +128,11 @@ CONFIGS = [
 def test_a_hamiltonian_is_right_in_another_form(name: str, data: st.DataObject) -> None:
     key = of_config(name).key
     answer = data.draw(rewritten(key.tree))
-    assume(names_in(answer) <= {*key.names.domains, *key.names.derived} and len(text(answer)) < 15_000)
-    found = same(answer, key.tree, key.names, "q")
+    assume(
+        names_in(answer) <= {*key.formulas.names.domains, *key.formulas.names.derived}
+        and len(text(answer)) < 15_000
+    )
+    found = key.formulas.same(answer, key.tree)
     assert found is not False
 
 
@@ -142,16 +146,18 @@ def test_a_hamiltonian_with_a_mistake_is_wrong(name: str, data: st.DataObject) -
         {name: Fraction(3 * place + 2 + 5 * shift, 7 + shift + place) for place, name in enumerate(names)}
         for shift in range(2)
     ]
-    assume(set(names) <= {*key.names.domains, *key.names.derived})
+    assume(set(names) <= {*key.formulas.names.domains, *key.formulas.names.derived})
     assume(differ(key.tree, answer, points, 0.03))
-    assert same(answer, key.tree, key.names, "q") is not True
+    assert key.formulas.same(answer, key.tree) is not True
 
 
 @settings(every, max_examples=40)
 @given(st.sampled_from([*CONFIGS, "henon_heiles"]), st.sampled_from(["allowed", "forbidden"]), st.data())
 def test_what_is_nearly_nothing_is_not_overlooked(name: str, constant: str, data: st.DataObject) -> None:
     item = of_config(name, constant=constant)
-    answer = data.draw(attacked(text(item.key.tree), sorted(item.key.names.states & names_in(item.key.tree))))
+    answer = data.draw(
+        attacked(text(item.key.tree), sorted(item.key.formulas.names.states & names_in(item.key.tree)))
+    )
     assert not is_right(item, answer), answer
 
 
@@ -458,7 +464,8 @@ def test_points_follow_from_the_name_of_the_question_and_the_answer() -> None:
 
     item = FORMULA.literal(PENDULUM, **OF_PENDULUM)
     zeros = "*".join(
-        f"(theta - ({float(point['theta'].mid())!r}))" for point in points(item.key.names.domains, "q")
+        f"(theta - ({float(point['theta'].mid())!r}))"
+        for point in points(item.key.formulas.names.domains, "q")
     )
     assert not is_right(item, f"{PENDULUM} + {zeros}")
 

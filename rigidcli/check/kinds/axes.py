@@ -20,7 +20,7 @@ import numpy as np
 from rigidcli.algebra.reading import from_tree
 from rigidcli.check import entries
 from rigidcli.check.base import Asked, Finding, Kind, Outcome, Reading, Tree, Unreadable
-from rigidcli.check.entries import Cell, Entry, Layout, Ruler, Same, opened, read_cells, shown_as, typed_as
+from rigidcli.check.entries import Cell, Entry, Layout, Ruler, Same, opened, shown_as
 from rigidcli.check.kinds.arrays import are_bare, has_unit_length, row, unit_vectors
 from rigidcli.check.kinds.number import shared_factor
 from rigidcli.check.kinds.tensors import OTHER_PRODUCTS, Tensor, matched, mistaken_tensors
@@ -84,7 +84,7 @@ class Axes(Kind):
         if (asked.question.tolerance.angle or 0.0) > 0.5:
             raise ValueProblem("is in radians, expected at most 0.5", path=("tolerance", "angle"))
         ruler, usual, pairs = _literal(asked) if asked.report is None else _reported(asked)
-        if ruler.names is not None and asked.question.order == "ascending":
+        if ruler.formulas is not None and asked.question.order == "ascending":
             raise ValueProblem("the order of moments with symbols depends on these", path=("order",))
         mistaken = tuple((code, ruler.entries(each)) for code, each in mistaken_tensors(asked, usual))
         alone = len(asked.path) > 1 and asked.path[-1] == "axes"
@@ -98,7 +98,7 @@ class Axes(Kind):
         if not key.alone and not moments:
             raise Unreadable("wrong_shape", "expected a moment with each axis: `[moment, [x, y, z]]`")
         direction = replace(key.ruler, unit=None)
-        pairs = Pairs(read_cells(key.ruler, moments), tuple(read_cells(direction, axis) for axis in axes))
+        pairs = Pairs(key.ruler.read(moments), tuple(map(direction.read, axes)))
         names = [f"{each}: " for each in shown_as(pairs.moments)] or [""] * len(axes)
         texts = (f"{name}[{', '.join(shown_as(axis))}]" for name, axis in zip(names, pairs.axes, strict=True))
         return Reading(pairs, "; ".join(texts))
@@ -130,8 +130,8 @@ class Axes(Kind):
     def typed(self, key: Key) -> Tree:
         """The moments and axes."""
         direction = replace(key.ruler, unit=None)
-        moments = [typed_as(key.ruler, each) for each in key.typed[:, 0].tolist()]
-        axes = [[typed_as(direction, each) for each in axis] for axis in key.typed[:, 1:].tolist()]
+        moments = list(map(key.ruler.typed, key.typed[:, 0].tolist()))
+        axes = [list(map(direction.typed, axis)) for axis in key.typed[:, 1:].tolist()]
         return axes if key.alone else [{"moment": m, "axis": e} for m, e in zip(moments, axes, strict=True)]
 
 
@@ -152,17 +152,17 @@ class _Answer:
         self.near = np.where(inside > 0, np.arctan2(outside, inside), math.pi) <= self.ruler.angle
 
     def _same(self, entry: Entry, moment: float) -> Same:
-        if self.ruler.names is None:
+        if self.ruler.formulas is None:
             return self.ruler.same(entry, moment)
         allowed = self.ruler.slack * abs(moment) + entries.EXACT * self.ruler.largest
         return abs(float(self.ruler.numbers([entry])[0, 0]) - moment) <= allowed
 
     def axis(self, k: int) -> Same:
         """Whether e and I e are parallel."""
-        if not self.near[k].any() or self.ruler.names is None:
+        if not self.near[k].any() or self.ruler.formulas is None:
             return bool(self.near[k].any())
         own = _without_zeros(self.pairs.axes[k])
-        return self.ruler.vanish(np.cross(self._turned(own), own))
+        return self.ruler.formulas.vanish(np.cross(self._turned(own), own))
 
     def pair(self, k: int) -> Same:
         """Whether I e = lambda e; without moments, whether e is an axis."""
@@ -170,10 +170,10 @@ class _Answer:
             return self.axis(k)
         both = [same for same, near in zip(self.moments[k], self.near[k], strict=True) if near]
         found = True in both or next((same for same in both if same), False)
-        if found is False or self.ruler.names is None:
+        if found is False or self.ruler.formulas is None:
             return found
         own = _without_zeros(self.pairs.axes[k])
-        return self.ruler.vanish(self._turned(own) - own * self.pairs.moments[k])
+        return self.ruler.formulas.vanish(self._turned(own) - own * self.pairs.moments[k])
 
     def _turned(self, axis: Array) -> Array:
         """I e in symbols."""
@@ -320,7 +320,7 @@ def _reported(asked: Asked) -> tuple[Ruler, Array, Array | None]:
     if tensor is None:
         raise ValueProblem("this document has no principal axes")
     ruler, _ = entries.computed(replace(asked, unit="kg m^2"), tensor)
-    if ruler.names is None:
+    if ruler.formulas is None:
         return ruler, np.asarray(tensor), None
     moments, axes = asked.report.get("moments"), asked.report.get("axes")
     if moments is None or axes is None or tensor is not asked.report["tensor"]:
@@ -332,14 +332,14 @@ def _literal(asked: Asked) -> tuple[Ruler, Array, Array | None]:
     """The same of a literal key: a tensor of numbers, or pairs. Raises ValueProblem."""
     if isinstance(asked.value, dict) and set(asked.value) == {"tensor"}:
         key = Tensor().key(replace(asked, value=asked.value["tensor"]))
-        if key.ruler.names is not None:
+        if key.ruler.formulas is not None:
             raise ValueProblem("a tensor with symbols is no key", hint="write pairs: `[moment, [x, y, z]]`")
         signs = OTHER_PRODUCTS if asked.question.products == "plus" else 1
         ruler, tensor, pairs = key.ruler, key.entries * signs, None
     else:
         ruler, typed = entries.literal(asked, _pair_cells)
         tensor = _tensor_of_pairs(ruler, typed)
-        pairs = None if ruler.names is None else typed
+        pairs = None if ruler.formulas is None else typed
     if ruler.unit is not None and ruler.unit.dimension != KG_M2.dimension:
         raise ValueProblem(f"read a unit of {ruler.unit.dimension}, expected one of a moment of inertia")
     return replace(ruler, unit=ruler.unit or KG_M2), tensor, pairs
@@ -356,8 +356,8 @@ def _pair_cells(answer: Tree) -> Layout:
 def _tensor_of_pairs(ruler: Ruler, pairs: Array) -> Array:
     """The tensor with three moments and axes (3 by 4). Raises ValueProblem."""
     moments, axes = pairs[:, 0], pairs[:, 1:]
-    if ruler.names is not None:
-        if ruler.vanish([axes[i] @ axes[j] for i, j in ((0, 1), (0, 2), (1, 2))]) is not True:
+    if ruler.formulas is not None:
+        if ruler.formulas.vanish([axes[i] @ axes[j] for i, j in ((0, 1), (0, 2), (1, 2))]) is not True:
             raise ValueProblem("the axes are not at right angles")
         terms = (np.outer(e, e) * (moment / (e @ e)) for moment, e in zip(moments, axes, strict=True))
         return ruler.entries(np.vectorize(from_tree, otypes=[object])(sum(terms)))

@@ -23,7 +23,6 @@ from rigidcli.check.balls import Ball
 from rigidcli.check.base import Asked, Finding, Kind, Outcome, Reading, Tree, Unreadable
 from rigidcli.check.motions import Motion, mistaken, of_document, of_functions, of_text
 from rigidcli.check.reading import Sides, names_in_all, plain, read_equations
-from rigidcli.check.same import same, values
 from rigidcli.document.variables import acceleration, velocity
 from rigidcli.errors import ExpressionError, ValueProblem
 from rigidcli.language.text import text
@@ -57,14 +56,9 @@ class Equations(Kind):
             raise ValueProblem(f"the equations of the key cannot be worked with: {error.message}") from None
         if asked.question.form == "first_order" and any(rate.endswith("ddot") for rate in key.rates):
             raise ValueProblem("the equations are of second order, and first order is asked for")
-        if any(all(v is None for v in values(rate, key.names, asked.name)) for rate in key.rates.values()):
+        if any(all(v is None for v in key.formulas.values(rate)) for rate in key.rates.values()):
             raise ValueProblem("the equations have no values at most states")
-        return replace(
-            key,
-            first_order=asked.question.form == "first_order",
-            relative=asked.question.tolerance.relative,
-            numbers=asked.question.numbers == "allowed" and bool(key.names.values),
-        )
+        return replace(key, first_order=asked.question.form == "first_order")
 
     def read(self, key: Motion, answer: Tree) -> Reading:
         """The equations of an answer; one that cannot be read costs only itself. Raises Unreadable."""
@@ -76,7 +70,8 @@ class Equations(Kind):
 
     def judge(self, key: Motion, value: Answer) -> Outcome:
         """What is true, what determines the motion, and what is too much."""
-        trivial = [same(left, right, key.names, key.name) is True for _, left, right in value.sides]
+        exactly = replace(key.formulas, relative=None)
+        trivial = [exactly.same(left, right) is True for _, left, right in value.sides]
         kept = [side for side, says_nothing in zip(value.sides, trivial, strict=True) if not says_nothing]
         places = [side[0] for side, says_nothing in zip(value.sides, trivial, strict=True) if says_nothing]
         remarks = [*(Finding("trivial_equation", place) for place in places), *value.unread]
@@ -105,7 +100,8 @@ class Equations(Kind):
 
     def _slip(self, key: Motion, side: Sides) -> str:
         """The code of an equation that is not true."""
-        has_numbers = bool(key.names.values) and replace(key, numbers=True).is_true(*side[1:]) is True
+        given = replace(key, formulas=key.formulas.with_values())
+        has_numbers = bool(key.names.values) and given.is_true(*side[1:]) is True
         return "number_for_symbol" if has_numbers else "equation_wrong"
 
     def is_right(self, key: Motion, value: Answer) -> bool:
@@ -236,8 +232,7 @@ class _System:
         return [], []
 
     def _values(self, slope: Expr) -> list[Ball | None]:
-        names = replace(self.key.names, derived={})
-        return values(bound(to_tree(slope), self.key.meanings), names, self.key.name)
+        return self.key.formulas.values(bound(to_tree(slope), self.key.meanings))
 
     def gap(self) -> str:
         """Where equations that determine the motion in general do not; empty where they do everywhere."""

@@ -20,8 +20,8 @@ from rigidcli.check.balls import Ball
 from rigidcli.check.base import Asked, Finding, Kind, Outcome, Reading, Tree, Unreadable
 from rigidcli.check.kinds.number import common_factor
 from rigidcli.check.question import Tolerance
-from rigidcli.check.reading import Names, names_of, plain, read_expression
-from rigidcli.check.same import NEEDED, same, values
+from rigidcli.check.reading import names_of, plain, read_expression
+from rigidcli.check.same import NEEDED, Formulas, formulas_of
 from rigidcli.errors import ExpressionError, ValueProblem
 from rigidcli.language.text import text
 from rigidcli.language.tree import Name, Negative, Node, Number, Product, Sum, bound, names_in
@@ -39,28 +39,20 @@ ZERO, HALF, TWO = Number("0", 0.0), Number("0.5", 0.5), Number("2", 2.0)
 class Key:
     """The right formula, and what may stand in an answer.
 
-    `name` is that of the question, from which sample points follow. A `constant` may differ; `relative` is a
-    tolerance of the question. `rates` are momenta or velocities, in which an energy is T + V (or T - V, where
+    A `constant` may differ. `rates` are momenta or velocities, in which an energy is T + V (or T - V, where
     it `is_lagrangian`). In a Hamiltonian, velocities are `misplaced`.
     """
 
-    name: str
     tree: Node
-    names: Names
+    formulas: Formulas
     constant: bool = False
-    relative: float | None = None
-    numbers: bool = False
     rates: tuple[str, ...] = ()
     is_lagrangian: bool = False
     misplaced: frozenset[str] = frozenset()
 
     def same(self, answer: Node, *, constant: bool = False) -> bool | str:
         """Whether an answer is this formula, up to a constant if one is allowed."""
-        return same(answer, self.tree, self.names, self.name, constant=constant, relative=self.relative)
-
-    def with_values(self, node: Node) -> Node:
-        """A formula with the document's numbers for its parameters."""
-        return bound(self.names.without_derived(node), self.names.values)
+        return self.formulas.same(answer, self.tree, constant=constant)
 
 
 class Expression(Kind):
@@ -79,38 +71,30 @@ class Expression(Kind):
         rates = names.velocities if used & set(names.velocities) else names.momenta
         is_energy = last in ENERGIES if asked.report is not None else not used.isdisjoint(rates)
         in_momenta = last == "hamiltonian" or not used.isdisjoint(names.momenta)
-        key = Key(
-            asked.name,
+        formulas = formulas_of(asked, names, _relative(question.tolerance))
+        if all(value is None for value in formulas.values(tree)):
+            raise ValueProblem("the key has no value")
+        return Key(
             tree,
-            names,
+            formulas,
             is_energy and bool(used & names.states) and question.constant == "allowed",
-            _relative(question.tolerance),
-            question.numbers == "allowed" and bool(names.values),
             rates if is_energy else (),
             last == "lagrangian" or rates == names.velocities,
             frozenset(names.velocities) - used if in_momenta and rates == names.momenta else frozenset(),
         )
-        if all(value is None for value in values(tree, names, asked.name)):
-            raise ValueProblem("the key has no value")
-        return key
 
     def read(self, key: Key, answer: Tree) -> Reading:
         """A formula in the symbols of the question. Raises Unreadable."""
-        node = read_expression(answer, key.names)
+        node = read_expression(answer, key.formulas.names)
         return Reading(node, plain(node))
 
     def judge(self, key: Key, value: Node) -> Outcome:
-        """Whether the answer is the key, perhaps up to a constant or with numbers for parameters."""
+        """Whether the answer is the key, perhaps up to a constant."""
         found = key.same(value)
         if found is True:
             return Outcome.correct()
         if key.constant and key.same(value, constant=True) is True:
             return Outcome.correct(Finding("additive_constant", detail="that does not change the motion"))
-        if key.numbers:
-            given = replace(key, tree=key.with_values(key.tree))
-            found = given.same(key.with_values(value), constant=key.constant)
-            if found is True:
-                return Outcome.correct()
         if isinstance(found, str):
             return Outcome.review(found)
         return Outcome.earning(0.0, *_findings(key, value))
@@ -172,15 +156,16 @@ def _findings(key: Key, answer: Node) -> list[Finding]:
     """What is wrong with an answer, apart from the mistakes that change the key."""
     if velocities := sorted(key.misplaced & names_in(answer)):
         return [Finding("velocity_in_hamiltonian", detail=f"read `{velocities[0]}`")]
-    missing = names_in(key.names.without_derived(key.tree)) - names_in(key.names.without_derived(answer))
-    if key.names.values and missing:
-        given = replace(key, tree=key.with_values(key.tree))
-        if given.same(key.with_values(answer), constant=key.constant) is True:
+    names = key.formulas.names
+    missing = names_in(names.without_derived(key.tree)) - names_in(names.without_derived(answer))
+    if names.values and missing:
+        given = replace(key, formulas=key.formulas.with_values())
+        if given.same(answer, constant=key.constant) is True:
             return [Finding("number_for_symbol")]
-    if not key.constant and key.names.states & names_in(key.tree) and key.same(answer, constant=True) is True:
+    if not key.constant and names.states & names_in(key.tree) and key.same(answer, constant=True) is True:
         return [Finding("additive_constant")]
-    seed = f"{key.name} {text(answer)}"
-    both = zip(*(values(node, key.names, seed, NEEDED + 1) for node in (answer, key.tree)), strict=True)
+    seed = f"{key.formulas.name} {text(answer)}"
+    both = zip(*(key.formulas.values(node, seed, NEEDED + 1) for node in (answer, key.tree)), strict=True)
     pairs = [(own, right) for own, right in both if own is not None and right is not None]
     if len(pairs) < NEEDED:
         return [Finding("outside_tolerance")]
@@ -206,7 +191,8 @@ def _is_term_wrong(key: Key, answer: Node) -> bool:
     written = key.tree.terms if isinstance(key.tree, Sum) else ()
     with suppress(ExpressionError):
         whole, own, *terms = (
-            expand(from_tree(key.names.without_derived(node))) for node in (key.tree, answer, *written)
+            expand(from_tree(key.formulas.names.without_derived(node)))
+            for node in (key.tree, answer, *written)
         )
         gap = (own - whole).terms
         parts = [*(term.terms for term in terms), *({power: c} for power, c in whole.terms.items())]
@@ -223,6 +209,6 @@ def _energies(key: Key) -> tuple[Node, Node] | None:
         return None
     resting = bound(key.tree, dict.fromkeys(key.rates, ZERO))
     back = bound(key.tree, {name: Negative(Name(name)) for name in key.rates})
-    if key.same(back) is not True or same(resting, ZERO, key.names, key.name) is not False:
+    if key.same(back) is not True or key.formulas.same(resting, ZERO) is not False:
         return None
     return Sum((key.tree, Negative(resting))), resting

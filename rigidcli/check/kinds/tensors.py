@@ -6,7 +6,7 @@ Products of inertia have a minus sign, Ixy = -sum m x y, unless a question says 
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
 from itertools import permutations
 from typing import TYPE_CHECKING, Any, ClassVar
@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any, ClassVar
 import numpy as np
 
 from rigidcli.check.base import Asked, Finding, Outcome, Tree, Unreadable
-from rigidcli.check.entries import Cell, Entry, Layout, Ruler, Same, filled, typed_as
+from rigidcli.check.entries import Cell, Entry, Layout, Ruler, Same
 from rigidcli.check.kinds.arrays import AXES, Arrays, Key, Matrix, Mistaken, Triples, compared, listed, rows
 from rigidcli.core.arithmetic import Array
 from rigidcli.core.tensor import point_tensor, rotate
@@ -43,11 +43,11 @@ class Tensor(Matrix):
         """The cells of rows, or of a mapping from the names of components. Raises Unreadable."""
         return ((3, 3), _components(answer)) if isinstance(answer, dict) else rows(answer)
 
-    def labels(self, shape: tuple[int, ...]) -> Iterator[str]:
-        """The names of the components."""
-        if shape != (3, 3):
+    def labels(self, entries: Array) -> tuple[str, ...]:
+        """The names of the components. Raises ValueProblem."""
+        if entries.shape != (3, 3):
             raise ValueProblem("this is not a tensor, which has 3 rows of 3")
-        return iter(COMPONENTS)
+        return COMPONENTS
 
     def key(self, asked: Asked) -> Key:
         """The key of a question for an inertia tensor. Raises ValueProblem."""
@@ -69,7 +69,7 @@ class Tensor(Matrix):
 
     def typed(self, key: Key) -> Tree:
         """The components by their names."""
-        return {name: typed_as(key.ruler, each) for name, each in zip(key.labels, key.right, strict=True)}
+        return {name: key.ruler.typed(each) for name, each in zip(key.labels, key.right, strict=True)}
 
 
 def _odd(ruler: Ruler, entries: Sequence[Any]) -> list[str]:
@@ -85,15 +85,15 @@ def _components(answer: dict[str, Tree]) -> list[Cell]:
     for name, entry in answer.items():
         place = places.get(re.sub(r"[\s_{}]", "", name).lower()[1:])
         if place is None:
-            raise Unreadable("wrong_shape", f"read {shown(name)}, expected {', '.join(set(COMPONENTS))}")
+            expected = ", ".join(dict.fromkeys(COMPONENTS))
+            raise Unreadable("wrong_shape", f"read {shown(name)}, expected {expected}")
         if place in cells:
             raise Unreadable("duplicate_key", f"read {shown(name)}")
         cells[place] = shown(name), entry
-    found = {(i, j): cells.get((i, j)) or cells.get((j, i)) for i, j in np.ndindex(3, 3)}
-    missing = [name for name, cell in zip(COMPONENTS, found.values(), strict=True) if cell is None]
-    if missing:
+    whole = [cells.get((i, j)) or cells.get((j, i)) for i, j in np.ndindex(3, 3)]
+    if missing := [name for name, cell in zip(COMPONENTS, whole, strict=True) if cell is None]:
         raise Unreadable("wrong_shape", f"{listed(missing)} missing")
-    return [cell for cell in found.values() if cell is not None]
+    return [cell for cell in whole if cell is not None]
 
 
 # --- moments
@@ -109,11 +109,10 @@ class Moments(Arrays):
     def key(self, asked: Asked) -> Key:
         """The key of a question for moments, by their sizes. Raises ValueProblem."""
         key = super().key(asked)
-        if key.ruler.names is not None:
+        if key.ruler.formulas is not None:
             if asked.question.order == "ascending":
                 raise ValueProblem("the order of moments with symbols depends on these", path=("order",))
-            ranked = [key.right[place] for place in _ranks(key.ruler, key.right)]
-            return replace(key, entries=filled(ranked, key.entries.shape))
+            return replace(key, entries=key.entries[_ranks(key.ruler, key.right)])
         tensor = None if asked.report is None or asked.path[-1] != "moments" else asked.report.get("tensor")
         others = () if tensor is None else mistaken_tensors(asked, np.asarray(tensor, dtype=float))
         mistaken = tuple((code, np.linalg.eigvalsh(np.asarray(each, dtype=float))) for code, each in others)
@@ -125,25 +124,25 @@ class Moments(Arrays):
 
     def judge(self, key: Key, value: Sequence[Entry]) -> Outcome:
         """The outcome of a list of moments, put into the order of the key: what is left over by its size."""
-        right, zero = key.right, key.ruler.are_zero(key.right)
-        places = matched([[key.ruler.same(entry, each) for each in right] for entry in value])
-        taken = {place: k for k, place in enumerate(places) if place is not None}
-        if surplus := len(value) - len(right):
+        count = len(key.right)
+        partners = matched([[key.ruler.same(entry, right) for right in key.right] for entry in value])
+        own = {place: k for k, place in enumerate(partners) if place is not None}
+        if len(value) != count:
+            zero = {place for place, right in enumerate(key.right) if key.ruler.has_value(right, 0)}
             # Where only zeros are right, nothing is.
-            count = len(taken) if all(zero) or any(not zero[place] for place in taken) else 0
-            detail = f"read {len(value)}, expected {len(right)}"
-            return Outcome.earning(
-                (count - max(0, surplus)) / len(right), Finding("wrong_shape", detail=detail)
-            )
-        rest = (k for k in _ranks(key.ruler, value) if places[k] is None)
-        order = [taken[place] if place in taken else next(rest) for place in range(len(right))]
+            share = 0 if own.keys() <= zero and len(zero) < count else len(own)
+            detail = f"read {len(value)}, expected {count}"
+            surplus = max(0, len(value) - count)
+            return Outcome.earning((share - surplus) / count, Finding("wrong_shape", detail=detail))
+        rest = (k for k in _ranks(key.ruler, value) if partners[k] is None)
+        order = [own[place] if place in own else next(rest) for place in range(count)]
         labels = tuple(f"moment {k + 1}" for k in order)
-        key = replace(key, labels=labels, counted=frozenset(labels))
-        found = super().judge(key, [value[k] for k in order])
+        free = replace(key, labels=labels, counted=frozenset(labels))
+        outcome = super().judge(free, [value[k] for k in order])
         standing = [same is not False for same in compared(key, value).values()]
-        if key.question.order == "free" or all(standing) or found.share < 1:
-            return found
-        return Outcome.earning(sum(standing) / len(standing), Finding("wrong_order"))
+        if key.question.order == "free" or all(standing) or outcome.share < 1:
+            return outcome
+        return Outcome.earning(sum(standing) / count, Finding("wrong_order"))
 
 
 def _ranks(ruler: Ruler, entries: Sequence[Any]) -> list[int]:
