@@ -88,9 +88,9 @@ class Axes(Kind):
             raise ValueProblem("the order of moments with symbols depends on these", path=("order",))
         mistaken = tuple((code, ruler.entries(each)) for code, each in mistaken_tensors(asked, usual))
         alone = len(asked.path) > 1 and asked.path[-1] == "axes"
-        found = _solved(ruler, ruler.entries(usual))
-        typed = np.column_stack([found["moments"], found["axes"]]) if pairs is None else pairs
-        return Key(asked.question, asked.path, **found, typed=typed, alone=alone, mistaken=mistaken)
+        solved = _solved(ruler, ruler.entries(usual))
+        typed = np.column_stack([solved["moments"], solved["axes"]]) if pairs is None else pairs
+        return Key(asked.question, asked.path, **solved, typed=typed, alone=alone, mistaken=mistaken)
 
     def read(self, key: Key, answer: Tree) -> Reading:
         """A list of pairs, or of axes. Raises Unreadable."""
@@ -99,27 +99,31 @@ class Axes(Kind):
             raise Unreadable("wrong_shape", "expected a moment with each axis: `[moment, [x, y, z]]`")
         direction = replace(key.ruler, unit=None)
         pairs = Pairs(key.ruler.read(moments), tuple(map(direction.read, axes)))
-        names = [f"{each}: " for each in shown_as(pairs.moments)] or [""] * len(axes)
+        names = [f"{name}: " for name in shown_as(pairs.moments)] or [""] * len(axes)
         texts = (f"{name}[{', '.join(shown_as(axis))}]" for name, axis in zip(names, pairs.axes, strict=True))
         return Reading(pairs, "; ".join(texts))
 
     def judge(self, key: Key, value: Pairs) -> Outcome:
         """The outcome of pairs, one by one; one counts half where only its moment or its axis is right."""
         count, answer = len(value.axes), _Answer(key, value)
-        worth, findings, opens = _by_pairs(key, answer)
+        truths = [answer.pair(k) for k in range(count)]
+        worth, findings = answer.worth(truths)
         findings = [Finding("missing_axis")] * (count < 3) + findings
         if count == 3 and not findings:
-            return Outcome.review(opens[0]) if opens else _by_rules(key, answer)
-        if count == 3 and {each.code for each in findings} == {"outside_tolerance"}:
-            both = key.ruler.numbers(value.moments), answer.expected()
-            code = shared_factor(*both, key.ruler.unit, key.path, key.ruler.slack)
+            why = next((truth for truth in truths if isinstance(truth, str)), "")
+            return Outcome.review(why) if why else answer.by_rules()
+        if count == 3 and {finding.code for finding in findings} == {"outside_tolerance"}:
+            own, expected = key.ruler.numbers(value.moments), answer.expected()
+            code = shared_factor(own, expected, key.ruler.unit, key.path, key.ruler.slack)
             findings = findings if code is None else [Finding(code)]
         return Outcome.earning((worth - max(0, count - 3)) / 3, *findings)
 
     def is_right(self, key: Key, value: Pairs) -> bool:
         """Whether the outcome is `correct`: most pairs are soon seen not to be."""
+        if len(value.axes) != 3:
+            return False
         answer = _Answer(key, value)
-        return len(value.axes) == 3 and all(map(answer.pair, range(3))) and super().is_right(key, value)
+        return all(answer.pair(k) for k in range(3)) and super().is_right(key, value)
 
     def mistaken(self, key: Key) -> Iterator[tuple[str, Key]]:
         """The keys whose tensor comes out under a mistake, and that for axes which stand in columns."""
@@ -141,15 +145,18 @@ class _Answer:
     def __init__(self, key: Key, pairs: Pairs) -> None:
         if key.columns and len(pairs.axes) == 3:
             pairs = Pairs(pairs.moments, tuple(zip(*pairs.axes, strict=True)))
-        self.key, self.ruler, self.pairs = key, key.ruler, pairs
+        self.key, self.ruler, self.given = key, key.ruler, pairs
         self.units = np.array([self.ruler.numbers(axis)[:, 0] for axis in pairs.axes])
         self.units = np.nan_to_num(unit_vectors(self.units.T).T)
-        self.moments = [[self._same(own, each) for each in key.moments.tolist()] for own in pairs.moments]
-        self.partners = matched(self.moments)
         # An axis is near a solution where its part among the axes to equal moments outweighs the rest.
-        squares = (self.units @ self.key.axes.T) ** 2
-        inside, outside = np.sqrt(squares @ self.key.equal), np.sqrt(squares @ ~self.key.equal)
+        squares = (self.units @ key.axes.T) ** 2
+        inside, outside = np.sqrt(squares @ key.equal), np.sqrt(squares @ ~key.equal)
         self.near = np.where(inside > 0, np.arctan2(outside, inside), math.pi) <= self.ruler.angle
+        self.moments = [[self._same(own, each) for each in key.moments.tolist()] for own in pairs.moments]
+        if self.ruler.formulas is not None:
+            self.axes = [_without_zeros(axis) for axis in pairs.axes]
+            tensor = _without_zeros(key.tensor.ravel().tolist()).reshape(3, 3)
+            self.turned = [np.asarray(tensor @ axis) for axis in self.axes]
 
     def _same(self, entry: Entry, moment: float) -> Same:
         if self.ruler.formulas is None:
@@ -159,32 +166,24 @@ class _Answer:
 
     def axis(self, k: int) -> Same:
         """Whether e and I e are parallel."""
-        if not self.near[k].any() or self.ruler.formulas is None:
+        if self.ruler.formulas is None or not self.near[k].any():
             return bool(self.near[k].any())
-        own = _without_zeros(self.pairs.axes[k])
-        return self.ruler.formulas.vanish(np.cross(self._turned(own), own))
+        return self.ruler.formulas.vanish(np.cross(self.turned[k], self.axes[k]))
 
     def pair(self, k: int) -> Same:
         """Whether I e = lambda e; without moments, whether e is an axis."""
-        if not self.pairs.moments:
+        if not self.given.moments:
             return self.axis(k)
         both = [same for same, near in zip(self.moments[k], self.near[k], strict=True) if near]
-        found = True in both or next((same for same in both if same), False)
-        if found is False or self.ruler.formulas is None:
-            return found
-        own = _without_zeros(self.pairs.axes[k])
-        return self.ruler.formulas.vanish(self._turned(own) - own * self.pairs.moments[k])
-
-    def _turned(self, axis: Array) -> Array:
-        """I e in symbols."""
-        return np.asarray(_without_zeros(self.key.tensor.ravel().tolist()).reshape(3, 3) @ axis)
+        truth = True in both or next((same for same in both if same), False)
+        if self.ruler.formulas is None or truth is False:
+            return truth
+        return self.ruler.formulas.vanish(self.turned[k] - self.axes[k] * self.given.moments[k])
 
     def independent(self, places: Sequence[int]) -> bool:
-        """Whether axes span as many dimensions as they are."""
+        """Whether axes span as many dimensions as they are, however wide the tolerance."""
         least = np.linalg.svd(self.units[list(places)], compute_uv=False)[-1]
-        return len(places) <= 3 and bool(
-            least > min(2 * self.ruler.angle, 0.02)
-        )  # however wide the tolerance
+        return len(places) <= 3 and bool(least > min(2 * self.ruler.angle, 0.02))
 
     def orthogonal(self, places: Sequence[int]) -> bool:
         """Whether the last of some axes is at right angles to the others."""
@@ -193,66 +192,61 @@ class _Answer:
 
     def expected(self) -> Floats:
         """The moments about the axes, e.I.e/e.e (n by k), at all points."""
-        axes = np.array([self.ruler.numbers(axis) for axis in self.pairs.axes])
+        axes = np.array([self.ruler.numbers(axis) for axis in self.given.axes])
         tensor = self.ruler.numbers(self.key.tensor.ravel().tolist()).reshape(3, 3, -1)
         with np.errstate(all="ignore"):
             above, below = np.einsum("kip,ijp,kjp->kp", axes, tensor, axes), (axes**2).sum(axis=1)
             return np.asarray(above / below)
+
+    def worth(self, truths: Sequence[Same]) -> tuple[float, list[Finding]]:
+        """How many pairs are right, by the truths of all, and what is said of the others."""
+        worth, findings = 0.0, list[Finding]()
+        seen, sound = list[int](), list[int]()
+        partners, has_moments = matched(self.moments), bool(self.given.moments)
+        for k, truth in enumerate(truths):
+            place = f"axis {k + 1}"
+            axis = self.axis(k) if truth is False else truth
+            if axis is not False and not self.independent([*seen, k]):
+                findings.append(Finding("missing_axis", place))  # it stands twice, or is made up of others
+                continue
+            seen += [k] * (axis is not False)
+            is_free = self.key.question.orthogonal == "optional" or truth is not True
+            if not is_free and not self.orthogonal([*sound, k]):
+                findings.append(Finding("axes_not_orthogonal", place))
+                worth += 0.5 * has_moments
+            elif truth is True:
+                sound.append(k)
+                worth += 1
+            elif truth is False:
+                moment = has_moments and partners[k] is not None
+                # Where every direction is an axis, one is worth nothing without its moment.
+                worth += 0.5 * (moment or (axis is True and not self.key.equal.all()))
+                if axis is not True:
+                    findings.append(Finding("not_an_eigenvector", place))
+                elif moment:
+                    findings.append(Finding("moment_axis_pairing", f"pair {k + 1}"))
+                if has_moments and not moment:
+                    findings.append(Finding("outside_tolerance", f"moment {k + 1}"))
+        return worth, findings
+
+    def by_rules(self) -> Outcome:
+        """The outcome of three right pairs: whether they keep the rules of the question."""
+        question, half = self.key.question, 0.5 * bool(self.given.moments)
+        if question.unit == "required" and self.ruler.has_units and are_bare(self.given.moments):
+            return Outcome.earning(half, Finding("unit_missing"))
+        moments = self.expected()[:, 0] if question.order == "ascending" else ()
+        if any(own < before - self.ruler.slack * abs(before) for before, own in pairwise(moments)):
+            return Outcome.earning(0.0, Finding("wrong_order"))
+        for k, axis in enumerate(self.given.axes if question.normalized == "required" else (), 1):
+            if not has_unit_length(self.ruler, axis):
+                return Outcome.earning(half, Finding("axis_not_normalised", f"axis {k}"))
+        return Outcome.correct()
 
 
 def _without_zeros(trees: Sequence[Entry]) -> Array:
     """Trees with zeros that their arithmetic leaves out."""
     zeros = [tree.ZERO if isinstance(each, tree.Number) and each.value == 0 else each for each in trees]
     return entries.filled(zeros, (len(zeros),))
-
-
-def _by_pairs(key: Key, answer: _Answer) -> tuple[float, list[Finding], list[str]]:
-    """How many pairs are right, what is said of the others, and why some are open."""
-    worth, findings, opens = 0.0, list[Finding](), list[str]()
-    seen, sound = list[int](), list[int]()
-    has_moments, isotropic = bool(answer.pairs.moments), bool(key.equal.all())
-    for k in range(len(answer.pairs.axes)):
-        place = f"axis {k + 1}"
-        together = answer.pair(k)
-        axis = answer.axis(k) if together is False else together
-        if axis is not False and not answer.independent([*seen, k]):
-            findings.append(Finding("missing_axis", place))  # it stands twice, or is made up of others
-            continue
-        seen += [k] * (axis is not False)
-        if isinstance(together, str):
-            opens.append(together)
-        elif together and key.question.orthogonal == "required" and not answer.orthogonal([*sound, k]):
-            findings.append(Finding("axes_not_orthogonal", place))
-            worth += 0.5 * has_moments
-        elif together:
-            sound.append(k)
-            worth += 1
-        else:
-            moment = has_moments and answer.partners[k] is not None
-            # Where every direction is an axis, one is worth nothing without its moment.
-            worth += 0.5 * (moment or (axis is True and not isotropic))
-            if axis is not True:
-                findings.append(Finding("not_an_eigenvector", place))
-            elif moment:
-                findings.append(Finding("moment_axis_pairing", f"pair {k + 1}"))
-            if has_moments and not moment:
-                findings.append(Finding("outside_tolerance", f"moment {k + 1}"))
-    return worth, findings, opens
-
-
-def _by_rules(key: Key, answer: _Answer) -> Outcome:
-    """The outcome of three right pairs: whether they keep the rules of the question."""
-    pairs = answer.pairs
-    half = 0.5 * bool(pairs.moments)
-    if key.question.unit == "required" and key.ruler.has_units and are_bare(pairs.moments):
-        return Outcome.earning(half, Finding("unit_missing"))
-    moments = answer.expected()[:, 0] if key.question.order == "ascending" else ()
-    if any(own < before - key.ruler.slack * abs(before) for before, own in pairwise(moments)):
-        return Outcome.earning(0.0, Finding("wrong_order"))
-    for k, axis in enumerate(pairs.axes if key.question.normalized == "required" else ()):
-        if not has_unit_length(key.ruler, axis):
-            return Outcome.earning(half, Finding("axis_not_normalised", f"axis {k + 1}"))
-    return Outcome.correct()
 
 
 # --- reading
@@ -263,11 +257,11 @@ def _cells(answer: Tree) -> tuple[list[Cell], list[list[Cell]]]:
     lines = _LINES.split(answer.strip()) if isinstance(answer, str) else []
     answer = lines if lines and all(":" in line for line in lines) else opened(answer)
     if isinstance(answer, dict) and set(answer) == {"moments", "axes"}:
-        columns = opened(answer["moments"]), opened(answer["axes"])
-        are_alike = all(isinstance(each, list) for each in columns) and len(columns[0]) == len(columns[1])
-        answer = [list(pair) for pair in zip(*columns, strict=True)] if are_alike else []
+        columns = [each for name in ("moments", "axes") if isinstance(each := opened(answer[name]), list)]
+        are_alike = len(columns) == 2 and len(columns[0]) == len(columns[1])
+        answer = list(map(list, zip(*columns, strict=True))) if are_alike else []
     elif isinstance(answer, dict):
-        answer = [answer] if set(answer) == {"moment", "axis"} else [list(pair) for pair in answer.items()]
+        answer = [answer] if set(answer) == {"moment", "axis"} else list(map(list, answer.items()))
     pairs = [_pair(each) for each in answer] if isinstance(answer, list) else []
     moments = [(f"moment {k}", moment) for k, (moment, _) in enumerate(pairs, 1) if moment is not None]
     if not 0 < len(pairs) <= MOST_PAIRS or len(moments) not in (0, len(pairs)):
