@@ -17,7 +17,7 @@ from rigidcli.algebra.expressions import Expr
 from rigidcli.algebra.trees import to_tree
 from rigidcli.check.base import Asked, Finding, Tree, Unreadable
 from rigidcli.check.lists import read_list
-from rigidcli.check.numbers import Number, as_typed, beside, is_right, is_short, read_number, share
+from rigidcli.check.numbers import NOISE, Number, as_typed, beside, is_right, is_short, read_number, share
 from rigidcli.check.question import RELATIVE, Tolerance
 from rigidcli.check.reading import exactly, names_of, plain, read_expression
 from rigidcli.check.same import Formulas, formulas_of
@@ -43,9 +43,6 @@ Cell: TypeAlias = tuple[str, Tree]
 
 Layout: TypeAlias = tuple[tuple[int, ...], list[Cell]]
 """The shape of an answer, and its cells row by row."""
-
-NOISE = 1e-12
-"""A number below this, in units of the largest beside it, is zero but for rounding."""
 
 EXACT = 1e-9
 """How far numbers that should be the same may be apart by rounding, relative to their size."""

@@ -3,11 +3,10 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from functools import cached_property
-from itertools import combinations
 
 from rigidcli.algebra.calculus import derivative
 from rigidcli.algebra.expansion import coefficients, expand
@@ -209,58 +208,3 @@ def _solved(sides: Sequence[tuple[Node, Node]], tops: Sequence[str]) -> dict[str
     if len(vectors) != 1 or vectors[0][-1] != ONE:
         raise ValueProblem("the equations do not determine the derivatives")
     return {top: to_tree(rate) for top, rate in zip(tops, vectors[0], strict=False)}
-
-
-# --- what mistakes make of a key
-
-
-def mistaken(key: Motion) -> Iterator[tuple[str, Motion]]:
-    """Codes of mistakes, and the motions that they lead to."""
-    changes = (
-        (("hamilton_sign", _hamilton_sign), ("potential_sign", _potential_sign))
-        if key.is_hamiltonian
-        else (("sign_error", _signs), ("euler_sign", _euler_sign))
-    )
-    for code, change in changes:
-        yield from ((code, replace(key, rates={**key.rates, **rates})) for rates in change(key))
-
-
-def _signs(key: Motion) -> Iterator[dict[str, Node]]:
-    """One equation of the wrong sign, and all of them."""
-    turned: dict[str, Node] = {rate: Negative(node) for rate, node in key.rates.items()}
-    yield from ({rate: node} for rate, node in turned.items())
-    yield turned
-
-
-def _hamilton_sign(key: Motion) -> Iterator[dict[str, Node]]:
-    """Hamilton's equations with q' = -dH/dp, with p' = dH/dq, or with both."""
-    forward: dict[str, Node] = {velocity(q): Negative(key.rates[velocity(q)]) for q in key.coordinates}
-    back: dict[str, Node] = {velocity(p): Negative(key.rates[velocity(p)]) for p in key.momenta}
-    yield from (back, forward, {**forward, **back})
-
-
-def _potential_sign(key: Motion) -> Iterator[dict[str, Node]]:
-    """The force of a potential with the other sign, where that is not the sign of all of p'."""
-    if key.potential is not None:
-        with suppress(ExpressionError):
-            energy = key.exact(key.potential)
-            pairs = zip(key.coordinates, key.momenta, strict=True)
-            forces = {velocity(p): derivative(energy, q) for q, p in pairs}
-            rates = {rate: key.exact(key.rates[rate]) + force + force for rate, force in forces.items()}
-            if any(rate != forces[name] for name, rate in rates.items()):
-                yield {name: to_tree(rate) for name, rate in rates.items()}
-
-
-def _euler_sign(key: Motion) -> Iterator[dict[str, Node]]:
-    """Euler's equations with the wrong sign of some cross terms, which multiply the two other rates."""
-    functions = [state_of(rate) for rate in key.rates]
-    turned: dict[str, Node] = {}
-    for rate, node in key.rates.items():
-        others = set(functions) - {state_of(rate)}
-        e = expand(key.exact(node))
-        crossed = [Expr({m: c}) for m, c in e.terms.items() if others <= Expr({m: c}).names]
-        if len(functions) != 3 or not crossed:
-            return
-        turned[rate] = to_tree(e - total(crossed) - total(crossed))
-    for count in (1, 2, 3):
-        yield from (dict(some) for some in combinations(turned.items(), count))

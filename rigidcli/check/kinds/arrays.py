@@ -6,7 +6,6 @@ import math
 import re
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
-from itertools import permutations
 from typing import Any, ClassVar, TypeAlias
 
 import numpy as np
@@ -26,7 +25,7 @@ from rigidcli.check.entries import (
     opened,
     shown_as,
 )
-from rigidcli.check.kinds.number import shared_factor
+from rigidcli.check.mistakes import Arrays, of_vector, shared_factor
 from rigidcli.check.numbers import Number
 from rigidcli.check.question import Question
 from rigidcli.core.arithmetic import Array, Floats
@@ -41,13 +40,10 @@ AXES = {name: k for names in ("xyz", "123456789") for k, name in enumerate(names
 Triples: TypeAlias = Sequence[tuple[str, Entry, Right]]
 """Names of places, each with the entry of an answer and the right one."""
 
-Mistaken: TypeAlias = Iterator[tuple[str, Array]]
-"""Codes of mistakes, each with what the mistake leads to."""
-
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Key:
-    """The right `entries`: floats in SI units, or trees. `mistaken` has others, with the codes of mistakes.
+    """The right `entries`: floats in SI units, or trees.
 
     `labels` name the entries. Entries of one name are one component, which is right if all of them are, and
     those that are `counted` earn points.
@@ -59,7 +55,6 @@ class Key:
     entries: Array
     labels: tuple[str, ...]
     counted: frozenset[str]
-    mistaken: tuple[tuple[str, Array], ...] = ()
 
     @property
     def right(self) -> list[Right]:
@@ -73,7 +68,7 @@ class Key:
         return frozenset(label for label, right in both if self.ruler.has_value(right, *values))
 
 
-class Arrays(Kind):
+class List(Kind):
     """A kind of many numbers in `dimensions` (1 for a list, 2 for rows). `word` names an entry."""
 
     options: ClassVar[frozenset[str]] = frozenset({"symbols", "unit", "numbers"})
@@ -144,9 +139,14 @@ class Arrays(Kind):
         code = shared_factor(own, right, key.ruler.unit, key.path, max(key.ruler.slack, EXACT))
         return [Finding(code or "outside_tolerance")]
 
-    def mistaken(self, key: Key) -> Iterator[tuple[str, Key]]:
+    def mistakes(self, asked: Asked, key: Key) -> Arrays:
+        """The entries that come out under a mistake."""
+        return iter(())
+
+    def mistaken(self, asked: Asked, key: Key) -> Iterator[tuple[str, Key]]:
         """The keys whose entries come out under a mistake."""
-        yield from ((code, replace(key, entries=entries, mistaken=())) for code, entries in key.mistaken)
+        for code, entries in self.mistakes(asked, key):
+            yield code, replace(key, entries=key.ruler.entries(entries))
 
     def typed(self, key: Key) -> Tree:
         """The key with all digits, each entry with its unit."""
@@ -232,11 +232,11 @@ def _limited(shape: tuple[int, ...]) -> tuple[int, ...]:
 # --- vectors
 
 
-class Vector(Arrays):
+class Vector(List):
     """The components of a vector, or a direction alone."""
 
     name: ClassVar[str] = "vector"
-    options: ClassVar[frozenset[str]] = Arrays.options | {"direction", "normalized"}
+    options: ClassVar[frozenset[str]] = List.options | {"direction", "normalized"}
     word: ClassVar[str] = "component"
 
     def key(self, asked: Asked) -> Key:
@@ -244,7 +244,11 @@ class Vector(Arrays):
         key = super().key(asked)
         if asked.question.direction in ("sense", "parallel") and key.named(0) == set(key.labels):
             raise ValueProblem("a vector of length zero has no direction", path=("direction",))
-        return replace(key, mistaken=tuple(_other_vectors(asked, key)))
+        return key
+
+    def mistakes(self, asked: Asked, key: Key) -> Arrays:
+        """The vectors that come out under a mistake."""
+        return of_vector(asked, key.entries)
 
     def judge(self, key: Key, value: Sequence[Entry]) -> Outcome:
         """The outcome of a vector; a direction is right as a whole."""
@@ -286,22 +290,10 @@ def has_unit_length(ruler: Ruler, entries: Sequence[Entry]) -> bool:
     return bool((np.abs(lengths - 1) <= ruler.angle).all())
 
 
-def _other_vectors(asked: Asked, key: Key) -> Mistaken:
-    """The vector along the axes of the document, turned the wrong way, and with components exchanged."""
-    size = key.entries.size
-    if asked.document is not None and asked.document.frame is not None and size == 3:
-        axes, vector = asked.document.physical.axes, np.asarray(asked.value)
-        yield "other_frame", key.ruler.entries(axes @ vector)
-        yield "other_frame", key.ruler.entries(axes.T @ vector)
-    if size <= 4:
-        orders = list(permutations(range(size)))[1:]
-        yield from (("components_permuted", key.entries[list(order)]) for order in orders)
-
-
 # --- matrices
 
 
-class Matrix(Arrays):
+class Matrix(List):
     """The entries of a matrix of any shape; zeros and ones, which stand by themselves, are not counted."""
 
     name: ClassVar[str] = "matrix"
@@ -316,8 +308,7 @@ class Matrix(Arrays):
         """Whether all entries are right: a mistake makes many keys, and the first wrong entry is enough."""
         return all(key.ruler.same(*both) is True for both in zip(value, key.right, strict=True))
 
-    def mistaken(self, key: Key) -> Iterator[tuple[str, Key]]:
-        """The keys of mistakes, and where it is square, the key with rows and columns exchanged."""
-        yield from super().mistaken(key)
+    def mistakes(self, asked: Asked, key: Key) -> Arrays:
+        """Where it is square, the matrix with rows and columns exchanged."""
         if key.entries.shape[0] == key.entries.shape[-1]:
-            yield "transposed", replace(key, entries=key.entries.T, mistaken=())
+            yield "transposed", key.entries.T

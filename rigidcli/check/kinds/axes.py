@@ -22,8 +22,9 @@ from rigidcli.check import entries
 from rigidcli.check.base import Asked, Finding, Kind, Outcome, Reading, Tree, Unreadable
 from rigidcli.check.entries import Cell, Entry, Layout, Ruler, Same, opened, shown_as
 from rigidcli.check.kinds.arrays import are_bare, has_unit_length, row, unit_vectors
-from rigidcli.check.kinds.number import shared_factor
-from rigidcli.check.kinds.tensors import OTHER_PRODUCTS, Tensor, matched, mistaken_tensors
+from rigidcli.check.kinds.tensors import Tensor, matched, products
+from rigidcli.check.mistakes import of_tensor, shared_factor
+from rigidcli.check.numbers import NOISE
 from rigidcli.check.question import RELATIVE, Question
 from rigidcli.core.arithmetic import Array, Floats, Mask
 from rigidcli.errors import ValueProblem, shown
@@ -51,11 +52,11 @@ class Pairs(NamedTuple):
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Key:
-    """The `tensor` (3 by 3, floats in kg m^2 or trees) whose axes an answer must have.
+    """The `tensor` (3 by 3, floats in kg m^2 or trees) whose axes an answer must have; `usual` is as asked.
 
     It has `moments` (3, ascending), `axes` (rows), and a table of which moments are `equal` (3 by 3); `typed`
     (3 by 4) are moments and axes as a student would write them. `alone` says that axes need no moments,
-    `columns` that those of an answer stand in columns, by mistake. `mistaken` has other tensors.
+    `columns` that those of an answer stand in columns, by mistake.
     """
 
     question: Question
@@ -65,9 +66,9 @@ class Key:
     moments: Floats
     axes: Floats
     equal: Mask
+    usual: Array
     typed: Array
     alone: bool
-    mistaken: tuple[tuple[str, Array], ...] = ()
     columns: bool = False
 
 
@@ -86,11 +87,10 @@ class Axes(Kind):
         ruler, usual, pairs = _literal(asked) if asked.report is None else _reported(asked)
         if ruler.formulas is not None and asked.question.order == "ascending":
             raise ValueProblem("the order of moments with symbols depends on these", path=("order",))
-        mistaken = tuple((code, ruler.entries(each)) for code, each in mistaken_tensors(asked, usual))
         alone = len(asked.path) > 1 and asked.path[-1] == "axes"
         solved = _solved(ruler, ruler.entries(usual))
         typed = np.column_stack([solved["moments"], solved["axes"]]) if pairs is None else pairs
-        return Key(asked.question, asked.path, **solved, typed=typed, alone=alone, mistaken=mistaken)
+        return Key(asked.question, asked.path, **solved, usual=usual, typed=typed, alone=alone)
 
     def read(self, key: Key, answer: Tree) -> Reading:
         """A list of pairs, or of axes. Raises Unreadable."""
@@ -125,11 +125,11 @@ class Axes(Kind):
         answer = _Answer(key, value)
         return all(answer.pair(k) for k in range(3)) and super().is_right(key, value)
 
-    def mistaken(self, key: Key) -> Iterator[tuple[str, Key]]:
+    def mistaken(self, asked: Asked, key: Key) -> Iterator[tuple[str, Key]]:
         """The keys whose tensor comes out under a mistake, and that for axes which stand in columns."""
-        for code, tensor in key.mistaken:
-            yield code, replace(key, **_solved(key.ruler, tensor), mistaken=())
-        yield "transposed", replace(key, columns=True, mistaken=())
+        for code, tensor in of_tensor(asked, key.usual):
+            yield code, replace(key, **_solved(key.ruler, key.ruler.entries(tensor)))
+        yield "transposed", replace(key, columns=True)
 
     def typed(self, key: Key) -> Tree:
         """The moments and axes."""
@@ -301,8 +301,8 @@ def _solved(ruler: Ruler, tensor: Array) -> dict[str, Any]:
         raise ValueProblem("a tensor of zeros has no axes of its own")
     moments, vectors = np.linalg.eigh(numbers / scale)
     largest = float(np.abs(moments).max())
-    moments[np.abs(moments) < entries.NOISE * largest] = 0.0
-    equal = np.abs(moments[:, None] - moments) <= max(entries.NOISE, min(EQUAL, ruler.slack)) * largest
+    moments[np.abs(moments) < NOISE * largest] = 0.0
+    equal = np.abs(moments[:, None] - moments) <= max(NOISE, min(EQUAL, ruler.slack)) * largest
     ruler = replace(ruler, largest=largest * scale)
     return {"ruler": ruler, "tensor": tensor, "moments": moments * scale, "axes": vectors.T, "equal": equal}
 
@@ -328,8 +328,7 @@ def _literal(asked: Asked) -> tuple[Ruler, Array, Array | None]:
         key = Tensor().key(replace(asked, value=asked.value["tensor"]))
         if key.ruler.formulas is not None:
             raise ValueProblem("a tensor with symbols is no key", hint="write pairs: `[moment, [x, y, z]]`")
-        signs = OTHER_PRODUCTS if asked.question.products == "plus" else 1
-        ruler, tensor, pairs = key.ruler, key.entries * signs, None
+        ruler, tensor, pairs = key.ruler, key.entries * products(asked), None
     else:
         ruler, typed = entries.literal(asked, _pair_cells)
         tensor = _tensor_of_pairs(ruler, typed)

@@ -20,7 +20,8 @@ from rigidcli.algebra.matrices import determinant
 from rigidcli.algebra.trees import to_tree
 from rigidcli.check.balls import Ball
 from rigidcli.check.base import Asked, Finding, Kind, Outcome, Reading, Tree, Unreadable
-from rigidcli.check.motions import Motion, mistaken, of_document, of_functions, of_text
+from rigidcli.check.mistakes import of_motion
+from rigidcli.check.motions import Motion, of_document, of_functions, of_text
 from rigidcli.check.reading import Sides, names_in_all, plain, read_equations
 from rigidcli.document.variables import acceleration, velocity
 from rigidcli.errors import ExpressionError, ValueProblem
@@ -122,9 +123,10 @@ class Equations(Kind):
         form = [Finding("second_order_form")] if is_second and key.is_hamiltonian else []
         return Outcome.correct(*form, *remarks)
 
-    def mistaken(self, key: Motion) -> Iterator[tuple[str, Motion]]:
+    def mistaken(self, asked: Asked, key: Motion) -> Iterator[tuple[str, Motion]]:
         """The motions that mistakes lead to."""
-        return mistaken(key)
+        for code, rates in of_motion(key):
+            yield code, replace(key, rates={**key.rates, **rates})
 
     def typed(self, key: Motion) -> Tree:
         """The derivatives of the states."""

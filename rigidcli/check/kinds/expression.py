@@ -18,13 +18,13 @@ from rigidcli.algebra.reading import from_tree
 from rigidcli.algebra.trees import to_tree
 from rigidcli.check.balls import Ball
 from rigidcli.check.base import Asked, Finding, Kind, Outcome, Reading, Tree, Unreadable
-from rigidcli.check.kinds.number import common_factor
+from rigidcli.check.mistakes import common_factor, of_energy
 from rigidcli.check.question import Tolerance
 from rigidcli.check.reading import names_of, plain, read_expression
 from rigidcli.check.same import NEEDED, Formulas, formulas_of
 from rigidcli.errors import ExpressionError, ValueProblem
 from rigidcli.language.text import text
-from rigidcli.language.tree import Name, Negative, Node, Number, Product, Sum, bound, names_in
+from rigidcli.language.tree import Name, Negative, Node, Number, Sum, bound, names_in
 
 ENERGIES = ("hamiltonian", "lagrangian", "energy")
 """Last names of results to which a constant may be added."""
@@ -32,7 +32,7 @@ ENERGIES = ("hamiltonian", "lagrangian", "energy")
 EXACT = 1e-12
 """The relative error of a factor that is read from the values of formulas."""
 
-ZERO, HALF, TWO = Number("0", 0.0), Number("0.5", 0.5), Number("2", 2.0)
+ZERO = Number("0", 0.0)
 
 
 @dataclass(frozen=True, eq=False)
@@ -103,15 +103,12 @@ class Expression(Kind):
         """Whether the answer is the key, perhaps up to a constant."""
         return key.same(value, constant=key.constant) is True
 
-    def mistaken(self, key: Key) -> Iterator[tuple[str, Key]]:
-        """The key of the other sign; of an energy T + V, also T - V, and half and twice T."""
+    def mistaken(self, asked: Asked, key: Key) -> Iterator[tuple[str, Key]]:
+        """The key of the other sign, and an energy with mistakes in its parts."""
         yield "sign_error", replace(key, tree=Negative(key.tree))
         if parts := _energies(key):
-            kinetic, rest = parts
-            code = "potential_sign" if key.is_lagrangian else "lagrangian_or_potential_sign"
-            yield code, replace(key, tree=Sum((kinetic, Negative(rest))))
-            for factor in (HALF, TWO):
-                yield "kinetic_factor", replace(key, tree=Sum((Product((factor, kinetic)), rest)))
+            others = of_energy(*parts, is_lagrangian=key.is_lagrangian)
+            yield from ((code, replace(key, tree=other)) for code, other in others)
 
     def typed(self, key: Key) -> Tree:
         """The key in the language of documents."""
