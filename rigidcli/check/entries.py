@@ -197,14 +197,14 @@ def literal(asked: Asked, layout: Callable[[Tree], Layout]) -> tuple[Ruler, Arra
     shape, cells = layout(asked.value)
     ruler = Ruler(asked.question.tolerance)
     try:
-        numbers = [as_typed(typed, place=place) for place, typed in cells]
+        units = [each.unit for each in (as_typed(typed) for _, typed in cells) if each.unit is not None]
     except Unreadable:
         symbols = asked.question.symbols
         trees = [] if symbols else [read_expression(typed, None, place) for place, typed in cells]
         ruler = _with_symbols(ruler, asked, trees)
         return ruler, filled(ruler.read(cells), shape)
-    ruler = replace(ruler, unit=next((each.unit for each in numbers if each.unit is not None), None))
-    return _measured(ruler, [read_number(typed, ruler.unit, place).value for place, typed in cells], shape)
+    ruler = replace(ruler, unit=units[0] if units else None)
+    return _measured(ruler, ruler.numbers(ruler.read(cells))[:, 0].tolist(), shape)
 
 
 def computed(asked: Asked, value: Any) -> tuple[Ruler, Array]:

@@ -62,10 +62,9 @@ class Formulas:
         """
         from flint import ctx
 
-        answer, key, *beside = (self._independent(node) for node in (answer, key, *beside))
-        comparison = _Comparison(answer, key, self.names, self.name, constant, self.relative, beside)
+        answer, key, *beside = map(self._independent, (answer, key, *beside))
         with ctx.workprec(balls.BITS):
-            return comparison.outcome()
+            return _Comparison(self, answer, key, beside, constant).outcome()
 
     def vanish(self, nodes: Iterable[Node]) -> bool | str:
         """Whether all formulas are zero, or why this is open."""
@@ -123,30 +122,23 @@ def _identical(answer: Node, key: Node, names: Names) -> bool:
 
 
 class _Comparison:
-    """An answer and its key at the points that follow from both."""
+    """An answer and its key, in independent names, at the points that follow from both."""
 
     def __init__(
-        self,
-        answer: Node,
-        key: Node,
-        names: Names,
-        seed: str,
-        constant: bool,
-        relative: float | None,
-        beside: Sequence[Node],
+        self, formulas: Formulas, answer: Node, key: Node, beside: Sequence[Node], constant: bool
     ) -> None:
+        names, self.relative, self.beside = formulas.names, formulas.relative, beside
         self.is_identical = partial(_identical, answer, key, names)
         self.steps = Steps()
-        self.relative, self.beside = relative, beside
         # In a key 0.5 is a half, and 0.333 may be a third.
-        self.key = self.steps.add(key, 3 if relative is None else balls.NEVER)
-        self.answer = self.steps.add(answer, 1 if relative is None else balls.NEVER)
-        roots = [self.key] + [self.answer] * (relative is None)
+        self.key = self.steps.add(key, 3 if self.relative is None else balls.NEVER)
+        self.answer = self.steps.add(answer, 1 if self.relative is None else balls.NEVER)
+        roots = [self.key] + [self.answer] * (self.relative is None)
         self.terms = [term for root in roots for term in self.steps.terms(root)]
         used = self.steps.names
         self.domains = {name: domain for name, domain in names.domains.items() if name in used}
         self.changing = [name for name in self.domains if name in names.states | {"t"}] if constant else None
-        self.seed = f"{seed}\n{self.steps.parts}"
+        self.seed = f"{formulas.name}\n{self.steps.parts}"
 
     def outcome(self) -> bool | str:
         """Whether both agree at all points, and nothing is left unseen.

@@ -85,25 +85,17 @@ def _csv(students: Students, style: Style) -> Iterator[str]:
 def _json(students: Students, style: Style) -> Iterator[str]:
     """The contract `rigidcli.check/1`: a line for each answer file."""
     for student in students:
-        questions = [
-            {name: getattr(question, name) for name in FIELDS}
-            | {
-                "feedback": [
-                    {"code": finding.code, "message": sentence(finding)} for finding in question.findings
-                ]
-            }
+        line: dict[str, object] = {"schema": "rigidcli.check/1"}
+        line |= {name: getattr(student, name) for name in ("student", "source", "score", "max_score")}
+        line["questions"] = [
+            {name: getattr(question, name) for name in FIELDS} | {"feedback": _feedback(question)}
             for question in student.questions
         ]
-        yield json_line(
-            {
-                "schema": "rigidcli.check/1",
-                "student": student.student,
-                "source": student.source,
-                "score": student.score,
-                "max_score": student.max_score,
-                "questions": questions,
-            }
-        )
+        yield json_line(line)
+
+
+def _feedback(question: Judged) -> list[dict[str, str]]:
+    return [{"code": finding.code, "message": sentence(finding)} for finding in question.findings]
 
 
 def _gradescope(students: Students, style: Style) -> Iterator[str]:
