@@ -116,28 +116,20 @@ class Expression(Kind):
 
 
 def _tree(asked: Asked) -> Node:
-    """The formula that is the key. Raises ValueProblem."""
-    value = asked.value
-    if asked.report is None:
-        return literal(value, asked)
-    if isinstance(value, Expr):
-        return to_tree(value)
-    raise ValueProblem("what is asked for is not one expression")
-
-
-def literal(value: Tree, asked: Asked) -> Node:
-    """The formula of a literal key, in the letters of the question if it lists them. Raises ValueProblem."""
+    """The formula that is the key, if literal in the letters that the question lists. Raises ValueProblem."""
+    if asked.report is not None:
+        if isinstance(asked.value, Expr):
+            return to_tree(asked.value)
+        raise ValueProblem("what is asked for is not one expression")
     names = names_of(asked)
-    try:
-        if names.words.names != ("t",):
-            try:
-                return read_expression(value, names)
-            except Unreadable as unreadable:
-                if unreadable.findings[0].code != "unknown_symbol":
-                    raise
-        return read_expression(value, None)
-    except Unreadable as unreadable:
-        raise ValueProblem(f"the key cannot be read: {unreadable.findings[0].code}") from None
+    code = "unknown_symbol"
+    for letters in (names if names.words.names != ("t",) else None, None):
+        try:
+            if code == "unknown_symbol":
+                return read_expression(asked.value, letters)
+        except Unreadable as unreadable:
+            code = unreadable.findings[0].code
+    raise ValueProblem(f"the key cannot be read: {code}")
 
 
 def _relative(tolerance: Tolerance) -> float | None:
