@@ -16,7 +16,7 @@ from typing import Any
 
 import pytest
 
-from rigidcli.check.base import Outcome, Tree
+from rigidcli.check.base import CODES, Outcome, Tree
 from rigidcli.document.syntax import read_tree
 from tests.check.asking import asked, codes, judged, told
 from tests.conftest import ROOT
@@ -61,3 +61,15 @@ def test_what_comes_of_an_answer(question: str, document: str, answers: dict[str
         assert [(each, in_words(judged(item, each), places=places)) for each in several] == [
             (each, words) for each in several
         ]
+
+
+ELSEWHERE = """
+    accepted missing_column missing_file not_allowed overridden path_outside time_range_short timeout
+    too_large undecided wrong_initial_condition
+"""
+"""The codes of files, tables, persons and limits, which other tests show."""
+
+
+def test_every_other_code_stands_in_a_table() -> None:
+    words = {word for entry in entries() for label in entry.values[2] for word in label.split()}
+    assert set(CODES) - {word.partition("@")[0] for word in words} == set(ELSEWHERE.split())
