@@ -92,14 +92,10 @@ class Quantity(Kind):
 
     def judge(self, key: Key, value: Number) -> Outcome:
         """The value first, then its unit and its figures."""
-        scale, misfit = value.scale, ""
-        if value.unit is not None:
-            try:
-                scale = scale_in(value.unit, key.unit.dimension)
-            except ValueProblem as problem:
-                misfit = with_hint(problem)
-        if misfit:
-            return Outcome.earning(0.0, _of_misfit(key, value, misfit))
+        try:
+            scale = value.scale if value.unit is None else scale_in(value.unit, key.unit.dimension)
+        except ValueProblem as problem:
+            return Outcome.earning(0.0, _of_misfit(key, value, with_hint(problem)))
         number = replace(value, value=value.typed * scale, scale=scale)
         is_right = key.is_near(number.value, scale)
         if is_right and too_few(number, key.tolerance):
