@@ -38,7 +38,7 @@ MOST_LINES = {
     "core": 3998,  # how bodies add up came here from `bodies`; energies near a separatrix are fractions
     "document": 2856,
     "fields": 1796,  # a list without brackets in braces is one problem with its cure
-    "check": 7488,
+    "check": 7480,
     "language": 2386,  # numbers without commas have a hint
     "mechanics": 2721,  # the matrix exponential has twice the digits of a float, without scipy
     "reference": 634,  # the JSON Schema of files came here from `document`

@@ -51,11 +51,11 @@ class Motion:
     @cached_property
     def meanings(self) -> dict[str, Node]:
         """The derivatives of all kinds as formulas in the states."""
-        found = dict(self.rates)
+        rates = dict(self.rates)
         with suppress(ExpressionError):
             for name in self.coordinates:
-                found[acceleration(name)] = self._change(found[velocity(name)])
-        return {**{alias: bound(node, found) for alias, node in self.aliases.items()}, **found}
+                rates[acceleration(name)] = self._change(rates[velocity(name)])
+        return {**{alias: bound(node, rates) for alias, node in self.aliases.items()}, **rates}
 
     def _change(self, node: Node) -> Node:
         """The time derivative of a formula in the states, by the chain rule."""
@@ -184,13 +184,13 @@ def of_functions(key: Motion) -> dict[str, str]:
 def _partners(question: Question, functions: Sequence[str], rates: Mapping[str, Node]) -> dict[str, str]:
     """The momentum or velocity of each coordinate for which equations of second order say the same."""
     listed = dict(zip(question.coordinates, question.momenta or question.velocities, strict=False))
-    found = {q: p for q, p in listed.items() if {q, p} <= {*functions}}
-    for name in () if found else functions:
+    partners = {q: p for q, p in listed.items() if {q, p} <= {*functions}}
+    for name in () if partners else functions:
         rate = rates[velocity(name)]
         others = names_in(rate) & {*functions} - {name}
         if others == {momentum(name)} or (len(others) == 1 and rate == Name(*others)):
-            found[name] = others.pop()
-    return found if 2 * len(found) == len(functions) and not {*found} & {*found.values()} else {}
+            partners[name] = others.pop()
+    return partners if 2 * len(partners) == len(functions) and not {*partners} & {*partners.values()} else {}
 
 
 def _solved(sides: Sequence[tuple[Node, Node]], tops: Sequence[str]) -> dict[str, Node]:

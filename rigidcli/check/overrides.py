@@ -47,7 +47,7 @@ def read_overrides(path: str | os.PathLike[str], items: Mapping[str, Item]) -> O
     if missing := [name for name in COLUMNS[:3] if name not in places]:
         message = f"the columns {', '.join(missing)} are missing, expected {','.join(COLUMNS)}"
         raise DocumentError([Problem(source, message, 1)])
-    known = {folded(id): item for id, item in items.items()}
+    by_name = {folded(id): item for id, item in items.items()}
     overrides, problems = Overrides(), list[Problem]()
     for line, row in enumerate(rows, 2):
         if not any(cell.strip() for cell in row):
@@ -55,7 +55,7 @@ def read_overrides(path: str | os.PathLike[str], items: Mapping[str, Item]) -> O
         student, question, score, reason = (
             row[place].strip() if (place := places.get(name, len(row))) < len(row) else "" for name in COLUMNS
         )
-        item, points = known.get(folded(question)), points_in(score)
+        item, points = by_name.get(folded(question)), points_in(score)
         if item is None:
             near = nearest(question, list(items))
             guess = f" (did you mean {near}?)" if near else ""

@@ -85,14 +85,14 @@ class Formulas:
         root = steps.add(self.names.without_derived(node))
         used = steps.names
         domains = {name: domain for name, domain in self.names.domains.items() if name in used}
-        found: list[Ball | None] = []
+        values: list[Ball | None] = []
         with ctx.workprec(balls.BITS):
             for point in islice(balls.points(domains, seed or self.name), most):
                 try:
-                    found.append(steps.values(root, point)[root])
+                    values.append(steps.values(root, point)[root])
                 except (NoValue, Unclear):
-                    found.append(None)
-        return found
+                    values.append(None)
+        return values
 
     def _independent(self, node: Node) -> Node:
         """A formula in the names that nothing defines."""
@@ -155,19 +155,19 @@ class _Comparison:
             pair = [point] if self.changing is None else [point, self.moved(point, self.changing, place)]
             shown = set(self.steps.signs), set(self.steps.unseen)
             try:
-                found = [self.steps.values(self.key, at) for at in pair]
+                states = [self.steps.values(self.key, at) for at in pair]
             except (NoValue, Unclear):
                 self.steps.signs, self.steps.unseen = shown
                 continue
             try:
-                found = [self.steps.values(self.answer, *of) for of in zip(pair, found, strict=True)]
+                states = [self.steps.values(self.answer, *of) for of in zip(pair, states, strict=True)]
             except NoValue:
                 lost += 1
                 continue
             except Unclear:
                 unclear += 1
                 continue
-            agrees = self.agree(found)
+            agrees = self.agree(states)
             if agrees is False:
                 return False
             agreeing += agrees is True
@@ -193,16 +193,16 @@ class _Comparison:
             **{name: balls.coordinate(seed, self.domains[name], place) for name, seed in seeds.items()},
         }
 
-    def agree(self, found: Sequence[Sequence[Ball]]) -> bool | None:
+    def agree(self, states: Sequence[Sequence[Ball]]) -> bool | None:
         """Whether two values agree; None where the difference is too vague to say so.
 
-        With a constant allowed, `found` has two states, and what counts is the change between these. It is
+        With a constant allowed, `states` has two states, and what counts is the change between these. It is
         vague where one state is so large that the other is lost in its rounding.
         """
         from flint import arb
 
         def of(place: int) -> Ball:
-            return found[0][place] - found[1][place] if len(found) > 1 else found[0][place]
+            return states[0][place] - states[1][place] if len(states) > 1 else states[0][place]
 
         places = (self.answer, self.key, *self.terms)
         gap = of(self.answer) - of(self.key)
@@ -211,11 +211,11 @@ class _Comparison:
         size = max(abs(of(place).mid()) for place in places)
         if self.relative is not None and not (gap + arb(0, self.relative * size)).contains(0):
             return False
-        sizes = [max(abs(state[place].mid()) for place in places) for state in found]
+        sizes = [max(abs(state[place].mid()) for place in places) for state in states]
         if gap.rad() <= min(size, *sizes) * WIDEST:
             return True
         # A gap that is zero has no size of its own, but that of the terms which cancel in it.
-        whole = [sum(self.steps.size(root, state) for root in places[:2]) for state in found]
+        whole = [sum(self.steps.size(root, state) for root in places[:2]) for state in states]
         return True if gap.rad() <= min(whole) * balls.TINY else None
 
     def one_sided(self) -> str:
@@ -247,14 +247,14 @@ class _Comparison:
                     steps.values(second, at, steps.values(first, at))
                     for at in (point, self.moved(point, real, place))
                 ]
-                (a, b), (c, d) = ((found[first], found[second]) for found in both)
+                (a, b), (c, d) = ((state[first], state[second]) for state in both)
                 quotients.append((a * d - b * c, a * b))
                 products.append((a * b - c * d, a * b))
         return any(
-            len(found) >= NEEDED
-            and all(change.contains(0) for change, _ in found)
-            and len({sign > 0 for _, sign in found if not sign.contains(0)}) == 1
-            for found in (quotients, products)
+            len(changes) >= NEEDED
+            and all(change.contains(0) for change, _ in changes)
+            and len({sign > 0 for _, sign in changes if not sign.contains(0)}) == 1
+            for changes in (quotients, products)
         )
 
 

@@ -75,8 +75,8 @@ class Asking:
 
     def told(self, item: Item, answer: Any) -> str:
         """The verdict with the codes of all findings: `partial missing_equation`."""
-        found = judged(item, answer)
-        return " ".join([found.verdict, *dict.fromkeys(codes(found))])
+        outcome = judged(item, answer)
+        return " ".join([outcome.verdict, *dict.fromkeys(codes(outcome))])
 
 
 def details(outcome: Outcome) -> str:
@@ -92,11 +92,11 @@ def cases(table: str, *more: Any, read: Callable[[str], Any] = str) -> pytest.Ma
     are cases that no line can hold.
     """
     head, *lines = (line.strip() for line in table.strip().splitlines())
-    names, found, first = head.split(" | "), list[Any](), tuple[str, ...]()
+    names, rows, first = head.split(" | "), list[Any](), tuple[str, ...]()
     for line in lines:
         if not line.startswith("# "):
             *others, last = re.split(r"\s\|(?=\s|$)", line)
             first = tuple(map(str.strip, others)) or first
             values = [read(value) for value in re.split(r"\s{2,}", last.strip()) if value]
-            found += [(*first, value) for value in values] if len(names) > 1 else values
-    return pytest.mark.parametrize(names if len(names) > 1 else head, [*found, *more])
+            rows += [(*first, value) for value in values] if len(names) > 1 else values
+    return pytest.mark.parametrize(names if len(names) > 1 else head, [*rows, *more])

@@ -90,13 +90,13 @@ class Expression(Kind):
 
     def judge(self, key: Key, value: Node) -> Outcome:
         """Whether the answer is the key, perhaps up to a constant."""
-        found = key.same(value)
-        if found is True:
+        truth = key.same(value)
+        if truth is True:
             return Outcome.correct()
         if key.constant and key.same(value, constant=True) is True:
             return Outcome.correct(Finding("additive_constant", detail="that does not change the motion"))
-        if isinstance(found, str):
-            return Outcome.review(found)
+        if isinstance(truth, str):
+            return Outcome.review(truth)
         return Outcome.earning(0.0, *_findings(key, value))
 
     def is_right(self, key: Key, value: Node) -> bool:

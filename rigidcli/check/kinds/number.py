@@ -62,9 +62,9 @@ class Quantity(Kind):
         question = asked.question
         value, unit = _literal(asked.value) if asked.report is None else _computed(asked.value, asked.unit)
         if asked.report is None and (question.kind == "quantity") is not bool(unit.text):
-            found, kind = ("has one", "quantity") if unit.text else ("has none", "number")
+            has_unit, kind = ("has one", "quantity") if unit.text else ("has none", "number")
             hint = f"make it of kind `{kind}`"
-            raise ValueProblem(f"a quantity has a unit, a number has no unit, and this {found}", hint=hint)
+            raise ValueProblem(f"a quantity has a unit, a number has no unit, and this {has_unit}", hint=hint)
         is_product = (
             len(asked.path) > 2 and asked.path[-3].startswith("tensor") and asked.path[-2] != asked.path[-1]
         )

@@ -45,7 +45,7 @@ class Filled(NamedTuple):
 def fill(text: str, judgements: Iterable[Judgement], column: str) -> Filled:
     """Put the scores into the column of an assignment, which is named by its title, its number, or both.
 
-    Students are known by the names of their answer files. All other cells stay as they are, and so does that
+    The names of answer files say whose they are. All other cells stay as they are, and so does that
     of a student of whom an answer waits for a person.
     Raises UsageError where the column is not there, or not the only one of its name.
     """
@@ -121,22 +121,22 @@ def _place(head: Sequence[str], worth: Sequence[str], wanted: str) -> int:
     """The place of the column of an assignment. Raises UsageError."""
     names = [cell.strip() for cell in head]
     last = max(place for place, name in enumerate(names) if name in ABOUT_STUDENTS)
-    known = {
+    titles = {
         place: name
         for place, name in enumerate(names)
         if place > last and name and "read only" not in _value(worth, place) and not TOTALS.search(name)
     }
-    parts = {place: _ASSIGNMENT.fullmatch(name) for place, name in known.items()}
+    parts = {place: _ASSIGNMENT.fullmatch(name) for place, name in titles.items()}
     for part in (0, 1, 2):
-        found = [place for place, name in parts.items() if name and _folded(name[part]) == _folded(wanted)]
-        if len(found) == 1:
-            return found[0]
-        if found:
-            hint = f"say which by its number: {listed([known[place] for place in found])}"
-            raise UsageError(f"the gradebook has {len(found)} columns {shown(wanted)}", hint=hint)
-    near = nearest(wanted, [*known.values(), *(name[1] for name in parts.values() if name)])
+        places = [place for place, name in parts.items() if name and _folded(name[part]) == _folded(wanted)]
+        if len(places) == 1:
+            return places[0]
+        if places:
+            hint = f"say which by its number: {listed([titles[place] for place in places])}"
+            raise UsageError(f"the gradebook has {len(places)} columns {shown(wanted)}", hint=hint)
+    near = nearest(wanted, [*titles.values(), *(name[1] for name in parts.values() if name)])
     meant = f"did you mean {shown(near)}? " if near else ""
-    hint = f"{meant}its assignments are {listed(list(known.values()))}" if known else "it has no assignment"
+    hint = f"{meant}its assignments are {listed(list(titles.values()))}" if titles else "it has no assignment"
     raise UsageError(f"the gradebook has no column {shown(wanted)}", hint=hint)
 
 

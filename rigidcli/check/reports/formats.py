@@ -133,8 +133,8 @@ def _gradescope(students: Students, style: Style) -> Iterator[str]:
 def _output(question: Judged) -> str:
     """What a student reads of a question."""
     lines = {"": question.title, "your answer: ": question.answer, "read as: ": question.reading}
-    known = [f"{head}{text}" for head, text in lines.items() if text]
-    return "\n".join(filter(None, [_earned(question), *known, question.message]))
+    given = [f"{head}{text}" for head, text in lines.items() if text]
+    return "\n".join(filter(None, [_earned(question), *given, question.message]))
 
 
 def _earned(question: Judged) -> str:
