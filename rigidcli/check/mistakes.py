@@ -6,7 +6,7 @@ A wrong answer that is right by the keys of exactly one code is explained by it.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import suppress
 from itertools import combinations, permutations
 from typing import TYPE_CHECKING, TypeAlias
@@ -165,12 +165,10 @@ def common_factor(ratio: float, unit: Unit | None, path: tuple[str, ...], slack:
 
     The `unit` and the `path` of the result tell which factors are likely: a 2 pi is one of rates only.
     """
-    codes = [
-        code
-        for code, factor in _factors(unit, path)
-        if abs(factor - 1) > 2 * slack and abs(ratio / factor - 1) <= slack
-    ]
-    return codes[0] if codes else None
+    for code, factor in _factors(unit, path):
+        if abs(factor - 1) > 2 * slack and abs(ratio / factor - 1) <= slack:
+            return code
+    return None
 
 
 def shared_factor(
@@ -197,15 +195,15 @@ def _factors(unit: Unit | None, path: tuple[str, ...]) -> Iterator[tuple[str, fl
     """Codes and factors, the likely ones first."""
     dimension = DIMENSIONLESS if unit is None else unit.dimension
     is_rate = dimension.time in (1, -1) and not (dimension.mass or dimension.length)
-    unknown = unit is None and not path
+    is_bare = unit is None and not path
     yield "sign_error", -1.0
-    either_way = [("power_of_ten", TENS)]
+    slips: dict[str, Sequence[float]] = {"power_of_ten": TENS}
     if dimension.angle or dimension.time or dimension == DIMENSIONLESS:
-        either_way.append(("degrees_radians", (180 / math.pi,)))
-    if is_rate or dimension.cycle or unknown:
-        either_way.append(("frequency_vs_angular_frequency", (TURN,)))
-    either_way.append(("constant_factor", LOST))
-    for code, factors in either_way:
+        slips["degrees_radians"] = (180 / math.pi,)
+    if is_rate or dimension.cycle or is_bare:
+        slips["frequency_vs_angular_frequency"] = (TURN,)
+    slips["constant_factor"] = LOST
+    for code, factors in slips.items():
         for factor in factors:
             yield code, factor
             yield code, 1 / factor
