@@ -230,20 +230,16 @@ class _Lines:
 
     def answers(self) -> Answers:
         """The answers; one that stands twice is none."""
-        found: dict[str, _Entry | None] = {}
         spelled: dict[str, str] = {}
         answers: Answers = {}
         for entry in self.entries:
             key = folded(entry.name)
-            if key in ABOUT and key not in self.names:
-                continue
-            name = spelled.setdefault(key, entry.name)
-            if key in found:
+            if key in spelled:
                 message = f"line {entry.number}: the key {shown(entry.name)} stands twice"
-                answers[name] = Unreadable("duplicate_key", message)
-            else:
-                found[key] = entry
-                answers[name] = entry.value()
+                answers[spelled[key]] = Unreadable("duplicate_key", message)
+            elif key not in ABOUT or key in self.names:
+                spelled[key] = entry.name
+                answers[entry.name] = entry.value()
         return answers
 
 

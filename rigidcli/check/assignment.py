@@ -172,16 +172,16 @@ def _item(kind: Kind, asked: Asked, folder: Path) -> Item:
     typed = kind.typed(key)
     words = DECIMALS.sub(lambda number: f"{float(number[0]):.6g}", as_typed(typed))
     reference = words if len(words) <= 500 else ""  # a longer key tells nobody anything
-    changes = tuple(_changes(kind, key, typed))
+    changes = tuple(_changes(kind, asked, key, typed))
     return Item(
         kind, key, question.points, question.title, reference, question.credit, tuple(accepted), changes
     )
 
 
-def _changes(kind: Kind, key: Any, typed: Any) -> Iterator[tuple[str, Any]]:
+def _changes(kind: Kind, asked: Asked, key: Any, typed: Any) -> Iterator[tuple[str, Any]]:
     """The keys of mistaken problems, without those by which the right answer is right as well."""
     right = kind.read(key, typed).value
-    for code, changed in kind.mistaken(key):
+    for code, changed in kind.mistaken(asked, key):
         with contextlib.suppress(Unreadable, ArithmeticError, ValueError):
             if not kind.is_right(changed, right):
                 yield code, changed

@@ -189,7 +189,7 @@ class Kind(ABC):
         """Whether the outcome would be `correct`; a kind may say so sooner than it finds what is wrong."""
         return self.judge(key, value).verdict == "correct"
 
-    def mistaken(self, key: Any) -> Iterator[tuple[str, Any]]:
+    def mistaken(self, asked: Asked, key: Any) -> Iterator[tuple[str, Any]]:
         """The codes of mistakes, and the keys of the problems that they lead to.
 
         The key about the centre of mass, with the products of inertia flipped, or with T - V for T + V: an

@@ -17,10 +17,10 @@ from rigidcli.algebra.expressions import Expr
 from rigidcli.algebra.trees import to_tree
 from rigidcli.check.base import Asked, Finding, Tree, Unreadable
 from rigidcli.check.lists import read_list
-from rigidcli.check.numbers import Number, as_typed, beside, is_right, is_short, read_number, share
+from rigidcli.check.numbers import NOISE, Number, as_typed, beside, is_right, is_short, read_number, share
 from rigidcli.check.question import RELATIVE, Tolerance
-from rigidcli.check.reading import Names, exactly, names_of, plain, read_expression
-from rigidcli.check.same import same, values
+from rigidcli.check.reading import exactly, names_of, plain, read_expression
+from rigidcli.check.same import Formulas, formulas_of
 from rigidcli.core.arithmetic import Array, Floats
 from rigidcli.errors import ExpressionError, ValueProblem
 from rigidcli.fields.dimensions import ANGLE, DIMENSIONLESS
@@ -44,14 +44,8 @@ Cell: TypeAlias = tuple[str, Tree]
 Layout: TypeAlias = tuple[tuple[int, ...], list[Cell]]
 """The shape of an answer, and its cells row by row."""
 
-NOISE = 1e-12
-"""A number below this, in units of the largest beside it, is zero but for rounding."""
-
 EXACT = 1e-9
 """How far numbers that should be the same may be apart by rounding, relative to their size."""
-
-MOST_ENTRIES = 400
-"""The most entries of an answer: more than any matrix of a course has."""
 
 WIDEST = 0.05
 """The largest angle (rad) that a relative tolerance leaves to a direction: beyond, axes would be mixed up."""
@@ -61,73 +55,67 @@ COMMA = "a comma may be a decimal comma, or separate thousands"
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Ruler:
-    """By what the entries of the question called `name` are read and compared.
+    """By what the entries of a question are read and compared.
 
-    Numbers without a unit are in `unit`. `names` are the symbols; it is None where all entries are numbers.
-    A reference that is zero is measured by the `largest` number (SI) beside it. Where `numbers_allowed` says
-    so, the values of a document may stand for its symbols.
+    Numbers without a unit are in `unit`. A reference that is zero is measured by the `largest` number (SI)
+    beside it. `formulas` is None where all entries are numbers.
     """
 
-    name: str
     tolerance: Tolerance
     unit: Unit | None = None
-    names: Names | None = None
+    formulas: Formulas | None = None
     largest: float = 0.0
-    numbers_allowed: bool = False
 
-    def read(self, typed: Tree, place: str = "") -> Entry:
-        """An entry of an answer. Raises Unreadable."""
-        if self.names is None:
-            return read_number(typed, self.unit, place)
-        return read_expression(typed, self.names, place)
+    def read(self, cells: Iterable[Cell]) -> tuple[Entry, ...]:
+        """The entries of cells. Raises Unreadable with all that cannot be read, a repeated problem once."""
+        entries, problems = list[Entry](), dict[tuple[str, str], Finding]()
+        for place, typed in cells:
+            try:
+                if self.formulas is None:
+                    entries.append(read_number(typed, self.unit, place))
+                else:
+                    entries.append(read_expression(typed, self.formulas.names, place))
+            except Unreadable as unreadable:
+                for finding in unreadable.findings:
+                    problems.setdefault((finding.code, finding.detail), finding)
+        if problems:
+            first, *others = problems.values()
+            raise Unreadable(first.code, first.detail, place=first.place, also=tuple(others))
+        return tuple(entries)
 
     def same(self, entry: Entry, right: Right) -> Same:
         """Whether an entry is that of the key."""
-        if self.names is not None:
-            assert not isinstance(entry, Number)
-            assert not isinstance(right, float)
-            found = same(entry, right, self.names, self.name)
-            if found is not False or not self.numbers_allowed:
-                return found
-            own, key = (
-                tree.bound(self.names.without_derived(each), self.names.values) for each in (entry, right)
-            )
-            return same(own, key, self.names, self.name)
+        if isinstance(right, tree.Node):
+            assert self.formulas is not None
+            assert isinstance(entry, tree.Node)
+            return self.formulas.same(entry, right)
         assert isinstance(entry, Number)
-        assert isinstance(right, float)
         if is_right(entry, right, self.tolerance, self.largest):
             return True
         grouped = None if entry.thousands is None else replace(entry, value=entry.thousands)
         return COMMA if grouped and is_right(grouped, right, self.tolerance, self.largest) else False
 
-    def is_short(self, entry: Number, right: Right) -> bool:
-        """Whether an entry is that of the key, rounded to one figure less than is asked."""
-        return isinstance(right, float) and is_short(entry, right, self.tolerance, self.largest)
+    def is_short(self, entry: Entry, right: Right) -> bool:
+        """Whether an entry is the number of the key, rounded to one figure less than is asked."""
+        return (
+            isinstance(entry, Number)
+            and isinstance(right, float)
+            and is_short(entry, right, self.tolerance, self.largest)
+        )
 
     def differ(self, one: Entry | Right, other: Entry | Right) -> bool:
         """Whether two entries of one answer, or of one key, are certainly not the same."""
-        if self.names is not None:
-            return same(one, other, self.names, self.name) is False  # type: ignore[arg-type]  # they are trees
+        if isinstance(one, tree.Node) and isinstance(other, tree.Node):
+            return self.formulas is not None and self.formulas.same(one, other) is False
         first, second = self.numbers([one, other])[:, 0].tolist()
         allowed = self.slack * max(abs(first), abs(second)) + EXACT * self.largest
         return bool(abs(first - second) > allowed)
 
-    def are_zero(self, entries: Iterable[Right], besides: int = 0) -> list[bool]:
-        """Which entries of the key are zero, or another whole number."""
-        return [
-            abs(each - besides) <= NOISE * self.largest
-            if isinstance(each, float)
-            else isinstance(each, tree.Number) and each.value == besides
-            for each in entries
-        ]
-
-    def vanish(self, trees: Iterable[tree.Node]) -> Same:
-        """Whether all trees are zero."""
-        assert self.names is not None
-        found = [same(node, NOTHING, self.names, self.name) for node in trees]
-        if False in found:
-            return False
-        return next((each for each in found if isinstance(each, str)), True)
+    def has_value(self, right: Right, *values: int) -> bool:
+        """Whether an entry of the key is one of these whole numbers."""
+        if isinstance(right, float):
+            return any(abs(right - value) <= NOISE * self.largest for value in values)
+        return isinstance(right, tree.Number) and right.value in values
 
     def numbers(self, entries: Iterable[Entry | Right]) -> Floats:
         """Entries (n) as SI numbers (n by 1), trees by their values at some points (n by k); NaN for none."""
@@ -137,24 +125,24 @@ class Ruler:
     def _numbers(self, entry: Entry | Right) -> list[float]:
         if isinstance(entry, Number | float):
             return [entry.value if isinstance(entry, Number) else entry]
-        assert self.names is not None
-        return [
-            math.nan if ball is None else float(ball.mid()) for ball in values(entry, self.names, self.name)
-        ]
+        assert self.formulas is not None
+        return [math.nan if ball is None else float(ball.mid()) for ball in self.formulas.values(entry)]
 
     def entries(self, value: Any) -> Array:
         """An array of numbers, exact numbers or trees as entries of a key. Raises ValueProblem."""
         array = np.asarray(value, dtype=object)
-        found = [_entry(each) for each in array.flat]
-        if self.names is None:
-            return measured(self, np.array(list(map(_value, found))).reshape(array.shape))[1]
-        return filled([exactly(each) if isinstance(each, float) else each for each in found], array.shape)
+        entries = [_entry(each) for each in array.flat]
+        if self.formulas is None:
+            numbers = np.array(list(map(_value, entries))).reshape(array.shape)
+            largest = max(self.largest, float(np.abs(numbers).max(initial=0.0)))
+            return np.where(np.abs(numbers) <= NOISE * largest, 0.0, numbers)
+        return filled([exactly(each) if isinstance(each, float) else each for each in entries], array.shape)
 
-    def symbols(self, entries: Iterable[Right]) -> frozenset[str]:
-        """The symbols in entries of a key."""
-        return frozenset(
-            name for each in entries if not isinstance(each, float) for name in tree.names_in(each)
-        )
+    def typed(self, right: Right) -> str:
+        """An entry of a key as a student would type it, with all digits."""
+        if not isinstance(right, float):
+            return text(right)
+        return repr(right) if self.unit is None else f"{right / self.unit.scale!r} {self.unit.text}"
 
     @property
     def slack(self) -> float:
@@ -171,9 +159,6 @@ class Ruler:
     def has_units(self) -> bool:
         """Whether numbers have units here: angles are pure numbers, and symbols bring units of their own."""
         return self.unit is not None and self.unit.dimension not in (DIMENSIONLESS, ANGLE)
-
-
-NOTHING = tree.Number("0", 0.0)
 
 
 # --- reading
@@ -194,21 +179,6 @@ def opened(answer: Tree) -> Tree:
     return moved(listed.entries)
 
 
-def read_cells(ruler: Ruler, cells: Sequence[Cell]) -> tuple[Entry, ...]:
-    """The entries of cells. Raises Unreadable with all that cannot be read, a repeated problem once."""
-    read, problems = list[Entry](), dict[tuple[str, str], Finding]()
-    for place, typed in cells:
-        try:
-            read.append(ruler.read(typed, place))
-        except Unreadable as unreadable:
-            for each in unreadable.findings:
-                problems.setdefault((each.code, each.detail), each)
-    if problems:
-        first, *others = problems.values()
-        raise Unreadable(first.code, first.detail, place=first.place, also=tuple(others))
-    return tuple(read)
-
-
 def shown_as(entries: Iterable[Entry]) -> list[str]:
     """How entries were read."""
     return [entry.read_as if isinstance(entry, Number) else plain(entry) for entry in entries]
@@ -225,37 +195,39 @@ def is_constant(entry: Entry | Right) -> bool:
 def literal(asked: Asked, layout: Callable[[Tree], Layout]) -> tuple[Ruler, Array]:
     """The ruler and the entries of a literal key, laid out as answers are. Raises Unreadable."""
     shape, cells = layout(asked.value)
-    ruler = Ruler(asked.name, asked.question.tolerance)
+    ruler = Ruler(asked.question.tolerance)
     try:
-        numbers = [as_typed(typed, place=place) for place, typed in cells]
+        units = [each.unit for each in (as_typed(typed) for _, typed in cells) if each.unit is not None]
     except Unreadable:
-        trees = (
-            [] if asked.question.symbols else [read_expression(typed, None, place) for place, typed in cells]
-        )
-        ruler = replace(ruler, names=names_of(asked, ruler.symbols(trees)))
-        return ruler, filled(read_cells(ruler, cells), shape)
-    unit = next((each.unit for each in numbers if each.unit is not None), None)
-    read = (read_number(typed, unit, place).value for place, typed in cells)
-    return measured(replace(ruler, unit=unit), np.array(list(read)).reshape(shape))
+        symbols = asked.question.symbols
+        trees = [] if symbols else [read_expression(typed, None, place) for place, typed in cells]
+        ruler = _with_symbols(ruler, asked, trees)
+        return ruler, filled(ruler.read(cells), shape)
+    ruler = replace(ruler, unit=units[0] if units else None)
+    return _measured(ruler, ruler.numbers(ruler.read(cells))[:, 0].tolist(), shape)
 
 
 def computed(asked: Asked, value: Any) -> tuple[Ruler, Array]:
     """The ruler and the entries of a result. Raises ValueProblem."""
-    ruler = Ruler(asked.name, asked.question.tolerance)
     array = np.asarray(value, dtype=object)
-    used = ruler.symbols(_entry(each) for each in array.flat)
-    if used:
-        allowed = asked.question.numbers == "allowed"
-        ruler = replace(ruler, names=names_of(asked, used), numbers_allowed=allowed)
+    ruler, entries = Ruler(asked.question.tolerance), [_entry(each) for each in array.flat]
+    if not all(map(is_constant, entries)):
+        ruler = _with_symbols(ruler, asked, [each for each in entries if isinstance(each, tree.Node)])
         return ruler, ruler.entries(value)
-    unit = parse_unit(asked.unit) if asked.unit else None
-    return measured(replace(ruler, unit=unit), ruler.entries(value), beside(asked))
+    ruler = replace(ruler, unit=parse_unit(asked.unit) if asked.unit else None, largest=beside(asked))
+    return _measured(ruler, list(map(_value, entries)), array.shape)
 
 
-def measured(ruler: Ruler, entries: Floats, beside: float = 0.0) -> tuple[Ruler, Floats]:
-    """The ruler that knows the largest of these numbers, and the numbers without rounding noise."""
-    largest = float(np.abs(entries).max(initial=beside))
-    return replace(ruler, largest=largest), np.where(np.abs(entries) <= NOISE * largest, 0.0, entries)
+def _measured(ruler: Ruler, numbers: Sequence[float], shape: tuple[int, ...]) -> tuple[Ruler, Array]:
+    """The ruler with the largest number, and the numbers without rounding noise."""
+    ruler = replace(ruler, largest=max(ruler.largest, *map(abs, numbers)) if numbers else ruler.largest)
+    return ruler, ruler.entries(np.reshape(numbers, shape))
+
+
+def _with_symbols(ruler: Ruler, asked: Asked, trees: Iterable[tree.Node]) -> Ruler:
+    """The ruler for entries with symbols, those of the question or of the key."""
+    used = {name for node in trees for name in tree.names_in(node)}
+    return replace(ruler, formulas=formulas_of(asked, names_of(asked, used)))
 
 
 def _entry(value: Any) -> Right:
@@ -263,7 +235,7 @@ def _entry(value: Any) -> Right:
     if isinstance(value, Expr):
         return to_tree(value)
     if isinstance(value, tree.Node):
-        return NOTHING if value == tree.ZERO else value
+        return tree.Number("0", 0.0) if value == tree.ZERO else value
     if isinstance(value, bool) or not isinstance(value, int | float | np.number) or not math.isfinite(value):
         raise ValueProblem("this result is not made of numbers")
     return float(value)
@@ -281,10 +253,3 @@ def filled(entries: Sequence[Any], shape: tuple[int, ...]) -> Array:
     array = np.empty(len(entries), dtype=object)
     array[:] = entries
     return array.reshape(shape)
-
-
-def typed_as(ruler: Ruler, entry: Right) -> str:
-    """An entry of a key as a student would type it, with all digits."""
-    if not isinstance(entry, float):
-        return text(entry)
-    return repr(entry) if ruler.unit is None else f"{entry / ruler.unit.scale!r} {ruler.unit.text}"

@@ -34,7 +34,7 @@ _NAMED = re.compile(r"[^\W\d]\w*\s*[=:]")
 _PAIR = re.compile(r"\s*(?P<name>[^\W\d][\w ]*?)\s*[=:]\s*(?P<value>[^=:]+)\Z", re.DOTALL)
 
 
-def read_list(answer: Tree, place: str = "") -> Listed:
+def read_list(answer: Tree) -> Listed:
     """A list, a table or a mapping, with or without brackets: `1, 2, 3`, `M/12 * [[1, 2], [3, 4]] kg`.
 
     Where `;` separates, a comma between digits is a decimal comma. Raises Unreadable.
@@ -43,28 +43,28 @@ def read_list(answer: Tree, place: str = "") -> Listed:
         return Listed(answer)
     if isinstance(answer, list):
         if not any(isinstance(entry, str) and ";" in entry for entry in answer):
-            return Listed([_entry(each, place) for entry in answer for each in _equal(entry)])
+            return Listed([_entry(each) for entry in answer for each in _equal(entry)])
         if any(isinstance(entry, list | dict) for entry in answer):
-            raise Unreadable("wrong_shape", "`;` and `,` are mixed, separate entries with `;`", place=place)
+            raise Unreadable("wrong_shape", "`;` and `,` are mixed, separate entries with `;`")
         answer = ",".join(map(str, answer))  # YAML has cut `1,5; 2,5` at its decimal commas
     if not isinstance(answer, str):
-        raise Unreadable("wrong_shape", f"read {shown(answer)}, expected a list", place=place)
+        raise Unreadable("wrong_shape", f"read {shown(answer)}, expected a list")
     try:
         text = without_latex(answer)
         is_mapping = len(_NAMED.findall(_outside(text))) > 1
         factor, inner, unit = _parts(text.strip() if is_mapping else unnamed(text).strip())
         found = Listed(_entries(inner), factor, unit)
     except ExpressionError as error:
-        raise Unreadable(error.code or "parse_error", with_hint(error), place=place) from None
+        raise Unreadable(error.code or "parse_error", with_hint(error)) from None
     if not factor and not unit and isinstance(found.entries, list):
         found = _with_unit_of_last(found)
     return found
 
 
-def _entry(entry: Tree, place: str) -> Tree:
+def _entry(entry: Tree) -> Tree:
     """An entry of a list in YAML, which may itself be a row typed as text: `(1, 2, 3)`."""
     is_row = isinstance(entry, str) and re.fullmatch(r"\s*[\[(].*[,;].*[\])]\s*", entry, re.DOTALL)
-    return read_list(entry, place).entries if is_row and not _is_call(entry) else entry
+    return read_list(entry).entries if is_row and not _is_call(entry) else entry
 
 
 def _is_call(text: str) -> bool:

@@ -3,11 +3,10 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from functools import cached_property
-from itertools import combinations
 
 from rigidcli.algebra.calculus import derivative
 from rigidcli.algebra.expansion import coefficients, expand
@@ -18,7 +17,7 @@ from rigidcli.algebra.trees import to_tree
 from rigidcli.check.base import Asked
 from rigidcli.check.question import Question
 from rigidcli.check.reading import Domain, Names, names_in_all, names_of, read_equations
-from rigidcli.check.same import same
+from rigidcli.check.same import Formulas, formulas_of
 from rigidcli.document.variables import acceleration, momentum, velocity
 from rigidcli.errors import ExpressionError, ValueProblem
 from rigidcli.language.tree import Name, Negative, Node, Sum, bound, names_in
@@ -35,26 +34,28 @@ class Motion:
     `potential` is the energy at rest of a Hamiltonian.
     """
 
-    name: str
-    names: Names
+    formulas: Formulas
     rates: Mapping[str, Node]
     coordinates: tuple[str, ...] = ()
     momenta: tuple[str, ...] = ()
     aliases: Mapping[str, Node] = field(default_factory=dict)
     is_hamiltonian: bool = False
     first_order: bool = False
-    relative: float | None = None
-    numbers: bool = False
     potential: Node | None = None
+
+    @property
+    def names(self) -> Names:
+        """The names that an answer may hold."""
+        return self.formulas.names
 
     @cached_property
     def meanings(self) -> dict[str, Node]:
         """The derivatives of all kinds as formulas in the states."""
-        found = dict(self.rates)
+        rates = dict(self.rates)
         with suppress(ExpressionError):
             for name in self.coordinates:
-                found[acceleration(name)] = self._change(found[velocity(name)])
-        return {**{alias: bound(node, found) for alias, node in self.aliases.items()}, **found}
+                rates[acceleration(name)] = self._change(rates[velocity(name)])
+        return {**{alias: bound(node, rates) for alias, node in self.aliases.items()}, **rates}
 
     def _change(self, node: Node) -> Node:
         """The time derivative of a formula in the states, by the chain rule."""
@@ -74,17 +75,14 @@ class Motion:
     def is_true(self, left: Node, right: Node) -> bool | str:
         """Whether an equation holds for the motion in all states."""
         both = [bound(self.names.without_derived(side), self.meanings) for side in (left, right)]
-        if self.numbers:
-            both = [bound(side, self.names.values) for side in both]
-        if self.relative is None:
-            known = list(self.rates.values())
-            found = same(both[0], both[1], self.names, self.name, known=known)
-            return found if found is not True else same(both[1], both[0], self.names, self.name, known=known)
+        if self.formulas.relative is None:
+            rates = list(self.rates.values())
+            outcome = self.formulas.same(both[0], both[1], beside=rates)
+            return outcome if outcome is not True else self.formulas.same(both[1], both[0], beside=rates)
         with suppress(ExpressionError):  # a tolerance is relative to the terms of the equation
             gap = to_tree(expand(self.exact(Sum((left, Negative(right))))))
-            meant = bound(gap, self.meanings)
-            both = [to_tree(ZERO), bound(meant, self.names.values) if self.numbers else meant]
-        return same(both[0], both[1], self.names, self.name, relative=self.relative)
+            both = [to_tree(ZERO), bound(gap, self.meanings)]
+        return self.formulas.same(both[0], both[1])
 
 
 def state_of(rate: str) -> str:
@@ -110,10 +108,10 @@ def of_document(asked: Asked) -> Motion:
     if "transform" not in asked.path and report.get("hamiltonian") is not None:
         energy = to_tree(report["hamiltonian"])
         potential = bound(energy, dict.fromkeys(states[half:], to_tree(ZERO)))
-    coordinates = states[:half]
+    coordinates, tolerance = states[:half], asked.question.tolerance
+    names = _with_rates(names, states, [*rates, *map(acceleration, coordinates)])
     return Motion(
-        asked.name,
-        _with_rates(names, states, [*rates, *map(acceleration, coordinates)]),
+        formulas_of(asked, names, tolerance.relative),
         rates,
         coordinates,
         states[half:],
@@ -170,8 +168,7 @@ def of_text(asked: Asked) -> Motion:
     partners = {} if second else _partners(question, functions, rates)
     derivatives = [*rates, *map(acceleration, partners), *aliases, *map(velocity, functions)]
     return Motion(
-        asked.name,
-        _with_rates(names, states, derivatives),
+        formulas_of(asked, _with_rates(names, states, derivatives), question.tolerance.relative),
         rates,
         tuple(partners),
         tuple(partners.values()),
@@ -187,13 +184,13 @@ def of_functions(key: Motion) -> dict[str, str]:
 def _partners(question: Question, functions: Sequence[str], rates: Mapping[str, Node]) -> dict[str, str]:
     """The momentum or velocity of each coordinate for which equations of second order say the same."""
     listed = dict(zip(question.coordinates, question.momenta or question.velocities, strict=False))
-    found = {q: p for q, p in listed.items() if {q, p} <= {*functions}}
-    for name in () if found else functions:
+    partners = {q: p for q, p in listed.items() if {q, p} <= {*functions}}
+    for name in () if partners else functions:
         rate = rates[velocity(name)]
         others = names_in(rate) & {*functions} - {name}
         if others == {momentum(name)} or (len(others) == 1 and rate == Name(*others)):
-            found[name] = others.pop()
-    return found if 2 * len(found) == len(functions) and not {*found} & {*found.values()} else {}
+            partners[name] = others.pop()
+    return partners if 2 * len(partners) == len(functions) and not {*partners} & {*partners.values()} else {}
 
 
 def _solved(sides: Sequence[tuple[Node, Node]], tops: Sequence[str]) -> dict[str, Node]:
@@ -211,58 +208,3 @@ def _solved(sides: Sequence[tuple[Node, Node]], tops: Sequence[str]) -> dict[str
     if len(vectors) != 1 or vectors[0][-1] != ONE:
         raise ValueProblem("the equations do not determine the derivatives")
     return {top: to_tree(rate) for top, rate in zip(tops, vectors[0], strict=False)}
-
-
-# --- what mistakes make of a key
-
-
-def mistaken(key: Motion) -> Iterator[tuple[str, Motion]]:
-    """Codes of mistakes, and the motions that they lead to."""
-    changes = (
-        (("hamilton_sign", _hamilton_sign), ("potential_sign", _potential_sign))
-        if key.is_hamiltonian
-        else (("sign_error", _signs), ("euler_sign", _euler_sign))
-    )
-    for code, change in changes:
-        yield from ((code, replace(key, rates={**key.rates, **rates})) for rates in change(key))
-
-
-def _signs(key: Motion) -> Iterator[dict[str, Node]]:
-    """One equation of the wrong sign, and all of them."""
-    turned: dict[str, Node] = {rate: Negative(node) for rate, node in key.rates.items()}
-    yield from ({rate: node} for rate, node in turned.items())
-    yield turned
-
-
-def _hamilton_sign(key: Motion) -> Iterator[dict[str, Node]]:
-    """Hamilton's equations with q' = -dH/dp, with p' = dH/dq, or with both."""
-    forward: dict[str, Node] = {velocity(q): Negative(key.rates[velocity(q)]) for q in key.coordinates}
-    back: dict[str, Node] = {velocity(p): Negative(key.rates[velocity(p)]) for p in key.momenta}
-    yield from (back, forward, {**forward, **back})
-
-
-def _potential_sign(key: Motion) -> Iterator[dict[str, Node]]:
-    """The force of a potential with the other sign, where that is not the sign of all of p'."""
-    if key.potential is not None:
-        with suppress(ExpressionError):
-            energy = key.exact(key.potential)
-            pairs = zip(key.coordinates, key.momenta, strict=True)
-            forces = {velocity(p): derivative(energy, q) for q, p in pairs}
-            rates = {rate: key.exact(key.rates[rate]) + force + force for rate, force in forces.items()}
-            if any(rate != forces[name] for name, rate in rates.items()):
-                yield {name: to_tree(rate) for name, rate in rates.items()}
-
-
-def _euler_sign(key: Motion) -> Iterator[dict[str, Node]]:
-    """Euler's equations with the wrong sign of some cross terms, which multiply the two other rates."""
-    functions = [state_of(rate) for rate in key.rates]
-    turned: dict[str, Node] = {}
-    for rate, node in key.rates.items():
-        others = set(functions) - {state_of(rate)}
-        e = expand(key.exact(node))
-        crossed = [Expr({m: c}) for m, c in e.terms.items() if others <= Expr({m: c}).names]
-        if len(functions) != 3 or not crossed:
-            return
-        turned[rate] = to_tree(e - total(crossed) - total(crossed))
-    for count in (1, 2, 3):
-        yield from (dict(some) for some in combinations(turned.items(), count))

@@ -37,6 +37,9 @@ LONGEST = 400
 ROUNDING = 1e-9
 """A relative slack of every comparison, so that a value on the very limit is accepted."""
 
+NOISE = 1e-12
+"""A number below this, in units of the largest beside it, is zero but for rounding."""
+
 PURE = Unit("", Fraction(1), 0, DIMENSIONLESS)
 PERCENT = Unit("%", Fraction(1, 100), 0, DIMENSIONLESS)
 

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import os
 from collections.abc import Iterable, Iterator, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 from rigidcli.check.answers import folded
 from rigidcli.check.files import noted
 from rigidcli.check.judge import Item
-from rigidcli.check.records import Judgement, overridden
+from rigidcli.check.records import Judged, Judgement
 from rigidcli.check.roster import points_in, read_table
 from rigidcli.errors import DocumentError, Problem, nearest, shown
 
@@ -19,24 +19,23 @@ COLUMNS = ("student", "question", "score", "reason")
 
 @dataclass(frozen=True, slots=True)
 class Overrides:
-    """Scores in points, with their reasons, by student and question."""
+    """The names of `students` as they are spelled, and `scores` with reasons, by student and question."""
 
-    scores: Mapping[tuple[str, str], tuple[float, str]]
-    students: Mapping[str, str]
+    students: dict[str, str] = field(default_factory=dict)
+    scores: dict[tuple[str, str], tuple[float, str]] = field(default_factory=dict)
 
     def over(self, judgements: Iterable[Judgement], notes: list[str]) -> Iterator[Judgement]:
         """The judgements with the scores of the person; at the end, notes on students who are not there."""
         unknown = dict(self.students)
-        for each in judgements:
-            student = folded(each.student)
+
+        def judged(student: str, question: Judged) -> Judged:
+            mark = self.scores.get((student, folded(question.id)))
+            return question if mark is None else question.overridden(*mark)
+
+        for judgement in judgements:
+            student = folded(judgement.student)
             unknown.pop(student, None)
-            questions = tuple(
-                overridden(question, *self.scores[student, folded(question.id)])
-                if (student, folded(question.id)) in self.scores
-                else question
-                for question in each.questions
-            )
-            yield replace(each, questions=questions)
+            yield replace(judgement, questions=tuple(judged(student, each) for each in judgement.questions))
         notes += noted("nobody of this name has a row, and the override is left out", list(unknown.values()))
 
 
@@ -48,18 +47,15 @@ def read_overrides(path: str | os.PathLike[str], items: Mapping[str, Item]) -> O
     if missing := [name for name in COLUMNS[:3] if name not in places]:
         message = f"the columns {', '.join(missing)} are missing, expected {','.join(COLUMNS)}"
         raise DocumentError([Problem(source, message, 1)])
-    known = {folded(id): item for id, item in items.items()}
-    scores: dict[tuple[str, str], tuple[float, str]] = {}
-    students: dict[str, str] = {}
-    problems: list[Problem] = []
+    by_name = {folded(id): item for id, item in items.items()}
+    overrides, problems = Overrides(), list[Problem]()
     for line, row in enumerate(rows, 2):
         if not any(cell.strip() for cell in row):
             continue
         student, question, score, reason = (
             row[place].strip() if (place := places.get(name, len(row))) < len(row) else "" for name in COLUMNS
         )
-        item = known.get(folded(question))
-        points = points_in(score)
+        item, points = by_name.get(folded(question)), points_in(score)
         if item is None:
             near = nearest(question, list(items))
             guess = f" (did you mean {near}?)" if near else ""
@@ -67,11 +63,11 @@ def read_overrides(path: str | os.PathLike[str], items: Mapping[str, Item]) -> O
         elif points is None or not 0 <= points <= item.points:
             expected = f"points from 0 to {item.points:.12g}"
             problems.append(Problem(source, f"read {shown(score)}, expected {expected}", line, "score"))
-        elif (folded(student), folded(question)) in scores:
+        elif (folded(student), folded(question)) in overrides.scores:
             problems.append(Problem(source, f"{shown(student)} has this question twice", line))
         else:
-            scores[folded(student), folded(question)] = points, reason
-            students[folded(student)] = student
+            overrides.scores[folded(student), folded(question)] = points, reason
+            overrides.students[folded(student)] = student
     if problems:
         raise DocumentError(problems)
-    return Overrides(scores, students)
+    return overrides

@@ -11,8 +11,9 @@ Values at points cannot see everything. What shows one side only (the sign of an
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from contextlib import suppress
+from dataclasses import dataclass, replace
 from functools import lru_cache, partial
 from itertools import islice
 from typing import TYPE_CHECKING
@@ -28,6 +29,7 @@ from rigidcli.language.text import reading
 from rigidcli.language.tree import Node
 
 if TYPE_CHECKING:
+    from rigidcli.check.base import Asked
     from rigidcli.check.reading import Names
 
 NEEDED = 4
@@ -37,47 +39,71 @@ WIDEST = 0.25
 """The largest relative radius of a difference, at which an agreement still says something."""
 
 
-def same(
-    answer: Node,
-    key: Node,
-    names: Names,
-    seed: str,
-    *,
-    constant: bool = False,
-    relative: float | None = None,
-    known: Sequence[Node] = (),
-) -> bool | str:
-    """Whether the answer is the key, or a sentence that says why this is open.
+@dataclass(frozen=True, eq=False)
+class Formulas:
+    """How formulas of the question called `name` are compared, in the `names` that they may hold.
 
-    A `constant` may differ: all that changes neither with the states nor with the time. Numbers may be wrong
-    by a `relative` tolerance, as a share of the largest term of the key. Functions with two sides that
-    stand in `known` formulas count as those of the key do.
+    Numbers may be wrong by a `relative` tolerance, as a share of the largest term of the key. Where `numbers`
+    says so, the values of a document stand for its parameters, in the answer and in the key.
     """
-    from flint import ctx
 
-    answer, key = names.without_derived(answer), names.without_derived(key)
-    known = [names.without_derived(node) for node in known]
-    comparison = _Comparison(answer, key, names, seed, constant, relative, known)
-    with ctx.workprec(balls.BITS):
-        return comparison.outcome()
+    name: str
+    names: Names
+    relative: float | None = None
+    numbers: bool = False
+
+    def same(
+        self, answer: Node, key: Node, *, constant: bool = False, beside: Sequence[Node] = ()
+    ) -> bool | str:
+        """Whether the answer is the key, or a sentence that says why this is open.
+
+        A `constant` may differ: all that changes neither with the states nor with the time. Functions with
+        two sides that stand in formulas `beside` the key count as those of the key do.
+        """
+        from flint import ctx
+
+        answer, key, *beside = map(self._independent, (answer, key, *beside))
+        with ctx.workprec(balls.BITS):
+            return _Comparison(self, answer, key, beside, constant).outcome()
+
+    def vanish(self, nodes: Iterable[Node]) -> bool | str:
+        """Whether all formulas are zero, or why this is open."""
+        outcomes = [self.same(node, tree.ZERO) for node in nodes]
+        if False in outcomes:
+            return False
+        return next((why for why in outcomes if isinstance(why, str)), True)
+
+    def with_values(self) -> Formulas:
+        """The same, where the document's values stand for its parameters."""
+        return replace(self, numbers=True)
+
+    def values(self, node: Node, seed: str = "", most: int = len(balls.RANGES)) -> list[Ball | None]:
+        """The values of a formula at the points of a seed, or at the first ones; None where it has none."""
+        from flint import ctx
+
+        steps = Steps()
+        root = steps.add(self.names.without_derived(node))
+        used = steps.names
+        domains = {name: domain for name, domain in self.names.domains.items() if name in used}
+        values: list[Ball | None] = []
+        with ctx.workprec(balls.BITS):
+            for point in islice(balls.points(domains, seed or self.name), most):
+                try:
+                    values.append(steps.values(root, point)[root])
+                except (NoValue, Unclear):
+                    values.append(None)
+        return values
+
+    def _independent(self, node: Node) -> Node:
+        """A formula in the names that nothing defines."""
+        node = self.names.without_derived(node)
+        return tree.bound(node, self.names.values) if self.numbers else node
 
 
-def values(node: Node, names: Names, seed: str, most: int = len(balls.RANGES)) -> list[Ball | None]:
-    """The values of a formula at the points of a seed, or at the first ones; None where it has none."""
-    from flint import ctx
-
-    steps = Steps()
-    root = steps.add(names.without_derived(node))
-    used = steps.names
-    domains = {name: domain for name, domain in names.domains.items() if name in used}
-    found: list[Ball | None] = []
-    with ctx.workprec(balls.BITS):
-        for point in islice(balls.points(domains, seed), most):
-            try:
-                found.append(steps.values(root, point)[root])
-            except (NoValue, Unclear):
-                found.append(None)
-    return found
+def formulas_of(asked: Asked, names: Names, relative: float | None = None) -> Formulas:
+    """How answers to a question are compared, in whose `names`."""
+    numbers = asked.question.numbers == "allowed" and bool(names.values)
+    return Formulas(asked.name, names, relative, numbers)
 
 
 @lru_cache(64)
@@ -96,30 +122,23 @@ def _identical(answer: Node, key: Node, names: Names) -> bool:
 
 
 class _Comparison:
-    """An answer and its key at the points that follow from both."""
+    """An answer and its key, in independent names, at the points that follow from both."""
 
     def __init__(
-        self,
-        answer: Node,
-        key: Node,
-        names: Names,
-        seed: str,
-        constant: bool,
-        relative: float | None,
-        known: Sequence[Node],
+        self, formulas: Formulas, answer: Node, key: Node, beside: Sequence[Node], constant: bool
     ) -> None:
+        names, self.relative, self.beside = formulas.names, formulas.relative, beside
         self.is_identical = partial(_identical, answer, key, names)
         self.steps = Steps()
-        self.relative, self.known = relative, known
         # In a key 0.5 is a half, and 0.333 may be a third.
-        self.key = self.steps.add(key, 3 if relative is None else balls.NEVER)
-        self.answer = self.steps.add(answer, 1 if relative is None else balls.NEVER)
-        roots = [self.key] + [self.answer] * (relative is None)
+        self.key = self.steps.add(key, 3 if self.relative is None else balls.NEVER)
+        self.answer = self.steps.add(answer, 1 if self.relative is None else balls.NEVER)
+        roots = [self.key] + [self.answer] * (self.relative is None)
         self.terms = [term for root in roots for term in self.steps.terms(root)]
         used = self.steps.names
         self.domains = {name: domain for name, domain in names.domains.items() if name in used}
         self.changing = [name for name in self.domains if name in names.states | {"t"}] if constant else None
-        self.seed = f"{seed}\n{self.steps.parts}"
+        self.seed = f"{formulas.name}\n{self.steps.parts}"
 
     def outcome(self) -> bool | str:
         """Whether both agree at all points, and nothing is left unseen.
@@ -136,19 +155,19 @@ class _Comparison:
             pair = [point] if self.changing is None else [point, self.moved(point, self.changing, place)]
             shown = set(self.steps.signs), set(self.steps.unseen)
             try:
-                found = [self.steps.values(self.key, at) for at in pair]
+                states = [self.steps.values(self.key, at) for at in pair]
             except (NoValue, Unclear):
                 self.steps.signs, self.steps.unseen = shown
                 continue
             try:
-                found = [self.steps.values(self.answer, *of) for of in zip(pair, found, strict=True)]
+                states = [self.steps.values(self.answer, *of) for of in zip(pair, states, strict=True)]
             except NoValue:
                 lost += 1
                 continue
             except Unclear:
                 unclear += 1
                 continue
-            agrees = self.agree(found)
+            agrees = self.agree(states)
             if agrees is False:
                 return False
             agreeing += agrees is True
@@ -174,16 +193,16 @@ class _Comparison:
             **{name: balls.coordinate(seed, self.domains[name], place) for name, seed in seeds.items()},
         }
 
-    def agree(self, found: Sequence[Sequence[Ball]]) -> bool | None:
+    def agree(self, states: Sequence[Sequence[Ball]]) -> bool | None:
         """Whether two values agree; None where the difference is too vague to say so.
 
-        With a constant allowed, `found` has two states, and what counts is the change between these. It is
+        With a constant allowed, `states` has two states, and what counts is the change between these. It is
         vague where one state is so large that the other is lost in its rounding.
         """
         from flint import arb
 
         def of(place: int) -> Ball:
-            return found[0][place] - found[1][place] if len(found) > 1 else found[0][place]
+            return states[0][place] - states[1][place] if len(states) > 1 else states[0][place]
 
         places = (self.answer, self.key, *self.terms)
         gap = of(self.answer) - of(self.key)
@@ -192,21 +211,21 @@ class _Comparison:
         size = max(abs(of(place).mid()) for place in places)
         if self.relative is not None and not (gap + arb(0, self.relative * size)).contains(0):
             return False
-        sizes = [max(abs(state[place].mid()) for place in places) for state in found]
+        sizes = [max(abs(state[place].mid()) for place in places) for state in states]
         if gap.rad() <= min(size, *sizes) * WIDEST:
             return True
         # A gap that is zero has no size of its own, but that of the terms which cancel in it.
-        whole = [sum(self.steps.size(root, state) for root in places[:2]) for state in found]
+        whole = [sum(self.steps.size(root, state) for root in places[:2]) for state in states]
         return True if gap.rad() <= min(whole) * balls.TINY else None
 
     def one_sided(self) -> str:
         """The function whose argument may have another sign that no point has shown; empty without one."""
         further = Steps()
-        known = [each for node in self.known for each in further.sided(further.add(node))]
+        sided = [part for node in self.beside for part in further.sided(further.add(node))]
         for own, other in ((self.answer, self.key), (self.key, self.answer)):
             for function, argument in self.steps.one_sided(own, self.domains):
                 shared = [self.steps.nodes[place] for f, place in self.steps.sided(other) if f == function]
-                shared += [further.nodes[place] for f, place in known if f == function]
+                shared += [further.nodes[place] for f, place in sided if f == function]
                 if not any(self.proportional(argument, one) for one in shared):
                     return f"the argument of {function} in `{_short(argument)}` shows one sign only"
         return ""
@@ -228,14 +247,14 @@ class _Comparison:
                     steps.values(second, at, steps.values(first, at))
                     for at in (point, self.moved(point, real, place))
                 ]
-                (a, b), (c, d) = ((found[first], found[second]) for found in both)
+                (a, b), (c, d) = ((state[first], state[second]) for state in both)
                 quotients.append((a * d - b * c, a * b))
                 products.append((a * b - c * d, a * b))
         return any(
-            len(found) >= NEEDED
-            and all(change.contains(0) for change, _ in found)
-            and len({sign > 0 for _, sign in found if not sign.contains(0)}) == 1
-            for found in (quotients, products)
+            len(changes) >= NEEDED
+            and all(change.contains(0) for change, _ in changes)
+            and len({sign > 0 for _, sign in changes if not sign.contains(0)}) == 1
+            for changes in (quotients, products)
         )
 
 

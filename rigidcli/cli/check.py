@@ -134,6 +134,7 @@ def check(
         from rigidcli.check import roster as students
         from rigidcli.check.assignment import prepare
         from rigidcli.check.judge import run
+        from rigidcli.check.judge import selftest as test_keys
         from rigidcli.check.overrides import read_overrides
         from rigidcli.check.records import MISSING
         from rigidcli.check.reports import Style
@@ -143,7 +144,9 @@ def check(
         for note in () if quiet else prepared.notes:
             complain(str(note))
         if selftest:
-            _run_selftest(prepared, target, failures)
+            for words, is_right in test_keys(prepared.items, prepared.questions):
+                target.write(words)
+                failures.code = max(failures.code, 0 if is_right else NOT_CORRECT)
             raise typer.Exit(failures.code)
         width, colour = target.terminal()
         style = Style(feedback, not no_header, width, colour)
@@ -179,15 +182,6 @@ def check(
         for piece in solutions(prepared, width, colour) if steps and format is CheckFormat.table else ():
             target.write(piece)
     raise typer.Exit(failures.code)
-
-
-def _run_selftest(prepared: "Prepared", target: Output, failures: Failures) -> None:
-    """Show the keys, judge them, and list the tolerances and the mistakes that would be named."""
-    from rigidcli.check.judge import selftest
-
-    for words, is_right in selftest(prepared.items, prepared.questions):
-        target.write(words)
-        failures.code = failures.code if is_right else max(failures.code, NOT_CORRECT)
 
 
 def _target(format: CheckFormat, path: str | None, feedback: Feedback) -> Output:
@@ -288,7 +282,7 @@ def view_of(
         from rigidcli.check.reports import regrade as again
 
         old = again.read(regrade)
-        return lambda judgements, style: again.table(again.changes(old, judgements), style)
+        return partial(again.table, old)
     if canvas is not None:
         from rigidcli.check.reports import canvas as gradebook
         from rigidcli.check.reports import read

@@ -1,4 +1,4 @@
-"""The door of judging, as the tests of all kinds of answers go through it, and tables of answers."""
+"""The door of judging, as the tests of all kinds of answers go through it, and tables of cases."""
 
 from __future__ import annotations
 
@@ -6,6 +6,7 @@ import json
 import re
 import tempfile
 from collections.abc import Callable, Mapping
+from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
 from typing import Any
@@ -58,18 +59,44 @@ def typed(text: str) -> Tree:
     return read_tree(text, "", typed=True)
 
 
-def table(text: str, read: Callable[[str], Any] = typed) -> pytest.MarkDecorator:
-    """The cases of a test: a line of names, then lines of cells, with bars between them.
+@dataclass(frozen=True)
+class Asking:
+    """Questions of the kind of this name."""
 
-    The last cell of a line holds several values, two blanks or more apart, and each is a case. A line
-    without a bar goes on with the one before.
+    kind: str
+
+    def literal(self, answer: Any, **options: Any) -> Item:
+        """A question with a literal answer."""
+        return asked({"kind": self.kind, "answer": answer, **options})
+
+    def computed(self, document: str, ask: str, **options: Any) -> Item:
+        """A question that asks for a result of the document in a text."""
+        return asked({"ask": ask, **options}, document)
+
+    def told(self, item: Item, answer: Any) -> str:
+        """The verdict with the codes of all findings: `partial missing_equation`."""
+        outcome = judged(item, answer)
+        return " ".join([outcome.verdict, *dict.fromkeys(codes(outcome))])
+
+
+def details(outcome: Outcome) -> str:
+    """All that is said of an answer below full feedback."""
+    return "\n".join(f"{each.place} {each.detail}" for each in outcome.findings)
+
+
+def cases(table: str, *more: Any, read: Callable[[str], Any] = str) -> pytest.MarkDecorator:
+    """The cases of a test, from a table: a line of names, then lines of cells, with bars between them.
+
+    The last cell of a line holds several values, two blanks or more apart: each is a case with the others. A
+    line without a bar goes on with the one before, and one that begins with `#` says what follows. In `more`
+    are cases that no line can hold.
     """
-    head, *lines = (line.strip() for line in text.strip().splitlines())
-    names, found, first = head.split(" | "), list[Any](), list[str]()
+    head, *lines = (line.strip() for line in table.strip().splitlines())
+    names, rows, first = head.split(" | "), list[Any](), tuple[str, ...]()
     for line in lines:
-        if line.startswith("# "):
-            continue
-        *cells, last = (cell.strip() for cell in re.split(r"(?:^|\s)\|(?=\s|$)", line))
-        first = cells or first
-        found += [(*first, read(value)) for value in re.split(r"\s{2,}", last) if value]
-    return pytest.mark.parametrize(names, found)
+        if not line.startswith("# "):
+            *others, last = re.split(r"\s\|(?=\s|$)", line)
+            first = tuple(map(str.strip, others)) or first
+            values = [read(value) for value in re.split(r"\s{2,}", last.strip()) if value]
+            rows += [(*first, value) for value in values] if len(names) > 1 else values
+    return pytest.mark.parametrize(names if len(names) > 1 else head, [*rows, *more])

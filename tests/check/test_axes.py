@@ -11,7 +11,6 @@ import math
 import random
 import re
 from dataclasses import dataclass
-from fractions import Fraction
 from typing import Any
 
 import numpy as np
@@ -22,7 +21,7 @@ from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
 from rigidcli.errors import DocumentError
-from tests.check.asking import asked, codes, judged, table, told, typed
+from tests.check.asking import asked, cases, codes, judged, typed
 from tests.conftest import ROOT
 
 Floats = NDArray[np.float64]
@@ -37,93 +36,8 @@ def pairs(text: str) -> Any:
     return [{"moment": moment.strip(), "axis": axis.split()} for moment, axis in parts]
 
 
-KEYS = {
-    "plate": "[[2, -1, 0], [-1, 2, 0], [0, 0, 4]]",
-    "cube": "{Ixx: 8, Iyy: 8, Izz: 8, Ixy: -3, Ixz: -3, Iyz: -3}",
-    "ball": "[[3, 0, 0], [0, 3, 0], [0, 0, 3]]",
-}
-
-
-@table(
+@cases(
     """
-    key | share | said | answer
-    plate | 1 | | 1: h h 0; 3: h -h 0; 4: 0 0 1  4: 0 0 1; 3: h -h 0; 1: h h 0
-    1: h h 0; 3.02: 1 -1 0; 4: 0 0 -2
-    1 kg m^2: h h 0; 3e7 g cm^2: h -h 0; 4 kg m^2: 0 0 1  1,00: h h 0; 3: 0,71 -0,71 0; 4: 0 0 1
-    plate | 2/3 | missing_axis | 1: h h 0; 3: h -h 0
-    plate | 1/3 | missing_axis | 1: h h 0
-    plate | 2/3 | missing_axis@axis-2 | 1: h h 0; 3: h h 0; 4: 0 0 1  1: h h 0; 1: -h -h 0; 4: 0 0 1
-    cube | 2/3 | moment_axis_pairing@pair-1 moment_axis_pairing@pair-2 | 11: t t t; 2: h -h 0; 11: s s -2*s
-    plate | 5/6 | not_an_eigenvector@axis-3 | 1: h h 0; 3: h -h 0; 4: .6 0 .8  1: h h 0; 3: h -h 0; 4: 0 0 0
-    plate | 5/6 | outside_tolerance@moment-2 | 1: h h 0; 3.1: h -h 0; 4: 0 0 1
-    plate | 1/2 | constant_factor | 2: h h 0; 6: h -h 0; 8: 0 0 1
-    plate | 1/2 | power_of_ten | 10: h h 0; 30: h -h 0; 40: 0 0 1
-    plate | 1/2 | sign_error | -1: h h 0; -3: h -h 0; -4: 0 0 1
-    plate | 2/3 | not_an_eigenvector@axis-4 outside_tolerance@moment-4 |
-    1: h h 0; 3: h -h 0; 4: 0 0 1; 5: 1 0 0
-    plate, normalized: required | 1/2 | axis_not_normalised@axis-3 | 1: h h 0; 3: h -h 0; 4: 0 0 2
-    plate, normalized: required | 1 | | 1: h h 0; 3: h -h 0; 4: 0 0 1.009
-    plate, order: ascending | 1 | | 1: h h 0; 3: h -h 0; 4: 0 0 1
-    plate, order: ascending | 0 | wrong_order | 4: 0 0 1; 3: h -h 0; 1: h h 0
-    plate, tolerance: {angle: 1 deg} | 1 | | 1: h h 0; 3: h -h 0; 4: 0 0.017 1
-    plate, tolerance: {angle: 1 deg} | 5/6 | not_an_eigenvector@axis-3 | 1: h h 0; 3: h -h 0; 4: 0 0.018 1
-    cube | 1 | | 2: t t t; 11: h -h 0; 11: s s -2*s  11: .816 -.408 -.408; 2: .577 .577 .577; 11: 0 .707 -.707
-    cube | 5/6 | outside_tolerance@moment-2 | 2: t t t; 2: h -h 0; 11: s s -2*s
-    cube | 5/6 | axes_not_orthogonal@axis-3 | 2: t t t; 11: h -h 0; 11: h 0 -h
-    cube | 2/3 | missing_axis@axis-3 | 2: t t t; 11: h -h 0; 11: -h h 0
-    cube, orthogonal: optional | 1 | | 2: t t t; 11: h -h 0; 11: h 0 -h
-    ball | 1 | | 3: .6 .8 0; 3: .8 -.6 0; 3: 0 0 1
-    ball | 1/3 | outside_tolerance@moment-2 outside_tolerance@moment-3 | 3: .6 .8 0; 7: .8 -.6 0; 8: 0 0 1
-    ball | 0 | constant_factor | 6: 1 0 0; 6: 0 1 0; 6: 0 0 1
-    """,
-    read=pairs,
-)
-def test_pairs(key: str, share: str, said: str, answer: Any) -> None:
-    name, _, options = key.partition(", ")
-    item = asked(f"{{kind: axes, answer: {{tensor: {KEYS[name]}}}{', ' * bool(options)}{options}}}")
-    outcome = judged(item, answer)
-    assert told(outcome) == said
-    assert outcome.share == pytest.approx(float(Fraction(share)))
-
-
-def test_units_where_they_are_required() -> None:
-    item = asked(f"{{kind: axes, answer: {{tensor: {KEYS['plate']}}}, unit: required}}")
-    assert judged(item, pairs("1 kg m^2: h h 0; 3 kg m^2: h -h 0; 4 kg m^2: 0 0 1")).verdict == "correct"
-    assert codes(judged(item, pairs("1: h h 0; 3: h -h 0; 4: 0 0 1"))) == ["unit_missing"]
-    assert "unit_missing" not in codes(judged(item, pairs("7: h h 0; 8: h -h 0; 9: 0 0 1")))
-
-
-@table("""
-    answer
-    [[1, [1, 1, 0]], [3, [1, -1, 0]], [4, [0, 0, 1]]]  '[[1, [1, 1, 0]], [3, [1, -1, 0]], [4, [0, 0, 1]]]'
-    "1: (1, 1, 0)\\n3: (1, -1, 0)\\n4: (0, 0, 1)"  "1: 1 1 0; 3: 1 -1 0; 4: 0 0 1"
-    "1,0: (0,707; 0,707; 0)\\n3,0: (0,707; -0,707; 0)\\n4: (0; 0; 1)"
-    {moments: [1, 3, 4], axes: [[1, 1, 0], [1, -1, 0], [0, 0, 1]]}
-    [['1', '(1, 1, 0)'], [3, '1; -1; 0'], [4, [0, 0, 1]]]
-    [{moment: 1, axis: {x: 1, y: 1, z: 0}}, {moment: 3, axis: '(1, -1, 0)'}, {axis: [0, 0, 1], moment: 4}]
-    {1: [1, 1, 0], 3: [1, -1, 0], 4: [0, 0, 1]}  [[1, 1, 1, 0], [3, 1, -1, 0], [4, 0, 0, 1]]
-    """)
-def test_forms_of_pairs(answer: Any) -> None:
-    item = asked(f"{{kind: axes, answer: {{tensor: {KEYS['plate']}}}}}")
-    assert judged(item, answer).verdict == "correct"
-    itself = asked({"kind": "axes", "answer": answer})
-    assert judged(itself, pairs("4: 0 0 1; 1: h h 0; 3: h -h 0")).verdict == "correct"
-
-
-@table("""
-    code | answer
-    wrong_shape | 5  {moments: [1]}  {moments: [1, 3], axes: [[1, 0, 0]]}  [[1, 0, 0]]  [{moment: 1}]  []
-    [[1, [1, 0]], [2, [0, 1]]]  [[1, x]]  [[1, 0, 0], [0, 1, 0], [0, 0, 1]]
-    not_a_number | [[a, [1, 0, 0]]]  [[1, [1, nan, 0]]]  [[.inf, [1, 0, 0]]]
-    unit_incompatible | [[1 kg m, [1, 0, 0]]]  [[1, [1 m, 0, 0]]]
-    """)
-def test_what_is_no_list_of_pairs(code: str, answer: Any) -> None:
-    item = asked(f"{{kind: axes, answer: {{tensor: {KEYS['plate']}}}}}")
-    outcome = judged(item, answer)
-    assert (outcome.verdict, codes(outcome)[0]) == ("invalid", code)
-
-
-@table("""
     key
     12345  {}  {tensor: 12345}  {tensor: [[12345, 0], [0, 12345]]}
     {tensor: [[0, 0, 0], [0, 0, 0], [0, 0, 0]]}
@@ -131,7 +45,9 @@ def test_what_is_no_list_of_pairs(code: str, answer: Any) -> None:
     [[1, [1, 0, 0]], [2, [0, 1, 0]], [12345, [0, 1, 0.001]]]
     [[1, [1, 0, 0]], [2, [0, 1, 0]], [12345, [0.5, 0, 1]]]
     [[1, [1, 0, 0]], [2, [0, 1, 0]], [12345 m, [0, 0, 1]]]
-    """)
+    """,
+    read=typed,
+)
 def test_a_bad_key_is_refused(key: Any) -> None:
     with pytest.raises(DocumentError):
         asked({"kind": "axes", "answer": key})
@@ -185,43 +101,11 @@ def test_mistakes_on_the_way_to_the_tensor() -> None:
     assert codes(judged(item, transposed)) == ["transposed"]
 
 
-def test_axes_alone() -> None:
-    item = asked("{ask: axes.axes}", config("three_masses"))
-    for answer in ("[[0, 1, -1], [0, 1, 1], [1, 0, 0]]", "'[[-1, 0, 0]; [0, 1, 1]; [0, 1, -1]]'"):
-        assert judged(item, typed(answer)).verdict == "correct"
-    assert judged(item, pairs("5: 0 h -h; 7: 0 h h; 10: 1 0 0")).verdict == "correct"
-    assert judged(item, typed("[[0, 1, -1], [0, 1, 1]]")).share == pytest.approx(2 / 3)
-    outcome = judged(item, typed("[[0, 1, -1], [0, 1, -1], [1, 0, 0]]"))
-    assert codes(outcome) == ["missing_axis"]
-    assert outcome.share == pytest.approx(2 / 3)
-
-
 # --- symbols
 
 NO_VALUES = config("three_masses").replace("m: 1", "m: null").replace("a: 1", "a: null")
 MASSES = "5*m*a^2: 0 1 -1; 7*m*a^2: 0 1 1; 10*m*a^2: 1 0 0"
 """J. R. Taylor, Classical Mechanics, problem 10.35 as printed: 5, 7 and 10 m a^2."""
-
-
-@table(
-    """
-    share | said | answer
-    1 | | 5*m*a^2: 0 1 -1; 7ma^2: 0 1 1; 10ma^2: 1 0 0
-    10*m*a^2: a 0 0; 5.00*m*a^2: 0 h -h; (6+1)*m*a*a: 0 h h
-    5.00*m*a^2: 0 .707 -.707; 7.00*m*a^2: 0 .707 .707; 10.0*m*a^2: 1 0 0
-    2/3 | moment_axis_pairing@pair-1 moment_axis_pairing@pair-3 |
-    10*m*a^2: 0 1 -1; 7*m*a^2: 0 1 1; 5*m*a^2: 1 0 0
-    1/2 | constant_factor | 15*m*a^2: 0 1 -1; 21*m*a^2: 0 1 1; 30*m*a^2: 1 0 0
-    5/6 | outside_tolerance@moment-3 | 5*m*a^2: 0 1 -1; 7*m*a^2: 0 1 1; 10*m*a^3: 1 0 0
-    5/6 | not_an_eigenvector@axis-3 | 5*m*a^2: 0 1 -1; 7*m*a^2: 0 1 1; 10*m*a^2: 1 a 0
-    2/3 | missing_axis | 5*m*a^2: 0 1 -1; 7*m*a^2: 0 1 1
-    """,
-    read=pairs,
-)
-def test_pairs_in_symbols(share: str, said: str, answer: Any) -> None:
-    outcome = judged(asked("{ask: axes}", NO_VALUES), answer)
-    assert told(outcome) == said
-    assert outcome.share == pytest.approx(float(Fraction(share)))
 
 
 @pytest.mark.parametrize("nothing", ["abs(a-3)+a-3", "exp(-1e6*(a-0.123)^2)", "log(1+exp(1000*(a-20)))"])
@@ -233,34 +117,6 @@ def test_what_vanishes_for_some_values_only_is_not_right(nothing: str) -> None:
     answer = pairs(MASSES)
     answer[2]["axis"][1] = nothing
     assert judged(item, answer).verdict != "correct"
-
-
-def test_any_basis_of_equal_moments_in_symbols() -> None:
-    item = asked("{ask: axes}", config("cube_symbolic"))
-    right = "M*a^2/6: 1 1 1; 11*M*a^2/12: 1 -1 0; 11*M*a^2/12: 1 1 -2"
-    assert judged(item, pairs(right)).verdict == "correct"
-    assert (
-        judged(item, pairs(right.replace("1 -1 0", "2 -1 -1").replace("1 1 -2", "0 1 -1"))).verdict
-        == "correct"
-    )
-    assert codes(judged(item, pairs(right.replace("11*M*a^2/12", "M*a^2/6")))) == ["parallel_axis_missing"]
-    figures = "0.167*M*a^2: .577 .577 .577; 0.917*M*a^2: .707 -.707 0; 0.917*M*a^2: .408 .408 -.816"
-    assert judged(item, pairs(figures)).verdict == "correct"
-
-
-def test_a_frame_turned_by_an_angle_without_a_value() -> None:
-    points = "points: [[1, 1, 0, 0], [1, -1, 0, 0], [1, 0, 2, 0], [1, 0, -2, 0]]"
-    item = asked(
-        "{ask: axes}", f"parameters: {{b: null}}\nbody: {{{points}}}\nframe: {{axis: [0, 0, 1], angle: b}}"
-    )
-    assert judged(item, pairs("8: cos(b) -sin(b) 0; 2: sin(b) cos(b) 0; 10: 0 0 1")).verdict == "correct"
-    assert codes(judged(item, pairs("8: 1 0 0; 2: 0 1 0; 10: 0 0 1"))) == ["other_frame"]
-
-
-def test_literal_pairs_in_symbols() -> None:
-    item = asked("{kind: axes, answer: [[a, [1, 1, 0]], [b, [1, -1, 0]], [a + b, [0, 0, 1]]]}")
-    assert judged(item, pairs("b: -1 1 0; a+b: 0 0 3; a: h h 0")).verdict == "correct"
-    assert judged(item, pairs("b: -1 1 0; a+b: 0 0 3; 2*a: h h 0")).share == pytest.approx(5 / 6)
 
 
 # --- bodies whose moments and axes are chosen

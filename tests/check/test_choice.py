@@ -9,7 +9,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from rigidcli.errors import DocumentError
-from tests.check.homework import Asking, cases
+from tests.check.asking import Asking
 
 CHOICE = Asking("choice")
 WORDS = st.lists(st.text("abcdefgxyzäöß", min_size=1, max_size=8), min_size=1, max_size=4)
@@ -29,35 +29,6 @@ def test_spelling_does_not_count(data: st.DataObject, words: list[str]) -> None:
     text = "".join(letter.upper() if data.draw(st.booleans()) else letter for letter in text)
     assert told(item, f" {text}  ") == "correct"
     assert told(item, f"{text}x") == "outside_tolerance"
-
-
-@cases(r"""
-    key | expected | answer
-    intermediate | correct | Intermediate  \text{intermediate}
-    intermediate | outside_tolerance | the intermediate  e2
-    sub-critical | correct | SUB CRITICAL
-    sub-critical | outside_tolerance | subcritical
-    -1 | outside_tolerance | 1
-    -1 | correct | -1
-    unstable | outside_tolerance | stable
-    yes | correct | true  YES
-    yes | outside_tolerance | no
-    no | correct | False
-    ﬁxed | correct | fixed
-    phi | correct | φ  Φ.  ϕ  \phi  $\varphi$
-    p_theta | correct | p_θ  p_{\theta}
-    θ | correct | theta
-    theta | correct | ϑ
-    phi | outside_tolerance | psi
-    asymmetric | correct | Asymmetric.  ASYMMETRIC .  asymmetric top
-    asymmetric | outside_tolerance | asymmetric rotor  symmetric top
-    oblate | correct | Oblate symmetric top.
-    oblate | outside_tolerance | symmetric top  prolate symmetric top
-    3.5 | correct | 3.5.
-    3.5 | outside_tolerance | 35
-    """)
-def test_choices(key: str, answer: str, expected: str) -> None:
-    assert told(CHOICE.literal(key), answer) == expected
 
 
 @pytest.mark.parametrize(
@@ -89,36 +60,3 @@ def test_a_set_has_no_order(words: list[str], data: st.DataObject) -> None:
     others = data.draw(st.lists(st.sampled_from(["theta", "phi", "x", "the time", "t"]), unique=True))
     if others:
         assert (told(item, others) == "correct") == (set(others) == set(words))
-
-
-PENDULUM = """
-parameters: {m: null, g: null, l: null}
-system:
-  coordinates: [theta, phi]
-  kinetic: m*l^2*(thetadot^2 + sin(theta)^2*phidot^2)/2
-  potential: -m*g*l*cos(theta)
-"""
-
-
-@cases(r"""
-    expected | answer
-    correct | phi  \phi  φ
-    outside_tolerance | theta  phi, theta  none
-    """)
-def test_the_cyclic_coordinates_are_a_set(answer: str, expected: str) -> None:
-    assert told(CHOICE.computed(PENDULUM, "hamilton.cyclic", kind="choice"), answer) == expected
-
-
-@cases("""
-    body | expected | answer
-    {shape: box, size: [1, 2, 3], mass: 12} | correct | asymmetric  asymmetric top  Asymmetric top.
-      asymmetric top: three different moments
-    {shape: box, size: [1, 2, 3], mass: 12} | outside_tolerance | top, asymmetric  top  symmetric top
-      not asymmetric
-    {shape: box, size: [1, 1, 3], mass: 1} | correct | prolate  prolate top  Prolate symmetric top
-    {shape: box, size: [1, 1, 3], mass: 1} | outside_tolerance | symmetric top  oblate
-    {shape: box, size: [1, 1, 1], mass: 1} | correct | spherical  spherical top
-    {shape: box, size: [1, 1, 1], mass: 1} | outside_tolerance | sphere  top
-    """)
-def test_the_words_of_a_table_are_right(body: str, answer: str, expected: str) -> None:
-    assert told(CHOICE.computed(f"body: {body}", "axes.class"), answer) == expected

@@ -88,7 +88,7 @@ def test_an_answer_that_fails_harms_no_other(
     assert [question.verdict for question in found.values()] == ["correct", verdict, "correct"]
     assert found["b"].codes == (code,)
     # What an error says may hold the key.
-    assert "41.99" not in sentence(found["b"].findings[0], full=True)
+    assert "41.99" not in sentence(found["b"].findings[0])
 
 
 def test_a_question_has_its_name_in_any_spelling_and_others_are_noted() -> None:

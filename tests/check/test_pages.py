@@ -17,7 +17,7 @@ from rigidcli.check.records import Judged, Judgement
 from rigidcli.check.reports import Style
 from rigidcli.check.reports.pages import Course, file_name, one_page, pages
 from rigidcli.render.web.page import page
-from tests.check.homework import cases
+from tests.check.asking import cases
 from tests.check.standins import mark, waiting
 from tests.check.test_reports import HOSTILE, SECRET, classes, few, require_harmless
 

@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from rigidcli.check.base import Unreadable
 from rigidcli.check.lists import read_list
 from rigidcli.check.reading import Names, describe, plain, read_expression
-from tests.check.homework import cases
+from tests.check.asking import cases
 
 NAMES = Names(
     {

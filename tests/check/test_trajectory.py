@@ -18,7 +18,7 @@ from scipy.spatial.transform import Rotation
 from rigidcli.check.base import Outcome
 from rigidcli.check.judge import Item
 from rigidcli.errors import DocumentError
-from tests.check.asking import asked, codes, judged, table, told, typed
+from tests.check.asking import asked, cases, codes, judged, told, typed
 
 Floats = NDArray[np.float64]
 Columns = Mapping[str, Floats]
@@ -202,7 +202,7 @@ orbit: {initial: {x: a, p_x: 0}, duration: 7}
 TOP = "body: {moments: [2, 2, 3]}\nmotion: {omega: [0.6, 0, 2], duration: 12}\n"
 
 
-@table(
+@cases(
     """
     ask | heads
     hamilton.orbit | t,x,p_x,H  Time,X,px  t,x,p  T/s,x/m,P_X
@@ -299,7 +299,7 @@ def test_chaotic_motion_is_judged_where_it_can_be_predicted() -> None:
 # --- what is none
 
 
-@table(
+@cases(
     """
     options | answer
     {} | orbit.csv  {csv: "t,x\\n0,1"}  {t: [0, 1], columns: {x: t}}  {t: [1, 0, 0.1], columns: {x: t}}
@@ -310,7 +310,8 @@ def test_chaotic_motion_is_judged_where_it_can_be_predicted() -> None:
     {columns: [x, x]} | {t: [0, 1, 0.1], columns: {x: t}}
     {angles: [y]} | {t: [0, 1, 0.1], columns: {x: t}}
     {angles: [x], tolerance: {absolute: 3}} | {t: [0, 9, 0.1], columns: {x: t}}
-    """
+    """,
+    read=typed,
 )
 def test_keys_that_cannot_be_judged_by(options: str, answer: Any) -> None:
     with pytest.raises(DocumentError) as refused:
@@ -318,7 +319,7 @@ def test_keys_that_cannot_be_judged_by(options: str, answer: Any) -> None:
     assert "17.25" not in str(refused.value)
 
 
-@table(
+@cases(
     """
     code | text
     wrong_shape | t,x,p  # t,x,p  t,x,p/0,1/  t,x,p/0,1,2,3/

@@ -6,7 +6,6 @@ import math
 import re
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
-from itertools import permutations
 from typing import Any, ClassVar, TypeAlias
 
 import numpy as np
@@ -14,7 +13,6 @@ import numpy as np
 from rigidcli.check.base import Asked, Finding, Kind, Outcome, Reading, Tree, Unreadable
 from rigidcli.check.entries import (
     EXACT,
-    MOST_ENTRIES,
     Entry,
     Layout,
     Right,
@@ -25,15 +23,16 @@ from rigidcli.check.entries import (
     is_constant,
     literal,
     opened,
-    read_cells,
     shown_as,
-    typed_as,
 )
-from rigidcli.check.kinds.number import shared_factor
+from rigidcli.check.mistakes import Arrays, of_vector, shared_factor
 from rigidcli.check.numbers import Number
 from rigidcli.check.question import Question
 from rigidcli.core.arithmetic import Array, Floats
 from rigidcli.errors import ValueProblem, shown
+
+MOST_ENTRIES = 400
+"""The most entries of an answer: more than any matrix of a course has."""
 
 AXES = {name: k for names in ("xyz", "123456789") for k, name in enumerate(names)}
 """The ends of the names of components, in their order: `x`, `L_x`, `omega1`."""
@@ -41,13 +40,10 @@ AXES = {name: k for names in ("xyz", "123456789") for k, name in enumerate(names
 Triples: TypeAlias = Sequence[tuple[str, Entry, Right]]
 """Names of places, each with the entry of an answer and the right one."""
 
-Mistaken: TypeAlias = Iterator[tuple[str, Array]]
-"""Codes of mistakes, each with what the mistake leads to."""
-
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Key:
-    """The right `entries`: floats in SI units, or trees. `mistaken` has others, with the codes of mistakes.
+    """The right `entries`: floats in SI units, or trees.
 
     `labels` name the entries. Entries of one name are one component, which is right if all of them are, and
     those that are `counted` earn points.
@@ -57,9 +53,8 @@ class Key:
     path: tuple[str, ...]
     ruler: Ruler
     entries: Array
-    labels: tuple[str, ...] = ()
-    counted: frozenset[str] = frozenset()
-    mistaken: tuple[tuple[str, Array], ...] = ()
+    labels: tuple[str, ...]
+    counted: frozenset[str]
 
     @property
     def right(self) -> list[Right]:
@@ -69,11 +64,11 @@ class Key:
 
     def named(self, *values: int) -> frozenset[str]:
         """The names of the entries that have one of these whole numbers as their value."""
-        has = np.any([self.ruler.are_zero(self.right, besides=value) for value in values], axis=0)
-        return frozenset(label for label, plain in zip(self.labels, has, strict=True) if plain)
+        both = zip(self.labels, self.right, strict=True)
+        return frozenset(label for label, right in both if self.ruler.has_value(right, *values))
 
 
-class Arrays(Kind):
+class List(Kind):
     """A kind of many numbers in `dimensions` (1 for a list, 2 for rows). `word` names an entry."""
 
     options: ClassVar[frozenset[str]] = frozenset({"symbols", "unit", "numbers"})
@@ -83,35 +78,34 @@ class Arrays(Kind):
     """Numbers that stand in a key by themselves, and so earn no points."""
 
     def layout(self, answer: Tree) -> Layout:
-        """The shape of an answer, and its cells row by row. Raises Unreadable."""
+        """The shape of an opened answer, and its cells row by row. Raises Unreadable."""
         return row(answer, self.word)
 
-    def _laid_out(self, answer: Tree) -> Layout:
-        return self.layout(opened(answer))
-
-    def labels(self, shape: tuple[int, ...]) -> Iterator[str]:
-        """The names of the entries."""
-        return (f"{self.word} {k + 1}" for k in range(shape[0]))
+    def labels(self, entries: Array) -> tuple[str, ...]:
+        """The names of the entries of a key."""
+        return tuple(place for place, _ in self.layout(entries.tolist())[1])
 
     def key(self, asked: Asked) -> Key:
         """The key of a question, literal or computed. Raises ValueProblem."""
-        is_literal = asked.report is None
-        ruler, entries = literal(asked, self._laid_out) if is_literal else computed(asked, asked.value)
+        if asked.report is None:
+            ruler, entries = literal(asked, lambda answer: self.layout(opened(answer)))
+        else:
+            ruler, entries = computed(asked, asked.value)
         if entries.ndim != self.dimensions or not entries.size:
             raise ValueProblem(f"this is no {self.name}: a vector is a list, a matrix a list of rows")
-        labels = tuple(self.labels(entries.shape))
+        labels = self.labels(entries)
         key = Key(asked.question, asked.path, ruler, entries, labels, frozenset(labels))
-        counted = key.counted - key.named(*self.uncounted) if self.uncounted else key.counted
+        counted = key.counted - key.named(*self.uncounted)
         return replace(key, counted=counted or key.counted)
 
     def read(self, key: Key, answer: Tree) -> Reading:
         """The entries of an answer of the shape that is asked. Raises Unreadable."""
-        shape, cells = self._laid_out(answer)
+        shape, cells = self.layout(opened(answer))
         if not self.fits(key, shape):
             sizes = (" by ".join(map(str, each)) for each in (shape, key.entries.shape))
             raise Unreadable("wrong_shape", "read {} entries, expected {}".format(*sizes))
-        entries = read_cells(key.ruler, cells)
-        return Reading(entries, _shown(filled(shown_as(entries), shape).tolist()))
+        entries = key.ruler.read(cells)
+        return Reading(entries, _bracketed(filled(shown_as(entries), shape).tolist()))
 
     def fits(self, key: Key, shape: tuple[int, ...]) -> bool:
         """Whether an answer of this shape can be judged."""
@@ -119,13 +113,13 @@ class Arrays(Kind):
 
     def judge(self, key: Key, value: Sequence[Entry]) -> Outcome:
         """The outcome of an answer: its right components, less wrong ones that earn nothing if right."""
-        found = compared(key, value)
-        wrong = [name for name, same in found.items() if same is False]
+        components = compared(key, value)
+        wrong = [name for name, same in components.items() if same is False]
         if not wrong:
-            return settled(key, value, found.values())
-        right, zero = {name for name, same in found.items() if same is True}, key.named(0)
+            return settled(key, value, components.values())
+        right, zero = {name for name, same in components.items() if same is True}, key.named(0)
         earned = len(right & key.counted) - len(set(wrong) - key.counted)
-        if right <= zero != set(found):
+        if right <= zero != set(components):
             earned = 0  # where only zeros are right, nothing is
         triples = list(zip(key.labels, value, key.right, strict=True))
         return Outcome.earning(earned / len(key.counted), *self.said(key, triples, wrong, partly=earned > 0))
@@ -133,10 +127,10 @@ class Arrays(Kind):
     def said(self, key: Key, triples: Triples, wrong: Sequence[str], *, partly: bool) -> list[Finding]:
         """What is said of an answer of which these places are wrong, and others right `partly`."""
         off = [(name, own, right) for name, own, right in triples if name in wrong]
-        if all(isinstance(own, Number) and key.ruler.is_short(own, right) for _, own, right in off):
+        if all(key.ruler.is_short(own, right) for _, own, right in off):
             return [Finding("too_few_sig_figs", listed(wrong) if partly else "")]
         plain = [name for name, own, right in off if is_constant(own) and not is_constant(right)]
-        if plain and not key.ruler.numbers_allowed:
+        if plain and key.ruler.formulas and not key.ruler.formulas.numbers:
             return [Finding("number_for_symbol", listed(plain))]
         if partly:
             return [Finding("component_wrong", listed(wrong))]
@@ -145,36 +139,38 @@ class Arrays(Kind):
         code = shared_factor(own, right, key.ruler.unit, key.path, max(key.ruler.slack, EXACT))
         return [Finding(code or "outside_tolerance")]
 
-    def mistaken(self, key: Key) -> Iterator[tuple[str, Key]]:
+    def mistakes(self, asked: Asked, key: Key) -> Arrays:
+        """The entries that come out under a mistake."""
+        return iter(())
+
+    def mistaken(self, asked: Asked, key: Key) -> Iterator[tuple[str, Key]]:
         """The keys whose entries come out under a mistake."""
-        yield from ((code, replace(key, entries=entries, mistaken=())) for code, entries in key.mistaken)
+        for code, entries in self.mistakes(asked, key):
+            yield code, replace(key, entries=key.ruler.entries(entries))
 
     def typed(self, key: Key) -> Tree:
         """The key with all digits, each entry with its unit."""
-        typed: Tree = filled([typed_as(key.ruler, each) for each in key.right], key.entries.shape).tolist()
+        typed: Tree = filled(list(map(key.ruler.typed, key.right)), key.entries.shape).tolist()
         return typed
 
 
 def compared(key: Key, entries: Sequence[Entry]) -> dict[str, Same]:
     """Whether the components of an answer are right, by their names."""
-    found: dict[str, Same] = {}
+    components: dict[str, Same] = {}
     for name, own, right in zip(key.labels, entries, key.right, strict=True):
         same = key.ruler.same(own, right)
-        found[name] = same if found.get(name, True) is True or same is False else found[name]
-    return found
+        components[name] = same if components.get(name, True) is True or same is False else components[name]
+    return components
 
 
-def settled(key: Key, entries: Sequence[Entry], found: Iterable[Same]) -> Outcome:
+def settled(key: Key, entries: Sequence[Entry], compared: Iterable[Same] = ()) -> Outcome:
     """The outcome of an answer in which no entry is wrong."""
-    for same in found:
+    for same in compared:
         if isinstance(same, str):
             return Outcome.review(same)
-    needs_units = key.question.unit == "required" and key.ruler.has_units
-    return (
-        Outcome.earning(0.0, Finding("unit_missing"))
-        if needs_units and are_bare(entries)
-        else Outcome.correct()
-    )
+    if key.question.unit == "required" and key.ruler.has_units and are_bare(entries):
+        return Outcome.earning(0.0, Finding("unit_missing"))
+    return Outcome.correct()
 
 
 def are_bare(entries: Sequence[Entry]) -> bool:
@@ -189,8 +185,8 @@ def listed(names: Sequence[str]) -> str:
     return ("; " if "," in names[0] else ", ").join(names[:6]) + more
 
 
-def _shown(texts: list[Any]) -> str:
-    return f"[{', '.join(each if isinstance(each, str) else _shown(each) for each in texts)}]"
+def _bracketed(texts: list[Any]) -> str:
+    return f"[{', '.join(each if isinstance(each, str) else _bracketed(each) for each in texts)}]"
 
 
 # --- layouts
@@ -213,12 +209,6 @@ def row(answer: Tree, word: str) -> Layout:
     return _limited((len(answer),)), [(f"{word} {k + 1}", entry) for k, entry in enumerate(answer)]
 
 
-def _limited(shape: tuple[int, ...]) -> tuple[int, ...]:
-    if math.prod(shape) > MOST_ENTRIES:
-        raise Unreadable("too_large", f"expected at most {MOST_ENTRIES} numbers")
-    return shape
-
-
 def rows(answer: Tree) -> Layout:
     """The cells of a list of rows of one length. Raises Unreadable."""
     table = answer if isinstance(answer, list) else []
@@ -229,22 +219,24 @@ def rows(answer: Tree) -> Layout:
     if len(widths) != 1 or 0 in widths or any(isinstance(entry, list | dict) for entry in entries):
         raise Unreadable("wrong_shape", f"read {shown(answer)}, expected rows of the same length")
     shape = _limited((len(table), widths.pop()))
-    return shape, list(zip(_places(shape), entries, strict=True))
+    places = (f"row {i + 1}, column {j + 1}" for i, j in np.ndindex(*shape))
+    return shape, list(zip(places, entries, strict=True))
 
 
-def _places(shape: tuple[int, ...]) -> Iterator[str]:
-    """The names of the places of a matrix."""
-    return (f"row {i + 1}, column {j + 1}" for i, j in np.ndindex(*shape))
+def _limited(shape: tuple[int, ...]) -> tuple[int, ...]:
+    if math.prod(shape) > MOST_ENTRIES:
+        raise Unreadable("too_large", f"expected at most {MOST_ENTRIES} numbers")
+    return shape
 
 
 # --- vectors
 
 
-class Vector(Arrays):
+class Vector(List):
     """The components of a vector, or a direction alone."""
 
     name: ClassVar[str] = "vector"
-    options: ClassVar[frozenset[str]] = Arrays.options | {"direction", "normalized"}
+    options: ClassVar[frozenset[str]] = List.options | {"direction", "normalized"}
     word: ClassVar[str] = "component"
 
     def key(self, asked: Asked) -> Key:
@@ -252,23 +244,24 @@ class Vector(Arrays):
         key = super().key(asked)
         if asked.question.direction in ("sense", "parallel") and key.named(0) == set(key.labels):
             raise ValueProblem("a vector of length zero has no direction", path=("direction",))
-        return replace(key, mistaken=tuple(_other_vectors(asked, key)))
+        return key
+
+    def mistakes(self, asked: Asked, key: Key) -> Arrays:
+        """The vectors that come out under a mistake."""
+        return of_vector(asked, key.entries)
 
     def judge(self, key: Key, value: Sequence[Entry]) -> Outcome:
         """The outcome of a vector; a direction is right as a whole."""
         way, opposite = key.question.direction, replace(key, entries=-key.entries)
-        if way == "exact":
-            return super().judge(key, value)
-        if way == "sign_free":
-            found = compared(opposite, value).values()
-            return super().judge(key, value) if False in found else settled(key, value, found)
+        if way in ("exact", "sign_free"):
+            is_turned = way == "sign_free" and False not in compared(opposite, value).values()
+            return super().judge(opposite if is_turned else key, value)
         if not _along(key, value):
-            return Outcome.earning(
-                0.0, Finding("sign_error" if _along(opposite, value) else "outside_tolerance")
-            )
+            code = "sign_error" if _along(opposite, value) else "outside_tolerance"
+            return Outcome.earning(0.0, Finding(code))
         if key.question.normalized == "required" and not has_unit_length(key.ruler, value):
             return Outcome.earning(0.0, Finding("axis_not_normalised"))
-        return settled(key, value, [])
+        return settled(key, value)
 
 
 def _along(key: Key, entries: Sequence[Entry]) -> bool:
@@ -297,22 +290,10 @@ def has_unit_length(ruler: Ruler, entries: Sequence[Entry]) -> bool:
     return bool((np.abs(lengths - 1) <= ruler.angle).all())
 
 
-def _other_vectors(asked: Asked, key: Key) -> Mistaken:
-    """The vector along the axes of the document, turned the wrong way, and with components exchanged."""
-    size = key.entries.size
-    if asked.document is not None and asked.document.frame is not None and size == 3:
-        axes, vector = asked.document.physical.axes, np.asarray(asked.value)
-        yield "other_frame", key.ruler.entries(axes @ vector)
-        yield "other_frame", key.ruler.entries(axes.T @ vector)
-    if size <= 4:
-        orders = list(permutations(range(size)))[1:]
-        yield from (("components_permuted", key.entries[list(order)]) for order in orders)
-
-
 # --- matrices
 
 
-class Matrix(Arrays):
+class Matrix(List):
     """The entries of a matrix of any shape; zeros and ones, which stand by themselves, are not counted."""
 
     name: ClassVar[str] = "matrix"
@@ -323,16 +304,11 @@ class Matrix(Arrays):
         """The cells of a list of rows. Raises Unreadable."""
         return rows(answer)
 
-    def labels(self, shape: tuple[int, ...]) -> Iterator[str]:
-        """The places of the entries."""
-        return _places(shape)
-
     def is_right(self, key: Key, value: Sequence[Entry]) -> bool:
         """Whether all entries are right: a mistake makes many keys, and the first wrong entry is enough."""
         return all(key.ruler.same(*both) is True for both in zip(value, key.right, strict=True))
 
-    def mistaken(self, key: Key) -> Iterator[tuple[str, Key]]:
-        """The keys of mistakes, and where it is square, the key with rows and columns exchanged."""
-        yield from super().mistaken(key)
+    def mistakes(self, asked: Asked, key: Key) -> Arrays:
+        """Where it is square, the matrix with rows and columns exchanged."""
         if key.entries.shape[0] == key.entries.shape[-1]:
-            yield "transposed", replace(key, entries=key.entries.T, mistaken=())
+            yield "transposed", key.entries.T

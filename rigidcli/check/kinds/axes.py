@@ -20,10 +20,11 @@ import numpy as np
 from rigidcli.algebra.reading import from_tree
 from rigidcli.check import entries
 from rigidcli.check.base import Asked, Finding, Kind, Outcome, Reading, Tree, Unreadable
-from rigidcli.check.entries import Cell, Entry, Layout, Ruler, Same, opened, read_cells, shown_as, typed_as
+from rigidcli.check.entries import Cell, Entry, Layout, Ruler, Same, opened, shown_as
 from rigidcli.check.kinds.arrays import are_bare, has_unit_length, row, unit_vectors
-from rigidcli.check.kinds.number import shared_factor
-from rigidcli.check.kinds.tensors import OTHER_PRODUCTS, Tensor, matched, mistaken_tensors
+from rigidcli.check.kinds.tensors import Tensor, matched, products
+from rigidcli.check.mistakes import of_tensor, shared_factor
+from rigidcli.check.numbers import NOISE
 from rigidcli.check.question import RELATIVE, Question
 from rigidcli.core.arithmetic import Array, Floats, Mask
 from rigidcli.errors import ValueProblem, shown
@@ -51,11 +52,11 @@ class Pairs(NamedTuple):
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Key:
-    """The `tensor` (3 by 3, floats in kg m^2 or trees) whose axes an answer must have.
+    """The `tensor` (3 by 3, floats in kg m^2 or trees) whose axes an answer must have; `usual` is as asked.
 
     It has `moments` (3, ascending), `axes` (rows), and a table of which moments are `equal` (3 by 3); `typed`
     (3 by 4) are moments and axes as a student would write them. `alone` says that axes need no moments,
-    `columns` that those of an answer stand in columns, by mistake. `mistaken` has other tensors.
+    `columns` that those of an answer stand in columns, by mistake.
     """
 
     question: Question
@@ -65,9 +66,9 @@ class Key:
     moments: Floats
     axes: Floats
     equal: Mask
+    usual: Array
     typed: Array
     alone: bool
-    mistaken: tuple[tuple[str, Array], ...] = ()
     columns: bool = False
 
 
@@ -84,13 +85,12 @@ class Axes(Kind):
         if (asked.question.tolerance.angle or 0.0) > 0.5:
             raise ValueProblem("is in radians, expected at most 0.5", path=("tolerance", "angle"))
         ruler, usual, pairs = _literal(asked) if asked.report is None else _reported(asked)
-        if ruler.names is not None and asked.question.order == "ascending":
+        if ruler.formulas is not None and asked.question.order == "ascending":
             raise ValueProblem("the order of moments with symbols depends on these", path=("order",))
-        mistaken = tuple((code, ruler.entries(each)) for code, each in mistaken_tensors(asked, usual))
         alone = len(asked.path) > 1 and asked.path[-1] == "axes"
-        found = _solved(ruler, ruler.entries(usual))
-        typed = np.column_stack([found["moments"], found["axes"]]) if pairs is None else pairs
-        return Key(asked.question, asked.path, **found, typed=typed, alone=alone, mistaken=mistaken)
+        solved = _solved(ruler, ruler.entries(usual))
+        typed = np.column_stack([solved["moments"], solved["axes"]]) if pairs is None else pairs
+        return Key(asked.question, asked.path, **solved, usual=usual, typed=typed, alone=alone)
 
     def read(self, key: Key, answer: Tree) -> Reading:
         """A list of pairs, or of axes. Raises Unreadable."""
@@ -98,40 +98,44 @@ class Axes(Kind):
         if not key.alone and not moments:
             raise Unreadable("wrong_shape", "expected a moment with each axis: `[moment, [x, y, z]]`")
         direction = replace(key.ruler, unit=None)
-        pairs = Pairs(read_cells(key.ruler, moments), tuple(read_cells(direction, axis) for axis in axes))
-        names = [f"{each}: " for each in shown_as(pairs.moments)] or [""] * len(axes)
+        pairs = Pairs(key.ruler.read(moments), tuple(map(direction.read, axes)))
+        names = [f"{name}: " for name in shown_as(pairs.moments)] or [""] * len(axes)
         texts = (f"{name}[{', '.join(shown_as(axis))}]" for name, axis in zip(names, pairs.axes, strict=True))
         return Reading(pairs, "; ".join(texts))
 
     def judge(self, key: Key, value: Pairs) -> Outcome:
         """The outcome of pairs, one by one; one counts half where only its moment or its axis is right."""
         count, answer = len(value.axes), _Answer(key, value)
-        worth, findings, opens = _by_pairs(key, answer)
+        truths = [answer.pair(k) for k in range(count)]
+        worth, findings = answer.worth(truths)
         findings = [Finding("missing_axis")] * (count < 3) + findings
         if count == 3 and not findings:
-            return Outcome.review(opens[0]) if opens else _by_rules(key, answer)
-        if count == 3 and {each.code for each in findings} == {"outside_tolerance"}:
-            both = key.ruler.numbers(value.moments), answer.expected()
-            code = shared_factor(*both, key.ruler.unit, key.path, key.ruler.slack)
+            why = next((truth for truth in truths if isinstance(truth, str)), "")
+            return Outcome.review(why) if why else answer.by_rules()
+        if count == 3 and {finding.code for finding in findings} == {"outside_tolerance"}:
+            own, expected = key.ruler.numbers(value.moments), answer.expected()
+            code = shared_factor(own, expected, key.ruler.unit, key.path, key.ruler.slack)
             findings = findings if code is None else [Finding(code)]
         return Outcome.earning((worth - max(0, count - 3)) / 3, *findings)
 
     def is_right(self, key: Key, value: Pairs) -> bool:
         """Whether the outcome is `correct`: most pairs are soon seen not to be."""
+        if len(value.axes) != 3:
+            return False
         answer = _Answer(key, value)
-        return len(value.axes) == 3 and all(map(answer.pair, range(3))) and super().is_right(key, value)
+        return all(answer.pair(k) for k in range(3)) and super().is_right(key, value)
 
-    def mistaken(self, key: Key) -> Iterator[tuple[str, Key]]:
+    def mistaken(self, asked: Asked, key: Key) -> Iterator[tuple[str, Key]]:
         """The keys whose tensor comes out under a mistake, and that for axes which stand in columns."""
-        for code, tensor in key.mistaken:
-            yield code, replace(key, **_solved(key.ruler, tensor), mistaken=())
-        yield "transposed", replace(key, columns=True, mistaken=())
+        for code, tensor in of_tensor(asked, key.usual):
+            yield code, replace(key, **_solved(key.ruler, key.ruler.entries(tensor)))
+        yield "transposed", replace(key, columns=True)
 
     def typed(self, key: Key) -> Tree:
         """The moments and axes."""
         direction = replace(key.ruler, unit=None)
-        moments = [typed_as(key.ruler, each) for each in key.typed[:, 0].tolist()]
-        axes = [[typed_as(direction, each) for each in axis] for axis in key.typed[:, 1:].tolist()]
+        moments = list(map(key.ruler.typed, key.typed[:, 0].tolist()))
+        axes = [list(map(direction.typed, axis)) for axis in key.typed[:, 1:].tolist()]
         return axes if key.alone else [{"moment": m, "axis": e} for m, e in zip(moments, axes, strict=True)]
 
 
@@ -141,50 +145,45 @@ class _Answer:
     def __init__(self, key: Key, pairs: Pairs) -> None:
         if key.columns and len(pairs.axes) == 3:
             pairs = Pairs(pairs.moments, tuple(zip(*pairs.axes, strict=True)))
-        self.key, self.ruler, self.pairs = key, key.ruler, pairs
+        self.key, self.ruler, self.given = key, key.ruler, pairs
         self.units = np.array([self.ruler.numbers(axis)[:, 0] for axis in pairs.axes])
         self.units = np.nan_to_num(unit_vectors(self.units.T).T)
-        self.moments = [[self._same(own, each) for each in key.moments.tolist()] for own in pairs.moments]
-        self.partners = matched(self.moments)
         # An axis is near a solution where its part among the axes to equal moments outweighs the rest.
-        squares = (self.units @ self.key.axes.T) ** 2
-        inside, outside = np.sqrt(squares @ self.key.equal), np.sqrt(squares @ ~self.key.equal)
+        squares = (self.units @ key.axes.T) ** 2
+        inside, outside = np.sqrt(squares @ key.equal), np.sqrt(squares @ ~key.equal)
         self.near = np.where(inside > 0, np.arctan2(outside, inside), math.pi) <= self.ruler.angle
+        self.moments = [[self._same(own, each) for each in key.moments.tolist()] for own in pairs.moments]
+        if self.ruler.formulas is not None:
+            self.axes = [_without_zeros(axis) for axis in pairs.axes]
+            tensor = _without_zeros(key.tensor.ravel().tolist()).reshape(3, 3)
+            self.turned = [np.asarray(tensor @ axis) for axis in self.axes]
 
     def _same(self, entry: Entry, moment: float) -> Same:
-        if self.ruler.names is None:
+        if self.ruler.formulas is None:
             return self.ruler.same(entry, moment)
         allowed = self.ruler.slack * abs(moment) + entries.EXACT * self.ruler.largest
         return abs(float(self.ruler.numbers([entry])[0, 0]) - moment) <= allowed
 
     def axis(self, k: int) -> Same:
         """Whether e and I e are parallel."""
-        if not self.near[k].any() or self.ruler.names is None:
+        if self.ruler.formulas is None or not self.near[k].any():
             return bool(self.near[k].any())
-        own = _without_zeros(self.pairs.axes[k])
-        return self.ruler.vanish(np.cross(self._turned(own), own))
+        return self.ruler.formulas.vanish(np.cross(self.turned[k], self.axes[k]))
 
     def pair(self, k: int) -> Same:
         """Whether I e = lambda e; without moments, whether e is an axis."""
-        if not self.pairs.moments:
+        if not self.given.moments:
             return self.axis(k)
         both = [same for same, near in zip(self.moments[k], self.near[k], strict=True) if near]
-        found = True in both or next((same for same in both if same), False)
-        if found is False or self.ruler.names is None:
-            return found
-        own = _without_zeros(self.pairs.axes[k])
-        return self.ruler.vanish(self._turned(own) - own * self.pairs.moments[k])
-
-    def _turned(self, axis: Array) -> Array:
-        """I e in symbols."""
-        return np.asarray(_without_zeros(self.key.tensor.ravel().tolist()).reshape(3, 3) @ axis)
+        truth = True in both or next((same for same in both if same), False)
+        if self.ruler.formulas is None or truth is False:
+            return truth
+        return self.ruler.formulas.vanish(self.turned[k] - self.axes[k] * self.given.moments[k])
 
     def independent(self, places: Sequence[int]) -> bool:
-        """Whether axes span as many dimensions as they are."""
+        """Whether axes span as many dimensions as they are, however wide the tolerance."""
         least = np.linalg.svd(self.units[list(places)], compute_uv=False)[-1]
-        return len(places) <= 3 and bool(
-            least > min(2 * self.ruler.angle, 0.02)
-        )  # however wide the tolerance
+        return len(places) <= 3 and bool(least > min(2 * self.ruler.angle, 0.02))
 
     def orthogonal(self, places: Sequence[int]) -> bool:
         """Whether the last of some axes is at right angles to the others."""
@@ -193,66 +192,61 @@ class _Answer:
 
     def expected(self) -> Floats:
         """The moments about the axes, e.I.e/e.e (n by k), at all points."""
-        axes = np.array([self.ruler.numbers(axis) for axis in self.pairs.axes])
+        axes = np.array([self.ruler.numbers(axis) for axis in self.given.axes])
         tensor = self.ruler.numbers(self.key.tensor.ravel().tolist()).reshape(3, 3, -1)
         with np.errstate(all="ignore"):
             above, below = np.einsum("kip,ijp,kjp->kp", axes, tensor, axes), (axes**2).sum(axis=1)
             return np.asarray(above / below)
+
+    def worth(self, truths: Sequence[Same]) -> tuple[float, list[Finding]]:
+        """How many pairs are right, by the truths of all, and what is said of the others."""
+        worth, findings = 0.0, list[Finding]()
+        seen, sound = list[int](), list[int]()
+        partners, has_moments = matched(self.moments), bool(self.given.moments)
+        for k, truth in enumerate(truths):
+            place = f"axis {k + 1}"
+            axis = self.axis(k) if truth is False else truth
+            if axis is not False and not self.independent([*seen, k]):
+                findings.append(Finding("missing_axis", place))  # it stands twice, or is made up of others
+                continue
+            seen += [k] * (axis is not False)
+            is_free = self.key.question.orthogonal == "optional" or truth is not True
+            if not is_free and not self.orthogonal([*sound, k]):
+                findings.append(Finding("axes_not_orthogonal", place))
+                worth += 0.5 * has_moments
+            elif truth is True:
+                sound.append(k)
+                worth += 1
+            elif truth is False:
+                moment = has_moments and partners[k] is not None
+                # Where every direction is an axis, one is worth nothing without its moment.
+                worth += 0.5 * (moment or (axis is True and not self.key.equal.all()))
+                if axis is not True:
+                    findings.append(Finding("not_an_eigenvector", place))
+                elif moment:
+                    findings.append(Finding("moment_axis_pairing", f"pair {k + 1}"))
+                if has_moments and not moment:
+                    findings.append(Finding("outside_tolerance", f"moment {k + 1}"))
+        return worth, findings
+
+    def by_rules(self) -> Outcome:
+        """The outcome of three right pairs: whether they keep the rules of the question."""
+        question, half = self.key.question, 0.5 * bool(self.given.moments)
+        if question.unit == "required" and self.ruler.has_units and are_bare(self.given.moments):
+            return Outcome.earning(half, Finding("unit_missing"))
+        moments = self.expected()[:, 0] if question.order == "ascending" else ()
+        if any(own < before - self.ruler.slack * abs(before) for before, own in pairwise(moments)):
+            return Outcome.earning(0.0, Finding("wrong_order"))
+        for k, axis in enumerate(self.given.axes if question.normalized == "required" else (), 1):
+            if not has_unit_length(self.ruler, axis):
+                return Outcome.earning(half, Finding("axis_not_normalised", f"axis {k}"))
+        return Outcome.correct()
 
 
 def _without_zeros(trees: Sequence[Entry]) -> Array:
     """Trees with zeros that their arithmetic leaves out."""
     zeros = [tree.ZERO if isinstance(each, tree.Number) and each.value == 0 else each for each in trees]
     return entries.filled(zeros, (len(zeros),))
-
-
-def _by_pairs(key: Key, answer: _Answer) -> tuple[float, list[Finding], list[str]]:
-    """How many pairs are right, what is said of the others, and why some are open."""
-    worth, findings, opens = 0.0, list[Finding](), list[str]()
-    seen, sound = list[int](), list[int]()
-    has_moments, isotropic = bool(answer.pairs.moments), bool(key.equal.all())
-    for k in range(len(answer.pairs.axes)):
-        place = f"axis {k + 1}"
-        together = answer.pair(k)
-        axis = answer.axis(k) if together is False else together
-        if axis is not False and not answer.independent([*seen, k]):
-            findings.append(Finding("missing_axis", place))  # it stands twice, or is made up of others
-            continue
-        seen += [k] * (axis is not False)
-        if isinstance(together, str):
-            opens.append(together)
-        elif together and key.question.orthogonal == "required" and not answer.orthogonal([*sound, k]):
-            findings.append(Finding("axes_not_orthogonal", place))
-            worth += 0.5 * has_moments
-        elif together:
-            sound.append(k)
-            worth += 1
-        else:
-            moment = has_moments and answer.partners[k] is not None
-            # Where every direction is an axis, one is worth nothing without its moment.
-            worth += 0.5 * (moment or (axis is True and not isotropic))
-            if axis is not True:
-                findings.append(Finding("not_an_eigenvector", place))
-            elif moment:
-                findings.append(Finding("moment_axis_pairing", f"pair {k + 1}"))
-            if has_moments and not moment:
-                findings.append(Finding("outside_tolerance", f"moment {k + 1}"))
-    return worth, findings, opens
-
-
-def _by_rules(key: Key, answer: _Answer) -> Outcome:
-    """The outcome of three right pairs: whether they keep the rules of the question."""
-    pairs = answer.pairs
-    half = 0.5 * bool(pairs.moments)
-    if key.question.unit == "required" and key.ruler.has_units and are_bare(pairs.moments):
-        return Outcome.earning(half, Finding("unit_missing"))
-    moments = answer.expected()[:, 0] if key.question.order == "ascending" else ()
-    if any(own < before - key.ruler.slack * abs(before) for before, own in pairwise(moments)):
-        return Outcome.earning(0.0, Finding("wrong_order"))
-    for k, axis in enumerate(pairs.axes if key.question.normalized == "required" else ()):
-        if not has_unit_length(key.ruler, axis):
-            return Outcome.earning(half, Finding("axis_not_normalised", f"axis {k + 1}"))
-    return Outcome.correct()
 
 
 # --- reading
@@ -263,11 +257,11 @@ def _cells(answer: Tree) -> tuple[list[Cell], list[list[Cell]]]:
     lines = _LINES.split(answer.strip()) if isinstance(answer, str) else []
     answer = lines if lines and all(":" in line for line in lines) else opened(answer)
     if isinstance(answer, dict) and set(answer) == {"moments", "axes"}:
-        columns = opened(answer["moments"]), opened(answer["axes"])
-        are_alike = all(isinstance(each, list) for each in columns) and len(columns[0]) == len(columns[1])
-        answer = [list(pair) for pair in zip(*columns, strict=True)] if are_alike else []
+        columns = [each for name in ("moments", "axes") if isinstance(each := opened(answer[name]), list)]
+        are_alike = len(columns) == 2 and len(columns[0]) == len(columns[1])
+        answer = list(map(list, zip(*columns, strict=True))) if are_alike else []
     elif isinstance(answer, dict):
-        answer = [answer] if set(answer) == {"moment", "axis"} else [list(pair) for pair in answer.items()]
+        answer = [answer] if set(answer) == {"moment", "axis"} else list(map(list, answer.items()))
     pairs = [_pair(each) for each in answer] if isinstance(answer, list) else []
     moments = [(f"moment {k}", moment) for k, (moment, _) in enumerate(pairs, 1) if moment is not None]
     if not 0 < len(pairs) <= MOST_PAIRS or len(moments) not in (0, len(pairs)):
@@ -307,8 +301,8 @@ def _solved(ruler: Ruler, tensor: Array) -> dict[str, Any]:
         raise ValueProblem("a tensor of zeros has no axes of its own")
     moments, vectors = np.linalg.eigh(numbers / scale)
     largest = float(np.abs(moments).max())
-    moments[np.abs(moments) < entries.NOISE * largest] = 0.0
-    equal = np.abs(moments[:, None] - moments) <= max(entries.NOISE, min(EQUAL, ruler.slack)) * largest
+    moments[np.abs(moments) < NOISE * largest] = 0.0
+    equal = np.abs(moments[:, None] - moments) <= max(NOISE, min(EQUAL, ruler.slack)) * largest
     ruler = replace(ruler, largest=largest * scale)
     return {"ruler": ruler, "tensor": tensor, "moments": moments * scale, "axes": vectors.T, "equal": equal}
 
@@ -320,7 +314,7 @@ def _reported(asked: Asked) -> tuple[Ruler, Array, Array | None]:
     if tensor is None:
         raise ValueProblem("this document has no principal axes")
     ruler, _ = entries.computed(replace(asked, unit="kg m^2"), tensor)
-    if ruler.names is None:
+    if ruler.formulas is None:
         return ruler, np.asarray(tensor), None
     moments, axes = asked.report.get("moments"), asked.report.get("axes")
     if moments is None or axes is None or tensor is not asked.report["tensor"]:
@@ -332,14 +326,13 @@ def _literal(asked: Asked) -> tuple[Ruler, Array, Array | None]:
     """The same of a literal key: a tensor of numbers, or pairs. Raises ValueProblem."""
     if isinstance(asked.value, dict) and set(asked.value) == {"tensor"}:
         key = Tensor().key(replace(asked, value=asked.value["tensor"]))
-        if key.ruler.names is not None:
+        if key.ruler.formulas is not None:
             raise ValueProblem("a tensor with symbols is no key", hint="write pairs: `[moment, [x, y, z]]`")
-        signs = OTHER_PRODUCTS if asked.question.products == "plus" else 1
-        ruler, tensor, pairs = key.ruler, key.entries * signs, None
+        ruler, tensor, pairs = key.ruler, key.entries * products(asked), None
     else:
         ruler, typed = entries.literal(asked, _pair_cells)
         tensor = _tensor_of_pairs(ruler, typed)
-        pairs = None if ruler.names is None else typed
+        pairs = None if ruler.formulas is None else typed
     if ruler.unit is not None and ruler.unit.dimension != KG_M2.dimension:
         raise ValueProblem(f"read a unit of {ruler.unit.dimension}, expected one of a moment of inertia")
     return replace(ruler, unit=ruler.unit or KG_M2), tensor, pairs
@@ -356,8 +349,8 @@ def _pair_cells(answer: Tree) -> Layout:
 def _tensor_of_pairs(ruler: Ruler, pairs: Array) -> Array:
     """The tensor with three moments and axes (3 by 4). Raises ValueProblem."""
     moments, axes = pairs[:, 0], pairs[:, 1:]
-    if ruler.names is not None:
-        if ruler.vanish([axes[i] @ axes[j] for i, j in ((0, 1), (0, 2), (1, 2))]) is not True:
+    if ruler.formulas is not None:
+        if ruler.formulas.vanish([axes[i] @ axes[j] for i, j in ((0, 1), (0, 2), (1, 2))]) is not True:
             raise ValueProblem("the axes are not at right angles")
         terms = (np.outer(e, e) * (moment / (e @ e)) for moment, e in zip(moments, axes, strict=True))
         return ruler.entries(np.vectorize(from_tree, otypes=[object])(sum(terms)))

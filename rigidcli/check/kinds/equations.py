@@ -10,7 +10,6 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
-from functools import cached_property
 from typing import ClassVar
 
 from rigidcli.algebra.atoms import Atom
@@ -21,9 +20,9 @@ from rigidcli.algebra.matrices import determinant
 from rigidcli.algebra.trees import to_tree
 from rigidcli.check.balls import Ball
 from rigidcli.check.base import Asked, Finding, Kind, Outcome, Reading, Tree, Unreadable
-from rigidcli.check.motions import Motion, mistaken, of_document, of_functions, of_text
+from rigidcli.check.mistakes import of_motion
+from rigidcli.check.motions import Motion, of_document, of_functions, of_text
 from rigidcli.check.reading import Sides, names_in_all, plain, read_equations
-from rigidcli.check.same import same, values
 from rigidcli.document.variables import acceleration, velocity
 from rigidcli.errors import ExpressionError, ValueProblem
 from rigidcli.language.text import text
@@ -57,14 +56,9 @@ class Equations(Kind):
             raise ValueProblem(f"the equations of the key cannot be worked with: {error.message}") from None
         if asked.question.form == "first_order" and any(rate.endswith("ddot") for rate in key.rates):
             raise ValueProblem("the equations are of second order, and first order is asked for")
-        if any(all(v is None for v in values(rate, key.names, asked.name)) for rate in key.rates.values()):
+        if any(all(v is None for v in key.formulas.values(rate)) for rate in key.rates.values()):
             raise ValueProblem("the equations have no values at most states")
-        return replace(
-            key,
-            first_order=asked.question.form == "first_order",
-            relative=asked.question.tolerance.relative,
-            numbers=asked.question.numbers == "allowed" and bool(key.names.values),
-        )
+        return replace(key, first_order=asked.question.form == "first_order")
 
     def read(self, key: Motion, answer: Tree) -> Reading:
         """The equations of an answer; one that cannot be read costs only itself. Raises Unreadable."""
@@ -76,7 +70,8 @@ class Equations(Kind):
 
     def judge(self, key: Motion, value: Answer) -> Outcome:
         """What is true, what determines the motion, and what is too much."""
-        trivial = [same(left, right, key.names, key.name) is True for _, left, right in value.sides]
+        exactly = replace(key.formulas, relative=None)
+        trivial = [exactly.same(left, right) is True for _, left, right in value.sides]
         kept = [side for side, says_nothing in zip(value.sides, trivial, strict=True) if not says_nothing]
         places = [side[0] for side, says_nothing in zip(value.sides, trivial, strict=True) if says_nothing]
         remarks = [*(Finding("trivial_equation", place) for place in places), *value.unread]
@@ -105,7 +100,8 @@ class Equations(Kind):
 
     def _slip(self, key: Motion, side: Sides) -> str:
         """The code of an equation that is not true."""
-        has_numbers = bool(key.names.values) and replace(key, numbers=True).is_true(*side[1:]) is True
+        given = replace(key, formulas=key.formulas.with_values())
+        has_numbers = bool(key.names.values) and given.is_true(*side[1:]) is True
         return "number_for_symbol" if has_numbers else "equation_wrong"
 
     def is_right(self, key: Motion, value: Answer) -> bool:
@@ -127,9 +123,10 @@ class Equations(Kind):
         form = [Finding("second_order_form")] if is_second and key.is_hamiltonian else []
         return Outcome.correct(*form, *remarks)
 
-    def mistaken(self, key: Motion) -> Iterator[tuple[str, Motion]]:
+    def mistaken(self, asked: Asked, key: Motion) -> Iterator[tuple[str, Motion]]:
         """The motions that mistakes lead to."""
-        return mistaken(key)
+        for code, rates in of_motion(key):
+            yield code, replace(key, rates={**key.rates, **rates})
 
     def typed(self, key: Motion) -> Tree:
         """The derivatives of the states."""
@@ -147,6 +144,7 @@ class _System:
     """True equations as linear equations for derivatives: for some coordinates for the `second` ones.
 
     The momenta of such coordinates, and their derivatives, are further unknowns where they are used.
+    An equation counts as soon as it is linear in the unknowns that others do not give.
     """
 
     def __init__(self, key: Motion, second: frozenset[str], sides: Sequence[Sides]) -> None:
@@ -156,58 +154,42 @@ class _System:
         self.tops = (*(rate for rate in key.rates if rate not in gone), *map(acceleration, sorted(second)))
         used = names_in_all(sides)
         further = [name for p in partners for name in (p, velocity(p)) if name in used]
-        residuals: list[Node] = [Sum((left, Negative(right))) for _, left, right in sides]
-        self.excluded = key.meanings.keys() - {*self.tops, *further, *map(velocity, second)} - {*key.aliases}
-        self._solve(residuals, [], {*further})
-        if further and not self.is_complete:
-            self._solve(residuals, further, set())
-
-    def _solve(self, residuals: list[Node], further: list[str], unused: set[str]) -> None:
-        """Find out which derivatives are determined, by the equations without the `unused` names."""
-        self.unclear = ""
+        excluded = key.meanings.keys() - {*self.tops, *further, *map(velocity, second), *key.aliases}
+        residuals = [bound(Sum((left, Negative(right))), key.aliases) for _, left, right in sides]
+        self.residuals = [node for node in residuals if names_in(node).isdisjoint(excluded)]
         # A derivative is determined where it is so whatever the further unknowns are: these come first.
         self.unknowns = [*further, *self.tops]
-        self.alternatives: dict[str, list[Expr]] = {}
-        meant = [(names_in(node), bound(node, self.key.aliases)) for node in residuals]
-        self.rows = self._reduced(
-            [node for used, node in meant if names_in(node).isdisjoint(self.excluded) and not used & unused]
-        )
+        self.slopes = list[list[Expr]]()
+        """Factors of unknowns that are given: it is enough if one of a list vanishes nowhere."""
+        while given := self._given():
+            self.slopes += given.values()
+            self.unknowns = [name for name in self.unknowns if name not in given]
         self.chosen, self.columns = self._rank(self.rows)
         undetermined = {name for k, name in enumerate(self.unknowns) if k not in self.columns}
         self.missing = [name for name in self.tops if name in undetermined]
         self.right = len(self.tops) - len(self.missing)
         self.is_complete = not self.missing
 
-    def _reduced(self, residuals: list[Node]) -> list[list[Expr]]:
-        """The slopes of the equations by the unknowns that no equation gives by itself."""
-        while True:
-            slopes = [found for node in residuals if (found := self._slopes(node)) is not None]
-            single = {
-                name: [row[k] for row in slopes if row[k].terms and sum(bool(e.terms) for e in row) == 1]
-                for k, name in enumerate(self.unknowns)
-            }
-            given = {name: several for name, several in single.items() if several} or self._block(slopes)
-            if not given:
-                return slopes
-            self.unclear = ""
-            self.alternatives |= given
-            self.unknowns = [name for name in self.unknowns if name not in given]
-
-    def _block(self, slopes: list[list[Expr]]) -> dict[str, list[Expr]]:
-        """Unknowns that some equations determine together, in which others are not linear."""
-        for row in slopes if self.unclear else ():
+    def _given(self) -> dict[str, list[Expr]]:
+        """The unknowns that single equations give, or that some equations give together."""
+        self.unclear = ""
+        self.rows = [row for node in self.residuals if (row := self._row(node)) is not None]
+        given: dict[str, list[Expr]] = {}
+        for row in self.rows:
+            columns = [k for k, slope in enumerate(row) if slope.terms]
+            if len(columns) == 1:
+                given.setdefault(self.unknowns[columns[0]], []).append(row[columns[0]])
+        for row in self.rows if self.unclear and not given else ():
             block = [k for k, slope in enumerate(row) if slope.terms]
-            rows = [
-                other for other in slopes if not any(e.terms for k, e in enumerate(other) if k not in block)
-            ]
+            rows = [r for r in self.rows if not any(e.terms for k, e in enumerate(r) if k not in block)]
             chosen, columns = self._rank(rows)
             if block and columns == block:
                 with suppress(ExpressionError):
                     whole = determinant([[rows[i][k] for k in block] for i in chosen])
                     return {self.unknowns[k]: [whole] for k in block}
-        return {}
+        return given
 
-    def _slopes(self, residual: Node) -> list[Expr] | None:
+    def _row(self, residual: Node) -> list[Expr] | None:
         """The slopes of an equation by the unknowns; None for an equation in which they are not linear."""
         try:
             e = self.key.exact(residual)
@@ -218,11 +200,13 @@ class _System:
         if any(not slope.names.isdisjoint(self.unknowns) for slope in slopes):
             self.unclear = "an equation is not linear in the derivatives"
             return None
-        return [ZERO if self._vanishes(slope) else slope for slope in slopes]
-
-    def _vanishes(self, slope: Expr) -> bool:
-        """Whether a slope is zero for the motion, but for rounding."""
-        return bool(slope.terms) and all(ball is None or ball.contains(0) for ball in self._values(slope))
+        # What is zero for the motion but for rounding is no slope to solve by.
+        return [
+            slope
+            if slope.terms and any(ball is not None and not ball.contains(0) for ball in self._values(slope))
+            else ZERO
+            for slope in slopes
+        ]
 
     def _rank(self, rows: list[list[Expr]]) -> tuple[list[int], list[int]]:
         """The rows and the columns that hold pivots at the first point where all slopes have values."""
@@ -236,15 +220,14 @@ class _System:
         return [], []
 
     def _values(self, slope: Expr) -> list[Ball | None]:
-        names = replace(self.key.names, derived={})
-        return values(bound(to_tree(slope), self.key.meanings), names, self.key.name)
+        return self.key.formulas.values(bound(to_tree(slope), self.key.meanings))
 
     def gap(self) -> str:
         """Where equations that determine the motion in general do not; empty where they do everywhere."""
-        for several in self.alternatives.values():
-            found = [self._zero(slope) for slope in several]
-            if all(found):
-                return found[0]
+        for several in self.slopes:
+            gaps = [self._zero(slope) for slope in several]
+            if all(gaps):
+                return gaps[0]
         if not self.unknowns:
             return ""
         try:
@@ -256,23 +239,19 @@ class _System:
         """Where a determinant vanishes, though the motion goes on; empty where it does so nowhere."""
         if not e.terms:
             return "everywhere"
-        for atom, _ in factored(expand(e))[1]:
-            factor = atomic(atom)
-            found = [ball for ball in self._values(factor) if ball is not None]
-            changes = len({ball > 0 for ball in found}) > 1 or any(ball.contains(0) for ball in found)
-            if changes and atom not in self._poles:
-                return f"where `{plain(to_tree(factor))}` is zero"
-        return ""
-
-    @cached_property
-    def _poles(self) -> set[Atom]:
-        """What the rates of the key are divided by: where it is zero, there is no motion."""
-        found = set[Atom]()
+        # Where what the rates of the key are divided by is zero, there is no motion.
+        poles = set[Atom]()
         for node in self.key.rates.values():
             with suppress(ExpressionError):
-                for monomial in self.key.exact(node).terms:
-                    found |= {atom for atom, exponent in monomial if exponent < 0}
-        return found
+                terms = self.key.exact(node).terms
+                poles |= {atom for monomial in terms for atom, exponent in monomial if exponent < 0}
+        for atom, _ in factored(expand(e))[1]:
+            factor = atomic(atom)
+            balls = [ball for ball in self._values(factor) if ball is not None]
+            changes = len({ball > 0 for ball in balls}) > 1 or any(ball.contains(0) for ball in balls)
+            if changes and atom not in poles:
+                return f"where `{plain(to_tree(factor))}` is zero"
+        return ""
 
 
 def _pivots(matrix: list[list[Ball]]) -> tuple[list[int], list[int]]:

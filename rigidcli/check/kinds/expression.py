@@ -18,13 +18,13 @@ from rigidcli.algebra.reading import from_tree
 from rigidcli.algebra.trees import to_tree
 from rigidcli.check.balls import Ball
 from rigidcli.check.base import Asked, Finding, Kind, Outcome, Reading, Tree, Unreadable
-from rigidcli.check.kinds.number import common_factor
+from rigidcli.check.mistakes import common_factor, of_energy
 from rigidcli.check.question import Tolerance
-from rigidcli.check.reading import Names, names_of, plain, read_expression
-from rigidcli.check.same import NEEDED, same, values
+from rigidcli.check.reading import names_of, plain, read_expression
+from rigidcli.check.same import NEEDED, Formulas, formulas_of
 from rigidcli.errors import ExpressionError, ValueProblem
 from rigidcli.language.text import text
-from rigidcli.language.tree import Name, Negative, Node, Number, Product, Sum, bound, names_in
+from rigidcli.language.tree import Name, Negative, Node, Number, Sum, bound, names_in
 
 ENERGIES = ("hamiltonian", "lagrangian", "energy")
 """Last names of results to which a constant may be added."""
@@ -32,35 +32,27 @@ ENERGIES = ("hamiltonian", "lagrangian", "energy")
 EXACT = 1e-12
 """The relative error of a factor that is read from the values of formulas."""
 
-ZERO, HALF, TWO = Number("0", 0.0), Number("0.5", 0.5), Number("2", 2.0)
+ZERO = Number("0", 0.0)
 
 
 @dataclass(frozen=True, eq=False)
 class Key:
     """The right formula, and what may stand in an answer.
 
-    `name` is that of the question, from which sample points follow. A `constant` may differ; `relative` is a
-    tolerance of the question. `rates` are momenta or velocities, in which an energy is T + V (or T - V, where
+    A `constant` may differ. `rates` are momenta or velocities, in which an energy is T + V (or T - V, where
     it `is_lagrangian`). In a Hamiltonian, velocities are `misplaced`.
     """
 
-    name: str
     tree: Node
-    names: Names
+    formulas: Formulas
     constant: bool = False
-    relative: float | None = None
-    numbers: bool = False
     rates: tuple[str, ...] = ()
     is_lagrangian: bool = False
     misplaced: frozenset[str] = frozenset()
 
     def same(self, answer: Node, *, constant: bool = False) -> bool | str:
         """Whether an answer is this formula, up to a constant if one is allowed."""
-        return same(answer, self.tree, self.names, self.name, constant=constant, relative=self.relative)
-
-    def with_values(self, node: Node) -> Node:
-        """A formula with the document's numbers for its parameters."""
-        return bound(self.names.without_derived(node), self.names.values)
+        return self.formulas.same(answer, self.tree, constant=constant)
 
 
 class Expression(Kind):
@@ -79,55 +71,44 @@ class Expression(Kind):
         rates = names.velocities if used & set(names.velocities) else names.momenta
         is_energy = last in ENERGIES if asked.report is not None else not used.isdisjoint(rates)
         in_momenta = last == "hamiltonian" or not used.isdisjoint(names.momenta)
-        key = Key(
-            asked.name,
+        formulas = formulas_of(asked, names, _relative(question.tolerance))
+        if all(value is None for value in formulas.values(tree)):
+            raise ValueProblem("the key has no value")
+        return Key(
             tree,
-            names,
+            formulas,
             is_energy and bool(used & names.states) and question.constant == "allowed",
-            _relative(question.tolerance),
-            question.numbers == "allowed" and bool(names.values),
             rates if is_energy else (),
             last == "lagrangian" or rates == names.velocities,
             frozenset(names.velocities) - used if in_momenta and rates == names.momenta else frozenset(),
         )
-        if all(value is None for value in values(tree, names, asked.name)):
-            raise ValueProblem("the key has no value")
-        return key
 
     def read(self, key: Key, answer: Tree) -> Reading:
         """A formula in the symbols of the question. Raises Unreadable."""
-        node = read_expression(answer, key.names)
+        node = read_expression(answer, key.formulas.names)
         return Reading(node, plain(node))
 
     def judge(self, key: Key, value: Node) -> Outcome:
-        """Whether the answer is the key, perhaps up to a constant or with numbers for parameters."""
-        found = key.same(value)
-        if found is True:
+        """Whether the answer is the key, perhaps up to a constant."""
+        truth = key.same(value)
+        if truth is True:
             return Outcome.correct()
         if key.constant and key.same(value, constant=True) is True:
             return Outcome.correct(Finding("additive_constant", detail="that does not change the motion"))
-        if key.numbers:
-            given = replace(key, tree=key.with_values(key.tree))
-            found = given.same(key.with_values(value), constant=key.constant)
-            if found is True:
-                return Outcome.correct()
-        if isinstance(found, str):
-            return Outcome.review(found)
+        if isinstance(truth, str):
+            return Outcome.review(truth)
         return Outcome.earning(0.0, *_findings(key, value))
 
     def is_right(self, key: Key, value: Node) -> bool:
         """Whether the answer is the key, perhaps up to a constant."""
         return key.same(value, constant=key.constant) is True
 
-    def mistaken(self, key: Key) -> Iterator[tuple[str, Key]]:
-        """The key of the other sign; of an energy T + V, also T - V, and half and twice T."""
+    def mistaken(self, asked: Asked, key: Key) -> Iterator[tuple[str, Key]]:
+        """The key of the other sign, and an energy with mistakes in its parts."""
         yield "sign_error", replace(key, tree=Negative(key.tree))
         if parts := _energies(key):
-            kinetic, rest = parts
-            code = "potential_sign" if key.is_lagrangian else "lagrangian_or_potential_sign"
-            yield code, replace(key, tree=Sum((kinetic, Negative(rest))))
-            for factor in (HALF, TWO):
-                yield "kinetic_factor", replace(key, tree=Sum((Product((factor, kinetic)), rest)))
+            others = of_energy(*parts, is_lagrangian=key.is_lagrangian)
+            yield from ((code, replace(key, tree=other)) for code, other in others)
 
     def typed(self, key: Key) -> Tree:
         """The key in the language of documents."""
@@ -135,28 +116,20 @@ class Expression(Kind):
 
 
 def _tree(asked: Asked) -> Node:
-    """The formula that is the key. Raises ValueProblem."""
-    value = asked.value
-    if asked.report is None:
-        return literal(value, asked)
-    if isinstance(value, Expr):
-        return to_tree(value)
-    raise ValueProblem("what is asked for is not one expression")
-
-
-def literal(value: Tree, asked: Asked) -> Node:
-    """The formula of a literal key, in the letters of the question if it lists them. Raises ValueProblem."""
+    """The formula that is the key, if literal in the letters that the question lists. Raises ValueProblem."""
+    if asked.report is not None:
+        if isinstance(asked.value, Expr):
+            return to_tree(asked.value)
+        raise ValueProblem("what is asked for is not one expression")
     names = names_of(asked)
-    try:
-        if names.words.names != ("t",):
-            try:
-                return read_expression(value, names)
-            except Unreadable as unreadable:
-                if unreadable.findings[0].code != "unknown_symbol":
-                    raise
-        return read_expression(value, None)
-    except Unreadable as unreadable:
-        raise ValueProblem(f"the key cannot be read: {unreadable.findings[0].code}") from None
+    code = "unknown_symbol"
+    for letters in (names if names.words.names != ("t",) else None, None):
+        try:
+            if code == "unknown_symbol":
+                return read_expression(asked.value, letters)
+        except Unreadable as unreadable:
+            code = unreadable.findings[0].code
+    raise ValueProblem(f"the key cannot be read: {code}")
 
 
 def _relative(tolerance: Tolerance) -> float | None:
@@ -172,15 +145,16 @@ def _findings(key: Key, answer: Node) -> list[Finding]:
     """What is wrong with an answer, apart from the mistakes that change the key."""
     if velocities := sorted(key.misplaced & names_in(answer)):
         return [Finding("velocity_in_hamiltonian", detail=f"read `{velocities[0]}`")]
-    missing = names_in(key.names.without_derived(key.tree)) - names_in(key.names.without_derived(answer))
-    if key.names.values and missing:
-        given = replace(key, tree=key.with_values(key.tree))
-        if given.same(key.with_values(answer), constant=key.constant) is True:
+    names = key.formulas.names
+    missing = names_in(names.without_derived(key.tree)) - names_in(names.without_derived(answer))
+    if names.values and missing:
+        given = replace(key, formulas=key.formulas.with_values())
+        if given.same(answer, constant=key.constant) is True:
             return [Finding("number_for_symbol")]
-    if not key.constant and key.names.states & names_in(key.tree) and key.same(answer, constant=True) is True:
+    if not key.constant and names.states & names_in(key.tree) and key.same(answer, constant=True) is True:
         return [Finding("additive_constant")]
-    seed = f"{key.name} {text(answer)}"
-    both = zip(*(values(node, key.names, seed, NEEDED + 1) for node in (answer, key.tree)), strict=True)
+    seed = f"{key.formulas.name} {text(answer)}"
+    both = zip(*(key.formulas.values(node, seed, NEEDED + 1) for node in (answer, key.tree)), strict=True)
     pairs = [(own, right) for own, right in both if own is not None and right is not None]
     if len(pairs) < NEEDED:
         return [Finding("outside_tolerance")]
@@ -206,7 +180,8 @@ def _is_term_wrong(key: Key, answer: Node) -> bool:
     written = key.tree.terms if isinstance(key.tree, Sum) else ()
     with suppress(ExpressionError):
         whole, own, *terms = (
-            expand(from_tree(key.names.without_derived(node))) for node in (key.tree, answer, *written)
+            expand(from_tree(key.formulas.names.without_derived(node)))
+            for node in (key.tree, answer, *written)
         )
         gap = (own - whole).terms
         parts = [*(term.terms for term in terms), *({power: c} for power, c in whole.terms.items())]
@@ -223,6 +198,6 @@ def _energies(key: Key) -> tuple[Node, Node] | None:
         return None
     resting = bound(key.tree, dict.fromkeys(key.rates, ZERO))
     back = bound(key.tree, {name: Negative(Name(name)) for name in key.rates})
-    if key.same(back) is not True or same(resting, ZERO, key.names, key.name) is not False:
+    if key.same(back) is not True or key.formulas.same(resting, ZERO) is not False:
         return None
     return Sum((key.tree, Negative(resting))), resting

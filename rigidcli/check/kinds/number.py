@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
 from contextlib import suppress
 from dataclasses import dataclass, replace
 from typing import Any, ClassVar
@@ -11,7 +10,9 @@ from typing import Any, ClassVar
 import numpy as np
 
 from rigidcli.check.base import Asked, Finding, Kind, Outcome, Reading, Tree, Unreadable
+from rigidcli.check.mistakes import TURN, common_factor
 from rigidcli.check.numbers import (
+    NOISE,
     PURE,
     Number,
     as_typed,
@@ -23,21 +24,9 @@ from rigidcli.check.numbers import (
     with_hint,
 )
 from rigidcli.check.question import Tolerance
-from rigidcli.core.arithmetic import Floats
 from rigidcli.errors import ValueProblem
 from rigidcli.fields.dimensions import ANGLE, DIMENSIONLESS
 from rigidcli.fields.units import Unit, parse_unit
-
-TENS = tuple(10.0**power for power in range(1, 13))
-"""What a slip in a power of ten comes to."""
-
-LOST = (2, 3, 4, 5, 6, 8, 12, 3 / 2, 4 / 3, 5 / 2, math.sqrt(2), math.sqrt(3), math.pi)
-"""Numbers that get lost in a formula."""
-
-TURN = 2 * math.pi
-
-NOISE = 1e-12
-"""A result below this, in units of the largest number beside it, is zero but for rounding."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -73,9 +62,9 @@ class Quantity(Kind):
         question = asked.question
         value, unit = _literal(asked.value) if asked.report is None else _computed(asked.value, asked.unit)
         if asked.report is None and (question.kind == "quantity") is not bool(unit.text):
-            found, kind = ("has one", "quantity") if unit.text else ("has none", "number")
+            has_unit, kind = ("has one", "quantity") if unit.text else ("has none", "number")
             hint = f"make it of kind `{kind}`"
-            raise ValueProblem(f"a quantity has a unit, a number has no unit, and this {found}", hint=hint)
+            raise ValueProblem(f"a quantity has a unit, a number has no unit, and this {has_unit}", hint=hint)
         is_product = (
             len(asked.path) > 2 and asked.path[-3].startswith("tensor") and asked.path[-2] != asked.path[-1]
         )
@@ -103,14 +92,10 @@ class Quantity(Kind):
 
     def judge(self, key: Key, value: Number) -> Outcome:
         """The value first, then its unit and its figures."""
-        scale, misfit = value.scale, ""
-        if value.unit is not None:
-            try:
-                scale = scale_in(value.unit, key.unit.dimension)
-            except ValueProblem as problem:
-                misfit = with_hint(problem)
-        if misfit:
-            return Outcome.earning(0.0, _of_misfit(key, value, misfit))
+        try:
+            scale = value.scale if value.unit is None else scale_in(value.unit, key.unit.dimension)
+        except ValueProblem as problem:
+            return Outcome.earning(0.0, _of_misfit(key, value, with_hint(problem)))
         number = replace(value, value=value.typed * scale, scale=scale)
         is_right = key.is_near(number.value, scale)
         if is_right and too_few(number, key.tolerance):
@@ -171,57 +156,3 @@ def _computed(value: Any, unit: str) -> tuple[float, Unit]:
     if not math.isfinite(number):
         raise ValueProblem("what is asked for is not a finite number")
     return number, parse_unit(unit) if unit else PURE
-
-
-# --- factors by which people's numbers are wrong
-
-
-def common_factor(ratio: float, unit: Unit | None, path: tuple[str, ...], slack: float) -> str | None:
-    """The code of the one factor that an answer has, to a relative `slack`; None where it has no name.
-
-    The `unit` and the `path` of the result tell which factors are likely: a 2 pi is one of rates only.
-    """
-    codes = [
-        code
-        for code, factor in _factors(unit, path)
-        if abs(factor - 1) > 2 * slack and abs(ratio / factor - 1) <= slack
-    ]
-    return codes[0] if codes else None
-
-
-def shared_factor(
-    own: Floats, expected: Floats, unit: Unit | None, path: tuple[str, ...], slack: float
-) -> str | None:
-    """The code of the one factor by which all numbers (n by k) are wrong; None where there is none.
-
-    The slack is relative to the largest number of a column; the larger half of each tells the factor.
-    """
-    sizes = np.abs(expected)
-    scale = sizes.max(axis=0)
-    with np.errstate(all="ignore"):
-        middle = float(np.median((own / expected)[sizes >= scale / 2]))
-        is_shared = bool((np.abs(own - middle * expected) <= abs(middle) * slack * scale).all())
-    if not is_shared or not middle or abs(middle - 1) <= slack:
-        return None
-    # Of numbers of different sizes any shared factor is one; of one number it may be anything.
-    least = np.where(sizes > NOISE * scale, sizes, np.inf).min(axis=0)
-    differ = bool((scale > least * (1 + 2 * slack)).any())
-    return common_factor(middle, unit, path, slack) or ("constant_factor" if differ else None)
-
-
-def _factors(unit: Unit | None, path: tuple[str, ...]) -> Iterator[tuple[str, float]]:
-    """Codes and factors, the likely ones first."""
-    dimension = DIMENSIONLESS if unit is None else unit.dimension
-    is_rate = dimension.time in (1, -1) and not (dimension.mass or dimension.length)
-    unknown = unit is None and not path
-    yield "sign_error", -1.0
-    either_way = [("power_of_ten", TENS)]
-    if dimension.angle or dimension.time or dimension == DIMENSIONLESS:
-        either_way.append(("degrees_radians", (180 / math.pi,)))
-    if is_rate or dimension.cycle or unknown:
-        either_way.append(("frequency_vs_angular_frequency", (TURN,)))
-    either_way.append(("constant_factor", LOST))
-    for code, factors in either_way:
-        for factor in factors:
-            yield code, factor
-            yield code, 1 / factor

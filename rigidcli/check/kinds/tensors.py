@@ -1,4 +1,4 @@
-"""Inertia tensors and principal moments, and what the mistakes of people make of them.
+"""Inertia tensors and principal moments.
 
 Products of inertia have a minus sign, Ixy = -sum m x y, unless a question says `products: plus`.
 """
@@ -6,59 +6,55 @@ Products of inertia have a minus sign, Ixy = -sum m x y, unless a question says 
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
-from itertools import permutations
-from typing import TYPE_CHECKING, Any, ClassVar
+from typing import Any, ClassVar
 
 import numpy as np
 
 from rigidcli.check.base import Asked, Finding, Outcome, Tree, Unreadable
-from rigidcli.check.entries import Cell, Entry, Layout, Ruler, Same, filled, typed_as
-from rigidcli.check.kinds.arrays import AXES, Arrays, Key, Matrix, Mistaken, Triples, compared, listed, rows
+from rigidcli.check.entries import Cell, Entry, Layout, Ruler, Same
+from rigidcli.check.kinds.arrays import AXES, Key, List, Matrix, Triples, compared, listed, rows
+from rigidcli.check.mistakes import OTHER_PRODUCTS, Arrays, of_tensor
 from rigidcli.core.arithmetic import Array
-from rigidcli.core.tensor import point_tensor, rotate
 from rigidcli.errors import ValueProblem, shown
-
-if TYPE_CHECKING:
-    from rigidcli.document.document import Document
 
 COMPONENTS = ("Ixx", "Ixy", "Ixz", "Ixy", "Iyy", "Iyz", "Ixz", "Iyz", "Izz")
 """The components of a tensor, row by row; those with mirror images stand twice."""
-
-EYE = np.eye(3, dtype=int)
-
-OTHER_PRODUCTS = 2 * EYE - 1
-"""These signs give the products of inertia of a tensor the other sign."""
 
 
 class Tensor(Matrix):
     """An inertia tensor, 3 by 3 or by its six components; zeros are not counted."""
 
     name: ClassVar[str] = "tensor"
-    options: ClassVar[frozenset[str]] = Arrays.options | {"products"}
+    options: ClassVar[frozenset[str]] = List.options | {"products"}
     uncounted: ClassVar[tuple[int, ...]] = (0,)
 
     def layout(self, answer: Tree) -> Layout:
         """The cells of rows, or of a mapping from the names of components. Raises Unreadable."""
         return ((3, 3), _components(answer)) if isinstance(answer, dict) else rows(answer)
 
-    def labels(self, shape: tuple[int, ...]) -> Iterator[str]:
-        """The names of the components."""
-        if shape != (3, 3):
+    def labels(self, entries: Array) -> tuple[str, ...]:
+        """The names of the components. Raises ValueProblem."""
+        if entries.shape != (3, 3):
             raise ValueProblem("this is not a tensor, which has 3 rows of 3")
-        return iter(COMPONENTS)
+        return COMPONENTS
 
     def key(self, asked: Asked) -> Key:
         """The key of a question for an inertia tensor. Raises ValueProblem."""
         key = super().key(asked)
+        if asked.report is not None:
+            key = replace(key, entries=key.ruler.entries(np.asarray(asked.value) * products(asked)))
         if _odd(key.ruler, key.right):
             raise ValueProblem("this tensor is not symmetric")
-        signs = OTHER_PRODUCTS if asked.question.products == "plus" else OTHER_PRODUCTS**2
+        return key
+
+    def mistakes(self, asked: Asked, key: Key) -> Arrays:
+        """The tensors that come out under a mistake, with the products of inertia that the question has."""
+        signs = products(asked)
         usual = key.entries * signs if asked.report is None else np.asarray(asked.value)
-        others = mistaken_tensors(asked, usual)
-        mistaken = tuple((code, key.ruler.entries(each * signs)) for code, each in others)
-        return replace(key, entries=key.ruler.entries(usual * signs), mistaken=mistaken)
+        yield from ((code, tensor * signs) for code, tensor in of_tensor(asked, usual))
+        yield from super().mistakes(asked, key)
 
     def said(self, key: Key, triples: Triples, wrong: Sequence[str], *, partly: bool) -> list[Finding]:
         """What is said of a wrong tensor: first, that it is not symmetric."""
@@ -69,7 +65,12 @@ class Tensor(Matrix):
 
     def typed(self, key: Key) -> Tree:
         """The components by their names."""
-        return {name: typed_as(key.ruler, each) for name, each in zip(key.labels, key.right, strict=True)}
+        return {name: key.ruler.typed(each) for name, each in zip(key.labels, key.right, strict=True)}
+
+
+def products(asked: Asked) -> Array:
+    """The signs (3 by 3) that products of inertia have in a question, beside the usual ones."""
+    return OTHER_PRODUCTS if asked.question.products == "plus" else OTHER_PRODUCTS**2
 
 
 def _odd(ruler: Ruler, entries: Sequence[Any]) -> list[str]:
@@ -85,39 +86,43 @@ def _components(answer: dict[str, Tree]) -> list[Cell]:
     for name, entry in answer.items():
         place = places.get(re.sub(r"[\s_{}]", "", name).lower()[1:])
         if place is None:
-            raise Unreadable("wrong_shape", f"read {shown(name)}, expected {', '.join(set(COMPONENTS))}")
+            expected = ", ".join(dict.fromkeys(COMPONENTS))
+            raise Unreadable("wrong_shape", f"read {shown(name)}, expected {expected}")
         if place in cells:
             raise Unreadable("duplicate_key", f"read {shown(name)}")
         cells[place] = shown(name), entry
-    found = {(i, j): cells.get((i, j)) or cells.get((j, i)) for i, j in np.ndindex(3, 3)}
-    missing = [name for name, cell in zip(COMPONENTS, found.values(), strict=True) if cell is None]
-    if missing:
+    whole = [cells.get((i, j)) or cells.get((j, i)) for i, j in np.ndindex(3, 3)]
+    if missing := [name for name, cell in zip(COMPONENTS, whole, strict=True) if cell is None]:
         raise Unreadable("wrong_shape", f"{listed(missing)} missing")
-    return [cell for cell in found.values() if cell is not None]
+    return [cell for cell in whole if cell is not None]
 
 
 # --- moments
 
 
-class Moments(Arrays):
+class Moments(List):
     """Numbers in any order, or in ascending order: each stands as often as it occurs."""
 
     name: ClassVar[str] = "moments"
-    options: ClassVar[frozenset[str]] = Arrays.options | {"order"}
+    options: ClassVar[frozenset[str]] = List.options | {"order"}
     word: ClassVar[str] = "moment"
 
     def key(self, asked: Asked) -> Key:
         """The key of a question for moments, by their sizes. Raises ValueProblem."""
         key = super().key(asked)
-        if key.ruler.names is not None:
+        if key.ruler.formulas is not None:
             if asked.question.order == "ascending":
                 raise ValueProblem("the order of moments with symbols depends on these", path=("order",))
-            ranked = [key.right[place] for place in _ranks(key.ruler, key.right)]
-            return replace(key, entries=filled(ranked, key.entries.shape))
-        tensor = None if asked.report is None or asked.path[-1] != "moments" else asked.report.get("tensor")
-        others = () if tensor is None else mistaken_tensors(asked, np.asarray(tensor, dtype=float))
-        mistaken = tuple((code, np.linalg.eigvalsh(np.asarray(each, dtype=float))) for code, each in others)
-        return replace(key, entries=np.sort(key.entries), mistaken=mistaken)
+            return replace(key, entries=key.entries[_ranks(key.ruler, key.right)])
+        return replace(key, entries=np.sort(key.entries))
+
+    def mistakes(self, asked: Asked, key: Key) -> Arrays:
+        """The moments of the tensors that come out under a mistake."""
+        is_report = asked.report is not None and asked.path[-1] == "moments"
+        tensor = asked.report.get("tensor") if asked.report is not None and is_report else None
+        if tensor is not None and key.ruler.formulas is None:
+            others = of_tensor(asked, np.asarray(tensor, dtype=float))
+            yield from ((code, np.linalg.eigvalsh(np.asarray(each, dtype=float))) for code, each in others)
 
     def fits(self, key: Key, shape: tuple[int, ...]) -> bool:
         """Moments may be missing, or too many."""
@@ -125,25 +130,25 @@ class Moments(Arrays):
 
     def judge(self, key: Key, value: Sequence[Entry]) -> Outcome:
         """The outcome of a list of moments, put into the order of the key: what is left over by its size."""
-        right, zero = key.right, key.ruler.are_zero(key.right)
-        places = matched([[key.ruler.same(entry, each) for each in right] for entry in value])
-        taken = {place: k for k, place in enumerate(places) if place is not None}
-        if surplus := len(value) - len(right):
+        count = len(key.right)
+        partners = matched([[key.ruler.same(entry, right) for right in key.right] for entry in value])
+        own = {place: k for k, place in enumerate(partners) if place is not None}
+        if len(value) != count:
+            zero = {place for place, right in enumerate(key.right) if key.ruler.has_value(right, 0)}
             # Where only zeros are right, nothing is.
-            count = len(taken) if all(zero) or any(not zero[place] for place in taken) else 0
-            detail = f"read {len(value)}, expected {len(right)}"
-            return Outcome.earning(
-                (count - max(0, surplus)) / len(right), Finding("wrong_shape", detail=detail)
-            )
-        rest = (k for k in _ranks(key.ruler, value) if places[k] is None)
-        order = [taken[place] if place in taken else next(rest) for place in range(len(right))]
+            share = 0 if own.keys() <= zero and len(zero) < count else len(own)
+            detail = f"read {len(value)}, expected {count}"
+            surplus = max(0, len(value) - count)
+            return Outcome.earning((share - surplus) / count, Finding("wrong_shape", detail=detail))
+        rest = (k for k in _ranks(key.ruler, value) if partners[k] is None)
+        order = [own[place] if place in own else next(rest) for place in range(count)]
         labels = tuple(f"moment {k + 1}" for k in order)
-        key = replace(key, labels=labels, counted=frozenset(labels))
-        found = super().judge(key, [value[k] for k in order])
+        free = replace(key, labels=labels, counted=frozenset(labels))
+        outcome = super().judge(free, [value[k] for k in order])
         standing = [same is not False for same in compared(key, value).values()]
-        if key.question.order == "free" or all(standing) or found.share < 1:
-            return found
-        return Outcome.earning(sum(standing) / len(standing), Finding("wrong_order"))
+        if key.question.order == "free" or all(standing) or outcome.share < 1:
+            return outcome
+        return Outcome.earning(sum(standing) / count, Finding("wrong_order"))
 
 
 def _ranks(ruler: Ruler, entries: Sequence[Any]) -> list[int]:
@@ -165,37 +170,3 @@ def matched(same: Sequence[Sequence[Same]]) -> list[int | None]:
         if free:
             columns[min(free, key=ends.__getitem__)] = column
     return [columns.get(row) for row in range(len(same))]
-
-
-# --- mistakes on the way to a tensor
-
-
-def mistaken_tensors(asked: Asked, tensor: Array) -> Mistaken:
-    """What mistakes make of the `tensor` that is asked; the formulas take floats, exact numbers and trees."""
-    yield "products_of_inertia_sign", tensor * OTHER_PRODUCTS
-    yield "products_of_inertia_missing", tensor * EYE
-    orders = [list(order) for order in permutations(range(3))]
-    for order in orders[1:]:
-        yield "components_permuted", tensor[order, :][:, order]
-    if tensor.dtype == float:
-        moments = np.linalg.eigvalsh(tensor)
-        yield from (("other_frame", np.diag(moments[order])) for order in orders)
-    if asked.document is not None and asked.report is not None:
-        tidy = asked.document.arithmetic.tidy
-        yield from ((code, tidy(each)) for code, each in _of_document(asked, asked.document, tensor))
-
-
-def _of_document(asked: Asked, document: Document, tensor: Array) -> Mistaken:
-    """The tensor along the axes of the document or turned the wrong way, and Steiner's theorem misused."""
-    if document.frame is not None:
-        axes = document.physical.axes
-        yield "other_frame", rotate(tensor, axes)
-        yield "other_frame", rotate(tensor, axes @ axes)
-    results = {} if asked.report is None else asked.report.tree()
-    needed = [results.get(name) for name in ("mass", "center_of_mass", "about", "tensor", "tensor_com")]
-    if all(each is not None for each in needed):
-        mass, com, about, here, central = map(np.asarray, needed)
-        term = mass * point_tensor(about - com)
-        about_com = asked.path[-1:] == ("tensor_com",)
-        yield "parallel_axis_missing", here if about_com else central
-        yield "parallel_axis_sign", here + term if about_com else central - term

@@ -15,7 +15,7 @@ from typing import ClassVar
 import numpy as np
 
 from rigidcli.check.base import Asked, Finding, Kind, Outcome, Reading, Tree, Unreadable
-from rigidcli.check.kinds.number import shared_factor
+from rigidcli.check.mistakes import shared_factor
 from rigidcli.check.numbers import margin
 from rigidcli.check.tables import SECOND, TIME, Column, read_table, table_text, tabulated
 from rigidcli.core.arithmetic import Floats, Mask

@@ -12,7 +12,7 @@ import io
 import re
 from collections.abc import Iterable, Sequence
 from contextlib import suppress
-from dataclasses import dataclass
+from typing import NamedTuple
 
 from rigidcli.check.files import listed, noted
 from rigidcli.check.records import Judgement
@@ -35,59 +35,31 @@ _ASSIGNMENT = re.compile(r"(.*?)(?:\s*\(([0-9]+)\))?", re.DOTALL)
 """The name of an assignment: its title, and the number that Canvas knows it by."""
 
 
-@dataclass(frozen=True, slots=True)
-class Filled:
+class Filled(NamedTuple):
     """The gradebook with the scores in it, and what the instructor should know."""
 
     text: str
     notes: tuple[str, ...]
 
 
-@dataclass(frozen=True, slots=True)
-class _Book:
-    """The rows of a gradebook, the first with the names of its columns; `worth` has the points."""
-
-    mark: str
-    rows: list[list[str]]
-    worth: list[str]
-
-    @property
-    def names(self) -> list[str]:
-        """The names of the columns."""
-        return [cell.strip() for cell in self.rows[0]]
-
-    def put(self, row: list[str], place: int, score: float) -> None:
-        """Put a score into a row, with a decimal comma where other numbers have one."""
-        text = f"{score:.12g}"
-        if any(re.fullmatch(r"[0-9]+,[0-9]+", cell.strip()) for cell in self.worth):
-            text = text.replace(".", ",")
-        row += [""] * (place + 1 - len(row))
-        row[place] = text
-
-    def written(self, like: str) -> str:
-        """The text of the gradebook, whose lines end like those of another text."""
-        end = next((end for end in ("\r\n", "\n") if end in like), "\r")
-        target = io.StringIO(newline="")
-        csv.writer(target, delimiter=self.mark, lineterminator=end).writerows(self.rows)
-        return target.getvalue() if like.endswith(end) else target.getvalue().removesuffix(end)
-
-
 def fill(text: str, judgements: Iterable[Judgement], column: str) -> Filled:
     """Put the scores into the column of an assignment, which is named by its title, its number, or both.
 
-    Students are known by the names of their answer files. All other cells stay as they are, and so does that
+    The names of answer files say whose they are. All other cells stay as they are, and so does that
     of a student of whom an answer waits for a person.
     Raises UsageError where the column is not there, or not the only one of its name.
     """
     # First the gradebook: nobody waits for judgements that it has no place for.
     start = "\ufeff" if text.startswith("\ufeff") else ""
-    book = _book(text.removeprefix(start))
-    place = _place(book, column)
+    mark, rows = _rows(text.removeprefix(start))
+    worth = next((row for row in rows if POINTS in _value(row, 0)), [])
+    place = _place(rows[0], worth, column)
     judgements = tuple(judgements)
-    files, notes = Roster(_students(book)).match([each.student for each in judgements])
+    files, notes = Roster(_students(rows, worth)).match([each.student for each in judgements])
+    has_commas = any(re.fullmatch(r"[0-9]+,[0-9]+", cell.strip()) for cell in worth)
     kept, waiting, replaced = list[str](), list[str](), 0
     for student, file in files.items():
-        row, judgement = book.rows[student], judgements[file]
+        row, judgement = rows[student], judgements[file]
         stands = _value(row, place)
         if stands.upper() in KEPT:
             kept.append(judgement.student)
@@ -96,28 +68,37 @@ def fill(text: str, judgements: Iterable[Judgement], column: str) -> Filled:
         else:
             score = judgement.score_to(2)  # as Canvas rounds points
             replaced += bool(stands) and points_in(stands) != score
-            book.put(row, place, score)
+            row += [""] * (place + 1 - len(row))
+            row[place] = f"{score:.12g}".replace(".", "," if has_commas else ".")
     notes += noted("an answer waits for a person to judge, and the cell left as it was", waiting)
     notes += noted("excused, or without this assignment, and left so", kept)
     if replaced:
         notes.append(f"scores that stood in the column and are replaced: {replaced}")
-    most = points_in(_value(book.worth, place))
+    most = points_in(_value(worth, place))
     if judgements and most is not None and most != judgements[0].max_score:
         whole = points(judgements[0].max_score)
         notes.append(f"the column is worth {points(most)} points, the assignment {whole}")
-    return Filled(start + book.written(text), tuple(notes))
+    return Filled(start + _written(rows, mark, like=text), tuple(notes))
 
 
-def _book(text: str) -> _Book:
-    """The gradebook of a file, whichever mark separates its cells. Raises UsageError."""
+def _rows(text: str) -> tuple[str, list[list[str]]]:
+    """What separates the cells of a gradebook, and its rows. Raises UsageError."""
     for mark in ",;":
         with suppress(csv.Error, IndexError):
             rows = list(csv.reader(io.StringIO(text, newline=""), delimiter=mark))
-            book = _Book(mark, rows, next((row for row in rows if POINTS in _value(row, 0)), []))
-            if "ID" in book.names and {"Student", "LastName"} & set(book.names):
-                return book
+            names = {cell.strip() for cell in rows[0]}
+            if "ID" in names and names & {"Student", "LastName"}:
+                return mark, rows
     hint = "it begins with the columns `Student` and `ID`"
     raise UsageError("this is not a gradebook that Canvas has exported", hint=hint)
+
+
+def _written(rows: Sequence[Sequence[str]], mark: str, like: str) -> str:
+    """The text of a gradebook, whose lines end like those of another text."""
+    end = next((end for end in ("\r\n", "\n") if end in like), "\r")
+    target = io.StringIO(newline="")
+    csv.writer(target, delimiter=mark, lineterminator=end).writerows(rows)
+    return target.getvalue() if like.endswith(end) else target.getvalue().removesuffix(end)
 
 
 def _value(row: Sequence[str], place: int) -> str:
@@ -125,37 +106,37 @@ def _value(row: Sequence[str], place: int) -> str:
     return row[place].strip() if place < len(row) else ""
 
 
-def _students(book: _Book) -> dict[int, dict[str, str]]:
+def _students(rows: Sequence[Sequence[str]], worth: Sequence[str]) -> dict[int, dict[str, str]]:
     """What the gradebook says of each student, by the number of the row."""
-    about = {place: name for place, name in enumerate(book.names) if name in (*NAMES, *LOGINS)}
-    students = {}
-    for number, row in enumerate(book.rows[1:], 1):
-        cells = {name: _value(row, place) for place, name in about.items()}
-        if row is not book.worth and any(cells.values()):
-            students[number] = cells
-    return students
-
-
-def _place(book: _Book, wanted: str) -> int:
-    """The place of the column of an assignment. Raises UsageError."""
-    last = max(place for place, name in enumerate(book.names) if name in ABOUT_STUDENTS)
-    fixed = {place for place, cell in enumerate(book.worth) if "read only" in cell}
-    known = {
-        place: name
-        for place, name in enumerate(book.names)
-        if place > last and place not in fixed and name and not TOTALS.search(name)
+    about = {place: name for place, cell in enumerate(rows[0]) if (name := cell.strip()) in (*NAMES, *LOGINS)}
+    students = {
+        number: {name: _value(row, place) for place, name in about.items()}
+        for number, row in enumerate(rows)
+        if number and row is not worth
     }
-    parts = {place: _ASSIGNMENT.fullmatch(name) for place, name in known.items()}
+    return {number: cells for number, cells in students.items() if any(cells.values())}
+
+
+def _place(head: Sequence[str], worth: Sequence[str], wanted: str) -> int:
+    """The place of the column of an assignment. Raises UsageError."""
+    names = [cell.strip() for cell in head]
+    last = max(place for place, name in enumerate(names) if name in ABOUT_STUDENTS)
+    titles = {
+        place: name
+        for place, name in enumerate(names)
+        if place > last and name and "read only" not in _value(worth, place) and not TOTALS.search(name)
+    }
+    parts = {place: _ASSIGNMENT.fullmatch(name) for place, name in titles.items()}
     for part in (0, 1, 2):
-        found = [place for place, name in parts.items() if name and _folded(name[part]) == _folded(wanted)]
-        if len(found) == 1:
-            return found[0]
-        if found:
-            hint = f"say which by its number: {listed([known[place] for place in found])}"
-            raise UsageError(f"the gradebook has {len(found)} columns {shown(wanted)}", hint=hint)
-    near = nearest(wanted, [*known.values(), *(name[1] for name in parts.values() if name)])
+        places = [place for place, name in parts.items() if name and _folded(name[part]) == _folded(wanted)]
+        if len(places) == 1:
+            return places[0]
+        if places:
+            hint = f"say which by its number: {listed([titles[place] for place in places])}"
+            raise UsageError(f"the gradebook has {len(places)} columns {shown(wanted)}", hint=hint)
+    near = nearest(wanted, [*titles.values(), *(name[1] for name in parts.values() if name)])
     meant = f"did you mean {shown(near)}? " if near else ""
-    hint = f"{meant}its assignments are {listed(list(known.values()))}" if known else "it has no assignment"
+    hint = f"{meant}its assignments are {listed(list(titles.values()))}" if titles else "it has no assignment"
     raise UsageError(f"the gradebook has no column {shown(wanted)}", hint=hint)
 
 

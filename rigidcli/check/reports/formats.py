@@ -14,18 +14,22 @@ import orjson
 
 from rigidcli.check import Feedback
 from rigidcli.check.base import Verdict
-from rigidcli.check.records import Judgement, Reported, Student, reported
+from rigidcli.check.records import Judged, Judgement, reported, sentence
 from rigidcli.check.reports import Style
 from rigidcli.check.reports.table import points, table
 from rigidcli.errors import printable
 
-Students: TypeAlias = Iterable[Student]
+Students: TypeAlias = Iterable[Judgement]
+"""Hand-ins as the level of feedback allows to show them."""
 
 Cell: TypeAlias = str | float | bool | tuple[str, ...] | None
 """A cell of csv: a text, a number, a truth, several words, or nothing."""
 
 HEADER = ("student", "question", "verdict", "score", "max_score", "codes", "message", "source")
 """The columns of csv."""
+
+FIELDS = ("id", "title", "answer", "read_as", "verdict", "score", "max_score")
+"""What json says of a question, besides the feedback."""
 
 # Where semicolons separate cells, as they do in much of Europe, one within a text begins a new cell.
 _FORMULA = re.compile(r'(^|;)([\s"]*)(?=[=+\-@＝＋－＠﹦﹢﹣﹫])')
@@ -68,21 +72,30 @@ def json_line(entry: object) -> str:
 def _csv(students: Students, style: Style) -> Iterator[str]:
     """A row for each question."""
     rows = (
-        (student.student, *_judged(question), student.source)
+        (
+            *(student.student, question.id, question.verdict, question.score, question.max_score),
+            *(question.codes, "; ".join(question.sentences), student.source),
+        )
         for student in students
         for question in student.questions
     )
     return csv_rows(HEADER, rows, style)
 
 
-def _judged(question: Reported) -> tuple[Cell, ...]:
-    message = question.message.replace("\n", "; ")
-    return question.id, question.verdict, question.score, question.max_score, question.codes, message
-
-
 def _json(students: Students, style: Style) -> Iterator[str]:
     """The contract `rigidcli.check/1`: a line for each answer file."""
-    yield from map(json_line, students)
+    for student in students:
+        line: dict[str, object] = {"schema": "rigidcli.check/1"}
+        line |= {name: getattr(student, name) for name in ("student", "source", "score", "max_score")}
+        line["questions"] = [
+            {name: getattr(question, name) for name in FIELDS} | {"feedback": _feedback(question)}
+            for question in student.questions
+        ]
+        yield json_line(line)
+
+
+def _feedback(question: Judged) -> list[dict[str, str]]:
+    return [{"code": finding.code, "message": sentence(finding)} for finding in question.findings]
 
 
 def _gradescope(students: Students, style: Style) -> Iterator[str]:
@@ -117,14 +130,14 @@ def _gradescope(students: Students, style: Style) -> Iterator[str]:
         )
 
 
-def _output(question: Reported) -> str:
+def _output(question: Judged) -> str:
     """What a student reads of a question."""
     lines = {"": question.title, "your answer: ": question.answer, "read as: ": question.reading}
-    known = [f"{head}{text}" for head, text in lines.items() if text]
-    return "\n".join(filter(None, [_earned(question), *known, question.message]))
+    given = [f"{head}{text}" for head, text in lines.items() if text]
+    return "\n".join(filter(None, [_earned(question), *given, question.message]))
 
 
-def _earned(question: Reported) -> str:
+def _earned(question: Judged) -> str:
     """The verdict, and the points that the answer earns."""
     if question.verdict == "review":
         return "review (no points yet)"
@@ -149,11 +162,11 @@ def _junit(students: Students, style: Style) -> Iterator[str]:
     yield "</testsuites>\n"
 
 
-def _result(question: Reported, *, silent: bool) -> ET.Element:
+def _result(question: Judged, *, silent: bool) -> ET.Element:
     """The verdict and the reasons of an answer that is not right."""
     element = ET.Element(ELEMENTS[question.verdict])
     if not silent:
-        reasons = question.message.replace("\n", "; ")
+        reasons = "; ".join(question.sentences)
         element.set("message", f"{_earned(question)}: {reasons}" if reasons else _earned(question))
         element.text = question.message
     return element

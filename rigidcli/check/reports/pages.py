@@ -14,7 +14,7 @@ from pathlib import Path
 from statistics import fmean
 from urllib.parse import quote
 
-from rigidcli.check.records import Judgement, Reported, Student, reported
+from rigidcli.check.records import Judged, Judgement, reported
 from rigidcli.check.reports import Style
 from rigidcli.check.reports.table import LONGEST_ANSWER, as_one, mean_of, points, score, share, urgent
 from rigidcli.errors import ExpressionError, printable, shortened
@@ -98,7 +98,7 @@ def _list(entries: Iterable[str]) -> str:
 # --- a student
 
 
-def _answers(student: Student, solutions: Mapping[str, str]) -> Iterator[str]:
+def _answers(student: Judgement, solutions: Mapping[str, str]) -> Iterator[str]:
     """Each question with its title, the answer as typed and as read, its verdict, and what is said of it."""
     for question in as_one(student):
         yield f'<section class="answer {question.verdict}">\n<h3>{own(question.id)}'
@@ -109,8 +109,8 @@ def _answers(student: Student, solutions: Mapping[str, str]) -> Iterator[str]:
             yield f"<p>Your answer: <code>{own(question.answer)}</code></p>\n"
         if question.read_as:
             yield f"<p>Read as: {typeset(question.read_as)}</p>\n"
-        if question.feedback:
-            yield _list(own(remark.message) for remark in question.feedback)
+        if question.findings:
+            yield _list(map(own, question.sentences))
         yield solutions.get(question.id, "")
         yield "</section>\n"
 
@@ -183,12 +183,12 @@ def _class(
             yield "</details>\n"
 
 
-def _asked(student: Student, link: str, question: Reported) -> str:
+def _asked(student: Judgement, link: str, question: Judged) -> str:
     """An answer that a person must look at, and what is said of it."""
     who = f'<a href="{link}">{own(student.student)}</a>, {own(question.id)}: {question.verdict}'
     answer = shortened(question.answer, LONGEST_ANSWER)
     typed = [f"<code>{own(answer)}</code>"] if answer else []
-    return "<br>".join([who, *typed, *(own(remark.message) for remark in question.feedback)])
+    return "<br>".join([who, *typed, *map(own, question.sentences)])
 
 
 def _scores(judged: Sequence[Judgement], links: Sequence[str]) -> Iterator[str]:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator
 from typing import Any, NamedTuple, TypeAlias
 
 import orjson
@@ -31,20 +31,6 @@ Run: TypeAlias = dict[tuple[str, str], Mark]
 """Marks by student and question."""
 
 
-class Change(NamedTuple):
-    """A question whose mark has changed: None where there is, or was, none."""
-
-    student: str
-    question: str
-    old: Mark | None
-    new: Mark | None
-
-    @property
-    def waits(self) -> bool:
-        """Whether the answer has come to wait for a person."""
-        return self.new is not None and self.new.verdict == "review"
-
-
 def read(path: str | os.PathLike[str]) -> Run:
     """The run that was written to a file with `-f json`. Raises DocumentError."""
     text, source = read_text(path)
@@ -64,26 +50,28 @@ def read(path: str | os.PathLike[str]) -> Run:
     return run
 
 
-def changes(old: Run, judgements: Iterable[Judgement]) -> list[Change]:
-    """What has changed: the students of the new run first, then those who are gone."""
+def table(old: Run, judgements: Iterable[Judgement], style: Style) -> Iterator[str]:
+    """A line for each mark that differs, what waits for a person first, and below how many there are.
+
+    Students of the new run come before those who are gone.
+    """
     new = {
         (printable(each.student), printable(question.id)): Mark(
-            question.verdict, float(question.score), float(question.max_score)
+            question.verdict, question.score, question.max_score
         )
         for each in judgements
         for question in each.questions
     }
-    both = (Change(*place, old.get(place), new.get(place)) for place in new | old)
-    return [change for change in both if change.old != change.new]
-
-
-def table(found: Sequence[Change], style: Style) -> Iterator[str]:
-    """A line for each change, those first that wait for a person, and below how many there are."""
+    changed = [place for place in new | old if old.get(place) != new.get(place)]
+    waiting = [place for place in changed if place in new and new[place].verdict == "review"]
     rows = [
-        Row(((each.student, "bold"), (each.question, "")), f"{each.old or 'none'} -> {each.new or 'none'}")
-        for each in sorted(found, key=lambda change: not change.waits)
+        Row(
+            ((student, "bold"), (question, "")),
+            f"{old.get((student, question), 'none')} -> {new.get((student, question), 'none')}",
+        )
+        for student, question in sorted(changed, key=lambda place: place not in waiting)
     ]
     yield block([], rows, style)
-    counts = {"waiting for a person": sum(each.waits for each in found), "questions changed": len(found)}
+    counts = {"waiting for a person": len(waiting), "questions changed": len(changed)}
     words = ", ".join(f"{name}: {count}" for name, count in counts.items() if count)
     yield block([(words or "nothing has changed", "")], [], style)

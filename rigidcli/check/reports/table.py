@@ -8,7 +8,7 @@ from dataclasses import replace
 from statistics import fmean
 
 from rigidcli.check.base import VERDICTS, Verdict
-from rigidcli.check.records import Reported, Student
+from rigidcli.check.records import Judged, Judgement
 from rigidcli.check.reports import Style
 from rigidcli.errors import shortened
 from rigidcli.render.terminal import Page, Part, Row
@@ -35,14 +35,14 @@ SHARED = ("review", "invalid", "missing")
 _VERDICT = max(map(len, VERDICTS))
 
 
-def table(students: Iterable[Student], style: Style) -> Iterator[str]:
+def table(students: Iterable[Judgement], style: Style) -> Iterator[str]:
     """A block for each student, and where there are several, a summary and all that needs a person.
 
     What needs a person is read first. A file or pipe has it at the top, and so begins when all is judged. A
     terminal shows each student at once; its last lines are seen first, and there it stands above the summary.
     """
     at_once = style.width is not None
-    seen: list[Student] = []
+    seen: list[Judgement] = []
     for student in students:
         seen.append(student)
         if at_once:
@@ -57,9 +57,9 @@ def table(students: Iterable[Student], style: Style) -> Iterator[str]:
         yield f"\n{text}" if at_once else text
 
 
-def _block(student: Student, style: Style) -> str:
+def _block(student: Judgement, style: Style) -> str:
     """A student, the questions that are not right, and those with a remark."""
-    shown = [q for q in as_one(student) if q.verdict != "correct" or q.feedback]
+    shown = [q for q in as_one(student) if q.verdict != "correct" or q.findings]
     widest = max((len(score(question)) for question in shown), default=0)
     rows = [
         Row(
@@ -73,7 +73,7 @@ def _block(student: Student, style: Style) -> str:
     return block(((student.student, "bold"), (earned, "")), rows, style)
 
 
-def _answer(question: Reported, style: Style) -> str:
+def _answer(question: Judged, style: Style) -> str:
     """The answer as it was typed, and how it was read where that says more."""
     if not question.answer or not style.feedback.reasons:
         return ""
@@ -81,22 +81,22 @@ def _answer(question: Reported, style: Style) -> str:
     return f"`{typed}`" + (f", read as `{read_as}`" if read_as else "")
 
 
-def as_one(student: Student) -> Sequence[Reported]:
+def as_one(student: Judgement) -> Sequence[Judged]:
     """The questions, or one for all of them where they have the same remarks, no answer and no points."""
-    first, said = student.questions[0], {(each.verdict, each.feedback) for each in student.questions}
+    first, said = student.questions[0], {(each.verdict, each.findings) for each in student.questions}
     answered = any(question.answer for question in student.questions)
     if len(student.questions) == 1 or len(said) > 1 or first.verdict not in SHARED or answered:
         return student.questions
     return [replace(first, id="every question", title="", max_score=student.max_score)]
 
 
-def urgent(students: Sequence[Student]) -> list[tuple[int, Reported]]:
+def urgent(students: Sequence[Judgement]) -> list[tuple[int, Judged]]:
     """The answers that a person must look at, with the places of their students: first what is not judged."""
     hands = ((place, question) for place, student in enumerate(students) for question in as_one(student))
     return sorted((hand for hand in hands if hand[1].is_urgent), key=lambda hand: hand[1].verdict != "review")
 
 
-def _urgent(students: Sequence[Student], style: Style) -> str:
+def _urgent(students: Sequence[Judgement], style: Style) -> str:
     """The answers that a person must look at, if there are any."""
     rows = [
         Row(
@@ -111,7 +111,7 @@ def _urgent(students: Sequence[Student], style: Style) -> str:
     return block(((f"{count}: not judged, or not readable", COLOURS["review"]),), rows, style)
 
 
-def _summary(students: Sequence[Student], style: Style) -> str:
+def _summary(students: Sequence[Judgement], style: Style) -> str:
     """The mean, and of each question the share of right answers and the number with each verdict."""
     counts = defaultdict[str, Counter[Verdict]](Counter)
     for student in students:
@@ -124,7 +124,7 @@ def _summary(students: Sequence[Student], style: Style) -> str:
     return block(((mean_of(students), ""),), rows, style)
 
 
-def mean_of(students: Sequence[Student]) -> str:
+def mean_of(students: Sequence[Judgement]) -> str:
     """How many students there are, and their mean."""
     mean, most = fmean(student.score for student in students), students[-1].max_score
     count = "1 student" if len(students) == 1 else f"{len(students)} students"
@@ -160,6 +160,6 @@ def share(part: float, most: float) -> str:
     return f" ({part / most:.0%})" if most else ""
 
 
-def score(earned: Student | Reported) -> str:
+def score(earned: Judgement | Judged) -> str:
     """The points that are earned, of those that could be."""
     return f"{points(earned.score)}/{points(earned.max_score)}"
