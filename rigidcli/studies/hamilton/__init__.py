@@ -94,7 +94,8 @@ def run(
     if steps:
         from rigidcli.studies.hamilton.steps import hamilton_steps
 
-        working += hamilton_steps(found, fields, tables)
+        written = hamilton_steps(found, fields, tables)
+        working += [replace(step, fields=tuple(as_typed(step.fields, document))) for step in written]
     pictures: tuple[Picture, ...] = ()
     if picture is not None:
         pictures = drawn("hamilton", picture, replace(found, fields=fields))
