@@ -1,11 +1,10 @@
-"""Changes of variables in phase space: are they canonical, where, and what becomes of H?
+"""Changes of variables in phase space: whether they are canonical, where, and the way back.
 
 A change is canonical if and only if the fundamental Poisson brackets stay what they are,
 {Q_i, Q_j} = {P_i, P_j} = 0 and {Q_i, P_j} = delta_ij. Where the old variables are given as functions of the
 new ones, the same is asked the other way round, of the brackets of the old ones by the new ones: one follows
-from the other. Where the change holds the time, the new Hamiltonian is K = H + R, with a function R that
-makes the new variables move at fixed old ones. Source: H. Goldstein, C. Poole, J. Safko, Classical
-Mechanics, 3rd edition, sections 9.1, 9.4 and 9.5.
+from the other. Source: H. Goldstein, C. Poole, J. Safko, Classical Mechanics, 3rd edition, sections 9.4 and
+9.5.
 
 The way back is found on the branch that holds at a point: where roots are taken, or an angle is given by its
 tangent, it may be otherwise elsewhere. A matrix M of derivatives of a canonical change is symplectic, so that
@@ -28,13 +27,11 @@ from rigidcli.algebra.atoms import Applied, Atom, Group
 from rigidcli.algebra.calculus import derivative
 from rigidcli.algebra.expressions import ONE, ZERO, Expr, power, symbol, total
 from rigidcli.algebra.functions import apply
-from rigidcli.algebra.integration import antiderivative
 from rigidcli.algebra.roots import Rational
-from rigidcli.algebra.simplification import tidy
 from rigidcli.algebra.substitution import rebuilt, substitute, with_powers
 from rigidcli.algebra.values import is_zero
 from rigidcli.errors import ComputationError, ExpressionError
-from rigidcli.mechanics.hamilton_equations import TIME, Phase, bracket, linear
+from rigidcli.mechanics.hamilton_equations import Phase, bracket, linear
 from rigidcli.mechanics.undoing import solutions
 
 
@@ -47,27 +44,6 @@ def expected(a: str, b: str, pairs: Phase) -> Expr:
     """What the bracket of two variables is, if they are canonical."""
     conjugate = b in pairs.momenta and a in pairs.coordinates
     return ONE if conjugate and pairs.coordinates.index(a) == pairs.momenta.index(b) else ZERO
-
-
-def wrong_brackets(found: Mapping[tuple[str, str], Expr], pairs: Phase) -> Sequence[tuple[str, str]]:
-    """The pairs whose bracket is not what a canonical change has."""
-    return [(a, b) for (a, b), value in found.items() if not is_zero(value - expected(a, b, pairs))]
-
-
-def added_by_forces(
-    forces: Sequence[Expr], old: Mapping[str, Expr], phase: Phase, new: Phase
-) -> Sequence[Expr]:
-    """What generalized forces on the `old` variables add to the equations of the new ones (2n).
-
-    With canonical variables dQ/dp = -dq/dP and dP/dp = dq/dQ, so that F_i adds -F_i dq_i/dP_j to the rate of
-    Q_j, and F_i dq_i/dQ_j to that of P_j.
-    """
-    there = [(substitute(f, old), old[q]) for f, q in zip(forces, phase.coordinates, strict=True)]
-
-    def along(name: str) -> Expr:
-        return tidy(total(f * derivative(q, name) for f, q in there))
-
-    return [*(-along(name) for name in new.momenta), *(along(name) for name in new.coordinates)]
 
 
 def positive_names(expressions: Iterable[Expr], variables: Sequence[str]) -> tuple[str, ...] | None:
@@ -94,38 +70,6 @@ def positive_names(expressions: Iterable[Expr], variables: Sequence[str]) -> tup
         if vanish(fewer):
             needed = fewer
     return tuple(needed)
-
-
-def added_gradient(old: Mapping[str, Expr], old_phase: Phase, new: Phase) -> list[Expr]:
-    """The derivatives of R by the new variables (2n), for old variables as functions of these and the time.
-
-    The new variables Z move at fixed old ones as J dR/dZ. With z(Z, t) that is
-    dR/dZ_k = sum_i dq_i/dZ_k dp_i/dt - dp_i/dZ_k dq_i/dt.
-    """
-    pairs = [(old[q], old[p]) for q, p in zip(old_phase.coordinates, old_phase.momenta, strict=True)]
-    return [
-        tidy(
-            total(
-                derivative(q, name) * derivative(p, TIME) - derivative(p, name) * derivative(q, TIME)
-                for q, p in pairs
-            )
-        )
-        for name in new.names
-    ]
-
-
-def potential_of(gradient: Sequence[Expr], names: Sequence[str]) -> Expr | None:
-    """The function with this gradient by the names, but for a function of other names; None if not found."""
-    found = ZERO
-    for name, slope in reversed([*zip(names, gradient, strict=True)]):
-        part = antiderivative(tidy(slope - derivative(found, name)), name)
-        if part is None:
-            return None
-        found += part
-    is_right = all(
-        is_zero(slope - derivative(found, name)) for name, slope in zip(names, gradient, strict=True)
-    )
-    return found if is_right else None
 
 
 NEAR = 1e-6
