@@ -120,25 +120,20 @@ def _quadratic(
     energy = over_shared_sums(total(found[1]))
     forms = [energy - _cancelled(still, rest)]
     if any(linear):
-        forms += _expanded(energy, still, rest, [str(p) for p in P])
+        forms += _by_degrees(energy, still + rest, P)
     return Branch(tuple(found[0]), shortest(forms))
 
 
-def _expanded(energy: Expr, still: Expr, rest: Expr, names: Sequence[str]) -> list[Expr]:
+def _by_degrees(energy: Expr, rest: Expr, momenta: Sequence[Expr]) -> list[Expr]:
     """H by its degrees in the momenta: in a rotating frame the centrifugal potential cancels there."""
     with suppress(ExpressionError):
-        found = coefficients(energy, names)
+        found = coefficients(energy, list(map(str, momenta)))
         if found is not None and len(found) <= matrices.LARGEST**2:
-            degrees = [
-                total(
-                    product([e, *(symbol(name) ** n for name, n in zip(names, powers, strict=True))])
-                    for powers, e in found.items()
-                    if sum(powers) == degree
-                )
-                for degree in (2, 1, 0)
-            ]
-            above = tidy(degrees[0]) + tidy(degrees[1])
-            return [above + tidy(degrees[2] - rest) - still, above + tidy(degrees[2] - rest - still)]
+            parts: list[list[Expr]] = [[], [], []]
+            for powers, e in found.items():
+                parts[sum(powers)].append(product([e, *(p**n for p, n in zip(momenta, powers, strict=True))]))
+            free, linear, quadratic = map(total, parts)
+            return [tidy(quadratic) + tidy(linear) + tidy(free - rest)]
     return []
 
 

@@ -21,7 +21,7 @@ import numpy as np
 
 from rigidcli.algebra import matrices
 from rigidcli.algebra.atoms import Group, Symbol
-from rigidcli.algebra.expansion import coefficients, expand
+from rigidcli.algebra.expansion import coefficients
 from rigidcli.algebra.expressions import ONE, ZERO, Expr, gathered, total
 from rigidcli.algebra.matrices import Matrix
 from rigidcli.algebra.simplification import shortest, tidy
@@ -31,17 +31,8 @@ from rigidcli.mechanics.hamilton_equations import coefficient, has_degrees
 SHORT = 300
 """Characters of an H as a sum of squares beyond which the inverse matrix is tried, too: four lines."""
 
-LONG = 200
-"""Characters of an H beyond which the velocities of particles are tried as squares, which takes a second."""
-
-MOST_COUPLED = 6
-"""Velocities that all act on each other, beyond which the squares are too long in any case."""
-
 MOST_ROWS = 5
 """The most squares that are solved for their momenta: a load on a crane that moves in space has so many."""
-
-LONGEST_TO_TIDY = 2_000
-"""The longest key of a velocity that is made shorter: about ten lines of text."""
 
 LONGEST_KEYS = 20_000
 """The longest keys of the entries, taken together, that are worked out for a sum of squares: a few pages."""
@@ -70,7 +61,7 @@ def energy(
     definite = _is_definite(matrix, coordinates)
     inside = [(a, row) for a, row in typed if any(row)]
     found: list[Energy] = []
-    if len(momenta) > 2 and definite and min(sum(map(bool, row)) for row in matrix) <= MOST_COUPLED:
+    if len(momenta) > 2 and definite:
         form = _as_squares(matrix, momenta)
         found += [] if form is None else [form]
     if not found or len(str(found[0].hamiltonian)) > SHORT:
@@ -79,9 +70,8 @@ def energy(
         found = [*_by_inverse(matrices.inverse(matrix, most), matrix, momenta, fixed), *found]
     if not found:
         return None
-    forms = [*(form.hamiltonian for form in found), *_by_rows(inside, momenta)]
-    if len(str(shortest(forms))) > LONG and not inside:
-        forms += _by_rows([(a, row) for a, row in particles if any(row)], momenta)
+    squares = inside or [(a, row) for a, row in particles if any(row)]
+    forms = [*(form.hamiltonian for form in found), *_by_rows(squares, momenta)]
     return Energy(shortest(forms), found[0].velocities)
 
 
@@ -113,7 +103,7 @@ def _by_inverse(
 
     if len(momenta) == 2:
         # (M^-1)_ij/(M^-1)_ii = -M_ij/M_jj, and what is left when the square is complete is P_j^2/M_jj.
-        for j in reversed(pivots):
+        for j in pivots[-1:]:
             square = momenta[1 - j] - tidy(matrix[0][1] / matrix[j][j]) * momenta[j]
             whole = inverse[1 - j][1 - j] * HALF * square**2
             yield Energy(whole + tidy(HALF / matrix[j][j]) * momenta[j] ** 2, velocities)
@@ -161,8 +151,7 @@ def _as_squares(matrix: Matrix, momenta: Sequence[Expr]) -> Energy | None:
             slopes[j] = [a - factor * b for a, b in zip(slopes[j], slopes[k], strict=True)]
 
     def velocities() -> Sequence[Expr]:
-        found = [total(slope[j] * q / d for q, d, slope in done) for j in size]
-        return [v if len(v.key) > LONGEST_TO_TIDY else tidy(v) for v in found]
+        return [tidy(total(slope[j] * q / d for q, d, slope in done)) for j in size]
 
     return Energy(total(tidy(1 / d) / 2 * q**2 for q, d, _ in done), velocities)
 
@@ -177,22 +166,18 @@ def _by_rows(squares: Squares, momenta: Sequence[Expr]) -> Iterator[Expr]:
             for k, (factor, _) in enumerate(squares):
                 minors = (matrices.minor(rows, k, i) * (-1) ** (i + k) for i in range(size))
                 momentum = total(tidy(m / whole) * p for m, p in zip(minors, momenta, strict=True))
-                parts.setdefault(tidy(1 / (4 * factor)), []).append(momentum)
-            for change in (tidy, expand):
-                sums = [(factor, [change(e) ** 2 for e in own]) for factor, own in parts.items()]
-                yield total(shortest(_together(factor, own)) for factor, own in sums)
+                parts.setdefault(tidy(1 / (4 * factor)), []).append(tidy(momentum) ** 2)
+            # A factor stands in front of its squares, or at each of them.
+            yield total(
+                shortest([factor * tidy(total(own)), total(factor * e for e in own)])
+                for factor, own in parts.items()
+            )
     elif size == 2 and len(squares) > 2:
         above = tidy(total(a * tidy(_cross(row, momenta)) ** 2 for a, row in squares))
         pairs = combinations(squares, 2)
         below = tidy(total(4 * a * b * _cross(u, w) ** 2 for (a, u), (b, w) in pairs))
         if below:
             yield shortest([above / below, tidy(above / below)])
-
-
-def _together(factor: Expr, squares: Sequence[Expr]) -> list[Expr]:
-    """The same sum of squares in three forms: with the factor at each, in one bracket, and multiplied out."""
-    whole = total(squares)
-    return [factor * whole, factor * tidy(whole), total(factor * e for e in squares)]
 
 
 def _cross(u: Sequence[Expr], w: Sequence[Expr]) -> Expr:
