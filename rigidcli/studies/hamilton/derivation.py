@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from fractions import Fraction
@@ -31,7 +31,7 @@ from rigidcli.mechanics.lagrange_equations import (
     primary_constraints,
     rank,
 )
-from rigidcli.mechanics.legendre import NOTHING, Momenta, canonical_momenta, legendre_transform
+from rigidcli.mechanics.legendre import Momenta, canonical_momenta, legendre_transform
 from rigidcli.mechanics.velocity_inversion import Branch
 from rigidcli.studies.hamilton.system import SystemFunctions, known_values, system_functions
 from rigidcli.studies.hamilton.verification import MOST_RESIDUAL, is_short, residual_of
@@ -244,62 +244,47 @@ def _worked(given: _Given) -> Derivation:
     derivation = Derivation(Phase(system.coordinates, system.momenta), system.velocities, functions)
     if functions.lagrangian is None:
         return derivation
-    return _transformed(derivation, functions.lagrangian, given.values)
-
-
-def _transformed(derivation: Derivation, lagrangian: Expr, values: Mapping[str, Expr]) -> Derivation:
-    """The derivation with momenta and the branches that pass the check."""
-    phase, velocities = derivation.phase, derivation.velocity_names
-    momenta = canonical_momenta(lagrangian, velocities)
-    _require_regular(momenta, phase, velocities)
-    _require_regular_at(values, momenta)
-    branches, residual = _branches(derivation, lagrangian, momenta, values)
-    notes = list(_assumed(branches, values))
-    if not branches and momenta.are_linear(velocities):
-        notes.append("H is too long to be worked out in symbols; orbits solve for the velocities in numbers")
-    elif not branches:
-        notes.append("no closed form of the velocities in the momenta was found, so that H is not written")
-    elif not is_short(branches[0]):
-        notes.append("Hamilton's equations are too long to be worked out in symbols")
-    return replace(derivation, momenta=momenta, branches=branches, residual=residual, notes=tuple(notes))
+    momenta = canonical_momenta(functions.lagrangian, system.velocities)
+    _require_regular(momenta, derivation.phase, system.velocities)
+    _require_regular_at(given.values, momenta)
+    return _inverted(replace(derivation, momenta=momenta), given.values)
 
 
 def on_this_side(derivation: Derivation, values: Mapping[str, float]) -> Derivation:
-    """The same system with the form of its branches that holds for these values."""
+    """The same system with the form of its branches that holds for these values of all names."""
     if all(e.evaluate(**values) > 0 for branch in derivation.branches for e in branch.region):
         return derivation
+    return _inverted(derivation, {name: number(Fraction(value)) for name, value in values.items()})
+
+
+def _inverted(derivation: Derivation, values: Mapping[str, Expr]) -> Derivation:
+    """The derivation with the ways from momenta to velocities that pass the check, as they are for values."""
+    phase, velocities = derivation.phase, derivation.velocity_names
     lagrangian, momenta = derivation.system.lagrangian, derivation.momenta
     assert lagrangian is not None
     assert momenta is not None
-    notes = set(_assumed(derivation.branches, NOTHING))
-    exact = {name: number(Fraction(value)) for name, value in values.items()}
-    branches, residual = _branches(derivation, lagrangian, momenta, exact)
-    kept = tuple(note for note in derivation.notes if note not in notes)
-    return replace(derivation, branches=branches, residual=residual, notes=kept)
-
-
-def _assumed(branches: Sequence[Branch], values: Mapping[str, Expr]) -> Iterator[str]:
-    """A note on what the form of branches assumes of names without a value."""
-    for e in branches[0].region if branches else ():
-        if not e.names <= values.keys():
-            yield f"H is written for {e} > 0"
-
-
-def _branches(
-    derivation: Derivation, lagrangian: Expr, momenta: Momenta, values: Mapping[str, Expr]
-) -> tuple[tuple[Branch, ...], float | None]:
-    """The ways from momenta to velocities that pass the check, and the largest residual of it."""
-    phase, velocities = derivation.phase, derivation.velocity_names
-    good, residuals = [], []
+    branches, residuals = list[Branch](), list[float]()
     typed = squares(derivation.system.particles, phase.coordinates)
     for branch in legendre_transform(lagrangian, velocities, phase.momenta, values, momenta, typed):
         decided = [e.names for e in branch.region if e.names <= values.keys()]
         fixed = {name: values[name].evaluate() for names in decided for name in names}
         residual = residual_of(lagrangian, momenta, branch, phase, velocities, fixed)
         if residual is None or residual < MOST_RESIDUAL:
-            good.append(branch)
+            branches.append(branch)
             residuals += [] if residual is None else [residual]
-    return tuple(good), max(residuals, default=None)
+    notes = [
+        f"H is written for {e} > 0"
+        for e in (branches[0].region if branches else ())
+        if not e.names <= values.keys()
+    ]
+    if not branches and momenta.are_linear(velocities):
+        notes.append("H is too long to be worked out in symbols; orbits solve for the velocities in numbers")
+    elif not branches:
+        notes.append("no closed form of the velocities in the momenta was found, so that H is not written")
+    elif not is_short(branches[0]):
+        notes.append("Hamilton's equations are too long to be worked out in symbols")
+    worst = max(residuals, default=None)
+    return replace(derivation, branches=tuple(branches), residual=worst, notes=tuple(notes))
 
 
 def _require_regular(momenta: Momenta, phase: Phase, velocities: tuple[str, ...]) -> None:
