@@ -64,7 +64,7 @@ POINTS = 12
 """Random points at which gradients are compared: those of dependent functions are combinations at all."""
 
 DEPENDENT = 1e-6
-"""What a pseudo-inverse may leave of a gradient of length 1 that is a combination of others."""
+"""Singular values of gradients of length 1 below this are rounding: they are combinations of others."""
 
 
 def conserved_quantities(hamiltonian: Expr, phase: Phase, known: Sequence[Expr]) -> tuple[Expr, ...]:
@@ -197,10 +197,8 @@ def _is_new(e: Expr, known: Sequence[Expr], phase: Phase) -> bool:
     gradients: Floats = values.reshape(POINTS, len(known) + 1, -1)
     sizes = np.linalg.norm(gradients, axis=2, keepdims=True)
     units = gradients / np.where(sizes == 0, 1.0, sizes)
-    others, own = units[:, :-1], units[:, -1]
-    inside = np.linalg.pinv(others, rcond=DEPENDENT) @ others
-    left = own - np.einsum("pi,pij->pj", own, inside)
-    return bool((np.linalg.norm(left, axis=1) > DEPENDENT).any())
+    whole, others = (np.linalg.matrix_rank(rows, tol=DEPENDENT) for rows in (units, units[:, :-1]))
+    return bool((whole > others).any())
 
 
 def _primitive(e: Expr, phase: Phase) -> Expr:
