@@ -31,8 +31,14 @@ from rigidcli.mechanics.hamilton_equations import coefficient, has_degrees
 SHORT = 300
 """Characters of an H as a sum of squares beyond which the inverse matrix is tried, too: four lines."""
 
+MOST_COUPLED = 6
+"""Velocities that all act on each other, beyond which the squares are too long in any case."""
+
 MOST_ROWS = 5
 """The most squares that are solved for their momenta: a load on a crane that moves in space has so many."""
+
+LONGEST_TO_TIDY = 2_000
+"""The longest key of a velocity that is made shorter: about ten lines of text."""
 
 LONGEST_KEYS = 20_000
 """The longest keys of the entries, taken together, that are worked out for a sum of squares: a few pages."""
@@ -61,7 +67,7 @@ def energy(
     definite = _is_definite(matrix, coordinates)
     inside = [(a, row) for a, row in typed if any(row)]
     found: list[Energy] = []
-    if len(momenta) > 2 and definite:
+    if len(momenta) > 2 and definite and min(sum(map(bool, row)) for row in matrix) <= MOST_COUPLED:
         form = _as_squares(matrix, momenta)
         found += [] if form is None else [form]
     if not found or len(str(found[0].hamiltonian)) > SHORT:
@@ -151,7 +157,8 @@ def _as_squares(matrix: Matrix, momenta: Sequence[Expr]) -> Energy | None:
             slopes[j] = [a - factor * b for a, b in zip(slopes[j], slopes[k], strict=True)]
 
     def velocities() -> Sequence[Expr]:
-        return [tidy(total(slope[j] * q / d for q, d, slope in done)) for j in size]
+        found = [total(slope[j] * q / d for q, d, slope in done) for j in size]
+        return [v if len(v.key) > LONGEST_TO_TIDY else tidy(v) for v in found]
 
     return Energy(total(tidy(1 / d) / 2 * q**2 for q, d, _ in done), velocities)
 
