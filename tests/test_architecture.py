@@ -40,7 +40,7 @@ MOST_LINES = {
     "fields": 1796,  # a list without brackets in braces is one problem with its cure
     "check": 7573,
     "language": 2420,  # sums are printed in the order in which they are typed
-    "mechanics": 2812,  # H in new variables came here from `studies`
+    "mechanics": 2819,  # H in new variables came here from `studies`
     "reference": 634,  # the JSON Schema of files came here from `document`
     "render": 2778,  # rows that do not fit the one header of csv are refused
     "studies": 6379,  # the working shows brackets, vectors of modes, and the torque of the document
