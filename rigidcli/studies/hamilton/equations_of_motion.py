@@ -159,6 +159,6 @@ def terms(e: Expr) -> list[Expr]:
     return [Expr({monomial: factor}) for monomial, factor in e.ordered] or [e]
 
 
-def flow_of_terms(e: Expr, phase: Phase, parameters: Mapping[str, float]) -> Flow:
-    """The terms of a function on phase space as one flow."""
-    return code.function([to_tree(term) for term in terms(e)], [TIME, *phase.names], parameters)
+def values_of_terms(e: Expr, phase: Phase, parameters: Mapping[str, float]) -> Callable[..., Floats]:
+    """The terms (m by k) of a function on phase space at times (k) and states (k for each variable)."""
+    return columns(code.function([to_tree(term) for term in terms(e)], [TIME, *phase.names], parameters))
