@@ -6,10 +6,10 @@ new ones, the same is asked the other way round, of the brackets of the old ones
 from the other. Source: H. Goldstein, C. Poole, J. Safko, Classical Mechanics, 3rd edition, sections 9.4 and
 9.5.
 
-The way back is found on the branch that holds at a point: where roots are taken, or an angle is given by its
-tangent, it may be otherwise elsewhere. A matrix M of derivatives of a canonical change is symplectic, so that
-its inverse is -J M^T J: no equations are solved for what is linear. Source: V. I. Arnold, Mathematical
-Methods of Classical Mechanics, section 41.
+The way back is the one on the branch that holds at a point: where roots are taken, or an angle is given by
+its tangent, it may be another elsewhere. A matrix M of derivatives of a canonical change is symplectic, so
+that its inverse is -J M^T J: no equations are solved for what is linear. Source: V. I. Arnold,
+Mathematical Methods of Classical Mechanics, section 41.
 """
 
 from __future__ import annotations
@@ -49,7 +49,7 @@ def expected(a: str, b: str, pairs: Phase) -> Expr:
 def positive_names(expressions: Iterable[Expr], variables: Sequence[str]) -> tuple[str, ...] | None:
     """The names that must be positive for all the expressions to vanish; None if that is not enough.
 
-    Conditions on parameters are preferred to those on `variables`.
+    Conditions on parameters are preferred to conditions on `variables`.
     """
     left = [e for e in expressions if not is_zero(e)]
     if not left:
@@ -81,9 +81,9 @@ MOST_TRIALS = 60
 
 @dataclass(frozen=True, slots=True)
 class Branch:
-    """The signs of square roots of squares: those that they have where names have the values of `point`.
+    """The signs that square roots of squares have where names have the values of `point`.
 
-    Where the point does not tell, a root may have either sign.
+    Where a root has no value there, it may have either sign.
     """
 
     point: Mapping[str, float]
@@ -124,9 +124,9 @@ class Branch:
 
 
 def inverse(values: Mapping[str, Expr], new: Phase, old: Phase, branch: Branch) -> dict[str, Expr] | None:
-    """The `old` variables as functions of the `new` ones, whose `values` are canonical; None if not found.
+    """The `old` variables as functions of the `new` ones, which have canonical `values`; None if none follow.
 
-    The branch knows the values of the old variables and of the new ones at its point.
+    The point of the branch has values of the old variables and of the new ones.
     """
     with suppress(ExpressionError, ComputationError):
         parts = linear([values[name] for name in new.names], old.names)
@@ -173,7 +173,7 @@ def _of_point(values: Mapping[str, Expr], new: Phase, old: Phase, branch: Branch
 
 
 def _values(equation: Expr, unknown: str) -> Iterator[Expr]:
-    """The values of an unknown for which an equation may hold, as far as they are found."""
+    """The values of an unknown for which an equation may hold, as far as undoing leads to them."""
     with suppress(ExpressionError, ComputationError):
         yield from (value for value, _, _ in solutions(equation, unknown))
 
@@ -181,7 +181,7 @@ def _values(equation: Expr, unknown: str) -> Iterator[Expr]:
 def _solution(
     equations: Sequence[Expr], unknowns: Sequence[str], trials: Allowance, branch: Branch
 ) -> dict[str, Expr] | None:
-    """Values of the unknowns for which the equations (expressions that vanish) hold; None if not found.
+    """Values of the unknowns for which the equations (expressions that vanish) hold; None where none follow.
 
     One unknown is isolated in one equation and put into the others, the shortest first.
     """

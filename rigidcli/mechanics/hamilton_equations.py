@@ -39,7 +39,7 @@ class Phase:
 def equations(hamiltonian: Expr, phase: Phase, velocities: Sequence[Expr] | None = None) -> tuple[Expr, ...]:
     """Hamilton's equations: the derivatives by time of the coordinates, dH/dp, and of the momenta, -dH/dq.
 
-    Where the `velocities` are known as functions of the momenta, the shorter form of these is kept.
+    Where there are `velocities` as functions of the momenta, the shorter form of these is kept.
     """
     if velocities is None:
         velocities = [tidy(derivative(hamiltonian, name)) for name in phase.momenta]
@@ -55,7 +55,7 @@ def equations(hamiltonian: Expr, phase: Phase, velocities: Sequence[Expr] | None
 
 
 def _force(kinetic: Expr, potential: Expr, name: str, phase: Phase) -> Expr:
-    """-dH/dq, what comes from the terms of H with momenta and from the others each by itself.
+    """-dH/dq, with what comes from the terms of H with momenta apart from what comes from the others.
 
     Where something is left without momenta, as in a rotating frame, the two may cancel. Where both are
     divided by the same sum, they may be shorter together.
@@ -102,7 +102,7 @@ def coefficient(polynomial: Polynomial, size: int, *places: int) -> Expr:
 
 
 def has_degrees(polynomial: Polynomial | None, *degrees: int) -> TypeGuard[Polynomial]:
-    """Whether it is a polynomial, and each of its terms of one of these degrees."""
+    """Whether it is a polynomial, with terms of these degrees only."""
     return polynomial is not None and {sum(powers) for powers in polynomial} <= {*degrees}
 
 
@@ -135,7 +135,7 @@ class Particle:
 def kinetic(particles: Sequence[Particle], velocities: Mapping[str, str]) -> Expr:
     """T = sum m v^2/2 + I (d angle/dt)^2/2; `velocities` names that of each coordinate.
 
-    Each coefficient of a product of velocities is tidied by itself.
+    The coefficients of products of velocities are tidied one by one.
     """
     rates = _rates(velocities)
     parts: dict[tuple[int, int], list[Expr]] = {}

@@ -47,14 +47,14 @@ class NewHamiltonian:
 
 @dataclass(frozen=True, slots=True)
 class Change:
-    """A canonical change from `old` to `new` variables. `values` has those of one side, by the other side."""
+    """A canonical change from `old` to `new` variables. `values` has one side by the other."""
 
     values: Mapping[str, Expr]
     old: Phase
     new: Phase
 
     def hamiltonian(self, hamiltonian: Expr) -> NewHamiltonian | None:
-        """K for an H; None where the old variables, or R, are not found.
+        """K for an H; None where no way leads to the old variables, or to R.
 
         K is held to H for all variables, or for positive ones, as roots may have either sign.
         """
@@ -88,7 +88,7 @@ class Change:
         return [*turned, *(derivative(self.values[name], TIME) for name in self.new.coordinates)]
 
     def _branch(self, hamiltonian: Expr) -> Branch:
-        """A point at which all variables have values; those on the right-hand sides are positive."""
+        """A point at which all variables have values, positive ones on the right-hand sides."""
         exprs = (hamiltonian, *self.values.values())
         names = {name for e in exprs for name in e.names}.difference(self.values)
         for point in sample_points(sorted(names), {}):
@@ -130,7 +130,7 @@ def _added_slopes(old: Mapping[str, Expr], phase: Phase, new: Phase) -> list[Exp
 
 
 def _function_with(slopes: Sequence[Expr], names: Sequence[str]) -> Expr | None:
-    """The function with these derivatives by the names; None where it is not found.
+    """The function with these derivatives by the names; None where no integral is known.
 
     Products of roots may only join where what is under them is positive.
     """

@@ -164,7 +164,7 @@ def _as_squares(matrix: Matrix, momenta: Sequence[Expr]) -> Energy | None:
 
 
 def _by_rows(squares: Squares, momenta: Sequence[Expr]) -> Iterator[Expr]:
-    """H by the rows of the squares as they were typed, as far as these tell it."""
+    """H by the rows of the squares as they were typed, as far as these allow."""
     size, rows = len(momenta), [row for _, row in squares]
     if size == len(squares) <= MOST_ROWS and size > 1:
         whole = tidy(matrices.determinant(rows))

@@ -31,7 +31,7 @@ from rigidcli.algebra.expansion import MAX_STEPS, Polynomial, coefficients, expa
 from rigidcli.algebra.expressions import Expr, atomic, expr, factored, gathered, symbol, total
 from rigidcli.algebra.fractions import factors
 from rigidcli.algebra.functions import apply
-from rigidcli.algebra.simplification import shortest, tidy
+from rigidcli.algebra.simplification import tidy
 from rigidcli.algebra.substitution import mapped, rebuilt, substitute
 from rigidcli.algebra.values import sample_points
 from rigidcli.errors import ComputationError, ExpressionError
@@ -125,7 +125,7 @@ def _completed(found: Polynomial | None, size: int) -> _Square | None:
 
 
 def _value(matrix: matrices.Matrix, momenta: Sequence[Expr]) -> Expr:
-    """P.M.P, each momentum left whole."""
+    """P.M.P, in which a momentum is left whole."""
     pairs = combinations_with_replacement(range(len(momenta)), 2)
     return total(matrix[i][j] * (1 if i == j else 2) * momenta[i] * momenta[j] for i, j in pairs)
 
@@ -143,7 +143,7 @@ def _of_root(K: Expr, velocities: Sequence[str], momenta: Sequence[Expr]) -> lis
         return []
     a, shift, raised = square.rest, square.shift, _times(square.inverse, momenta)
     below = _value([[tidy(-a * entry) for entry in row] for row in square.inverse], momenta) + a
-    D = shortest([below, tidy(below)]) ** HALF
+    D = tidy(below) ** HALF
     if len(K.terms) == 1:
         ((monomial, number),) = K.terms.items()
         outside = gathered(number, {b: n for b, n in monomial if b.names.isdisjoint(velocities)})

@@ -130,7 +130,7 @@ _row = partial(told, "hamilton")
 
 
 def _expression(key: str, e: Expr | None) -> Field:
-    """An expression; people are not shown one that is not known, or fills more than a screen."""
+    """An expression; people are not shown one without a value, or one that fills more than a screen."""
     entry = if_known(_row(key, e, cells={key: ()}))
     return replace(entry, title="") if e is not None and _is_long(e) else entry
 

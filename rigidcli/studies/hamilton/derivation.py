@@ -41,7 +41,7 @@ from rigidcli.studies.hamilton.verification import MOST_RESIDUAL, is_short, resi
 class Derivation:
     """A system and what follows from it; `momenta` is None where only H is given, `branches` are checked.
 
-    `residual` is the largest difference at random points between Hamilton's equations and those of
+    `residual` is the largest difference at random points between Hamilton's equations and the equations of
     Euler and Lagrange, in units of their size; None where there is nothing to compare.
     """
 
@@ -60,7 +60,7 @@ class Derivation:
 
     @property
     def are_linear(self) -> bool:
-        """Whether the momenta are known as linear functions of the velocities."""
+        """Whether the momenta are linear functions of the velocities."""
         return self.momenta is not None and self.momenta.are_linear(self.velocity_names)
 
     @property
@@ -70,12 +70,12 @@ class Derivation:
 
     @property
     def is_short(self) -> bool:
-        """Whether H is known, and short enough to be worked with."""
+        """Whether there is an H, short enough to be worked with."""
         return self.hamiltonian is not None and (self.branch is None or is_short(self.branch))
 
     @cached_property
     def equations(self) -> tuple[Expr, ...] | None:
-        """The derivatives of coordinates and momenta by time; None if H is not known, or too long."""
+        """The derivatives of coordinates and momenta by time; None without an H, or if it is too long."""
         if self.hamiltonian is None or not self.is_short:
             return None
         solved = None if self.branch is None else self.branch.velocities
@@ -86,7 +86,7 @@ class Derivation:
 
     @cached_property
     def linear(self) -> tuple[list[list[Expr]], list[Expr]] | None:
-        """A and b where the equations are z' = A z + b; None where they are not, or not known."""
+        """A and b where the equations are z' = A z + b; None where they are not linear, or not written."""
         with suppress(ExpressionError):
             return None if self.equations is None else linear(self.equations, self.phase.names)
         return None
@@ -126,7 +126,7 @@ class Derivation:
 
     @cached_property
     def jumps(self) -> tuple[Expr, ...]:
-        """Functions of the variables whose sign stands in H, or in L if H is not known."""
+        """Functions of the variables whose sign stands in H, or in L where there is no H."""
         return steps(self.generator, {*self.phase.names, *self.velocity_names})
 
     @cached_property
@@ -144,7 +144,7 @@ class Derivation:
     def power(self) -> Expr:
         """dH/dt: the partial derivative of H, and that of -L, by the time, and the power of the forces.
 
-        It is a function of coordinates and momenta where H is known, and else of velocities, too.
+        It is a function of coordinates and momenta where there is an H, and else of velocities, too.
         """
         velocities = self.velocities or [symbol(name) for name in self.velocity_names]
         pairs = zip(self.forces_of(velocities), velocities, strict=True)
@@ -155,7 +155,7 @@ class Derivation:
 
     @property
     def energy_rate(self) -> Expr | None:
-        """dH/dt where H is known."""
+        """dH/dt where there is an H."""
         return tidy(self.power) if self.is_short else None
 
     @property
@@ -175,7 +175,7 @@ class Derivation:
 
     @cached_property
     def energy_excess(self) -> Expr | None:
-        """T + V - H as a function of coordinates and velocities; None where T and V are not known."""
+        """T + V - H as a function of coordinates and velocities; None without T and V."""
         system = self.system
         known = system.kinetic, system.potential, system.lagrangian
         if self.momenta is None or any(e is None for e in known):

@@ -1,4 +1,4 @@
-"""What is found of the system of a document: its derivation, and what the document asks for besides."""
+"""All that a document asks about its system: derivation, conserved quantities, orbit, modes."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True)
 class Found:
-    """What was found of the system of a document; None for what was not asked, or not searched for.
+    """The answers on the system of a document; None for what was not asked, or not searched for.
 
     The derivation is on the branch of the velocities that the orbit is on, if there is one.
     """

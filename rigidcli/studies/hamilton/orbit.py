@@ -28,11 +28,11 @@ LOOKS = 4097
 
 @dataclass(frozen=True, slots=True, eq=False)
 class OrbitSolution:
-    """An orbit at `times` (k): coordinates and momenta (k by n each) and H (k).
+    """An orbit at `times` (k): coordinates and momenta (both k by n) and H (k).
 
-    `drift` tells by how much H and the conserved quantities change, in units of the largest sum of the sizes
-    of their terms; where H changes by law, the integral of dH/dt is taken off. Those that are neither H nor
-    momenta are `invariants`. The `states` (k by 2 n) are those of the variables that were integrated.
+    `drift` is the change of H and of the conserved quantities, in units of the largest sum of the sizes of
+    their terms; where H changes by law, the integral of dH/dt is taken off. What is neither H nor a momentum
+    is one of the `invariants`. The `states` (k by 2 n) have the variables that were integrated.
     From `lost` on, if ever, a second orbit in other steps has nothing in common with this one.
     """
 
@@ -59,7 +59,7 @@ def solve_orbit(
     progress: Callable[[float], None] | None,
     starts: int = 1,
 ) -> OrbitSolution:
-    """The orbit that a document asks for, one of so many `starts`; the drift of `invariants` is told, too.
+    """The orbit that a document asks for, one of so many `starts`; with the drift of `invariants`, too.
 
     Raises ComputationError where the orbit ends early, or needs too many steps, or too much memory.
     """

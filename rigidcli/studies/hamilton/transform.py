@@ -26,7 +26,7 @@ class TransformedSystem:
     """New `names` (coordinates, then momenta), the fundamental brackets, and what `canonical` ones are.
 
     All holds under the `conditions`. H and its equations in the new variables are None where the change is
-    not canonical, or they are not found.
+    not canonical, or where no way leads to them.
     """
 
     names: tuple[str, ...]
