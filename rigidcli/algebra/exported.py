@@ -11,24 +11,32 @@ from rigidcli.algebra.trees import to_tree
 from rigidcli.errors import ExpressionError
 from rigidcli.language.evaluation import SIGNS, Operations, value
 from rigidcli.language.expression import Expression
-from rigidcli.language.formula import in_decimals
+from rigidcli.language.formula import Style
 from rigidcli.language.text import latex, text
 from rigidcli.language.tree import Node, UnknownFunction
 
 KEPT = 128
 """Texts that are kept: results of one system at many values of its parameters have the same ones."""
 
+PLAIN = Style()
+"""Expressions as the algebra orders them, with fractions."""
+
 
 class Exported(Terms):
     """A sum with its ways out. `expressions.Expr` adds the arithmetic."""
 
-    __slots__ = ("decimal",)
+    __slots__ = ("style",)
 
-    decimal: bool
-    """Whether it is written with decimals where its fractions have an end: 0.37 x."""
+    style: Style
+    """How it is written. Equal expressions may have different styles."""
+
+    @property
+    def decimal(self) -> bool:
+        """Whether it is written with decimals where its fractions have an end: 0.37 x."""
+        return self.style.decimal
 
     def __str__(self) -> str:
-        return _text(self, self.decimal)
+        return _text(self, self.style)
 
     __repr__ = __str__
 
@@ -37,12 +45,12 @@ class Exported(Terms):
 
     def tree(self, digits: int | None = None) -> Node:
         """The tree in which it is written, exact for any number of digits."""
-        return in_decimals(to_tree(self)) if self.decimal else to_tree(self)
+        return self.style.of(to_tree(self))
 
-    def in_decimals(self) -> Self:
-        """The same expression, written with decimals."""
+    def styled(self, style: Style) -> Self:
+        """The same expression, written in a style."""
         written = type(self)(self.terms)
-        written.decimal = True
+        written.style = style
         return written
 
     def __float__(self) -> float:
@@ -91,6 +99,6 @@ class Exported(Terms):
 
 
 @lru_cache(maxsize=KEPT)
-def _text(e: Exported, decimal: bool) -> str:
-    """The text of an expression; `decimal` tells apart equal ones that are written in two ways."""
+def _text(e: Exported, style: Style) -> str:
+    """The text of an expression; the style tells apart equal ones that are written in two ways."""
     return text(e.tree())

@@ -34,7 +34,7 @@ from rigidcli.algebra.atoms import (
     is_positive,
     key_of_atom,
 )
-from rigidcli.algebra.exported import Exported
+from rigidcli.algebra.exported import PLAIN, Exported
 from rigidcli.algebra.roots import Rational, bounded, content, magnitude, root, surd
 from rigidcli.errors import ExpressionError
 
@@ -71,7 +71,7 @@ class Expr(Exported):
         """`terms` is in canonical form already; use `number`, `symbol` and the operators to make one."""
         super().__init__(terms)
         self._factored: tuple[Rational, Monomial] | None = None
-        self.decimal = False
+        self.style = PLAIN
 
     def __eq__(self, other: object) -> bool:
         if isinstance(other, Expr):

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from decimal import Decimal
 from fractions import Fraction
 from typing import ClassVar
 
-from rigidcli.language.tree import Node, Number, Power, Product, Reciprocal, rebuilt
+from rigidcli.language.tree import Node, Number, Power, Product, Reciprocal, Sum, rebuilt
 
 
 @dataclass(frozen=True, slots=True)
@@ -34,22 +35,55 @@ def _rounded(node: Node, digits: int) -> Node:
     return rebuilt(node, lambda operand: _rounded(operand, digits))
 
 
+@dataclass(frozen=True, slots=True)
+class Style:
+    """How trees of exact arithmetic are written.
+
+    With `decimal`, fractions that end are decimals. A sum that stands first in a pair of `sums` is written as
+    the second, R + r as r + R. Where this has the other sign, that is done under even powers only:
+    (R - r)**2 is written (r - R)**2.
+    """
+
+    decimal: bool = False
+    sums: tuple[tuple[Sum, Sum], ...] = ()
+
+    def of(self, node: Node) -> Node:
+        """The tree as it is to be written."""
+        if self.sums:
+            node = _ordered(node, dict(self.sums))
+        return _in_decimals(node) if self.decimal else node
+
+
+def _ordered(node: Node, sums: Mapping[Sum, Sum]) -> Node:
+    match node:
+        case Power(Sum() as base, exponent) if is_even(exponent):
+            node = Power(sums.get(base, base), exponent)
+        case Sum(terms) if {*sums.get(node, node).terms} == {*terms}:
+            node = sums.get(node, node)
+    return rebuilt(node, lambda operand: _ordered(operand, sums))
+
+
+def is_even(exponent: Node) -> bool:
+    """Whether it is an even number."""
+    return isinstance(exponent, Number) and exponent.value % 2 == 0
+
+
 MOST_DIGITS = 15
 """The most digits of a coefficient: a float holds so many, and nobody types more."""
 
 
-def in_decimals(node: Node) -> Node:
+def _in_decimals(node: Node) -> Node:
     """A tree of exact arithmetic with decimals for its fractions, where these end: x/0.74 for 50 x/37.
 
     Halves, quarters and the like with numerator one stay fractions, and so do 2/3, 4/3, and exponents.
     """
     match node:
         case Power(base, exponent):
-            return Power(in_decimals(base), exponent)
+            return Power(_in_decimals(base), exponent)
         case Product(factors):
-            return _product([in_decimals(factor) for factor in factors])
+            return _product([_in_decimals(factor) for factor in factors])
         case _:
-            return rebuilt(node, in_decimals)
+            return rebuilt(node, _in_decimals)
 
 
 def _product(factors: list[Node]) -> Node:

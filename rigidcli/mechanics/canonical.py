@@ -1,16 +1,15 @@
-"""Changes of variables in phase space: are they canonical, where, and what becomes of H?
+"""Changes of variables in phase space: whether they are canonical, where, and the way back.
 
 A change is canonical if and only if the fundamental Poisson brackets stay what they are,
 {Q_i, Q_j} = {P_i, P_j} = 0 and {Q_i, P_j} = delta_ij. Where the old variables are given as functions of the
 new ones, the same is asked the other way round, of the brackets of the old ones by the new ones: one follows
-from the other. Where the change holds the time, the new Hamiltonian is K = H + R, with a function R that
-makes the new variables move at fixed old ones. Source: H. Goldstein, C. Poole, J. Safko, Classical
-Mechanics, 3rd edition, sections 9.1, 9.4 and 9.5.
+from the other. Source: H. Goldstein, C. Poole, J. Safko, Classical Mechanics, 3rd edition, sections 9.4 and
+9.5.
 
-The way back is found on the branch that holds at a point: where roots are taken, or an angle is given by its
-tangent, it may be otherwise elsewhere. A matrix M of derivatives of a canonical change is symplectic, so that
-its inverse is -J M^T J: no equations are solved for what is linear. Source: V. I. Arnold, Mathematical
-Methods of Classical Mechanics, section 41.
+The way back is the one on the branch that holds at a point: where roots are taken, or an angle is given by
+its tangent, it may be another elsewhere. A matrix M of derivatives of a canonical change is symplectic, so
+that its inverse is -J M^T J: no equations are solved for what is linear. Source: V. I. Arnold,
+Mathematical Methods of Classical Mechanics, section 41.
 """
 
 from __future__ import annotations
@@ -28,13 +27,11 @@ from rigidcli.algebra.atoms import Applied, Atom, Group
 from rigidcli.algebra.calculus import derivative
 from rigidcli.algebra.expressions import ONE, ZERO, Expr, power, symbol, total
 from rigidcli.algebra.functions import apply
-from rigidcli.algebra.integration import antiderivative
 from rigidcli.algebra.roots import Rational
-from rigidcli.algebra.simplification import tidy
 from rigidcli.algebra.substitution import rebuilt, substitute, with_powers
 from rigidcli.algebra.values import is_zero
 from rigidcli.errors import ComputationError, ExpressionError
-from rigidcli.mechanics.hamilton_equations import TIME, Phase, bracket, linear
+from rigidcli.mechanics.hamilton_equations import Phase, bracket, linear
 from rigidcli.mechanics.undoing import solutions
 
 
@@ -49,31 +46,10 @@ def expected(a: str, b: str, pairs: Phase) -> Expr:
     return ONE if conjugate and pairs.coordinates.index(a) == pairs.momenta.index(b) else ZERO
 
 
-def wrong_brackets(found: Mapping[tuple[str, str], Expr], pairs: Phase) -> Sequence[tuple[str, str]]:
-    """The pairs whose bracket is not what a canonical change has."""
-    return [(a, b) for (a, b), value in found.items() if not is_zero(value - expected(a, b, pairs))]
-
-
-def added_by_forces(
-    forces: Sequence[Expr], old: Mapping[str, Expr], phase: Phase, new: Phase
-) -> Sequence[Expr]:
-    """What generalized forces on the `old` variables add to the equations of the new ones (2n).
-
-    With canonical variables dQ/dp = -dq/dP and dP/dp = dq/dQ, so that F_i adds -F_i dq_i/dP_j to the rate of
-    Q_j, and F_i dq_i/dQ_j to that of P_j.
-    """
-    there = [(substitute(f, old), old[q]) for f, q in zip(forces, phase.coordinates, strict=True)]
-
-    def along(name: str) -> Expr:
-        return tidy(total(f * derivative(q, name) for f, q in there))
-
-    return [*(-along(name) for name in new.momenta), *(along(name) for name in new.coordinates)]
-
-
 def positive_names(expressions: Iterable[Expr], variables: Sequence[str]) -> tuple[str, ...] | None:
     """The names that must be positive for all the expressions to vanish; None if that is not enough.
 
-    Conditions on parameters are preferred to those on `variables`.
+    Conditions on parameters are preferred to conditions on `variables`.
     """
     left = [e for e in expressions if not is_zero(e)]
     if not left:
@@ -96,38 +72,6 @@ def positive_names(expressions: Iterable[Expr], variables: Sequence[str]) -> tup
     return tuple(needed)
 
 
-def added_gradient(old: Mapping[str, Expr], old_phase: Phase, new: Phase) -> list[Expr]:
-    """The derivatives of R by the new variables (2n), for old variables as functions of these and the time.
-
-    The new variables Z move at fixed old ones as J dR/dZ. With z(Z, t) that is
-    dR/dZ_k = sum_i dq_i/dZ_k dp_i/dt - dp_i/dZ_k dq_i/dt.
-    """
-    pairs = [(old[q], old[p]) for q, p in zip(old_phase.coordinates, old_phase.momenta, strict=True)]
-    return [
-        tidy(
-            total(
-                derivative(q, name) * derivative(p, TIME) - derivative(p, name) * derivative(q, TIME)
-                for q, p in pairs
-            )
-        )
-        for name in new.names
-    ]
-
-
-def potential_of(gradient: Sequence[Expr], names: Sequence[str]) -> Expr | None:
-    """The function with this gradient by the names, but for a function of other names; None if not found."""
-    found = ZERO
-    for name, slope in reversed([*zip(names, gradient, strict=True)]):
-        part = antiderivative(tidy(slope - derivative(found, name)), name)
-        if part is None:
-            return None
-        found += part
-    is_right = all(
-        is_zero(slope - derivative(found, name)) for name, slope in zip(names, gradient, strict=True)
-    )
-    return found if is_right else None
-
-
 NEAR = 1e-6
 """Values that differ by less than this, in units of their size, are those of the same branch."""
 
@@ -137,9 +81,9 @@ MOST_TRIALS = 60
 
 @dataclass(frozen=True, slots=True)
 class Branch:
-    """The signs of square roots of squares: those that they have where names have the values of `point`.
+    """The signs that square roots of squares have where names have the values of `point`.
 
-    Where the point does not tell, a root may have either sign.
+    Where a root has no value there, it may have either sign.
     """
 
     point: Mapping[str, float]
@@ -180,9 +124,9 @@ class Branch:
 
 
 def inverse(values: Mapping[str, Expr], new: Phase, old: Phase, branch: Branch) -> dict[str, Expr] | None:
-    """The `old` variables as functions of the `new` ones, whose `values` are canonical; None if not found.
+    """The `old` variables as functions of the `new` ones, which have canonical `values`; None if none follow.
 
-    The branch knows the values of the old variables and of the new ones at its point.
+    The point of the branch has values of the old variables and of the new ones.
     """
     with suppress(ExpressionError, ComputationError):
         parts = linear([values[name] for name in new.names], old.names)
@@ -229,7 +173,7 @@ def _of_point(values: Mapping[str, Expr], new: Phase, old: Phase, branch: Branch
 
 
 def _values(equation: Expr, unknown: str) -> Iterator[Expr]:
-    """The values of an unknown for which an equation may hold, as far as they are found."""
+    """The values of an unknown for which an equation may hold, as far as undoing leads to them."""
     with suppress(ExpressionError, ComputationError):
         yield from (value for value, _, _ in solutions(equation, unknown))
 
@@ -237,7 +181,7 @@ def _values(equation: Expr, unknown: str) -> Iterator[Expr]:
 def _solution(
     equations: Sequence[Expr], unknowns: Sequence[str], trials: Allowance, branch: Branch
 ) -> dict[str, Expr] | None:
-    """Values of the unknowns for which the equations (expressions that vanish) hold; None if not found.
+    """Values of the unknowns for which the equations (expressions that vanish) hold; None where none follow.
 
     One unknown is isolated in one equation and put into the others, the shortest first.
     """

@@ -10,7 +10,7 @@ from __future__ import annotations
 from collections.abc import Collection, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
-from fractions import Fraction
+from itertools import combinations_with_replacement
 from typing import TypeGuard
 
 from rigidcli.algebra.atoms import Applied, Group
@@ -39,7 +39,7 @@ class Phase:
 def equations(hamiltonian: Expr, phase: Phase, velocities: Sequence[Expr] | None = None) -> tuple[Expr, ...]:
     """Hamilton's equations: the derivatives by time of the coordinates, dH/dp, and of the momenta, -dH/dq.
 
-    Where the `velocities` are known as functions of the momenta, the shorter form of these is kept.
+    Where there are `velocities` as functions of the momenta, the shorter form of these is kept.
     """
     if velocities is None:
         velocities = [tidy(derivative(hamiltonian, name)) for name in phase.momenta]
@@ -55,7 +55,7 @@ def equations(hamiltonian: Expr, phase: Phase, velocities: Sequence[Expr] | None
 
 
 def _force(kinetic: Expr, potential: Expr, name: str, phase: Phase) -> Expr:
-    """-dH/dq, what comes from the terms of H with momenta and from the others each by itself.
+    """-dH/dq, with what comes from the terms of H with momenta apart from what comes from the others.
 
     Where something is left without momenta, as in a rotating frame, the two may cancel. Where both are
     divided by the same sum, they may be shorter together.
@@ -102,7 +102,7 @@ def coefficient(polynomial: Polynomial, size: int, *places: int) -> Expr:
 
 
 def has_degrees(polynomial: Polynomial | None, *degrees: int) -> TypeGuard[Polynomial]:
-    """Whether it is a polynomial, and each of its terms of one of these degrees."""
+    """Whether it is a polynomial, with terms of these degrees only."""
     return polynomial is not None and {sum(powers) for powers in polynomial} <= {*degrees}
 
 
@@ -135,33 +135,26 @@ class Particle:
 def kinetic(particles: Sequence[Particle], velocities: Mapping[str, str]) -> Expr:
     """T = sum m v^2/2 + I (d angle/dt)^2/2; `velocities` names that of each coordinate.
 
-    With dx/dt = sum_i dx/dq_i v_i + dx/dt, each coefficient of a product of velocities is tidied by itself.
+    The coefficients of products of velocities are tidied one by one.
     """
     rates = _rates(velocities)
     parts: dict[tuple[int, int], list[Expr]] = {}
-    for particle in particles:
-        paths = [(particle.mass, path) for path in particle.position] + [(particle.moment, particle.angle)]
-        for factor, path in paths:
-            if factor is None or path is None:
-                continue
-            slopes = [derivative(path, name) for name in (*velocities, TIME)]
-            moving = [(i, slope) for i, slope in enumerate(slopes) if not slope.is_zero]
-            for place, (i, a) in enumerate(moving):
-                for j, b in moving[place:]:
-                    half = Fraction(1, 2) if i == j else 1
-                    parts.setdefault((i, j), []).append(factor * half * a * b)
+    for factor, slopes in squares(particles, (*velocities, TIME)):
+        moving = [(place, slope) for place, slope in enumerate(slopes) if slope]
+        for (i, a), (j, b) in combinations_with_replacement(moving, 2):
+            parts.setdefault((i, j), []).append(factor * (1 if i == j else 2) * a * b)
     return tidy(total(tidy(total(terms)) * rates[i] * rates[j] for (i, j), terms in sorted(parts.items())))
 
 
-def squares(particles: Sequence[Particle], coordinates: Sequence[str]) -> list[tuple[Expr, list[Expr]]]:
-    """The squares of T = sum a (w.v)^2: m/2 and the slopes of each path of a particle by the coordinates."""
+def squares(particles: Sequence[Particle], names: Sequence[str]) -> list[tuple[Expr, list[Expr]]]:
+    """The squares of T = sum a (w.v)^2: m/2 or I/2, and the slopes by the names of a path or an angle."""
     paths = [
         (factor / 2, path)
         for one in particles
-        for factor, path in ((one.moment, one.angle), *((one.mass, path) for path in one.position))
+        for factor, path in (*((one.mass, path) for path in one.position), (one.moment, one.angle))
         if factor is not None and path is not None
     ]
-    return [(factor, [derivative(path, name) for name in coordinates]) for factor, path in paths]
+    return [(factor, [derivative(path, name) for name in names]) for factor, path in paths]
 
 
 def velocity(path: Expr, velocities: Mapping[str, str]) -> Expr:

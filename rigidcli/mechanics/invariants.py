@@ -3,12 +3,12 @@
 A term is a product of up to two momenta, a function of the coordinates, and a product of parameters. The
 functions are powers of the coordinates, sines and cosines of angles, and what stands in H; the products of
 parameters are ratios of the coefficients of H. The values of the brackets {f, H} at random points make a
-matrix, whose null space tells the sums that are conserved; then their brackets are shown to vanish. Those
+matrix, whose null space has the sums that are conserved; then their brackets are shown to vanish. Those
 linear in the momenta are always looked for, as total and angular momentum, others for few coordinates.
 
 Source: J. Hietarinta, Direct methods for the search of the second invariant, Physics Reports 147 (1987) 87.
 There the functions of the coordinates are free and solve differential equations; here they come from a list,
-so that what is not found may still exist.
+so that there may be others.
 """
 
 from __future__ import annotations
@@ -64,11 +64,11 @@ POINTS = 12
 """Random points at which gradients are compared: those of dependent functions are combinations at all."""
 
 DEPENDENT = 1e-6
-"""What a pseudo-inverse may leave of a gradient of length 1 that is a combination of others."""
+"""Singular values of gradients of length 1 below this are rounding: they are combinations of others."""
 
 
 def conserved_quantities(hamiltonian: Expr, phase: Phase, known: Sequence[Expr]) -> tuple[Expr, ...]:
-    """Quantities with {F, H} = 0 that are no functions of H, of the `known` ones and of each other.
+    """Quantities with {F, H} = 0 that are no functions of H, of the `known` ones and of one another.
 
     An H that holds the time is not searched. The search ends where expressions become too large.
     """
@@ -85,7 +85,7 @@ def conserved_quantities(hamiltonian: Expr, phase: Phase, known: Sequence[Expr])
 
 
 def _trial_sums(hamiltonian: Expr, phase: Phase) -> Iterator[list[Expr]]:
-    """The terms of each sum that is looked for: linear in the momenta, then of degree 2."""
+    """The terms of the sums that are looked for, list by list: linear in the momenta, then of degree 2."""
     momenta, coordinates = [symbol(p) for p in phase.momenta], [symbol(q) for q in phase.coordinates]
     parts = _parts(hamiltonian, phase)
     if len(coordinates) > MOST_COORDINATES:
@@ -197,10 +197,8 @@ def _is_new(e: Expr, known: Sequence[Expr], phase: Phase) -> bool:
     gradients: Floats = values.reshape(POINTS, len(known) + 1, -1)
     sizes = np.linalg.norm(gradients, axis=2, keepdims=True)
     units = gradients / np.where(sizes == 0, 1.0, sizes)
-    others, own = units[:, :-1], units[:, -1]
-    inside = np.linalg.pinv(others, rcond=DEPENDENT) @ others
-    left = own - np.einsum("pi,pij->pj", own, inside)
-    return bool((np.linalg.norm(left, axis=1) > DEPENDENT).any())
+    whole, others = (np.linalg.matrix_rank(rows, tol=DEPENDENT) for rows in (units, units[:, :-1]))
+    return bool((whole > others).any())
 
 
 def _primitive(e: Expr, phase: Phase) -> Expr:
@@ -213,7 +211,7 @@ def _primitive(e: Expr, phase: Phase) -> Expr:
 
 
 def _products(left: Iterable[Expr], right: Iterable[Expr]) -> list[Expr]:
-    """Each on the left times each on the right, once."""
+    """All products of one on the left and one on the right, without repetition."""
     return list(dict.fromkeys(a * b for a, b in product(left, list(right))))
 
 

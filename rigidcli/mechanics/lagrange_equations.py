@@ -2,10 +2,10 @@
 
     d/dt dL/dv_i - dL/dq_i - Q_i = 0,    which is    sum_j M_ij a_j + r_i(q, v, t) = 0
 
-with the mass matrix M_ij = d^2 L/dv_i dv_j and generalized forces Q_i beside those that L holds. Source:
+with the mass matrix M_ij = d^2 L/dv_i dv_j and generalized forces Q_i beside L. Source:
 H. Goldstein, C. Poole, J. Safko, Classical Mechanics, 3rd edition, section 1.4.
 
-Where the rank r of M is less than n, the momenta do not tell the velocities, and obey n - r primary
+Where the rank r of M is less than n, the velocities do not follow from the momenta, which obey n - r primary
 constraints: combinations of them that hold no velocity. Source: P. A. M. Dirac, Lectures on Quantum
 Mechanics, lecture 1.
 """
@@ -31,7 +31,7 @@ from rigidcli.mechanics.legendre import Momenta
 
 @dataclass(frozen=True)
 class LagrangeEquations:
-    """The mass matrix M (n by n) and the `rest` r (n); `names` are those of the accelerations (n)."""
+    """The mass matrix M (n by n) and the `rest` r (n); `names` call the accelerations (n)."""
 
     matrix: Sequence[Sequence[Expr]]
     rest: tuple[Expr, ...]
@@ -69,7 +69,7 @@ def lagrange_equations(
     names: Sequence[str],
     forces: Sequence[Expr],
 ) -> LagrangeEquations:
-    """The equations of a Lagrangian with these `momenta`; `names` are those of the accelerations.
+    """The equations of a Lagrangian with these `momenta`; `names` call the accelerations.
 
     The generalized `forces` (n) may hold momenta, too.
     """
@@ -121,7 +121,7 @@ def primary_constraints(
 ) -> list[Expr]:
     """Primary constraints: expressions in the momenta, called `names`, and coordinates that vanish.
 
-    Only those that are linear in the momenta are found.
+    Others than linear ones are not looked for.
     """
     at_rest = dict.fromkeys(velocities, ZERO)
     found = []

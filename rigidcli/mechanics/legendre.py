@@ -9,7 +9,7 @@ is left implicit: it can be evaluated, but not written.
 
 Source: H. Goldstein, C. Poole, J. Safko, Classical Mechanics, 3rd edition, section 8.1; in its matrix form
 there T = v.T.v/2 and a = b. Here no velocity is eliminated by a general solver, and H is not simplified as a
-whole: each coefficient is, by itself.
+whole, but coefficient by coefficient.
 """
 
 from __future__ import annotations
@@ -67,11 +67,11 @@ def legendre_transform(
     momenta: Momenta | None = None,
     squares: Squares = (),
 ) -> list[Branch]:
-    """All ways back from the momenta, called `names`; none where no closed form is found.
+    """All ways back from the momenta, called `names`; none where no closed form is reached.
 
     Where their form depends on signs, as that of a mass, it is the form for the `values` of parameters and
     coordinates, and where these do not decide for positive ones. The mass matrix must be regular. `squares`
-    are those of the velocities of particles, where L is given by these.
+    are the squares of the velocities of particles, where L is given by particles.
     """
     momenta = momenta or canonical_momenta(lagrangian, velocities)
     moving, still = _apart(lagrangian, velocities)
@@ -91,7 +91,7 @@ def legendre_transform(
 
 
 def _apart(lagrangian: Expr, velocities: Sequence[str]) -> tuple[Expr, Expr]:
-    """The terms with velocities, and those without, as they are typed."""
+    """The terms with velocities, and the others, as they are typed."""
     still = Expr(
         {m: c for m, c in lagrangian.terms.items() if all(a.names.isdisjoint(velocities) for a, _ in m)}
     )
@@ -120,25 +120,20 @@ def _quadratic(
     energy = over_shared_sums(total(found[1]))
     forms = [energy - _cancelled(still, rest)]
     if any(linear):
-        forms += _expanded(energy, still, rest, [str(p) for p in P])
+        forms += _by_degrees(energy, still + rest, P)
     return Branch(tuple(found[0]), shortest(forms))
 
 
-def _expanded(energy: Expr, still: Expr, rest: Expr, names: Sequence[str]) -> list[Expr]:
+def _by_degrees(energy: Expr, rest: Expr, momenta: Sequence[Expr]) -> list[Expr]:
     """H by its degrees in the momenta: in a rotating frame the centrifugal potential cancels there."""
     with suppress(ExpressionError):
-        found = coefficients(energy, names)
+        found = coefficients(energy, list(map(str, momenta)))
         if found is not None and len(found) <= matrices.LARGEST**2:
-            degrees = [
-                total(
-                    product([e, *(symbol(name) ** n for name, n in zip(names, powers, strict=True))])
-                    for powers, e in found.items()
-                    if sum(powers) == degree
-                )
-                for degree in (2, 1, 0)
-            ]
-            above = tidy(degrees[0]) + tidy(degrees[1])
-            return [above + tidy(degrees[2] - rest) - still, above + tidy(degrees[2] - rest - still)]
+            parts: list[list[Expr]] = [[], [], []]
+            for powers, e in found.items():
+                parts[sum(powers)].append(product([e, *(p**n for p, n in zip(momenta, powers, strict=True))]))
+            free, linear, quadratic = map(total, parts)
+            return [tidy(quadratic) + tidy(linear) + tidy(free - rest)]
     return []
 
 
@@ -159,7 +154,7 @@ def _mixed(
     P: Sequence[Expr],
     values: Mapping[str, Expr],
 ) -> list[Branch]:
-    """The inverses of a Lagrangian, the velocities of each of the `curved` blocks by themselves."""
+    """The inverses of a Lagrangian, the velocities of every one of the `curved` blocks by themselves."""
     parts = _of_groups(moving, curved, velocities) or _of_groups(expand(moving), curved, velocities)
     if parts is None:
         return []
@@ -188,7 +183,7 @@ def _mixed(
 
 
 def _of_groups(e: Expr, groups: Sequence[Sequence[int]], velocities: Sequence[str]) -> list[Expr] | None:
-    """The terms of each group of velocities, and last those of none of them; None where a term has two."""
+    """The terms by groups of velocities, and last the terms without any; None where a term has two groups."""
     names = [{velocities[place] for place in group} for group in groups]
     parts: list[list[Expr]] = [[] for _ in range(len(groups) + 1)]
     for monomial, c in e.terms.items():
@@ -214,7 +209,7 @@ def _likely(branches: Sequence[Branch], values: Mapping[str, Expr]) -> list[Bran
 def _joined(
     chosen: Sequence[Branch], groups: Sequence[Sequence[int]], others: Sequence[Expr], rest: Expr
 ) -> Branch:
-    """The branch of the whole Lagrangian, from one branch of each group."""
+    """The branch of the whole Lagrangian, from one branch of every group."""
     velocities = list(others)
     for branch, group in zip(chosen, groups, strict=True):
         for place, velocity in zip(group, branch.velocities, strict=True):

@@ -21,7 +21,7 @@ import numpy as np
 
 from rigidcli.algebra import matrices
 from rigidcli.algebra.atoms import Group, Symbol
-from rigidcli.algebra.expansion import coefficients, expand
+from rigidcli.algebra.expansion import coefficients
 from rigidcli.algebra.expressions import ONE, ZERO, Expr, gathered, total
 from rigidcli.algebra.matrices import Matrix
 from rigidcli.algebra.simplification import shortest, tidy
@@ -30,9 +30,6 @@ from rigidcli.mechanics.hamilton_equations import coefficient, has_degrees
 
 SHORT = 300
 """Characters of an H as a sum of squares beyond which the inverse matrix is tried, too: four lines."""
-
-LONG = 200
-"""Characters of an H beyond which the velocities of particles are tried as squares, which takes a second."""
 
 MOST_COUPLED = 6
 """Velocities that all act on each other, beyond which the squares are too long in any case."""
@@ -79,9 +76,8 @@ def energy(
         found = [*_by_inverse(matrices.inverse(matrix, most), matrix, momenta, fixed), *found]
     if not found:
         return None
-    forms = [*(form.hamiltonian for form in found), *_by_rows(inside, momenta)]
-    if len(str(shortest(forms))) > LONG and not inside:
-        forms += _by_rows([(a, row) for a, row in particles if any(row)], momenta)
+    squares = inside or [(a, row) for a, row in particles if any(row)]
+    forms = [*(form.hamiltonian for form in found), *_by_rows(squares, momenta)]
     return Energy(shortest(forms), found[0].velocities)
 
 
@@ -113,7 +109,7 @@ def _by_inverse(
 
     if len(momenta) == 2:
         # (M^-1)_ij/(M^-1)_ii = -M_ij/M_jj, and what is left when the square is complete is P_j^2/M_jj.
-        for j in reversed(pivots):
+        for j in pivots[-1:]:
             square = momenta[1 - j] - tidy(matrix[0][1] / matrix[j][j]) * momenta[j]
             whole = inverse[1 - j][1 - j] * HALF * square**2
             yield Energy(whole + tidy(HALF / matrix[j][j]) * momenta[j] ** 2, velocities)
@@ -168,7 +164,7 @@ def _as_squares(matrix: Matrix, momenta: Sequence[Expr]) -> Energy | None:
 
 
 def _by_rows(squares: Squares, momenta: Sequence[Expr]) -> Iterator[Expr]:
-    """H by the rows of the squares as they were typed, as far as these tell it."""
+    """H by the rows of the squares as they were typed, as far as these allow."""
     size, rows = len(momenta), [row for _, row in squares]
     if size == len(squares) <= MOST_ROWS and size > 1:
         whole = tidy(matrices.determinant(rows))
@@ -177,22 +173,18 @@ def _by_rows(squares: Squares, momenta: Sequence[Expr]) -> Iterator[Expr]:
             for k, (factor, _) in enumerate(squares):
                 minors = (matrices.minor(rows, k, i) * (-1) ** (i + k) for i in range(size))
                 momentum = total(tidy(m / whole) * p for m, p in zip(minors, momenta, strict=True))
-                parts.setdefault(tidy(1 / (4 * factor)), []).append(momentum)
-            for change in (tidy, expand):
-                sums = [(factor, [change(e) ** 2 for e in own]) for factor, own in parts.items()]
-                yield total(shortest(_together(factor, own)) for factor, own in sums)
+                parts.setdefault(tidy(1 / (4 * factor)), []).append(tidy(momentum) ** 2)
+            # A factor stands in front of its squares, or at each of them.
+            yield total(
+                shortest([factor * tidy(total(own)), total(factor * e for e in own)])
+                for factor, own in parts.items()
+            )
     elif size == 2 and len(squares) > 2:
         above = tidy(total(a * tidy(_cross(row, momenta)) ** 2 for a, row in squares))
         pairs = combinations(squares, 2)
         below = tidy(total(4 * a * b * _cross(u, w) ** 2 for (a, u), (b, w) in pairs))
         if below:
             yield shortest([above / below, tidy(above / below)])
-
-
-def _together(factor: Expr, squares: Sequence[Expr]) -> list[Expr]:
-    """The same sum of squares in three forms: with the factor at each, in one bracket, and multiplied out."""
-    whole = total(squares)
-    return [factor * whole, factor * tidy(whole), total(factor * e for e in squares)]
 
 
 def _cross(u: Sequence[Expr], w: Sequence[Expr]) -> Expr:

@@ -2,7 +2,7 @@
 
     v/sqrt(1 + v^2) = p    ->    v^2/(1 + v^2) = p^2    ->    v = p/sqrt(1 - p^2), v = -p/sqrt(1 - p^2)
 
-Squaring adds solutions, and inverse functions have several branches: the caller puts each to the test.
+Squaring adds solutions, and inverse functions have several branches: the caller puts all of them to the test.
 """
 
 from __future__ import annotations

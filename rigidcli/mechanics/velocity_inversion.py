@@ -20,6 +20,8 @@ from collections.abc import Iterator, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
 from fractions import Fraction
+from itertools import combinations_with_replacement
+from typing import NamedTuple
 
 from rigidcli.algebra import arithmetic, matrices
 from rigidcli.algebra.allowance import Allowance
@@ -29,7 +31,7 @@ from rigidcli.algebra.expansion import MAX_STEPS, Polynomial, coefficients, expa
 from rigidcli.algebra.expressions import Expr, atomic, expr, factored, gathered, symbol, total
 from rigidcli.algebra.fractions import factors
 from rigidcli.algebra.functions import apply
-from rigidcli.algebra.simplification import shortest, tidy
+from rigidcli.algebra.simplification import tidy
 from rigidcli.algebra.substitution import mapped, rebuilt, substitute
 from rigidcli.algebra.values import sample_points
 from rigidcli.errors import ComputationError, ExpressionError
@@ -99,16 +101,32 @@ def inverted(K: Expr, velocities: Sequence[str], momenta: Sequence[Expr]) -> lis
     return []
 
 
-def _form(found: Polynomial, size: int) -> list[list[Expr]]:
-    """The symmetric matrix Q of the terms v.Q.v among the coefficients of a polynomial in v."""
+class _Square(NamedTuple):
+    """(v + `shift`).C.(v + `shift`) + `rest`, with the `inverse` of C."""
+
+    shift: list[Expr]
+    rest: Expr
+    inverse: matrices.Matrix
+
+
+def _completed(found: Polynomial | None, size: int) -> _Square | None:
+    """The polynomial with its square completed; None where it is another one, or C has no short inverse."""
+    if not has_degrees(found, 0, 1, 2):
+        return None
     places = range(size)
-    return [[coefficient(found, size, i, j) * (1 if i == j else HALF) for j in places] for i in places]
+    form = [[coefficient(found, size, i, j) * (1 if i == j else HALF) for j in places] for i in places]
+    inverse = matrices.inverse(form) if matrices.is_regular(form) else None
+    if inverse is None:
+        return None
+    linear = [coefficient(found, size, place) for place in places]
+    shift = [tidy(e / 2) for e in _times(inverse, linear)]
+    rest = tidy(coefficient(found, size) - total(c * s for c, s in zip(linear, shift, strict=True)) / 2)
+    return _Square(shift, rest, inverse)
 
 
 def _value(matrix: matrices.Matrix, momenta: Sequence[Expr]) -> Expr:
-    """P.M.P, each momentum left whole."""
-    size = range(len(momenta))
-    pairs = [(i, j) for i in size for j in size[i:]]
+    """P.M.P, in which a momentum is left whole."""
+    pairs = combinations_with_replacement(range(len(momenta)), 2)
     return total(matrix[i][j] * (1 if i == j else 2) * momenta[i] * momenta[j] for i, j in pairs)
 
 
@@ -118,24 +136,14 @@ def _times(matrix: matrices.Matrix, vector: Sequence[Expr]) -> list[Expr]:
 
 def _of_root(K: Expr, velocities: Sequence[str], momenta: Sequence[Expr]) -> list[Branch]:
     """The inverse where K^2 is a quadratic polynomial: first the form where the system may be at rest."""
-    size = len(velocities)
     is_root = any(n.denominator == 2 for monomial in K.terms for _, n in monomial)
     found = coefficients(arithmetic.tidy(expand(K**2)), velocities) if is_root else None
-    if not has_degrees(found, 0, 1, 2):
+    square = _completed(found, len(velocities))
+    if square is None or square.rest.is_zero:
         return []
-    form = _form(found, size)
-    inverse = matrices.inverse(form) if matrices.is_regular(form) else None
-    if inverse is None:
-        return []
-    linear = [coefficient(found, size, place) for place in range(size)]
-    shift = [tidy(e / 2) for e in _times(inverse, linear)]
-    a = tidy(coefficient(found, size) - total(c * s for c, s in zip(linear, shift, strict=True)) / 2)
-    if a.is_zero:
-        return []
-    raised = _times(inverse, momenta)
-    square = _value([[tidy(-a * entry) for entry in row] for row in inverse], momenta) + a
-    D = shortest([square, tidy(square)]) ** HALF
-    outside = K
+    a, shift, raised = square.rest, square.shift, _times(square.inverse, momenta)
+    below = _value([[tidy(-a * entry) for entry in row] for row in square.inverse], momenta) + a
+    D = tidy(below) ** HALF
     if len(K.terms) == 1:
         ((monomial, number),) = K.terms.items()
         outside = gathered(number, {b: n for b, n in monomial if b.names.isdisjoint(velocities)})
@@ -161,22 +169,16 @@ def _odd_part(e: Expr) -> tuple[int, Expr]:
 
 def _of_length(K: Expr, velocities: Sequence[str], momenta: Sequence[Expr]) -> list[Branch]:
     """K = A (v.Q.v)^(n/2), from the power that it is of one velocity where the others vanish."""
-    form = _quadratic_form(K, velocities)
-    if form is None:
+    form, size = _quadratic_form(K, velocities), len(velocities)
+    pivot = next((k for k in range(size) if coefficient(form, size, k, k)), None)
+    if pivot is None:
         return []
-    linear = [coefficient(form, len(velocities), place) for place in range(len(velocities))]
-    Q = _form(form, len(velocities))
-    pivot = next((k for k, row in enumerate(Q) if row[k]), None)
-    if pivot is None or not matrices.is_regular(Q):
+    lead = coefficient(form, size, pivot, pivot)
+    square = _completed({powers: tidy(e / lead) for powers, e in form.items()}, size)
+    if square is None:
         return []
-    Q = [[tidy(entry / Q[pivot][pivot]) for entry in row] for row in Q]
-    linear = [tidy(e / _form(form, len(velocities))[pivot][pivot]) for e in linear]
-    inverse = matrices.inverse(Q)
-    if inverse is None:
-        return []
-    shift = [tidy(e / 2) for e in _times(inverse, linear)]
     length = symbol("length", positive=True)
-    place = {v: -s for v, s in zip(velocities, shift, strict=True)}
+    place = {v: -s for v, s in zip(velocities, square.shift, strict=True)}
     place[velocities[pivot]] += length
     alone = tidy(substitute(K, place))
     if len(alone.terms) != 1:
@@ -185,22 +187,20 @@ def _of_length(K: Expr, velocities: Sequence[str], momenta: Sequence[Expr]) -> l
     A = alone / length**n
     if n in (0, 1) or not A.names.isdisjoint({*velocities, *length.names}):
         return []
-    s = tidy(_value(inverse, momenta)) / (n * A) ** 2
-    raised = _times(inverse, momenta)
+    s = tidy(_value(square.inverse, momenta)) / (n * A) ** 2
+    raised = _times(square.inverse, momenta)
     found = tuple(tidy(w * s ** ((2 - n) / Fraction(2 * n - 2)) / (n * A)) for w in raised)
     energy = (n - 1) * A * s ** (n / Fraction(2 * n - 2))
-    return [Branch(found, energy).shifted(shift, momenta)]
+    return [Branch(found, energy).shifted(square.shift, momenta)]
 
 
-def _quadratic_form(K: Expr, velocities: Sequence[str]) -> Polynomial | None:
-    """A quadratic polynomial in the velocities that is raised to a power in K, or of which K is a power."""
+def _quadratic_form(K: Expr, velocities: Sequence[str]) -> Polynomial:
+    """The polynomial in the velocities that is raised to a power in K, or of which K is a power."""
     for atom in K.atoms:
         if isinstance(atom, Group) and not atom.names.isdisjoint(velocities):
-            found = coefficients(atom.inner, velocities)
-            return found if has_degrees(found, 0, 1, 2) else None
-    moving = [(e, n) for e, n in factors(K, Allowance(MAX_STEPS)) if not e.names.isdisjoint(velocities)]
-    found = coefficients(moving[0][0], velocities) if len(moving) == 1 else None
-    return found if has_degrees(found, 0, 1, 2) else None
+            return coefficients(atom.inner, velocities) or {}
+    moving = [e for e, _ in factors(K, Allowance(MAX_STEPS)) if not e.names.isdisjoint(velocities)]
+    return (coefficients(moving[0], velocities) or {}) if len(moving) == 1 else {}
 
 
 def _of_powers(K: Expr, v: str, P: Expr) -> list[Branch]:

@@ -11,8 +11,11 @@ from hypothesis import strategies as st
 
 from rigidcli.algebra.expressions import number, symbol
 from rigidcli.language.expression import parse
+from rigidcli.language.formula import Style
 from tests.conftest import Program
 from tests.tables import pairs_of
+
+DECIMAL = Style(decimal=True)
 
 x, m = symbol("x", True), symbol("m", True)
 
@@ -26,14 +29,14 @@ COEFFICIENTS = """
 
 @pytest.mark.parametrize(("coefficient", "written"), pairs_of(COEFFICIENTS))
 def test_coefficients(coefficient: str, written: str) -> None:
-    assert str((number(Fraction(coefficient)) * x).in_decimals()) == written
+    assert str((number(Fraction(coefficient)) * x).styled(DECIMAL)) == written
 
 
 @given(st.fractions(max_denominator=10**6), st.integers(-3, 3))
 def test_the_value_stays(coefficient: Fraction, exponent: int) -> None:
     e = coefficient * x * m**exponent + coefficient**2 / (x + coefficient)
     values = {"x": 0.7, "m": 1.3}
-    assert parse(str(e.in_decimals())).evaluate(values) == pytest.approx(
+    assert parse(str(e.styled(DECIMAL))).evaluate(values) == pytest.approx(
         float(e.evaluate(**values)), rel=1e-12
     )
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import random
+import re
 from pathlib import Path
 from typing import Any
 
@@ -141,10 +142,49 @@ def test_particles_have_the_form_of_their_velocities(name: str) -> None:
 @pytest.mark.parametrize(
     ("typed", "written"),
     [
-        ("(p_x**2 + (p_y + x*p_z/2)**2 + p_z**2)/(2*m)", "((x*p_z/2 + p_y)**2 + p_x**2 + p_z**2)/(2*m)"),
+        ("(p_x**2 + (p_y + x*p_z/2)**2 + p_z**2)/(2*m)", "((p_y + x*p_z/2)**2 + p_x**2 + p_z**2)/(2*m)"),
         ("(p_x - 3*p_y)**2/(9*m)", "(p_x - 3*p_y)**2/(9*m)"),
     ],
 )
 def test_the_momentum_without_a_factor_stands_by_itself_in_a_square(typed: str, written: str) -> None:
     found = hamilton("x y z", "hamiltonian", typed)["hamiltonian"]
     assert str(found) == written
+
+
+@pytest.mark.parametrize(
+    "typed",
+    [
+        "k*(r - R)**2/2",
+        "k*(x2 - x1 - b)**2/2",
+        "k*(r + R)**4",
+        "a/sqrt(r**2 + (x2 - x1)**2)",
+        "k*exp(-(r - R)**2/s**2)",
+        "k*(r - R)**2*(sin(x) - s)**2",
+        "k*((r - R)**2 + s**2)**2",
+    ],
+)
+def test_squares_of_sums_stand_in_the_order_in_which_they_are_typed(typed: str) -> None:
+    text = f"m*(rdot**2 + xdot**2 + x1dot**2 + x2dot**2)/2 - {typed}"
+    found = hamilton("r x x1 x2", "lagrangian", text)["hamiltonian"]
+    assert typed in str(found)
+    (square,) = {part for part in ("(r - R)", "(x2 - x1 - b)", "(r + R)", "(x2 - x1)") if part in typed}
+    other = hamilton("r x x1 x2", "lagrangian", text.replace(square, f"((-1)*{square})"))["hamiltonian"]
+    assert found == other
+    again = hamilton("r x x1 x2", "hamiltonian", str(found))["hamiltonian"]
+    assert again == found
+    assert str(again) == str(found)
+
+
+def test_the_order_of_a_square_is_that_of_the_document_in_every_format(program: Program) -> None:
+    document = """\
+system: {coordinates: [r], kinetic: m*rdot**2/2, potential: k*(r - R)**2/2}
+parameters: {m: null, k: null, R: null}
+"""
+    assert "k (r - R)^2/2" in program("hamilton", "-", stdin=document).out
+    assert r"k \left(r - R\right)^{2}" in program("hamilton", "-f", "latex", "-", stdin=document).out
+    page = program("hamilton", "-f", "html", "--steps", "-", stdin=document).out
+    text = re.sub("<.*?>", "", page)
+    assert "(r\N{MINUS SIGN}R)2" in text
+    assert "(R\N{MINUS SIGN}r)2" not in text
+    turned = program("hamilton", "-", stdin=document.replace("(r - R)", "(-R + r)")).out
+    assert "k (R - r)^2/2" in turned  # shorter than what is typed

@@ -79,7 +79,7 @@ def test_it_is_the_function_of_the_book_in_a_form_of_its_length(name: str) -> No
         ("charge in a magnetic field, symmetric gauge", ["(p_x + B*e*y/(2*c))**2/(2*m)"]),
         ("charge in a magnetic field, Landau's gauge", ["(p_x + B*e*y/c)**2/(2*m)"]),
         ("geodesics of a torus", ["(R + r*cos(u))**2"]),
-        ("cylinder that rolls in a cylinder", ["(a - R)**2"]),
+        ("cylinder that rolls in a cylinder", ["(R - a)**2"]),
         ("Calogero and Moser", ["g**2*(1/(x1 - x2)**2 + 1/(x1 - x3)**2 + 1/(x2 - x3)**2)"]),
         ("asymmetric top", ["p_psi**2/(2*C)", ")**2/(2*A)", ")**2/(2*B)"]),
         ("action and angle of an oscillator, with its spring", ["P*sqrt(k/m)"]),

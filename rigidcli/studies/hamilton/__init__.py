@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import replace
+from functools import partial
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -11,6 +13,7 @@ from rigidcli.algebra.expressions import Expr
 from rigidcli.algebra.trees import to_tree
 from rigidcli.core.estimate import unshared
 from rigidcli.document.document import Document
+from rigidcli.document.variables import acceleration
 from rigidcli.language.text import latex_name, reading
 from rigidcli.mechanics.hamilton_equations import TIME
 from rigidcli.picture import Picture
@@ -21,6 +24,10 @@ from rigidcli.studies.hamilton.derivation import Derivation
 from rigidcli.studies.hamilton.findings import Found, as_typed, find
 from rigidcli.studies.pictures import drawn
 from rigidcli.studies.results import told
+
+if TYPE_CHECKING:
+    from rigidcli.studies.hamilton.orbit import OrbitSolution
+    from rigidcli.studies.hamilton.transform import TransformedSystem
 
 SCHEMA = "rigidcli.hamilton/1"
 
@@ -46,55 +53,14 @@ def run(
         require_one_start(document, {"picture": picture, "program": program})
         return whole(document, run)
     found = find(document, progress)
-    derivation, system = found.derivation, found.derivation.system
-    phase = derivation.phase
-    definitions = None if derivation.momenta is None else derivation.momenta.definitions
-    natural = f"{TRUTH[system.natural]}: {system.reason}"
-    cyclic, conserved = derivation.cyclic, derivation.conserved
-    equilibrium, modes = [Field("equilibrium", None), Field("modes", None)], list[Table]()
-    if found.oscillations is not None:
-        from rigidcli.studies.hamilton import oscillations
-
-        equilibrium = oscillations.fields(found.oscillations)
-        modes = oscillations.tables(found.oscillations)
-    fields = [
-        Field("coordinates", list(phase.coordinates)),
-        Field("velocities", list(derivation.velocity_names)),
-        Field("momenta", list(phase.momenta)),
-        _expression("lagrangian", system.lagrangian),
-        *_expressions("momentum_definitions", phase.momenta, definitions, phase.momenta),
-        *_expressions("velocity_solutions", derivation.velocity_names, derivation.velocities),
-        _expression("hamiltonian", derivation.hamiltonian),
-        *_rates("equations", phase.names, derivation.equations),
-        *(
-            # The modes of small oscillations have the same frequencies.
-            replace(entry, diagnostic=entry.diagnostic or found.oscillations is not None)
-            for entry in linear_equations.fields(document, derivation)
-        ),
-        told("hamilton", "cyclic", list(cyclic), words=", ".join(cyclic) or "none"),
-        told("hamilton", "conserved", conserved, words=", ".join(conserved) or "nothing found"),
-        told("hamilton", "explicit_time", derivation.explicit_time),
-        _energy_rate(derivation),
-        # Where it cannot be decided, the row only repeats that L alone does not tell T from V.
-        told("hamilton", "natural", system.natural, words=natural, diagnostic=system.natural is None),
-        Field("natural_reason", system.reason),
-        *_lagrange(derivation),
-        *equilibrium,
-        _expression("energy", derivation.energy),
-        _is_energy(derivation),
-        if_known(told("hamilton", "verified", derivation.residual)),
-        *_invariants(found),
-        *([] if _branch_table(found) else [Field("branches", [])]),
-        *_transform(found),
-        *_orbit_quality(found),
-    ]
-    tables = [*_branch_table(found), *modes, *_orbit_table(found)]
-    fields = as_typed(fields, document)
+    tables = [*_branch_table(found), *_modes(found)[1], *_orbit_table(found)]
+    fields = as_typed(_results(found), document)
     working: list[Step] = []
     if steps:
         from rigidcli.studies.hamilton.steps import hamilton_steps
 
-        working += hamilton_steps(found, fields, tables)
+        written = hamilton_steps(found, fields, tables)
+        working += [replace(step, fields=tuple(as_typed(step.fields, document))) for step in written]
     pictures: tuple[Picture, ...] = ()
     if picture is not None:
         pictures = drawn("hamilton", picture, replace(found, fields=fields))
@@ -104,16 +70,68 @@ def run(
         from rigidcli.studies.hamilton.scene import scene_of
 
         result = replace(result, scene=scene_of(document, found.orbit, tables[-1]))
-    if not program:
-        return result
-    from rigidcli.studies.hamilton.program import program_of
+    if program:
+        from rigidcli.studies.hamilton.program import program_of
 
-    return replace(result, program=program_of(document, result.name, derivation, found.initial, found.orbit))
+        equations = program_of(document, result.name, found.derivation, found.initial, found.orbit)
+        result = replace(result, program=equations)
+    return result
+
+
+def _results(found: Found) -> list[Field]:
+    """The results in the order in which people see them."""
+    derivation, system, phase = found.derivation, found.derivation.system, found.derivation.phase
+    momenta, lagrange, rate = derivation.momenta, derivation.lagrange, derivation.energy_rate
+    cyclic, conserved, invariants = list(derivation.cyclic), derivation.conserved, found.invariants
+    natural = f"{TRUTH[system.natural]}: {system.reason}"
+    definitions = None if momenta is None else momenta.definitions
+    vanishing, solved = (None, None) if lagrange is None else (lagrange.equations, lagrange.accelerations)
+    return [
+        Field("coordinates", list(phase.coordinates)),
+        Field("velocities", list(derivation.velocity_names)),
+        Field("momenta", list(phase.momenta)),
+        _expression("lagrangian", system.lagrangian),
+        *_by_name("momentum_definitions", phase.momenta, definitions, _own),
+        *_by_name("velocity_solutions", derivation.velocity_names, derivation.velocities),
+        _expression("hamiltonian", derivation.hamiltonian),
+        *_by_name("equations", phase.names, derivation.equations, _rate),
+        *(
+            # The modes of small oscillations have the same frequencies.
+            replace(entry, diagnostic=entry.diagnostic or found.oscillations is not None)
+            for entry in linear_equations.fields(found.document, derivation)
+        ),
+        _row("cyclic", cyclic, words=", ".join(cyclic) or "none"),
+        _row("conserved", conserved, words=", ".join(conserved) or "nothing found"),
+        _row("explicit_time", derivation.explicit_time),
+        # Where H does not change, it is among what is conserved.
+        replace(_expression("dH_dt", rate), diagnostic=rate is not None and rate.is_zero),
+        # Where it cannot be decided, the row only repeats that L alone does not tell T from V.
+        _row("natural", system.natural, words=natural, diagnostic=system.natural is None),
+        Field("natural_reason", system.reason),
+        *_by_name("lagrange_equations", phase.coordinates, vanishing, _lagrange),
+        *_by_name("accelerations", [*map(acceleration, phase.coordinates)], solved, _own),
+        *_modes(found)[0],
+        _expression("energy", derivation.energy),
+        _is_energy(derivation),
+        if_known(_row("verified", derivation.residual)),
+        Field("invariants", None if invariants is None else list(invariants)),
+        # The title stands at the first of them.
+        *(
+            _row("invariants", e, key="", **({"title": " "} if k else {}))
+            for k, e in enumerate(invariants or ())
+        ),
+        *([] if len(found.branches) > 1 else [Field("branches", [])]),
+        *([] if found.transform is None else _transform(found.transform)),
+        *([] if found.orbit is None else _orbit_quality(found.orbit)),
+    ]
+
+
+_row = partial(told, "hamilton")
 
 
 def _expression(key: str, e: Expr | None) -> Field:
-    """An expression; people are not shown one that is not known, or fills more than a screen."""
-    entry = if_known(told("hamilton", key, e, cells={key: ()}))
+    """An expression; people are not shown one without a value, or one that fills more than a screen."""
+    entry = if_known(_row(key, e, cells={key: ()}))
     return replace(entry, title="") if e is not None and _is_long(e) else entry
 
 
@@ -121,42 +139,41 @@ def _is_long(e: Expr) -> bool:
     return len(e.key) > LONGEST_SHOWN and len(str(e)) > LONGEST_SHOWN
 
 
-def _expressions(
-    key: str, names: Sequence[str], values: Sequence[Expr] | None, titles: Sequence[str] = ()
+def _by_name(
+    key: str,
+    names: Sequence[str],
+    values: Sequence[Expr] | None,
+    titled: Callable[[str], tuple[str, str]] = lambda name: ("", ""),
 ) -> list[Field]:
-    """An object of expressions, which people are shown under their titles, if they have some."""
+    """An object of expressions, which people are shown if they have a title and do not fill a screen."""
     if values is None:
         return [Field(key, None)]
-    return [
-        Field(
-            f"{key}.{name}", e, "" if _is_long(e) else title, latex_name(title), cells={f"{key}.{name}": ()}
-        )
-        for name, e, title in zip(names, values, titles or [""] * len(names), strict=True)
-    ]
+    shown = [(f"{key}.{name}", e, *titled(name)) for name, e in zip(names, values, strict=True)]
+    return [Field(k, e, "" if _is_long(e) else title, sign, cells={k: ()}) for k, e, title, sign in shown]
 
 
-def _rates(key: str, names: Sequence[str], values: Sequence[Expr] | None) -> list[Field]:
-    """The derivatives by the time, under titles such as xdot, and dp_x/dt where a name has an index."""
-    shown = _expressions(key, names, values, [f"{name}dot" for name in names])
-    pairs = zip(shown, names, strict=False)
-    return [replace(e, title=f"d{name}/dt") if e.title and "_" in name else e for e, name in pairs]
+def _own(name: str) -> tuple[str, str]:
+    """The name itself as a title, and its symbol."""
+    return name, latex_name(name)
 
 
-def _lagrange(derivation: Derivation) -> list[Field]:
-    """Lagrange's equations as expressions that vanish, and solved for the accelerations."""
-    found = derivation.lagrange
-    if found is None:
-        return [Field("lagrange_equations", None), Field("accelerations", None)]
-    titles = [f"Lagrange, {q}: 0 =" for q in derivation.phase.coordinates]
-    written = _expressions("lagrange_equations", derivation.phase.coordinates, found.equations, titles)
-    written = [replace(entry, symbol="0") for entry in written]
-    return [*written, *_expressions("accelerations", found.names, found.accelerations, found.names)]
+def _rate(name: str) -> tuple[str, str]:
+    """The derivative of a variable by the time."""
+    return f"d{name}/dt" if "_" in name else f"{name}dot", latex_name(f"{name}dot")
 
 
-def _energy_rate(derivation: Derivation) -> Field:
-    """dH/dt, which people are not shown where it is zero: H is then among what is conserved."""
-    rate = derivation.energy_rate
-    return replace(_expression("dH_dt", rate), diagnostic=rate is not None and rate.is_zero)
+def _lagrange(name: str) -> tuple[str, str]:
+    """What stands before one of Lagrange's equations."""
+    return f"Lagrange, {name}: 0 =", "0"
+
+
+def _modes(found: Found) -> tuple[list[Field], list[Table]]:
+    """The equilibrium and the modes about it, and their table."""
+    if found.oscillations is None:
+        return [Field("equilibrium", None), Field("modes", None)], []
+    from rigidcli.studies.hamilton import oscillations
+
+    return oscillations.fields(found.oscillations), oscillations.tables(found.oscillations)
 
 
 def _is_energy(derivation: Derivation) -> Field:
@@ -164,65 +181,42 @@ def _is_energy(derivation: Derivation) -> Field:
     excess = derivation.energy_excess
     same = None if excess is None else excess.is_zero
     differ = f": T + V - H = {reading(to_tree(excess))}" if excess is not None and not same else ""
-    found = told("hamilton", "h_equals_energy", same, words=f"{TRUTH[same]}{differ}")
-    return replace(found, title="") if same is None else found
+    entry = _row("h_equals_energy", same, words=f"{TRUTH[same]}{differ}")
+    return replace(entry, title="") if same is None else entry
 
 
-def _invariants(found: Found) -> list[Field]:
-    """The conserved quantities that were found by searching."""
-    invariants = None if found.invariants is None else list(found.invariants)
-    titles = [{}, *len(invariants or ()) * [{"title": " "}]]
-    shown = [
-        told("hamilton", "invariants", e, key="", **title)
-        for e, title in zip(invariants or (), titles, strict=False)
-    ]
-    return [Field("invariants", invariants), *shown]
-
-
-def _transform(found: Found) -> list[Field]:
+def _transform(transform: TransformedSystem) -> list[Field]:
     """Whether a change of variables is canonical, and H and its equations in the new ones."""
-    transform = found.transform
-    if transform is None:
-        return []
-    wrong = ", ".join(transform.wrong)
-    where = ", ".join(transform.conditions)
+    wrong, where = ", ".join(transform.wrong), ", ".join(transform.conditions)
     words = f"yes, where {where}" if where else "yes"
     if wrong:
         only = ", ".join(f"{reading(to_tree(e))} = 1" for e in transform.open_brackets)
         words = f"no: only where {only}" if only else f"no: of {wrong} the bracket is wrong"
     brackets = transform.brackets.items()
     return [
-        told("hamilton", "transform.canonical", not wrong, words=words),
-        told("hamilton", "transform.conditions", list(transform.conditions)),
+        _row("transform.canonical", not wrong, words=words),
+        _row("transform.conditions", list(transform.conditions)),
         *(Field(f"transform.brackets.{name}", e, name, rf"\{name[:-1]}\}}") for name, e in brackets),
-        if_known(told("hamilton", "transform.hamiltonian", transform.hamiltonian)),
-        *_rates("transform.equations", transform.names, transform.equations),
+        if_known(_row("transform.hamiltonian", transform.hamiltonian)),
+        *_by_name("transform.equations", transform.names, transform.equations, _rate),
     ]
 
 
-def _orbit_quality(found: Found) -> list[Field]:
+def _orbit_quality(orbit: OrbitSolution) -> list[Field]:
     """How well the orbit was followed."""
-    orbit = found.orbit
-    if orbit is None:
-        return []
+    drifts = []
+    for name, drift in orbit.drift.items():
+        if name not in orbit.invariants:
+            cells = {f"orbit.drift.{name}": ()}
+            symbol = rf"\text{{drift of }}{latex_name(name)}"
+            drifts.append(Field("", drift, f"drift of {name}", symbol, "", cells, diagnostic=True))
     further = [orbit.drift[name] for name in orbit.invariants]
     return [
-        told("hamilton", "orbit.method", orbit.method, words=orbit.method),
-        told("hamilton", "orbit.steps", orbit.steps),
+        _row("orbit.method", orbit.method, words=orbit.method),
+        _row("orbit.steps", orbit.steps),
         trusted("hamilton", "orbit.trusted_digits", orbit.trusted_digits),
         Field("orbit.drift", orbit.drift),
-        *(
-            Field(
-                "",
-                drift,
-                f"drift of {name}",
-                rf"\text{{drift of }}{latex_name(name)}",
-                cells={f"orbit.drift.{name}": ()},
-                diagnostic=True,
-            )
-            for name, drift in orbit.drift.items()
-            if name not in orbit.invariants
-        ),
+        *drifts,
         *([Field("", max(further), "largest drift of the others", diagnostic=True)] if further else []),
     ]
 
@@ -232,10 +226,8 @@ def _branch_table(found: Found) -> list[Table]:
     branches, names = found.branches, found.derivation.velocity_names
     if len(branches) < 2:
         return []
-    columns = [
-        Column(name, [branch.velocities[place] for branch in branches], (name,))
-        for place, name in enumerate(names)
-    ]
+    values = {name: [branch.velocities[place] for branch in branches] for place, name in enumerate(names)}
+    columns = [Column(name, column, (name,)) for name, column in values.items()]
     columns.append(Column("hamiltonian", [branch.hamiltonian for branch in branches], ("H",)))
     columns.append(Column("range", [branch.validity for branch in branches], ("where",)))
     return [Table("branches", "several velocities have the same momenta", tuple(columns), records=True)]
@@ -246,19 +238,13 @@ def _orbit_table(found: Found) -> list[Table]:
     orbit, phase = found.orbit, found.derivation.phase
     if orbit is None:
         return []
-    error = noise(orbit.trusted_digits)
+    error, size = noise(orbit.trusted_digits), np.abs(orbit.energy).max()
     constant = "H" in found.derivation.conserved
-    size = np.abs(orbit.energy).max()
+    keys = [*(f"q.{name}" for name in phase.coordinates), *(f"p.{name}" for name in phase.momenta)]
+    samples = zip(keys, phase.names, (*orbit.coordinates.T, *orbit.momenta.T), strict=True)
     columns = (
         Column(TIME, orbit.times, (TIME,), "s", (TIME,)),
-        *(
-            Column(way + name, values, (name,), symbols=(latex_name(name),), noise=error)
-            for way, names, samples in (
-                ("q.", phase.coordinates, orbit.coordinates),
-                ("p.", phase.momenta, orbit.momenta),
-            )
-            for name, values in zip(names, samples.T, strict=True)
-        ),
+        *(Column(key, x, (name,), symbols=(latex_name(name),), noise=error) for key, name, x in samples),
         # What changes in a constant is rounding.
         Column("H", orbit.energy, ("H",), noise=np.ptp(orbit.energy) / size if constant and size else NOISE),
     )

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from fractions import Fraction
@@ -31,7 +31,7 @@ from rigidcli.mechanics.lagrange_equations import (
     primary_constraints,
     rank,
 )
-from rigidcli.mechanics.legendre import NOTHING, Momenta, canonical_momenta, legendre_transform
+from rigidcli.mechanics.legendre import Momenta, canonical_momenta, legendre_transform
 from rigidcli.mechanics.velocity_inversion import Branch
 from rigidcli.studies.hamilton.system import SystemFunctions, known_values, system_functions
 from rigidcli.studies.hamilton.verification import MOST_RESIDUAL, is_short, residual_of
@@ -41,7 +41,7 @@ from rigidcli.studies.hamilton.verification import MOST_RESIDUAL, is_short, resi
 class Derivation:
     """A system and what follows from it; `momenta` is None where only H is given, `branches` are checked.
 
-    `residual` is the largest difference at random points between Hamilton's equations and those of
+    `residual` is the largest difference at random points between Hamilton's equations and the equations of
     Euler and Lagrange, in units of their size; None where there is nothing to compare.
     """
 
@@ -60,7 +60,7 @@ class Derivation:
 
     @property
     def are_linear(self) -> bool:
-        """Whether the momenta are known as linear functions of the velocities."""
+        """Whether the momenta are linear functions of the velocities."""
         return self.momenta is not None and self.momenta.are_linear(self.velocity_names)
 
     @property
@@ -70,12 +70,12 @@ class Derivation:
 
     @property
     def is_short(self) -> bool:
-        """Whether H is known, and short enough to be worked with."""
+        """Whether there is an H, short enough to be worked with."""
         return self.hamiltonian is not None and (self.branch is None or is_short(self.branch))
 
     @cached_property
     def equations(self) -> tuple[Expr, ...] | None:
-        """The derivatives of coordinates and momenta by time; None if H is not known, or too long."""
+        """The derivatives of coordinates and momenta by time; None without an H, or if it is too long."""
         if self.hamiltonian is None or not self.is_short:
             return None
         solved = None if self.branch is None else self.branch.velocities
@@ -86,7 +86,7 @@ class Derivation:
 
     @cached_property
     def linear(self) -> tuple[list[list[Expr]], list[Expr]] | None:
-        """A and b where the equations are z' = A z + b; None where they are not, or not known."""
+        """A and b where the equations are z' = A z + b; None where they are not linear, or not written."""
         with suppress(ExpressionError):
             return None if self.equations is None else linear(self.equations, self.phase.names)
         return None
@@ -126,7 +126,7 @@ class Derivation:
 
     @cached_property
     def jumps(self) -> tuple[Expr, ...]:
-        """Functions of the variables whose sign stands in H, or in L if H is not known."""
+        """Functions of the variables whose sign stands in H, or in L where there is no H."""
         return steps(self.generator, {*self.phase.names, *self.velocity_names})
 
     @cached_property
@@ -144,7 +144,7 @@ class Derivation:
     def power(self) -> Expr:
         """dH/dt: the partial derivative of H, and that of -L, by the time, and the power of the forces.
 
-        It is a function of coordinates and momenta where H is known, and else of velocities, too.
+        It is a function of coordinates and momenta where there is an H, and else of velocities, too.
         """
         velocities = self.velocities or [symbol(name) for name in self.velocity_names]
         pairs = zip(self.forces_of(velocities), velocities, strict=True)
@@ -155,7 +155,7 @@ class Derivation:
 
     @property
     def energy_rate(self) -> Expr | None:
-        """dH/dt where H is known."""
+        """dH/dt where there is an H."""
         return tidy(self.power) if self.is_short else None
 
     @property
@@ -175,7 +175,7 @@ class Derivation:
 
     @cached_property
     def energy_excess(self) -> Expr | None:
-        """T + V - H as a function of coordinates and velocities; None where T and V are not known."""
+        """T + V - H as a function of coordinates and velocities; None without T and V."""
         system = self.system
         known = system.kinetic, system.potential, system.lagrangian
         if self.momenta is None or any(e is None for e in known):
@@ -244,62 +244,47 @@ def _worked(given: _Given) -> Derivation:
     derivation = Derivation(Phase(system.coordinates, system.momenta), system.velocities, functions)
     if functions.lagrangian is None:
         return derivation
-    return _transformed(derivation, functions.lagrangian, given.values)
-
-
-def _transformed(derivation: Derivation, lagrangian: Expr, values: Mapping[str, Expr]) -> Derivation:
-    """The derivation with momenta and the branches that pass the check."""
-    phase, velocities = derivation.phase, derivation.velocity_names
-    momenta = canonical_momenta(lagrangian, velocities)
-    _require_regular(momenta, phase, velocities)
-    _require_regular_at(values, momenta)
-    branches, residual = _branches(derivation, lagrangian, momenta, values)
-    notes = list(_assumed(branches, values))
-    if not branches and momenta.are_linear(velocities):
-        notes.append("H is too long to be worked out in symbols; orbits solve for the velocities in numbers")
-    elif not branches:
-        notes.append("no closed form of the velocities in the momenta was found, so that H is not written")
-    elif not is_short(branches[0]):
-        notes.append("Hamilton's equations are too long to be worked out in symbols")
-    return replace(derivation, momenta=momenta, branches=branches, residual=residual, notes=tuple(notes))
+    momenta = canonical_momenta(functions.lagrangian, system.velocities)
+    _require_regular(momenta, derivation.phase, system.velocities)
+    _require_regular_at(given.values, momenta)
+    return _inverted(replace(derivation, momenta=momenta), given.values)
 
 
 def on_this_side(derivation: Derivation, values: Mapping[str, float]) -> Derivation:
-    """The same system with the form of its branches that holds for these values."""
+    """The same system with the form of its branches that holds for these values of all names."""
     if all(e.evaluate(**values) > 0 for branch in derivation.branches for e in branch.region):
         return derivation
+    return _inverted(derivation, {name: number(Fraction(value)) for name, value in values.items()})
+
+
+def _inverted(derivation: Derivation, values: Mapping[str, Expr]) -> Derivation:
+    """The derivation with the ways from momenta to velocities that pass the check, as they are for values."""
+    phase, velocities = derivation.phase, derivation.velocity_names
     lagrangian, momenta = derivation.system.lagrangian, derivation.momenta
     assert lagrangian is not None
     assert momenta is not None
-    notes = set(_assumed(derivation.branches, NOTHING))
-    exact = {name: number(Fraction(value)) for name, value in values.items()}
-    branches, residual = _branches(derivation, lagrangian, momenta, exact)
-    kept = tuple(note for note in derivation.notes if note not in notes)
-    return replace(derivation, branches=branches, residual=residual, notes=kept)
-
-
-def _assumed(branches: Sequence[Branch], values: Mapping[str, Expr]) -> Iterator[str]:
-    """A note on what the form of branches assumes of names without a value."""
-    for e in branches[0].region if branches else ():
-        if not e.names <= values.keys():
-            yield f"H is written for {e} > 0"
-
-
-def _branches(
-    derivation: Derivation, lagrangian: Expr, momenta: Momenta, values: Mapping[str, Expr]
-) -> tuple[tuple[Branch, ...], float | None]:
-    """The ways from momenta to velocities that pass the check, and the largest residual of it."""
-    phase, velocities = derivation.phase, derivation.velocity_names
-    good, residuals = [], []
+    branches, residuals = list[Branch](), list[float]()
     typed = squares(derivation.system.particles, phase.coordinates)
     for branch in legendre_transform(lagrangian, velocities, phase.momenta, values, momenta, typed):
         decided = [e.names for e in branch.region if e.names <= values.keys()]
         fixed = {name: values[name].evaluate() for names in decided for name in names}
         residual = residual_of(lagrangian, momenta, branch, phase, velocities, fixed)
         if residual is None or residual < MOST_RESIDUAL:
-            good.append(branch)
+            branches.append(branch)
             residuals += [] if residual is None else [residual]
-    return tuple(good), max(residuals, default=None)
+    notes = [
+        f"H is written for {e} > 0"
+        for e in (branches[0].region if branches else ())
+        if not e.names <= values.keys()
+    ]
+    if not branches and momenta.are_linear(velocities):
+        notes.append("H is too long to be worked out in symbols; orbits solve for the velocities in numbers")
+    elif not branches:
+        notes.append("no closed form of the velocities in the momenta was found, so that H is not written")
+    elif not is_short(branches[0]):
+        notes.append("Hamilton's equations are too long to be worked out in symbols")
+    worst = max(residuals, default=None)
+    return replace(derivation, branches=tuple(branches), residual=worst, notes=tuple(notes))
 
 
 def _require_regular(momenta: Momenta, phase: Phase, velocities: tuple[str, ...]) -> None:

@@ -1,7 +1,7 @@
 """The equations of motion that are integrated for an orbit, and the meaning of their variables.
 
 Where H has a closed form, these are Hamilton's equations. Where it has none, but the velocities follow from
-linear equations M(q, t) v = p - b(q, t), these are solved at each step, and p' = dL/dq. Otherwise the
+linear equations M(q, t) v = p - b(q, t), these are solved at every step, and p' = dL/dq. Otherwise the
 velocities themselves are variables: M v' = dL/dq - (dp/dq) v - dp/dt.
 """
 
@@ -38,8 +38,8 @@ No name of a document has a dot.
 class EquationsOfMotion:
     """What is integrated from where, and how its variables (k by m) at times (k) are `observed`.
 
-    That gives q and p (k by n each), H (k), and the terms of H (any number by k). `roundings` are the
-    rounding errors of the flow, in units of those of one operation. What is `watched` tells where something
+    That gives q and p (both k by n), H (k), and the terms of H (any number by k). `roundings` are the
+    rounding errors of the flow, in units of the error of one operation. `watched` shows where something
     sudden may be.
     """
 
@@ -159,6 +159,6 @@ def terms(e: Expr) -> list[Expr]:
     return [Expr({monomial: factor}) for monomial, factor in e.ordered] or [e]
 
 
-def flow_of_terms(e: Expr, phase: Phase, parameters: Mapping[str, float]) -> Flow:
-    """The terms of a function on phase space as one flow."""
-    return code.function([to_tree(term) for term in terms(e)], [TIME, *phase.names], parameters)
+def values_of_terms(e: Expr, phase: Phase, parameters: Mapping[str, float]) -> Callable[..., Floats]:
+    """The terms (m by k) of a function on phase space at times (k) and values of the variables (k)."""
+    return columns(code.function([to_tree(term) for term in terms(e)], [TIME, *phase.names], parameters))

@@ -1,4 +1,4 @@
-"""What is found of the system of a document: its derivation, and what the document asks for besides."""
+"""All that a document asks about its system: derivation, conserved quantities, orbit, modes."""
 
 from __future__ import annotations
 
@@ -6,17 +6,22 @@ import re
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, replace
 from functools import lru_cache
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from rigidcli.algebra.expressions import Expr, symbol
+from rigidcli.algebra.exported import PLAIN
+from rigidcli.algebra.expressions import Expr, symbol, total
+from rigidcli.algebra.reading import from_tree
+from rigidcli.algebra.trees import to_tree
 from rigidcli.document.document import Document
+from rigidcli.language.formula import Formula, Style, is_even
+from rigidcli.language.tree import Negative, Power, Sum, nodes
 from rigidcli.mechanics.velocity_inversion import Branch
-from rigidcli.report import Field, Value
+from rigidcli.report import Field
 from rigidcli.studies.common import require_values
 from rigidcli.studies.hamilton.derivation import Derivation, derive
-from rigidcli.studies.hamilton.system import require_formulas
+from rigidcli.studies.hamilton.system import derived_parameters, require_formulas
 
 if TYPE_CHECKING:
     from rigidcli.studies.hamilton.initial import InitialState
@@ -27,7 +32,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True)
 class Found:
-    """What was found of the system of a document; None for what was not asked, or not searched for.
+    """The answers on the system of a document; None for what was not asked, or not searched for.
 
     The derivation is on the branch of the velocities that the orbit is on, if there is one.
     """
@@ -90,22 +95,55 @@ DECIMAL = re.compile(r"\.\d|\de-")
 
 
 def as_typed(fields: Iterable[Field], document: Document) -> list[Field]:
-    """The results with decimals, where the system has some and exact ones are not asked for."""
-    if document.exact_results or not DECIMAL.search(repr(document.system)):
-        return list(fields)
-    return [replace(entry, value=_in_decimals(entry.value)) for entry in fields]
+    """Results in the style of the document.
+
+    They have decimals where the system has some and exact ones are not asked for, and squares of sums in the
+    order of the terms that the system has.
+    """
+    decimal = not document.exact_results and DECIMAL.search(repr(document.system)) is not None
+    style = Style(decimal, tuple(_typed_sums(document).items()))
+    return list(fields) if style == PLAIN else [_styled(entry, style) for entry in fields]
 
 
-def _in_decimals(value: Value) -> Value:
-    """Exact expressions written with decimals, and all else as it is."""
-    match value:
-        case Expr():
-            return value.in_decimals()
-        case list():
-            return [_in_decimals(entry) for entry in value]
-        case dict():
-            return {key: _in_decimals(entry) for key, entry in value.items()}
-        case np.ndarray() if value.dtype == object:
-            return np.array([_in_decimals(entry) for entry in value.flat], dtype=object).reshape(value.shape)
-        case _:
-            return value
+def _typed_sums(document: Document) -> dict[Sum, Sum]:
+    """The sums under even powers in the system, as the algebra writes them, and as they are typed."""
+    system, found = document.system, dict[Sum, Sum]()
+    assert system is not None
+    values = derived_parameters(document)
+    written = [system.lagrangian, system.kinetic, system.potential, system.hamiltonian]
+    written += [particle.potential for particle in system.particles or ()]
+    for part in nodes(e.root for e in written if e is not None):
+        if isinstance(part, Power) and isinstance(part.base, Sum) and is_even(part.exponent):
+            terms = [from_tree(term, values) for term in part.base.terms]
+            typed, square = Sum(tuple(map(to_tree, terms))), to_tree(total(terms) ** 2)
+            if isinstance(square, Power) and isinstance(square.base, Sum) and _has_terms(square.base, typed):
+                found.setdefault(square.base, typed)
+    return found
+
+
+def _has_terms(written: Sum, typed: Sum) -> bool:
+    """Whether one sum has the terms of the other in another order, or their negatives, the first positive."""
+    if isinstance(typed.terms[0], Negative):
+        return False
+    return {*written.terms} in ({*typed.terms}, {-term for term in typed.terms})
+
+
+def _styled(entry: Field, style: Style) -> Field:
+    """The result in a style, and so are expressions in lists, tables of numbers and formulas."""
+
+    def changed(value: Any) -> Any:
+        match value:
+            case Expr():
+                return value.styled(style)
+            case Formula(exact=True):
+                return replace(value, root=style.of(value.root))
+            case list():
+                return list(map(changed, value))
+            case dict():
+                return {key: changed(inner) for key, inner in value.items()}
+            case np.ndarray() if value.dtype == object:
+                return np.array([*map(changed, value.flat)], dtype=object).reshape(value.shape)
+            case _:
+                return value
+
+    return replace(entry, value=changed(entry.value))

@@ -33,7 +33,7 @@ SAME = 1e-6
 
 @dataclass(frozen=True, slots=True, eq=False)
 class InitialState:
-    """The values of the parameters, and coordinates q, momenta p and velocities v (n each) at t = 0.
+    """The values of the parameters, and coordinates q, momenta p and velocities v (all n) at t = 0.
 
     The velocities are None where the document gives momenta.
     """
@@ -122,7 +122,7 @@ def _momenta(point: _Point, derivation: Derivation, v: Floats) -> Floats:
 
 
 def _velocities(point: _Point, momenta: Momenta, names: Sequence[str], p: Floats) -> Floats:
-    """Velocities (n) with the momenta p (n), found from rest. Raises DocumentError where none are found."""
+    """Velocities (n) with the momenta p (n), by a search from rest. Raises DocumentError where it fails."""
     from scipy.optimize import root
 
     entries = [*momenta.definitions, *(e for row in momenta.mass_matrix for e in row)]
@@ -145,7 +145,7 @@ def _velocities(point: _Point, momenta: Momenta, names: Sequence[str], p: Floats
 def _branch(point: _Point, derivation: Derivation, v: Floats | None) -> Branch | None:
     """The branch of the velocities that the orbit begins on; None if these are to be followed themselves.
 
-    They are if they belong to no branch that is known, or its form changes on the way.
+    They are if they belong to none of the branches, or its form changes on the way.
     """
     branches = derivation.branches
     inside = [b for b in branches if min(point.evaluate(b.conditions, "a momentum"), default=1.0) > 0]

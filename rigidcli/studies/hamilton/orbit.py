@@ -9,20 +9,17 @@ from functools import partial
 
 import numpy as np
 
-from rigidcli.algebra.expressions import Expr
+from rigidcli.algebra.expressions import Expr, symbol
 from rigidcli.core import integrate, memory
 from rigidcli.core.arithmetic import EPS, Floats
-from rigidcli.core.estimate import columns, compared, foreseen
+from rigidcli.core.estimate import compared, foreseen
 from rigidcli.core.solution import Solution, digits
 from rigidcli.document.orbit import Orbit
 from rigidcli.document.sampling import DEFAULT_TOLERANCE
 from rigidcli.errors import ComputationError
 from rigidcli.mechanics import linear_flow
 from rigidcli.studies.hamilton.derivation import Derivation
-from rigidcli.studies.hamilton.equations_of_motion import (
-    equations_of_motion,
-    flow_of_terms,
-)
+from rigidcli.studies.hamilton.equations_of_motion import equations_of_motion, values_of_terms
 from rigidcli.studies.hamilton.initial import InitialState
 
 LOOKS = 4097
@@ -31,11 +28,11 @@ LOOKS = 4097
 
 @dataclass(frozen=True, slots=True, eq=False)
 class OrbitSolution:
-    """An orbit at `times` (k): coordinates and momenta (k by n each) and H (k).
+    """An orbit at `times` (k): coordinates and momenta (both k by n) and H (k).
 
-    `drift` tells by how much H and the conserved quantities change, in units of the largest sum of the sizes
-    of their terms; where H changes by law, the integral of dH/dt is taken off. Those that are neither H nor
-    momenta are `invariants`. The `states` (k by 2 n) are those of the variables that were integrated.
+    `drift` is the change of H and of the conserved quantities, in units of the largest sum of the sizes of
+    their terms; where H changes by law, the integral of dH/dt is taken off. What is neither H nor a momentum
+    is one of the `invariants`. The `states` (k by 2 n) have the variables that were integrated.
     From `lost` on, if ever, a second orbit in other steps has nothing in common with this one.
     """
 
@@ -62,7 +59,7 @@ def solve_orbit(
     progress: Callable[[float], None] | None,
     starts: int = 1,
 ) -> OrbitSolution:
-    """The orbit that a document asks for, one of so many `starts`; the drift of `invariants` is told, too.
+    """The orbit that a document asks for, one of so many `starts`; with the drift of `invariants`, too.
 
     Raises ComputationError where the orbit ends early, or needs too many steps, or too much memory.
     """
@@ -106,21 +103,16 @@ def solve_orbit(
     )
     gained = states[:, -1] if derivation.energy_changes else np.zeros(len(times))
     drift = {"H": _drift(energy - energy[0] - (gained - gained[0]), terms)}
-    for name in derivation.conserved_momenta:
-        column = momenta[:, derivation.phase.coordinates.index(name)]
-        drift[f"p_{name}"] = _drift(column, column[None])
-    further = [str(invariant) for invariant in invariants]
-    for name, invariant in zip(further, invariants, strict=True):
-        flow = flow_of_terms(invariant, derivation.phase, initial.parameters)
-        parts = columns(flow)(times, *coordinates.T, *momenta.T)
-        drift[name] = _drift(parts.sum(axis=0), parts)
+    for e in (*(symbol(f"p_{name}") for name in derivation.conserved_momenta), *invariants):
+        parts = values_of_terms(e, derivation.phase, initial.parameters)(times, *coordinates.T, *momenta.T)
+        drift[str(e)] = _drift(parts.sum(axis=0), parts)
     return OrbitSolution(
         times,
         coordinates,
         momenta,
         energy,
         drift,
-        tuple(further),
+        tuple(map(str, invariants)),
         solution.method,
         solution.steps,
         states[:, : 2 * len(initial.q)],
@@ -154,9 +146,10 @@ def _by_exponential(
 def _require_range(solution: Solution, derivation: Derivation, initial: InitialState) -> None:
     """Raise ComputationError where momenta leave the range in which they have velocities on this branch."""
     for condition in () if derivation.branch is None else derivation.branch.conditions:
-        flow = flow_of_terms(condition, derivation.phase, initial.parameters)
         times = np.linspace(0.0, solution.knots[-1], LOOKS)
-        outside = ~(columns(flow)(times, *solution.at(times)[:, : 2 * len(initial.q)].T).sum(axis=0) > 0)
+        states = solution.at(times)[:, : 2 * len(initial.q)]
+        values = values_of_terms(condition, derivation.phase, initial.parameters)(times, *states.T)
+        outside = ~(values.sum(axis=0) > 0)
         if outside.any():
             time = times[int(np.argmax(outside))]
             raise ComputationError(

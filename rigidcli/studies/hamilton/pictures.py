@@ -8,11 +8,10 @@ import numpy as np
 
 from rigidcli.algebra.expressions import Expr
 from rigidcli.core.arithmetic import Floats
-from rigidcli.core.estimate import columns
 from rigidcli.errors import UsageError
 from rigidcli.language.text import latex_name
 from rigidcli.picture import Mark, Panel, Picture, Ruler
-from rigidcli.studies.hamilton.equations_of_motion import flow_of_terms
+from rigidcli.studies.hamilton.equations_of_motion import values_of_terms
 from rigidcli.studies.hamilton.scene import path_names, positions
 
 if TYPE_CHECKING:
@@ -187,8 +186,8 @@ def _contours(found: Found, orbit: OrbitSolution, path: Floats) -> list[Mark]:
     x, y = np.linspace(low - room, high + room, GRID).T
     parameters = {name: float(value) for name, value in found.document.values.items()}
     states = np.column_stack([np.tile(x, GRID), np.repeat(y, GRID)])
-    flow = flow_of_terms(hamiltonian, derivation.phase, parameters)
-    heights = columns(flow)(np.zeros(len(states)), *states.T).sum(axis=0).reshape(GRID, GRID)
+    values = values_of_terms(hamiltonian, derivation.phase, parameters)
+    heights = values(np.zeros(len(states)), *states.T).sum(axis=0).reshape(GRID, GRID)
     finite = heights[np.isfinite(heights)]
     if not len(finite) or not finite.min() < finite.max():
         return []

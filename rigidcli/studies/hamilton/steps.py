@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import replace
 from itertools import combinations, islice
 from typing import NamedTuple
@@ -24,19 +24,6 @@ from rigidcli.studies.hamilton.findings import Found
 from rigidcli.studies.hamilton.transform import TransformedSystem, given_side
 from rigidcli.studies.steps import writing
 
-
-class _Part(NamedTuple):
-    """A step by the keys of the results, and of the tables, that it shows.
-
-    Its `forced` sentence is for systems with forces beside L, if it is another one.
-    """
-
-    title: str
-    sentence: str
-    keys: tuple[str, ...]
-    forced: str = ""
-
-
 MOST_BRACKETS = 6
 """Brackets that are worked out: all of two pairs of variables, of which further ones follow the same rule."""
 
@@ -49,83 +36,28 @@ ENERGIES = {
 }
 """What is said of energies, by whether positions of particles are given."""
 
-PARTS = (
-    _Part("Lagrangian", "", ("lagrangian",)),
-    _Part(
-        "Momenta",
-        "The momentum of a coordinate q is the derivative of L by its velocity.",
-        ("momentum_definitions",),
-    ),
-    _Part("Velocities", "These equations are solved for the velocities.", ("velocity_solutions",)),
-    _Part(
-        "Hamiltonian",
-        "H is the sum of p_q qdot, less L, with the velocities as functions of the momenta.",
-        ("hamiltonian", "branches"),
-    ),
-    _Part(
-        "Hamilton's equations",
-        "The rate of a coordinate is the derivative of H by its momentum, that of a momentum minus the "
-        "derivative of H by its coordinate.",
-        ("equations",),
-        "The rate of a coordinate is the derivative of H by its momentum, that of a momentum minus the "
-        "derivative of H by its coordinate, plus the force.",
-    ),
-    _Part(
-        "Lagrange's equations",
-        "The same motion in one equation of second order a coordinate: d/dt (dL/dqdot) - dL/dq vanishes.",
-        ("lagrange_equations", "accelerations"),
-        "The same motion in one equation of second order a coordinate: d/dt (dL/dqdot) - dL/dq is the force.",
-    ),
-    _Part(
-        "Matrix form",
-        "The equations are linear in the coordinates and momenta, which are the entries of z. A root i w of "
-        "the polynomial is an oscillation at the rate w; motion grows at one with a positive real part.",
-        ("matrix", "offset", "frequencies", "stability"),
-    ),
-    _Part(
-        "Energy",
-        "Along the motion, dH/dt is the partial derivative of H by the time. T + V is the energy.",
-        ("dH_dt", "energy", "h_equals_energy", "natural"),
-        "Along the motion, dH/dt is the partial derivative of H by the time, plus the power of the forces. "
-        "T + V is the energy.",
-    ),
-)
-"""The steps that show results; one without results is left out."""
-
 
 def hamilton_steps(found: Found, fields: Sequence[Field], tables: Sequence[Table]) -> Iterator[Step]:
     """The way to the results, shown by these themselves; conserved quantities by their brackets with H."""
-    derivation = found.derivation
-    parts: tuple[_Part, ...] = PARTS
-    if not any(_belongs(entry, PARTS[1]) for entry in fields):
-        parts = PARTS[4:]
-    for part in parts:
-        shown = [_titled(entry) for entry in fields if _belongs(entry, part)]
-        if part is PARTS[0] and derivation.system.kinetic is None:
-            continue  # L is given as it stands among the results
+    derivation, system = found.derivation, found.derivation.system
+    if system.kinetic is not None:
+        shown = [_titled(entry) for entry in fields if entry.key == "lagrangian"]
+        sentence = ENERGIES[bool(system.particles)]
+        yield Step("Lagrangian", sentence, (*_energies(derivation), *shown))
+    for part in PARTS if derivation.momenta is not None else PARTS[3:]:
+        shown = [entry for entry in fields if _belongs(entry, part)]
         listed = tuple(table for table in tables if table.key in part.keys)
-        if part is PARTS[0]:
-            part = part._replace(sentence=ENERGIES[bool(derivation.system.particles)])
-            shown = [*_energies(derivation), *shown]
-        if part is PARTS[5] and shown:
-            shown = [*_slopes(derivation), *shown]
-        if part is PARTS[3]:
-            shown = [*_substituted(derivation), *shown]
-        if part.title == "Matrix form" and shown:
-            given = [entry for entry in fields if entry.key in ("matrix", "offset") and _belongs(entry, part)]
-            shown[len(given) : len(given)] = of_matrix(given[0].value, found.document)
-        if part.title == "Energy" and [entry.title for entry in shown] == ["dH/dt"] and shown[0].value == 0:
+        if not (shown or listed) or [(entry.key, entry.value) for entry in shown] == [("dH_dt", 0)]:
             continue
-        if shown or listed:
-            sentence = part.forced if derivation.is_forced and part.forced else part.sentence
-            yield Step(part.title, sentence, tuple(shown), listed)
+        sentence = part.sentence.format(part.forces[derivation.is_forced])
+        shown = list(part.arranged(found, shown)) if shown else []
+        yield Step(part.title, sentence, tuple(map(_titled, shown)), listed)
     if found.transform is not None:
         yield from _of_transform(found.document, found.transform, derivation.phase, fields)
     if found.oscillations is not None:
         place = [_titled(entry) for entry in fields if entry.key.startswith("equilibrium.")]
-        yield from of_oscillations(
-            found.oscillations, found.document, place, [t for t in tables if not t.key]
-        )
+        modes = [table for table in tables if not table.key]
+        yield from of_oscillations(found.oscillations, found.document, place, modes)
     if derivation.hamiltonian is None:
         return
     momenta = [(name, symbol(name)) for name in derivation.conserved if name != "H"]
@@ -152,14 +84,14 @@ def _energies(derivation: Derivation) -> Iterator[Field]:
     yield Field("", system.potential, "V", "V")
 
 
-def _slopes(derivation: Derivation) -> Iterator[Field]:
-    """What stands in each of Lagrange's equations: dL/dqdot, its rate, and dL/dq."""
-    lagrangian, phase = derivation.system.lagrangian, derivation.phase
-    if lagrangian is None or derivation.lagrange is None:
-        return
-    names = derivation.velocity_names
-    moving = {**dict(zip(phase.coordinates, names, strict=True))}
-    moving |= dict(zip(names, derivation.lagrange.names, strict=True))
+def _slopes(found: Found, shown: list[Field]) -> Iterator[Field]:
+    """What Lagrange's equations are made of, dL/dqdot, its rate, and dL/dq, and then these."""
+    derivation = found.derivation
+    lagrangian, phase, names = derivation.system.lagrangian, derivation.phase, derivation.velocity_names
+    assert lagrangian is not None
+    assert derivation.lagrange is not None
+    rates = (*names, *derivation.lagrange.names)
+    moving = dict(zip((*phase.coordinates, *names), rates, strict=True))
     for q, v in zip(phase.coordinates, names, strict=True):
         momentum = tidy(derivative(lagrangian, v))
         parts = {f"dL/d{v}": momentum, f"d/dt dL/d{v}": velocity(momentum, moving)}
@@ -169,19 +101,85 @@ def _slopes(derivation: Derivation) -> Iterator[Field]:
             if len(str(e)) <= LONGEST:
                 rate = r"\frac{\mathrm{d}}{\mathrm{d}t}\," if title.startswith("d/dt") else ""
                 yield Field("", e, title, rate + sign)
+    yield from shown
 
 
-def _substituted(derivation: Derivation) -> Iterator[Field]:
-    """The sum of p_q qdot, less L, with the velocities put in their places, before it is worked out."""
-    lagrangian, velocities = derivation.system.lagrangian, derivation.velocities
-    if lagrangian is None or velocities is None:
-        return
-    trees = [velocity.tree() for velocity in velocities]
-    terms = [Product((Name(p), tree)) for p, tree in zip(derivation.phase.momenta, trees, strict=True)]
-    inner = bound(lagrangian.tree(), dict(zip(derivation.velocity_names, trees, strict=True)))
-    whole = Sum((*terms, Negative(inner)))
-    if len(reading(whole)) <= LONGEST:
-        yield Field("", Formula(whole, exact=True), "p_q qdot - L", r"\sum p_q\dot q - L")
+def _substituted(found: Found, shown: list[Field]) -> Iterator[Field]:
+    """The sum of p_q qdot, less L, with the velocities put in their places, and then what it comes to."""
+    derivation, lagrangian = found.derivation, found.derivation.system.lagrangian
+    if lagrangian is not None and derivation.velocities is not None:
+        trees = [velocity.tree() for velocity in derivation.velocities]
+        terms = [Product((Name(p), tree)) for p, tree in zip(derivation.phase.momenta, trees, strict=True)]
+        inner = bound(lagrangian.tree(), dict(zip(derivation.velocity_names, trees, strict=True)))
+        whole = Sum((*terms, Negative(inner)))
+        if len(reading(whole)) <= LONGEST:
+            yield Field("", Formula(whole, exact=True), "p_q qdot - L", r"\sum p_q\dot q - L")
+    yield from shown
+
+
+def _with_polynomial(found: Found, shown: list[Field]) -> Iterator[Field]:
+    """The matrix and the offset of linear equations, the characteristic polynomial, and its roots."""
+    given = [entry for entry in shown if entry.key in ("matrix", "offset")]
+    yield from given
+    yield from of_matrix(given[0].value, found.document)
+    yield from shown[len(given) :]
+
+
+class _Part(NamedTuple):
+    """A step by the keys of the results, and of the tables, that it shows, with what leads to these.
+
+    The sentence has a place for words that depend on whether there are no `forces` beside L, or some.
+    """
+
+    title: str
+    sentence: str
+    keys: tuple[str, ...]
+    arranged: Callable[[Found, list[Field]], Iterable[Field]] = lambda found, shown: shown
+    forces: tuple[str, str] = ("", "")
+
+
+PARTS = (
+    _Part(
+        "Momenta",
+        "The momentum of a coordinate q is the derivative of L by its velocity.",
+        ("momentum_definitions",),
+    ),
+    _Part("Velocities", "These equations are solved for the velocities.", ("velocity_solutions",)),
+    _Part(
+        "Hamiltonian",
+        "H is the sum of p_q qdot, less L, with the velocities as functions of the momenta.",
+        ("hamiltonian", "branches"),
+        _substituted,
+    ),
+    _Part(
+        "Hamilton's equations",
+        "The rate of a coordinate is the derivative of H by its momentum, that of a momentum minus the "
+        "derivative of H by its coordinate{}.",
+        ("equations",),
+        forces=("", ", plus the force"),
+    ),
+    _Part(
+        "Lagrange's equations",
+        "The same motion in one equation of second order a coordinate: d/dt (dL/dqdot) - dL/dq {}.",
+        ("lagrange_equations", "accelerations"),
+        _slopes,
+        ("vanishes", "is the force"),
+    ),
+    _Part(
+        "Matrix form",
+        "The equations are linear in the coordinates and momenta, which are the entries of z. A root i w of "
+        "the polynomial is an oscillation at the rate w; motion grows at one with a positive real part.",
+        ("matrix", "offset", "frequencies", "stability"),
+        _with_polynomial,
+    ),
+    _Part(
+        "Energy",
+        "Along the motion, dH/dt is the partial derivative of H by the time{}. T + V is the energy.",
+        ("dH_dt", "energy", "h_equals_energy", "natural"),
+        forces=("", ", plus the power of the forces"),
+    ),
+)
+"""The steps that show results, of which the first three lead to H. One without results is left out."""
 
 
 def _bracket(name: str, e: Expr, h: Expr, phase: Phase) -> Step:
@@ -255,18 +253,17 @@ def _of_transform(
             f"{found.canonical[name]}.",
             tuple(shown),
         )
-    shown = [
-        replace(entry, key="", title=entry.title.strip() or entry.key.rpartition(".")[2], cells={})
-        for entry in fields
-        if entry.key == "transform.hamiltonian" or entry.key.startswith("transform.equations.")
-    ]
     if found.hamiltonian is not None:
         yield Step(
             "Hamiltonian in the new variables",
             "The old variables are put into H as functions of the new ones; where the change holds the time, "
             "the function that makes the new variables move at fixed old ones is added. Its derivatives are "
             "the new equations.",
-            tuple(shown),
+            tuple(
+                _titled(entry)
+                for entry in fields
+                if entry.key.startswith(("transform.hamiltonian", "transform.equations."))
+            ),
         )
 
 
