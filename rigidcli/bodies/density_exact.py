@@ -16,6 +16,7 @@ import numpy as np
 
 from rigidcli.algebra.allowance import Allowance
 from rigidcli.algebra.atoms import Applied, Atom, Symbol
+from rigidcli.algebra.calculus import antiderivative
 from rigidcli.algebra.expansion import coefficients, expand
 from rigidcli.algebra.expressions import (
     ONE,
@@ -29,7 +30,6 @@ from rigidcli.algebra.expressions import (
     total,
 )
 from rigidcli.algebra.functions import apply
-from rigidcli.algebra.integration import antiderivative
 from rigidcli.algebra.reading import from_tree
 from rigidcli.algebra.roots import Rational
 from rigidcli.algebra.substitution import substitute

@@ -25,10 +25,9 @@ from rigidcli.algebra.allowance import Allowance
 from rigidcli.algebra.arithmetic import root_of_either_sign
 from rigidcli.algebra.arithmetic import tidy as in_lowest_terms
 from rigidcli.algebra.atoms import Applied, Atom, Group
-from rigidcli.algebra.calculus import derivative
+from rigidcli.algebra.calculus import antiderivative, derivative
 from rigidcli.algebra.expressions import ONE, ZERO, Expr, power, symbol, total
 from rigidcli.algebra.functions import apply
-from rigidcli.algebra.integration import antiderivative
 from rigidcli.algebra.roots import Rational
 from rigidcli.algebra.simplification import tidy
 from rigidcli.algebra.substitution import rebuilt, substitute, with_powers
