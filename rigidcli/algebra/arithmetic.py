@@ -189,12 +189,6 @@ def polynomial_factors(e: Expr, unknown: str) -> list[tuple[dict[int, Expr], int
     return [({k: c for (k,), c in p.items()}, times) for p, times in polynomials if p is not None]
 
 
-def quadratic_roots(a: Expr, b: Expr, c: Expr) -> list[Expr]:
-    """The roots of a x^2 + b x + c, the one with the negative root first."""
-    root = root_of_either_sign(b**2 - 4 * a * c)
-    return [tidy((-b - root) / (2 * a)), tidy((-b + root) / (2 * a))]
-
-
 def sqrt(x: Any) -> Expr:
     """The square root, of squares of known sign without a root.
 

@@ -1,4 +1,4 @@
-"""Derivatives of exact expressions."""
+"""Derivatives of exact expressions, and antiderivatives of sums of simple terms."""
 
 from __future__ import annotations
 
@@ -6,10 +6,12 @@ from collections.abc import Callable
 from fractions import Fraction
 
 from rigidcli.algebra.allowance import Allowance
-from rigidcli.algebra.atoms import Applied, Atom, Group
-from rigidcli.algebra.expressions import ONE, ZERO, Expr, gathered, total
+from rigidcli.algebra.atoms import Applied, Atom, Group, Symbol
+from rigidcli.algebra.expansion import expand
+from rigidcli.algebra.expressions import ONE, ZERO, Expr, atomic, gathered, power, symbol, total
 from rigidcli.algebra.functions import apply
-from rigidcli.algebra.roots import bounded
+from rigidcli.algebra.roots import Rational, bounded
+from rigidcli.errors import ExpressionError
 from rigidcli.language.tree import UnknownFunction
 
 MAX_FACTORS = 20_000
@@ -93,3 +95,60 @@ class _Derivative:
         if slope.is_zero:
             return through_base
         return through_base + base**exponent * apply("log", base) * slope
+
+
+_INTEGRALS: dict[str, Callable[[Expr], Expr]] = {
+    "sin": lambda x: -apply("cos", x),
+    "cos": lambda x: apply("sin", x),
+    "sinh": lambda x: apply("cosh", x),
+    "cosh": lambda x: apply("sinh", x),
+    "exp": lambda x: apply("exp", x),
+}
+"""The integral of each function of one argument."""
+
+MAX_PARTS = 40
+"""The highest power of the variable beside another function that is integrated by parts."""
+
+
+def antiderivative(e: Expr, name: str) -> Expr | None:
+    """A function whose derivative by a symbol is `e`; None where a term has none by these rules.
+
+    Terms are powers, functions of what is linear in the variable, and natural powers times one of these.
+    """
+    try:
+        parts = [_of_term(Expr({monomial: c}), name) for monomial, c in expand(e).ordered]
+    except ExpressionError:
+        return None
+    known = [part for part in parts if part is not None]
+    return total(known) if len(known) == len(parts) else None
+
+
+def _of_term(term: Expr, name: str) -> Expr | None:
+    """The same for one term."""
+    ((monomial, coefficient),) = term.terms.items()
+    moving = [(atom, n) for atom, n in monomial if name in atom.names]
+    rest = gathered(coefficient, {atom: n for atom, n in monomial if name not in atom.names})
+    if not moving:
+        return term * symbol(name)
+    if len(moving) > 1:
+        return _by_parts(rest, dict(moving), name)
+    ((atom, n),) = moving
+    if isinstance(atom, Symbol):
+        x = atomic(atom)
+        return rest * (apply("log", x) if n == -1 else power(x, n + 1) / (n + 1))
+    if not isinstance(atom, Applied) or atom.function not in _INTEGRALS or n != 1:
+        return None
+    slope = derivative(atom.arguments[0], name)
+    return None if name in slope.names else rest * _INTEGRALS[atom.function](atom.arguments[0]) / slope
+
+
+def _by_parts(rest: Expr, moving: dict[Atom, Rational], name: str) -> Expr | None:
+    """That of a natural power of the variable and one other factor: the power gets lower step by step."""
+    variable = next((atom for atom in moving if isinstance(atom, Symbol)), None)
+    exponent = moving.pop(variable, 0) if variable is not None else 0
+    if variable is None or len(moving) > 1 or exponent.denominator != 1 or not 0 < exponent <= MAX_PARTS:
+        return None
+    factor = _of_term(gathered(1, moving), name)
+    x = atomic(variable)
+    lower = None if factor is None else antiderivative(exponent * x ** (exponent - 1) * factor, name)
+    return None if factor is None or lower is None else rest * (x**exponent * factor - lower)

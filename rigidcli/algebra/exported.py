@@ -9,11 +9,11 @@ from typing import Any, Self
 from rigidcli.algebra.atoms import Symbol, Terms
 from rigidcli.algebra.trees import to_tree
 from rigidcli.errors import ExpressionError
-from rigidcli.language.evaluation import SIGNS, Operations, value
+from rigidcli.language.evaluation import SIGNS, numbers
 from rigidcli.language.expression import Expression
 from rigidcli.language.formula import Style
 from rigidcli.language.text import latex, text
-from rigidcli.language.tree import Node, UnknownFunction
+from rigidcli.language.tree import Node, UnknownFunction, fold
 
 KEPT = 128
 """Texts that are kept: results of one system at many values of its parameters have the same ones."""
@@ -85,15 +85,17 @@ class Exported(Terms):
             slope = sympy.Function(function.base)(*places).diff(*(places[k] for k in function.by))
             return sympy.Subs(slope, places, values).doit()
 
-        operations = Operations(
-            name=lambda name: sympy.Symbol(name, real=True, positive=True if name in positive else None),
-            number=lambda value, text: sympy.pi if text == "pi" else sympy.Rational(text),
+        def named(name: str) -> Any:
+            return sympy.Symbol(name, real=True, positive=True if name in positive else None)
+
+        kind = numbers(
+            number=lambda text, value: sympy.pi if text == "pi" else sympy.Rational(text),
             negative=operator.neg,
             joined=lambda left, sign, right: SIGNS[sign](int(left) if left in (0.0, 1.0) else left, right),
             power=operator.pow,
             call=called,
         )
-        return value(to_tree(self), operations)
+        return fold(to_tree(self), named, kind)
 
     _sympy_ = to_sympy  # by this name sympy's own functions take it
 

@@ -10,6 +10,7 @@ from rigidcli.algebra.functions import apply
 from rigidcli.algebra.roots import MAX_BITS, bounded
 from rigidcli.errors import ExpressionError
 from rigidcli.language import tree
+from rigidcli.language.tree import Kind, fold
 
 _NOTHING: Mapping[str, Expr] = {}
 
@@ -22,31 +23,24 @@ def from_tree(node: tree.Node, values: Mapping[str, Expr] = _NOTHING) -> Expr:
     Raises:
         ExpressionError: it has no real value, or is too large.
     """
-    match node:
-        case tree.Name(name):
-            return values[name] if name in values else symbol(name)
-        case tree.Number(text, value):
-            return number(_spelled(text, value))
-        case tree.Constant():
-            return PI
-        case tree.Negative(operand):
-            return -from_tree(operand, values)
-        case tree.Sum(terms):
-            return total([from_tree(term, values) for term in terms])
-        case tree.Product(factors):
-            return product([from_tree(factor, values) for factor in factors])
-        case tree.Reciprocal(operand):
-            return power(from_tree(operand, values), -1)
-        case tree.Power(base, exponent):
-            return from_tree(base, values) ** from_tree(exponent, values)
-        case tree.Call(function, arguments):
-            return apply(function, *[from_tree(argument, values) for argument in arguments])
+    found: Expr = fold(node, lambda name: values[name] if name in values else symbol(name), EXPRESSIONS)
+    return found
 
 
-def _spelled(text: str, value: float) -> Fraction:
-    _, _, exponent = text.lower().partition("e")
+def _number(text: str, value: float) -> Expr:
+    if text == "pi":
+        return PI
+    exponent = text.lower().partition("e")[2]
     if abs(int(exponent or 0)) > MAX_BITS:
         raise ExpressionError("the value is too large")
-    fraction = Fraction(text)
-    bounded(fraction)
-    return fraction
+    return number(bounded(Fraction(text)))
+
+
+EXPRESSIONS = Kind(
+    number=_number,
+    negative=lambda e: -e,
+    sum=lambda terms: total([-e if is_subtracted else e for is_subtracted, e in terms]),
+    product=lambda factors: product([power(e, -1) if divides else e for divides, e in factors]),
+    power=lambda base, exponent: base**exponent,
+    call=lambda function, arguments: apply(function, *arguments),
+)

@@ -14,10 +14,10 @@ from typing import Any, TypeAlias
 
 from rigidcli.algebra.allowance import Allowance
 from rigidcli.algebra.atoms import Applied, Atom, Symbol
+from rigidcli.algebra.calculus import antiderivative
 from rigidcli.algebra.expansion import coefficients, expand
 from rigidcli.algebra.expressions import ONE, ZERO, Expr, expr, gathered, number, power, symbol, total
 from rigidcli.algebra.functions import apply
-from rigidcli.algebra.integration import antiderivative
 from rigidcli.algebra.reading import from_tree
 from rigidcli.algebra.roots import Rational
 from rigidcli.algebra.substitution import substitute

@@ -25,7 +25,7 @@ from rigidcli.language import typed
 from rigidcli.language.latex import plain as without_latex
 from rigidcli.language.text import reading
 from rigidcli.language.tree import Name, Negative, Node, Number, Product, Reciprocal, bound, names_in
-from rigidcli.language.vocabulary import Words
+from rigidcli.language.typed import Words
 
 Domain: TypeAlias = Literal["positive", "real"]
 

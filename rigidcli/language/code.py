@@ -25,7 +25,7 @@ from rigidcli.errors import ComputationError
 from rigidcli.language import evaluation
 from rigidcli.language.expression import Expression
 from rigidcli.language.functions import FUNCTIONS, Function
-from rigidcli.language.tree import Node, UnknownFunction, insides, names_in, phases
+from rigidcli.language.tree import Node, UnknownFunction, fold, insides, names_in, phases
 
 MOST_MULTIPLIED = 16
 """The largest power that is written as products: they are faster, and heyoka has no powers of 0."""
@@ -165,10 +165,10 @@ class _Writer:
 
     def write(self, node: Node) -> Value:
         """The value of a tree, after statements that make it."""
-        by = evaluation.Operations(
-            self.named, evaluation.finite, self.negative, self.joined, self.power, self.called
+        kind = evaluation.numbers(
+            lambda text, value: evaluation.finite(value), self.negative, self.joined, self.power, self.called
         )
-        written: Value = evaluation.value(node, by)
+        written: Value = fold(node, self.named, kind)
         return written
 
     def named(self, name: str) -> Value:

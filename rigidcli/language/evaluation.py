@@ -5,60 +5,34 @@ from __future__ import annotations
 import math
 import operator
 from collections.abc import Callable, Mapping
-from typing import TYPE_CHECKING, Any, NamedTuple
+from functools import partial, reduce
+from typing import TYPE_CHECKING, Any
 
 from rigidcli.errors import ExpressionError
 from rigidcli.language import tree
-from rigidcli.language.functions import CONSTANTS, FUNCTIONS
+from rigidcli.language.functions import FUNCTIONS
+from rigidcli.language.tree import Kind, Parts, fold
 
 if TYPE_CHECKING:
     import numpy as np
     from numpy.typing import NDArray
 
-
-class Operations(NamedTuple):
-    """What names, numbers and operations are, where trees are worked out in one kind of values."""
-
-    name: Callable[[str], Any]
-    number: Callable[[float, str], Any]
-    """A number by its nearest float and its text, which is the name of a constant."""
-    negative: Callable[[Any], Any]
-    joined: Callable[[Any, str, Any], Any]
-    """What two values with one of `+-*/` between them come to; a sum begins with 0.0, a product with 1.0."""
-    power: Callable[[Any, Any], Any]
-    call: Callable[[str, list[Any]], Any]
-
-
-def value(node: tree.Node, by: Operations) -> Any:
-    """The value of a tree by these operations, from left to right."""
-    total: Any
-    match node:
-        case tree.Name(name):
-            return by.name(name)
-        case tree.Number(text, number):
-            return by.number(number, text)
-        case tree.Constant(name):
-            return by.number(CONSTANTS[name], name)
-        case tree.Negative(operand):
-            return by.negative(value(operand, by))
-        case tree.Power(base, exponent):
-            return by.power(value(base, by), value(exponent, by))
-        case tree.Call(function, arguments):
-            return by.call(function, [value(argument, by) for argument in arguments])
-        case tree.Sum(operands):
-            total, signs = 0.0, "+-"
-        case tree.Product(operands):
-            total, signs = 1.0, "*/"
-        case tree.Reciprocal():
-            total, signs, operands = 1.0, "*/", (node,)
-    inverse = tree.Negative if signs == "+-" else tree.Reciprocal
-    for operand in operands:
-        sign, inner = (signs[1], operand.operand) if isinstance(operand, inverse) else (signs[0], operand)
-        total = by.joined(total, sign, value(inner, by))
-    return total
-
-
 SIGNS = {"+": operator.add, "-": operator.sub, "*": operator.mul, "/": operator.truediv}
+
+
+def numbers(
+    number: Callable[[str, float], Any],
+    negative: Callable[[Any], Any],
+    joined: Callable[[Any, str, Any], Any],
+    power: Callable[[Any, Any], Any],
+    call: Callable[[str, list[Any]], Any],
+) -> Kind:
+    """A kind whose values are joined from left to right, two by two with one of `+-*/` between them."""
+
+    def in_order(start: float, signs: str, parts: Parts) -> Any:
+        return reduce(lambda left, part: joined(left, signs[part[0]], part[1]), parts, start)
+
+    return Kind(number, negative, partial(in_order, 0.0, "+-"), partial(in_order, 1.0, "*/"), power, call)
 
 
 def real(node: tree.Node, values: Mapping[str, float]) -> float:
@@ -67,8 +41,7 @@ def real(node: tree.Node, values: Mapping[str, float]) -> float:
     Raises:
         ExpressionError: there is no such value, at any step of the way.
     """
-    by = Operations(lambda name: known(name, values), finite, operator.neg, joined, power, call)
-    return float(value(node, by))
+    return float(fold(node, lambda name: known(name, values), FLOATS))
 
 
 def known(name: str, values: Mapping[str, float]) -> float:
@@ -84,7 +57,7 @@ def known(name: str, values: Mapping[str, float]) -> float:
     raise ExpressionError(f"the value of `{name}` is not a finite number")
 
 
-def finite(value: float, text: str = "") -> float:
+def finite(value: float) -> float:
     """The value; ExpressionError if it is not finite."""
     if math.isfinite(value):
         return value
@@ -131,6 +104,9 @@ def require_formula(function: str) -> None:
         raise ExpressionError(f"`{function.base}` has no formula, and so no value")
 
 
+FLOATS = numbers(lambda text, number: finite(number), operator.neg, joined, power, call)
+
+
 def array(node: tree.Node, values: Mapping[str, float | NDArray[np.float64]]) -> NDArray[np.float64]:
     """The values of a tree, element by element; infinite or NaN where there is none."""
     import numpy as np
@@ -139,13 +115,12 @@ def array(node: tree.Node, values: Mapping[str, float | NDArray[np.float64]]) ->
         require_formula(function)
         return getattr(np, FUNCTIONS[function].numpy)(*arguments)
 
-    by = Operations(
-        lambda name: np.asarray(values[name], dtype=np.float64),
-        lambda number, text: np.float64(number),
+    arrays = numbers(
+        lambda text, number: np.float64(number),
         operator.neg,
         lambda left, sign, right: SIGNS[sign](left, right),
         np.power,
         called,
     )
     with np.errstate(all="ignore"):
-        return np.asarray(value(node, by))
+        return np.asarray(fold(node, lambda name: np.asarray(values[name], dtype=np.float64), arrays))

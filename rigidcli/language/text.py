@@ -5,20 +5,21 @@ r"""Trees as text: for programs, for people in a terminal, and for LaTeX.
     reading(root)     # p_x^2/(2 m) - k cos(theta)^2
     latex(root)       # \frac{p_{x}^{2}}{2 m} - k \cos^{2}\theta
 
-A tree is written from its leaves upwards and without recursion: what is derived from a text may be
-deeper than any text that can be read.
+Pieces know how tightly they hold together, so that only the parentheses that are needed are written.
 """
 
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Generator, Iterable, Sequence
+from collections.abc import Sequence
 from enum import IntEnum
-from functools import partial
-from typing import Any, NamedTuple, TypeAlias
+from functools import lru_cache
+from typing import Any, NamedTuple
 
 from rigidcli.language import tree
+from rigidcli.language.functions import CONSTANTS
 from rigidcli.language.tokens import GREEK
+from rigidcli.language.tree import Kind, Parts, fold
 
 
 def text(node: tree.Node, power: str = "**") -> str:
@@ -28,12 +29,12 @@ def text(node: tree.Node, power: str = "**") -> str:
     could be left out, but for those of `x**(-2)`. A tree beyond the bounds of `parser.read` is written
     all the same. Other languages may have another sign for a `power`.
     """
-    return _folded(node, partial(_plain, times="*", power=power))
+    return _signed(fold(node, _atom, _plain("*", power)))
 
 
 def reading(node: tree.Node) -> str:
     """A tree as a person would write it: `M a^2/12`, `x/(2 m)`, `a (b + c)`, `10*2^(1/3)`."""
-    return _folded(node, partial(_plain, times=" ", power="^"))
+    return _signed(fold(node, _atom, _plain(" ", "^")))
 
 
 def latex(node: tree.Node) -> str:
@@ -42,7 +43,8 @@ def latex(node: tree.Node) -> str:
     A function of a single name or number goes without parentheses, at the end of its product:
     `x \sin\theta`.
     """
-    return _folded(node, _latex).replace("(", r"\left(").replace(")", r"\right)")
+    written = fold(node, lambda name: _atom(latex_name(name)), _LATEX)
+    return _signed(_whole(written)).replace("(", r"\left(").replace(")", r"\right)")
 
 
 class _Strength(IntEnum):
@@ -63,98 +65,71 @@ class _Piece(NamedTuple):
     negative: bool = False
     is_open: bool = False
     """Whether it ends in what a further factor would seem to belong to: a divisor, a bare argument."""
+    called: tuple[str, Any] | None = None
+    """The name and the argument of a function, in LaTeX: a power of it may be written on its name."""
 
 
-_Writing: TypeAlias = Generator[tree.Node, _Piece, _Piece]
-"""The writing of a node: it yields each of its operands, is sent the written one, and returns its own."""
-
-
-def _folded(root: tree.Node, write: Callable[[tree.Node], _Writing]) -> str:
-    """The text of the root, written by `write` from its written operands, as these are from theirs."""
-    pending = [write(root)]
-    done: Any = None
-    while pending:
-        try:
-            pending.append(write(pending[-1].send(done)))
-            done = None
-        except StopIteration as end:
-            done = end.value
-            pending.pop()
-    return _signed(done)
-
-
-def _each(operands: Iterable[tree.Node]) -> Generator[tree.Node, _Piece, list[_Piece]]:
-    """All operands, one after the other."""
-    written: list[_Piece] = []
-    for operand in operands:
-        written += [(yield operand)]
-    return written
+def _atom(word: str) -> _Piece:
+    return _Piece(word, _Strength.ATOM)
 
 
 def _signed(piece: _Piece) -> str:
-    if not piece.negative:
-        return piece.text
-    return f"-{_within(piece, _Strength.PRODUCT)}"
+    return f"-{_unsigned(piece, _Strength.PRODUCT)}" if piece.negative else piece.text
 
 
-def _within(piece: _Piece, least: _Strength) -> str:
+def _unsigned(piece: _Piece, least: _Strength) -> str:
     """A piece without its sign, in parentheses if it is weaker than `least`."""
     return piece.text if piece.strength >= least else f"({piece.text})"
 
 
-def _whole(piece: _Piece, least: _Strength) -> str:
+def _bracketed(piece: _Piece, least: _Strength) -> str:
     """A piece with its sign, in parentheses if it has one or is weaker than `least`."""
-    return f"({_signed(piece)})" if piece.negative else _within(piece, least)
+    return f"({_signed(piece)})" if piece.negative else _unsigned(piece, least)
 
 
-def _sum(terms: Sequence[_Piece]) -> _Piece:
-    written = [_signed(terms[0])]
-    for term in terms[1:]:
-        written.append("-" if term.negative else "+")
-        written.append(_within(term, _Strength.PRODUCT))
-    return _Piece(" ".join(written), _Strength.SUM)
+def _turned(written: Any) -> Any:
+    return written._replace(negative=not written.negative)
 
 
-def _plain(node: tree.Node, *, times: str, power: str) -> _Writing:
-    """A node in one line of plain text."""
-    match node:
-        case tree.Name(word) | tree.Number(word, _) | tree.Constant(word):
-            return _Piece(word, _Strength.ATOM)
-        case tree.Negative(operand):
-            piece = yield operand
-            return piece._replace(negative=not piece.negative)
-        case tree.Sum(terms):
-            return _sum((yield from _each(terms)))
-        case tree.Reciprocal():
-            return (yield from _line([node], times))
-        case tree.Product(factors):
-            return (yield from _line(factors, times))
-        case tree.Power():
-            base, exponent = yield from _each((node.base, node.exponent))
-            # Powers group from the right: a**b**c is a**(b**c).
-            word = f"{_whole(base, _Strength.ATOM)}{power}{_whole(exponent, _Strength.POWER)}"
-            return _Piece(word, _Strength.POWER)
-        case tree.Call(function, arguments):
-            parts = yield from _each(arguments)
-            return _Piece(f"{function}({', '.join(map(_signed, parts))})", _Strength.ATOM)
-
-
-def _line(factors: Sequence[tree.Node], times: str) -> _Writing:
-    """A product from left to right, its reciprocals as divisions."""
-    written, negative, is_open = "", False, False
-    for factor in factors:
-        part = yield factor.operand if isinstance(factor, tree.Reciprocal) else factor
-        negative ^= part.negative
-        if isinstance(factor, tree.Reciprocal):
-            written = f"{written or '1'}/{_within(part, _Strength.POWER)}"
-            is_open = True
-        elif written:
-            right = _within(part, _Strength.POWER)
-            # `a/b c` would be taken for a/(b c), and `2 3` for a number.
-            written += ("*" if is_open or _starts_with_number(right) else times) + right
+def _sum(terms: Parts) -> _Piece:
+    written = ""
+    for is_subtracted, term in terms:
+        is_negative = is_subtracted != term.negative
+        if written:
+            written += f" {'-' if is_negative else '+'} {_unsigned(term, _Strength.PRODUCT)}"
         else:
-            written, is_open = _within(part, _Strength.PRODUCT), part.is_open
-    return _Piece(written, _Strength.PRODUCT, negative, is_open)
+            written = _signed(term._replace(negative=is_negative))
+    return _Piece(written, _Strength.SUM)
+
+
+@lru_cache
+def _plain(times: str, power: str) -> Kind:
+    """One line of plain text, with these signs for products and powers."""
+
+    def product(factors: Parts) -> _Piece:
+        """From left to right, with divisions."""
+        written, negative, is_open = "", False, False
+        for divides, part in factors:
+            negative ^= part.negative
+            right = _unsigned(part, _Strength.POWER)
+            if divides:
+                written, is_open = f"{written or '1'}/{right}", True
+            elif written:
+                # `a/b c` would be taken for a/(b c), and `2 3` for a number.
+                written += ("*" if is_open or _starts_with_number(right) else times) + right
+            else:
+                written, is_open = _unsigned(part, _Strength.PRODUCT), part.is_open
+        return _Piece(written, _Strength.PRODUCT, negative, is_open)
+
+    def raised(base: _Piece, exponent: _Piece) -> _Piece:
+        """Powers group from the right: a**b**c is a**(b**c)."""
+        parts = _bracketed(base, _Strength.ATOM), _bracketed(exponent, _Strength.POWER)
+        return _Piece(power.join(parts), _Strength.POWER)
+
+    def call(function: str, arguments: list[_Piece]) -> _Piece:
+        return _atom(f"{function}({', '.join(map(_signed, arguments))})")
+
+    return Kind(lambda word, _: _atom(word), _turned, _sum, product, raised, call)
 
 
 def _starts_with_number(written: str) -> bool:
@@ -183,38 +158,79 @@ _WORD_AT_START = re.compile(r"(?:\\d?dot\{)?\\mathrm\{\w{2,}\}")
 _SMALL_FRACTION = re.compile(r"(-?)\\frac\{(\w+)\}\{(\w+)\}")
 
 
-def _latex(node: tree.Node) -> _Writing:
-    """A node as LaTeX, but with plain parentheses."""
-    match node:
-        case tree.Number(word, _):
-            return _latex_number(word)
-        case tree.Constant(name) | tree.Name(name):
-            return _Piece(latex_name(name), _Strength.ATOM)
-        case tree.Negative() | tree.Product() | tree.Reciprocal():
-            over, under, negative = _fraction(node)
-            parts = yield from _each([*over, *under])
-            negative ^= sum(part.negative for part in parts) % 2 == 1
-            return _latex_fraction(parts[: len(over)], parts[len(over) :])._replace(negative=negative)
-        case tree.Sum(terms):
-            return _sum((yield from _each(terms)))
-        case tree.Power(tree.Call(function, (argument,)), tree.Number(digits, _)) if _is_raised(
-            function, digits
-        ):
-            return _latex_call(f"{_LATEX_FUNCTIONS[function]}^{{{digits}}}", [(yield argument)])
-        case tree.Power():
-            base, exponent = yield from _each((node.base, node.exponent))
-            # A fraction in small type is hard to read.
-            small = _SMALL_FRACTION.fullmatch(_signed(exponent))
-            raised = "{}{}/{}".format(*small.groups()) if small else _signed(exponent)
-            return _Piece(f"{_whole(base, _Strength.ATOM)}^{{{raised}}}", _Strength.POWER)
-        case tree.Call(tree.UnknownFunction() as function, arguments):
-            written = ", ".join(map(_signed, (yield from _each(arguments))))
-            return _Piece(f"{_latex_unknown(function)}({written})", _Strength.POWER)
-        case tree.Call(function, arguments) if function in _LATEX_SHAPES:
-            shape, strength = _LATEX_SHAPES[function]
-            return _Piece(shape.format(_signed((yield arguments[0]))), strength)
-        case tree.Call(function, arguments):
-            return _latex_call(_LATEX_FUNCTIONS[function], (yield from _each(arguments)))
+class _Fraction(NamedTuple):
+    """The factors above and below the bar of what is written as a fraction."""
+
+    over: tuple[_Piece, ...]
+    under: tuple[_Piece, ...]
+    negative: bool
+
+    @property
+    def whole(self) -> _Piece:
+        """The fraction as one piece."""
+        above = _latex_product(self.over)
+        if self.under:
+            written = rf"\frac{{{above.text}}}{{{_latex_product(self.under).text}}}"
+            above = _Piece(written, _Strength.PRODUCT)
+        return above._replace(negative=self.negative)
+
+
+def _whole(written: _Piece | _Fraction) -> _Piece:
+    return written.whole if isinstance(written, _Fraction) else written
+
+
+def _latex_number(word: str, value: float) -> _Piece:
+    if word in CONSTANTS:
+        return _atom(latex_name(word))
+    digits, e, exponent = word.lower().partition("e")
+    return _Piece(rf"{digits} \times 10^{{{int(exponent)}}}", _Strength.PRODUCT) if e else _atom(digits)
+
+
+def _latex_factors(factors: Parts) -> _Fraction:
+    """The product as one fraction; a fraction in the denominator stays one."""
+    over: tuple[_Piece, ...] = ()
+    under: tuple[_Piece, ...] = ()
+    for divides, factor in factors:
+        above, below = (factor.over, factor.under) if isinstance(factor, _Fraction) else ((factor,), ())
+        if not divides:
+            over, under = over + above, under + below
+        else:
+            under += (factor.whole,) if below else above
+    return _Fraction(over, under, sum(factor.negative for _, factor in factors) % 2 == 1)
+
+
+def _latex_power(base: _Piece, exponent: _Piece) -> _Piece:
+    raised = _signed(exponent)
+    # `\sin^{-1}` would be the inverse.
+    if base.called and not base.negative and raised.isdigit() and raised not in ("0", "1"):
+        function, argument = base.called
+        return _latex_call(f"{_LATEX_FUNCTIONS[function]}^{{{raised}}}", [argument])
+    # A fraction in small type is hard to read.
+    small = _SMALL_FRACTION.fullmatch(raised)
+    raised = "{}{}/{}".format(*small.groups()) if small else raised
+    return _Piece(f"{_bracketed(base, _Strength.ATOM)}^{{{raised}}}", _Strength.POWER)
+
+
+def _latex_function(function: str, arguments: list[_Piece]) -> _Piece:
+    written = ", ".join(map(_signed, arguments))
+    if isinstance(function, tree.UnknownFunction):
+        return _Piece(f"{_latex_unknown(function)}({written})", _Strength.POWER)
+    if function in _LATEX_SHAPES:
+        shape, strength = _LATEX_SHAPES[function]
+        return _Piece(shape.format(written), strength)
+    called = (function, arguments[0]) if len(arguments) == 1 else None
+    return _latex_call(_LATEX_FUNCTIONS[function], arguments)._replace(called=called)
+
+
+_LATEX = Kind(
+    number=_latex_number,
+    negative=_turned,
+    sum=lambda terms: _sum([(is_subtracted, _whole(term)) for is_subtracted, term in terms]),
+    product=_latex_factors,
+    power=lambda base, exponent: _latex_power(_whole(base), _whole(exponent)),
+    call=lambda function, arguments: _latex_function(function, list(map(_whole, arguments))),
+)
+"""LaTeX, but with plain parentheses: of products fractions, of all else pieces."""
 
 
 def _latex_unknown(function: tree.UnknownFunction) -> str:
@@ -227,55 +243,15 @@ def _latex_unknown(function: tree.UnknownFunction) -> str:
     return rf"\frac{{{over}{name}}}{{{under}}}"
 
 
-def _latex_number(word: str) -> _Piece:
-    digits, e, exponent = word.lower().partition("e")
-    if not e:
-        return _Piece(digits, _Strength.ATOM)
-    return _Piece(rf"{digits} \times 10^{{{int(exponent)}}}", _Strength.PRODUCT)
-
-
-def _fraction(node: tree.Node) -> tuple[list[tree.Node], list[tree.Node], bool]:
-    """The factors of the numerator and of the denominator, and whether minus stands before them.
-
-    A fraction in the denominator stays one.
-    """
-    over: list[tree.Node] = []
-    under: list[tree.Node] = []
-    negative = False
-    pending = [(node, over)]
-    while pending:
-        factor, side = pending.pop()
-        match factor:
-            case tree.Negative(operand):
-                negative = not negative
-                pending.append((operand, side))
-            case tree.Product(factors) if side is over or not any(
-                isinstance(f, tree.Reciprocal) for f in factors
-            ):
-                pending.extend((inner, side) for inner in reversed(factors))
-            case tree.Reciprocal(operand) if side is over:
-                pending.append((operand, under))
-            case _:
-                side.append(factor)
-    return over, under, negative
-
-
-def _latex_fraction(over: Sequence[_Piece], under: Sequence[_Piece]) -> _Piece:
-    if not under:
-        return _latex_product(over)
-    numerator, denominator = _latex_product(over), _latex_product(under)
-    return _Piece(rf"\frac{{{numerator.text}}}{{{denominator.text}}}", _Strength.PRODUCT)
-
-
 def _latex_product(factors: Sequence[_Piece]) -> _Piece:
     """The factors side by side, those that end in a bare argument last."""
-    needed = [factor for factor in factors if factor.text != "1"] or [_Piece("1", _Strength.ATOM)]
+    needed = [factor for factor in factors if factor.text != "1"] or [_atom("1")]
     if len(needed) == 1:
         return needed[0]
     needed.sort(key=lambda factor: factor.is_open)
-    written = _within(needed[0], _Strength.PRODUCT)
+    written = _unsigned(needed[0], _Strength.PRODUCT)
     for factor in needed[1:]:
-        right = _within(factor, _Strength.PRODUCT)
+        right = _unsigned(factor, _Strength.PRODUCT)
         written += _latex_times(written, right) + right
     return _Piece(written, _Strength.PRODUCT, is_open=needed[-1].is_open)
 
@@ -285,11 +261,6 @@ def _latex_times(left: str, right: str) -> str:
     if _starts_with_number(right):
         return r" \cdot "
     return r" \, " if _WORD_AT_END.search(left) or _WORD_AT_START.match(right) else " "
-
-
-def _is_raised(function: str, exponent: str) -> bool:
-    r"""Whether a power is written on the name of its function; `\sin^{-1}` would be the inverse."""
-    return function in _LATEX_FUNCTIONS and exponent.isdigit() and exponent not in ("0", "1")
 
 
 def _latex_call(head: str, arguments: Sequence[_Piece]) -> _Piece:

@@ -1,8 +1,8 @@
 """The tree of an expression.
 
-The parser builds these nodes; evaluation, exact arithmetic, code generation and the checking of
-dimensions walk them with `match`. Sums and products hold all their members side by side, so that
-a tree is only as deep as the parentheses of its text.
+The parser builds these nodes. Floats, arrays, exact expressions, code and texts are made of them by one walk,
+`fold`, with a table of functions for each kind of value. Sums and products hold all their members side by
+side, so that a tree is only as deep as the parentheses of its text.
 """
 
 from __future__ import annotations
@@ -11,7 +11,9 @@ import math
 import zlib
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any, Self
+from typing import Any, NamedTuple, Self, TypeAlias
+
+from rigidcli.language.functions import CONSTANTS
 
 
 class _Arithmetic:
@@ -192,6 +194,69 @@ def nodes(trees: Iterable[Node]) -> Iterator[Node]:
         node = pending.pop()
         yield node
         pending += operands(node)
+
+
+Parts: TypeAlias = Sequence[tuple[bool, Any]]
+"""The values of terms or factors, from left to right: with True what is subtracted, or divides."""
+
+
+class Kind(NamedTuple):
+    """What numbers and operations are in one kind of values."""
+
+    number: Callable[[str, float], Any]
+    """A number by its text and the nearest float; the text of a constant is its name."""
+    negative: Callable[[Any], Any]
+    sum: Callable[[Parts], Any]
+    product: Callable[[Parts], Any]
+    power: Callable[[Any, Any], Any]
+    call: Callable[[str, list[Any]], Any]
+
+
+def fold(root: Node, name: Callable[[str], Any], kind: Kind) -> Any:
+    """The value of a tree from those of its names; the walk takes no place on the stack."""
+    order, pending = list[tuple[Node, list[bool]]](), [root]
+    while pending:
+        node = pending.pop()
+        parts = _parts(node)
+        order.append((node, [is_turned for is_turned, _ in parts]))
+        pending += [part for _, part in parts]
+    values: list[Any] = []
+    value: Any
+    for node, turned in reversed(order):
+        place = len(values) - len(turned)
+        inner = values[place:]
+        match node:
+            case Name(word):
+                value = name(word)
+            case Number(text, number):
+                value = kind.number(text, number)
+            case Constant(word):
+                value = kind.number(word, CONSTANTS[word])
+            case Negative():
+                value = kind.negative(*inner)
+            case Sum():
+                value = kind.sum(list(zip(turned, inner, strict=True)))
+            case Product() | Reciprocal():
+                value = kind.product(list(zip(turned, inner, strict=True)))
+            case Power():
+                value = kind.power(*inner)
+            case Call(function):
+                value = kind.call(function, inner)
+        values[place:] = [value]
+    return values[0]
+
+
+def _parts(node: Node) -> list[tuple[bool, Node]]:
+    """The operands; with True what is subtracted, or divides."""
+    match node:
+        case Sum(terms):
+            return [(True, e.operand) if isinstance(e, Negative) else (False, e) for e in terms]
+        case Product(factors):
+            return [(True, e.operand) if isinstance(e, Reciprocal) else (False, e) for e in factors]
+        case Reciprocal(divisor):
+            return [(True, divisor)]
+        case _:
+            return [(False, operand) for operand in operands(node)]
 
 
 def names_in(node: Node) -> set[str]:

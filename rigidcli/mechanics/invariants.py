@@ -29,9 +29,9 @@ from rigidcli.algebra.simplification import tidy
 from rigidcli.algebra.substitution import substitute
 from rigidcli.algebra.values import is_zero, sampled
 from rigidcli.core.arithmetic import Floats
+from rigidcli.core.elimination import echelon
 from rigidcli.errors import ExpressionError
 from rigidcli.mechanics.hamilton_equations import TIME, Phase, bracket
-from rigidcli.mechanics.numeric_spectrum import echelon
 
 MOST_COORDINATES = 9
 """With more coordinates only sums of momenta are tried: there are n^2 products of coordinates and momenta."""
@@ -181,8 +181,8 @@ def _null_sums(terms: Sequence[Expr], hamiltonian: Expr, phase: Phase) -> Iterat
     _, singular, rows = np.linalg.svd(values / sizes)
     null = rows[(singular > NONE * singular.max(initial=1.0)).sum() :] / sizes
     for turn in (1, -1):
-        for row in echelon(null[:, ::turn]):
-            numbers = [Fraction(x).limit_denominator(LARGEST) for x in row[::turn].real.tolist()]
+        for row in echelon(null[:, ::turn], len(null), DEPENDENT)[0]:
+            numbers = [Fraction(x).limit_denominator(LARGEST) for x in row[::turn].tolist()]
             e = total(number * term for number, term in zip(numbers, terms, strict=True) if number)
             if e and is_zero(bracket(e, hamiltonian, phase)):
                 yield e

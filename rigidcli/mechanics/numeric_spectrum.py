@@ -1,22 +1,23 @@
-"""Rates of linear motion in numbers, with their vectors, and whether motion stays bounded.
+"""The spectrum of linear motion in numbers.
 
 Eigenvalues are worked out to some 70 digits, so that a zero mode differs from a slow one, and what neither
-grows nor decays from what does, without any measure of rounding. Source: as of `spectrum`.
+grows nor decays from what does, without any measure of rounding. Sources are those of `spectrum`.
 """
 
 from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Sequence
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 
+from rigidcli.algebra import matrices
 from rigidcli.algebra.expressions import Expr
 from rigidcli.algebra.values import enclosed
 from rigidcli.core.arithmetic import Array
-from rigidcli.mechanics.small_oscillations import LinearMotion
-from rigidcli.mechanics.spectrum import Mode, Spectrum, verdict
+from rigidcli.core.elimination import echelon
+from rigidcli.mechanics.linear_motion import LinearMotion, Root, Vector
 
 BITS = 256
 """Bits of numbers: 77 digits, of which a double eigenvalue without a second vector leaves one half."""
@@ -34,43 +35,80 @@ NOISE = 1e-12
 """Entries of a vector below this, in units of its largest one, are zero."""
 
 
-class Eigenvalue(NamedTuple):
-    """An eigenvalue s = `growth` + i `angular` of a matrix of numbers, with its `vectors` (k by n).
+def numeric_spectrum(motion: LinearMotion, is_free: bool, rounding: float = ROUNDING) -> list[Root]:
+    """The roots by ascending rates; the matrices are exact numbers.
 
-    Their length is 1, and they are as many as the eigenvalue is often a root; fewer may be independent.
+    Raises:
+        ZeroDivisionError: the mass matrix is singular.
     """
+    from flint import arb, ctx
 
-    growth: float
-    angular: float
-    vectors: Array
+    with ctx.workprec(BITS):
+        matrix, is_square = _companion(motion, is_free)
+        is_paired, roots = is_free or is_square, list[Root]()
+        # Of coordinates in different units, entries are compared in units of 1/sqrt(M_ii).
+        sizes = [abs(enclosed(row[i], {}, BITS)) for i, row in enumerate(motion.masses)]
+        weights = [size.sqrt() if size != 0 else arb(1) for size in sizes][: matrix.nrows()]
+        for growth, angular, vectors in _eigenvalues(matrix, rounding, is_square, weights):
+            if angular < 0 or (is_paired and growth < 0):
+                continue
+            rank = int((np.linalg.svd(vectors, compute_uv=False) > INDEPENDENT).sum())
+            is_zero = not growth and not angular
+            times = 2 * len(vectors) if is_square and is_zero else len(vectors)
+            # With fewer vectors than there are equal roots, motion grows by powers of the time.
+            whole = bool(growth) or rank == times
+            stable = None if is_zero else growth < 0 or (not growth and whole)
+            shown = tuple(_from_first(vectors, rank, np.array([float(weight) for weight in weights])))
+            roots.append(Root(growth, angular, stable, None, times, whole, is_paired, shown))
+    return sorted(roots, key=lambda root: (root.rate, root.angular))
 
-    @property
-    def rank(self) -> int:
-        """How many of the vectors are independent."""
-        return int((np.linalg.svd(self.vectors, compute_uv=False) > INDEPENDENT).sum())
+
+def _companion(motion: LinearMotion, is_free: bool) -> tuple[Any, bool]:
+    """A matrix whose eigenvalues are the roots; or their squares, where nothing depends on velocities."""
+    from flint import arb_mat
+
+    masses, rates, stiffness = map(_balls, motion.parts)
+    size = len(motion.masses)
+    if motion.is_of_first_order:
+        first, second = range(size // 2), range(size // 2, size)
+        still = [matrices.part(motion.stiffness, part, part) for part in (first, second)]
+        below, beside = (
+            _balls(matrices.part(motion.stiffness, *parts)) for parts in ((first, second), (second, first))
+        )
+        # Where coordinates and momenta drive only each other, q'' = B D q.
+        drives = not any(e for part in still for row in part for e in row) and not below.det().contains(0)
+        return (below * beside, True) if drives else (-stiffness, False)
+    back, damping = masses.solve(stiffness), masses.solve(rates)
+    if is_free and not any(e for row in motion.rates for e in row):
+        return -back, True
+    rows = [[int(j == i + size) for j in range(2 * size)] for i in range(size)]
+    rows += [[-part[i, j] for part in (back, damping) for j in range(size)] for i in range(size)]
+    return arb_mat(rows), False
 
 
-def _balls(matrix: Sequence[Sequence[Expr | float]]) -> Any:
+def _balls(matrix: Sequence[Sequence[Expr]]) -> Any:
     """A matrix of python-flint's numbers."""
     from flint import arb_mat
 
-    return arb_mat(
-        [[enclosed(e, {}, BITS).mid() if isinstance(e, Expr) else float(e) for e in row] for row in matrix]
-    )
+    return arb_mat([[enclosed(e, {}, BITS).mid() for e in row] for row in matrix])
 
 
 def _eigenvalues(
-    matrix: Any, rounding: float = ROUNDING, square_root: bool = False, weights: Sequence[Any] = ()
-) -> Iterator[Eigenvalue]:
-    """The different eigenvalues of a matrix of python-flint's numbers (n by n), or the roots of these.
+    matrix: Any, rounding: float, are_squares: bool, weights: Sequence[Any]
+) -> Iterator[tuple[float, float, Array]]:
+    """The different eigenvalues of a matrix (n by n), or the roots of these: real and imaginary parts.
 
-    Of the vectors there are as many entries as `weights`, in units of 1/weight.
+    Behind them are vectors of length 1, as many as the eigenvalue is often a root; fewer may be independent.
+    They have as many entries as `weights`, in units of 1/weight.
     """
-    from flint import acb_mat
+    from flint import acb, acb_mat
 
     values, vectors = acb_mat(matrix).eig(right=True, algorithm="approx")
     groups: list[tuple[list[int], Any]] = []
-    values = [value.sqrt() for value in values] if square_root else values
+    if are_squares:
+        # What is left beside a negative square is rounding; the root of it would be of either sign.
+        real = [abs(value.imag) <= rounding * abs(value) for value in values]
+        values = [acb(v.real if is_real else v).sqrt() for v, is_real in zip(values, real, strict=True)]
     sizes = [float(abs(value).mid()) for value in values]
     for place, (value, size) in enumerate(zip(values, sizes, strict=True)):
         if size <= rounding * max(sizes):
@@ -85,85 +123,17 @@ def _eigenvalues(
         growth, angular = (0.0 if abs(part) <= rounding * math.hypot(*parts) else part for part in parts)
         rows = [[vectors[i, j] * weight for i, weight in enumerate(weights)] for j in places]
         columns = np.array([[complex((e / max(map(abs, row))).mid()) for e in row] for row in rows])
-        yield Eigenvalue(growth, angular, columns / np.linalg.norm(columns, axis=1, keepdims=True))
+        units = columns / np.linalg.norm(columns, axis=1, keepdims=True)
+        yield growth, angular, units
 
 
-def numeric_spectrum(matrix: Sequence[Sequence[Expr | float]]) -> Spectrum:
-    """The spectrum of A (2n by 2n, coordinates first) in numbers; floats are the fractions that they are."""
-    from flint import ctx
-
-    size = len(matrix) // 2
-    a, b, d, e = ([row[k : k + size] for row in matrix[i : i + size]] for i in (0, size) for k in (0, size))
-    with ctx.workprec(BITS):
-        # Where coordinates and momenta drive only each other, q'' = B D q. At a rate of zero they drift.
-        is_natural = not any(entry for part in (a, e) for row in part for entry in row)
-        is_natural = is_natural and not _balls(b).det().contains(0)
-        whole = _balls(b) * _balls(d) if is_natural else _balls(matrix)
-        found = list(_eigenvalues(whole, ROUNDING, is_natural, [1] * whole.nrows()))
-    signs = (1, -1) if is_natural else (1,)
-    pairs = sorted((s * x.growth + 0.0, s * x.angular + 0.0) for x in found for _ in x.vectors for s in signs)
-    is_whole = all(
-        x.growth or (x.rank == len(x.vectors) and not (is_natural and not x.angular)) for x in found
-    )
-    frequencies = sorted({im for re, im in pairs if im > 0 and not re})
-    return Spectrum(tuple(pairs), tuple(frequencies), verdict(any(re > 0 for re, _ in pairs), is_whole))
-
-
-def numeric_modes(motion: LinearMotion, is_free: bool, rounding: float = ROUNDING) -> list[Mode]:
-    """The modes, by ascending rates; the matrices are exact numbers.
-
-    Without forces (`is_free`) s and -s come in pairs, of which the growing one is listed.
-    """
-    from flint import arb, arb_mat, ctx
-
-    size = len(motion.masses)
-    is_natural = is_free and not any(entry for row in motion.rates for entry in row)
-    with ctx.workprec(BITS):
-        masses, rates, stiffness = map(_balls, motion.parts)
-        back, damping = masses.solve(stiffness), masses.solve(rates)
-        whole = -back
-        if not is_natural:
-            rows = [[int(j == i + size) for j in range(2 * size)] for i in range(size)]
-            rows += [[-part[i, j] for part in (back, damping) for j in range(size)] for i in range(size)]
-            whole = arb_mat(rows)
-        # Of coordinates in different units, entries are compared in units of 1/sqrt(M_ii).
-        weights = [abs(masses[i, i]).sqrt() if masses[i, i] != 0 else arb(1) for i in range(size)]
-        scale = np.array([float(weight.mid()) for weight in weights])
-        modes = [
-            mode
-            for value in _eigenvalues(whole, rounding, is_natural, weights)
-            if value.angular >= 0 and (value.growth >= 0 or not is_free)
-            for mode in _of_value(value, scale)
-        ]
-    return sorted(modes, key=lambda mode: (float(mode.rate), float(mode.angular)))
-
-
-def _of_value(value: Eigenvalue, weights: Array) -> Iterator[Mode]:
-    """The modes of one eigenvalue: as many as there are independent vectors, over their first entries."""
-    growth, angular, vectors = value
-    # With fewer vectors than there are equal eigenvalues, motion grows by powers of the time.
-    whole = value.rank == len(vectors)
-    is_stable = None if not growth and not angular else growth < 0 or (not growth and whole)
-    for row in echelon(vectors)[: value.rank] / weights:
+def _from_first(rows: Array, rank: int, weights: Array) -> Iterator[Vector]:
+    """As many independent vectors, over their first entries."""
+    reduced = echelon(rows, rank, INDEPENDENT)[0][:rank]
+    parts = np.array([reduced.real, reduced.imag])
+    parts[np.abs(parts) <= NOISE * np.abs(reduced).max(axis=1, keepdims=True)] = 0.0
+    for row in (parts[0] + 1j * parts[1]) / weights:
         first = np.flatnonzero(row)[0]
         row /= row[first]
         row[first] = 1.0
-        yield Mode(growth, angular, tuple((float(e.real), float(e.imag)) for e in row), is_stable)
-
-
-def echelon(rows: Array) -> Array:
-    """The rows in reduced echelon form, by the first entry of each that is not zero."""
-    rows = rows.astype(complex)
-    place = 0
-    for column in range(rows.shape[1]):
-        best = place + int(np.argmax(np.abs(rows[place:, column]), axis=0)) if place < len(rows) else 0
-        if place == len(rows) or abs(rows[best, column]) <= INDEPENDENT:
-            continue
-        rows[[place, best]] = rows[[best, place]]
-        rows[place] /= rows[place, column]
-        others = np.arange(len(rows)) != place
-        rows[others] -= np.outer(rows[others, column], rows[place])
-        place += 1
-    parts = np.array([rows.real, rows.imag])
-    parts[np.abs(parts) <= NOISE * np.abs(rows).max(axis=1, keepdims=True)] = 0.0
-    return np.asarray(parts[0] + 1j * parts[1])
+        yield tuple((float(e.real), float(e.imag)) for e in row)

@@ -2,10 +2,6 @@
 
 A tensor that has been turned keeps its moments, and its axes turn with it. So the moments are those of the
 tensor in the body's own axes, where its entries are short.
-
-Source of the roots of an irreducible cubic, which are real as the tensor is symmetric: O. K. Smith,
-Communications of the ACM 4 (1961) 168. With t = tr I, p = tr((I - t/3)^2)/6 and d = det(I - t/3)/2 they are
-t/3 + 2 sqrt(p) cos((acos(d/p^(3/2)) + 2 pi j)/3), ascending for j = 1, 2, 0.
 """
 
 from __future__ import annotations
@@ -19,8 +15,6 @@ import numpy as np
 
 from rigidcli.algebra.arithmetic import (
     common_factor,
-    polynomial_factors,
-    quadratic_roots,
     root_of_either_sign,
     sign,
     size,
@@ -30,14 +24,11 @@ from rigidcli.algebra.arithmetic import (
     weak_sign,
 )
 from rigidcli.algebra.atoms import Surd
-from rigidcli.algebra.expressions import ONE, PI, ZERO, Expr, symbol
-from rigidcli.algebra.functions import apply
+from rigidcli.algebra.expressions import ZERO, Expr
 from rigidcli.core.arithmetic import Array
 from rigidcli.core.principal import PIVOT_TIE, PrincipalFrame
 from rigidcli.errors import ComputationError, ExpressionError
-
-UNKNOWN = "lambda "
-"""The unknown of the characteristic polynomial. The blank keeps it apart from the names of documents."""
+from rigidcli.mechanics.spectrum import symmetric_roots
 
 LONGEST = 1_000
 """Length of the longest component of an axis, along the body's own axes: a dozen lines of a terminal."""
@@ -57,7 +48,9 @@ def principal_frame(tensor: Array, turn: Array = _ONE) -> PrincipalFrame:
     try:
         return _principal_frame(tensor, turn)
     except ExpressionError as error:
-        raise ComputationError("the exact principal moments and axes are too long to print") from error
+        raise ComputationError(
+            f"the exact principal moments and axes are too long to print: {error.message}"
+        ) from error
 
 
 def _principal_frame(tensor: Array, turn: Array) -> PrincipalFrame:
@@ -68,7 +61,7 @@ def _principal_frame(tensor: Array, turn: Array) -> PrincipalFrame:
         found = _principal_frame(rest, turn)
         return replace(found, moments=tidy_array(factor * found.moments))
     _require_short(tensor, "moments")
-    moments, ordered = _ascending(_moments(tensor))
+    moments, ordered = _ascending(symmetric_roots(tensor.tolist()))
     _require_short(np.array(moments), "moments", LONGEST_MOMENT)
     groups: list[tuple[int, ...]] = []
     for index, moment in enumerate(moments):
@@ -86,41 +79,9 @@ def _require_short(array: Array, what: str, most: int = LONGEST) -> None:
         raise ComputationError(f"the exact principal {what} are too long to print")
 
 
-def _moments(tensor: Array) -> list[Expr]:
-    """The three roots of the characteristic polynomial."""
-    coupled = _coupled(tensor)
-    if not coupled:
-        return [tensor[k, k] for k in range(3)]
-    if len(coupled) == 1:
-        ((i, j),) = coupled
-        (alone,) = {0, 1, 2} - {i, j}
-        sum_, product = tensor[i, i] + tensor[j, j], tensor[i, i] * tensor[j, j] - tensor[i, j] ** 2
-        return [tensor[alone, alone], *quadratic_roots(ONE, -sum_, product)]
-    shifted = tensor - symbol(UNKNOWN) * _ONE
-    roots: list[Expr] = []
-    for factor, multiplicity in polynomial_factors(shifted[0] @ np.cross(shifted[1], shifted[2]), UNKNOWN):
-        d, c, b, a = (factor.get(k, ZERO) for k in range(4))
-        if a:
-            return _cubic(tensor)
-        roots += (quadratic_roots(b, c, d) if b else [tidy(-d / c)]) * multiplicity
-    return roots
-
-
 def _coupled(tensor: Array) -> list[tuple[int, int]]:
     """The pairs of axes with a product of inertia."""
     return [pair for pair in combinations(range(3), 2) if tensor[pair] != 0]
-
-
-def _cubic(tensor: Array) -> list[Expr]:
-    """The three roots, ascending, where the characteristic polynomial has no factor."""
-    mean = tidy(tensor.trace() / 3)
-    rest = tidy_array(tensor - mean * _ONE)
-    p, d = tidy((rest * rest).sum() / 6), tidy(rest[0] @ np.cross(rest[1], rest[2]) / 2)
-    if p.names or d.names:
-        raise ComputationError("the principal moments are roots of a cubic, too long to print with symbols")
-    radius, cosine = sqrt(p), tidy(d / sqrt(p) ** 3)
-    angle = apply("acos", cosine) / 3
-    return [mean + 2 * radius * apply("cos", angle + 2 * PI * j / 3) for j in (1, 2, 0)]
 
 
 def _ascending(moments: Sequence[Expr]) -> tuple[list[Expr], bool]:

@@ -10,8 +10,7 @@ sections 6.1 and 6.2. Differences: C, and forces, are not there.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
 
 from rigidcli.algebra import matrices
 from rigidcli.algebra.calculus import derivative
@@ -23,34 +22,7 @@ from rigidcli.algebra.values import is_zero
 from rigidcli.errors import ExpressionError
 from rigidcli.mechanics.hamilton_equations import Phase, linear
 from rigidcli.mechanics.lagrange_equations import LagrangeEquations
-
-
-@dataclass(frozen=True, slots=True)
-class LinearMotion:
-    """The matrices M, C and K (n by n each)."""
-
-    masses: Matrix
-    rates: Matrix
-    stiffness: Matrix
-
-    @property
-    def parts(self) -> tuple[Matrix, Matrix, Matrix]:
-        """M, C and K."""
-        return self.masses, self.rates, self.stiffness
-
-    @property
-    def entries(self) -> list[Expr]:
-        """All entries of the matrices."""
-        return [e for part in self.parts for row in part for e in row]
-
-    def pencil(self, s: Expr) -> list[list[Expr]]:
-        """M s^2 + C s + K, which takes the vector of a motion y = Re(v exp(s t)) to zero."""
-        rows = zip(*self.parts, strict=True)
-        return [[m * s**2 + c * s + k for m, c, k in zip(*row, strict=True)] for row in rows]
-
-    def changed(self, change: Callable[[Expr], Expr]) -> LinearMotion:
-        """The same with other entries."""
-        return LinearMotion(*([[change(e) for e in row] for row in part] for part in self.parts))
+from rigidcli.mechanics.linear_motion import LinearMotion
 
 
 def forces_at_rest(lagrange: LagrangeEquations, velocities: Sequence[str]) -> list[Expr]:

@@ -16,7 +16,7 @@ from rigidcli.language.evaluation import real
 from rigidcli.language.functions import FUNCTIONS
 from rigidcli.language.parser import MAX_DEPTH, read
 from rigidcli.language.text import latex, reading, text
-from rigidcli.language.tree import Call, Constant, Name, Negative, Node, Product, Sum
+from rigidcli.language.tree import Call, Constant, Name, Negative, Node, Number, Product, Reciprocal, Sum
 from tests.tables import pairs_of, words_of
 from tests.trees import number, trees
 
@@ -335,3 +335,11 @@ def test_trees_deeper_than_the_stack(write: Callable[[Node], str]) -> None:
     for _ in range(levels):
         node = Call("sin", (Sum((Name("x"), Product((Negative(node), Name("k"))))),))
     assert write(node).count("sin") == levels
+
+
+def test_values_deeper_than_the_stack() -> None:
+    tree: Node = Name("x")
+    for _ in range(sys.getrecursionlimit()):
+        tree = Sum((Number("2", 2.0), Negative(Product((Number("0.5", 0.5), Reciprocal(tree))))))
+    # x = 2 - 1/(2 x)
+    assert real(tree, {"x": 1.0}) == pytest.approx(1 + math.sqrt(0.5), rel=1e-15)

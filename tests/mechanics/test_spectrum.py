@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from fractions import Fraction
 from pathlib import Path
 
 import numpy as np
@@ -10,10 +11,13 @@ import pytest
 import yaml
 
 import rigidcli
+from rigidcli.algebra.expressions import number
 from rigidcli.language.evaluation import real
 from rigidcli.language.parser import read
-from rigidcli.mechanics.numeric_spectrum import numeric_spectrum
+from rigidcli.mechanics.linear_motion import LinearMotion
+from rigidcli.mechanics.spectrum import spectrum
 from rigidcli.report import Report
+from rigidcli.studies.hamilton.linear_equations import eigenvalues, stability_of
 
 SPECTRA = yaml.safe_load(Path(__file__).with_name("spectra.yaml").read_text(encoding="utf-8"))
 
@@ -78,9 +82,10 @@ def test_stability_of_symbols(name: str) -> None:
     ],
 )
 def test_matrices_of_any_kind(matrix: list[list[float]], stability: str) -> None:
-    found = numeric_spectrum(matrix)
-    assert found.stability == stability
+    exact = [[number(Fraction(e)) for e in row] for row in matrix]
+    roots = spectrum(LinearMotion.of_matrix(exact), {}, is_exact=False, is_free=False)
+    assert roots is not None
+    assert stability_of(roots) == stability
     expected = np.sort_complex(np.linalg.eigvals(np.array(matrix, dtype=float)))
-    assert [complex(*map(float, pair)) for pair in found.eigenvalues] == pytest.approx(
-        list(expected), rel=1e-9
-    )
+    found = [complex(*pair) for root in roots for pair in eigenvalues(root)]
+    assert np.sort_complex(np.array(found)) == pytest.approx(list(expected), rel=1e-9)

@@ -232,3 +232,28 @@ def test_modes_without_a_closed_form_are_told_with_values(program: Program) -> N
     assert "no closed form" in open_form.err
     document = rigidcli.loads(system(", ".join(names), body, place, m=1, k=1), exact=True)
     assert all(isinstance(mode["rate"], float) for mode in rigidcli.hamilton(document)["modes"])
+
+
+def test_a_ring_of_masses_has_all_its_modes() -> None:
+    # Of n masses and springs omega_k = 2 sin(pi k/n): all rates but two stand twice.
+    size = 20
+    names = [f"x{k}" for k in range(size)]
+    body = (
+        f"  kinetic: ({' + '.join(f'{name}dot^2' for name in names)})/2\n"
+        f"  potential: ({' + '.join(f'({names[k]} - {names[k - 1]})^2' for k in range(size))})/2"
+    )
+    place = ", ".join(f"{name}: 0" for name in names)
+    modes = hamilton(system(", ".join(names), body, place))["modes"]
+    expected = sorted(2 * math.sin(math.pi * k / size) for k in range(size))
+    assert [mode["rate"] for mode in modes] == pytest.approx(expected, rel=1e-13, abs=1e-13)
+    vectors = np.array([mode["vector"] for mode in modes])
+    assert np.linalg.matrix_rank(vectors) == size
+    assert [mode["stable"] for mode in modes] == [None, *(size - 1) * [True]]
+
+
+def test_rates_that_vanish_for_the_given_values_are_numbers() -> None:
+    # In a frame that turns at the rate of the spring itself, one mode does not move: it is no double root.
+    body = "  hamiltonian: (p_x**2 + p_y**2)/2 - w*(x*p_y - y*p_x) + (x**2 + y**2)/2"
+    found = rigidcli.hamilton(rigidcli.loads(system("x, y", body, "x: 0, y: 0", w=1), exact=True))
+    assert found["stability"] == "stable"
+    assert [float(mode["rate"]) for mode in found["modes"]] == [0, 0, 2]

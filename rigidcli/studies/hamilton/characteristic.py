@@ -17,11 +17,10 @@ from rigidcli.document.document import Document
 from rigidcli.errors import ExpressionError
 from rigidcli.language.tree import Name
 from rigidcli.mechanics.hamilton_equations import TIME
-from rigidcli.mechanics.spectrum import Mode
 from rigidcli.report import Field, Step, Table
 from rigidcli.studies.hamilton.findings import as_typed
 from rigidcli.studies.hamilton.linear_equations import MOST_COLUMNS
-from rigidcli.studies.hamilton.oscillations import Oscillations
+from rigidcli.studies.hamilton.oscillations import Mode, Oscillations
 from rigidcli.studies.steps.axes import reduced, solution
 from rigidcli.studies.steps.writing import formula, free_name, power, product, total
 
@@ -88,8 +87,8 @@ def _vectors(found: Oscillations, document: Document, unknown: str) -> Iterator[
         if n.exact == isinstance(mode.rate, Expr):
             by_rate.setdefault(str(mode.rate) if n.exact else f"{mode.rate:.9g}", []).append(mode)
     for modes in by_rate.values():
-        angular: Any = modes[0].angular
-        growth: Any = modes[0].growth
+        angular: Any = modes[0].root.angular
+        growth: Any = modes[0].root.growth
         square = angular**2 - growth**2
         matrix = n.tidy(stiffness - square * masses)
         head = f"K - {unknown}^2 M"

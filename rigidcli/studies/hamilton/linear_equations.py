@@ -3,25 +3,24 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import replace
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from rigidcli.algebra import matrices
 from rigidcli.algebra.expressions import Expr, total
+from rigidcli.algebra.matrices import Matrix
 from rigidcli.algebra.substitution import substitute
 from rigidcli.algebra.values import is_zero
 from rigidcli.document.document import Document
 from rigidcli.errors import ExpressionError
 from rigidcli.mechanics.hamilton_equations import TIME
+from rigidcli.mechanics.linear_motion import LinearMotion, Root
+from rigidcli.mechanics.spectrum import spectrum
 from rigidcli.report import Field
 from rigidcli.studies.hamilton.derivation import Derivation
 from rigidcli.studies.hamilton.system import known_values
 from rigidcli.studies.results import told
-
-if TYPE_CHECKING:
-    from rigidcli.mechanics.spectrum import Spectrum
 
 MOST_COLUMNS = 8
 """The widest matrix that people are shown: a terminal has room for no more."""
@@ -48,48 +47,58 @@ def fields(document: Document, derivation: Derivation) -> list[Field]:
         told("hamilton", "matrix", np.array(matrix, dtype=object), title=title if is_small else ""),
         told("hamilton", "offset", np.array(offset, dtype=object), title="b" if shift and is_small else ""),
     ]
-    spectrum = _spectrum(matrix, offset, document)
-    if spectrum is None:
+    roots = _roots(matrix, document, derivation)
+    if roots is None:
         return [*shown_anyway, *(Field(key, None) for key in SPECTRUM)]
-    numeric = all(isinstance(f, float) for f in spectrum.frequencies)
-    frequencies = np.array(spectrum.frequencies, dtype=float if numeric else object)
+    pairs = [pair for root in roots for pair in eigenvalues(root)]
+    if isinstance(pairs[0][0], float):
+        pairs.sort()
+    angular = [root.angular for root in roots if root.angular and not root.growth]
+    numeric = all(isinstance(rate, float) for rate in angular)
+    frequencies = np.array(list(dict.fromkeys(angular)), dtype=float if numeric else object)
     changes: dict[str, Any] = {"cells": {f"frequencies.{k}": (k,) for k in range(len(frequencies))}}
     changes |= {} if len(frequencies) else {"title": ""}
     driven = ", apart from what b(t) drives" if any(TIME in e.names for e in offset) else ""
-    words = STABILITY[spectrum.stability] + driven
+    stability = stability_of(roots)
+    is_shifted = any(not e.is_zero and TIME not in e.names for e in offset)
+    if stability == "stable" and is_shifted and _drifts(matrix, offset):
+        stability = "marginal"
     return [
         *shown_anyway,
-        Field("eigenvalues", [{"re": re, "im": im} for re, im in spectrum.eigenvalues]),
+        Field("eigenvalues", [{"re": re, "im": im} for re, im in pairs]),
         told("hamilton", "frequencies", frequencies, unit="rad/s" if numeric else "", **changes),
-        told("hamilton", "stability", spectrum.stability, words=words),
+        told("hamilton", "stability", stability, words=STABILITY[stability] + driven),
     ]
 
 
-def _spectrum(
-    matrix: Sequence[Sequence[Expr]], offset: Sequence[Expr], document: Document
-) -> Spectrum | None:
-    """The spectrum in numbers where all parameters have values, else as far as symbols allow."""
-    from rigidcli.mechanics.numeric_spectrum import numeric_spectrum
-    from rigidcli.mechanics.spectrum import exact_spectrum
-
+def _roots(matrix: Matrix, document: Document, derivation: Derivation) -> list[Root] | None:
+    """The roots; None where the matrix changes with the time, or the signs of symbols decide."""
+    if any(TIME in e.names or e.unknown for row in matrix for e in row):
+        return None
     known = known_values(document)
-    used = {name for row in matrix for e in row for name in e.names}
-    if TIME in used:
+    motion = LinearMotion.of_matrix(matrix)
+    try:
+        if not document.exact_results:
+            motion = motion.changed(lambda e: substitute(e, known))
+        roots = spectrum(motion, known, document.exact_results, not derivation.is_forced)
+    except ExpressionError:
         return None
-    if any(e.unknown for row in matrix for e in row):
-        return None
-    if used <= known.keys() and not document.exact_results:
-        try:
-            matrix = [[substitute(e, known) for e in row] for row in matrix]
-            found: Spectrum | None = numeric_spectrum(matrix)
-        except ExpressionError:
-            return None
-    else:
-        found = exact_spectrum(matrix, known)
-    is_shifted = any(not e.is_zero and TIME not in e.names for e in offset)
-    if found is None or found.stability != "stable" or not is_shifted or not _drifts(matrix, offset):
-        return found
-    return replace(found, stability="marginal")
+    return None if roots is None or any(root.condition is not None for root in roots) else roots
+
+
+def eigenvalues(root: Root) -> list[tuple[Any, Any]]:
+    """The real and imaginary parts of all eigenvalues that a root stands for."""
+    sides = (-1, 1) if root.is_paired and root.growth else (1,)
+    return [
+        (a * root.growth, b * root.angular) for a in sides for b in ((-1, 1) if root.angular else (1,))
+    ] * root.times
+
+
+def stability_of(roots: Sequence[Root]) -> str:
+    """Whether motion stays bounded: no rate grows, and equal ones have as many vectors."""
+    if any(root.growth and root.is_stable is False for root in roots):
+        return "unstable"
+    return "stable" if all(root.is_whole for root in roots) else "marginal"
 
 
 def _drifts(matrix: Sequence[Sequence[Expr]], offset: Sequence[Expr]) -> bool:

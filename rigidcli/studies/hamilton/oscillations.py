@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple, cast
 
 import numpy as np
 
@@ -21,9 +21,9 @@ from rigidcli.errors import ComputationError, ExpressionError
 from rigidcli.language.text import latex_name
 from rigidcli.mechanics import small_oscillations
 from rigidcli.mechanics.hamilton_equations import TIME
-from rigidcli.mechanics.numeric_spectrum import FOUND, ROUNDING, numeric_modes
-from rigidcli.mechanics.small_oscillations import LinearMotion
-from rigidcli.mechanics.spectrum import Mode, exact_modes
+from rigidcli.mechanics.linear_motion import LinearMotion, Root, Vector
+from rigidcli.mechanics.numeric_spectrum import FOUND, ROUNDING
+from rigidcli.mechanics.spectrum import spectrum
 from rigidcli.report import Column, Field, Table
 from rigidcli.studies.hamilton.derivation import Derivation
 from rigidcli.studies.hamilton.equilibrium import KEY, Place, forces_at_rest, found_place, given_place
@@ -38,6 +38,18 @@ NO_MODES = (
 
 UNITS = {"rate": "1/s", "frequency": "Hz", "period": "s", "decay": "1/s"}
 """Columns of the modes that people are shown where there is something in them, with their units."""
+
+
+class Mode(NamedTuple):
+    """A mode y = Re(v exp(s t)): the root s, and one of its vectors v."""
+
+    root: Root
+    vector: Vector
+
+    @property
+    def rate(self) -> float | Expr:
+        """The rate of the root."""
+        return self.root.rate
 
 
 @dataclass(frozen=True, slots=True)
@@ -77,7 +89,8 @@ def oscillations(document: Document, equilibrium: Equilibrium, derivation: Deriv
         )
     assumed = {atom for e in place.assumed for atom in e.atoms if len(e.terms) == 1}
     motion = motion.changed(lambda e: tidy(without(e, assumed)))
-    modes = _modes(document, derivation, motion, FOUND if equilibrium.is_sought else ROUNDING)
+    roots = _roots(document, derivation, motion, FOUND if equilibrium.is_sought else ROUNDING)
+    modes = None if roots is None else [Mode(root, vector) for root in roots for vector in root.vectors]
     is_numeric = equilibrium.is_sought or not document.exact_results
     values = {name: float(e) if is_numeric and not e.names else e for name, e in place.coordinates.items()}
     return Oscillations(values, motion, modes, tuple(_notes(place, modes)))
@@ -106,29 +119,17 @@ def _is_singular(motion: LinearMotion) -> bool:
     return any(is_zero(matrices.determinant(block)) for block in blocks if len(block) <= matrices.LARGEST)
 
 
-def _modes(
+def _roots(
     document: Document, derivation: Derivation, motion: LinearMotion, rounding: float
-) -> list[Mode] | None:
-    """The modes in symbols, where these are wanted or needed, or else in numbers; None without either."""
+) -> list[Root] | None:
+    """The roots in symbols, where these are wanted or needed, or else in numbers; None without either."""
     if any(TIME in e.names for e in motion.entries):
         raise ComputationError("the equations of motion near the equilibrium change with time")
-    if document.exact_results or _is_open(motion):
-        known = known_values(document)
-        found = exact_modes(motion, known, not derivation.is_forced)
-        if found is not None:
-            return found
-        motion = motion.changed(lambda e: substitute(e, known))
-    if _is_open(motion):
-        return None
+    known, is_free = known_values(document), not derivation.is_forced
     try:
-        return numeric_modes(motion, not derivation.is_forced, rounding)
+        return spectrum(motion, known, document.exact_results, is_free, rounding)
     except ZeroDivisionError:
         raise ComputationError("the mass matrix is singular at the equilibrium") from None
-
-
-def _is_open(motion: LinearMotion) -> bool:
-    """Whether it has symbols, or unknown functions."""
-    return any(e.names or e.unknown for e in motion.entries)
 
 
 def _notes(place: Place, modes: Sequence[Mode] | None) -> Iterator[str]:
@@ -139,8 +140,8 @@ def _notes(place: Place, modes: Sequence[Mode] | None) -> Iterator[str]:
     if modes is None:
         yield NO_MODES
     for mode in modes or ():
-        if mode.condition is not None:
-            yield f"the mode with the rate {mode.rate} oscillates where {mode.condition} > 0"
+        if mode.root.condition is not None:
+            yield f"the mode with the rate {mode.rate} oscillates where {mode.root.condition} > 0"
 
 
 def fields(found: Oscillations) -> list[Field]:
@@ -162,7 +163,7 @@ def fields(found: Oscillations) -> list[Field]:
 
 def _record(mode: Mode) -> dict[str, Any]:
     """A mode as JSON has it."""
-    angular: Any = mode.angular
+    root, angular = mode.root, cast(Any, mode.root.angular)
     frequency = angular / (2 * (math.pi if isinstance(angular, float) else PI)) if angular else None
     is_complex = any(y for _, y in mode.vector)
     record = {
@@ -170,9 +171,9 @@ def _record(mode: Mode) -> dict[str, Any]:
         "frequency": frequency,
         "period": None if frequency is None else 1 / frequency,
         "vector": [{"re": x, "im": y} if is_complex else x for x, y in mode.vector],
-        "stable": mode.is_stable,
+        "stable": root.is_stable,
     }
-    return record | ({"decay": -mode.growth} if mode.growth and mode.is_stable else {})
+    return record | ({"decay": -root.growth} if root.growth and root.is_stable else {})
 
 
 def tables(found: Oscillations) -> list[Table]:
@@ -190,7 +191,7 @@ def tables(found: Oscillations) -> list[Table]:
     for place, name in enumerate(found.place):
         entries = [_component(*mode.vector[place]) for mode in modes]
         columns.append(Column(name, entries, (name,), "", (latex_name(name),)))
-    columns.append(Column("motion", [_kind(mode) for mode in modes], ("motion",), ""))
+    columns.append(Column("motion", [_kind(mode.root) for mode in modes], ("motion",), ""))
     return [Table("", "normal modes", tuple(columns))]
 
 
@@ -204,12 +205,12 @@ def _component(real: float | Expr, imaginary: float | Expr) -> float | Expr | st
     return written if not real else f"{float(real):.6g} {'' if written[0] == '-' else '+'}{written}"
 
 
-def _kind(mode: Mode) -> str:
+def _kind(root: Root) -> str:
     """How a mode moves, in words."""
-    if not mode.growth and not mode.angular:
+    if not root.growth and not root.angular:
         return "zero mode"
-    if mode.is_stable is None:
+    if root.is_stable is None:
         return "depends on the parameters"
-    if not mode.is_stable:
-        return "grows" if mode.growth else "grows by powers of the time"
-    return "decays" if mode.growth else "stable"
+    if not root.is_stable:
+        return "grows" if root.growth else "grows by powers of the time"
+    return "decays" if root.growth else "stable"

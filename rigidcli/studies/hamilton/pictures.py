@@ -109,7 +109,7 @@ def modes(found: Found) -> Picture:
             if not np.any(vector[:, 1]):
                 break
         rate = float(_numbers(found.document, [(mode.rate, 0.0)])[0, 0])
-        kind = "rad/s" if mode.angular else "1/s"
+        kind = "rad/s" if mode.root.angular else "1/s"
         title = f"mode {number}: {rate:.4g} {kind}" if rate else f"mode {number}: zero mode"
         panels.append(Panel((Ruler("", ticks=ticks), Ruler("displacement")), tuple(marks), title))
     title = f"normal modes{_of(small.modes, 'modes')}"

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from rigidcli.core.arithmetic import Arithmetic, Array, Scalar
+from rigidcli.core.elimination import echelon
 from rigidcli.core.principal import PrincipalFrame
 from rigidcli.language.text import latex_name, reading
 from rigidcli.language.tree import Name, Node, Number, Product, Reciprocal
@@ -167,22 +168,8 @@ def reduced(matrix: Array, rank: int, n: Arithmetic) -> tuple[Array, list[int]] 
     """The reduced row echelon form and the pivot columns; None where the entries are too long to show."""
     if n.exact and max(len(str(entry)) for entry in matrix.flat) > LONGEST:
         return None
-    rows, pivots = matrix.copy(), list[int]()
-    noise = 0 if n.exact else 1e-9 * np.abs(matrix).max()  # rounding of floats leaves less
-    for column in range(len(matrix)):
-        done = len(pivots)
-        if done == rank:
-            break
-        sizes = [abs(n.size(entry)) for entry in rows[done:, column]]
-        best = done + int(np.argmax(sizes))
-        if sizes[best - done] <= noise:
-            continue
-        rows[[done, best]] = rows[[best, done]]
-        rows[done] = n.tidy(rows[done] / rows[done, column])
-        for other in range(len(matrix)):
-            if other != done:
-                rows[other] = n.tidy(rows[other] - rows[other, column] * rows[done])
-        pivots.append(column)
+    # Rounding of floats leaves less than this of a zero.
+    rows, pivots = echelon(matrix, rank, 0.0 if n.exact else 1e-9 * np.abs(matrix).max(), n)
     if len(pivots) < rank or (n.exact and max(len(str(entry)) for entry in rows.flat) > LONGEST):
         return None
     rows[rank:] = 0 * rows[rank:]
