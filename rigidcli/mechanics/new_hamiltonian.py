@@ -12,10 +12,9 @@ from contextlib import suppress
 from dataclasses import dataclass, replace
 
 from rigidcli.algebra.arithmetic import tidy as in_lowest_terms
-from rigidcli.algebra.calculus import derivative
+from rigidcli.algebra.calculus import antiderivative, derivative
 from rigidcli.algebra.expansion import coefficients
 from rigidcli.algebra.expressions import ZERO, Expr, product, symbol, total
-from rigidcli.algebra.integration import antiderivative
 from rigidcli.algebra.reading import from_tree
 from rigidcli.algebra.simplification import shortest, tidy
 from rigidcli.algebra.substitution import substitute

@@ -133,40 +133,23 @@ def _first_largest(values: Sequence[float]) -> int:
 
 
 def _eigenvector(tensor: Array, moment: Expr) -> Array:
-    """The unit vector along the axis of a moment that no other one equals; its sign is free.
-
-    With B = I - t/3, mu = lambda - t/3 and q = tr(B^2)/2 the adjugate of I - lambda is
-    B^2 + mu B + mu^2 - q. It is (3 mu^2 - q) e e^T.
-    """
+    """The unit vector along the axis of a moment that no other one equals; its sign is free."""
     coupled = _coupled(tensor)
     if len(coupled) == 1 and sign(tensor[coupled[0]]) is not None:
-        return _in_plane(tensor, moment, *coupled[0])
-    mean = tensor.trace() / 3
-    rest, offset = tidy_array(tensor - mean * _ONE), tidy(moment - mean)
-    half = tidy((rest * rest).sum() / 2)
-    adjugate = rest @ rest + offset * rest + (offset**2 - half) * _ONE
-    pivot = max(range(3), key=lambda k: abs(size(adjugate[k, k])))
-    row = tidy_array(adjugate[pivot])
-    _require_short(row, "axes")
-    if any(np.isnan(size(component)) for component in row):
+        axis = _in_plane(tensor, moment, *coupled[0])
+    else:
+        axis = _in_space(tensor, moment)
+    _require_short(axis, "axes")
+    if any(np.isnan(size(component)) for component in axis):
         # Differences of almost equal roots, of which floats cannot tell which is larger.
         raise ComputationError(
             "the exact principal axes have components too close to zero to tell their signs"
         )
-    square = tidy(3 * offset**2 - half)
-    if all(isinstance(atom, Surd) for atom in moment.everywhere()):
-        # Square roots of the squares are short: sqrt(2 - sqrt(2))/2 for sin(pi/8).
-        roots = [sqrt(tidy(adjugate[k, k] / square)) for k in range(3)]
-        return np.array([root if size(entry) > 0 else -root for root, entry in zip(roots, row, strict=True)])
-    axis = row / root_of_either_sign(row[pivot] * square)
-    _require_short(axis, "axes", 2 * LONGEST)  # what is longer does not shrink so much
-    axis = tidy_array(axis)
-    _require_short(axis, "axes")
     return axis
 
 
 def _in_plane(tensor: Array, moment: Expr, i: int, j: int) -> Array:
-    """The unit vector along the axis of a moment, where axes i and j alone have a product of inertia.
+    """The axis of a moment, where axes i and j alone have a product of inertia.
 
     Its components are the cosine and the sine of an angle: cos^2 = (lambda - Ijj)/(2 lambda - Iii - Ijj).
     """
@@ -177,5 +160,27 @@ def _in_plane(tensor: Array, moment: Expr, i: int, j: int) -> Array:
     cosine, sine = (sqrt(tidy((moment - tensor[k, k]) / twice)) for k in (j, i))
     axis = np.array([ZERO, ZERO, ZERO])
     axis[[i, j]] = cosine, sine if size(tensor[i, j] * (moment - tensor[i, i])) > 0 else -sine
-    _require_short(axis, "axes")
     return axis
+
+
+def _in_space(tensor: Array, moment: Expr) -> Array:
+    """The axis of a moment of any tensor.
+
+    With B = I - t/3, mu = lambda - t/3 and q = tr(B^2)/2 the adjugate of I - lambda is
+    B^2 + mu B + mu^2 - q. It is (3 mu^2 - q) e e^T.
+    """
+    mean = tensor.trace() / 3
+    rest, offset = tidy_array(tensor - mean * _ONE), tidy(moment - mean)
+    half = tidy((rest * rest).sum() / 2)
+    adjugate = rest @ rest + offset * rest + (offset**2 - half) * _ONE
+    pivot = max(range(3), key=lambda k: abs(size(adjugate[k, k])))
+    row = tidy_array(adjugate[pivot])
+    _require_short(row, "axes")
+    square = tidy(3 * offset**2 - half)
+    if all(isinstance(atom, Surd) for atom in moment.everywhere()):
+        # Square roots of the squares are short: sqrt(2 - sqrt(2))/2 for sin(pi/8).
+        roots = [sqrt(tidy(adjugate[k, k] / square)) for k in range(3)]
+        return np.array([root if size(entry) > 0 else -root for root, entry in zip(roots, row, strict=True)])
+    axis = row / root_of_either_sign(row[pivot] * square)
+    _require_short(axis, "axes", 2 * LONGEST)  # what is longer does not shrink so much
+    return tidy_array(axis)
