@@ -41,7 +41,7 @@ MOST_LINES = {
     "language": 2420,  # numbers without commas have a hint
     "mechanics": 2832,  # the matrix exponential has twice the digits of a float, without scipy
     "reference": 624,  # the JSON Schema of files came here from `document`
-    "render": 2804,  # rows that do not fit the one header of csv are refused
+    "render": 2780,  # rows that do not fit the one header of csv are refused
     "studies": 6371,  # the working shows brackets, vectors of modes, and the torque of the document
     "": 1680,  # homework is judged from Python; a problem of an expression has a code
 }

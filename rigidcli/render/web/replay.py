@@ -17,9 +17,10 @@ from typing import Any, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
+from rigidcli.bodies import solids
 from rigidcli.bodies.surfaces import simplified
 from rigidcli.core import rotation
-from rigidcli.core.arithmetic import Floats
+from rigidcli.core.arithmetic import FLOAT, Floats
 from rigidcli.picture import Picture
 from rigidcli.render import Look
 from rigidcli.render.values import without_noise
@@ -276,30 +277,5 @@ def _cut(faces: Floats) -> Floats:
     normals = np.cross(fans[:, :, 1] - fans[:, :, 0], fans[:, :, 2] - fans[:, :, 0])
     whole = normals.sum(axis=1)
     for place in np.flatnonzero((np.einsum("mki,mi->mk", normals, whole) < 0).any(axis=1)):
-        fans[place] = faces[place][_ears(faces[place], whole[place])]
+        fans[place] = solids.triangles(faces[place], FLOAT)[0]
     return fans.reshape(-1, 3, 3)
-
-
-def _ears(face: Floats, normal: Floats) -> list[list[int]]:
-    """The corners of the triangles of a simple polygon (k, 3): ears are cut off, one after the other.
-
-    Source: G. H. Meisters, Amer. Math. Monthly 82 (1975) 648: each polygon has two ears.
-    """
-    drop = int(np.argmax(np.abs(normal)))
-    x, y = np.delete(face, drop, axis=1).T * np.array([[1.0], [(-1.0) ** drop * np.sign(normal[drop])]])
-
-    def area(i: Sequence[int] | int, j: int, k: Sequence[int] | int) -> Floats:
-        twice: Floats = (x[j] - x[i]) * (y[k] - y[i]) - (y[j] - y[i]) * (x[k] - x[i])
-        return twice
-
-    left, ears = list(range(len(face))), []
-    while len(left) > 3:
-        for place, b in enumerate(left):
-            a, c = left[place - 1], left[(place + 1) % len(left)]
-            others = [other for other in left if other not in (a, b, c)]
-            inside = (area(others, a, b) >= 0) & (area(others, b, c) >= 0) & (area(others, c, a) >= 0)
-            if area(a, b, c) >= 0 and not inside.any():
-                break
-        ears.append([a, b, c])
-        left.remove(b)
-    return [*ears, left]
