@@ -14,7 +14,7 @@ from rigidcli.document.document import Document
 from rigidcli.errors import ComputationError, DocumentError, UsageError
 from rigidcli.fields.texts import STDIN
 from rigidcli.report import NOISE, Field, Report, Step, Table, Value
-from rigidcli.studies.results import told
+from rigidcli.studies.results import field_of
 
 if TYPE_CHECKING:
     from rigidcli.picture import Picture
@@ -105,10 +105,10 @@ def noise(trusted_digits: float | None) -> float:
 
 def trusted(study: str, key: str, digits: float) -> Field:
     """The result with the number of trusted digits."""
-    return told(study, key, digits, diagnostic=digits >= SHOWN_DIGITS)
+    return field_of(study, key, digits, diagnostic=digits >= SHOWN_DIGITS)
 
 
-def field_of(fields: Iterable[Field], key: str) -> Value:
+def value_of(fields: Iterable[Field], key: str) -> Value:
     """The value of the field with this key."""
     return next(entry.value for entry in fields if entry.key == key)
 

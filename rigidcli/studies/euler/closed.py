@@ -17,7 +17,7 @@ from rigidcli.document.motion import QUATERNION, RATES
 from rigidcli.studies.common import report
 from rigidcli.studies.ensembles import Found, Sampling, with_start
 from rigidcli.studies.euler.motion import InitialValueProblem, Trajectory, drift_of, initial_value_problem
-from rigidcli.studies.results import told
+from rigidcli.studies.results import field_of
 
 CLOSED_FORM = "closed form"
 """The name of the method where nothing is integrated."""
@@ -115,7 +115,7 @@ def together(document: Document, sampling: Sampling) -> Callable[[range], Iterat
         fields = []
         if sampling:
             error = float(free_body.sensitivity(*along_entries(starts), problem.times).max())
-            fields.append(told("euler", "trusted_digits", _digits(error), diagnostic=True))
+            fields.append(field_of("euler", "trusted_digits", _digits(error), diagnostic=True))
         title, tables = "motion by Euler's equations", (with_start(table, np.array(places)),)
         yield places.start, report(document, "rigidcli.euler/1", title, fields, problem.notes, tables)
 
