@@ -118,8 +118,8 @@ def if_known(field: Field) -> Field:
     return field if field.value is not None else replace(field, title="")
 
 
-def require_values(document: Document, what: str) -> None:
-    """Raise unless the document's numbers are floats, which `what`, such as "an orbit", needs.
+def require_values(document: Document, task: str) -> None:
+    """Raise unless the document's numbers are floats, which `task`, such as "an orbit", needs.
 
     Raises DocumentError with the parameters that have no value, and UsageError where every parameter has one
     and exact numbers were asked for.
@@ -128,7 +128,7 @@ def require_values(document: Document, what: str) -> None:
     if document.arithmetic.exact and not missing:
         missing = tuple(name for name, value in (document.parameters or {}).items() if value is None)
     if missing:
-        message = f"missing: {what} needs its value"
+        message = f"missing: {task} needs its value"
         raise DocumentError([document.problem(message, f"parameters.{name}") for name in missing])
     if document.arithmetic.exact:
-        raise UsageError(f"{what} has no exact results", hint="leave out `--exact`")
+        raise UsageError(f"{task} has no exact results", hint="leave out `--exact`")

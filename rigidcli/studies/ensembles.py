@@ -23,14 +23,14 @@ Form: TypeAlias = Literal["rows", "starts", "few"]
 """The form of the reports: all samples in rows that begin with the start, a whole report for each start, or
 the samples at a few times, from which a summary is made."""
 
-Found: TypeAlias = tuple[int, Report | RigidError]
+StartReport: TypeAlias = tuple[int, Report | RigidError]
 """The place of a start, counted from 0, and the report on it and perhaps the next starts, or the error."""
 
 Sampling: TypeAlias = Mapping[str, object]
-"""Values of the keys of the section with the times, in place of those of the document."""
+"""Values for the keys of the section with the times, in place of the values in the document."""
 
-Together: TypeAlias = Callable[[Document, Sampling], Callable[[range], Iterator[Found]] | None]
-"""A function that returns one for arrays of starts, or None where there is no such function."""
+Together: TypeAlias = Callable[[Document, Sampling], Callable[[range], Iterator[StartReport]] | None]
+"""A function that returns the function for arrays of starts, or None where there is none."""
 
 ROWS = 25_000
 """The most rows of a report on several starts: they take 3 MB of memory."""
@@ -70,7 +70,7 @@ def reports(
     form: Form,
     places: range,
     together: Together | None = None,
-) -> Iterator[Found]:
+) -> Iterator[StartReport]:
     """The reports of `run`, a study, on the starts at these places of an ensemble.
 
     `together` may work several starts as arrays. The first place is a multiple of `block`. Raises
@@ -126,7 +126,7 @@ def whole(document: Document, run: Callable[[Document], Report], together: Toget
 
 
 def summaries(reports: Iterable[Report]) -> Iterator[Report]:
-    """One report for the reports on the starts of an ensemble; all others stay."""
+    """The reports, in which one summary replaces the reports on the starts of an ensemble."""
     for (_, _, is_part), group in groupby(reports, lambda one: (one.source, one.name, _is_part(one))):
         if is_part:
             yield _summary(group)

@@ -37,7 +37,7 @@ MOTIONS = {
 """The kinds of motion, in words."""
 
 AXES = {"e1": "e1, least moment", "e2": "e2, middle moment", "e3": "e3, greatest moment"}
-"""The principal axes, which are others than the axes 1, 2, 3 of the components of omega and L, in words."""
+"""The principal axes in words; the axes 1, 2, 3 of the components of omega and L are others."""
 
 
 @np.errstate(over="ignore", invalid="ignore")
@@ -101,7 +101,7 @@ def follow(document: Document, progress: Callable[[float], None] | None = None) 
 
 
 def _fields(motion: Trajectory) -> list[Field]:
-    """The results but for the samples and the stability of the axes."""
+    """The results except the samples and the stability of the axes."""
     frame, omega, free = motion.problem.frame, motion.problem.omega, motion.free
     momentum = motion.problem.inertia.momentum(omega)
     energy = float(omega @ momentum) / 2
@@ -129,7 +129,7 @@ def _fields(motion: Trajectory) -> list[Field]:
 
 
 def _stability(motion: Trajectory) -> tuple[Table, Table]:
-    """The axes, and what becomes of a rotation about each with the initial |omega|: for programs, for people.
+    """The stability of rotation about the principal axes with the initial |omega|: for programs, for people.
 
     People see one row for axes of equal moments.
     """
