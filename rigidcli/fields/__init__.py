@@ -1,1 +1,1 @@
-"""What may stand in a field of a document: quantities, units, expressions in the parameters, sections."""
+"""The entries of the fields of a document: quantities, units, expressions in the parameters, sections."""

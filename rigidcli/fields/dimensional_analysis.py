@@ -14,40 +14,40 @@ from rigidcli.language import tree
 from rigidcli.language.tree import Call, Name, Negative, Node, Number, Power, Product, Reciprocal, Sum
 
 
-def dimension_of(node: Node, known: Mapping[str, Dimension]) -> Dimension | None:
+def dimension_of(node: Node, dimensions: Mapping[str, Dimension]) -> Dimension | None:
     """The dimension of an expression, from those of its names; None where it may be any.
 
     Raises ValueProblem for a sum of different dimensions, and for a function of no pure number.
     """
     match node:
         case Name(name):
-            return known.get(name)
+            return dimensions.get(name)
         case Negative(operand):
-            return dimension_of(operand, known)
+            return dimension_of(operand, dimensions)
         case Reciprocal(operand):
-            return _power(dimension_of(operand, known), -1)
+            return _power(dimension_of(operand, dimensions), -1)
         case Sum(terms):
-            return _common([dimension_of(term, known) for term in terms])
+            return _common([dimension_of(term, dimensions) for term in terms])
         case Product(factors):
             total = DIMENSIONLESS
             for factor in factors:
-                dimension = dimension_of(factor, known)
+                dimension = dimension_of(factor, dimensions)
                 if dimension is None and not _is_pure(factor):
                     return None
                 total = total.times(dimension or DIMENSIONLESS)
             return None if all(map(_is_pure, factors)) else total
         case Power(base, Number(_, exponent)):
-            return _power(dimension_of(base, known), exponent)
+            return _power(dimension_of(base, dimensions), exponent)
         case Power(base, Negative(Number(_, exponent))):
-            return _power(dimension_of(base, known), -exponent)
+            return _power(dimension_of(base, dimensions), -exponent)
         case Call(tree.UnknownFunction(), _):
             return None
         case Call("sqrt", (argument,)):
-            return _power(dimension_of(argument, known), 0.5)
+            return _power(dimension_of(argument, dimensions), 0.5)
         case Call("abs", (argument,)):
-            return dimension_of(argument, known)
+            return dimension_of(argument, dimensions)
         case Call(function, arguments):
-            dimension = _common([dimension_of(argument, known) for argument in arguments])
+            dimension = _common([dimension_of(argument, dimensions) for argument in arguments])
             is_free = dimension is None or function in ("atan2", "sign")
             if dimension is not None and not is_free and any(dimension._replace(angle=0)):
                 raise ValueProblem(
@@ -82,9 +82,9 @@ def _power(dimension: Dimension | None, exponent: float) -> Dimension | None:
 
 
 def _common(dimensions: list[Dimension | None]) -> Dimension | None:
-    """The dimension of terms that are added: radians count as 1 there, and plain numbers as what fits."""
-    found = [dimension for dimension in dimensions if dimension is not None]
-    for other in found[1:]:
-        if other._replace(angle=0) != found[0]._replace(angle=0):
-            raise ValueProblem(f"{described(found[0])} and {described(other)} cannot be added")
-    return found[0] if found else None
+    """The dimension of terms that are added: radians count as 1, and plain numbers fit any."""
+    given = [dimension for dimension in dimensions if dimension is not None]
+    for other in given[1:]:
+        if other._replace(angle=0) != given[0]._replace(angle=0):
+            raise ValueProblem(f"{described(given[0])} and {described(other)} cannot be added")
+    return given[0] if given else None

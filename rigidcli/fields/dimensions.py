@@ -1,4 +1,4 @@
-"""Dimensions: what a quantity measures, in exponents of the base units."""
+"""The dimension of a quantity, in exponents of the base units."""
 
 from __future__ import annotations
 

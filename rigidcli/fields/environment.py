@@ -43,17 +43,17 @@ class Formula:
 class Environment:
     """Parameters by name, the arithmetic to use, and what was noticed while numbers were read.
 
-    `definitions` has the values of parameters as they are written, each after those it uses, and
-    `dimensions` those of parameters with units; `declared` the names of all parameters, also
-    before they have their values; `broken` those that have a problem of their own, so that what uses
-    them is not reported again; `refused` the keys of parameters that are no names; `positive` symbols
-    that stand where only a positive number makes sense.
+    `definitions` has the values of parameters as they are written, after the parameters that they use;
+    `dimensions` the dimensions of parameters with units; `declared` the names of all parameters, also
+    before they have their values; `broken` the parameters that have a problem of their own, so that an
+    expression in them is not reported again; `refused` the keys of parameters that are no names;
+    `positive` the symbols in places where only a positive number makes sense.
 
-    `open` has the parameters whose value is not known, each with the symbols on which it hangs. `faults` has
-    what other parts of the document find wrong with parameters. `exact_results` says whether exact results
-    are wanted, be numbers read as floats or not; `top_keys` are those at the top of the document. `files` are
-    those that the document names. `coordinates` are those of the system, once they are read without a
-    problem, and `functions` its unknown functions and their derivatives by name.
+    `open` has the parameters without a value, with the symbols on which they depend. `faults` has the errors
+    in parameters that show in other parts of the document. `exact_results` says whether exact results are
+    wanted, be numbers read as floats or not; `top_keys` are the keys at the top of the document. `files` are
+    the files that the document names. `coordinates` are the coordinates of the system, once they are read
+    without a problem, and `functions` its unknown functions and their derivatives by name.
     """
 
     arithmetic: Arithmetic = FLOAT
@@ -90,7 +90,7 @@ class Environment:
     def read(self, raw: object, dimension: Dimension | None) -> Any:
         """The SI value of a number, a quantity such as `5 cm`, or an expression in the parameters.
 
-        `dimension` is what a unit must fit; None fits all. Raises ValueProblem.
+        A unit must fit `dimension`; any unit fits if that is None. Raises ValueProblem.
         """
         scalar = number_or_text(raw, number_of(dimension))
         if not isinstance(scalar, str):
@@ -112,11 +112,11 @@ class Environment:
     def _quantity(
         self, text: str, dimension: Dimension | None, variables: tuple[str, ...] = ()
     ) -> tuple[str, Unit] | None:
-        """The number and the unit of a text such as `5 cm`; None for one that is to be read as an expression.
+        """The number and the unit of a text such as `5 cm`; None for an expression.
 
-        In `2 a` and `2a` the letter may be a unit and a parameter. It is what fits the dimension. If both
+        In `2 a` and `2a` the letter may be a unit and a parameter. The dimension decides which. If both
         fit, it is a unit after a blank, and else a parameter, which is noted. A variable is no unit.
-        Raises ValueProblem for what is neither, and for a unit of another dimension.
+        Raises ValueProblem for other texts, and for a unit of another dimension.
         """
         if any(re.search(rf"(?<!\w){re.escape(key)}(?!\w)", text) for key in self.refused):
             raise ValueProblem("it uses a parameter that is no name", code=UNSETTLED)
@@ -124,18 +124,18 @@ class Environment:
         if written is None:
             return None
         names = _names_in(written.unit, tuple(self.functions.values()))
-        is_known = names is not None and names.difference(variables) <= self.declared
-        # A name that is neither known nor a unit is misspelt, and the others tell what it is meant for.
-        is_meant = is_known or (names is not None and not names.isdisjoint(self.declared.union(variables)))
+        is_declared = names is not None and names.difference(variables) <= self.declared
+        # A name that is neither declared nor a unit is misspelt; the others say which one is meant.
+        is_meant = is_declared or (names is not None and not names.isdisjoint(self.declared.union(variables)))
         if is_meant and not (names and all(map(is_unit, names))):
             return None
         try:
             unit = _unit(written.unit, dimension)
         except ValueProblem:
-            if is_known:
+            if is_declared:
                 return None
             raise
-        if names is None or not is_known:
+        if names is None or not is_declared:
             return written.digits, unit
         if not names.isdisjoint(variables):
             return None
@@ -153,7 +153,7 @@ class Environment:
         """A number, a quantity or an expression as an expression, in which names stay names.
 
         A quantity, whose unit must fit `dimension`, becomes the SI number that it is, digit by digit.
-        Names of `variables` are not units there. Whether names may stand there is for `admit` to say.
+        Names of `variables` are no units. `admit` says whether the names in the expression are allowed.
         Raises ValueProblem.
         """
         scalar = number_or_text(raw, "a number or an expression")
@@ -188,8 +188,8 @@ class Environment:
 
     def value(self, expression: Expression) -> float | None:
         """The value of a symbolic expression, if it follows from the parameters. Raises ValueProblem."""
-        known = self.parameters.keys() - self.broken - self.open.keys()
-        return self.arithmetic.value(self._value(expression, None)) if expression.names <= known else None
+        settled = self.parameters.keys() - self.broken - self.open.keys()
+        return self.arithmetic.value(self._value(expression, None)) if expression.names <= settled else None
 
     def formula(self, raw: object, dimension: Dimension, variables: tuple[str, ...]) -> Formula:
         """A number, a quantity, or an expression in `variables` and the parameters. Raises ValueProblem."""
@@ -204,8 +204,8 @@ class Environment:
         self._use(expression.names - inside, variables)
         if not inside:
             return Formula(parse("value"), {"value": self._value(expression, dimension)})
-        known = expression.names - inside - self.broken - self._without_value(expression.names)
-        return Formula(expression, {name: self.parameters[name] for name in sorted(known)})
+        constants = expression.names - inside - self.broken - self._without_value(expression.names)
+        return Formula(expression, {name: self.parameters[name] for name in sorted(constants)})
 
     def names_in(self, raw: object, variables: tuple[str, ...] = ()) -> frozenset[str]:
         """The names that a value uses as it is written; `variables` are no units. Raises ValueProblem."""
@@ -230,7 +230,7 @@ class Environment:
         return expression.evaluate(used)
 
     def _without_value(self, names: frozenset[str]) -> frozenset[str]:
-        """The parameters among `names` that lack the value that a number needs; each is noted as a fault."""
+        """The parameters among `names` that lack the value that a number needs; they are noted as faults."""
         if self.arithmetic.exact:
             return frozenset()
         missing = names & self.open.keys()
@@ -239,7 +239,7 @@ class Environment:
         return missing
 
     def _use(self, names: Iterable[str], variables: tuple[str, ...] = ()) -> None:
-        """Note that parameters are used. Raises ExpressionError, with the `variables`, for others."""
+        """Note that parameters are used. Raises ExpressionError, which lists `variables`, for other names."""
         unknown = sorted(set(names) - self.declared)
         if unknown:
             raise self._undeclared(unknown, variables)
@@ -302,7 +302,7 @@ def _unit(text: str, dimension: Dimension | None) -> Unit:
 
 @lru_cache(maxsize=1024)
 def _names_in(text: str, functions: tuple[UnknownFunction, ...]) -> frozenset[str] | None:
-    """The names in what may be a unit, if it were an expression; None where it is none."""
+    """The names in a text that may be a unit, read as an expression; None where it is no expression."""
     try:
         return parse(text, {str(function): function for function in functions}).names
     except ExpressionError:
@@ -310,7 +310,7 @@ def _names_in(text: str, functions: tuple[UnknownFunction, ...]) -> frozenset[st
 
 
 def _exact(expression: Expression, values: Mapping[str, Any]) -> Any:
-    """The exact value of an expression, from exact ones."""
+    """The exact value of an expression, from the exact `values` of its names."""
     from rigidcli.algebra.arithmetic import worked_out
 
     return worked_out(expression.root, values)

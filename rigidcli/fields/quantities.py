@@ -47,14 +47,14 @@ FULL_TURN = 6.2832
 class Quantity(Reader):
     """Marks a field as a number with a dimension, which becomes an SI value once, when it is read.
 
-    A dimension of None is any.
+    The dimension None stands for any dimension.
     """
 
     dimension: Dimension | None
     sign: Literal["positive", "nonnegative"] | None = None
 
     def json_schema(self) -> JsonSchemaValue:
-        """A number, or a text for one, under a name of its own."""
+        """The JSON Schema of a number, or of a text for a number, under a name of its own."""
         number: dict[str, object] = {"type": "number"}
         if self.sign is not None:
             number["exclusiveMinimum" if self.sign == "positive" else "minimum"] = 0
@@ -65,7 +65,7 @@ class Quantity(Reader):
 
     @property
     def words(self) -> str:
-        """What is expected, in words."""
+        """The expected quantity, in words."""
         return number_of(self.dimension, self.sign)
 
     def read(self, raw: object, info: ValidationInfo) -> Scalar:
@@ -90,7 +90,7 @@ class Quantity(Reader):
 
 
 def worked_out(raw: object, value: float | None) -> str:
-    """What was read, for a message; of an expression also its value."""
+    """The number as it was read, for a message; an expression has its value behind it."""
     worked = f" (which is {value:.6g})" if isinstance(raw, str) and value is not None else ""
     return f"read {shown(raw)}{worked}"
 
@@ -115,7 +115,7 @@ def _read_whole(raw: object, info: ValidationInfo) -> int:
 
 
 def limited(fits: Callable[[Any, Arithmetic], bool], expected: str, unit: str = "") -> AfterValidator:
-    """Marks a number that is refused where it does not fit; `expected` says in words what does."""
+    """Marks a number that is refused where it does not fit; `expected` says in words which numbers fit."""
 
     def check(value: Scalar, info: ValidationInfo) -> Scalar:
         n = environment(info).arithmetic
@@ -152,7 +152,7 @@ Rates3 = Annotated[tuple[AngularVelocity, AngularVelocity, AngularVelocity], AsL
 
 
 def _list_along(axes: str) -> BeforeValidator:
-    """Marks lengths along these axes, so that what is no list is told how it is written."""
+    """Marks lengths along these axes; the error of a text that is no list shows how to write the list."""
 
     def check(raw: object) -> object:
         if not isinstance(raw, list | tuple):

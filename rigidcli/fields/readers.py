@@ -1,4 +1,4 @@
-"""Marks on fields: how what is written becomes what a field holds, and which JSON Schema that has."""
+"""Marks on fields: how an entry of the document becomes the value of a field, and its JSON Schema."""
 
 from __future__ import annotations
 
@@ -31,9 +31,9 @@ SHARED = "x-shared"
 
 
 class Reader:
-    """Marks a field with a reader of its own: `read` turns what is written into what the field holds.
+    """Marks a field with a reader of its own: `read` turns an entry of the document into its value.
 
-    It raises ValueProblem. `json_schema` gives the JSON Schema of what may be written.
+    `read` raises ValueProblem. `json_schema` gives the JSON Schema of the entry.
     """
 
     read: Callable[[Any, ValidationInfo], Any]
@@ -45,7 +45,7 @@ class Reader:
     def __get_pydantic_json_schema__(
         self, schema: CoreSchema, handler: GetJsonSchemaHandler
     ) -> JsonSchemaValue:
-        # pydantic adds defaults to what it gets, which is not for other fields of the same kind.
+        # pydantic adds defaults to the schema that it gets; other fields of the same kind have others.
         return deepcopy(self.json_schema())
 
 
@@ -57,33 +57,33 @@ class ReadBy(Reader):
     schema: JsonSchemaValue
 
     def json_schema(self) -> JsonSchemaValue:
-        """The schema that was given."""
+        """The schema with which the mark was made."""
         return self.schema
 
 
 class Wrapper(ABC):
-    """Marks a field in which something else may stand for what it `otherwise` holds."""
+    """Marks a field of the type `otherwise` that also takes another entry."""
 
     otherwise: Any
 
     @abstractmethod
     def wrapped(self, raw: Any, otherwise: ValidatorFunctionWrapHandler, info: ValidationInfo) -> object:
-        """What the field holds by what is written: read here, or `otherwise`."""
+        """The value of the field for an entry: read here, or by `otherwise`."""
 
     def __get_pydantic_core_schema__(self, source: object, handler: GetCoreSchemaHandler) -> CoreSchema:
         schema = handler.generate_schema(self.otherwise)
         return core_schema.with_info_wrap_validator_function(self.wrapped, schema)
 
     def sections(self) -> list[type[Section]]:
-        """Those that the field otherwise holds."""
+        """The sections that the type `otherwise` may hold."""
         return sections_in(self.otherwise)
 
 
 @dataclass(frozen=True, eq=False)
 class Alternative(Wrapper):
-    """Marks a field in which a value of another type (`kind`) may stand for what it otherwise holds.
+    """Marks a field of the type `otherwise` that also takes an entry of another type, `kind`.
 
-    `read` makes of that value what the field then holds; `schema` is its JSON Schema.
+    `read` makes the value of the field from such an entry, of which `schema` is the JSON Schema.
     """
 
     kind: type | UnionType
@@ -92,7 +92,7 @@ class Alternative(Wrapper):
     schema: JsonSchemaValue
 
     def wrapped(self, raw: Any, otherwise: ValidatorFunctionWrapHandler, info: ValidationInfo) -> object:
-        """What `read` makes of a value of the other type."""
+        """The value of the field, which `read` makes from an entry of the other type."""
         return self.read(raw, environment(info)) if isinstance(raw, self.kind) else otherwise(raw)
 
     def __get_pydantic_json_schema__(
@@ -103,7 +103,7 @@ class Alternative(Wrapper):
 
 @dataclass(frozen=True)
 class Choice(Reader):
-    """Marks a field as one of several sections, told apart by `choose` from the mapping as read."""
+    """Marks a field as one of several sections, which `choose` picks by the mapping in the document."""
 
     choose: Callable[[Mapping[str, Any]], type[Section]]
     options: Callable[[], Sequence[type[Section]]]
@@ -111,15 +111,15 @@ class Choice(Reader):
     """A mapping that may stand there, for messages."""
 
     def json_schema(self) -> JsonSchemaValue:
-        """One of the sections."""
+        """The JSON Schema of a mapping that is one of the sections."""
         return {"oneOf": [reference(option) for option in self.options()]}
 
     def sections(self) -> list[type[Section]]:
-        """Those to choose from."""
+        """The sections to choose from."""
         return list(self.options())
 
     def read(self, raw: object, info: ValidationInfo) -> Section:
-        """The section that was chosen."""
+        """The mapping, read as the section that `choose` picks."""
         if isinstance(raw, Section):
             return raw
         if not isinstance(raw, Mapping):
@@ -150,32 +150,32 @@ def by_key(forms: Mapping[str, type[Section]], example: str = "") -> Choice:
 
 @dataclass(frozen=True)
 class Elsewhere(Reader):
-    """Marks a field for a section, or a choice, of another module, loaded when there is one to read."""
+    """Marks a field for a section, or a choice, of a module that is loaded when there is one to read."""
 
     module: str
     name: str
 
     @cached_property
     def choice(self) -> Choice:
-        """The choice; one section is a choice, too."""
+        """The choice in the other module; a single section is a choice, too."""
         there = getattr(import_module(self.module), self.name)
         return there if isinstance(there, Choice) else Choice(lambda raw: there, lambda: (there,))
 
     def json_schema(self) -> JsonSchemaValue:
-        """That of the choice."""
+        """The JSON Schema of the choice."""
         return self.choice.json_schema()
 
     def sections(self) -> list[type[Section]]:
-        """Those of the choice."""
+        """The sections of the choice."""
         return self.choice.sections()
 
     def read(self, raw: object, info: ValidationInfo) -> Section:
-        """The section that was chosen."""
+        """The mapping, read as the section that `choose` picks."""
         return self.choice.read(raw, info)
 
 
 def reference(section: type[Section]) -> JsonSchemaValue:
-    """JSON Schema of a section, by its name; the schema of the whole document has them all."""
+    """A reference to the JSON Schema of a section, which the schema of the whole document has by name."""
     return {SECTION: section.__name__}
 
 

@@ -1,6 +1,6 @@
-"""A section: a mapping of the document, of which keys and types are known.
+"""A section: a mapping of the document, with given keys and types.
 
-The errors of all its keys are reported together, each with a cure where one is known.
+The errors of all its keys are reported together, with a cure where there is one.
 """
 
 # Annotations here are objects, not texts: pydantic reads those of a section for all that are built on it.
@@ -42,7 +42,7 @@ class Section(BaseModel):
     def _report_keys(
         cls, raw: object, validate: ModelWrapValidatorHandler[Self], info: ValidationInfo
     ) -> Self:
-        """Refuse unknown, missing and contradicting keys here, beside whatever else is wrong."""
+        """Refuse unknown, missing and contradicting keys here, together with all other errors."""
         if not isinstance(raw, dict):
             return validate(raw)
         fields = cls.__pydantic_fields__  # `model_fields` is the same, and looks it up in a roundabout way
@@ -58,8 +58,8 @@ class Section(BaseModel):
             problems = [*unknown, *problems]
         if not problems:
             return validate(raw)
-        known = {key: value for key, value in raw.items() if key in fields}
-        read: Self = refuse(cls.__name__, problems, lambda: validate(known))
+        allowed = {key: value for key, value in raw.items() if key in fields}
+        read: Self = refuse(cls.__name__, problems, lambda: validate(allowed))
         return read
 
     @classmethod
@@ -85,12 +85,12 @@ class Section(BaseModel):
 
     @classmethod
     def _unknown(cls, key: str, raw: Mapping[str, Any]) -> ValueProblem:
-        """The problem of a key that the section does not have."""
-        known = list(cls.model_fields)
-        near = cls.called(key, raw) or nearest(key, known)
+        """The problem of a key that the section does not have, with the key that may be meant."""
+        keys = list(cls.model_fields)
+        near = cls.called(key, raw) or nearest(key, keys)
         if near is not None:
             return ValueProblem(f"unknown key (did you mean {near}?)")
-        return ValueProblem("unknown key", hint=f"known keys here: {', '.join(known)}")
+        return ValueProblem("unknown key", hint=f"known keys here: {', '.join(keys)}")
 
     @classmethod
     def called(cls, word: str, raw: Mapping[str, Any]) -> str | None:
@@ -112,7 +112,7 @@ def environment(info: ValidationInfo) -> Environment:
 def refuse(title: str, problems: Sequence[ValueProblem], rest: Callable[[], Any] = lambda: None) -> Any:
     """Raise the problems of one value together, with those that reading the `rest` of it raises.
 
-    Each has the path that leads to it. Without any problem, what the rest is.
+    Every problem has the path that leads to it. Without problems, this returns the value of the rest.
     """
     errors = [
         InitErrorDetails(type="value_error", loc=(), input=None, ctx={"error": problem})
@@ -128,7 +128,7 @@ def refuse(title: str, problems: Sequence[ValueProblem], rest: Callable[[], Any]
 
 
 def details(error: ValidationError, *path: str | int) -> Iterator[InitErrorDetails]:
-    """What pydantic has to tell of a value, as seen from where the `path` to that value begins."""
+    """The errors of pydantic in a value, with their places after the `path` to the value."""
     for e in error.errors(include_url=False):
         yield InitErrorDetails(type=e["type"], loc=(*path, *e["loc"]), input=e["input"], ctx=e.get("ctx", {}))
 
@@ -137,7 +137,7 @@ def sections_in(annotation: Any) -> list[type[Section]]:
     """The sections that a field of this type may hold, at any depth of its lists and choices."""
     if isinstance(annotation, type) and issubclass(annotation, Section):
         return [annotation]
-    if hasattr(annotation, "sections"):  # a mark that tells them
+    if hasattr(annotation, "sections"):  # a mark that lists them
         return list(annotation.sections())
     *types, metadata = (*get_args(annotation), getattr(annotation, "__metadata__", ()))
     marked = [section for mark in metadata for section in sections_in(mark)]

@@ -19,10 +19,10 @@ STDIN = "-"
 """The name of a file that stands for standard input."""
 
 NOT_READ = {".3ds", ".3mf", ".amf", ".blend", ".dae", ".fbx", ".iges", ".igs", ".step", ".stp", ".wrl"}
-"""The endings of meshes and solids that are not read: who gives one is told so."""
+"""The endings of meshes and solids that are not read; a file with one of them is refused."""
 
 CONVERT = "save it as STL in the program that made it, or in one that converts meshes"
-"""What to do about a mesh or solid of which the format is not read."""
+"""The hint for a mesh or solid in a format that is not read."""
 
 
 def ending(name: str) -> str:
@@ -64,7 +64,7 @@ def read_text(name: str, source: str) -> str:
 
 
 def _of_pipe(file: io.BufferedReader) -> bytes:
-    """What is written to a pipe, as by a process substitution; raises OSError where nobody writes."""
+    """The bytes written to a pipe, as by a process substitution; raises OSError where nobody writes."""
     first = file.raw.read(MAX_BYTES + 1)  # None where a writer is there, and has written nothing yet
     if first == b"":
         raise OSError(errno.EPIPE, "nothing is written to this pipe")

@@ -1,4 +1,4 @@
-"""Numbers and quantities as they are typed: decimals of any size, and what may be a unit behind them."""
+"""Numbers and quantities as they are typed: decimals of any size, and texts behind them that may be units."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ def number_or_text(raw: object, expected: str) -> float | int | str | Decimal:
 
 
 def finite(raw: float | int | str | Decimal) -> float:
-    """A number as a float. Raises ValueProblem where it is none, or beyond all floats."""
+    """A number as a float. Raises ValueProblem for a text that is no number, and beyond all floats."""
     try:
         value = float(raw)
     except OverflowError:
@@ -47,7 +47,7 @@ def exact_text(number: Fraction, pi_power: int) -> str:
 
 @lru_cache(maxsize=256)
 def number_of(dimension: Dimension | None, sign: str | None = None) -> str:
-    """What is expected where a number of this dimension stands, in words."""
+    """A number of this dimension and sign in words, for messages of errors."""
     thing = "number" if not dimension or not any(dimension) else str(dimension)
     return with_article(thing if sign is None else f"{sign} {thing}")
 
@@ -63,7 +63,7 @@ _QUANTITY = re.compile(
 
 
 class Written(NamedTuple):
-    """A quantity as it is typed: a decimal number of any size, and what may be a unit."""
+    """A quantity as it is typed: a decimal number of any size, and a text that may be a unit."""
 
     digits: str
     unit: str
@@ -73,10 +73,10 @@ class Written(NamedTuple):
 
 @lru_cache(maxsize=4096)
 def split_quantity(text: str) -> Written | None:
-    """The number and the unit of `5 cm` or `6*10^24 kg`; None for what may only be an expression.
+    """The number and the unit of `5 cm` or `6*10^24 kg`; None for other texts.
 
-    A quantity is a decimal number and what begins like a unit: a letter, `°`, `′`, `″`, or `1/` after a
-    blank. Neither part is judged here.
+    A quantity is a decimal number and a text that begins like a unit: a letter, `°`, `′`, `″`, or `1/`
+    after a blank. Neither part is judged here.
     """
     match = _QUANTITY.fullmatch(text)
     if match is None:
@@ -87,7 +87,7 @@ def split_quantity(text: str) -> Written | None:
 
 
 _QUOTIENT = re.compile(r"\s*(\d+(?:\.\d*)?)\s*/\s*(\d+(?:\.\d*)?)\s+(\S.*)")
-"""A quotient of two numbers and what may be a unit."""
+"""A quotient of two numbers, and a text that may be a unit."""
 
 
 def quantity_meant(text: str) -> str | None:

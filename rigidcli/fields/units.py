@@ -85,7 +85,7 @@ PREFIXES = {prefix: power for power, prefixes in {
 """SI prefixes with their powers of ten; up to two letters stand before symbols, the others before words."""
 
 _BASE = {name: Dimension(**{name: 1}) for name in Dimension._fields} | {"frequency": FREQUENCY}
-"""What a unit measures that is not defined by others, by the word that stands for its definition."""
+"""The dimensions of units that no other units define, by the word in place of a definition."""
 
 
 class Row(NamedTuple):
@@ -94,9 +94,9 @@ class Row(NamedTuple):
     names: str
     definition: str
     prefixed: str
-    """Those of the names before which a short prefix may stand; a long one stands before the longer names."""
+    """The names before which a short prefix may stand; a long one stands before the longer names."""
     remark: str
-    """Where a value is from, or which of several is meant."""
+    """The source of the value, or which one of several units of this name is meant."""
 
 
 _LINES = resources.files("rigidcli.fields").joinpath("units.csv").read_text("utf-8").splitlines()
@@ -113,7 +113,7 @@ _REFUSED = {
     "rads": ("is a dose of radiation", "write `rad`"),
     "Nm": ("is not a unit but a product of two", "write `N m`"),
 }
-"""Names that are likely to mean something else than their reader would take them for: why, and a hint."""
+"""Names that are refused because readers may take them for something else: the reason, and a hint."""
 
 _ONE = Unit("1", Fraction(1), 0, DIMENSIONLESS)
 
@@ -135,7 +135,7 @@ def _may_follow(prefix: str) -> frozenset[str]:
 
 
 def known_names() -> list[str]:
-    """Every name of the table, those with an SI prefix too."""
+    """Every name of the table, also with the SI prefixes that it may have."""
     prefixed = (prefix + name for prefix in PREFIXES for name in sorted(_may_follow(prefix)))
     return list(dict.fromkeys(["1", *_DEFINED, *prefixed]))
 
@@ -163,10 +163,10 @@ def _defined(name: str, definition: str) -> Unit:
     """The unit that a row of the table defines by others: `550 ft lbf/s`, `1/16 lb`, `pi/180 rad`."""
     if definition in _BASE:
         return Unit(name, Fraction(1), 0, _BASE[definition])
-    found = _DEFINITION.fullmatch(definition)
-    assert found is not None
-    unit = parse_unit(found[3])
-    for number, sign in ((found[1], 1), (found[2], -1)):
+    match = _DEFINITION.fullmatch(definition)
+    assert match is not None
+    unit = parse_unit(match[3])
+    for number, sign in ((match[1], 1), (match[2], -1)):
         pi_power = sign if number == "pi" else 0
         factor = Fraction(1 if pi_power else number or 1) ** sign
         unit = unit.times(Unit("", factor, pi_power, DIMENSIONLESS))
@@ -188,7 +188,7 @@ def _hint_for(name: str) -> str:
     stem = name.rstrip("0123456789")
     if stem != name and _from_table(stem):
         return f"write a power as `{stem}^{name.removeprefix(stem)}`"
-    if same := [known for known in known_names() if known.lower() == name.lower()]:
+    if same := [unit for unit in known_names() if unit.lower() == name.lower()]:
         return f"case matters, did you mean {_listed(same)}?"
     near = get_close_matches(name, known_names(), cutoff=0.7)
     if near:

@@ -19,7 +19,7 @@ OTHER_FORMS = {
     "moments: [1, 2, 3]": "tensor inertia_tensor inertia rigid_body top gyroscope",
     "parts: [{shape: sphere, radius: 1, mass: 1}]": "composite compound union group assembly difference",
 }
-"""Words for what is no shape but another form of body: how it is written instead, and the words."""
+"""Words for bodies that are no shapes: how such a body is written instead, and the words."""
 
 _LINES = resources.files("rigidcli.fields").joinpath("words.csv").read_text("utf-8").splitlines()
 
@@ -40,16 +40,16 @@ SHAPES_BY_WORD = _by_word("shape")
 """The shapes for which a word may stand; of several the one that has the other keys is meant."""
 
 RELATIVES = {name: words for row, name, words in _ROWS if row == "relative"}
-"""Shapes that are easily taken for another one, which are meant where the keys are theirs."""
+"""Shapes that are easily taken for another shape, and are meant where the keys are their own."""
 
 KEYS_BY_WORD = _by_word("key")
 """The keys for which a word may stand; the first that a section has, and that is not there yet, is meant."""
 
 HALVED = _by_word("half")
-"""The keys for twice the value of which a word stands."""
+"""The keys of half the quantity that a word names, such as the radius for a diameter."""
 
 _ADJECTIVES = re.compile(r"^(solid|uniform|homogeneous|thin|full|round|circular|straight|flat)_")
-"""What stands before the name of a shape without making another one of it."""
+"""Adjectives before the name of a shape that do not make it another shape."""
 
 
 def folded(word: str) -> str:
@@ -81,7 +81,7 @@ def with_colon(typed: str) -> str | None:
 
 
 def halved(word: str) -> tuple[str, ...]:
-    """The keys that hold half of what a word tells; none for other words."""
+    """The keys that hold half of the quantity that a word names; none for other words."""
     return HALVED.get(folded(word), ())
 
 
@@ -106,11 +106,11 @@ def keys_called(word: str) -> tuple[str, ...]:
 
 
 AS_WRITTEN = "write `{}`: a colon, and a blank after it"
-"""What to do about a key and its value that have become one text."""
+"""The hint for a key and its value that have become one text."""
 
 
 def bracketed(raw: Mapping[str, Any]) -> tuple[dict[str, Any], list[ValueProblem]]:
-    """A mapping with lists for `size: 1, 2, 3` in braces, where 2 and 3 are keys; and these problems."""
+    """A mapping with lists for `size: 1, 2, 3` in braces, with the problems of the keys 2 and 3."""
     groups: list[tuple[str, list[Any]]] = []
     for key, value in raw.items():
         if groups and value is None and _DIGITS.match(key):
@@ -131,18 +131,18 @@ def bracketed(raw: Mapping[str, Any]) -> tuple[dict[str, Any], list[ValueProblem
 
 
 _DIGITS = re.compile(r"-?\.?\d")
-"""How a number begins."""
+"""The beginning of a number."""
 
 
-def key_slip(key: str, known: Collection[str]) -> ValueProblem | None:
-    """The problem of a key such as `shape:cube`, which is one of the `known` keys with its value."""
+def key_slip(key: str, keys: Collection[str]) -> ValueProblem | None:
+    """The problem of a key such as `shape:cube`, which is one of the `keys` with its value."""
     if key[:1].isdigit():
         hint = (
             "a comma begins the next entry; the sign in a decimal is a point, and a list stands in brackets"
         )
         return ValueProblem("no key and value", hint=hint, typed=key)
     cure = with_colon(key)
-    if cure is None or {cure.partition(":")[0], *keys_called(cure.partition(":")[0])}.isdisjoint(known):
+    if cure is None or {cure.partition(":")[0], *keys_called(cure.partition(":")[0])}.isdisjoint(keys):
         return None
     return ValueProblem("no key and value", hint=AS_WRITTEN.format(cure), typed=key)
 

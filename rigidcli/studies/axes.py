@@ -14,9 +14,9 @@ from rigidcli.document.document import Document
 from rigidcli.errors import ComputationError
 from rigidcli.report import Field, Report, Step
 from rigidcli.studies.body import axis_fields, body_frame, inertia_fields, mesh_fields, require_one_start
-from rigidcli.studies.common import field_of, if_known, report
+from rigidcli.studies.common import if_known, report, value_of
 from rigidcli.studies.pictures import drawn
-from rigidcli.studies.results import told
+from rigidcli.studies.results import field_of
 
 SCHEMA = "rigidcli.axes/1"
 
@@ -41,7 +41,7 @@ def run(document: Document, *, steps: bool = False, picture: str | None = None) 
     n = document.arithmetic
     require_one_start(document, "axes")
     inertia_results = inertia_fields(document)
-    tensor = field_of(inertia_results, "tensor")
+    tensor = value_of(inertia_results, "tensor")
     motion, frame, notes = document.motion, None, []
     try:
         frame = body_frame(document)
@@ -82,14 +82,12 @@ def _frame_fields(frame: PrincipalFrame | None, tensor: Array, n: Arithmetic) ->
     """Moments, axes and class; null, and not shown to people, where there is no frame."""
     keys = ("moments", "axes", "groups", "class", "residual")
     if frame is None:
-        return [told("axes", key, None, title="") for key in keys]
+        return [field_of("axes", key, None, title="") for key in keys]
     kind = principal.body_class(frame)
     groups = [list(group) for group in frame.groups]
     values = (frame.moments, frame.axes, groups, kind, _residual(tensor, frame, n))
     words = {"class": CLASSES[kind]}
-    return [
-        told("axes", key, value, words=words.get(key, "")) for key, value in zip(keys, values, strict=True)
-    ]
+    return [field_of("axes", key, value, words.get(key, "")) for key, value in zip(keys, values, strict=True)]
 
 
 def _residual(tensor: Array, frame: PrincipalFrame, n: Arithmetic) -> object:
@@ -113,12 +111,12 @@ def _motion(omega: Array, body: Inertia, frame: PrincipalFrame | None, n: Arithm
     angle, wobbles = _wobble(omega, momentum, largest, n)
     torque = _holding_torque(omega, momentum, n) if wobbles or n.exact else np.zeros(3)
     return (
-        told("axes", "omega", omega),
-        told("axes", "angular_momentum", momentum),
-        told("axes", "kinetic_energy", energy),
-        told("axes", "angle", angle),
-        told("axes", "wobbles", wobbles, words=_WOBBLES[wobbles]),
-        if_known(told("axes", "holding_torque", torque)),
+        field_of("axes", "omega", omega),
+        field_of("axes", "angular_momentum", momentum),
+        field_of("axes", "kinetic_energy", energy),
+        field_of("axes", "angle", angle),
+        field_of("axes", "wobbles", wobbles, words=_WOBBLES[wobbles]),
+        if_known(field_of("axes", "holding_torque", torque)),
     )
 
 

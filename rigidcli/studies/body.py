@@ -15,7 +15,7 @@ from rigidcli.document.document import Document
 from rigidcli.errors import ComputationError
 from rigidcli.report import Field
 from rigidcli.studies.common import if_known
-from rigidcli.studies.results import told
+from rigidcli.studies.results import field_of
 
 if TYPE_CHECKING:
     from rigidcli.bodies.tops import HeavyTop
@@ -53,13 +53,13 @@ def inertia_fields(document: Document) -> tuple[Field, ...]:
         if not n.exact and not (math.isfinite(mass) and np.isfinite(asked).all()):
             raise ComputationError("the inertia tensor is beyond the range of floating-point numbers")
     values = {"mass": mass, "center_of_mass": com, "about": about, "tensor": asked, "tensor_com": central}
-    fields = tuple(told("inertia", key, value) for key, value in values.items())
+    fields = tuple(field_of("inertia", key, value) for key, value in values.items())
     if com is not None and about is not None and (about == com).all():
         fields[-1].diagnostic = True
     if body.integrated is None:
         return fields
     is_small = body.integrated <= 1e-9  # as for every smooth density
-    return (*fields, told("inertia", "integration_error", body.integrated, diagnostic=is_small))
+    return (*fields, field_of("inertia", "integration_error", body.integrated, diagnostic=is_small))
 
 
 def mesh_fields(document: Document) -> list[Field]:
@@ -68,7 +68,7 @@ def mesh_fields(document: Document) -> list[Field]:
 
     fields = []
     for key, value in document.body.report().items() if isinstance(document.body, Mesh) else ():
-        field = told("inertia", f"mesh.{key}", value)
+        field = field_of("inertia", f"mesh.{key}", value)
         field.words = TRUTH[value] if isinstance(value, bool) else value if isinstance(value, str) else ""
         field.diagnostic |= key in USUAL and value == USUAL[key]
         fields.append(field)
@@ -85,8 +85,8 @@ def axis_fields(document: Document) -> tuple[tuple[Field, ...], tuple[str, ...]]
     radius = None if mass is None else n.sqrt(n.tidied(moment / mass))
     missing = "the radius of gyration needs `body.mass`, which is not given"
     return (
-        told("inertia", "axis_moment", moment),
-        if_known(told("inertia", "radius_of_gyration", radius)),
+        field_of("inertia", "axis_moment", moment),
+        if_known(field_of("inertia", "radius_of_gyration", radius)),
     ), (missing,) if mass is None else ()
 
 

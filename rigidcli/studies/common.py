@@ -14,7 +14,7 @@ from rigidcli.document.document import Document
 from rigidcli.errors import ComputationError, DocumentError, UsageError
 from rigidcli.fields.texts import STDIN
 from rigidcli.report import NOISE, Field, Report, Step, Table, Value
-from rigidcli.studies.results import told
+from rigidcli.studies.results import field_of
 
 if TYPE_CHECKING:
     from rigidcli.picture import Picture
@@ -105,10 +105,10 @@ def noise(trusted_digits: float | None) -> float:
 
 def trusted(study: str, key: str, digits: float) -> Field:
     """The result with the number of trusted digits."""
-    return told(study, key, digits, diagnostic=digits >= SHOWN_DIGITS)
+    return field_of(study, key, digits, diagnostic=digits >= SHOWN_DIGITS)
 
 
-def field_of(fields: Iterable[Field], key: str) -> Value:
+def value_of(fields: Iterable[Field], key: str) -> Value:
     """The value of the field with this key."""
     return next(entry.value for entry in fields if entry.key == key)
 
@@ -118,8 +118,8 @@ def if_known(field: Field) -> Field:
     return field if field.value is not None else replace(field, title="")
 
 
-def require_values(document: Document, what: str) -> None:
-    """Raise unless the document's numbers are floats, which `what`, such as "an orbit", needs.
+def require_values(document: Document, task: str) -> None:
+    """Raise unless the document's numbers are floats, which `task`, such as "an orbit", needs.
 
     Raises DocumentError with the parameters that have no value, and UsageError where every parameter has one
     and exact numbers were asked for.
@@ -128,7 +128,7 @@ def require_values(document: Document, what: str) -> None:
     if document.arithmetic.exact and not missing:
         missing = tuple(name for name, value in (document.parameters or {}).items() if value is None)
     if missing:
-        message = f"missing: {what} needs its value"
+        message = f"missing: {task} needs its value"
         raise DocumentError([document.problem(message, f"parameters.{name}") for name in missing])
     if document.arithmetic.exact:
-        raise UsageError(f"{what} has no exact results", hint="leave out `--exact`")
+        raise UsageError(f"{task} has no exact results", hint="leave out `--exact`")

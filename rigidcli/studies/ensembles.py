@@ -17,20 +17,20 @@ from rigidcli.errors import RigidError, UsageError
 from rigidcli.report import Column, Field, Report, Table, single_cells
 from rigidcli.studies.common import require_values
 from rigidcli.studies.pictures import ANY
-from rigidcli.studies.results import told
+from rigidcli.studies.results import field_of
 
 Form: TypeAlias = Literal["rows", "starts", "few"]
 """The form of the reports: all samples in rows that begin with the start, a whole report for each start, or
 the samples at a few times, from which a summary is made."""
 
-Found: TypeAlias = tuple[int, Report | RigidError]
+StartReport: TypeAlias = tuple[int, Report | RigidError]
 """The place of a start, counted from 0, and the report on it and perhaps the next starts, or the error."""
 
 Sampling: TypeAlias = Mapping[str, object]
-"""Values of the keys of the section with the times, in place of those of the document."""
+"""Values for the keys of the section with the times, in place of the values in the document."""
 
-Together: TypeAlias = Callable[[Document, Sampling], Callable[[range], Iterator[Found]] | None]
-"""A function that returns one for arrays of starts, or None where there is no such function."""
+Together: TypeAlias = Callable[[Document, Sampling], Callable[[range], Iterator[StartReport]] | None]
+"""A function that returns the function for arrays of starts, or None where there is none."""
 
 ROWS = 25_000
 """The most rows of a report on several starts: they take 3 MB of memory."""
@@ -70,7 +70,7 @@ def reports(
     form: Form,
     places: range,
     together: Together | None = None,
-) -> Iterator[Found]:
+) -> Iterator[StartReport]:
     """The reports of `run`, a study, on the starts at these places of an ensemble.
 
     `together` may work several starts as arrays. The first place is a multiple of `block`. Raises
@@ -94,7 +94,7 @@ def reports(
             yield place, error
             continue
         if form == "starts":
-            start = told("euler", "start", place, title="")
+            start = field_of("euler", "start", place, title="")
             yield place, replace(result, fields=(start, *result.fields))
         else:
             yield place, replace(result, tables=(with_start(_samples(result), np.array([place])),))
@@ -120,13 +120,13 @@ def whole(document: Document, run: Callable[[Document], Report], together: Toget
         replace(column, values=np.concatenate([table.columns[place].values for table in tables]))
         for place, column in enumerate(tables[0].columns)
     )
-    fields = (told("euler", "starts", len(document.ensemble)),)
+    fields = (field_of("euler", "starts", len(document.ensemble)),)
     notes = tuple(dict.fromkeys(note for part in parts for note in part.notes))
     return replace(parts[0], fields=fields, notes=notes, tables=(replace(tables[0], columns=columns),))
 
 
 def summaries(reports: Iterable[Report]) -> Iterator[Report]:
-    """One report for the reports on the starts of an ensemble; all others stay."""
+    """The reports, in which one summary replaces the reports on the starts of an ensemble."""
     for (_, _, is_part), group in groupby(reports, lambda one: (one.source, one.name, _is_part(one))):
         if is_part:
             yield _summary(group)
@@ -161,13 +161,13 @@ def _summary(parts: Iterator[Report]) -> Report:
             f"{variable.cells[0]} over the starts",
             times,
             *(
-                Column(key, values[:, k], (told("euler", key, None).title,), variable.unit)
+                Column(key, values[:, k], (field_of("euler", key, None).title,), variable.unit)
                 for key, values in over.items()
             ),
         )
         for k, variable in enumerate(shown)
     ]
-    fields = [told("euler", "starts", len(starts))]
+    fields = [field_of("euler", "starts", len(starts))]
     if np.isfinite(digits):
         fields.append(Field("trusted_digits", digits, "trusted digits, the least of all"))
     phase = [k for k, variable in enumerate(shown) if variable.key.startswith(("q.", "p."))]
@@ -176,7 +176,7 @@ def _summary(parts: Iterator[Report]) -> Report:
         covariance = np.einsum("mti,mtj->tij", off, off) / len(starts)
         volume = np.sqrt(np.maximum(np.linalg.det(covariance), 0.0))
         title = "spread in phase space: the root of the determinant of the covariance"
-        heads = (told("hamilton", "volume", None).title,)
+        heads = (field_of("hamilton", "volume", None).title,)
         tables.append(_in_time(title, times, Column("volume", volume, heads)))
     summary = replace(first, fields=tuple(fields), tables=tuple(tables), notes=tuple(notes))
     return replace(summary, steps=(), pictures=(), scene=None)

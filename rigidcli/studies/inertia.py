@@ -5,7 +5,7 @@ from __future__ import annotations
 from rigidcli.document.document import Document
 from rigidcli.report import Report, Step
 from rigidcli.studies.body import axis_fields, inertia_fields, mesh_fields
-from rigidcli.studies.common import field_of, report
+from rigidcli.studies.common import report, value_of
 from rigidcli.studies.pictures import drawn
 
 SCHEMA = "rigidcli.inertia/1"
@@ -18,7 +18,7 @@ def run(document: Document, *, steps: bool = False, picture: str | None = None) 
     if steps:
         from rigidcli.studies.steps.inertia import inertia_steps
 
-        working += inertia_steps(document, field_of(fields, "tensor"))
+        working += inertia_steps(document, value_of(fields, "tensor"))
     pictures = drawn("inertia", picture, document)
     fields = (*fields, *about_axis, *mesh_fields(document))
     return report(document, SCHEMA, "inertia tensor", fields, notes, steps=working, pictures=pictures)

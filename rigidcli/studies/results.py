@@ -47,8 +47,8 @@ RESULTS = {study: tuple(fields.values()) for study, fields in _BY_KEY.items()}
 """The results of each study, still without values, by the name of its command."""
 
 
-def told(study: str, key: str, value: Value, /, words: str = "", **changes: Any) -> Field:
-    """The result of a study with its value, words for the value, and other `changes` of the field."""
+def field_of(study: str, key: str, value: Value, /, words: str = "", **changes: Any) -> Field:
+    """The field of a result by results.csv, with its value, words for it, and `changes` of the field."""
     field = _BY_KEY[study][key].with_value(value, words)
     for name, change in changes.items():
         setattr(field, name, change)

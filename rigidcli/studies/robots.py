@@ -53,7 +53,7 @@ MOST_OF_LINK = 200
 
 
 PLACES = np.array([[0, 1, 2], [1, 3, 4], [2, 4, 5]])
-"""Where the entries of the matrix of a tensor stand in `ENTRIES`."""
+"""The places in `ENTRIES` of the entries of the matrix of a tensor."""
 
 
 class Form(NamedTuple):
@@ -64,7 +64,7 @@ class Form(NamedTuple):
     moments: Floats
 
     def is_near(self, moments: Floats, factor: float) -> bool:
-        """Whether every moment (3, m^2) of 1 kg is within a factor of its own."""
+        """Whether every moment (3, m^2) of 1 kg is within this factor of the form's moment."""
         ratio = moments / self.moments
         return bool((1 / factor <= ratio).all() and (ratio <= factor).all())
 
@@ -107,7 +107,7 @@ def _forms(link: Link) -> list[Form]:
 
 
 def _suspicions(mass: float, tensor: Floats, forms: Sequence[Form]) -> Iterator[tuple[str, str, str | None]]:
-    """What is odd about a mass (kg) and a central tensor (3 by 3, kg m^2): the key, why, and a hint."""
+    """The oddities of a mass (kg) and a central tensor (3 by 3, kg m^2): the key, the reason, and a hint."""
     moments = _moments(tensor, mass)
     placeholder = _placeholder(mass, tensor, any(form.is_near(moments, ALIKE) for form in forms))
     if placeholder:

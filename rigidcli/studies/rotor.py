@@ -11,7 +11,7 @@ from rigidcli.core.arithmetic import FLOAT, Floats
 from rigidcli.document.document import Document
 from rigidcli.report import Field
 from rigidcli.studies.common import if_known
-from rigidcli.studies.results import told
+from rigidcli.studies.results import field_of
 
 PLANCK = 6.62607015e-34
 """The Planck constant (J s), exact since 2019 (BIPM, The International System of Units, 9th edition)."""
@@ -53,17 +53,17 @@ def rotor_fields(document: Document, rounding: float) -> tuple[tuple[Field, ...]
         off = 1 - moments[place] / moments[place + 1] if kind in ("spherical", other) else 0.0
         if off > principal.EQUAL_MOMENTS:
             notes.append(f"{pair} count as equal: they differ by {off:.1g}, which may be rounding")
-    fields = [told("axes", "rotor", kind, words=ROTORS[kind])]
+    fields = [field_of("axes", "rotor", kind, words=ROTORS[kind])]
     for key, per_hertz in (("ghz", 1e-9), ("per_cm", 0.01 / LIGHT)):
         for letter, moment in zip("ABC", moments, strict=True):
             is_known = moment > 0 and not (is_line and letter == "A")
             value = PLANCK / (8 * math.pi**2 * float(moment)) * per_hertz if is_known else None
-            fields.append(if_known(told("axes", f"rotational_constants_{key}.{letter}", value)))
+            fields.append(if_known(field_of("axes", f"rotational_constants_{key}.{letter}", value)))
     kappa = None
     if kind in ("oblate", "prolate", "asymmetric"):
         a, b, c = moments[0] / moments  # as the constants are to each other
         kappa = float(((b - a) + (b - c)) / (a - c))
-    return (*fields, if_known(told("axes", "asymmetry_parameter", kappa))), tuple(notes)
+    return (*fields, if_known(field_of("axes", "asymmetry_parameter", kappa))), tuple(notes)
 
 
 def _kind(moments: Floats, mass: float, rounding: float) -> principal.BodyClass:

@@ -17,7 +17,7 @@ from rigidcli.studies.common import SHOWN_DIGITS, if_known, report, trusted
 from rigidcli.studies.euler.closed import CLOSED_FORM, closed_form, together
 from rigidcli.studies.euler.motion import QUANTITIES, Trajectory, initial_value_problem
 from rigidcli.studies.pictures import drawn
-from rigidcli.studies.results import told
+from rigidcli.studies.results import field_of
 
 SCHEMA = "rigidcli.euler/1"
 
@@ -37,7 +37,7 @@ MOTIONS = {
 """The kinds of motion, in words."""
 
 AXES = {"e1": "e1, least moment", "e2": "e2, middle moment", "e3": "e3, greatest moment"}
-"""The principal axes, which are others than the axes 1, 2, 3 of the components of omega and L, in words."""
+"""The principal axes in words; the axes 1, 2, 3 of the components of omega and L are others."""
 
 
 @np.errstate(over="ignore", invalid="ignore")
@@ -101,7 +101,7 @@ def follow(document: Document, progress: Callable[[float], None] | None = None) 
 
 
 def _fields(motion: Trajectory) -> list[Field]:
-    """The results but for the samples and the stability of the axes."""
+    """The results except the samples and the stability of the axes."""
     frame, omega, free = motion.problem.frame, motion.problem.omega, motion.free
     momentum = motion.problem.inertia.momentum(omega)
     energy = float(omega @ momentum) / 2
@@ -112,24 +112,24 @@ def _fields(motion: Trajectory) -> list[Field]:
     period, flip, rate = (free.period, free.flip_interval, free.mean_space_rate) if free else (None,) * 3
     turns = None if flip is None or rate is None else flip * rate / (2 * math.pi)
     return [
-        told("euler", "moments", frame.moments),
-        told("euler", "axes", frame.axes),
-        told("euler", "angular_momentum", FLOAT.hypot(*momentum)),
-        told("euler", "kinetic_energy", None if is_lost else energy),
-        told("euler", "motion", kind, words=words),
-        if_known(told("euler", "period", period)),
-        if_known(told("euler", "flip_interval", flip)),
-        if_known(told("euler", "turns_per_flip", turns)),
-        if_known(told("euler", "mean_space_rate", rate)),
-        told("euler", "method", motion.method, words=motion.method),
-        told("euler", "steps", motion.steps),
+        field_of("euler", "moments", frame.moments),
+        field_of("euler", "axes", frame.axes),
+        field_of("euler", "angular_momentum", FLOAT.hypot(*momentum)),
+        field_of("euler", "kinetic_energy", None if is_lost else energy),
+        field_of("euler", "motion", kind, words=words),
+        if_known(field_of("euler", "period", period)),
+        if_known(field_of("euler", "flip_interval", flip)),
+        if_known(field_of("euler", "turns_per_flip", turns)),
+        if_known(field_of("euler", "mean_space_rate", rate)),
+        field_of("euler", "method", motion.method, words=motion.method),
+        field_of("euler", "steps", motion.steps),
         trusted("euler", "trusted_digits", motion.trusted_digits),
-        *(told("euler", f"drift.{key}", value) for key, value in motion.drift.items()),
+        *(field_of("euler", f"drift.{key}", value) for key, value in motion.drift.items()),
     ]
 
 
 def _stability(motion: Trajectory) -> tuple[Table, Table]:
-    """The axes, and what becomes of a rotation about each with the initial |omega|: for programs, for people.
+    """The stability of rotation about the principal axes with the initial |omega|: for programs, for people.
 
     People see one row for axes of equal moments.
     """

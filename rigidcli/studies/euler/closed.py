@@ -15,9 +15,9 @@ from rigidcli.core.tensor import Inertia
 from rigidcli.document.document import Document
 from rigidcli.document.motion import QUATERNION, RATES
 from rigidcli.studies.common import report
-from rigidcli.studies.ensembles import Found, Sampling, with_start
+from rigidcli.studies.ensembles import Sampling, StartReport, with_start
 from rigidcli.studies.euler.motion import InitialValueProblem, Trajectory, drift_of, initial_value_problem
-from rigidcli.studies.results import told
+from rigidcli.studies.results import field_of
 
 CLOSED_FORM = "closed form"
 """The name of the method where nothing is integrated."""
@@ -52,7 +52,7 @@ def _trajectory(
 
 
 def _digits(error: float) -> float:
-    """Trusted digits where the inputs' rounding makes this error (rad), and that of the formulas as much."""
+    """Trusted digits where rounding makes this error (rad) in the inputs, and as much in the formulas."""
     return digits(2 * error)
 
 
@@ -93,17 +93,17 @@ def _heavy_top(problem: InitialValueProblem) -> Trajectory | None:
     return _trajectory(problem, omega @ axes.T, orientation, error)
 
 
-def together(document: Document, sampling: Sampling) -> Callable[[range], Iterator[Found]] | None:
-    """The function that works free motions from some starts as arrays; None for others and linear bodies.
+def together(document: Document, sampling: Sampling) -> Callable[[range], Iterator[StartReport]] | None:
+    """A function for free motions from some starts as arrays; None for other motions and for linear bodies.
 
-    Where the `sampling` is changed, for a summary, the reports tell the trusted digits, too.
+    Where the `sampling` is changed, for a summary, the reports have the trusted digits, too.
     """
     problem = initial_value_problem(document.start(0, **sampling))
     driven = problem.torque is not None or problem.weight.any() or problem.angles is not None
     if driven or not problem.frame.moments[0] > 0:
         return None
 
-    def samples(places: range) -> Iterator[Found]:
+    def samples(places: range) -> Iterator[StartReport]:
         starts = _starts(document, problem, places)
         omega, orientation = _free_motions(starts)
         beginning = problem.times == 0
@@ -115,7 +115,7 @@ def together(document: Document, sampling: Sampling) -> Callable[[range], Iterat
         fields = []
         if sampling:
             error = float(free_body.sensitivity(*along_entries(starts), problem.times).max())
-            fields.append(told("euler", "trusted_digits", _digits(error), diagnostic=True))
+            fields.append(field_of("euler", "trusted_digits", _digits(error), diagnostic=True))
         title, tables = "motion by Euler's equations", (with_start(table, np.array(places)),)
         yield places.start, report(document, "rigidcli.euler/1", title, fields, problem.notes, tables)
 

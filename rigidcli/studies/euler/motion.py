@@ -34,17 +34,17 @@ QUANTITIES = tuple(field for field in RESULTS["euler"] if field.key.startswith("
 """The results at each time, in the order of their columns."""
 
 HIDDEN = {"angular_momentum", "orientation", "angular_momentum_space"}
-"""The quantities that people are not shown, unless they ask for them."""
+"""The quantities that people see only if they ask for them."""
 
 
 @dataclass(frozen=True, slots=True, eq=False, kw_only=True)
 class InitialValueProblem:
-    """What Euler's equations are solved for, in components along the document's axes, which the body carries.
+    """The problem for Euler's equations, in components along the document's axes, which the body carries.
 
     `inertia` is about O, `orientation` (4) turns the document's axes to those of space at t = 0.
     `weight` is M g R (3, N m), the arm from O to the centre of mass times the weight; zero for none. `shown`
     (3 by 3) has as columns the axes of the results, and `frame` is the principal frame along these. `third`
-    (3) is the axis that a torque knows as ux, uy, uz: that of a top, or e3 as it is printed. `carried` has as
+    (3) is the axis (ux, uy, uz) in a torque: that of a top, or e3 as it is printed. `carried` has as
     columns (3 by 3) the axes whose Euler angles are asked for: the axes of the results, or of a top, the last
     along its symmetry axis. `angles` is the sequence of these angles, None for none.
     """
@@ -218,7 +218,7 @@ class Trajectory:
 
     @cached_property
     def momentum_in_space(self) -> Floats:
-        """The same along the axes of space."""
+        """Angular momentum about O (n, 3), along the axes of space."""
         return rotation.turned(self.orientation, self.momentum)
 
     @cached_property
@@ -257,7 +257,7 @@ def drift_of(
 ) -> dict[str, float]:
     """The errors of the balances of a motion (n, 3 and n, 4), in units of the largest energy and |L|.
 
-    `gained` tells the work and the impulse of a torque so far. Without it the energy is conserved, and the
+    `gained` gives the work and the impulse of a torque so far. Without it the energy is conserved, and the
     angular momentum in space, of which under weight the vertical component is.
     """
     momentum = problem.inertia.momentum(omega)

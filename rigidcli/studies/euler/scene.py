@@ -23,11 +23,11 @@ AXES, VECTORS, SPACE = 1.25, 1.5, 1.6
 of the distance from O to the farthest point of the body: no tip hides another."""
 
 ROUND = np.linspace(0, 2 * np.pi, 72, endpoint=False)
-"""Directions of the corners of what stands for a plane (rad)."""
+"""Directions of the corners of the polygon that stands for a plane (rad)."""
 
 
 def scene_of(document: Document, motion: Trajectory, samples: Table) -> Scene | None:
-    """What a replay of the motion shows; None where there is one moment only."""
+    """The scene that a replay of the motion shows; None where there is one moment only."""
     if len(motion.problem.times) < 2:
         return None
     stages = (_in_space(document, motion), *_rolling_ellipsoid(motion))

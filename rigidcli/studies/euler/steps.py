@@ -20,7 +20,7 @@ from rigidcli.studies.steps.writing import filled, product, total
 
 
 def _about_axes(frame: PrincipalFrame) -> str:
-    """What the equation of a small component says about the axes of a body."""
+    """The consequence of the equation of a small component for the axes of a body."""
     if len(frame.groups) == 3:
         return "It oscillates about the axes of the least and of the greatest moment, and grows between them."
     alone = " It oscillates about the symmetry axis." if len(frame.groups) == 2 else ""
@@ -32,7 +32,7 @@ LONGEST = 80
 
 
 def _torque(problem: InitialValueProblem) -> tuple[list[Node], str]:
-    """N along e1, e2, e3, where w1, w2, w3 are along these, too, and words on what else stands in it."""
+    """N along e1, e2, e3, where w1, w2, w3 are along these, too, and the meaning of its other letters."""
     axes = problem.shown @ problem.frame.axes.T
     axes = np.where(np.abs(axes) < NOISE, 0.0, axes)
     arm, words = axes.T @ problem.weight, ""

@@ -23,7 +23,7 @@ from rigidcli.studies.hamilton import linear_equations
 from rigidcli.studies.hamilton.derivation import Derivation
 from rigidcli.studies.hamilton.findings import Found, as_typed, find
 from rigidcli.studies.pictures import drawn
-from rigidcli.studies.results import told
+from rigidcli.studies.results import field_of
 
 if TYPE_CHECKING:
     from rigidcli.studies.hamilton.orbit import OrbitSolution
@@ -126,7 +126,7 @@ def _results(found: Found) -> list[Field]:
     ]
 
 
-_row = partial(told, "hamilton")
+_row = partial(field_of, "hamilton")
 
 
 def _expression(key: str, e: Expr | None) -> Field:

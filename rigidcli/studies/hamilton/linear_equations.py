@@ -20,7 +20,7 @@ from rigidcli.mechanics.spectrum import spectrum
 from rigidcli.report import Field
 from rigidcli.studies.hamilton.derivation import Derivation
 from rigidcli.studies.hamilton.system import known_values
-from rigidcli.studies.results import told
+from rigidcli.studies.results import field_of
 
 MOST_COLUMNS = 8
 """The widest matrix that people are shown: a terminal has room for no more."""
@@ -43,9 +43,10 @@ def fields(document: Document, derivation: Derivation) -> list[Field]:
     shift = " + b" if any(not e.is_zero for e in offset) else ""
     title = f"A of z' = A z{shift}, z = ({', '.join(names)})"
     is_small = len(names) <= MOST_COLUMNS
+    a, b = np.array(matrix, dtype=object), np.array(offset, dtype=object)
     shown_anyway = [
-        told("hamilton", "matrix", np.array(matrix, dtype=object), title=title if is_small else ""),
-        told("hamilton", "offset", np.array(offset, dtype=object), title="b" if shift and is_small else ""),
+        field_of("hamilton", "matrix", a, title=title if is_small else ""),
+        field_of("hamilton", "offset", b, title="b" if shift and is_small else ""),
     ]
     roots = _roots(matrix, document, derivation)
     if roots is None:
@@ -66,8 +67,8 @@ def fields(document: Document, derivation: Derivation) -> list[Field]:
     return [
         *shown_anyway,
         Field("eigenvalues", [{"re": re, "im": im} for re, im in pairs]),
-        told("hamilton", "frequencies", frequencies, unit="rad/s" if numeric else "", **changes),
-        told("hamilton", "stability", stability, words=STABILITY[stability] + driven),
+        field_of("hamilton", "frequencies", frequencies, unit="rad/s" if numeric else "", **changes),
+        field_of("hamilton", "stability", stability, words=STABILITY[stability] + driven),
     ]
 
 
