@@ -140,17 +140,17 @@ def _lagrange(derivation: Derivation) -> Equations:
 
     if derivation.are_linear:
         p, at_rest = [symbol(name) for name in phase.momenta], dict.fromkeys(velocities, ZERO)
-        steps, found = solutions(a - substitute(e, at_rest) for a, e in zip(p, definitions, strict=True))
-        steps += zip(velocities, found, strict=True)
+        steps, v_of_p = solutions(a - substitute(e, at_rest) for a, e in zip(p, definitions, strict=True))
+        steps += zip(velocities, v_of_p, strict=True)
         slopes = [*rates, *map(to_tree, forces)]
         return Equations(phase.names, slopes, p, energy(p), steps)
     moving = [*zip(phase.coordinates, v, strict=True), (TIME, ONE)]
     defined = dict(zip(phase.momenta, definitions, strict=True))
-    steps, found = solutions(
+    steps, accelerations = solutions(
         total([substitute(f, defined), *(-derivative(p, name) * rate for name, rate in moving)])
         for f, p in zip(forces, definitions, strict=True)
     )
-    names, slopes = (*phase.coordinates, *velocities), [*rates, *found]
+    names, slopes = (*phase.coordinates, *velocities), [*rates, *accelerations]
     return Equations(names, slopes, definitions, energy(definitions), steps)
 
 

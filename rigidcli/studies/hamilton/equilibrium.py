@@ -158,11 +158,11 @@ def found_place(
         scale = at(begin, sizes).max(initial=0.0)
     except NO_VALUE as error:
         raise ComputationError("no equilibrium found: the forces have no value on the way") from error
-    told = _listed(dict(zip(names, left.tolist(), strict=True)))
+    listed = _listed(dict(zip(names, left.tolist(), strict=True)))
     near = BALANCE * max(np.linalg.norm(q), np.linalg.norm(begin))
     if not (np.abs(left).max() <= BALANCE * scale and np.linalg.norm(step) <= near):
         shown = ", ".join(f"{name} = {value:.6g}" for name, value in zip(names, q.tolist(), strict=True))
-        raise ComputationError(f"no equilibrium found: the search ended at {shown}; at rest there, {told}")
+        raise ComputationError(f"no equilibrium found: the search ended at {shown}; at rest there, {listed}")
     place = {name: number(Fraction(value)) for name, value in zip(names, q.tolist(), strict=True)}
-    note = f"equilibrium found by scipy.optimize.root; at rest there, {told}"
+    note = f"equilibrium found by scipy.optimize.root; at rest there, {listed}"
     return Place(place, known_values(document), note)

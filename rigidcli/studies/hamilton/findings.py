@@ -107,7 +107,7 @@ def as_typed(fields: Iterable[Field], document: Document) -> list[Field]:
 
 def _typed_sums(document: Document) -> dict[Sum, Sum]:
     """The sums under even powers in the system, as the algebra writes them, and as they are typed."""
-    system, found = document.system, dict[Sum, Sum]()
+    system, sums = document.system, dict[Sum, Sum]()
     assert system is not None
     values = derived_parameters(document)
     written = [system.lagrangian, system.kinetic, system.potential, system.hamiltonian]
@@ -117,8 +117,8 @@ def _typed_sums(document: Document) -> dict[Sum, Sum]:
             terms = [from_tree(term, values) for term in part.base.terms]
             typed, square = Sum(tuple(map(to_tree, terms))), to_tree(total(terms) ** 2)
             if isinstance(square, Power) and isinstance(square.base, Sum) and _has_terms(square.base, typed):
-                found.setdefault(square.base, typed)
-    return found
+                sums.setdefault(square.base, typed)
+    return sums
 
 
 def _has_terms(written: Sum, typed: Sum) -> bool:

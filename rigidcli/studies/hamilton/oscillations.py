@@ -144,13 +144,13 @@ def _notes(place: Place, modes: Sequence[Mode] | None) -> Iterator[str]:
             yield f"the mode with the rate {mode.rate} oscillates where {mode.root.condition} > 0"
 
 
-def fields(found: Oscillations) -> list[Field]:
+def fields(oscillations: Oscillations) -> list[Field]:
     """The equilibrium, and its modes as JSON has them; for CSV their rates."""
-    modes = None if found.modes is None else [_record(mode) for mode in found.modes]
-    rates = [mode.rate for mode in found.modes or ()]
+    modes = None if oscillations.modes is None else [_record(mode) for mode in oscillations.modes]
+    rates = [mode.rate for mode in oscillations.modes or ()]
     kind = object if any(isinstance(rate, Expr) for rate in rates) else float
     cells = {f"modes.{place}.rate": (place,) for place in range(len(rates))}
-    keys = {f"equilibrium.{name}": (name, e) for name, e in found.place.items()}
+    keys = {f"equilibrium.{name}": (name, e) for name, e in oscillations.place.items()}
     return [
         *(
             Field(key, e, f"equilibrium, {name}", latex_name(name), cells={key: ()})
@@ -176,11 +176,11 @@ def _record(mode: Mode) -> dict[str, Any]:
     return record | ({"decay": -root.growth} if root.growth and root.is_stable else {})
 
 
-def tables(found: Oscillations) -> list[Table]:
+def tables(oscillations: Oscillations) -> list[Table]:
     """The modes for people, one in a row."""
-    if not found.modes:
+    if not oscillations.modes:
         return []
-    modes = found.modes
+    modes = oscillations.modes
     records = [_record(mode) for mode in modes]
     is_numeric = not any(isinstance(mode.rate, Expr) for mode in modes)
     columns = [
@@ -188,7 +188,7 @@ def tables(found: Oscillations) -> list[Table]:
         for key, unit in UNITS.items()
         if key == "rate" or ((is_numeric or key == "decay") and any(r.get(key) for r in records))
     ]
-    for place, name in enumerate(found.place):
+    for place, name in enumerate(oscillations.place):
         entries = [_component(*mode.vector[place]) for mode in modes]
         columns.append(Column(name, entries, (name,), "", (latex_name(name),)))
     columns.append(Column("motion", [_kind(mode.root) for mode in modes], ("motion",), ""))

@@ -37,9 +37,9 @@ ENERGIES = {
 """What is said of energies, by whether positions of particles are given."""
 
 
-def hamilton_steps(found: Found, fields: Sequence[Field], tables: Sequence[Table]) -> Iterator[Step]:
+def hamilton_steps(findings: Found, fields: Sequence[Field], tables: Sequence[Table]) -> Iterator[Step]:
     """The way to the results, shown by these themselves; conserved quantities by their brackets with H."""
-    derivation, system = found.derivation, found.derivation.system
+    derivation, system = findings.derivation, findings.derivation.system
     if system.kinetic is not None:
         shown = [_titled(entry) for entry in fields if entry.key == "lagrangian"]
         sentence = ENERGIES[bool(system.particles)]
@@ -50,18 +50,18 @@ def hamilton_steps(found: Found, fields: Sequence[Field], tables: Sequence[Table
         if not (shown or listed) or [(entry.key, entry.value) for entry in shown] == [("dH_dt", 0)]:
             continue
         sentence = part.sentence.format(part.forces[derivation.is_forced])
-        shown = list(part.arranged(found, shown)) if shown else []
+        shown = list(part.arranged(findings, shown)) if shown else []
         yield Step(part.title, sentence, tuple(map(_titled, shown)), listed)
-    if found.transform is not None:
-        yield from _of_transform(found.document, found.transform, derivation.phase, fields)
-    if found.oscillations is not None:
+    if findings.transform is not None:
+        yield from _of_transform(findings.document, findings.transform, derivation.phase, fields)
+    if findings.oscillations is not None:
         place = [_titled(entry) for entry in fields if entry.key.startswith("equilibrium.")]
         modes = [table for table in tables if not table.key]
-        yield from of_oscillations(found.oscillations, found.document, place, modes)
+        yield from of_oscillations(findings.oscillations, findings.document, place, modes)
     if derivation.hamiltonian is None:
         return
     momenta = [(name, symbol(name)) for name in derivation.conserved if name != "H"]
-    for name, e in (*momenta, *((reading(e.tree()), e) for e in found.invariants or ())):
+    for name, e in (*momenta, *((reading(e.tree()), e) for e in findings.invariants or ())):
         yield _bracket(name, e, derivation.hamiltonian, derivation.phase)
 
 
@@ -84,9 +84,9 @@ def _energies(derivation: Derivation) -> Iterator[Field]:
     yield Field("", system.potential, "V", "V")
 
 
-def _slopes(found: Found, shown: list[Field]) -> Iterator[Field]:
+def _slopes(findings: Found, shown: list[Field]) -> Iterator[Field]:
     """What Lagrange's equations are made of, dL/dqdot, its rate, and dL/dq, and then these."""
-    derivation = found.derivation
+    derivation = findings.derivation
     lagrangian, phase, names = derivation.system.lagrangian, derivation.phase, derivation.velocity_names
     assert lagrangian is not None
     assert derivation.lagrange is not None
@@ -104,9 +104,9 @@ def _slopes(found: Found, shown: list[Field]) -> Iterator[Field]:
     yield from shown
 
 
-def _substituted(found: Found, shown: list[Field]) -> Iterator[Field]:
+def _substituted(findings: Found, shown: list[Field]) -> Iterator[Field]:
     """The sum of p_q qdot, less L, with the velocities put in their places, and then what it comes to."""
-    derivation, lagrangian = found.derivation, found.derivation.system.lagrangian
+    derivation, lagrangian = findings.derivation, findings.derivation.system.lagrangian
     if lagrangian is not None and derivation.velocities is not None:
         trees = [velocity.tree() for velocity in derivation.velocities]
         terms = [Product((Name(p), tree)) for p, tree in zip(derivation.phase.momenta, trees, strict=True)]
@@ -117,11 +117,11 @@ def _substituted(found: Found, shown: list[Field]) -> Iterator[Field]:
     yield from shown
 
 
-def _with_polynomial(found: Found, shown: list[Field]) -> Iterator[Field]:
+def _with_polynomial(findings: Found, shown: list[Field]) -> Iterator[Field]:
     """The matrix and the offset of linear equations, the characteristic polynomial, and its roots."""
     given = [entry for entry in shown if entry.key in ("matrix", "offset")]
     yield from given
-    yield from of_matrix(given[0].value, found.document)
+    yield from of_matrix(given[0].value, findings.document)
     yield from shown[len(given) :]
 
 
@@ -134,7 +134,7 @@ class _Part(NamedTuple):
     title: str
     sentence: str
     keys: tuple[str, ...]
-    arranged: Callable[[Found, list[Field]], Iterable[Field]] = lambda found, shown: shown
+    arranged: Callable[[Found, list[Field]], Iterable[Field]] = lambda findings, shown: shown
     forces: tuple[str, str] = ("", "")
 
 
@@ -222,13 +222,13 @@ def _titled(entry: Field) -> Field:
 
 
 def _of_transform(
-    document: Document, found: TransformedSystem, old: Phase, fields: Sequence[Field]
+    document: Document, transform: TransformedSystem, old: Phase, fields: Sequence[Field]
 ) -> Iterator[Step]:
     """The way to the verdict on a change of variables, and to H in the new ones."""
     assert document.transform is not None
     values, pairs, phase = given_side(document, document.transform, old)
     for (a, b), (name, result) in islice(
-        zip(combinations(pairs.names, 2), found.brackets.items(), strict=True), MOST_BRACKETS
+        zip(combinations(pairs.names, 2), transform.brackets.items(), strict=True), MOST_BRACKETS
     ):
         slopes = {(x, y): tidy(derivative(values[x], y)) for x in (a, b) for y in phase.names}
         shown = [
@@ -250,10 +250,10 @@ def _of_transform(
             f"Bracket {name}",
             f"The bracket of A and B is the sum of dA/dq dB/dp - dA/dp dB/dq, here over the pairs of "
             f"{' and '.join(phase.names)}. The change is canonical only if this one is "
-            f"{found.canonical[name]}.",
+            f"{transform.canonical[name]}.",
             tuple(shown),
         )
-    if found.hamiltonian is not None:
+    if transform.hamiltonian is not None:
         yield Step(
             "Hamiltonian in the new variables",
             "The old variables are put into H as functions of the new ones; where the change holds the time, "

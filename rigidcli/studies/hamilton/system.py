@@ -123,8 +123,8 @@ def _from_particles(
     for index, particle in enumerate(system.particles or ()):
         where = f"particles.{index}"
         paths = {f"position.{i}": path for i, path in enumerate(particle.position or ())}
-        found = [read(path, f"{where}.{key}") for key, path in paths.items()]
-        position = tuple(path for path in found if path is not None)
+        components = [read(path, f"{where}.{key}") for key, path in paths.items()]
+        position = tuple(path for path in components if path is not None)
         moment = read(particle.moment_of_inertia, f"{where}.moment_of_inertia")
         angle = read(particle.angle, f"{where}.angle")
         mass = read(particle.mass, f"{where}.mass")
