@@ -21,7 +21,7 @@ from rigidcli.report import NOISE, Column, Field, Report, Step, Table
 from rigidcli.studies.common import if_known, noise, report, trusted
 from rigidcli.studies.hamilton import linear_equations
 from rigidcli.studies.hamilton.derivation import Derivation
-from rigidcli.studies.hamilton.findings import Found, as_typed, find
+from rigidcli.studies.hamilton.findings import Findings, as_typed, find
 from rigidcli.studies.pictures import drawn
 from rigidcli.studies.results import told
 
@@ -78,7 +78,7 @@ def run(
     return result
 
 
-def _results(findings: Found) -> list[Field]:
+def _results(findings: Findings) -> list[Field]:
     """The results in the order in which people see them."""
     derivation, system, phase = findings.derivation, findings.derivation.system, findings.derivation.phase
     momenta, lagrange, rate = derivation.momenta, derivation.lagrange, derivation.energy_rate
@@ -167,7 +167,7 @@ def _lagrange(name: str) -> tuple[str, str]:
     return f"Lagrange, {name}: 0 =", "0"
 
 
-def _modes(findings: Found) -> tuple[list[Field], list[Table]]:
+def _modes(findings: Findings) -> tuple[list[Field], list[Table]]:
     """The equilibrium and the modes about it, and their table."""
     if findings.oscillations is None:
         return [Field("equilibrium", None), Field("modes", None)], []
@@ -221,7 +221,7 @@ def _orbit_quality(orbit: OrbitSolution) -> list[Field]:
     ]
 
 
-def _branch_table(findings: Found) -> list[Table]:
+def _branch_table(findings: Findings) -> list[Table]:
     """The ways back from the momenta, where there are several."""
     branches, names = findings.branches, findings.derivation.velocity_names
     if len(branches) < 2:
@@ -233,7 +233,7 @@ def _branch_table(findings: Found) -> list[Table]:
     return [Table("branches", "several velocities have the same momenta", tuple(columns), records=True)]
 
 
-def _orbit_table(findings: Found) -> list[Table]:
+def _orbit_table(findings: Findings) -> list[Table]:
     """The samples of the orbit."""
     orbit, phase = findings.orbit, findings.derivation.phase
     if orbit is None:
@@ -251,7 +251,7 @@ def _orbit_table(findings: Found) -> list[Table]:
     return [Table("orbit", "the orbit", columns, data=True)]
 
 
-def _notes(findings: Found) -> list[str]:
+def _notes(findings: Findings) -> list[str]:
     """Remarks on the results."""
     derivation = findings.derivation
     notes = [*derivation.notes, *(findings.oscillations.notes if findings.oscillations else ())]

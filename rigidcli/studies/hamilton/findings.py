@@ -31,7 +31,7 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True, slots=True)
-class Found:
+class Findings:
     """The answers on the system of a document; None for what was not asked, or not searched for.
 
     The derivation is on the branch of the velocities that the orbit is on, if there is one.
@@ -49,7 +49,7 @@ class Found:
     """The results, once they are written."""
 
 
-def find(document: Document, progress: Callable[[float], None] | None) -> Found:
+def find(document: Document, progress: Callable[[float], None] | None) -> Findings:
     """Derive, search and follow what a document asks for; what it does not ask is not imported."""
     derivation: Derivation = document.reading.kept.get("derivation") or derive(document)
     document.reading.kept["derivation"] = derivation
@@ -74,7 +74,7 @@ def find(document: Document, progress: Callable[[float], None] | None) -> Found:
         from rigidcli.studies.hamilton.transform import transformed
 
         transform = transformed(document, document.transform, derivation)
-    return Found(document, branches, derivation, searched, orbit, transform, small, initial)
+    return Findings(document, branches, derivation, searched, orbit, transform, small, initial)
 
 
 @lru_cache(maxsize=1)

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from rigidcli.document.document import Document
-    from rigidcli.studies.hamilton.findings import Found
+    from rigidcli.studies.hamilton.findings import Findings
     from rigidcli.studies.hamilton.orbit import OrbitSolution
 
 MOST_PANELS = 6
@@ -37,7 +37,7 @@ MARGIN = 0.35
 """How far a phase portrait goes beyond the orbit, in units of the orbit's width."""
 
 
-def path(findings: Found) -> Picture:
+def path(findings: Findings) -> Picture:
     """The paths of the particles, in the plane if they stay in one."""
     places = positions(findings.document, _required(findings.orbit))
     if places is None:
@@ -59,7 +59,7 @@ def path(findings: Found) -> Picture:
     return Picture("path", title, (Panel(rulers, tuple(marks), is_even=True),))
 
 
-def phase(findings: Found) -> Picture:
+def phase(findings: Findings) -> Picture:
     """The orbit in the plane of each coordinate and its momentum; with contours of H if there is one."""
     orbit, names = _required(findings.orbit), findings.derivation.phase.coordinates
     panels: list[Panel] = []
@@ -75,7 +75,7 @@ def phase(findings: Found) -> Picture:
     return Picture("phase", f"phase portrait{_of(names, 'coordinates')}", tuple(panels), _side(len(panels)))
 
 
-def series(findings: Found) -> Picture:
+def series(findings: Findings) -> Picture:
     """The coordinates in time."""
     orbit, names = _required(findings.orbit), findings.derivation.phase.coordinates
     panels = tuple(
@@ -85,7 +85,7 @@ def series(findings: Found) -> Picture:
     return Picture("series", f"coordinates in time{_of(names, 'coordinates')}", panels)
 
 
-def modes(findings: Found) -> Picture:
+def modes(findings: Findings) -> Picture:
     """The displacements of each mode as arrows, one for each coordinate; quarter of a period later, too."""
     small = findings.oscillations
     if small is None or not small.modes:
@@ -116,7 +116,7 @@ def modes(findings: Found) -> Picture:
     return Picture("modes", title, tuple(panels), _side(len(panels)))
 
 
-def spectrum(findings: Found) -> Picture:
+def spectrum(findings: Findings) -> Picture:
     """The eigenvalues of the linear equations in the complex plane."""
     given = next((entry.value for entry in findings.fields if entry.key == "eigenvalues"), None)
     if not given:
@@ -176,7 +176,7 @@ def _numbers(document: Document, pairs: Sequence[tuple[float | Expr, float | Exp
     return np.array(rows, dtype=np.float64)
 
 
-def _contours(findings: Found, orbit: OrbitSolution, path: Floats) -> list[Mark]:
+def _contours(findings: Findings, orbit: OrbitSolution, path: Floats) -> list[Mark]:
     """Lines of constant H in the plane of the one coordinate; none where H has no formula, or changes."""
     derivation, hamiltonian = findings.derivation, findings.derivation.hamiltonian
     if hamiltonian is None or derivation.explicit_time:

@@ -20,7 +20,7 @@ from rigidcli.mechanics.hamilton_equations import Phase, velocity
 from rigidcli.report import Field, Step, Table
 from rigidcli.studies.hamilton.characteristic import LONGEST, of_matrix, of_oscillations
 from rigidcli.studies.hamilton.derivation import Derivation
-from rigidcli.studies.hamilton.findings import Found
+from rigidcli.studies.hamilton.findings import Findings
 from rigidcli.studies.hamilton.transform import TransformedSystem, given_side
 from rigidcli.studies.steps import writing
 
@@ -37,7 +37,7 @@ ENERGIES = {
 """What is said of energies, by whether positions of particles are given."""
 
 
-def hamilton_steps(findings: Found, fields: Sequence[Field], tables: Sequence[Table]) -> Iterator[Step]:
+def hamilton_steps(findings: Findings, fields: Sequence[Field], tables: Sequence[Table]) -> Iterator[Step]:
     """The way to the results, shown by these themselves; conserved quantities by their brackets with H."""
     derivation, system = findings.derivation, findings.derivation.system
     if system.kinetic is not None:
@@ -84,7 +84,7 @@ def _energies(derivation: Derivation) -> Iterator[Field]:
     yield Field("", system.potential, "V", "V")
 
 
-def _slopes(findings: Found, shown: list[Field]) -> Iterator[Field]:
+def _slopes(findings: Findings, shown: list[Field]) -> Iterator[Field]:
     """What Lagrange's equations are made of, dL/dqdot, its rate, and dL/dq, and then these."""
     derivation = findings.derivation
     lagrangian, phase, names = derivation.system.lagrangian, derivation.phase, derivation.velocity_names
@@ -104,7 +104,7 @@ def _slopes(findings: Found, shown: list[Field]) -> Iterator[Field]:
     yield from shown
 
 
-def _substituted(findings: Found, shown: list[Field]) -> Iterator[Field]:
+def _substituted(findings: Findings, shown: list[Field]) -> Iterator[Field]:
     """The sum of p_q qdot, less L, with the velocities put in their places, and then what it comes to."""
     derivation, lagrangian = findings.derivation, findings.derivation.system.lagrangian
     if lagrangian is not None and derivation.velocities is not None:
@@ -117,7 +117,7 @@ def _substituted(findings: Found, shown: list[Field]) -> Iterator[Field]:
     yield from shown
 
 
-def _with_polynomial(findings: Found, shown: list[Field]) -> Iterator[Field]:
+def _with_polynomial(findings: Findings, shown: list[Field]) -> Iterator[Field]:
     """The matrix and the offset of linear equations, the characteristic polynomial, and its roots."""
     given = [entry for entry in shown if entry.key in ("matrix", "offset")]
     yield from given
@@ -134,7 +134,7 @@ class _Part(NamedTuple):
     title: str
     sentence: str
     keys: tuple[str, ...]
-    arranged: Callable[[Found, list[Field]], Iterable[Field]] = lambda findings, shown: shown
+    arranged: Callable[[Findings, list[Field]], Iterable[Field]] = lambda findings, shown: shown
     forces: tuple[str, str] = ("", "")
 
 
