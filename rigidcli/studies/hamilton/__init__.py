@@ -79,7 +79,7 @@ def run(
 
 
 def _results(findings: Findings) -> list[Field]:
-    """The results in the order in which people see them."""
+    """List the results in the order in which people see them."""
     derivation, system, phase = findings.derivation, findings.derivation.system, findings.derivation.phase
     momenta, lagrange, rate = derivation.momenta, derivation.lagrange, derivation.energy_rate
     cyclic, conserved, invariants = list(derivation.cyclic), derivation.conserved, findings.invariants
@@ -153,22 +153,22 @@ def _by_name(
 
 
 def _own(name: str) -> tuple[str, str]:
-    """The name itself as a title, and its symbol."""
+    """A variable itself has its name as the title, and the symbol of the name."""
     return name, latex_name(name)
 
 
 def _rate(name: str) -> tuple[str, str]:
-    """The derivative of a variable by the time."""
+    """The derivative of a variable by the time has this title and symbol."""
     return f"d{name}/dt" if "_" in name else f"{name}dot", latex_name(f"{name}dot")
 
 
 def _lagrange(name: str) -> tuple[str, str]:
-    """What stands before one of Lagrange's equations."""
+    """One of Lagrange's equations has this title and, as its left side, this symbol."""
     return f"Lagrange, {name}: 0 =", "0"
 
 
 def _modes(findings: Findings) -> tuple[list[Field], list[Table]]:
-    """The equilibrium and the modes about it, and their table."""
+    """Report the equilibrium and the modes about it, and make a table of the modes."""
     if findings.oscillations is None:
         return [Field("equilibrium", None), Field("modes", None)], []
     from rigidcli.studies.hamilton import oscillations
@@ -177,7 +177,7 @@ def _modes(findings: Findings) -> tuple[list[Field], list[Table]]:
 
 
 def _is_energy(derivation: Derivation) -> Field:
-    """Whether H is T + V, and else by how much it is not."""
+    """Say whether H is T + V, or else by how much they differ."""
     excess = derivation.energy_excess
     same = None if excess is None else excess.is_zero
     differ = f": T + V - H = {reading(to_tree(excess))}" if excess is not None and not same else ""
@@ -186,7 +186,7 @@ def _is_energy(derivation: Derivation) -> Field:
 
 
 def _transform(transform: TransformedSystem) -> list[Field]:
-    """Whether a change of variables is canonical, and H and its equations in the new ones."""
+    """Say whether a change of variables is canonical, and report H and its equations in the new ones."""
     wrong, where = ", ".join(transform.wrong), ", ".join(transform.conditions)
     words = f"yes, where {where}" if where else "yes"
     if wrong:
@@ -203,7 +203,7 @@ def _transform(transform: TransformedSystem) -> list[Field]:
 
 
 def _orbit_quality(orbit: OrbitSolution) -> list[Field]:
-    """How well the orbit was followed."""
+    """Say how well the orbit was followed."""
     drifts = []
     for name, drift in orbit.drift.items():
         if name not in orbit.invariants:
@@ -222,7 +222,7 @@ def _orbit_quality(orbit: OrbitSolution) -> list[Field]:
 
 
 def _branch_table(findings: Findings) -> list[Table]:
-    """The ways back from the momenta, where there are several."""
+    """Make a table of the velocities that belong to the same momenta, where there are several."""
     branches, names = findings.branches, findings.derivation.velocity_names
     if len(branches) < 2:
         return []
@@ -234,7 +234,7 @@ def _branch_table(findings: Findings) -> list[Table]:
 
 
 def _orbit_table(findings: Findings) -> list[Table]:
-    """The samples of the orbit."""
+    """Make a table of the samples of the orbit."""
     orbit, phase = findings.orbit, findings.derivation.phase
     if orbit is None:
         return []
@@ -252,7 +252,7 @@ def _orbit_table(findings: Findings) -> list[Table]:
 
 
 def _notes(findings: Findings) -> list[str]:
-    """Remarks on the results."""
+    """Write remarks on the results."""
     derivation = findings.derivation
     notes = [*derivation.notes, *(findings.oscillations.notes if findings.oscillations else ())]
     notes += [

@@ -29,7 +29,7 @@ LONGEST = 300
 
 
 def of_matrix(matrix: Sequence[Sequence[Expr]], document: Document) -> list[Field]:
-    """det(A - lambda 1), of a matrix A that people are shown and that does not change with the time."""
+    """Show det(A - lambda 1), where people are shown the matrix A and it does not change with the time."""
     names = {name for row in matrix for e in row for name in e.names}
     if len(matrix) > MOST_COLUMNS or TIME in names:
         return []
@@ -43,7 +43,7 @@ def of_matrix(matrix: Sequence[Sequence[Expr]], document: Document) -> list[Fiel
 def of_oscillations(
     oscillations: Oscillations, document: Document, place: Sequence[Field], modes: Sequence[Table]
 ) -> Iterator[Step]:
-    """The linear equations about an equilibrium, the polynomial of their rates, and the vectors of modes."""
+    """Show the linear equations about an equilibrium, the polynomial of the rates, and the mode vectors."""
     motion = oscillations.motion
     names = frozenset(name for e in motion.entries for name in e.names)
     is_free = all(e.is_zero for row in motion.rates for e in row)
@@ -78,7 +78,7 @@ def of_oscillations(
 
 
 def _vectors(oscillations: Oscillations, document: Document, unknown: str) -> Iterator[Step]:
-    """The equations (K - omega^2 M) v = 0 at each rate, and the vectors that solve them."""
+    """Show the equations (K - omega^2 M) v = 0 at each rate, and the vectors that solve them."""
     motion, names = oscillations.motion, list(oscillations.place)
     n = FLOAT if _is_numeric(motion.entries, document) else EXACT
     masses, stiffness = (n.array(part) for part in (motion.masses, motion.stiffness))
@@ -127,7 +127,7 @@ def _matrix(name: str, matrix: Matrix, document: Document) -> Field:
 
 
 def _polynomial(matrix: Matrix, unknown: str, document: Document, title: str, head: str) -> Iterator[Field]:
-    """The determinant as a polynomial in one name."""
+    """Write the determinant as a polynomial in one name."""
     try:
         determinant = tidy(short_determinant(matrix))
         by_degree = coefficients(determinant, [unknown])

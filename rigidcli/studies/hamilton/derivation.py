@@ -214,7 +214,7 @@ class _Given:
 
 
 def derive(document: Document) -> Derivation:
-    """Everything up to Hamilton's equations: what was derived last, where only values of parameters differ.
+    """Derive all up to Hamilton's equations, or take the last derivation if only values of parameters differ.
 
     Raises DocumentError where there is no system, ComputationError where its Lagrangian is degenerate.
     """
@@ -258,7 +258,7 @@ def on_this_side(derivation: Derivation, values: Mapping[str, float]) -> Derivat
 
 
 def _inverted(derivation: Derivation, values: Mapping[str, Expr]) -> Derivation:
-    """The derivation with the ways from momenta to velocities that pass the check, as they are for values."""
+    """Add to a derivation the ways from momenta to velocities that pass the check for these values."""
     phase, velocities = derivation.phase, derivation.velocity_names
     lagrangian, momenta = derivation.system.lagrangian, derivation.momenta
     assert lagrangian is not None

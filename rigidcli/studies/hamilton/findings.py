@@ -32,7 +32,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True)
 class Findings:
-    """The answers on the system of a document; None for what was not asked, or not searched for.
+    """The answers on the system of a document; one is None where it was not asked, or not searched for.
 
     The derivation is on the branch of the velocities that the orbit is on, if there is one.
     """
@@ -95,7 +95,7 @@ DECIMAL = re.compile(r"\.\d|\de-")
 
 
 def as_typed(fields: Iterable[Field], document: Document) -> list[Field]:
-    """Results in the style of the document.
+    """Write results in the style of the document.
 
     They have decimals where the system has some and exact ones are not asked for, and squares of sums in the
     order of the terms that the system has.
@@ -106,7 +106,7 @@ def as_typed(fields: Iterable[Field], document: Document) -> list[Field]:
 
 
 def _typed_sums(document: Document) -> dict[Sum, Sum]:
-    """The sums under even powers in the system, as the algebra writes them, and as they are typed."""
+    """Map the sums under even powers in the system, as the algebra writes them, to what is typed."""
     system, sums = document.system, dict[Sum, Sum]()
     assert system is not None
     values = derived_parameters(document)
@@ -129,7 +129,7 @@ def _has_terms(written: Sum, typed: Sum) -> bool:
 
 
 def _styled(entry: Field, style: Style) -> Field:
-    """The result in a style, and so are expressions in lists, tables of numbers and formulas."""
+    """Write a result in a style, with the expressions in its lists, objects, arrays and formulas."""
 
     def changed(value: Any) -> Any:
         match value:

@@ -33,7 +33,7 @@ NO_MODES = (
     "the modes have no closed form here: the characteristic polynomial has no factors of low degree; "
     "with values for all parameters they are told as numbers"
 )
-"""What is said where there are symbols, and no modes."""
+"""This note stands where there are symbols, and no modes."""
 
 
 UNITS = {"rate": "1/s", "frequency": "Hz", "period": "s", "decay": "1/s"}
@@ -65,8 +65,8 @@ class Oscillations:
 def oscillations(document: Document, equilibrium: Equilibrium, derivation: Derivation) -> Oscillations:
     """The small oscillations about the equilibrium of a document.
 
-    Raises DocumentError where it is none, and ComputationError where none is found, or the equations have no
-    first order there.
+    Raises DocumentError where it is none, and ComputationError where the search for one fails, or the
+    equations have no first order there.
     """
     try:
         forces, at_rest = forces_at_rest(document, derivation)
@@ -133,7 +133,7 @@ def _roots(
 
 
 def _notes(place: Place, modes: Sequence[Mode] | None) -> Iterator[str]:
-    """Notes: how the equilibrium was found, what is assumed, and where a mode oscillates."""
+    """Write notes on the search for the equilibrium, on what is assumed, and on where a mode oscillates."""
     if place.note:
         yield place.note
     yield from (f"it is an equilibrium where {e} = 0" for e in place.assumed)
@@ -145,7 +145,7 @@ def _notes(place: Place, modes: Sequence[Mode] | None) -> Iterator[str]:
 
 
 def fields(oscillations: Oscillations) -> list[Field]:
-    """The equilibrium, and its modes as JSON has them; for CSV their rates."""
+    """Report the equilibrium and its modes as JSON has them, and the rates of the modes for CSV."""
     modes = None if oscillations.modes is None else [_record(mode) for mode in oscillations.modes]
     rates = [mode.rate for mode in oscillations.modes or ()]
     kind = object if any(isinstance(rate, Expr) for rate in rates) else float
@@ -162,7 +162,7 @@ def fields(oscillations: Oscillations) -> list[Field]:
 
 
 def _record(mode: Mode) -> dict[str, Any]:
-    """A mode as JSON has it."""
+    """Write a mode as JSON has it."""
     root, angular = mode.root, cast(Any, mode.root.angular)
     frequency = angular / (2 * (math.pi if isinstance(angular, float) else PI)) if angular else None
     is_complex = any(y for _, y in mode.vector)
@@ -177,7 +177,7 @@ def _record(mode: Mode) -> dict[str, Any]:
 
 
 def tables(oscillations: Oscillations) -> list[Table]:
-    """The modes for people, one in a row."""
+    """Make the table of the modes that people are shown, one mode in a row."""
     if not oscillations.modes:
         return []
     modes = oscillations.modes
@@ -196,7 +196,7 @@ def tables(oscillations: Oscillations) -> list[Table]:
 
 
 def _component(real: float | Expr, imaginary: float | Expr) -> float | Expr | str:
-    """An entry of a mode vector; in numbers a text where it is not real."""
+    """Write an entry of a mode vector; a number that is not real becomes a text."""
     if isinstance(real, Expr) and isinstance(imaginary, Expr):
         return real + imaginary * symbol("i")
     if not imaginary:
@@ -206,7 +206,7 @@ def _component(real: float | Expr, imaginary: float | Expr) -> float | Expr | st
 
 
 def _kind(root: Root) -> str:
-    """How a mode moves, in words."""
+    """Say in words how a mode moves."""
     if not root.growth and not root.angular:
         return "zero mode"
     if root.is_stable is None:

@@ -152,17 +152,17 @@ def _ruler(name: str) -> Ruler:
 
 
 def _of(shown: Sequence[object], what: str) -> str:
-    """What is said of more than are shown."""
+    """A title ends with this where there are more coordinates or modes than the picture shows."""
     return f" of the first {MOST_PANELS} of {len(shown)} {what}" if len(shown) > MOST_PANELS else ""
 
 
 def _side(count: int) -> int:
-    """In how many columns so many panels stand."""
+    """One panel stands in one column, up to four stand in two, and more stand in three."""
     return 1 if count == 1 else 2 if count <= 4 else 3
 
 
 def _numbers(document: Document, pairs: Sequence[tuple[float | Expr, float | Expr]]) -> Floats:
-    """Pairs of numbers (n, 2) from numbers or exact expressions without symbols.
+    """Turn pairs of numbers, or of exact expressions without symbols, into floats (n, 2).
 
     Raises UsageError where a symbol has no value.
     """

@@ -34,11 +34,11 @@ ENERGIES = {
     True: "The velocities are the rates of the positions, T is the sum of m v^2/2, and L = T - V.",
     False: "L = T - V.",
 }
-"""What is said of energies, by whether positions of particles are given."""
+"""The sentence on the energies, which depends on whether positions of particles are given."""
 
 
 def hamilton_steps(findings: Findings, fields: Sequence[Field], tables: Sequence[Table]) -> Iterator[Step]:
-    """The way to the results, shown by these themselves; conserved quantities by their brackets with H."""
+    """Lead to the results step by step; brackets with H show that quantities are conserved."""
     derivation, system = findings.derivation, findings.derivation.system
     if system.kinetic is not None:
         shown = [_titled(entry) for entry in fields if entry.key == "lagrangian"]
@@ -66,7 +66,7 @@ def hamilton_steps(findings: Findings, fields: Sequence[Field], tables: Sequence
 
 
 def _energies(derivation: Derivation) -> Iterator[Field]:
-    """The positions and velocities of particles, their kinetic energy, and V."""
+    """Show the positions and velocities of particles, their kinetic energy, and V."""
     system, phase = derivation.system, derivation.phase
     rates = dict(zip(phase.coordinates, derivation.velocity_names, strict=True))
     several = len(system.particles) > 1
@@ -85,7 +85,7 @@ def _energies(derivation: Derivation) -> Iterator[Field]:
 
 
 def _slopes(findings: Findings, shown: list[Field]) -> Iterator[Field]:
-    """What Lagrange's equations are made of, dL/dqdot, its rate, and dL/dq, and then these."""
+    """Show dL/dqdot, its rate, and dL/dq, of which Lagrange's equations are made, and then the equations."""
     derivation = findings.derivation
     lagrangian, phase, names = derivation.system.lagrangian, derivation.phase, derivation.velocity_names
     assert lagrangian is not None
@@ -105,7 +105,7 @@ def _slopes(findings: Findings, shown: list[Field]) -> Iterator[Field]:
 
 
 def _substituted(findings: Findings, shown: list[Field]) -> Iterator[Field]:
-    """The sum of p_q qdot, less L, with the velocities put in their places, and then what it comes to."""
+    """Show the sum of p_q qdot, less L, with the velocities put in, and then the H that it comes to."""
     derivation, lagrangian = findings.derivation, findings.derivation.system.lagrangian
     if lagrangian is not None and derivation.velocities is not None:
         trees = [velocity.tree() for velocity in derivation.velocities]
@@ -118,7 +118,7 @@ def _substituted(findings: Findings, shown: list[Field]) -> Iterator[Field]:
 
 
 def _with_polynomial(findings: Findings, shown: list[Field]) -> Iterator[Field]:
-    """The matrix and the offset of linear equations, the characteristic polynomial, and its roots."""
+    """Show the matrix and the offset of linear equations, the characteristic polynomial, and its roots."""
     given = [entry for entry in shown if entry.key in ("matrix", "offset")]
     yield from given
     yield from of_matrix(given[0].value, findings.document)
@@ -126,7 +126,7 @@ def _with_polynomial(findings: Findings, shown: list[Field]) -> Iterator[Field]:
 
 
 class _Part(NamedTuple):
-    """A step by the keys of the results, and of the tables, that it shows, with what leads to these.
+    """A step shows the results and tables that have its `keys`, `arranged` with what leads to these.
 
     The sentence has a place for words that depend on whether there are no `forces` beside L, or some.
     """
@@ -183,7 +183,7 @@ PARTS = (
 
 
 def _bracket(name: str, e: Expr, h: Expr, phase: Phase) -> Step:
-    """The two sums of the bracket of a quantity with H, which are equal where it is conserved."""
+    """Show the two sums of the bracket of a quantity with H, which are equal where it is conserved."""
     slopes = [
         total(derivative(e, a) * derivative(h, b) for a, b in pairs)
         for pairs in (
@@ -214,7 +214,7 @@ def _belongs(entry: Field, part: _Part) -> bool:
 
 
 def _titled(entry: Field) -> Field:
-    """The result under its title, or under the last part of its key."""
+    """Put the result under its title, or under the last part of its key."""
     if entry.title.strip():
         return replace(entry, key="", cells={})
     name = entry.key.rpartition(".")[2]
@@ -224,7 +224,7 @@ def _titled(entry: Field) -> Field:
 def _of_transform(
     document: Document, transform: TransformedSystem, old: Phase, fields: Sequence[Field]
 ) -> Iterator[Step]:
-    """The way to the verdict on a change of variables, and to H in the new ones."""
+    """Lead to the verdict on a change of variables, and to H in the new ones."""
     assert document.transform is not None
     values, pairs, phase = given_side(document, document.transform, old)
     for (a, b), (name, result) in islice(
@@ -268,7 +268,7 @@ def _of_transform(
 
 
 def _product(first: Expr, second: Expr) -> list[Node]:
-    """The product of two derivatives as it is before it is worked out; nothing where one is zero."""
+    """Write the product of two derivatives before it is worked out; there is none where one is zero."""
     if first.is_zero or second.is_zero:
         return []
     return [Product((first.tree(), second.tree()))]

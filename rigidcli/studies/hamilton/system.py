@@ -22,8 +22,8 @@ from rigidcli.mechanics.hamilton_equations import linear
 class SystemFunctions:
     """The functions of a system that a document gives; None for what it does not say.
 
-    `natural` is whether the coordinates are, and `reason` why; None where that is open. `forces` are
-    the generalized ones beside L or H, one for every coordinate; they may hold velocities and momenta.
+    `natural` says whether the coordinates are natural, None where that is open, and `reason` why. `forces`
+    are generalized ones beside L or H, one for every coordinate; they may hold velocities and momenta.
     """
 
     lagrangian: Expr | None

@@ -41,7 +41,7 @@ def residual_of(
     velocities: tuple[str, ...],
     fixed: Mapping[str, float],
 ) -> float | None:
-    """How far a branch is from the Euler-Lagrange equations at random points; None if it has no value at any.
+    """Measure the error of a branch in the Euler-Lagrange equations at random points; None without any value.
 
     Names have their `fixed` values, or random ones. There p = dL/dv must lead back to v, and -dH/dq be
     dL/dq, or where H is long, H be p v - L. A point on another branch says nothing.
