@@ -21,7 +21,7 @@ from rigidcli.report import NOISE, Column, Field, Report, Step, Table
 from rigidcli.studies.common import if_known, noise, report, trusted
 from rigidcli.studies.hamilton import linear_equations
 from rigidcli.studies.hamilton.derivation import Derivation
-from rigidcli.studies.hamilton.findings import Found, as_typed, find
+from rigidcli.studies.hamilton.findings import Findings, as_typed, find
 from rigidcli.studies.pictures import drawn
 from rigidcli.studies.results import field_of
 
@@ -52,37 +52,37 @@ def run(
 
         require_one_start(document, {"picture": picture, "program": program})
         return whole(document, run)
-    found = find(document, progress)
-    tables = [*_branch_table(found), *_modes(found)[1], *_orbit_table(found)]
-    fields = as_typed(_results(found), document)
+    findings = find(document, progress)
+    tables = [*_branch_table(findings), *_modes(findings)[1], *_orbit_table(findings)]
+    fields = as_typed(_results(findings), document)
     working: list[Step] = []
     if steps:
         from rigidcli.studies.hamilton.steps import hamilton_steps
 
-        written = hamilton_steps(found, fields, tables)
+        written = hamilton_steps(findings, fields, tables)
         working += [replace(step, fields=tuple(as_typed(step.fields, document))) for step in written]
     pictures: tuple[Picture, ...] = ()
     if picture is not None:
-        pictures = drawn("hamilton", picture, replace(found, fields=fields))
+        pictures = drawn("hamilton", picture, replace(findings, fields=fields))
     title = "Hamilton's equations"
-    result = report(document, SCHEMA, title, fields, _notes(found), tables, working, pictures)
-    if scene and found.orbit is not None:
+    result = report(document, SCHEMA, title, fields, _notes(findings), tables, working, pictures)
+    if scene and findings.orbit is not None:
         from rigidcli.studies.hamilton.scene import scene_of
 
-        result = replace(result, scene=scene_of(document, found.orbit, tables[-1]))
+        result = replace(result, scene=scene_of(document, findings.orbit, tables[-1]))
     if program:
         from rigidcli.studies.hamilton.program import program_of
 
-        equations = program_of(document, result.name, found.derivation, found.initial, found.orbit)
+        equations = program_of(document, result.name, findings.derivation, findings.initial, findings.orbit)
         result = replace(result, program=equations)
     return result
 
 
-def _results(found: Found) -> list[Field]:
-    """The results in the order in which people see them."""
-    derivation, system, phase = found.derivation, found.derivation.system, found.derivation.phase
+def _results(findings: Findings) -> list[Field]:
+    """List the results in the order in which people see them."""
+    derivation, system, phase = findings.derivation, findings.derivation.system, findings.derivation.phase
     momenta, lagrange, rate = derivation.momenta, derivation.lagrange, derivation.energy_rate
-    cyclic, conserved, invariants = list(derivation.cyclic), derivation.conserved, found.invariants
+    cyclic, conserved, invariants = list(derivation.cyclic), derivation.conserved, findings.invariants
     natural = f"{TRUTH[system.natural]}: {system.reason}"
     definitions = None if momenta is None else momenta.definitions
     vanishing, solved = (None, None) if lagrange is None else (lagrange.equations, lagrange.accelerations)
@@ -97,8 +97,8 @@ def _results(found: Found) -> list[Field]:
         *_by_name("equations", phase.names, derivation.equations, _rate),
         *(
             # The modes of small oscillations have the same frequencies.
-            replace(entry, diagnostic=entry.diagnostic or found.oscillations is not None)
-            for entry in linear_equations.fields(found.document, derivation)
+            replace(entry, diagnostic=entry.diagnostic or findings.oscillations is not None)
+            for entry in linear_equations.fields(findings.document, derivation)
         ),
         _row("cyclic", cyclic, words=", ".join(cyclic) or "none"),
         _row("conserved", conserved, words=", ".join(conserved) or "nothing found"),
@@ -110,7 +110,7 @@ def _results(found: Found) -> list[Field]:
         Field("natural_reason", system.reason),
         *_by_name("lagrange_equations", phase.coordinates, vanishing, _lagrange),
         *_by_name("accelerations", [*map(acceleration, phase.coordinates)], solved, _own),
-        *_modes(found)[0],
+        *_modes(findings)[0],
         _expression("energy", derivation.energy),
         _is_energy(derivation),
         if_known(_row("verified", derivation.residual)),
@@ -120,9 +120,9 @@ def _results(found: Found) -> list[Field]:
             _row("invariants", e, key="", **({"title": " "} if k else {}))
             for k, e in enumerate(invariants or ())
         ),
-        *([] if len(found.branches) > 1 else [Field("branches", [])]),
-        *([] if found.transform is None else _transform(found.transform)),
-        *([] if found.orbit is None else _orbit_quality(found.orbit)),
+        *([] if len(findings.branches) > 1 else [Field("branches", [])]),
+        *([] if findings.transform is None else _transform(findings.transform)),
+        *([] if findings.orbit is None else _orbit_quality(findings.orbit)),
     ]
 
 
@@ -153,31 +153,31 @@ def _by_name(
 
 
 def _own(name: str) -> tuple[str, str]:
-    """The name itself as a title, and its symbol."""
+    """A variable itself has its name as the title, and the symbol of the name."""
     return name, latex_name(name)
 
 
 def _rate(name: str) -> tuple[str, str]:
-    """The derivative of a variable by the time."""
+    """The derivative of a variable by the time has this title and symbol."""
     return f"d{name}/dt" if "_" in name else f"{name}dot", latex_name(f"{name}dot")
 
 
 def _lagrange(name: str) -> tuple[str, str]:
-    """What stands before one of Lagrange's equations."""
+    """One of Lagrange's equations has this title and, as its left side, this symbol."""
     return f"Lagrange, {name}: 0 =", "0"
 
 
-def _modes(found: Found) -> tuple[list[Field], list[Table]]:
-    """The equilibrium and the modes about it, and their table."""
-    if found.oscillations is None:
+def _modes(findings: Findings) -> tuple[list[Field], list[Table]]:
+    """Report the equilibrium and the modes about it, and make a table of the modes."""
+    if findings.oscillations is None:
         return [Field("equilibrium", None), Field("modes", None)], []
     from rigidcli.studies.hamilton import oscillations
 
-    return oscillations.fields(found.oscillations), oscillations.tables(found.oscillations)
+    return oscillations.fields(findings.oscillations), oscillations.tables(findings.oscillations)
 
 
 def _is_energy(derivation: Derivation) -> Field:
-    """Whether H is T + V, and else by how much it is not."""
+    """Say whether H is T + V, or else by how much they differ."""
     excess = derivation.energy_excess
     same = None if excess is None else excess.is_zero
     differ = f": T + V - H = {reading(to_tree(excess))}" if excess is not None and not same else ""
@@ -186,7 +186,7 @@ def _is_energy(derivation: Derivation) -> Field:
 
 
 def _transform(transform: TransformedSystem) -> list[Field]:
-    """Whether a change of variables is canonical, and H and its equations in the new ones."""
+    """Say whether a change of variables is canonical, and report H and its equations in the new ones."""
     wrong, where = ", ".join(transform.wrong), ", ".join(transform.conditions)
     words = f"yes, where {where}" if where else "yes"
     if wrong:
@@ -203,7 +203,7 @@ def _transform(transform: TransformedSystem) -> list[Field]:
 
 
 def _orbit_quality(orbit: OrbitSolution) -> list[Field]:
-    """How well the orbit was followed."""
+    """Say how well the orbit was followed."""
     drifts = []
     for name, drift in orbit.drift.items():
         if name not in orbit.invariants:
@@ -221,9 +221,9 @@ def _orbit_quality(orbit: OrbitSolution) -> list[Field]:
     ]
 
 
-def _branch_table(found: Found) -> list[Table]:
-    """The ways back from the momenta, where there are several."""
-    branches, names = found.branches, found.derivation.velocity_names
+def _branch_table(findings: Findings) -> list[Table]:
+    """Make a table of the velocities that belong to the same momenta, where there are several."""
+    branches, names = findings.branches, findings.derivation.velocity_names
     if len(branches) < 2:
         return []
     values = {name: [branch.velocities[place] for branch in branches] for place, name in enumerate(names)}
@@ -233,13 +233,13 @@ def _branch_table(found: Found) -> list[Table]:
     return [Table("branches", "several velocities have the same momenta", tuple(columns), records=True)]
 
 
-def _orbit_table(found: Found) -> list[Table]:
-    """The samples of the orbit."""
-    orbit, phase = found.orbit, found.derivation.phase
+def _orbit_table(findings: Findings) -> list[Table]:
+    """Make a table of the samples of the orbit."""
+    orbit, phase = findings.orbit, findings.derivation.phase
     if orbit is None:
         return []
     error, size = noise(orbit.trusted_digits), np.abs(orbit.energy).max()
-    constant = "H" in found.derivation.conserved
+    constant = "H" in findings.derivation.conserved
     keys = [*(f"q.{name}" for name in phase.coordinates), *(f"p.{name}" for name in phase.momenta)]
     samples = zip(keys, phase.names, (*orbit.coordinates.T, *orbit.momenta.T), strict=True)
     columns = (
@@ -251,10 +251,10 @@ def _orbit_table(found: Found) -> list[Table]:
     return [Table("orbit", "the orbit", columns, data=True)]
 
 
-def _notes(found: Found) -> list[str]:
-    """Remarks on the results."""
-    derivation = found.derivation
-    notes = [*derivation.notes, *(found.oscillations.notes if found.oscillations else ())]
+def _notes(findings: Findings) -> list[str]:
+    """Write remarks on the results."""
+    derivation = findings.derivation
+    notes = [*derivation.notes, *(findings.oscillations.notes if findings.oscillations else ())]
     notes += [
         f"H has a step where {place} = 0, which its equations do not tell" for place in derivation.jumps
     ]
@@ -264,14 +264,14 @@ def _notes(found: Found) -> list[str]:
     long = [f"{name} ({len(str(e)):,} characters)" for name, e in known.items() if e and _is_long(e)]
     if long:
         notes.append(f"too long for people to read: {', '.join(long)}; `-f json` prints all of it")
-    if found.orbit is not None and found.document.exact_results:
+    if findings.orbit is not None and findings.document.exact_results:
         notes.append("the orbit is followed in floating-point numbers")
-    if found.orbit is not None and found.orbit.note is not None:
-        notes.append(found.orbit.note)
-    if found.orbit is not None and found.orbit.lost is not None:
+    if findings.orbit is not None and findings.orbit.note is not None:
+        notes.append(findings.orbit.note)
+    if findings.orbit is not None and findings.orbit.lost is not None:
         may_be_chaotic = len(derivation.phase.coordinates) > 1 or derivation.explicit_time
-        notes.append(unshared("orbit", found.orbit.lost, may_be_chaotic))
-    transform = found.transform
+        notes.append(unshared("orbit", findings.orbit.lost, may_be_chaotic))
+    transform = findings.transform
     if transform is not None and not transform.wrong and transform.hamiltonian is None:
         notes.append(
             "H in the new variables is not found: H has not one form, or the old variables do not follow "

@@ -29,7 +29,7 @@ LONGEST = 300
 
 
 def of_matrix(matrix: Sequence[Sequence[Expr]], document: Document) -> list[Field]:
-    """det(A - lambda 1), of a matrix A that people are shown and that does not change with the time."""
+    """Show det(A - lambda 1), where people are shown the matrix A and it does not change with the time."""
     names = {name for row in matrix for e in row for name in e.names}
     if len(matrix) > MOST_COLUMNS or TIME in names:
         return []
@@ -41,10 +41,10 @@ def of_matrix(matrix: Sequence[Sequence[Expr]], document: Document) -> list[Fiel
 
 
 def of_oscillations(
-    found: Oscillations, document: Document, place: Sequence[Field], modes: Sequence[Table]
+    oscillations: Oscillations, document: Document, place: Sequence[Field], modes: Sequence[Table]
 ) -> Iterator[Step]:
-    """The linear equations about an equilibrium, the polynomial of their rates, and the vectors of modes."""
-    motion = found.motion
+    """Show the linear equations about an equilibrium, the polynomial of the rates, and the mode vectors."""
+    motion = oscillations.motion
     names = frozenset(name for e in motion.entries for name in e.names)
     is_free = all(e.is_zero for row in motion.rates for e in row)
     unknown = free_name(("omega", "Omega"), names) if is_free else free_name(("s", "S", "sigma"), names)
@@ -74,16 +74,16 @@ def of_oscillations(
         tuple(modes),
     )
     if is_free and len(matrix) <= MOST_COLUMNS:
-        yield from _vectors(found, document, unknown)
+        yield from _vectors(oscillations, document, unknown)
 
 
-def _vectors(found: Oscillations, document: Document, unknown: str) -> Iterator[Step]:
-    """The equations (K - omega^2 M) v = 0 at each rate, and the vectors that solve them."""
-    motion, names = found.motion, list(found.place)
+def _vectors(oscillations: Oscillations, document: Document, unknown: str) -> Iterator[Step]:
+    """Show the equations (K - omega^2 M) v = 0 at each rate, and the vectors that solve them."""
+    motion, names = oscillations.motion, list(oscillations.place)
     n = FLOAT if _is_numeric(motion.entries, document) else EXACT
     masses, stiffness = (n.array(part) for part in (motion.masses, motion.stiffness))
     by_rate: dict[str, list[Mode]] = {}
-    for mode in found.modes or ():
+    for mode in oscillations.modes or ():
         if n.exact == isinstance(mode.rate, Expr):
             by_rate.setdefault(str(mode.rate) if n.exact else f"{mode.rate:.9g}", []).append(mode)
     for modes in by_rate.values():
@@ -100,7 +100,7 @@ def _vectors(found: Oscillations, document: Document, unknown: str) -> Iterator[
         fields += [] if echelon is None else solution(*echelon, names, n)
         vectors = [n.array([x for x, _ in mode.vector]) for mode in modes]
         fields += [Field("", vector, "v", r"\mathbf{v}") for vector in vectors]
-        numbers = [place for place, mode in enumerate(found.modes or (), 1) if mode in modes]
+        numbers = [place for place, mode in enumerate(oscillations.modes or (), 1) if mode in modes]
         yield Step(
             f"Vector of mode {numbers[0]}"
             if len(modes) == 1
@@ -127,19 +127,19 @@ def _matrix(name: str, matrix: Matrix, document: Document) -> Field:
 
 
 def _polynomial(matrix: Matrix, unknown: str, document: Document, title: str, head: str) -> Iterator[Field]:
-    """The determinant as a polynomial in one name."""
+    """Write the determinant as a polynomial in one name."""
     try:
         determinant = tidy(short_determinant(matrix))
-        found = coefficients(determinant, [unknown])
+        by_degree = coefficients(determinant, [unknown])
     except ExpressionError:
         return
-    if found is None:
+    if by_degree is None:
         return
-    x, values = Name(unknown), {k: tidy(e) for (k,), e in sorted(found.items(), reverse=True)}
+    x, values = Name(unknown), {k: tidy(e) for (k,), e in sorted(by_degree.items(), reverse=True)}
     n = FLOAT if _is_numeric(list(values.values()), document) else EXACT
     if n.exact and len(str(determinant)) > LONGEST:
         return
-    (told,) = as_typed([Field("", list(values.values()))], document)
-    by_power = zip(values, told.value, strict=True)
+    (styled,) = as_typed([Field("", list(values.values()))], document)
+    by_power = zip(values, styled.value, strict=True)
     polynomial = total([product(n, e if n.exact else float(e), power(x, k)) for k, e in by_power])
     yield Field("", formula(polynomial, n), title, head)

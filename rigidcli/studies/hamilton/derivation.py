@@ -214,7 +214,7 @@ class _Given:
 
 
 def derive(document: Document) -> Derivation:
-    """Everything up to Hamilton's equations: what was derived last, where only values of parameters differ.
+    """Derive all up to Hamilton's equations, or take the last derivation if only values of parameters differ.
 
     Raises DocumentError where there is no system, ComputationError where its Lagrangian is degenerate.
     """
@@ -258,7 +258,7 @@ def on_this_side(derivation: Derivation, values: Mapping[str, float]) -> Derivat
 
 
 def _inverted(derivation: Derivation, values: Mapping[str, Expr]) -> Derivation:
-    """The derivation with the ways from momenta to velocities that pass the check, as they are for values."""
+    """Add to a derivation the ways from momenta to velocities that pass the check for these values."""
     phase, velocities = derivation.phase, derivation.velocity_names
     lagrangian, momenta = derivation.system.lagrangian, derivation.momenta
     assert lagrangian is not None
@@ -290,12 +290,12 @@ def _inverted(derivation: Derivation, values: Mapping[str, Expr]) -> Derivation:
 def _require_regular(momenta: Momenta, phase: Phase, velocities: tuple[str, ...]) -> None:
     """Raise ComputationError if the velocities do not follow from the momenta."""
     matrix, size = momenta.mass_matrix, len(velocities)
-    found = rank(matrix, {})
-    if found is not None and found < size:
+    mass_rank = rank(matrix, {})
+    if mass_rank is not None and mass_rank < size:
         limits = primary_constraints(matrix, momenta.definitions, velocities, phase.momenta)
         shown = "; ".join(f"{limit} = 0" for limit in limits)
         raise ComputationError(
-            f"the Lagrangian is degenerate: its mass matrix has rank {found} of {size}"
+            f"the Lagrangian is degenerate: its mass matrix has rank {mass_rank} of {size}"
             + (f"; primary constraints: {shown}" if shown else ""),
             hint="the momenta do not tell the velocities, so that there is no Hamiltonian of this kind",
         )
@@ -306,10 +306,10 @@ def _require_regular_at(values: Mapping[str, Expr], momenta: Momenta) -> None:
     matrix, size = momenta.mass_matrix, len(momenta.definitions)
     names = {name for row in matrix for entry in row for name in entry.names}
     fixed = {name: value for name, value in values.items() if name in names}
-    found = rank(matrix, fixed) if fixed else size
-    if found is not None and found < size:
+    mass_rank = rank(matrix, fixed) if fixed else size
+    if mass_rank is not None and mass_rank < size:
         shown = ", ".join(f"{name} = {value}" for name, value in fixed.items())
         raise ComputationError(
-            f"the mass matrix has rank {found} of {size} at the given values ({shown}), "
+            f"the mass matrix has rank {mass_rank} of {size} at the given values ({shown}), "
             "so that the momenta do not tell the velocities"
         )

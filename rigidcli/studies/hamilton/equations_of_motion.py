@@ -36,9 +36,9 @@ No name of a document has a dot.
 
 @dataclass(frozen=True, slots=True, eq=False)
 class EquationsOfMotion:
-    """What is integrated from where, and how its variables (k by m) at times (k) are `observed`.
+    """The `flow` is integrated from `start`; `observed` takes times (k) and its variables (k by m).
 
-    That gives q and p (both k by n), H (k), and the terms of H (any number by k). `roundings` are the
+    It gives q and p (both k by n), H (k), and the terms of H (any number by k). `roundings` are the
     rounding errors of the flow, in units of the error of one operation. `watched` shows where something
     sudden may be.
     """
@@ -113,7 +113,7 @@ def _in_code(
 
 
 def _hamilton(derivation: Derivation) -> Equations:
-    """Hamilton's equations."""
+    """Write Hamilton's equations in symbols."""
     assert derivation.equations is not None
     assert derivation.hamiltonian is not None
     phase, slopes = derivation.phase, [to_tree(e) for e in derivation.equations]
@@ -122,7 +122,7 @@ def _hamilton(derivation: Derivation) -> Equations:
 
 
 def _lagrange(derivation: Derivation) -> Equations:
-    """Lagrange's equations, for the momenta if the velocities follow from linear equations, or for these."""
+    """Write Lagrange's equations for the momenta if linear in the velocities, or else for the velocities."""
     phase, velocities, lagrangian = derivation.phase, derivation.velocity_names, derivation.system.lagrangian
     assert lagrangian is not None
     assert derivation.momenta is not None
@@ -140,17 +140,17 @@ def _lagrange(derivation: Derivation) -> Equations:
 
     if derivation.are_linear:
         p, at_rest = [symbol(name) for name in phase.momenta], dict.fromkeys(velocities, ZERO)
-        steps, found = solutions(a - substitute(e, at_rest) for a, e in zip(p, definitions, strict=True))
-        steps += zip(velocities, found, strict=True)
+        steps, v_of_p = solutions(a - substitute(e, at_rest) for a, e in zip(p, definitions, strict=True))
+        steps += zip(velocities, v_of_p, strict=True)
         slopes = [*rates, *map(to_tree, forces)]
         return Equations(phase.names, slopes, p, energy(p), steps)
     moving = [*zip(phase.coordinates, v, strict=True), (TIME, ONE)]
     defined = dict(zip(phase.momenta, definitions, strict=True))
-    steps, found = solutions(
+    steps, accelerations = solutions(
         total([substitute(f, defined), *(-derivative(p, name) * rate for name, rate in moving)])
         for f, p in zip(forces, definitions, strict=True)
     )
-    names, slopes = (*phase.coordinates, *velocities), [*rates, *found]
+    names, slopes = (*phase.coordinates, *velocities), [*rates, *accelerations]
     return Equations(names, slopes, definitions, energy(definitions), steps)
 
 

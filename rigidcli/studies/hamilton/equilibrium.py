@@ -35,9 +35,9 @@ KEY = "equilibrium"
 """The key under which a document gives the equilibrium."""
 
 BALANCE = 1e-9
-"""Forces at an equilibrium that was found are below this, in units of their terms where the search began.
+"""A search ends at an equilibrium if the forces are below this, in units of their terms where it began.
 
-So is the next step of Newton's method, in units of the coordinates: where forces fade away at a large
+So must be the next step of Newton's method, in units of the coordinates: where forces fade away at a large
 distance, it never is.
 """
 
@@ -82,7 +82,7 @@ def forces_at_rest(document: Document, derivation: Derivation) -> tuple[list[Exp
 def given_place(
     document: Document, equilibrium: Equilibrium, names: Sequence[str], forces: Sequence[Expr]
 ) -> Place:
-    """The equilibrium that is given. Raises DocumentError where it is none.
+    """Check the equilibrium that is given. Raises DocumentError where it is none.
 
     Results are exact for all values of the parameters where the document is, or else for the given ones.
     """
@@ -107,7 +107,7 @@ def given_place(
 
 
 def _vanishing(force: Expr) -> Expr:
-    """What must vanish for a force to do so: the unknown function in it, where it is that times a factor."""
+    """A force vanishes with this: the unknown function in it, where it is that times a factor."""
     if len(force.terms) == 1:
         ((monomial, _),) = force.terms.items()
         for atom, _ in monomial:
@@ -117,7 +117,7 @@ def _vanishing(force: Expr) -> Expr:
 
 
 def _listed(forces: Mapping[str, float | Expr]) -> str:
-    """Forces in words."""
+    """List forces in words."""
     written = {
         name: f"{float(e):.6g}" if isinstance(e, float) or not e.names else str(e)
         for name, e in forces.items()
@@ -128,7 +128,7 @@ def _listed(forces: Mapping[str, float | Expr]) -> str:
 def found_place(
     document: Document, equilibrium: Equilibrium, names: Sequence[str], forces: Sequence[Expr]
 ) -> Place:
-    """An equilibrium near values. Raises ComputationError where none is found."""
+    """Search for an equilibrium near given values. Raises ComputationError where the search fails."""
     from scipy.optimize import root
 
     require_values(document, "the search for an equilibrium")
@@ -158,11 +158,11 @@ def found_place(
         scale = at(begin, sizes).max(initial=0.0)
     except NO_VALUE as error:
         raise ComputationError("no equilibrium found: the forces have no value on the way") from error
-    told = _listed(dict(zip(names, left.tolist(), strict=True)))
+    listed = _listed(dict(zip(names, left.tolist(), strict=True)))
     near = BALANCE * max(np.linalg.norm(q), np.linalg.norm(begin))
     if not (np.abs(left).max() <= BALANCE * scale and np.linalg.norm(step) <= near):
         shown = ", ".join(f"{name} = {value:.6g}" for name, value in zip(names, q.tolist(), strict=True))
-        raise ComputationError(f"no equilibrium found: the search ended at {shown}; at rest there, {told}")
+        raise ComputationError(f"no equilibrium found: the search ended at {shown}; at rest there, {listed}")
     place = {name: number(Fraction(value)) for name, value in zip(names, q.tolist(), strict=True)}
-    note = f"equilibrium found by scipy.optimize.root; at rest there, {told}"
+    note = f"equilibrium found by scipy.optimize.root; at rest there, {listed}"
     return Place(place, known_values(document), note)

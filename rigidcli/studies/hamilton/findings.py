@@ -31,8 +31,8 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True, slots=True)
-class Found:
-    """The answers on the system of a document; None for what was not asked, or not searched for.
+class Findings:
+    """The answers on the system of a document; one is None where it was not asked, or not searched for.
 
     The derivation is on the branch of the velocities that the orbit is on, if there is one.
     """
@@ -49,7 +49,7 @@ class Found:
     """The results, once they are written."""
 
 
-def find(document: Document, progress: Callable[[float], None] | None) -> Found:
+def find(document: Document, progress: Callable[[float], None] | None) -> Findings:
     """Derive, search and follow what a document asks for; what it does not ask is not imported."""
     derivation: Derivation = document.reading.kept.get("derivation") or derive(document)
     document.reading.kept["derivation"] = derivation
@@ -74,7 +74,7 @@ def find(document: Document, progress: Callable[[float], None] | None) -> Found:
         from rigidcli.studies.hamilton.transform import transformed
 
         transform = transformed(document, document.transform, derivation)
-    return Found(document, branches, derivation, searched, orbit, transform, small, initial)
+    return Findings(document, branches, derivation, searched, orbit, transform, small, initial)
 
 
 @lru_cache(maxsize=1)
@@ -95,7 +95,7 @@ DECIMAL = re.compile(r"\.\d|\de-")
 
 
 def as_typed(fields: Iterable[Field], document: Document) -> list[Field]:
-    """Results in the style of the document.
+    """Write results in the style of the document.
 
     They have decimals where the system has some and exact ones are not asked for, and squares of sums in the
     order of the terms that the system has.
@@ -106,8 +106,8 @@ def as_typed(fields: Iterable[Field], document: Document) -> list[Field]:
 
 
 def _typed_sums(document: Document) -> dict[Sum, Sum]:
-    """The sums under even powers in the system, as the algebra writes them, and as they are typed."""
-    system, found = document.system, dict[Sum, Sum]()
+    """Map the sums under even powers in the system, as the algebra writes them, to what is typed."""
+    system, sums = document.system, dict[Sum, Sum]()
     assert system is not None
     values = derived_parameters(document)
     written = [system.lagrangian, system.kinetic, system.potential, system.hamiltonian]
@@ -117,8 +117,8 @@ def _typed_sums(document: Document) -> dict[Sum, Sum]:
             terms = [from_tree(term, values) for term in part.base.terms]
             typed, square = Sum(tuple(map(to_tree, terms))), to_tree(total(terms) ** 2)
             if isinstance(square, Power) and isinstance(square.base, Sum) and _has_terms(square.base, typed):
-                found.setdefault(square.base, typed)
-    return found
+                sums.setdefault(square.base, typed)
+    return sums
 
 
 def _has_terms(written: Sum, typed: Sum) -> bool:
@@ -129,7 +129,7 @@ def _has_terms(written: Sum, typed: Sum) -> bool:
 
 
 def _styled(entry: Field, style: Style) -> Field:
-    """The result in a style, and so are expressions in lists, tables of numbers and formulas."""
+    """Write a result in a style, with the expressions in its lists, objects, arrays and formulas."""
 
     def changed(value: Any) -> Any:
         match value:

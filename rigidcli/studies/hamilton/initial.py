@@ -86,7 +86,7 @@ class _Point:
     known: Mapping[str, float]
 
     def at(self, names: Sequence[str], values: Floats) -> _Point:
-        """The same with values of more names."""
+        """Add the values of more names."""
         return replace(self, known={**self.known, **dict(zip(names, map(float, values), strict=True))})
 
     def evaluate(self, expressions: Sequence[Expr], what: str) -> Floats:
@@ -145,7 +145,7 @@ def _velocities(point: _Point, momenta: Momenta, names: Sequence[str], p: Floats
 def _branch(point: _Point, derivation: Derivation, v: Floats | None) -> Branch | None:
     """The branch of the velocities that the orbit begins on; None if these are to be followed themselves.
 
-    They are if they belong to none of the branches, or its form changes on the way.
+    That is so if they belong to none of the branches, or the form of the branch changes on the way.
     """
     branches = derivation.branches
     inside = [b for b in branches if min(point.evaluate(b.conditions, "a momentum"), default=1.0) > 0]

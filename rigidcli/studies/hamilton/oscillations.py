@@ -33,7 +33,7 @@ NO_MODES = (
     "the modes have no closed form here: the characteristic polynomial has no factors of low degree; "
     "with values for all parameters they are told as numbers"
 )
-"""What is said where there are symbols, and no modes."""
+"""This note stands where there are symbols, and no modes."""
 
 
 UNITS = {"rate": "1/s", "frequency": "Hz", "period": "s", "decay": "1/s"}
@@ -65,8 +65,8 @@ class Oscillations:
 def oscillations(document: Document, equilibrium: Equilibrium, derivation: Derivation) -> Oscillations:
     """The small oscillations about the equilibrium of a document.
 
-    Raises DocumentError where it is none, and ComputationError where none is found, or the equations have no
-    first order there.
+    Raises DocumentError where it is none, and ComputationError where the search for one fails, or the
+    equations have no first order there.
     """
     try:
         forces, at_rest = forces_at_rest(document, derivation)
@@ -133,7 +133,7 @@ def _roots(
 
 
 def _notes(place: Place, modes: Sequence[Mode] | None) -> Iterator[str]:
-    """Notes: how the equilibrium was found, what is assumed, and where a mode oscillates."""
+    """Write notes on the search for the equilibrium, on what is assumed, and on where a mode oscillates."""
     if place.note:
         yield place.note
     yield from (f"it is an equilibrium where {e} = 0" for e in place.assumed)
@@ -144,13 +144,13 @@ def _notes(place: Place, modes: Sequence[Mode] | None) -> Iterator[str]:
             yield f"the mode with the rate {mode.rate} oscillates where {mode.root.condition} > 0"
 
 
-def fields(found: Oscillations) -> list[Field]:
-    """The equilibrium, and its modes as JSON has them; for CSV their rates."""
-    modes = None if found.modes is None else [_record(mode) for mode in found.modes]
-    rates = [mode.rate for mode in found.modes or ()]
+def fields(oscillations: Oscillations) -> list[Field]:
+    """Report the equilibrium and its modes as JSON has them, and the rates of the modes for CSV."""
+    modes = None if oscillations.modes is None else [_record(mode) for mode in oscillations.modes]
+    rates = [mode.rate for mode in oscillations.modes or ()]
     kind = object if any(isinstance(rate, Expr) for rate in rates) else float
     cells = {f"modes.{place}.rate": (place,) for place in range(len(rates))}
-    keys = {f"equilibrium.{name}": (name, e) for name, e in found.place.items()}
+    keys = {f"equilibrium.{name}": (name, e) for name, e in oscillations.place.items()}
     return [
         *(
             Field(key, e, f"equilibrium, {name}", latex_name(name), cells={key: ()})
@@ -162,7 +162,7 @@ def fields(found: Oscillations) -> list[Field]:
 
 
 def _record(mode: Mode) -> dict[str, Any]:
-    """A mode as JSON has it."""
+    """Write a mode as JSON has it."""
     root, angular = mode.root, cast(Any, mode.root.angular)
     frequency = angular / (2 * (math.pi if isinstance(angular, float) else PI)) if angular else None
     is_complex = any(y for _, y in mode.vector)
@@ -176,11 +176,11 @@ def _record(mode: Mode) -> dict[str, Any]:
     return record | ({"decay": -root.growth} if root.growth and root.is_stable else {})
 
 
-def tables(found: Oscillations) -> list[Table]:
-    """The modes for people, one in a row."""
-    if not found.modes:
+def tables(oscillations: Oscillations) -> list[Table]:
+    """Make the table of the modes that people are shown, one mode in a row."""
+    if not oscillations.modes:
         return []
-    modes = found.modes
+    modes = oscillations.modes
     records = [_record(mode) for mode in modes]
     is_numeric = not any(isinstance(mode.rate, Expr) for mode in modes)
     columns = [
@@ -188,7 +188,7 @@ def tables(found: Oscillations) -> list[Table]:
         for key, unit in UNITS.items()
         if key == "rate" or ((is_numeric or key == "decay") and any(r.get(key) for r in records))
     ]
-    for place, name in enumerate(found.place):
+    for place, name in enumerate(oscillations.place):
         entries = [_component(*mode.vector[place]) for mode in modes]
         columns.append(Column(name, entries, (name,), "", (latex_name(name),)))
     columns.append(Column("motion", [_kind(mode.root) for mode in modes], ("motion",), ""))
@@ -196,7 +196,7 @@ def tables(found: Oscillations) -> list[Table]:
 
 
 def _component(real: float | Expr, imaginary: float | Expr) -> float | Expr | str:
-    """An entry of a mode vector; in numbers a text where it is not real."""
+    """Write an entry of a mode vector; a number that is not real becomes a text."""
     if isinstance(real, Expr) and isinstance(imaginary, Expr):
         return real + imaginary * symbol("i")
     if not imaginary:
@@ -206,7 +206,7 @@ def _component(real: float | Expr, imaginary: float | Expr) -> float | Expr | st
 
 
 def _kind(root: Root) -> str:
-    """How a mode moves, in words."""
+    """Say in words how a mode moves."""
     if not root.growth and not root.angular:
         return "zero mode"
     if root.is_stable is None:

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from rigidcli.document.document import Document
-    from rigidcli.studies.hamilton.findings import Found
+    from rigidcli.studies.hamilton.findings import Findings
     from rigidcli.studies.hamilton.orbit import OrbitSolution
 
 MOST_PANELS = 6
@@ -37,9 +37,9 @@ MARGIN = 0.35
 """How far a phase portrait goes beyond the orbit, in units of the orbit's width."""
 
 
-def path(found: Found) -> Picture:
+def path(findings: Findings) -> Picture:
     """The paths of the particles, in the plane if they stay in one."""
-    places = positions(found.document, _required(found.orbit))
+    places = positions(findings.document, _required(findings.orbit))
     if places is None:
         raise UsageError("it is drawn where `particles` have positions, and for the coordinates r and phi")
     extent = np.ptp(places.reshape(-1, 3), axis=0)
@@ -59,13 +59,13 @@ def path(found: Found) -> Picture:
     return Picture("path", title, (Panel(rulers, tuple(marks), is_even=True),))
 
 
-def phase(found: Found) -> Picture:
+def phase(findings: Findings) -> Picture:
     """The orbit in the plane of each coordinate and its momentum; with contours of H if there is one."""
-    orbit, names = _required(found.orbit), found.derivation.phase.coordinates
+    orbit, names = _required(findings.orbit), findings.derivation.phase.coordinates
     panels: list[Panel] = []
     for place, name in enumerate(names[:MOST_PANELS]):
         path = np.column_stack([orbit.coordinates[:, place], orbit.momenta[:, place]])
-        energy = _contours(found, orbit, path) if len(names) == 1 else []
+        energy = _contours(findings, orbit, path) if len(names) == 1 else []
         named = not panels  # one legend is enough
         drawn = Mark("line", path, "orbit" if named else "", style=0)
         if _is_coarse(path):
@@ -75,9 +75,9 @@ def phase(found: Found) -> Picture:
     return Picture("phase", f"phase portrait{_of(names, 'coordinates')}", tuple(panels), _side(len(panels)))
 
 
-def series(found: Found) -> Picture:
+def series(findings: Findings) -> Picture:
     """The coordinates in time."""
-    orbit, names = _required(found.orbit), found.derivation.phase.coordinates
+    orbit, names = _required(findings.orbit), findings.derivation.phase.coordinates
     panels = tuple(
         Panel((Ruler("t", "t", "s"), _ruler(name)), (Mark("line", np.column_stack([orbit.times, values])),))
         for name, values in zip(names[:MOST_PANELS], orbit.coordinates.T, strict=False)
@@ -85,16 +85,16 @@ def series(found: Found) -> Picture:
     return Picture("series", f"coordinates in time{_of(names, 'coordinates')}", panels)
 
 
-def modes(found: Found) -> Picture:
+def modes(findings: Findings) -> Picture:
     """The displacements of each mode as arrows, one for each coordinate; quarter of a period later, too."""
-    small = found.oscillations
+    small = findings.oscillations
     if small is None or not small.modes:
         raise UsageError("it is drawn for the modes about an `equilibrium`")
-    names = found.derivation.phase.coordinates
+    names = findings.derivation.phase.coordinates
     ticks = tuple(_ruler(name) for name in names)
     panels = []
     for number, mode in enumerate(small.modes[:MOST_PANELS], start=1):
-        vector = _numbers(found.document, [*mode.vector])
+        vector = _numbers(findings.document, [*mode.vector])
         parts = [(vector[:, 0], "", 0), (vector[:, 1], "a quarter later", 1)]
         places = np.column_stack([np.arange(len(names)), np.zeros(len(names))])
         rest = np.array([[-0.5, 0.0], [len(names) - 0.5, 0.0]])
@@ -108,7 +108,7 @@ def modes(found: Found) -> Picture:
             ]
             if not np.any(vector[:, 1]):
                 break
-        rate = float(_numbers(found.document, [(mode.rate, 0.0)])[0, 0])
+        rate = float(_numbers(findings.document, [(mode.rate, 0.0)])[0, 0])
         kind = "rad/s" if mode.root.angular else "1/s"
         title = f"mode {number}: {rate:.4g} {kind}" if rate else f"mode {number}: zero mode"
         panels.append(Panel((Ruler("", ticks=ticks), Ruler("displacement")), tuple(marks), title))
@@ -116,12 +116,12 @@ def modes(found: Found) -> Picture:
     return Picture("modes", title, tuple(panels), _side(len(panels)))
 
 
-def spectrum(found: Found) -> Picture:
+def spectrum(findings: Findings) -> Picture:
     """The eigenvalues of the linear equations in the complex plane."""
-    given = next((entry.value for entry in found.fields if entry.key == "eigenvalues"), None)
+    given = next((entry.value for entry in findings.fields if entry.key == "eigenvalues"), None)
     if not given:
         raise UsageError("it is drawn for linear equations of motion")
-    values = _numbers(found.document, [(entry["re"], entry["im"]) for entry in given])
+    values = _numbers(findings.document, [(entry["re"], entry["im"]) for entry in given])
     reach = 1.2 * float(np.abs(values).max()) or 1.0
     marks = (
         Mark("line", np.array([[-reach, 0.0], [reach, 0.0]]), quiet=True),
@@ -152,17 +152,17 @@ def _ruler(name: str) -> Ruler:
 
 
 def _of(shown: Sequence[object], what: str) -> str:
-    """What is said of more than are shown."""
+    """A title ends with this where there are more coordinates or modes than the picture shows."""
     return f" of the first {MOST_PANELS} of {len(shown)} {what}" if len(shown) > MOST_PANELS else ""
 
 
 def _side(count: int) -> int:
-    """In how many columns so many panels stand."""
+    """One panel stands in one column, up to four stand in two, and more stand in three."""
     return 1 if count == 1 else 2 if count <= 4 else 3
 
 
 def _numbers(document: Document, pairs: Sequence[tuple[float | Expr, float | Expr]]) -> Floats:
-    """Pairs of numbers (n, 2) from numbers or exact expressions without symbols.
+    """Turn pairs of numbers, or of exact expressions without symbols, into floats (n, 2).
 
     Raises UsageError where a symbol has no value.
     """
@@ -176,15 +176,15 @@ def _numbers(document: Document, pairs: Sequence[tuple[float | Expr, float | Exp
     return np.array(rows, dtype=np.float64)
 
 
-def _contours(found: Found, orbit: OrbitSolution, path: Floats) -> list[Mark]:
+def _contours(findings: Findings, orbit: OrbitSolution, path: Floats) -> list[Mark]:
     """Lines of constant H in the plane of the one coordinate; none where H has no formula, or changes."""
-    derivation, hamiltonian = found.derivation, found.derivation.hamiltonian
+    derivation, hamiltonian = findings.derivation, findings.derivation.hamiltonian
     if hamiltonian is None or derivation.explicit_time:
         return []
     low, high = path.min(axis=0), path.max(axis=0)
     room = np.where(high > low, MARGIN * (high - low), np.maximum(np.abs(high), 1.0))
     x, y = np.linspace(low - room, high + room, GRID).T
-    parameters = {name: float(value) for name, value in found.document.values.items()}
+    parameters = {name: float(value) for name, value in findings.document.values.items()}
     states = np.column_stack([np.tile(x, GRID), np.repeat(y, GRID)])
     values = values_of_terms(hamiltonian, derivation.phase, parameters)
     heights = values(np.zeros(len(states)), *states.T).sum(axis=0).reshape(GRID, GRID)

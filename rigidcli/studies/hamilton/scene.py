@@ -37,7 +37,7 @@ FRAME = 1.15
 
 
 def scene_of(document: Document, orbit: OrbitSolution, table: Table) -> Scene | None:
-    """What a replay of the orbit shows; None where there is one moment only. `table` has its samples."""
+    """Make the replay of an orbit; None where there is one moment only. `table` has the samples of it."""
     if len(orbit.times) < 2:
         return None
     assert document.system is not None
@@ -107,7 +107,7 @@ def _polar(names: Sequence[str], values: Floats) -> Floats | None:
 
 
 def path_names(count: int) -> list[str]:
-    """What the paths of so many particles are called, as far as they are drawn."""
+    """Name the paths of so many particles, as far as they are drawn."""
     return ["path"] if count == 1 else [f"path of particle {k + 1}" for k in range(min(count, MOST_TRACED))]
 
 

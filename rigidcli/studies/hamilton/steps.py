@@ -20,7 +20,7 @@ from rigidcli.mechanics.hamilton_equations import Phase, velocity
 from rigidcli.report import Field, Step, Table
 from rigidcli.studies.hamilton.characteristic import LONGEST, of_matrix, of_oscillations
 from rigidcli.studies.hamilton.derivation import Derivation
-from rigidcli.studies.hamilton.findings import Found
+from rigidcli.studies.hamilton.findings import Findings
 from rigidcli.studies.hamilton.transform import TransformedSystem, given_side
 from rigidcli.studies.steps import writing
 
@@ -34,12 +34,12 @@ ENERGIES = {
     True: "The velocities are the rates of the positions, T is the sum of m v^2/2, and L = T - V.",
     False: "L = T - V.",
 }
-"""What is said of energies, by whether positions of particles are given."""
+"""The sentence on the energies, which depends on whether positions of particles are given."""
 
 
-def hamilton_steps(found: Found, fields: Sequence[Field], tables: Sequence[Table]) -> Iterator[Step]:
-    """The way to the results, shown by these themselves; conserved quantities by their brackets with H."""
-    derivation, system = found.derivation, found.derivation.system
+def hamilton_steps(findings: Findings, fields: Sequence[Field], tables: Sequence[Table]) -> Iterator[Step]:
+    """Lead to the results step by step; brackets with H show that quantities are conserved."""
+    derivation, system = findings.derivation, findings.derivation.system
     if system.kinetic is not None:
         shown = [_titled(entry) for entry in fields if entry.key == "lagrangian"]
         sentence = ENERGIES[bool(system.particles)]
@@ -50,23 +50,23 @@ def hamilton_steps(found: Found, fields: Sequence[Field], tables: Sequence[Table
         if not (shown or listed) or [(entry.key, entry.value) for entry in shown] == [("dH_dt", 0)]:
             continue
         sentence = part.sentence.format(part.forces[derivation.is_forced])
-        shown = list(part.arranged(found, shown)) if shown else []
+        shown = list(part.arranged(findings, shown)) if shown else []
         yield Step(part.title, sentence, tuple(map(_titled, shown)), listed)
-    if found.transform is not None:
-        yield from _of_transform(found.document, found.transform, derivation.phase, fields)
-    if found.oscillations is not None:
+    if findings.transform is not None:
+        yield from _of_transform(findings.document, findings.transform, derivation.phase, fields)
+    if findings.oscillations is not None:
         place = [_titled(entry) for entry in fields if entry.key.startswith("equilibrium.")]
         modes = [table for table in tables if not table.key]
-        yield from of_oscillations(found.oscillations, found.document, place, modes)
+        yield from of_oscillations(findings.oscillations, findings.document, place, modes)
     if derivation.hamiltonian is None:
         return
     momenta = [(name, symbol(name)) for name in derivation.conserved if name != "H"]
-    for name, e in (*momenta, *((reading(e.tree()), e) for e in found.invariants or ())):
+    for name, e in (*momenta, *((reading(e.tree()), e) for e in findings.invariants or ())):
         yield _bracket(name, e, derivation.hamiltonian, derivation.phase)
 
 
 def _energies(derivation: Derivation) -> Iterator[Field]:
-    """The positions and velocities of particles, their kinetic energy, and V."""
+    """Show the positions and velocities of particles, their kinetic energy, and V."""
     system, phase = derivation.system, derivation.phase
     rates = dict(zip(phase.coordinates, derivation.velocity_names, strict=True))
     several = len(system.particles) > 1
@@ -84,9 +84,9 @@ def _energies(derivation: Derivation) -> Iterator[Field]:
     yield Field("", system.potential, "V", "V")
 
 
-def _slopes(found: Found, shown: list[Field]) -> Iterator[Field]:
-    """What Lagrange's equations are made of, dL/dqdot, its rate, and dL/dq, and then these."""
-    derivation = found.derivation
+def _slopes(findings: Findings, shown: list[Field]) -> Iterator[Field]:
+    """Show dL/dqdot, its rate, and dL/dq, of which Lagrange's equations are made, and then the equations."""
+    derivation = findings.derivation
     lagrangian, phase, names = derivation.system.lagrangian, derivation.phase, derivation.velocity_names
     assert lagrangian is not None
     assert derivation.lagrange is not None
@@ -104,9 +104,9 @@ def _slopes(found: Found, shown: list[Field]) -> Iterator[Field]:
     yield from shown
 
 
-def _substituted(found: Found, shown: list[Field]) -> Iterator[Field]:
-    """The sum of p_q qdot, less L, with the velocities put in their places, and then what it comes to."""
-    derivation, lagrangian = found.derivation, found.derivation.system.lagrangian
+def _substituted(findings: Findings, shown: list[Field]) -> Iterator[Field]:
+    """Show the sum of p_q qdot, less L, with the velocities put in, and then the H that it comes to."""
+    derivation, lagrangian = findings.derivation, findings.derivation.system.lagrangian
     if lagrangian is not None and derivation.velocities is not None:
         trees = [velocity.tree() for velocity in derivation.velocities]
         terms = [Product((Name(p), tree)) for p, tree in zip(derivation.phase.momenta, trees, strict=True)]
@@ -117,16 +117,16 @@ def _substituted(found: Found, shown: list[Field]) -> Iterator[Field]:
     yield from shown
 
 
-def _with_polynomial(found: Found, shown: list[Field]) -> Iterator[Field]:
-    """The matrix and the offset of linear equations, the characteristic polynomial, and its roots."""
+def _with_polynomial(findings: Findings, shown: list[Field]) -> Iterator[Field]:
+    """Show the matrix and the offset of linear equations, the characteristic polynomial, and its roots."""
     given = [entry for entry in shown if entry.key in ("matrix", "offset")]
     yield from given
-    yield from of_matrix(given[0].value, found.document)
+    yield from of_matrix(given[0].value, findings.document)
     yield from shown[len(given) :]
 
 
 class _Part(NamedTuple):
-    """A step by the keys of the results, and of the tables, that it shows, with what leads to these.
+    """A step shows the results and tables that have its `keys`, `arranged` with what leads to these.
 
     The sentence has a place for words that depend on whether there are no `forces` beside L, or some.
     """
@@ -134,7 +134,7 @@ class _Part(NamedTuple):
     title: str
     sentence: str
     keys: tuple[str, ...]
-    arranged: Callable[[Found, list[Field]], Iterable[Field]] = lambda found, shown: shown
+    arranged: Callable[[Findings, list[Field]], Iterable[Field]] = lambda findings, shown: shown
     forces: tuple[str, str] = ("", "")
 
 
@@ -183,7 +183,7 @@ PARTS = (
 
 
 def _bracket(name: str, e: Expr, h: Expr, phase: Phase) -> Step:
-    """The two sums of the bracket of a quantity with H, which are equal where it is conserved."""
+    """Show the two sums of the bracket of a quantity with H, which are equal where it is conserved."""
     slopes = [
         total(derivative(e, a) * derivative(h, b) for a, b in pairs)
         for pairs in (
@@ -214,7 +214,7 @@ def _belongs(entry: Field, part: _Part) -> bool:
 
 
 def _titled(entry: Field) -> Field:
-    """The result under its title, or under the last part of its key."""
+    """Put the result under its title, or under the last part of its key."""
     if entry.title.strip():
         return replace(entry, key="", cells={})
     name = entry.key.rpartition(".")[2]
@@ -222,13 +222,13 @@ def _titled(entry: Field) -> Field:
 
 
 def _of_transform(
-    document: Document, found: TransformedSystem, old: Phase, fields: Sequence[Field]
+    document: Document, transform: TransformedSystem, old: Phase, fields: Sequence[Field]
 ) -> Iterator[Step]:
-    """The way to the verdict on a change of variables, and to H in the new ones."""
+    """Lead to the verdict on a change of variables, and to H in the new ones."""
     assert document.transform is not None
     values, pairs, phase = given_side(document, document.transform, old)
     for (a, b), (name, result) in islice(
-        zip(combinations(pairs.names, 2), found.brackets.items(), strict=True), MOST_BRACKETS
+        zip(combinations(pairs.names, 2), transform.brackets.items(), strict=True), MOST_BRACKETS
     ):
         slopes = {(x, y): tidy(derivative(values[x], y)) for x in (a, b) for y in phase.names}
         shown = [
@@ -250,10 +250,10 @@ def _of_transform(
             f"Bracket {name}",
             f"The bracket of A and B is the sum of dA/dq dB/dp - dA/dp dB/dq, here over the pairs of "
             f"{' and '.join(phase.names)}. The change is canonical only if this one is "
-            f"{found.canonical[name]}.",
+            f"{transform.canonical[name]}.",
             tuple(shown),
         )
-    if found.hamiltonian is not None:
+    if transform.hamiltonian is not None:
         yield Step(
             "Hamiltonian in the new variables",
             "The old variables are put into H as functions of the new ones; where the change holds the time, "
@@ -268,7 +268,7 @@ def _of_transform(
 
 
 def _product(first: Expr, second: Expr) -> list[Node]:
-    """The product of two derivatives as it is before it is worked out; nothing where one is zero."""
+    """Write the product of two derivatives before it is worked out; there is none where one is zero."""
     if first.is_zero or second.is_zero:
         return []
     return [Product((first.tree(), second.tree()))]

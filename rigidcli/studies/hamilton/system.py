@@ -22,8 +22,8 @@ from rigidcli.mechanics.hamilton_equations import linear
 class SystemFunctions:
     """The functions of a system that a document gives; None for what it does not say.
 
-    `natural` is whether the coordinates are, and `reason` why; None where that is open. `forces` are
-    the generalized ones beside L or H, one for every coordinate; they may hold velocities and momenta.
+    `natural` says whether the coordinates are natural, None where that is open, and `reason` why. `forces`
+    are generalized ones beside L or H, one for every coordinate; they may hold velocities and momenta.
     """
 
     lagrangian: Expr | None
@@ -123,8 +123,8 @@ def _from_particles(
     for index, particle in enumerate(system.particles or ()):
         where = f"particles.{index}"
         paths = {f"position.{i}": path for i, path in enumerate(particle.position or ())}
-        found = [read(path, f"{where}.{key}") for key, path in paths.items()]
-        position = tuple(path for path in found if path is not None)
+        components = [read(path, f"{where}.{key}") for key, path in paths.items()]
+        position = tuple(path for path in components if path is not None)
         moment = read(particle.moment_of_inertia, f"{where}.moment_of_inertia")
         angle = read(particle.angle, f"{where}.angle")
         mass = read(particle.mass, f"{where}.mass")

@@ -44,9 +44,9 @@ class TransformedSystem:
     @property
     def open_brackets(self) -> list[Expr]:
         """The wrong brackets, if symbols may have values at which all of them are 1, as they have to be."""
-        found = {name: self.brackets[name] for name in self.wrong}
-        may_be_one = all(self.canonical[name] == 1 and e.names for name, e in found.items())
-        return list(found.values()) if may_be_one else []
+        wrong = {name: self.brackets[name] for name in self.wrong}
+        may_be_one = all(self.canonical[name] == 1 and e.names for name, e in wrong.items())
+        return list(wrong.values()) if may_be_one else []
 
 
 def transformed(document: Document, transform: Transform, derivation: Derivation) -> TransformedSystem:
@@ -63,14 +63,14 @@ def transformed(document: Document, transform: Transform, derivation: Derivation
         needed = canonical.positive_names(misses.values(), phase.names)
         values = {name: substitute(value, known) for name, value in values.items()}
         hamiltonian = None if hamiltonian is None else substitute(hamiltonian, known)
-    found = None
+    new_h = None
     if needed is not None and hamiltonian is not None:
         with suppress(ComputationError, ExpressionError):
-            found = Change(values, old, new).hamiltonian(hamiltonian)
-    if found is not None:
+            new_h = Change(values, old, new).hamiltonian(hamiltonian)
+    if new_h is not None:
         signs = {name: sign(value) for name, value in known.items()}
-        found = found.shorter([name for name in found.hamiltonian.names - {TIME} if signs.get(name, 1) == 1])
-    assumed = dict.fromkeys([*(needed or ()), *(() if found is None else found.positive)])
+        new_h = new_h.shorter([name for name in new_h.hamiltonian.names - {TIME} if signs.get(name, 1) == 1])
+    assumed = dict.fromkeys([*(needed or ()), *(() if new_h is None else new_h.positive)])
     wrong = [] if needed is not None else [pair for pair, miss in misses.items() if not is_zero(miss)]
     shown = {pair: tidy(e) if pair in wrong else expected[pair] for pair, e in brackets.items()}
     return TransformedSystem(
@@ -78,8 +78,8 @@ def transformed(document: Document, transform: Transform, derivation: Derivation
         {f"{{{a}, {b}}}": e for (a, b), e in shown.items()},
         {f"{{{a}, {b}}}": e for (a, b), e in expected.items()},
         tuple(f"{name} > 0" for name in assumed if name not in known),
-        None if found is None else found.hamiltonian,
-        None if found is None else _equations(found, new, derivation),
+        None if new_h is None else new_h.hamiltonian,
+        None if new_h is None else _equations(new_h, new, derivation),
     )
 
 
@@ -93,11 +93,11 @@ def given_side(document: Document, transform: Transform, old: Phase) -> tuple[di
     return (values, old, new) if transform.old is not None else (values, new, old)
 
 
-def _equations(found: NewHamiltonian, new: Phase, derivation: Derivation) -> tuple[Expr, ...]:
+def _equations(new_h: NewHamiltonian, new: Phase, derivation: Derivation) -> tuple[Expr, ...]:
     """Hamilton's equations in the new variables, with forces where there are some."""
-    free = equations(found.hamiltonian, new)
+    free = equations(new_h.hamiltonian, new)
     if not derivation.is_forced or derivation.velocities is None:
         return free
     forces = derivation.forces_of(derivation.velocities)
-    added = added_by_forces(forces, found.old, derivation.phase, new)
+    added = added_by_forces(forces, new_h.old, derivation.phase, new)
     return tuple(rate + force for rate, force in zip(free, added, strict=True))

@@ -41,24 +41,24 @@ def residual_of(
     velocities: tuple[str, ...],
     fixed: Mapping[str, float],
 ) -> float | None:
-    """How far a branch is from the Euler-Lagrange equations at random points; None if it has no value at any.
+    """Measure the error of a branch in the Euler-Lagrange equations at random points; None without any value.
 
     Names have their `fixed` values, or random ones. There p = dL/dv must lead back to v, and -dH/dq be
     dL/dq, or where H is long, H be p v - L. A point on another branch says nothing.
     """
     if is_short(branch):
         expected = [derivative(lagrangian, q) for q in phase.coordinates]
-        found = [-derivative(branch.hamiltonian, q) for q in phase.coordinates]
+        from_branch = [-derivative(branch.hamiltonian, q) for q in phase.coordinates]
     else:
         pairs = zip(momenta.definitions, velocities, strict=True)
-        expected, found = [total(p * symbol(v) for p, v in pairs) - lagrangian], [branch.hamiltonian]
+        expected, from_branch = [total(p * symbol(v) for p, v in pairs) - lagrangian], [branch.hamiltonian]
     expected = [*momenta.definitions, *expected]
-    found = [*branch.velocities, *found]
+    from_branch = [*branch.velocities, *from_branch]
     names = lagrangian.names | branch.hamiltonian.names
     shared = [*sorted(names - {*phase.names, *velocities, TIME}), TIME, *phase.coordinates]
     from_velocities = code.function([plain_tree(e) for e in expected], [*shared, *velocities], {})(math)
     limits = (*branch.conditions, *branch.region)
-    trees = [plain_tree(e) for e in (*found, *limits)]
+    trees = [plain_tree(e) for e in (*from_branch, *limits)]
     from_momenta = code.function(trees, [*shared, *phase.momenta], {})(math)
     size, worst, seen = len(velocities), 0.0, 0
     for place, point in enumerate(sample_points([*shared, *velocities], fixed)):
@@ -70,7 +70,7 @@ def residual_of(
             reached = np.array(from_momenta(*(point[name] for name in shared), *known[:size]))
         except NO_VALUE:
             continue
-        values, signs = np.split(reached, [len(found)])
+        values, signs = np.split(reached, [len(from_branch)])
         if not np.isfinite([*known, *reached]).all() or (signs <= 0).any():
             continue
         miss = max(_miss(v, values[:size]), _miss(known[size:], values[size:]))
