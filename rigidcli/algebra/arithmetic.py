@@ -152,8 +152,8 @@ def size(x: Any) -> float:
 
 def sign(x: Any) -> int | None:
     """-1, 0 or 1; None where that depends on symbols."""
-    found = weak_sign(expr(x))
-    return None if found is None or not found[1] else found[0]
+    weak = weak_sign(expr(x))
+    return None if weak is None or not weak[1] else weak[0]
 
 
 def weak_sign(x: Expr) -> tuple[int, bool] | None:

@@ -272,9 +272,9 @@ def _common(e: Expr) -> dict[Atom, Rational]:
         for atom, exponent in monomial:
             exponents.setdefault(atom, []).append(exponent)
     common = {}
-    for atom, found in exponents.items():
-        if all(exponent.denominator == 1 for exponent in found):
-            least = min(found) if len(found) == len(e.terms) else min(0, *found)
+    for atom, powers in exponents.items():
+        if all(exponent.denominator == 1 for exponent in powers):
+            least = min(powers) if len(powers) == len(e.terms) else min(0, *powers)
             if least:
                 common[atom] = least
     return common

@@ -1,4 +1,4 @@
-"""Exact expressions as fractions of polynomials: common factors divided out, factors and square roots found.
+"""Exact expressions as fractions of polynomials, in lowest terms, with their factors and square roots.
 
 The variables of the polynomials are the atoms of an expression, or a root of one where it has fractional
 exponents. Square roots r of n obey r^2 = n and sines s^2 = 1 - c^2, so that equal fractions have equal forms.
@@ -204,10 +204,10 @@ def lowest_terms(e: Expr, allowance: Allowance) -> tuple[Expr, Expr]:
 
     No square root is below. Raises ExpressionError where it is too large, or the denominator vanishes.
     """
-    found = _quotient(e, allowance)
-    outside = product([factor**power for factor, power in found.outside])
-    multiplied_out = outside * found.ring.expr(found.above) / found.ring.expr(found.below)
-    return multiplied_out, product([factor**power for factor, power in _factors(found)])
+    quotient = _quotient(e, allowance)
+    outside = product([factor**power for factor, power in quotient.outside])
+    multiplied_out = outside * quotient.ring.expr(quotient.above) / quotient.ring.expr(quotient.below)
+    return multiplied_out, product([factor**power for factor, power in _factors(quotient)])
 
 
 def vanishes(e: Expr, allowance: Allowance) -> bool:
@@ -226,10 +226,10 @@ def factors(e: Expr, allowance: Allowance) -> list[tuple[Expr, int]]:
     return _factors(_quotient(e, allowance))
 
 
-def _factors(found: _Quotient) -> list[tuple[Expr, int]]:
-    parts = list(found.outside)
-    for polynomial, sign in ((found.above, 1), (found.below, -1)):
+def _factors(quotient: _Quotient) -> list[tuple[Expr, int]]:
+    parts = list(quotient.outside)
+    for polynomial, sign in ((quotient.above, 1), (quotient.below, -1)):
         content, irreducible = polynomial.factor()
         parts.append((_rational(content) ** sign * ONE, 1))
-        parts += [(found.ring.expr(factor), sign * int(power)) for factor, power in irreducible]
+        parts += [(quotient.ring.expr(factor), sign * int(power)) for factor, power in irreducible]
     return parts

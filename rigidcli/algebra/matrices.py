@@ -30,15 +30,15 @@ MOST_PRODUCTS = 5_000
 def connected(size: int, linked: Callable[[int, int], bool]) -> list[list[int]]:
     """The groups of the indices below `size` that links connect, each ascending."""
     left = list(range(size))
-    found = []
+    groups = []
     while left:
         block = [left.pop(0)]
         for i in block:
             near = [j for j in left if linked(i, j)]
             block.extend(near)
             left = [j for j in left if j not in near]
-        found.append(sorted(block))
-    return found
+        groups.append(sorted(block))
+    return groups
 
 
 def blocks(matrix: Matrix) -> list[list[int]]:
@@ -143,10 +143,10 @@ def _eliminate(rows: list[list[Expr]]) -> list[int]:
     pivots: list[int] = []
     for column in range(len(rows)):
         place = len(pivots)
-        found = next((k for k in range(place, len(rows)) if not is_zero(rows[k][column])), None)
-        if found is None:
+        pivot = next((k for k in range(place, len(rows)) if not is_zero(rows[k][column])), None)
+        if pivot is None:
             continue
-        rows[place], rows[found] = rows[found], rows[place]
+        rows[place], rows[pivot] = rows[pivot], rows[place]
         head = rows[place] = [tidy(entry / rows[place][column]) for entry in rows[place]]
         for k, row in enumerate(rows):
             c = row[column]

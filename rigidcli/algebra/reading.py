@@ -23,8 +23,8 @@ def from_tree(node: tree.Node, values: Mapping[str, Expr] = _NOTHING) -> Expr:
     Raises:
         ExpressionError: it has no real value, or is too large.
     """
-    found: Expr = fold(node, lambda name: values[name] if name in values else symbol(name), EXPRESSIONS)
-    return found
+    e: Expr = fold(node, lambda name: values[name] if name in values else symbol(name), EXPRESSIONS)
+    return e
 
 
 def _number(text: str, value: float) -> Expr:

@@ -80,7 +80,7 @@ def over_shared_sums(e: Expr) -> Expr:
     for divisor in dict.fromkeys(a for m in e.terms for a, n in m if isinstance(a, Group) and n < 0):
         sharing = {m: c for m, c in e.terms.items() if any(a is divisor and n < 0 for a, n in m)}
         symbols = list(map(divisors, sharing))
-        if len(sharing) > 1 and all(found == symbols[0] for found in symbols):
+        if len(sharing) > 1 and all(below == symbols[0] for below in symbols):
             rest = {m: c for m, c in e.terms.items() if m not in sharing}
             e = shortest([e, total([_with_factors(Expr(sharing)), Expr(rest)])])
     return e

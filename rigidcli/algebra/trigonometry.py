@@ -63,12 +63,12 @@ def _shorter(e: Expr, allowance: Allowance) -> Iterator[Expr]:
         for here, there, made in itertools.chain.from_iterable(_laws(pair, functions) for pair in _PAIRS):
             rest = _exchanged(monomial, here, -1)
             partner = None if rest is None else _exchanged(rest, there, 1)
-            found = None if partner is None else e.terms.get(partner)
-            if rest is None or partner is None or found is None:
+            other_coefficient = None if partner is None else e.terms.get(partner)
+            if rest is None or partner is None or other_coefficient is None:
                 continue
-            ratio = 1 if found == coefficient else -1 if found == -coefficient else 0
+            ratio = 1 if other_coefficient == coefficient else -1 if other_coefficient == -coefficient else 0
             if ratio in made:
-                gone = Expr({monomial: -coefficient, partner: -found})
+                gone = Expr({monomial: -coefficient, partner: -other_coefficient})
                 yield total([e, gone, Expr({rest: coefficient}) * made[ratio]()])
 
 
@@ -142,12 +142,12 @@ def _in_one_function(e: Expr, allowance: Allowance) -> Expr:
 
 
 def _arguments(e: Expr, pair: _Pair) -> list[Expr]:
-    found = [
+    arguments = [
         atom.arguments[0]
         for atom in e.atoms
         if isinstance(atom, Applied) and atom.function in (pair.odd, pair.even)
     ]
-    return sorted(dict.fromkeys(found), key=lambda x: x.key)
+    return sorted(dict.fromkeys(arguments), key=lambda x: x.key)
 
 
 def _without_squares(e: Expr, function: str, x: Expr, allowance: Allowance) -> Expr:

@@ -49,7 +49,7 @@ def is_zero(e: Expr) -> bool:
     Different products of powers of symbols are independent, so that a sum of these is not zero. Otherwise
     values at random points, with proved bounds, tell an expression from zero, or it vanishes as a fraction of
     polynomials in which roots and functions have names. What both leave open is zero to 330 digits, and taken
-    for zero. An expression for which no point with a value is found is not zero unless that is proved.
+    for zero. An expression that has a value at none of the points is not zero unless that is proved.
     """
     if not e.terms:
         return True

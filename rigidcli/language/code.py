@@ -87,12 +87,12 @@ def watched(
     """What an integrator of these slopes has to look at. The first of the `arguments` is the time."""
     trees, time = [*slopes, *(node for _, node in steps)], {arguments[0]}
     inner, waves = (
-        [(node, names_in(node) - constants.keys()) for node in sorted(found, key=repr)]
-        for found in (insides(trees), phases(trees))
+        [(node, names_in(node) - constants.keys()) for node in sorted(parts, key=repr)]
+        for parts in (insides(trees), phases(trees))
     )
     timed, periodic = (
-        function([node for node, names in found if names == time], arguments[:1], constants)
-        for found in (inner, waves)
+        function([node for node, names in parts if names == time], arguments[:1], constants)
+        for parts in (inner, waves)
     )
     moving = [node for node, names in inner if names - time]
     return Watched(timed, periodic, function(moving, arguments, constants, steps))

@@ -80,8 +80,8 @@ def plain(text: str) -> str:
     if text.isascii() and not set("\\{}$").intersection(text):
         return text
     text = unicodedata.normalize("NFD", text).replace("\u0301", "") if not text.isascii() else text
-    text = _DOTTED.sub(lambda found: f"{found[1]}{'dot' if found[2] == chr(0x307) else 'ddot'}", text)
-    text = re.sub(SUPERSCRIPT, lambda found: f"^{found[0].translate(LOWERED)} ", text).translate(_SIGNS)
+    text = _DOTTED.sub(lambda match: f"{match[1]}{'dot' if match[2] == chr(0x307) else 'ddot'}", text)
+    text = re.sub(SUPERSCRIPT, lambda match: f"^{match[0].translate(LOWERED)} ", text).translate(_SIGNS)
     return _Latex(text).whole() if set("\\{}$").intersection(text) else text
 
 

@@ -210,12 +210,12 @@ class Grammar(ABC):
     def arguments(self) -> tuple[tree.Node, ...]:
         """The arguments of a function, with its parentheses."""
         opening = self.descend()
-        found = [] if self.token.text == ")" else [self.sum()]
-        while found and self.token.text == ",":
+        arguments = [] if self.token.text == ")" else [self.sum()]
+        while arguments and self.token.text == ",":
             self.advance()
-            found.append(self.sum())
+            arguments.append(self.sum())
         self.close(opening)
-        return tuple(found)
+        return tuple(arguments)
 
     def unclear_quotient(self, factors: list[tree.Node]) -> ExpressionError:
         """What is wrong with these factors, of which the last is a divisor, before one without a sign."""

@@ -151,7 +151,7 @@ _LATEX_SHAPES = {
     "sqrt": (r"\sqrt{{{}}}", _Strength.POWER),
     "exp": (r"\mathrm{{e}}^{{{}}}", _Strength.POWER),
 }
-"""Functions with a notation of their own. An upright e is told from a name, which would be in italics."""
+"""Functions with a notation of their own. The e is upright, as the number is; a name would be in italics."""
 
 _WORD_AT_END = re.compile(r"(?<!_\{)\\mathrm\{\w{2,}\}+$")
 _WORD_AT_START = re.compile(r"(?:\\d?dot\{)?\\mathrm\{\w{2,}\}")

@@ -270,18 +270,18 @@ def insides(trees: Iterable[Node]) -> set[Node]:
     Where one of them passes zero, or is largest or smallest, something narrow may be: a peak, a kink, a wall.
     Sines, cosines and low powers have nothing narrow of their own.
     """
-    found: set[Node] = set()
+    inner: set[Node] = set()
     for part in nodes(trees):
         match part:
             case Call(function, arguments) if function not in ("sin", "cos"):
-                found.update(arguments)
+                inner.update(arguments)
             case Reciprocal(Product(factors)):
-                found.update(map(_base, factors))
+                inner.update(map(_base, factors))
             case Reciprocal(divisor):
-                found.add(_base(divisor))
+                inner.add(_base(divisor))
             case Power(base, exponent) if not (isinstance(exponent, Number) and exponent.value in range(17)):
-                found.add(base)
-    return found
+                inner.add(base)
+    return inner
 
 
 def phases(trees: Iterable[Node]) -> set[Node]:

@@ -83,13 +83,13 @@ class Words:
 
     def products(self, word: str) -> list[tuple[str, ...]]:
         """The products of names and functions that a word spells: at most two that differ."""
-        found: dict[tuple[str, ...], tuple[str, ...]] = {}
+        products: dict[tuple[str, ...], tuple[str, ...]] = {}
         if len(word) <= LONGEST_PRODUCT:
             for way in self._ways(word):
-                found.setdefault(tuple(sorted(way)), way)
-                if len(found) == 2:
+                products.setdefault(tuple(sorted(way)), way)
+                if len(products) == 2:
                     break
-        return list(found.values())
+        return list(products.values())
 
     def _ways(self, word: str) -> Iterator[tuple[str, ...]]:
         """Every way to cut a word into names, and perhaps a function or pi; the dead ends are kept."""
@@ -135,8 +135,8 @@ def expression(text: str, words: Words | None, *, leading: bool = True) -> tree.
         ExpressionError: the text is no formula, or can be read in two ways. Its `code` is `unknown_symbol`
             for a name that the question does not have, `too_large` beyond the bounds.
     """
-    found = plain(text)
-    return _Reader(slopes(unnamed(found) if leading else found), words).whole()
+    formula = plain(text)
+    return _Reader(slopes(unnamed(formula) if leading else formula), words).whole()
 
 
 def unnamed(text: str) -> str:
@@ -149,12 +149,12 @@ def unnamed(text: str) -> str:
 def slopes(text: str) -> str:
     """A plain text with `xdot` for `dx/dt` and `x'`, and with points for decimal commas."""
     text = _SLOPE.sub(
-        lambda found: (
-            f" {found['name'] or found['inner'] or found['behind']}{'ddot' if found['second'] else 'dot'} "
+        lambda match: (
+            f" {match['name'] or match['inner'] or match['behind']}{'ddot' if match['second'] else 'dot'} "
         ),
         text,
     )
-    text = _PRIMED.sub(lambda found: f"{found[1]}{'dot' if found[2] == chr(39) else 'ddot'} ", text)
+    text = _PRIMED.sub(lambda match: f"{match[1]}{'dot' if match[2] == chr(39) else 'ddot'} ", text)
     return text if "atan2" in text else re.sub(r"(?<=\d),(?=\d)", ".", text)
 
 

@@ -101,8 +101,8 @@ class Branch:
 
     def root(self, e: Expr) -> Expr:
         """The square root, without a root where it is one of a square."""
-        found = root_of_either_sign(e)
-        return -found if self.value(found) < 0 else found
+        root = root_of_either_sign(e)
+        return -root if self.value(root) < 0 else root
 
     def put(self, e: Expr, values: Mapping[str, Expr]) -> Expr:
         """The same as `with_roots`, in a short form."""
@@ -144,21 +144,21 @@ def inverse(values: Mapping[str, Expr], new: Phase, old: Phase, branch: Branch) 
 def _of_linear(matrix: Sequence[Sequence[Expr]], values: Sequence[Expr], old: Phase) -> dict[str, Expr]:
     """M^-1 times values, with M^-1 = -J M^T J."""
     size = len(old.coordinates)
-    found = {}
+    solution = {}
     for place, name in enumerate(old.names):
         other = (place + size) % (2 * size)
         sign = 1 if place < size else -1
-        found[name] = sign * total(
+        solution[name] = sign * total(
             matrix[k + size][other] * values[k] - matrix[k][other] * values[k + size] for k in range(size)
         )
-    return found
+    return solution
 
 
 def _of_point(values: Mapping[str, Expr], new: Phase, old: Phase, branch: Branch) -> dict[str, Expr] | None:
     """The coordinates by solving Q(q), and the momenta p_i = sum_j (P_j - P_j(p = 0)) dQ_j/dq_i."""
     equations = [symbol(name) - values[name] for name in new.coordinates]
-    found = _solution(equations, old.coordinates, Allowance(MOST_TRIALS), branch)
-    if found is None:
+    coordinates = _solution(equations, old.coordinates, Allowance(MOST_TRIALS), branch)
+    if coordinates is None:
         return None
     at_rest = dict.fromkeys(old.momenta, ZERO)
     pairs = [
@@ -166,10 +166,10 @@ def _of_point(values: Mapping[str, Expr], new: Phase, old: Phase, branch: Branch
         for Q, P in zip(new.coordinates, new.momenta, strict=True)
     ]
     others = {
-        p: branch.put(total(derivative(Q, q) * P for Q, P in pairs), found)
+        p: branch.put(total(derivative(Q, q) * P for Q, P in pairs), coordinates)
         for q, p in zip(old.coordinates, old.momenta, strict=True)
     }
-    return found | others
+    return coordinates | others
 
 
 def _values(equation: Expr, unknown: str) -> Iterator[Expr]:

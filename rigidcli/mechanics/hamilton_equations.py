@@ -79,13 +79,13 @@ def is_constant_in(e: Expr, name: str) -> bool:
 
 def steps(e: Expr, names: Collection[str]) -> tuple[Expr, ...]:
     """Functions u of the names whose sign stands in a function, also as u/|u|: it has a step where u = 0."""
-    found = [a for a in e.everywhere() if isinstance(a, Applied) and a.function == "sign"]
+    atoms = [a for a in e.everywhere() if isinstance(a, Applied) and a.function == "sign"]
     for monomial in e.terms:
         for size, n in monomial:
             across = {name for atom, k in monomial if k * n < 0 for name in atom.names}
             if isinstance(size, Applied) and size.function == "abs" and not across.isdisjoint(size.names):
-                found.append(size)
-    return tuple(dict.fromkeys(a.arguments[0] for a in found if not a.names.isdisjoint(names)))
+                atoms.append(size)
+    return tuple(dict.fromkeys(a.arguments[0] for a in atoms if not a.names.isdisjoint(names)))
 
 
 def bracket(f: Expr, g: Expr, phase: Phase) -> Expr:
@@ -111,11 +111,11 @@ def linear(expressions: Sequence[Expr], names: Sequence[str]) -> tuple[list[list
     size = len(names)
     matrix, offset = [], []
     for expression in expressions:
-        found = coefficients(expression, names)
-        if not has_degrees(found, 0, 1):
+        polynomial = coefficients(expression, names)
+        if not has_degrees(polynomial, 0, 1):
             return None
-        offset.append(coefficient(found, size))
-        matrix.append([tidy(coefficient(found, size, place)) for place in range(size)])
+        offset.append(coefficient(polynomial, size))
+        matrix.append([tidy(coefficient(polynomial, size, place)) for place in range(size)])
     return matrix, offset
 
 
@@ -173,12 +173,12 @@ def unnatural(kinetic_energy: Expr, velocities: Sequence[str]) -> Expr | None:
 
     These hold the time, or are not of degree 2 in the velocities.
     """
-    found = coefficients(kinetic_energy, velocities)
-    if found is None:
+    polynomial = coefficients(kinetic_energy, velocities)
+    if polynomial is None:
         return kinetic_energy
     wrong = [
         product([value, *(symbol(name) ** power for name, power in zip(velocities, powers, strict=True))])
-        for powers, value in found.items()
+        for powers, value in polynomial.items()
         if not is_zero(value) and (sum(powers) != 2 or not is_zero(derivative(value, TIME)))
     ]
     return total(wrong) if wrong else None

@@ -74,14 +74,14 @@ def conserved_quantities(hamiltonian: Expr, phase: Phase, known: Sequence[Expr])
     """
     if TIME in hamiltonian.names or len(phase.coordinates) < 2 or hamiltonian.names.isdisjoint(phase.names):
         return ()
-    found: list[Expr] = []
+    quantities: list[Expr] = []
     with suppress(ExpressionError):
         for terms in _trial_sums(hamiltonian, phase):
             candidates = [_primitive(e, phase) for e in _null_sums(terms, hamiltonian, phase)]
             for e in sorted(dict.fromkeys(candidates), key=lambda e: (len(str(e)), str(e))):
-                if _is_new(e, [hamiltonian, *known, *found], phase):
-                    found.append(e)
-    return tuple(found)
+                if _is_new(e, [hamiltonian, *known, *quantities], phase):
+                    quantities.append(e)
+    return tuple(quantities)
 
 
 def _trial_sums(hamiltonian: Expr, phase: Phase) -> Iterator[list[Expr]]:
@@ -133,13 +133,13 @@ def _turning(parts: Iterable[Monomial], angles: Sequence[str], pieces: Sequence[
 def _parts(hamiltonian: Expr, phase: Phase) -> dict[Monomial, Expr]:
     """The terms of H, multiplied out: products of functions of coordinates and momenta, with coefficients."""
     names = frozenset(phase.names)
-    found: dict[Monomial, list[Expr]] = {}
+    parts: dict[Monomial, list[Expr]] = {}
     for monomial, coefficient in expand(hamiltonian).ordered:
         moving = tuple(factor for factor in monomial if not names.isdisjoint(factor[0].names))
         fixed = {atom: n for atom, n in monomial if names.isdisjoint(atom.names)}
         if moving:
-            found.setdefault(moving, []).append(gathered(coefficient, fixed))
-    return {moving: total(values) for moving, values in found.items()}
+            parts.setdefault(moving, []).append(gathered(coefficient, fixed))
+    return {moving: total(values) for moving, values in parts.items()}
 
 
 def _pieces(parts: Iterable[Monomial], phase: Phase) -> Iterator[Expr]:

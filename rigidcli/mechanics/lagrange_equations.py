@@ -55,10 +55,10 @@ class LagrangeEquations:
     def _combined(self, row: Sequence[Expr]) -> Expr:
         """One acceleration, from its row of M^-1."""
         acting = [(-m, r) for m, r in zip(row, self.rest, strict=True) if m and r]
-        found = total(m * r for m, r in acting)
+        a = total(m * r for m, r in acting)
         # One product of what is tidy is tidy, but for exponentials that cancel.
-        is_tidy = len(acting) == len(found.terms) == 1 and len(acting[0][1].terms) == 1
-        return found if is_tidy and exponentials_merged(found) == found else tidy(found)
+        is_tidy = len(acting) == len(a.terms) == 1 and len(acting[0][1].terms) == 1
+        return a if is_tidy and exponentials_merged(a) == a else tidy(a)
 
 
 def lagrange_equations(
@@ -95,7 +95,7 @@ def rank(matrix: matrices.Matrix, fixed: Mapping[str, Expr]) -> int | None:
     """
     blocks = matrices.blocks(matrix)
     ranks = [_of_block(matrices.part(matrix, block, block), fixed) for block in blocks]
-    known = [found for found in ranks if found is not None]
+    known = [n for n in ranks if n is not None]
     return sum(known) if len(known) == len(ranks) else None
 
 
@@ -124,11 +124,11 @@ def primary_constraints(
     Others than linear ones are not looked for.
     """
     at_rest = dict.fromkeys(velocities, ZERO)
-    found = []
+    constraints = []
     for vector in matrices.null_vectors(matrix):
         if any(not entry.names.isdisjoint(velocities) for entry in vector):
             continue
         still = total(entry * substitute(p, at_rest) for entry, p in zip(vector, definitions, strict=True))
         moving = total(entry * symbol(name) for entry, name in zip(vector, names, strict=True))
-        found.append(tidy(moving - still))
-    return found
+        constraints.append(tidy(moving - still))
+    return constraints

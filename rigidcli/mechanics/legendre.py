@@ -114,23 +114,23 @@ def _quadratic(
     shifted = [p - b for p, b in zip(P, linear, strict=True)]
     coordinates = [v.removesuffix("dot") for v in velocities]
     typed = typed_squares(lagrangian, velocities)
-    found = of_blocks(momenta.mass_matrix, shifted, typed, squares, coordinates)
-    if found is None:
+    inverse = of_blocks(momenta.mass_matrix, shifted, typed, squares, coordinates)
+    if inverse is None:
         return None
-    energy = over_shared_sums(total(found[1]))
+    energy = over_shared_sums(total(inverse[1]))
     forms = [energy - _cancelled(still, rest)]
     if any(linear):
         forms += _by_degrees(energy, still + rest, P)
-    return Branch(tuple(found[0]), shortest(forms))
+    return Branch(tuple(inverse[0]), shortest(forms))
 
 
 def _by_degrees(energy: Expr, rest: Expr, momenta: Sequence[Expr]) -> list[Expr]:
     """H by its degrees in the momenta: in a rotating frame the centrifugal potential cancels there."""
     with suppress(ExpressionError):
-        found = coefficients(energy, list(map(str, momenta)))
-        if found is not None and len(found) <= matrices.LARGEST**2:
+        polynomial = coefficients(energy, list(map(str, momenta)))
+        if polynomial is not None and len(polynomial) <= matrices.LARGEST**2:
             parts: list[list[Expr]] = [[], [], []]
-            for powers, e in found.items():
+            for powers, e in polynomial.items():
                 parts[sum(powers)].append(product([e, *(p**n for p, n in zip(momenta, powers, strict=True))]))
             free, linear, quadratic = map(total, parts)
             return [tidy(quadratic) + tidy(linear) + tidy(free - rest)]
@@ -159,7 +159,7 @@ def _mixed(
     if parts is None:
         return []
     *kernels, plain = parts
-    options, found = [], [ZERO] * len(P)
+    options, rates = [], [ZERO] * len(P)
     for group, K in zip(curved, kernels, strict=True):
         names = [velocities[place] for place in group]
         K = expand(K)
@@ -177,9 +177,9 @@ def _mixed(
             return []
         rest = own[0].hamiltonian
         for v, velocity in zip(kept, own[0].velocities, strict=True):
-            found[velocities.index(v)] = velocity
+            rates[velocities.index(v)] = velocity
     chosen = combinations(*options) if math.prod(map(len, options)) <= MOST_BRANCHES else ()
-    return [_joined(choice, curved, found, rest - still) for choice in chosen]
+    return [_joined(choice, curved, rates, rest - still) for choice in chosen]
 
 
 def _of_groups(e: Expr, groups: Sequence[Sequence[int]], velocities: Sequence[str]) -> list[Expr] | None:

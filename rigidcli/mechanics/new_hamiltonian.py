@@ -137,15 +137,15 @@ def _function_with(slopes: Sequence[Expr], names: Sequence[str]) -> Expr | None:
     positive = {name: symbol(name, positive=True) for name in free}
     for values in {}, positive:
         there = [tidy(substitute(slope, values)) for slope in slopes]
-        found = ZERO
+        integral = ZERO
         for name, slope in reversed([*zip(names, there, strict=True)]):
-            part = antiderivative(tidy(slope - derivative(found, name)), name)
+            part = antiderivative(tidy(slope - derivative(integral, name)), name)
             if part is None:
                 break
-            found += part
+            integral += part
         else:
-            if all(is_zero(e - derivative(found, name)) for name, e in zip(names, there, strict=True)):
-                return substitute(found, free)
+            if all(is_zero(e - derivative(integral, name)) for name, e in zip(names, there, strict=True)):
+                return substitute(integral, free)
     return None
 
 
@@ -155,12 +155,12 @@ def _gathered(e: Expr, phase: Phase) -> Expr:
     forms = [tidy(e)]
     for names in (phase.names, phase.momenta):
         with suppress(ExpressionError):
-            found = coefficients(e, names)
-            if found is not None:
+            polynomial = coefficients(e, names)
+            if polynomial is not None:
                 variables = [*map(symbol, names)]
                 parts = [
                     product([_coefficient(c), *(x**k for x, k in zip(variables, powers, strict=True))])
-                    for powers, c in found.items()
+                    for powers, c in polynomial.items()
                 ]
                 return shortest([*forms, tidy(total(parts))])
     return forms[0]

@@ -25,8 +25,8 @@ BITS = 256
 ROUNDING = 1e-22
 """What is smaller than this, in units of the largest, is rounding; real modes are not so far apart."""
 
-FOUND = 1e-6
-"""What is rounding where the equilibrium was found in floats: squares of rates have errors of some 1e-14."""
+ROUNDING_OF_FLOATS = 1e-6
+"""What is rounding where the equilibrium is known in floats: squares of rates have errors of some 1e-14."""
 
 INDEPENDENT = 1e-8
 """Vectors of length 1 that depend on each other but for this, are parallel."""

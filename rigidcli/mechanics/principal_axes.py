@@ -58,8 +58,8 @@ def _principal_frame(tensor: Array, turn: Array) -> PrincipalFrame:
     factor, rest = common_factor(tensor)
     if factor.names and sign(factor) == 1 and not any(entry.names for entry in rest.flat):
         # Of M times numbers, such as the box 1 x 2 x 3 of mass M, the numbers alone have to be solved.
-        found = _principal_frame(rest, turn)
-        return replace(found, moments=tidy_array(factor * found.moments))
+        frame = _principal_frame(rest, turn)
+        return replace(frame, moments=tidy_array(factor * frame.moments))
     _require_short(tensor, "moments")
     moments, ordered = _ascending(symmetric_roots(tensor.tolist()))
     _require_short(np.array(moments), "moments", LONGEST_MOMENT)
@@ -89,11 +89,11 @@ def _ascending(moments: Sequence[Expr]) -> tuple[list[Expr], bool]:
     doubtful = []
 
     def compare(first: Expr, second: Expr) -> int:
-        found = weak_sign(first - second)
-        if found is None:
+        order = weak_sign(first - second)
+        if order is None:
             doubtful.append(first)
             return 1 if size(first - second) > 0 else -1
-        return found[0]
+        return order[0]
 
     ordered = sorted(moments, key=cmp_to_key(compare))
     return ordered, not doubtful

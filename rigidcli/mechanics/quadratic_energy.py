@@ -66,19 +66,19 @@ def energy(
     """
     definite = _is_definite(matrix, coordinates)
     inside = [(a, row) for a, row in typed if any(row)]
-    found: list[Energy] = []
+    energies: list[Energy] = []
     if len(momenta) > 2 and definite and min(sum(map(bool, row)) for row in matrix) <= MOST_COUPLED:
         form = _as_squares(matrix, momenta)
-        found += [] if form is None else [form]
-    if not found or len(str(found[0].hamiltonian)) > SHORT:
+        energies += [] if form is None else [form]
+    if not energies or len(str(energies[0].hamiltonian)) > SHORT:
         fixed = [k for k, row in enumerate(matrix) if row[k] and (definite or _is_fixed(row[k], coordinates))]
-        most = matrices.FEW_TERMS if found else matrices.MOST_TERMS
-        found = [*_by_inverse(matrices.inverse(matrix, most), matrix, momenta, fixed), *found]
-    if not found:
+        most = matrices.FEW_TERMS if energies else matrices.MOST_TERMS
+        energies = [*_by_inverse(matrices.inverse(matrix, most), matrix, momenta, fixed), *energies]
+    if not energies:
         return None
     squares = inside or [(a, row) for a, row in particles if any(row)]
-    forms = [*(form.hamiltonian for form in found), *_by_rows(squares, momenta)]
-    return Energy(shortest(forms), found[0].velocities)
+    forms = [*(form.hamiltonian for form in energies), *_by_rows(squares, momenta)]
+    return Energy(shortest(forms), energies[0].velocities)
 
 
 def _is_definite(matrix: Matrix, coordinates: Sequence[str]) -> bool:
@@ -87,8 +87,8 @@ def _is_definite(matrix: Matrix, coordinates: Sequence[str]) -> bool:
     values = sampled(entries, {}, count=8, signed=coordinates)
     if values is None:
         return True
-    found = np.linalg.eigvalsh(values.reshape(-1, len(matrix), len(matrix)))
-    return bool((found > 0).all() or (found < 0).all())
+    eigenvalues = np.linalg.eigvalsh(values.reshape(-1, len(matrix), len(matrix)))
+    return bool((eigenvalues > 0).all() or (eigenvalues < 0).all())
 
 
 def _is_fixed(entry: Expr, coordinates: Sequence[str]) -> bool:
@@ -157,8 +157,8 @@ def _as_squares(matrix: Matrix, momenta: Sequence[Expr]) -> Energy | None:
             slopes[j] = [a - factor * b for a, b in zip(slopes[j], slopes[k], strict=True)]
 
     def velocities() -> Sequence[Expr]:
-        found = [total(slope[j] * q / d for q, d, slope in done) for j in size]
-        return [v if len(v.key) > LONGEST_TO_TIDY else tidy(v) for v in found]
+        rates = [total(slope[j] * q / d for q, d, slope in done) for j in size]
+        return [v if len(v.key) > LONGEST_TO_TIDY else tidy(v) for v in rates]
 
     return Energy(total(tidy(1 / d) / 2 * q**2 for q, d, _ in done), velocities)
 
@@ -211,10 +211,10 @@ def _squares(e: Expr, velocities: Sequence[str], factor: Expr) -> Iterator[tuple
             raise ValueError("no square")
         kept = factor * gathered(number, {other: n for other, n in monomial if other is not atom})
         inner = atom.inner if isinstance(atom, Group) else Expr({((atom, 1),): 1})
-        found = coefficients(inner, velocities)
-        if has_degrees(found, 0, 1):
+        polynomial = coefficients(inner, velocities)
+        if has_degrees(polynomial, 0, 1):
             if exponent == 2:
-                yield kept, [coefficient(found, size, place) for place in range(size)]
+                yield kept, [coefficient(polynomial, size, place) for place in range(size)]
         elif exponent == 1:
             yield from _squares(inner, velocities, kept)
         else:
@@ -225,7 +225,7 @@ def of_blocks(
     matrix: Matrix, momenta: Sequence[Expr], typed: Squares, particles: Squares, coordinates: Sequence[str]
 ) -> tuple[list[Expr], list[Expr]] | None:
     """The velocities (n), and the terms of H = P.M^-1.P/2, block by block; None where one is too long."""
-    velocities, found = [ZERO] * len(momenta), list[Expr]()
+    velocities, parts = [ZERO] * len(momenta), list[Expr]()
     alone: dict[Expr, list[Expr]] = {}
     for block in matrices.blocks(matrix):
         own, P = matrices.part(matrix, block, block), [momenta[place] for place in block]
@@ -235,14 +235,14 @@ def of_blocks(
             if len(P[0].terms) == 1:
                 alone.setdefault(factor, []).append(square)
             else:
-                found.append(factor * square)
+                parts.append(factor * square)
             continue
         ours, theirs = ([(a, [row[i] for i in block]) for a, row in rows] for rows in (typed, particles))
         form = energy(own, P, ours, theirs, coordinates)
         if form is None:
             return None
-        found.append(form.hamiltonian)
+        parts.append(form.hamiltonian)
         for place, velocity in zip(block, form.velocities(), strict=True):
             velocities[place] = velocity
     # Squares with the same factor are in one bracket.
-    return velocities, [*found, *(factor * total(terms) for factor, terms in alone.items())]
+    return velocities, [*parts, *(factor * total(terms) for factor, terms in alone.items())]

@@ -49,12 +49,12 @@ def momenta_at_rest(velocities: Sequence[Expr], phase: Phase) -> dict[str, Expr]
 
     None where the velocities are not linear in the momenta, and no momenta are not it, either.
     """
-    found = linear(velocities, phase.momenta)
-    if found is not None:
-        inverse = _inverse(found[0])
+    parts = linear(velocities, phase.momenta)
+    if parts is not None:
+        inverse = _inverse(parts[0])
         if inverse is None:
             return None
-        values = [tidy(total(-a * b for a, b in zip(row, found[1], strict=True))) for row in inverse]
+        values = [tidy(total(-a * b for a, b in zip(row, parts[1], strict=True))) for row in inverse]
         return dict(zip(phase.momenta, values, strict=True))
     still = dict.fromkeys(phase.momenta, ZERO)
     return still if all(is_zero(substitute(v, still)) for v in velocities) else None

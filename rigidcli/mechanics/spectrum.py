@@ -161,11 +161,11 @@ def _exact_roots(motion: LinearMotion, given: Values, is_free: bool) -> Iterator
 
 def _ascending(roots: Iterator[Root], given: Values) -> list[Root]:
     """The roots by ascending rates at some values of the symbols."""
-    found = list(roots)
-    rates = [rate for root in found if isinstance(rate := root.rate, Expr)]
+    unordered = list(roots)
+    rates = [rate for root in unordered if isinstance(rate := root.rate, Expr)]
     sizes = sampled(rates, {name: float(value) for name, value in given.items()}, count=1)
-    order = range(len(found)) if sizes is None else sizes[0].argsort(kind="stable")
-    return [found[place] for place in order]
+    order = range(len(unordered)) if sizes is None else sizes[0].argsort(kind="stable")
+    return [unordered[place] for place in order]
 
 
 def _determinant_roots(motion: LinearMotion, given: Values, bounded: bool) -> Iterator[Root]:
@@ -181,8 +181,8 @@ def _determinant_roots(motion: LinearMotion, given: Values, bounded: bool) -> It
         if max(factor) > 2 * step:
             raise ExpressionError("a factor of high degree has no closed form")
         c, b, a = (factor.get(k * step, ZERO) for k in range(3))
-        found = _of_squares(a, b, c, given, bounded) if is_square else _damped(a, b, c, given)
-        for root in found:
+        roots = _of_squares(a, b, c, given, bounded) if is_square else _damped(a, b, c, given)
+        for root in roots:
             is_twice = is_square and not root.growth and not root.angular
             yield replace(root, times=2 * times if is_twice else times, is_paired=is_square)
 

@@ -32,9 +32,9 @@ def solutions(e: Expr, v: str, r: Expr = ZERO) -> Iterator[_Solution]:
     e = _tangents(e)
     still = total(Expr({m: c}) for m, c in e.terms.items() if all(v not in atom.names for atom, _ in m))
     e, r = e - still, tidy(r - still)
-    found = coefficients(e, [v])
-    if found is not None:
-        yield from _of_polynomial({n: c for (n,), c in found.items()}, r)
+    polynomial = coefficients(e, [v])
+    if polynomial is not None:
+        yield from _of_polynomial({n: c for (n,), c in polynomial.items()}, r)
         return
     moving = {factor for m in e.terms for factor in m if v in factor[0].names}
     if r.is_zero and len(e.terms) == 1:
@@ -52,15 +52,15 @@ def _base(atom: Atom) -> Expr:
     return atom.inner if isinstance(atom, Group) else gathered(1, {atom: 1})
 
 
-def _of_polynomial(found: Mapping[int, Expr], r: Expr) -> Iterator[_Solution]:
+def _of_polynomial(polynomial: Mapping[int, Expr], r: Expr) -> Iterator[_Solution]:
     """The roots of a polynomial without a constant that has one power, or one and its square."""
-    first, *others = sorted(found)
+    first, *others = sorted(polynomial)
     if not others:
         yield from (
-            (u, conditions, None) for u, conditions in _roots(tidy(r / found[first]), Fraction(first))
+            (u, conditions, None) for u, conditions in _roots(tidy(r / polynomial[first]), Fraction(first))
         )
     elif others == [2 * first]:
-        a, b = found[2 * first], found[first]
+        a, b = polynomial[2 * first], polynomial[first]
         shift = tidy(b / (2 * a))
         square = tidy(r / a + shift**2)
         for side in (1, -1):
@@ -125,8 +125,8 @@ def _under_roots(e: Expr, v: str) -> set[Atom]:
 def _of_fraction(e: Expr, v: str) -> Iterator[_Solution]:
     """The zeros of a fraction of polynomials."""
     above = product(f for f, n in factors(e, Allowance(MAX_STEPS)) if n > 0 and v in f.names)
-    found: Polynomial | None = coefficients(expand(above), [v])
-    if found is not None and len(found) <= 3:
+    polynomial: Polynomial | None = coefficients(expand(above), [v])
+    if polynomial is not None and len(polynomial) <= 3:
         yield from solutions(expand(above), v)
 
 

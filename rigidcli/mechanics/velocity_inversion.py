@@ -69,12 +69,12 @@ class Branch:
         ends: dict[str, dict[int, Expr]] = {}
         for e in self.conditions:
             name = next(iter(e.names), "")
-            found = coefficients(e, [name])
-            slope = coefficient(found, 1, 0).as_number if has_degrees(found, 0, 1) else None
-            if found is None or not slope or not e.names <= {name}:
+            polynomial = coefficients(e, [name])
+            slope = coefficient(polynomial, 1, 0).as_number if has_degrees(polynomial, 0, 1) else None
+            if polynomial is None or not slope or not e.names <= {name}:
                 yield f"{e} > 0"
             else:
-                ends.setdefault(name, {})[1 if slope > 0 else -1] = -coefficient(found, 1) / slope
+                ends.setdefault(name, {})[1 if slope > 0 else -1] = -coefficient(polynomial, 1) / slope
         for name, sides in ends.items():
             if len(sides) == 2:
                 yield f"{sides[1]} < {name} < {sides[-1]}"
@@ -92,9 +92,9 @@ class Branch:
 def inverted(K: Expr, velocities: Sequence[str], momenta: Sequence[Expr]) -> list[Branch]:
     """All real inverses of dK/dv = P; none if no way leads to a closed form."""
     with suppress(ExpressionError, ComputationError):
-        found = _of_root(K, velocities, momenta)
-        if found:
-            return found
+        branches = _of_root(K, velocities, momenta)
+        if branches:
+            return branches
         if len(velocities) > 1:
             return _of_length(K, velocities, momenta)
         return _of_powers(K, velocities[0], momenta[0]) or _undone(K, velocities[0], momenta[0])
@@ -109,18 +109,18 @@ class _Square(NamedTuple):
     inverse: matrices.Matrix
 
 
-def _completed(found: Polynomial | None, size: int) -> _Square | None:
+def _completed(polynomial: Polynomial | None, size: int) -> _Square | None:
     """The polynomial with its square completed; None where it is another one, or C has no short inverse."""
-    if not has_degrees(found, 0, 1, 2):
+    if not has_degrees(polynomial, 0, 1, 2):
         return None
     places = range(size)
-    form = [[coefficient(found, size, i, j) * (1 if i == j else HALF) for j in places] for i in places]
+    form = [[coefficient(polynomial, size, i, j) * (1 if i == j else HALF) for j in places] for i in places]
     inverse = matrices.inverse(form) if matrices.is_regular(form) else None
     if inverse is None:
         return None
-    linear = [coefficient(found, size, place) for place in places]
+    linear = [coefficient(polynomial, size, place) for place in places]
     shift = [tidy(e / 2) for e in _times(inverse, linear)]
-    rest = tidy(coefficient(found, size) - total(c * s for c, s in zip(linear, shift, strict=True)) / 2)
+    rest = tidy(coefficient(polynomial, size) - total(c * s for c, s in zip(linear, shift, strict=True)) / 2)
     return _Square(shift, rest, inverse)
 
 
@@ -137,8 +137,8 @@ def _times(matrix: matrices.Matrix, vector: Sequence[Expr]) -> list[Expr]:
 def _of_root(K: Expr, velocities: Sequence[str], momenta: Sequence[Expr]) -> list[Branch]:
     """The inverse where K^2 is a quadratic polynomial: first the form where the system may be at rest."""
     is_root = any(n.denominator == 2 for monomial in K.terms for _, n in monomial)
-    found = coefficients(arithmetic.tidy(expand(K**2)), velocities) if is_root else None
-    square = _completed(found, len(velocities))
+    polynomial = coefficients(arithmetic.tidy(expand(K**2)), velocities) if is_root else None
+    square = _completed(polynomial, len(velocities))
     if square is None or square.rest.is_zero:
         return []
     a, shift, raised = square.rest, square.shift, _times(square.inverse, momenta)
@@ -189,9 +189,9 @@ def _of_length(K: Expr, velocities: Sequence[str], momenta: Sequence[Expr]) -> l
         return []
     s = tidy(_value(square.inverse, momenta)) / (n * A) ** 2
     raised = _times(square.inverse, momenta)
-    found = tuple(tidy(w * s ** ((2 - n) / Fraction(2 * n - 2)) / (n * A)) for w in raised)
+    rates = tuple(tidy(w * s ** ((2 - n) / Fraction(2 * n - 2)) / (n * A)) for w in raised)
     energy = (n - 1) * A * s ** (n / Fraction(2 * n - 2))
-    return [Branch(found, energy).shifted(square.shift, momenta)]
+    return [Branch(rates, energy).shifted(square.shift, momenta)]
 
 
 def _quadratic_form(K: Expr, velocities: Sequence[str]) -> Polynomial:
@@ -205,13 +205,13 @@ def _quadratic_form(K: Expr, velocities: Sequence[str]) -> Polynomial:
 
 def _of_powers(K: Expr, v: str, P: Expr) -> list[Branch]:
     """K = A (v + s)^n in one velocity, multiplied out or not, beside linear terms; or A |v + s|^n."""
-    found = coefficients(K, [v])
-    if found is not None:
-        (degree,) = max(found)
-        lead = found[(degree,)]
-        shift = tidy(coefficient(found, 1, *[0] * (degree - 1)) / (degree * lead))
+    polynomial = coefficients(K, [v])
+    if polynomial is not None:
+        (degree,) = max(polynomial)
+        lead = polynomial[(degree,)]
+        shift = tidy(coefficient(polynomial, 1, *[0] * (degree - 1)) / (degree * lead))
         moved = [
-            tidy(total(e * math.comb(n, k) * (-shift) ** (n - k) for (n,), e in found.items() if n >= k))
+            tidy(total(e * math.comb(n, k) * (-shift) ** (n - k) for (n,), e in polynomial.items() if n >= k))
             for k in range(degree)
         ]
         if degree < 3 or any(moved[2:]):
@@ -256,23 +256,23 @@ def _undone(K: Expr, v: str, P: Expr) -> list[Branch]:
     """The inverses of one velocity that come from undoing what is done to it, and hold at sample points."""
     momentum = symbol("momentum P")
     slope = tidy(derivative(K, v))
-    found: dict[Expr, Branch] = {}
+    ways: dict[Expr, Branch] = {}
     for u, conditions, period in solutions(slope, v, momentum):
         with suppress(ExpressionError):
             velocity, positive = tidy(u), _positive(conditions)
-            if velocity in found or not _holds(K, velocity, positive, slope, v, momentum):
+            if velocity in ways or not _holds(K, velocity, positive, slope, v, momentum):
                 continue
             half = None if period is None else period / 2
-            twin = next((e for e in found if half is not None and tidy(velocity - e) in (half, -half)), None)
+            twin = next((e for e in ways if half is not None and tidy(velocity - e) in (half, -half)), None)
             if twin is not None:
-                found[twin] = replace(found[twin], period=half)
+                ways[twin] = replace(ways[twin], period=half)
                 continue
             energy = tidy(momentum * velocity - _on_main_branch(substitute(K, {v: velocity})))
             put = {str(momentum): P}
             e, h = substitute(velocity, put), substitute(energy, put)
             limits = tuple(tidy(substitute(c, put)) for c in positive)
-            found[velocity] = Branch((e,), h, limits, period=period)
-    return list(found.values())
+            ways[velocity] = Branch((e,), h, limits, period=period)
+    return list(ways.values())
 
 
 def _holds(K: Expr, u: Expr, conditions: Sequence[Expr], slope: Expr, v: str, momentum: Expr) -> bool:
@@ -290,7 +290,7 @@ def _holds(K: Expr, u: Expr, conditions: Sequence[Expr], slope: Expr, v: str, mo
 
 def _positive(conditions: Sequence[Expr]) -> tuple[Expr, ...]:
     """Conditions without the factors that do not change their sign, and without what always holds."""
-    found = {}
+    needed = {}
     for e in conditions:
         size, monomial = factored(tidy(e))
         odd = {
@@ -299,8 +299,8 @@ def _positive(conditions: Sequence[Expr]) -> tuple[Expr, ...]:
             if n.numerator * n.denominator % 2
         }
         kept = gathered(1 if size > 0 else -1, {a: n for a, n in odd.items() if not is_positive(a)})
-        found[tidy(kept)] = True
-    return tuple(e for e in found if not (e.sign() == 1 and e.is_strict()))
+        needed[tidy(kept)] = True
+    return tuple(e for e in needed if not (e.sign() == 1 and e.is_strict()))
 
 
 _MAIN = {("exp", "log"), ("asin", "sin"), ("acos", "cos"), ("atan", "tan"), ("acosh", "cosh")}

@@ -22,7 +22,7 @@ from rigidcli.language.text import latex_name
 from rigidcli.mechanics import small_oscillations
 from rigidcli.mechanics.hamilton_equations import TIME
 from rigidcli.mechanics.linear_motion import LinearMotion, Root, Vector
-from rigidcli.mechanics.numeric_spectrum import FOUND, ROUNDING
+from rigidcli.mechanics.numeric_spectrum import ROUNDING, ROUNDING_OF_FLOATS
 from rigidcli.mechanics.spectrum import spectrum
 from rigidcli.report import Column, Field, Table
 from rigidcli.studies.hamilton.derivation import Derivation
@@ -89,7 +89,7 @@ def oscillations(document: Document, equilibrium: Equilibrium, derivation: Deriv
         )
     assumed = {atom for e in place.assumed for atom in e.atoms if len(e.terms) == 1}
     motion = motion.changed(lambda e: tidy(without(e, assumed)))
-    roots = _roots(document, derivation, motion, FOUND if equilibrium.is_sought else ROUNDING)
+    roots = _roots(document, derivation, motion, ROUNDING_OF_FLOATS if equilibrium.is_sought else ROUNDING)
     modes = None if roots is None else [Mode(root, vector) for root in roots for vector in root.vectors]
     is_numeric = equilibrium.is_sought or not document.exact_results
     values = {name: float(e) if is_numeric and not e.names else e for name, e in place.coordinates.items()}
