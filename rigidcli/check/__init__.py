@@ -6,7 +6,7 @@ from enum import StrEnum
 
 
 class Feedback(StrEnum):
-    """How much students read of what was found, the same in every format.
+    """How much of the judgement students read, the same in every format.
 
     `none` hides all that is meant for students, though scores and verdicts stay in json and csv.
     `verdict` says whether an answer is right, `hint` also what is wrong with it, and `full` also what

@@ -81,7 +81,7 @@ def read_answers(text: str, known: Collection[str] = ()) -> tuple[Answers, list[
     reader = _Lines(sorted(names, key=len, reverse=True))
     lines = text.splitlines()
     sections = ((place, _SECTION.match(line.strip())) for place, line in enumerate(lines))
-    begin, section = next(((place, found) for place, found in sections if found), (-1, None))
+    begin, section = next(((place, match) for place, match in sections if match), (-1, None))
     value = (section and section["value"]) or ""
     if value or text.lstrip().startswith("{"):
         try:
@@ -165,9 +165,9 @@ class _Entry:
         try:
             tree = tree_of("x: " + "\n ".join(self.lines) + "\n")["x"]
         except Unreadable as unreadable:
-            found = unreadable.findings[0]
-            if found.code != "parse_error":
-                return Unreadable(found.code, f"line {self.number}: {found.detail.partition(': ')[2]}")
+            finding = unreadable.findings[0]
+            if finding.code != "parse_error":
+                return Unreadable(finding.code, f"line {self.number}: {finding.detail.partition(': ')[2]}")
             is_list = texts and not self.lines[0].strip() and all(text.startswith("- ") for text in texts)
             return [text[2:].strip() for text in texts] if is_list else "\n".join(texts)
         is_text = isinstance(tree, str) and texts and not texts[0].startswith(("'", '"', "|", ">"))
@@ -219,8 +219,8 @@ class _Lines:
             if plain[: len(name)].casefold() == name:
                 behind = plain[len(name) :].lstrip("\"'")
                 blank = r"|\s+(?=\S)" if re.search(r"[0-9]", name) else r"|\s+(?=[-+~]?[0-9.\[({\\$])"
-                if found := re.match(rf"\s*[:=]\s*|[.)]\s+{blank}", behind):
-                    return plain[: len(name)], behind[found.end() :]
+                if mark := re.match(rf"\s*[:=]\s*|[.)]\s+{blank}", behind):
+                    return plain[: len(name)], behind[mark.end() :]
         name, colon, behind = text[:100].partition(":")
         name = name.strip().strip("\"'")
         if colon and name and (not behind.strip() or behind[:1] == " " or _PLAIN.fullmatch(name)):

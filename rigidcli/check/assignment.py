@@ -249,7 +249,7 @@ class _Library:
             raise ValueProblem("missing, expected the document that is asked", path=("document",))
         document, report = self._report(question.document, study)
         tree = report.tree()
-        value = _found(study, tree, way)
+        value = _value_at(study, tree, way)
         keys = [".".join(way[:count]) for count in range(1, len(way) + 1)]
         unit = next((field.unit for field in report.fields if field.key in keys), "")
         name = question.kind or _kind_of(path, value, unit)
@@ -286,7 +286,7 @@ def _kind_of(path: tuple[str, ...], value: Any, unit: str) -> str | None:
     return {1: "vector", 2: "matrix"}.get(np.ndim(np.array(value, dtype=object)))
 
 
-def _found(ask: str, tree: Any, way: Sequence[str]) -> Any:
+def _value_at(ask: str, tree: Any, way: Sequence[str]) -> Any:
     """The value at the end of a way in a tree of results. Raises ValueProblem, which lists the ways."""
     for step in way:
         if isinstance(tree, Mapping) and step in tree:

@@ -124,14 +124,14 @@ class Steps:
 
     def sided(self, root: int) -> list[tuple[str, int]]:
         """The functions in a formula that may have another form for the other sign, and their arguments."""
-        inside, found = {root}, list[tuple[str, int]]()
+        inside, functions = {root}, list[tuple[str, int]]()
         for place in range(root, -1, -1):
             kind, detail, places = self.parts[place]
             if place in inside:
                 inside.update(places)
                 function = detail if kind == "Call" else _root(detail) if kind == "Power" else ""
-                found += [(function, places[0])] if function in _SIDED else []
-        return found[::-1]
+                functions += [(function, places[0])] if function in _SIDED else []
+        return functions[::-1]
 
     def one_sided(self, root: int, domains: Mapping[str, str]) -> Iterator[tuple[str, Node]]:
         """The functions whose argument has shown one sign only, and is not positive by its form."""
@@ -146,13 +146,13 @@ class Steps:
 
         Raises NoValue, Unclear.
         """
-        found = list(before)
-        for place in range(len(found), root + 1):
+        values = list(before)
+        for place in range(len(values), root + 1):
             kind, detail, places = self.parts[place]
-            found.append(self._value(place, kind, detail, [found[inner] for inner in places], point))
-        if not found[root].is_finite():
+            values.append(self._value(place, kind, detail, [values[inner] for inner in places], point))
+        if not values[root].is_finite():
             raise Unclear
-        return found
+        return values
 
     def size(self, root: int, values: Sequence[Ball]) -> Ball:
         """The size of a formula before its terms cancel, from the values of its parts."""
@@ -212,8 +212,8 @@ class Steps:
         """A power, whose base must be positive unless the exponent is a whole number."""
         whole = exponent
         if exponent is None and raised.rad() < TINY:
-            found = raised.unique_fmpz()  # of an exponent such as 2 + k - k
-            whole = None if found is None or abs(found) > MAX_POWER else Fraction(int(found))
+            integer = raised.unique_fmpz()  # of an exponent such as 2 + k - k
+            whole = None if integer is None or abs(integer) > MAX_POWER else Fraction(int(integer))
         if whole is not None and whole.denominator == 1:
             power = base ** abs(whole.numerator)
             return power if whole >= 0 else _inverse(power)
@@ -264,9 +264,9 @@ def _number(text: str, rounded: int) -> Ball:
 @lru_cache(1024)
 def _rational(node: Node) -> Fraction | None:
     """The exponent that a formula without names is, where it is a small rational number."""
-    found: list[Fraction | None] = [_rational(part) for part in tree.operands(node)]
-    inner = [part for part in found if part is not None]
-    if len(inner) < len(found):
+    operands: list[Fraction | None] = [_rational(part) for part in tree.operands(node)]
+    inner = [part for part in operands if part is not None]
+    if len(inner) < len(operands):
         return None
     total = None
     match node:

@@ -1,4 +1,4 @@
-"""The files that are handed in: found in folders and archives, and read if they are regular and bounded."""
+"""The files that are handed in, in folders and archives; they are read if they are regular and bounded."""
 
 from __future__ import annotations
 
@@ -66,8 +66,8 @@ def submitted(name: str, forms: Sequence[re.Pattern[str]] = (CANVAS, MOODLE)) ->
     The student is empty in any other name. The first form that fits counts: a student may put another one
     into the rest.
     """
-    found = next(filter(None, (form.fullmatch(name) for form in forms)), None)
-    return (f"{found['name']}_{found['id']}", found["own"] or "") if found else ("", name)
+    match = next(filter(None, (form.fullmatch(name) for form in forms)), None)
+    return (f"{match['name']}_{match['id']}", match["own"] or "") if match else ("", name)
 
 
 def uncounted(name: str) -> str:
@@ -104,8 +104,8 @@ class Place:
 
 
 @dataclass(slots=True)
-class Found:
-    """The answer files, the other files among them, and what cannot be read."""
+class Batch:
+    """What is handed in: the answer files, the other files among them, and notes on what cannot be read."""
 
     answers: list[Place] = field(default_factory=list)
     others: list[Place] = field(default_factory=list)
@@ -116,13 +116,13 @@ class Found:
         self.problems.append(Problem(safe_name(path), message))
 
 
-def gather(paths: Sequence[str], assignment: str | None, scratch: Path) -> Found:
+def gather(paths: Sequence[str], assignment: str | None, scratch: Path) -> Batch:
     """The files that are meant by files, folders and archives, which are unpacked into `scratch`.
 
     Whatever has the name of an answer file is judged as one: folders and pipes, too, and links, which are
     not followed. Hidden files and the `assignment` are left out.
     """
-    found = Found()
+    batch = Batch()
     seen = set() if assignment is None else {_spot(Path(assignment))}
     ways = _ways([given for given in paths if given and os.path.isfile(given)])  # noqa: PTH113 - it never raises
     for root, given in enumerate(paths):
@@ -133,12 +133,12 @@ def gather(paths: Sequence[str], assignment: str | None, scratch: Path) -> Found
             path.lstat()
             is_folder = path.is_dir() and not is_answer(path.name)
         except (OSError, ValueError) as error:
-            found.trouble(path, _reason(error))
+            batch.trouble(path, _reason(error))
             continue
         is_archive = path.suffix.lower() == ".zip" and not is_folder
         if is_folder or is_archive:
-            folder = _unpacked(path, scratch / str(root), found) if is_archive else path
-            inside = (file.relative_to(folder) for file in _walk(folder, found))
+            folder = _unpacked(path, scratch / str(root), batch) if is_archive else path
+            inside = (file.relative_to(folder) for file in _walk(folder, batch))
             places = [Place(folder / file, safe_name(path / file), root, file.parts[:-1]) for file in inside]
             direct = [place for place in places if is_answer(place.file.name)]
             if len(paths) > 1 and len(direct) == 1 and not direct[0].way:
@@ -146,15 +146,15 @@ def gather(paths: Sequence[str], assignment: str | None, scratch: Path) -> Found
                 name = path.absolute().stem if is_archive else path.absolute().name
                 places = [Place(each.file, each.source, -1, (name, *each.way)) for each in places]
             if not places:
-                found.trouble(path, "no answer files: their names end in .json, .yaml, .yml")
+                batch.trouble(path, "no answer files: their names end in .json, .yaml, .yml")
         else:
             places = [Place(path, safe_name(path), -2, ways.get(given, ()))]
         for place in _named(places):
             if _spot(place.file) not in seen:
                 seen.add(_spot(place.file))
                 is_judged = place.file == path or is_answer(place.file.name)
-                (found.answers if is_judged else found.others).append(place)
-    return found
+                (batch.answers if is_judged else batch.others).append(place)
+    return batch
 
 
 def _ways(files: Sequence[str]) -> dict[str, tuple[str, ...]]:
@@ -165,10 +165,10 @@ def _ways(files: Sequence[str]) -> dict[str, tuple[str, ...]]:
     return ways if len(set(map(len, ways.values()))) == 1 else {}
 
 
-def _walk(folder: Path, found: Found) -> Iterator[Path]:
+def _walk(folder: Path, batch: Batch) -> Iterator[Path]:
     """What there is in a folder and its folders, but for folders that are looked into."""
     for name, folders, files in os.walk(
-        folder, onerror=lambda error: found.trouble(Path(error.filename), _reason(error))
+        folder, onerror=lambda error: batch.trouble(Path(error.filename), _reason(error))
     ):
         here = Path(name)
         named = sorted(each for each in {*files, *folders} if not each.startswith(HIDDEN))
@@ -177,7 +177,7 @@ def _walk(folder: Path, found: Found) -> Iterator[Path]:
         yield from (here / each for each in named if each not in folders)
 
 
-def _unpacked(path: Path, folder: Path, found: Found) -> Path:
+def _unpacked(path: Path, folder: Path, batch: Batch) -> Path:
     """The folder of the files of an archive, each cut off where it is too long to be judged anyway."""
     left = MOST_UNPACKED
     folder.mkdir(parents=True, exist_ok=True)
@@ -189,10 +189,10 @@ def _unpacked(path: Path, folder: Path, found: Found) -> Path:
                     continue
                 inside = safe_name(Path(*parts))
                 if number >= MOST_FILES or left <= 0 or len(parts) > 9:  # a download has one or two folders
-                    found.trouble(path, f"`{inside}` is left out: the archive is too large or too deep")
+                    batch.trouble(path, f"`{inside}` is left out: the archive is too large or too deep")
                     break
                 if stat.S_ISLNK(info.external_attr >> 16) or ".." in parts or ELSEWHERE & set("".join(parts)):
-                    found.trouble(path, f"`{inside}` is left out: it is a link, or has no name for a file")
+                    batch.trouble(path, f"`{inside}` is left out: it is a link, or has no name for a file")
                     continue
                 with archive.open(info) as packed:
                     data = packed.read(MOST_BYTES + 1)
@@ -203,7 +203,7 @@ def _unpacked(path: Path, folder: Path, found: Found) -> Path:
     except (zipfile.BadZipFile, OSError, RuntimeError, NotImplementedError, ValueError, EOFError) as error:
         # zipfile has an error of its own for an archive that is broken, locked, or packed in another way.
         reason = getattr(error, "strerror", None) or str(error)
-        found.trouble(path, f"cannot be read as a zip: {reason}")
+        batch.trouble(path, f"cannot be read as a zip: {reason}")
     return folder
 
 
@@ -267,8 +267,8 @@ def read_file(path: Path, place: str = "", *, table: bool = False) -> str:
         raise Unreadable("parse_error", wrong, place=place) from None
 
 
-def _require_regular(found: os.stat_result, place: str) -> None:
-    if not stat.S_ISREG(found.st_mode):
+def _require_regular(status: os.stat_result, place: str) -> None:
+    if not stat.S_ISREG(status.st_mode):
         raise Unreadable("not_allowed", "it is a link, a folder, a pipe or a device", place=place)
 
 

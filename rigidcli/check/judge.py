@@ -83,27 +83,27 @@ def judge(text: str, path: Path, items: Mapping[str, Item], seen: Seen | None = 
         if asked in seen:
             questions.append(seen[asked])
             continue
-        found, read_as = outcome(item, answer, path)
+        result, read_as = outcome(item, answer, path)
         if item.kind.name == "trajectory" and isinstance(answer, dict) and "file" in answer:
             with suppress(Unreadable):
                 file = beside(answer["file"], path)
                 files.add(safe_name(file.name))
-                if found.share and is_contested(file, path):
-                    found = Outcome.review("another student's answer names this file, too")
+                if result.share and is_contested(file, path):
+                    result = Outcome.review("another student's answer names this file, too")
         typed = shortened(as_typed(answer), LONGEST_ANSWER)
         questions.append(
-            judged(id, item.title, item.points, found, typed, shortened(read_as, LONGEST_ANSWER))
+            judged(id, item.title, item.points, result, typed, shortened(read_as, LONGEST_ANSWER))
         )
         # A table lies beside one file only, and what cannot be read may be so for want of time or memory.
-        is_lasting = item.kind.name != "trajectory" and found.verdict != "invalid"
+        is_lasting = item.kind.name != "trajectory" and result.verdict != "invalid"
         if is_lasting and len(asked[1]) <= LONGEST_ANSWER and len(seen) < 5000:  # some 30 MB
             seen[asked] = questions[-1]
     return Judgement("", "", tuple(questions), (*notes, *_strangers(answers, items)), tuple(sorted(files)))
 
 
-def same_for_all(items: Mapping[str, Item], found: Outcome) -> Judgement:
+def same_for_all(items: Mapping[str, Item], result: Outcome) -> Judgement:
     """A hand-in whose questions are not judged one by one."""
-    return Judgement("", "", tuple(judged(id, item.title, item.points, found) for id, item in items.items()))
+    return Judgement("", "", tuple(judged(id, item.title, item.points, result) for id, item in items.items()))
 
 
 def _strangers(answers: Iterable[str], items: Mapping[str, Item]) -> list[str]:
@@ -127,10 +127,10 @@ def outcome(item: Item, answer: Tree | Unreadable, path: Path) -> tuple[Outcome,
     with suppress(LateError):
         with timed(SECONDS):
             try:
-                found, read_as = _judged(item, with_table(item.kind, answer, path))
+                result, read_as = _judged(item, with_table(item.kind, answer, path))
             except Unreadable as unreadable:
-                found, read_as = unreadable.outcome, ""
-        return _with_reference(found, item), read_as
+                result, read_as = unreadable.outcome, ""
+        return _with_reference(result, item), read_as
     return Unreadable("timeout").outcome, ""
 
 
@@ -144,16 +144,16 @@ def with_table(kind: Kind, answer: Tree, path: Path) -> Tree:
 
 def _judged(item: Item, answer: Tree) -> tuple[Outcome, str]:
     """The outcome by the key, the mistakes and the accepted answers, and how the answer was read."""
-    found, value, read_as = _by_key(item.kind, item.key, answer)
-    if found.verdict in ("partial", "incorrect"):
-        found = _explained(item, found, value)
-    found = _credited(item, found)
-    if found.verdict != "correct":
+    outcome, value, read_as = _by_key(item.kind, item.key, answer)
+    if outcome.verdict in ("partial", "incorrect"):
+        outcome = _explained(item, outcome, value)
+    outcome = _credited(item, outcome)
+    if outcome.verdict != "correct":
         for other in item.accepted:
             by_other, _, _ = _by_key(item.kind, other.key, answer)
-            if by_other.verdict == "correct" and other.credit >= found.share:
-                found = Outcome.earning(other.credit, Finding("accepted", detail=other.message))
-    return found, read_as
+            if by_other.verdict == "correct" and other.credit >= outcome.share:
+                outcome = Outcome.earning(other.credit, Finding("accepted", detail=other.message))
+    return outcome, read_as
 
 
 def _by_key(kind: Kind, key: Any, answer: Tree) -> tuple[Outcome, Any, str]:
@@ -172,35 +172,35 @@ def _by_key(kind: Kind, key: Any, answer: Tree) -> tuple[Outcome, Any, str]:
         return Outcome.review(f"it cannot be judged ({type(error).__name__})"), value, read_as
 
 
-def _explained(item: Item, found: Outcome, value: Any) -> Outcome:
+def _explained(item: Item, outcome: Outcome, value: Any) -> Outcome:
     """The outcome with the one named mistake that explains a wrong answer, if there is exactly one."""
     named = {}
     for code, key in item.changes:
         with suppress(Unreadable, ArithmeticError, ValueError):
             if code not in named and item.kind.is_right(key, value):
                 named[code] = (Finding(code), *item.kind.judge(key, value).findings)
-    return replace(found, findings=named.popitem()[1]) if len(named) == 1 else found
+    return replace(outcome, findings=named.popitem()[1]) if len(named) == 1 else outcome
 
 
-def _credited(item: Item, found: Outcome) -> Outcome:
+def _credited(item: Item, outcome: Outcome) -> Outcome:
     """The outcome with the share that the question gives for an answer that is right but for one thing."""
-    if item.credit == "whole" and found.verdict == "partial":
-        return replace(found, verdict="incorrect", share=0.0)
-    codes = {finding.code for finding in found.findings}
-    if isinstance(item.credit, str) or found.verdict in ("correct", "review") or not codes:
-        return found
+    if item.credit == "whole" and outcome.verdict == "partial":
+        return replace(outcome, verdict="incorrect", share=0.0)
+    codes = {finding.code for finding in outcome.findings}
+    if isinstance(item.credit, str) or outcome.verdict in ("correct", "review") or not codes:
+        return outcome
     if codes <= item.credit.keys():
-        return Outcome.earning(min(item.credit[code] for code in codes), *found.findings)
-    return found
+        return Outcome.earning(min(item.credit[code] for code in codes), *outcome.findings)
+    return outcome
 
 
-def _with_reference(found: Outcome, item: Item) -> Outcome:
+def _with_reference(outcome: Outcome, item: Item) -> Outcome:
     """The outcome with the key in its first finding, unless the kind has said what was expected."""
-    has_reference = any(finding.reference for finding in found.findings)
-    if found.verdict == "correct" or not item.reference or not found.findings or has_reference:
-        return found
-    first, *others = found.findings
-    return replace(found, findings=(replace(first, reference=f"expected {item.reference}"), *others))
+    has_reference = any(finding.reference for finding in outcome.findings)
+    if outcome.verdict == "correct" or not item.reference or not outcome.findings or has_reference:
+        return outcome
+    first, *others = outcome.findings
+    return replace(outcome, findings=(replace(first, reference=f"expected {item.reference}"), *others))
 
 
 # --- many hand-ins
@@ -224,8 +224,8 @@ def run(
         result = paper.outcome or next(results)
         if isinstance(result, Ended):
             result = Unreadable(result.code, result.detail).outcome
-        found = same_for_all(items, result) if isinstance(result, Outcome) else Judgement.from_bytes(result)
-        yield replace(found, student=safe_name(paper.student), source=paper.source)
+        graded = same_for_all(items, result) if isinstance(result, Outcome) else Judgement.from_bytes(result)
+        yield replace(graded, student=safe_name(paper.student), source=paper.source)
 
 
 def judge_file(items: Mapping[str, Item], seen: Seen, path: Path) -> bytes:
@@ -253,13 +253,13 @@ EXACT = ("choice", "expression", "equations")
 def selftest(items: Mapping[str, Item], questions: Mapping[str, Question]) -> Iterator[tuple[str, bool]]:
     """For each question what it would do, in words, and whether its own key is judged to be right."""
     for id, item in items.items():
-        found, read_as = outcome(item, item.kind.typed(item.key), Path())
-        is_right = found.verdict == "correct"
+        result, read_as = outcome(item, item.kind.typed(item.key), Path())
+        is_right = result.verdict == "correct"
         named = ", ".join(dict.fromkeys(code for code, _ in item.changes))
         lines = [
             f"{printable(id)}: {item.kind.name}, {item.points:.12g} point{'s' * (item.points != 1)}",
             f"  key        {printable(shortened(item.reference or read_as))}",
-            f"  judged     {', '.join([found.verdict, *(CODES[each.code] for each in found.findings)])}",
+            f"  judged     {', '.join([result.verdict, *(CODES[each.code] for each in result.findings)])}",
             f"  tolerance  {tolerance}" if (tolerance := _tolerance(item, questions[id].tolerance)) else "",
             f"  mistakes   {named}" if named else "",
         ]

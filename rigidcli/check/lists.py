@@ -53,12 +53,12 @@ def read_list(answer: Tree) -> Listed:
         text = without_latex(answer)
         is_mapping = len(_NAMED.findall(_outside(text))) > 1
         factor, inner, unit = _parts(text.strip() if is_mapping else unnamed(text).strip())
-        found = Listed(_entries(inner), factor, unit)
+        listed = Listed(_entries(inner), factor, unit)
     except ExpressionError as error:
         raise Unreadable(error.code or "parse_error", with_hint(error)) from None
-    if not factor and not unit and isinstance(found.entries, list):
-        found = _with_unit_of_last(found)
-    return found
+    if not factor and not unit and isinstance(listed.entries, list):
+        listed = _with_unit_of_last(listed)
+    return listed
 
 
 def _entry(entry: Tree) -> Tree:
@@ -175,10 +175,10 @@ def _blanks(piece: str) -> list[Any]:
     return list(numbers) if len(numbers) > 1 and all(map(_NUMBER.fullmatch, numbers)) else [piece]
 
 
-def _with_unit_of_last(found: Listed) -> Listed:
+def _with_unit_of_last(listed: Listed) -> Listed:
     """The unit behind the last entry, where no other has one, as that of all: `1, 2, 3 kg m^2`."""
-    *others, last = found.entries or [""]
+    *others, last = listed.entries or [""]
     tail = _UNIT_TAIL.fullmatch(last) if isinstance(last, str) else None
     if tail is None or not others or any(not isinstance(e, str) or _UNIT_TAIL.fullmatch(e) for e in others):
-        return found
-    return replace(found, entries=[*others, tail["entry"]], unit=tail["unit"])
+        return listed
+    return replace(listed, entries=[*others, tail["entry"]], unit=tail["unit"])

@@ -214,10 +214,10 @@ def read_unit(text: str, expected: Unit | None = None, place: str = "") -> Unit:
     text = re.sub(r"^\s*/", "1/", text.strip()).strip()
     if text == PERCENT.text:
         return PERCENT
-    own = set() if expected is None else {found["name"] for found in _UNIT_NAME.finditer(expected.text)}
+    own = set() if expected is None else {match["name"] for match in _UNIT_NAME.finditer(expected.text)}
 
-    def spelled(found: re.Match[str]) -> str:
-        name, power = found["name"], re.sub(r"[\s()]", "", found["power"] or "").replace("**", "^")
+    def spelled(match: re.Match[str]) -> str:
+        name, power = match["name"], re.sub(r"[\s()]", "", match["power"] or "").replace("**", "^")
         return _unit_spelled(name, f"^{power}" if power.startswith("-") else power, own)
 
     try:
@@ -283,14 +283,14 @@ def beside(asked: Asked) -> float:
 
     A centre of mass may be at the origin, beside the radius of gyration.
     """
-    found: Any = None if asked.report is None else asked.report.tree()
+    result: Any = None if asked.report is None else asked.report.tree()
     with suppress(TypeError, ValueError, KeyError, IndexError, ZeroDivisionError):  # it has no numbers
         if "center_of_mass" in asked.path:
-            return math.sqrt(np.abs(np.array(found["tensor"], dtype=float)).max() / float(found["mass"]))
+            return math.sqrt(np.abs(np.array(result["tensor"], dtype=float)).max() / float(result["mass"]))
         for step in asked.path[1:]:
-            found = found[int(step)] if step.isdecimal() else found[step]
-            if isinstance(found, list | np.ndarray):
-                return float(np.abs(np.array(found, dtype=float)).max(initial=0.0))
+            result = result[int(step)] if step.isdecimal() else result[step]
+            if isinstance(result, list | np.ndarray):
+                return float(np.abs(np.array(result, dtype=float)).max(initial=0.0))
     return 0.0
 
 

@@ -140,10 +140,10 @@ def spellings(
     pairs += [(f"p{digits[0]}", name) for name in momenta if (digits := re.search(r"\d+\Z", name))]
     indexed = ((re.fullmatch(r"(\w*?[A-Za-z])_?(\d+)(d?dot)", name), name) for name in velocities)
     pairs += [(f"{parts[1]}{parts[3]}_{parts[2]}", name) for parts, name in indexed if parts]
-    found: dict[str, set[str]] = {}
+    meanings: dict[str, set[str]] = {}
     for other, name in pairs:
-        found.setdefault(other, set()).add(name)
-    return {other: meant.pop() for other, meant in found.items() if len(meant) == 1 and other not in names}
+        meanings.setdefault(other, set()).add(name)
+    return {other: meant.pop() for other, meant in meanings.items() if len(meant) == 1 and other not in names}
 
 
 def read_expression(answer: Tree, names: Names | None, place: str = "", *, leading: bool = True) -> Node:
@@ -235,16 +235,16 @@ def read_equations(
     Raises Unreadable; with a list for what is `unread`, only where no equation can be read.
     """
     failed: list[Unreadable] = []
-    found = list(_texts(answer, "", failed))
-    if len(found) > 200:  # twice the variables of the largest system that anybody writes
-        raise Unreadable("too_large", f"{len(found)} equations")
+    equations = list(_texts(answer, "", failed))
+    if len(equations) > 200:  # twice the variables of the largest system that anybody writes
+        raise Unreadable("too_large", f"{len(equations)} equations")
     tops = tops or {}
-    keys = [left.strip() for _, left, _, label in found if label]
+    keys = [left.strip() for _, left, _, label in equations if label]
     if names is not None:
         keys = [names.words.meaning(key) or key for key in keys]
-    short = len(keys) == len(found) and all(key in tops for key in keys)
+    short = len(keys) == len(equations) and all(key in tops for key in keys)
     sides = []
-    for count, (place, left, right, _) in enumerate(found):
+    for count, (place, left, right, _) in enumerate(equations):
         try:
             above = Name(tops[keys[count]]) if short else read_expression(left, names, place, leading=False)
             sides.append((place, above, read_expression(right, names, place, leading=False)))

@@ -14,7 +14,7 @@ from itertools import takewhile
 from pathlib import Path
 
 from rigidcli.check.base import Outcome, Unreadable
-from rigidcli.check.files import CANVAS, MOODLE, Found, Place, is_answer, listed, noted, submitted, uncounted
+from rigidcli.check.files import CANVAS, MOODLE, Batch, Place, is_answer, listed, noted, submitted, uncounted
 from rigidcli.check.records import MISSING
 from rigidcli.errors import DocumentError, Problem, printable
 from rigidcli.fields.texts import read_text
@@ -55,14 +55,14 @@ class Paper:
     outcome: Outcome | None = None
 
 
-def papers(found: Found, roster: Roster | None = None) -> tuple[list[Paper], list[str]]:
+def papers(batch: Batch, roster: Roster | None = None) -> tuple[list[Paper], list[str]]:
     """The hand-in of every student, also of those on the roster without one; and notes on who is who."""
     names: dict[str, str] = {}
     answers, others = defaultdict[str, list[Place]](list), defaultdict[str, list[Place]](list)
     notes, unknown, doubtful = list[str](), list[str](), list[str]()
-    everything = [*found.answers, *found.others]
+    everything = [*batch.answers, *batch.others]
     for count, (place, plain) in enumerate(zip(everything, _students(everything), strict=True)):
-        is_judged = count < len(found.answers)
+        is_judged = count < len(batch.answers)
         for name in place.owners or (plain,):
             student = name
             if roster is not None:
@@ -234,10 +234,10 @@ class Roster:
         if keys := self._meant.get(name.casefold()) or self._meant.get(_sorted(name)):
             return keys
         joined = submitted(name)[0]
-        found = _STUDENT.fullmatch(joined or name)
-        if found is None:
+        match = _STUDENT.fullmatch(joined or name)
+        if match is None:
             return set()
-        numbered, called = (self._meant.get(key, set()) for key in (found["id"], _sorted(found["name"])))
+        numbered, called = (self._meant.get(key, set()) for key in (match["id"], _sorted(match["name"])))
         if not called and not joined:
             return set()  # any name may end in a number
         # The number may be another's, of Moodle: a name that does not fit it leaves the student in doubt.
@@ -253,13 +253,13 @@ class Roster:
                 places[min(keys)].append(place)
             else:
                 (doubtful if keys else unknown).append(name)
-        several = [students[place] for found in places.values() if len(found) > 1 for place in found]
+        several = [students[place] for rows in places.values() if len(rows) > 1 for place in rows]
         absent = [name for key, name in self._names.items() if key not in places and name != TEST_STUDENT]
         notes = noted("not found in the gradebook", unknown)
         notes += noted("more than one student of the gradebook may be meant by", doubtful)
         notes += noted("several hand-ins of one student, and none of them taken", several)
         notes += noted("no answer file, and the cell left as it was", absent)
-        return {key: found[0] for key, found in places.items() if len(found) == 1}, notes
+        return {key: own[0] for key, own in places.items() if len(own) == 1}, notes
 
 
 def _words(name: str) -> list[str]:

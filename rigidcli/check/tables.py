@@ -69,11 +69,11 @@ def read_table(text: str, wanted: Collection[str] | None = None) -> dict[str, Co
                 detail += "; with decimal commas, separate cells with `;`"
             raise Unreadable("wrong_shape", detail, place=f"line {number}")
     named = [_head(head) for head in heads]
-    found = {}
+    columns = {}
     for name, place in _places([name for name, _ in named], wanted).items():
         numbers = [_number(cells[place], line, name) for line, cells in rows]
-        found[name] = Column(name, named[place][1], np.array(numbers))
-    return found
+        columns[name] = Column(name, named[place][1], np.array(numbers))
+    return columns
 
 
 def _lines(text: str) -> list[tuple[int, str]]:
@@ -113,15 +113,15 @@ def _number(cell: str, line: int, name: str) -> float:
 
 def _head(text: str) -> tuple[str, Unit | None]:
     """The name and the unit in a head; a unit that is unknown is none."""
-    found = _UNIT.fullmatch(text) if len(text) <= 200 else None  # a longer one takes long
-    if found is None:
+    match = _UNIT.fullmatch(text) if len(text) <= 200 else None  # a longer one takes long
+    if match is None:
         return text, None
-    unit = (found["round"] or found["square"] or found["below"] or "").strip()
+    unit = (match["round"] or match["square"] or match["below"] or "").strip()
     try:
         # A column `x(t)` is a function of the time, and not in tonnes.
-        return found["name"], None if unit.casefold() in ("", TIME, "time") else read_unit(unit)
+        return match["name"], None if unit.casefold() in ("", TIME, "time") else read_unit(unit)
     except Unreadable:
-        return found["name"], None
+        return match["name"], None
 
 
 def _places(heads: Sequence[str], wanted: Collection[str] | None) -> dict[str, int]:
@@ -129,7 +129,7 @@ def _places(heads: Sequence[str], wanted: Collection[str] | None) -> dict[str, i
     if wanted is None:
         wanted = dict.fromkeys(TIME if _usual(head) == TIME else head for head in heads)
     usual = [_usual(head) for head in heads]
-    found = {}
+    indices = {}
     for name in wanted:
         places = [k for k, head in enumerate(heads) if head == name]
         if len(places) > 1:
@@ -139,8 +139,8 @@ def _places(heads: Sequence[str], wanted: Collection[str] | None) -> dict[str, i
         if not places and name.startswith("p_") and sum(each.startswith("p_") for each in wanted) == 1:
             places = [k for k, head in enumerate(usual) if head == "p"]
         if len(places) == 1:
-            found[name] = places[0]
-    return found
+            indices[name] = places[0]
+    return indices
 
 
 def _usual(name: str) -> str:

@@ -59,8 +59,8 @@ def studies(steps: bool = False) -> "dict[str, Callable[[Document], Report]]":
 
 def _file(option: str, metavar: str, help: str) -> typer.models.OptionInfo:
     """An option that names a file."""
-    found: typer.models.OptionInfo = typer.Option(option, metavar=metavar, help=help)
-    return found
+    declared: typer.models.OptionInfo = typer.Option(option, metavar=metavar, help=help)
+    return declared
 
 
 def check(
@@ -154,16 +154,16 @@ def check(
         view = view_of(format, items, regrade, canvas, column or prepared.title, quiet)
         if format is CheckFormat.html:
             view = pages(prepared, remarks.kept, target, steps=steps)
-        found = files.gather(answers, assignment, Path(scratch))
-        target.protect(*(place.file for place in found.answers))
+        batch = files.gather(answers, assignment, Path(scratch))
+        target.protect(*(place.file for place in batch.answers))
         known = None if roster is None else students.read_roster(roster)
         person = None if overrides is None else read_overrides(overrides, prepared.items)
-        papers, notes = students.papers(found, known)
+        papers, notes = students.papers(batch, known)
         # Gradescope waits for a result of those, too, who have handed in nothing.
         unhanded = format is CheckFormat.gradescope and not papers
         if unhanded:
             papers = [students.Paper(Path(answers[0]).stem, outcome=MISSING)]
-        for problem in found.problems:
+        for problem in batch.problems:
             complain(str(problem))
             remarks.kept.append(str(problem))
             failures.code = max(failures.code, NOT_CORRECT if unhanded else UsageError.exit_code)
@@ -175,7 +175,7 @@ def check(
             late = list[str]()
             if person is not None:
                 judgements = person.over(judgements, late)
-            judged = noted(judgements, found.others, prepared.source, failures, remarks, target)
+            judged = noted(judgements, batch.others, prepared.source, failures, remarks, target)
             for piece in view(judged, style):
                 target.write(piece)
             remarks.tell(overrides or "", late)

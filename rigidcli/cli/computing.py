@@ -266,8 +266,8 @@ def _pieces(
                 for output in opened:
                     output.protect(*answer.files)
                 tell_notes(answer.source, fresh(answer.notes, printed[answer.source]), asked.quiet)
-                if isinstance(answer.found, Failure):
-                    failures.tell(answer.found)
+                if isinstance(answer.outcome, Failure):
+                    failures.tell(answer.outcome)
                 else:
                     if answer.picture is not None:
                         if pictures:
@@ -275,9 +275,9 @@ def _pieces(
                             raise UsageError(problem, hint="leave out `--plot`")
                         pictures.append(answer.picture)
                     if asked.sweep is not None:
-                        first = answer.found if first is None else first
-                        require_fit(work.format, answer.found, first)
-                    yield answer.found
+                        first = answer.outcome if first is None else first
+                        require_fit(work.format, answer.outcome, first)
+                    yield answer.outcome
             done()
     failures.end()
 

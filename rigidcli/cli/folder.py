@@ -83,8 +83,8 @@ def _parts(tasks: Iterator[Task]) -> Iterator[Part]:
 
 def _kinds(task: Task, work: Work) -> dict[str, str]:
     """The columns of the answers to a task, and what they hold."""
-    found = [answer.found for answer in answers(task, work) if not isinstance(answer.found, Failure)]
-    columns = parquet.together(found).columns if found else {}
+    pieces = [answer.outcome for answer in answers(task, work) if not isinstance(answer.outcome, Failure)]
+    columns = parquet.together(pieces).columns if pieces else {}
     return {name: parquet.kind(values) for name, values in columns.items()}
 
 
@@ -96,8 +96,8 @@ def _frame(part: Part, work: Work, kinds: Mapping[str, str]) -> Any:
     for task, places in part:
         for place in places:
             for answer in answers(task._replace(place=place), work):
-                error = _error(answer.found, kinds)
-                rows.append(parquet.Piece(1, {ERROR: [error]}, {}) if error else answer.found)
+                error = _error(answer.outcome, kinds)
+                rows.append(parquet.Piece(1, {ERROR: [error]}, {}) if error else answer.outcome)
     columns = parquet.together(rows).columns
     count = sum(row.rows for row in rows)
     data = {
@@ -107,13 +107,13 @@ def _frame(part: Part, work: Work, kinds: Mapping[str, str]) -> Any:
     return pd.DataFrame(data)
 
 
-def _error(found: Failure | parquet.Piece, kinds: Mapping[str, str]) -> str:
+def _error(outcome: Failure | parquet.Piece, kinds: Mapping[str, str]) -> str:
     """Why an answer has no row with these columns; "" where it has."""
-    if isinstance(found, Failure):
+    if isinstance(outcome, Failure):
         refused, failed = CODES
-        place = f"at {found.place}: " if found.place else ""
-        return f"{failed if found.code == ComputationError.exit_code else refused}{place}{found.text}"
-    own = {name: parquet.kind(values) for name, values in found.columns.items()}
+        place = f"at {outcome.place}: " if outcome.place else ""
+        return f"{failed if outcome.code == ComputationError.exit_code else refused}{place}{outcome.text}"
+    own = {name: parquet.kind(values) for name, values in outcome.columns.items()}
     if parquet.joined(kinds, own) != kinds:
         return "not computed: other columns, or texts where the first, middle and last row have numbers"
     return ""

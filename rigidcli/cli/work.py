@@ -83,7 +83,7 @@ class Answer(NamedTuple):
     """A piece of the output, or a failure, with notes, the files that the document names, and a picture."""
 
     source: str
-    found: Any
+    outcome: Any
     notes: Sequence[str] = ()
     files: Sequence[pathlib.Path] = ()
     picture: str | bytes | None = None

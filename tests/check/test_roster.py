@@ -11,7 +11,7 @@ from pathlib import Path
 import pytest
 
 from rigidcli.check.base import Unreadable
-from rigidcli.check.files import MOST_BYTES, Found, beside, gather, is_contested, read_file
+from rigidcli.check.files import MOST_BYTES, Batch, beside, gather, is_contested, read_file
 from rigidcli.check.roster import Paper, Roster, papers, read_roster
 from rigidcli.errors import DocumentError
 
@@ -27,7 +27,7 @@ def made(folder: Path, *names: str) -> Path:
     return folder
 
 
-def found(folder: Path, *given: str) -> Found:
+def found(folder: Path, *given: str) -> Batch:
     """What is found below a folder of ANSWERS, or in what is given in it."""
     scratch = folder / ".scratch" / "-".join(given)
     return gather([str(folder / name) for name in given] or [str(folder)], None, scratch)

@@ -60,8 +60,8 @@ class Choice(Kind):
         if len(words) > LONGEST:
             raise Unreadable("too_large", f"{len(words)} words")
         nothing = {"none", _plain(key.words) if not key.plain else "none"}
-        found = frozenset(map(_text, words)) - nothing
-        return Reading(found, ", ".join(sorted(found)) or "none")
+        chosen = frozenset(map(_text, words)) - nothing
+        return Reading(chosen, ", ".join(sorted(chosen)) or "none")
 
     def judge(self, key: Key, value: str | frozenset[str]) -> Outcome:
         """Whether the answer is the text, or the set, of the key."""

@@ -83,8 +83,8 @@ class Trajectory(Kind):
     def key(self, asked: Asked) -> Key:
         """The key of a trajectory. Raises ValueProblem for what is none, and for options that do not fit."""
         question = asked.question
-        found, default = _of_literal(asked.value) if asked.report is None else _of_report(asked)
-        columns = {name: each.in_si(SECOND if name == TIME else None) for name, each in found.items()}
+        table, default = _of_literal(asked.value) if asked.report is None else _of_report(asked)
+        columns = {name: each.in_si(SECOND if name == TIME else None) for name, each in table.items()}
         times = columns.pop(TIME)
         names = question.columns or tuple(default)
         for option, given in (("columns", question.columns), ("angles", question.angles)):
@@ -106,7 +106,7 @@ class Trajectory(Kind):
         margins = np.array([margin(size, question.tolerance) for size in sizes.tolist()])
         if (margins >= periods / 4).any():
             raise ValueProblem("any angle is within this tolerance", path=("tolerance",))
-        units = tuple(found[name].unit for name in names)
+        units = tuple(table[name].unit for name in names)
         off = np.abs(_between(times[::2], values[::2], times[1:-1:2]) - values[1:-1:2]).max(axis=0)
         # With twice the rows, cubic curves between them are at least four times as near.
         dense = bool((off <= margins).all())
@@ -114,15 +114,15 @@ class Trajectory(Kind):
 
     def read(self, key: Key, answer: Tree) -> Reading:
         """The table of an answer, in SI units; a column that is missing is NaN. Raises Unreadable."""
-        found = read_table(table_text(answer), (TIME, *key.columns))
-        if TIME not in found:
+        table = read_table(table_text(answer), (TIME, *key.columns))
+        if TIME not in table:
             raise Unreadable("missing_column", "there is no column of times", place=shown(TIME))
-        missing = np.full(len(found[TIME].values), np.nan)
+        missing = np.full(len(table[TIME].values), np.nan)
         named = zip((TIME, *key.columns), (SECOND, *key.units), strict=True)
         rows = np.column_stack(
-            [found[name].in_si(unit) if name in found else missing for name, unit in named]
+            [table[name].in_si(unit) if name in table else missing for name, unit in named]
         )
-        heads = ", ".join(name for name in (TIME, *key.columns) if name in found)
+        heads = ", ".join(name for name in (TIME, *key.columns) if name in table)
         return Reading(rows, f"{len(rows)} rows of {heads}, t from {rows[0, 0]:.6g} to {rows[-1, 0]:.6g}")
 
     @np.errstate(all="ignore")
@@ -259,15 +259,15 @@ def _of_report(asked: Asked) -> tuple[dict[str, Column], Sequence[str]]:
         raise ValueProblem("this result is no trajectory", path=("ask",))
     asks = (".".join(asked.path[2:]),) if len(asked.path) > 2 else BY_DEFAULT[name]
     keys = [each.key for each in table.columns for _ in each.cells]
-    found = {
+    columns = {
         each.cells[0]: Column(
             each.cells[0], parse_unit(each.unit) if each.unit else None, np.array(each.values)
         )
         for each in single_cells(table)
     }
     beginnings = tuple(f"{ask}." for ask in asks)
-    default = [cell for cell, key in zip(found, keys, strict=True) if f"{key}.".startswith(beginnings)]
-    return found, default
+    default = [cell for cell, key in zip(columns, keys, strict=True) if f"{key}.".startswith(beginnings)]
+    return columns, default
 
 
 def _require_predictable(asked: Asked) -> None:
@@ -285,9 +285,9 @@ def _require_predictable(asked: Asked) -> None:
 def _of_literal(value: Tree) -> tuple[dict[str, Column], Sequence[str]]:
     """A table, or formulas of the time, and the columns beside the time. Raises ValueProblem."""
     if isinstance(value, dict) and set(value) == {TIME, "columns"}:
-        found = tabulated(value[TIME], value["columns"])
+        columns = tabulated(value[TIME], value["columns"])
     else:
-        found = read_table(table_text(value))
-    if TIME not in found:
+        columns = read_table(table_text(value))
+    if TIME not in columns:
         raise ValueProblem("expected a column `t` of times", path=("answer",))
-    return found, [name for name in found if name != TIME]
+    return columns, [name for name in columns if name != TIME]

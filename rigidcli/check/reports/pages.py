@@ -143,15 +143,15 @@ def worked(solutions: Mapping[str, Report]) -> dict[str, str]:
     from rigidcli.render.html import fragment
     from rigidcli.render.table import render
 
-    found = {}
+    workings = {}
     for id, report in solutions.items():
         if _has_formulas():
             work = fragment(replace(report, pictures=()), Look(steps=True))
         else:
             work = f"<pre>{text(''.join(render([report], Look(steps=True))))}</pre>"
         solution = f'<details class="solution"><summary>Solution</summary>\n{work}</details>\n'
-        found[printable(id)] = solution
-    return found
+        workings[printable(id)] = solution
+    return workings
 
 
 # --- the class
