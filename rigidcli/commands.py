@@ -35,7 +35,7 @@ class Command:
 
     @property
     def about(self) -> str:
-        """What it does, in a line."""
+        """What the command does, in a line."""
         return self.help.partition("\n")[0]
 
 

@@ -124,7 +124,7 @@ def antiderivative(e: Expr, name: str) -> Expr | None:
 
 
 def _of_term(term: Expr, name: str) -> Expr | None:
-    """The same for one term."""
+    """The antiderivative of one term, or None."""
     ((monomial, coefficient),) = term.terms.items()
     moving = [(atom, n) for atom, n in monomial if name in atom.names]
     rest = gathered(coefficient, {atom: n for atom, n in monomial if name not in atom.names})
@@ -143,7 +143,7 @@ def _of_term(term: Expr, name: str) -> Expr | None:
 
 
 def _by_parts(rest: Expr, moving: dict[Atom, Rational], name: str) -> Expr | None:
-    """That of a natural power of the variable and one other factor: the power gets lower step by step."""
+    """The antiderivative of a natural power times another function, by parts: the power gets lower."""
     variable = next((atom for atom in moving if isinstance(atom, Symbol)), None)
     exponent = moving.pop(variable, 0) if variable is not None else 0
     if variable is None or len(moving) > 1 or exponent.denominator != 1 or not 0 < exponent <= MAX_PARTS:

@@ -212,7 +212,7 @@ def _only_atom(e: Expr) -> Atom | None:
 
 
 def _signum(argument: Expr) -> Expr:
-    """What is known to be positive goes."""
+    """The sign of an expression, in which positive factors are left out."""
     if not argument.terms:
         return ZERO
     coefficient, monomial = factored(argument)

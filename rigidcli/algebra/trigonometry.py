@@ -108,7 +108,7 @@ def _of_odd_square(pair: _Pair, x: Expr) -> Iterator[_Law]:
 
 
 def _of_even_square(pair: _Pair, x: Expr) -> Iterator[_Law]:
-    """The same law, read in the third way."""
+    """even**2 - 1 = -sign*odd**2, the same law with another pair of terms."""
     yield [(pair.even, x)] * 2, [], {-1: lambda: -pair.sign * apply(pair.odd, x) ** 2}
 
 

@@ -42,7 +42,7 @@ OTHER_PRODUCTS = 2 * EYE - 1
 HALF, TWO = Number("0.5", 0.5), Number("2", 2.0)
 
 TENS = tuple(10.0**power for power in range(1, 13))
-"""What a slip in a power of ten comes to."""
+"""The factors of slips in a power of ten."""
 
 LOST = (2, 3, 4, 5, 6, 8, 12, 3 / 2, 4 / 3, 5 / 2, math.sqrt(2), math.sqrt(3), math.pi)
 """Numbers that get lost in a formula."""

@@ -31,7 +31,7 @@ class Expression:
     """An expression that has been read; two are equal when their texts are."""
 
     text: str
-    """As it was typed."""
+    """The expression as it was typed."""
     root: Node = field(compare=False, repr=False)
     names: frozenset[str] = field(compare=False)
     """The symbols in it, `t` included, in ASCII spelling."""

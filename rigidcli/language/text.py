@@ -60,7 +60,7 @@ class _Piece(NamedTuple):
     """A part of the tree, written."""
 
     text: str
-    """Without its sign."""
+    """The part without its sign."""
     strength: _Strength
     negative: bool = False
     is_open: bool = False

@@ -32,7 +32,7 @@ class Phase:
 
     @property
     def names(self) -> tuple[str, ...]:
-        """All of them, coordinates first."""
+        """The names of coordinates, then of momenta."""
         return self.coordinates + self.momenta
 
 

@@ -216,5 +216,5 @@ def _products(left: Iterable[Expr], right: Iterable[Expr]) -> list[Expr]:
 
 
 def _simplest(functions: Iterable[Expr]) -> list[Expr]:
-    """Each once, the simplest first."""
+    """The functions without repetition, the simplest first."""
     return sorted(dict.fromkeys(functions), key=lambda e: (e != ONE, len(e.key), e.key))

@@ -55,7 +55,7 @@ class LinearMotion:
         return [[m * s**2 + c * s + k for m, c, k in zip(*row, strict=True)] for row in rows]
 
     def changed(self, change: Callable[[Expr], Expr]) -> LinearMotion:
-        """The same with other entries."""
+        """This motion with every entry of its matrices changed."""
         return LinearMotion(*([[change(e) for e in row] for row in part] for part in self.parts))
 
     def blocks(self) -> list[tuple[list[int], LinearMotion]]:

@@ -200,7 +200,7 @@ def typed_squares(e: Expr, velocities: Sequence[str]) -> Squares:
 
 
 def _squares(e: Expr, velocities: Sequence[str], factor: Expr) -> Iterator[tuple[Expr, Sequence[Expr]]]:
-    """The same of a sum that stands behind a factor. Raises ValueError where there are other terms."""
+    """The squares in a sum behind a factor. Raises ValueError where there are other terms."""
     size = len(velocities)
     for monomial, number in e.terms.items():
         moving = [(atom, n) for atom, n in monomial if not atom.names.isdisjoint(velocities)]

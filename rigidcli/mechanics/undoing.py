@@ -148,7 +148,7 @@ def _tangents(e: Expr) -> Expr:
 
 
 def _within(w: Expr) -> tuple[Expr, ...]:
-    """What is positive where -1 < w < 1."""
+    """Factors that are positive where -1 < w < 1."""
     is_root = any(n.denominator > 1 for m in w.terms for _, n in m)
     return (1 - w**2,) if is_root else (1 - w, 1 + w)
 
