@@ -150,7 +150,7 @@ def heavy_motion(
     """
     fall = math.sqrt(2 * weight_moment / lambda1)
     unit = rate_unit(fall, *omega, lambda3 * omega[2] / lambda1)
-    start, slope = _start(lambda1, lambda3, weight_moment / unit**2, omega / unit, orientation)
+    start = _start(lambda1, lambda3, weight_moment / unit**2, omega / unit, orientation)
     limits = swing(start)
     w3 = float(omega[2] / unit)
     rate, own = math.sqrt(limits.rise) / 2, w3 * (lambda1 - lambda3) / lambda1
@@ -160,25 +160,24 @@ def heavy_motion(
         limits,
         math.sqrt(limits.beta * limits.width / limits.rise),
         rate,
-        _first_argument(limits, slope),
+        _first_argument(limits, float(start.slope)),
         _total(own, limits, rate),
         _difference(-own, limits, rate),
     )
     return replace(motion, leads=_leads(motion, omega / unit, orientation))
 
 
-def _start(
-    lambda1: float, lambda3: float, weight_moment: float, omega: Floats, orientation: Floats
-) -> tuple[Start, float]:
-    """How the axis begins, exactly as it follows from these floats; and u-dot but for its sign."""
+def _start(lambda1: float, lambda3: float, weight_moment: float, omega: Floats, orientation: Floats) -> Start:
+    """How the axis begins, exactly as it follows from these floats."""
     across, weight = Fraction(lambda1), Fraction(weight_moment)
     w1, w2, w3 = map(Fraction, omega.tolist())
     q0, q1, q2, q3 = map(Fraction, orientation.tolist())
     square = q0 * q0 + q1 * q1 + q2 * q2 + q3 * q3
     z1, z2 = 2 * (q1 * q3 - q0 * q2) / square, 2 * (q2 * q3 + q0 * q1) / square
-    down, turning = 2 * (q1 * q1 + q2 * q2) / square, w1 * z1 + w2 * z2
-    start = Start(Fraction(lambda3) * w3 / across, 2 * weight / across, turning, w1 * w1 + w2 * w2, down)
-    return start, float(w2 * z1 - w1 * z2)
+    down, up = 2 * (q1 * q1 + q2 * q2) / square, 2 * (q0 * q0 + q3 * q3) / square
+    a, turning = Fraction(lambda3) * w3 / across, w1 * z1 + w2 * z2
+    poles = turning - a * down, turning + a * up
+    return Start(poles, a, 2 * weight / across, turning, w2 * z1 - w1 * z2, w1 * w1 + w2 * w2, down, up)
 
 
 def _first_argument(limits: Swing, slope: float) -> float:

@@ -6,23 +6,24 @@ With u = cos(theta)
     a = lambda3 spin/lambda1,   b = L_z/lambda1,   beta = 2 M g R/lambda1
     u'^2 = f(u) = (1 - u^2)(alpha - beta u) - (b - a u)^2,       u1 <= u2 <= 1 <= u3
 
-Source: H. Goldstein, Classical Mechanics, 2nd edition, section 5.7. A fast top nutates little, and one that
-rises almost upright stays there for long: small differences decide. So f is formed in fractions, without
-rounding, its roots are whole numbers of a tiny unit, and what is needed of them are plain differences.
+Source: H. Goldstein, Classical Mechanics, 2nd edition, section 5.7. Unlike there, the roots of f are
+differences from the initial u0, which keeps the digits of a small nutation, and beside the vertical they
+follow from Vieta's products, as f(1) = -(b - a)^2 and f(-1) = -(b + a)^2. How long a top stays that rises
+almost upright depends on small differences of large terms: they are formed in fractions, without rounding.
 """
 
 from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from fractions import Fraction
 from typing import Literal, TypeAlias
 
 import numpy as np
 
 from rigidcli.core.arithmetic import Floats
-from rigidcli.core.elliptic import beyond_first, complete
+from rigidcli.core.elliptic import CONVERGED, beyond_first
 from rigidcli.core.precession import ROUNDING
 
 NutationKind: TypeAlias = Literal["looping", "cuspidal", "wavy", "steady", "none"]
@@ -31,20 +32,22 @@ CUSP = 1e-12
 """phi-dot below this at a limit of theta, in units of what it varies by, is zero."""
 
 
-BITS = 768
-"""Bits after the point of the roots, and more for small numbers. Half of them are left where two roots are
-nearly one: more than the differences of exact products of a few floats have."""
-
-
 @dataclass(frozen=True, slots=True)
 class Start:
-    """The motion of the axis at u0, in units of time: a, beta, b - a u, alpha - beta u and 1 - u there."""
+    """The motion of the axis at u0, in units of time.
 
+    `poles` are b - a and b + a, zero where only rounding makes them differ from it; then a, beta, b - a u,
+    u-dot but for its sign, alpha - beta u, 1 - u and 1 + u.
+    """
+
+    poles: tuple[Fraction, Fraction]
     a: Fraction
     beta: Fraction
     turning: Fraction
+    slope: Fraction
     energy: Fraction
     down: Fraction
+    up: Fraction
 
 
 @dataclass(frozen=True, slots=True)
@@ -77,8 +80,13 @@ class Swing:
 
     @property
     def quarter(self) -> float:
-        """K, infinite for k' = 0."""
-        return float(complete(self.complement, 1.0, 1.0, 1.0)) if self.gap else math.inf
+        """K, infinite for k' = 0: pi/2 over the arithmetic-geometric mean of 1 and k'."""
+        if not self.gap:
+            return math.inf
+        large, small = 1.0, self.complement
+        while large - small > CONVERGED * large:
+            large, small = (large + small) / 2, math.sqrt(large * small)
+        return math.pi / (large + small)
 
 
 def swing(start: Start, slack: float = 0.0) -> Swing:
@@ -87,61 +95,81 @@ def swing(start: Start, slack: float = 0.0) -> Swing:
     The tilt is constant where f is zero at u0 and its slope there is at most `slack`, in units of the terms
     of that slope.
     """
-    a, beta, turning, energy, down = start.a, start.beta, start.turning, start.energy, start.down
-    up = 2 - down
-    # The coefficients of f as a polynomial in x = u - u0.
-    terms = 2 * turning * a, (down - up) * energy, -beta * down * up
-    c0, c1, c2 = energy * down * up - turning**2, sum(terms, Fraction()), (up - down) * beta - energy - a**2
-    least = min(abs(number) for number in (a, beta, turning, energy, down, up) if number)
-    bits = BITS + 4 * max(0, least.denominator.bit_length() - least.numerator.bit_length())
-
-    def whole(number: Fraction) -> int:
-        return (number.numerator << bits) // number.denominator
-
-    def rounded(number: int) -> float:
-        # What is so small is but an error of the roots.
-        return number / (1 << bits) if abs(number) >> bits // 2 + 64 else 0.0
-
-    below, above, turn, along, pull = map(whole, (down, up, turning, a, beta))
-    if c0 == 0 and abs(c1) <= slack * sum(map(abs, terms), Fraction()):
-        low = high = 0
-        third = gap = rise = whole(-c2) if c2 < 0 else 1 << bits  # of an unstable top nothing moves
+    pull = -start.beta * start.down * start.up
+    terms = 2 * start.turning * start.a, (start.down - start.up) * start.energy, pull
+    c0, c1 = float(start.slope**2), float(sum(terms))
+    c2 = float((start.up - start.down) * start.beta - start.energy - start.a**2)
+    lift = float(2 * (start.a * start.poles[0] - start.energy + start.beta * start.down))
+    a, beta, turning, down, up = map(float, (start.a, start.beta, start.turning, start.down, start.up))
+    pole, bottom_pole = map(float, start.poles)
+    if c0 == 0 and abs(c1) <= slack * sum(map(abs, terms)):
+        rise = -c2 if c2 < 0 else 1.0  # of an unstable top nothing moves, in any unit
+        both = (turning, turning)
+        return Swing((0.0, 0.0), (down, down), (up, up), both, (pole, bottom_pole), beta, rise, rise, rise)
+    low, high = _turning_points(c0, c1, c2, beta, -up)
+    farthest = down - low
+    # The roots 1 - u2 and 1 - u3 obey beta v^2 - m v = (b - a)^2/(1 - u1), and by Vieta's sums this is m. Of
+    # a top that rises nearly upright, the terms of `lift` are almost opposite.
+    m = lift / farthest + (pole / farthest) ** 2
+    gap = math.hypot(m, 2 * math.sqrt(beta / farthest) * pole)
+    nearest = 2 * pole / farthest * (pole / (gap - m)) if m < 0 else (m + gap) / (2 * beta)
+    third = (gap - m) / 2 if m < 0 else pole / farthest * (pole / nearest) if nearest else 0.0
+    if 2 * high <= down:
+        nearest = down - high
     else:
-        low, high, gap = _roots(whole(c0), whole(c1), whole(c2), pull, bits)
-        rise = gap + ((high - low) * pull >> bits)
-        third = gap - ((below - high) * pull >> bits)
-    nearest, bottom = rounded(below - high), rounded(above + low)
+        high = down - nearest
+    bottom = up + low if -2 * low <= up else bottom_pole / (up + high) * (bottom_pole / (third + 2 * beta))
     return Swing(
-        (rounded(low), rounded(high)),
-        (rounded(below - low), nearest),
-        (bottom, rounded(above + high)),
-        (rounded(turn - (along * low >> bits)), rounded(turn - (along * high >> bits))),
-        (float(turning - a * down) if nearest else 0.0, float(turning + a * up) if bottom else 0.0),
-        float(beta),
-        *map(rounded, (third, gap, rise)),
+        (low, high),
+        (farthest, nearest),
+        (bottom, up + high),
+        (
+            _better((turning, -a * low), (bottom_pole, -a * bottom)),
+            _better((turning, -a * high), (pole, a * nearest)),
+        ),
+        (pole if nearest else 0.0, bottom_pole if bottom else 0.0),
+        beta,
+        third,
+        gap,
+        gap + beta * (high - low),
     )
 
 
-def _roots(c0: int, c1: int, c2: int, c3: int, bits: int) -> tuple[int, int, int]:
-    """The roots x1 <= x2 between which f = c0 + c1 x + c2 x^2 + c3 x^3 >= 0, and c3 (x3 - x2), for c3 >= 0.
+def _unless_rounding(one: Fraction, other: Fraction) -> Fraction:
+    """The sum, and zero where it may be the rounding of its terms alone."""
+    total = one + other
+    return total if abs(total) > ROUNDING * (abs(one) + abs(other)) else Fraction(0)
 
-    All numbers are in units of 2^-bits.
+
+def _better(*sums: tuple[float, ...]) -> float:
+    """The same number from one of several sums: that with the smallest terms, which loses least."""
+    return sum(min(sums, key=lambda terms: sum(map(abs, terms))))
+
+
+def _turning_points(c0: float, c1: float, c2: float, c3: float, bottom: float) -> tuple[float, float]:
+    """The roots low <= 0 <= high between which f = c0 + c1 x + c2 x^2 + c3 x^3 >= 0, for c0 >= 0, c3 >= 0.
+
+    At `bottom`, below the roots, f is negative, concave and rising.
     """
-    # f is largest between x1 and x2, at y = 0, and there it is height - bend y^2 + c3 y^3.
-    bend = math.isqrt(max(c2 * c2 - 3 * c1 * c3, 0))
-    middle = (c1 << bits) // max(bend - c2, 1) if c2 <= 0 else -((bend + c2) << bits) // (3 * c3)
-    height = c0 + (middle * (c1 + (middle * (c2 + (c3 * middle >> bits)) >> bits)) >> bits)
-    low, last = middle - math.isqrt((max(height, 0) << 2 * bits) // max(bend, 1)) - 1, -math.inf
-    while low > last:  # Newton's method goes up to x1 from a place below, where f is concave and rises
-        p = c2 + (c3 * low >> bits)
-        q = c1 + (p * low >> bits)
-        value, slope = c0 + (q * low >> bits), q + ((p + (c3 * low >> bits)) * low >> bits)
-        last = low
-        if value < 0 < slope:
-            low -= (value << bits) // slope
-    # What is left of f is c3 x^2 + p x + q.
-    gap = math.isqrt(max(p * p - 4 * q * c3, 0))
-    return low, (2 * q << bits) // max(gap - p, 1), gap
+    if c0 == 0:
+        other = _near_root(c1, c2, c3)
+        return min(other, 0.0), max(other, 0.0)
+    low, last = bottom, -math.inf
+    while low > last:
+        # Newton's method goes up to the lowest root; this form of the step does not cancel for tiny roots.
+        last, low = low, ((2 * c3 * low + c2) * low**2 - c0) / ((3 * c3 * low + 2 * c2) * low + c1)
+    g0 = -c0 / last
+    # The linear coefficient of f/(x - low), from the lower or from the higher terms.
+    return last, _near_root(g0, _better((g0 / last, -c1 / last), (c2, c3 * last)), c3)
+
+
+def _near_root(g0: float, g1: float, g2: float) -> float:
+    """A root of g0 + g1 x + g2 x^2, g2 >= 0: the smaller positive one for g0 > 0, else the negative one.
+
+    Neither form cancels.
+    """
+    root = math.sqrt(max(g1 * g1 - 4 * g0 * g2, 0.0))
+    return 2 * g0 / (root - g1) if g1 <= 0 else -(g1 + root) / (2 * g2)
 
 
 @dataclass(frozen=True, slots=True)
@@ -149,9 +177,9 @@ class Nutation:
     """The motion of the axis between two tilts (rad), in which theta and phi-dot have one period (s).
 
     `amplitude` is theta_max - theta_min, to full relative accuracy (rad); `precession_per_nutation` is what
-    phi advances by in a period (rad), `mean_precession_rate` the mean of phi-dot (rad/s). At the two limits
-    phi-dot has opposite signs when `looping`, the same sign when `wavy`, and is zero at one when `cuspidal`:
-    so it is for a pendulum in a plane, where it is zero always. `steady`: theta is constant, and the period
+    phi advances by in a period (rad), `mean_rate` the mean of phi-dot (rad/s). At the two limits phi-dot has
+    opposite signs when `looping`, the same sign when `wavy`, and is zero at one when `cuspidal`: so it
+    is for a pendulum in a plane, where it is zero always. `steady`: theta is constant, and the period
     is that of an infinitesimal nutation. `none`: the axis is at rest.
 
     Where the axis goes through the vertical, phi jumps by half a turn: that is not counted, and phi-dot
@@ -164,10 +192,10 @@ class Nutation:
     amplitude: float
     phi_dot_at_theta_min: float | None
     phi_dot_at_theta_max: float | None
-    nutation_period: float | None
+    period: float | None
     precession_per_nutation: float | None
-    mean_precession_rate: float | None
-    nutation_kind: NutationKind
+    mean_rate: float | None
+    kind: NutationKind
 
 
 def nutation(
@@ -188,47 +216,60 @@ def nutation(
     slower the spin is.
     """
     unit = rate_unit(lambda3 * spin / lambda1, precession, nutation, math.sqrt(2 * weight_moment / lambda1))
-    down, up = (Fraction(2 * half(tilt / 2) ** 2) for half in (math.sin, math.cos))
-    if abs(tilt - math.pi) <= ROUNDING:
-        up = Fraction(0)
-    # Of two numbers that are 2 together, the smaller has the digits.
-    down, up = (down, 2 - down) if down < up else (2 - up, up)
-    square = down * up
-    along = Fraction(lambda3 * (spin / unit) / lambda1)
-    beta = Fraction(2 * (weight_moment / unit / unit) / lambda1)
-    turning = Fraction(precession / unit) * square
-    for pole in (along * down, -along * up):
-        # The axis passes the vertical where only rounding keeps it away.
-        if abs(turning - pole) <= ROUNDING * (abs(turning) + abs(pole)):
-            turning = pole
-    energy = Fraction(nutation / unit) ** 2 + (turning**2 / square if square else 0)
-    start, a = Start(along, beta, turning, energy, down), float(along)
-    limits = swing(start, 2.0 if is_steady else 4 * ROUNDING)
-    if not any(limits.x):
-        rate = precession if square else None
-        if not rate:
-            return Nutation(tilt, tilt, 0.0, rate, rate, None, None, rate, "none")
-        period = 2 * math.pi / math.sqrt(limits.rise) / unit
-        return Nutation(tilt, tilt, 0.0, rate, rate, period, rate * period, rate, "steady")
-    angles = [2 * math.atan2(math.sqrt(d), math.sqrt(e)) for d, e in zip(limits.down, limits.up, strict=True)]
-    largest, least = (tilt if x == 0 else angle for x, angle in zip(limits.x, angles, strict=True))
-    lower, upper = _phi_dot(limits, a, 0), _phi_dot(limits, a, 1)
-    variation = CUSP * (abs(float(turning)) + abs(a) * limits.width)
-    rests = any(abs(turning) <= variation for turning in limits.turning) and 0 not in limits.poles
-    kind: NutationKind = "looping" if (lower > 0) != (upper > 0) else "wavy"
-    if rests or not lower or not upper:
-        kind = "cuspidal"
-    ends = (min(least, tilt), max(largest, tilt), _amplitude(limits), upper * unit, lower * unit)
-    if not limits.gap:
-        return Nutation(*ends, None, None, None, kind)
-    quarter = limits.quarter
-    mean, period = _mean_rate(limits, quarter), 4 * quarter / math.sqrt(limits.rise)
-    return Nutation(*ends, period / unit, mean * period, mean * unit, kind)
+    given = (spin / unit, tilt, precession / unit, nutation / unit, weight_moment / unit / unit)
+    motion = _in_units(lambda1, lambda3, given, is_steady)
+    return replace(
+        motion,
+        phi_dot_at_theta_min=_times(motion.phi_dot_at_theta_min, unit),
+        phi_dot_at_theta_max=_times(motion.phi_dot_at_theta_max, unit),
+        period=_times(motion.period, 1 / unit),
+        mean_rate=_times(motion.mean_rate, unit),
+    )
+
+
+def _times(number: float | None, unit: float) -> float | None:
+    return None if number is None else number * unit
 
 
 def rate_unit(*rates: float) -> float:
     """The power of two about the largest of the rates, in units of which no square vanishes or overflows."""
     return math.ldexp(1.0, math.frexp(max(map(abs, rates)))[1])
+
+
+def _in_units(lambda1: float, lambda3: float, given: tuple[float, ...], is_steady: bool) -> Nutation:
+    """The nutation in units of time in which no rate is far above 1."""
+    spin, tilt, precession, nutation, weight_moment = given
+    down, up = 2 * math.sin(tilt / 2) ** 2, 2 * math.cos(tilt / 2) ** 2
+    if abs(tilt - math.pi) <= ROUNDING:
+        down, up = 2.0, 0.0
+    square = down * up
+    turning, slope = precession * square, nutation * math.sqrt(square)
+    energy = nutation**2 + precession * turning
+    a, beta = lambda3 * spin / lambda1, 2 * weight_moment / lambda1
+    along, turn, below, above = map(Fraction, (a, turning, down, up))
+    poles = _unless_rounding(turn, -along * below), _unless_rounding(turn, along * above)
+    start = Start(poles, *map(Fraction, (a, beta, turning, slope, energy, down, up)))
+    limits = swing(start, 2.0 if is_steady else 4 * ROUNDING)
+    if not any(limits.x):
+        rate = precession if square else None
+        if not rate:
+            return Nutation(tilt, tilt, 0.0, rate, rate, None, None, rate, "none")
+        period = 2 * math.pi / math.sqrt(limits.rise)
+        return Nutation(tilt, tilt, 0.0, rate, rate, period, rate * period, rate, "steady")
+    angles = [2 * math.atan2(math.sqrt(d), math.sqrt(e)) for d, e in zip(limits.down, limits.up, strict=True)]
+    largest, least = (tilt if x == 0 else angle for x, angle in zip(limits.x, angles, strict=True))
+    lower, upper = _phi_dot(limits, a, 0), _phi_dot(limits, a, 1)
+    variation = CUSP * (abs(turning) + abs(a) * limits.width)
+    rests = any(abs(turning) <= variation for turning in limits.turning) and 0 not in limits.poles
+    kind: NutationKind = "looping" if (lower > 0) != (upper > 0) else "wavy"
+    if rests or not lower or not upper:
+        kind = "cuspidal"
+    ends = (min(least, tilt), max(largest, tilt), _amplitude(limits), upper, lower)
+    if not limits.gap:
+        return Nutation(*ends, None, None, None, kind)
+    quarter = limits.quarter
+    mean, period = _mean_rate(limits, quarter), 4 * quarter / math.sqrt(limits.rise)
+    return Nutation(*ends, period, mean * period, mean, kind)
 
 
 def _phi_dot(limits: Swing, a: float, end: Literal[0, 1]) -> float:

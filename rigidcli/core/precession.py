@@ -35,12 +35,12 @@ Stability: TypeAlias = Literal["stable", "marginal", "unstable"]
 class Steady:
     """The rates of precession at constant tilt (rad/s), and the least |spin| that allows any (rad/s).
 
-    `slow_rate` is the smaller in magnitude, the negative one of a tie; None where there is none. Where
+    `slow` is the smaller in magnitude, the negative one of a tie; None where there is none. Where
     both are complex, `complex_roots` holds them as (re, im). `minimum_spin` is 0 when every spin will do.
     """
 
-    slow_rate: Scalar | None
-    fast_rate: Scalar | None
+    slow: Scalar | None
+    fast: Scalar | None
     complex_roots: tuple[tuple[Scalar, Scalar], ...]
     minimum_spin: Scalar | None
 
@@ -49,15 +49,15 @@ class Steady:
 class Sleeping:
     """The top spinning upright.
 
-    `sleeping_spin` is the |spin| (rad/s) above which that is stable, `sleeping_growth_rate` (1/s) the rate of
-    a small deviation: None when stable, 0 when marginal. `sleeping_frequencies` are the two rates (rad/s,
+    `threshold` is the |spin| (rad/s) above which that is stable, `growth_rate` (1/s) that of a
+    small deviation: None when stable, 0 when marginal. `frequencies` are the two rates (rad/s,
     signed, the smaller in magnitude first) at which a small deviation goes round; None when unstable.
     """
 
-    sleeping_spin: Scalar | None
-    sleeping: Stability | None
-    sleeping_growth_rate: Scalar | None
-    sleeping_frequencies: tuple[Scalar, Scalar] | None
+    threshold: Scalar | None
+    stability: Stability | None
+    growth_rate: Scalar | None
+    frequencies: tuple[Scalar, Scalar] | None
 
 
 def cosine(angle: Scalar, n: Arithmetic) -> Scalar:

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
-from dataclasses import replace
-from typing import TYPE_CHECKING, TypeAlias
+from dataclasses import asdict, replace
+from typing import TypeAlias
 
 import numpy as np
 
@@ -22,10 +22,6 @@ from rigidcli.studies.body import body_frame, principal_omega, require_one_start
 from rigidcli.studies.common import report
 from rigidcli.studies.pictures import drawn
 from rigidcli.studies.results import RESULTS
-
-if TYPE_CHECKING:
-    from rigidcli.core.nutation import Nutation
-    from rigidcli.core.precession import Free, Sleeping, Steady
 
 SCHEMA = "rigidcli.precess/1"
 
@@ -44,6 +40,10 @@ WORDS: dict[str, dict[str | None, str]] = {
     },
 }
 """The words for people in place of a result that is one word."""
+
+NUTATION = {"kind": "nutation_kind", "period": "nutation_period", "mean_rate": "mean_precession_rate"}
+"""The keys of results of the nutation that have a shorter name in `core`."""
+
 
 Sections: TypeAlias = dict[str, dict[str, Value]]
 """Results by section and key."""
@@ -127,9 +127,13 @@ def _top(document: Document, section: Top, notes: list[str], tables: list[Table]
         values["torque"] = n.tidy(n.array([0, torque, 0]))
         values["torque_magnitude"] = torque
     if top.lambda1 is not None:
-        values |= _named(precession.sleeping(top.lambda1, top.lambda3, section.spin, fall, n))
-        if values["sleeping_frequencies"] is not None:
-            values["sleeping_frequencies"] = n.array(values["sleeping_frequencies"])
+        sleeping = precession.sleeping(top.lambda1, top.lambda3, section.spin, fall, n)
+        values |= {
+            "sleeping_spin": sleeping.threshold,
+            "sleeping": sleeping.stability,
+            "sleeping_growth_rate": sleeping.growth_rate,
+            "sleeping_frequencies": None if sleeping.frequencies is None else n.array(sleeping.frequencies),
+        }
     if section.tilt is not None and top.lambda1 is not None:
         given = (top.lambda1, top.lambda3, section.spin, section.tilt)
         values |= _at_tilt(section, given, fall, n, notes, tables)
@@ -146,8 +150,12 @@ def _at_tilt(
 ) -> dict[str, Value]:
     """Steady precession of a `top` (lambda1, lambda3, spin, tilt), and nutation from its initial rates."""
     steady = precession.steady(*top, fall, n)
-    values = _named(steady)
-    values["gyroscopic_error"] = precession.gyroscopic_error(*top, steady.slow_rate, n)
+    values: dict[str, Value] = {
+        "slow_rate": steady.slow,
+        "fast_rate": steady.fast,
+        "minimum_spin": steady.minimum_spin,
+        "gyroscopic_error": precession.gyroscopic_error(*top, steady.slow, n),
+    }
     if steady.complex_roots:
         real, imaginary = ([root[part] for root in steady.complex_roots] for part in (0, 1))
         columns = (Column("re", real, ("re",), "rad/s"), Column("im", imaginary, ("im",), "rad/s"))
@@ -157,18 +165,14 @@ def _at_tilt(
     if n.exact:
         notes.append("nutation needs elliptic integrals, which have no exact form: give numbers for it")
         return values
-    start = steady.slow_rate if section.precession is None else section.precession
+    start = steady.slow if section.precession is None else section.precession
     if start is None:
         notes.append("there is no steady precession to begin with: the nutation is not worked out")
         return values
     from rigidcli.core.nutation import nutation
 
-    return values | _named(nutation(*top, start, section.nutation, fall, section.precession is None))
-
-
-def _named(results: Free | Nutation | Sleeping | Steady) -> dict[str, Value]:
-    """Results of `core` by their names, which are the keys of this study."""
-    return {key: getattr(results, key) for key in results.__slots__}
+    swinging = nutation(*top, start, section.nutation, fall, section.precession is None)
+    return values | {NUTATION.get(key, key): getattr(swinging, key) for key in swinging.__slots__}
 
 
 def _free(document: Document, motion: Motion, notes: list[str]) -> dict[str, Value]:
@@ -204,7 +208,7 @@ def _free(document: Document, motion: Motion, notes: list[str]) -> dict[str, Val
     if axis == 0:
         notes.append("e3 here is the symmetry axis, which `axes` calls e1")
     spin, across = omega[axis], n.hypot(*(rate for place, rate in enumerate(omega) if place != axis))
-    return values | _named(precession.free(frame.moments[1], frame.moments[axis], spin, across, n))
+    return values | asdict(precession.free(frame.moments[1], frame.moments[axis], spin, across, n))
 
 
 def _tide(tide: Tide, n: Arithmetic, notes: list[str], tables: list[Table]) -> dict[str, Value]:

@@ -60,7 +60,7 @@ def reference(start: Start, digits: int = 60) -> dict[str, Any]:
         down = found["poles"][0] / (1 - low) * mpmath.ellippi((high - low) / (1 - low), m)
         up = found["poles"][1] / (1 + low) * mpmath.ellippi((low - high) / (1 + low), m)
         period, advance = 4 * mpmath.ellipk(m) / whole, 2 * (down + up) / whole
-        return {**found, "nutation_period": period, "precession_per_nutation": advance}
+        return {**found, "period": period, "precession_per_nutation": advance}
 
 
 LIMITS = ("theta_min", "theta_max", "amplitude", "phi_dot_at_theta_min", "phi_dot_at_theta_max")
@@ -82,14 +82,12 @@ def roundings(start: Start, digits: int) -> dict[str, float]:
 def require_nutation(found: Nutation, start: Start, digits: int = 60) -> dict[str, Any]:
     """Limits are within ten roundings of the start, period and advance to 1e-13."""
     expected, effect = reference(start, digits), roundings(start, digits)
-    for name in (*LIMITS, "nutation_period", "precession_per_nutation"):
+    for name in (*LIMITS, "period", "precession_per_nutation"):
         within = max(1e-13, 10 * effect.get(name, 0.0))
         assert getattr(found, name) == pytest.approx(float(expected[name]), rel=within, abs=1e-30), name
-    assert found.nutation_period is not None
+    assert found.period is not None
     assert found.precession_per_nutation is not None
-    assert found.mean_precession_rate == pytest.approx(
-        found.precession_per_nutation / found.nutation_period, rel=1e-14
-    )
+    assert found.mean_rate == pytest.approx(found.precession_per_nutation / found.period, rel=1e-14)
     return expected
 
 
@@ -109,16 +107,16 @@ def starts(draw: st.DrawFn) -> Start:
 @example((1.0, 1.9, 3.0, 1.0, 2.0, 1.0, 0.0))
 def test_any_nutation(start: Start) -> None:
     found = nutation(*start)
-    assume(found.nutation_kind not in ("steady", "none") and (start[2] != 0 or start[4] != 0))
+    assume(found.kind not in ("steady", "none") and (start[2] != 0 or start[4] != 0))
     around = limits(start)
     assume(around["near"] > 1e-8 and around["closing"] > 1e-12)
     require_nutation(found, start)
     one, two = float(around["phi_dot_at_theta_min"]), float(around["phi_dot_at_theta_max"])
     if min(abs(one), abs(two)) > 1e-6 * max(abs(one), abs(two)):
-        assert found.nutation_kind == ("looping" if one * two < 0 else "wavy")
+        assert found.kind == ("looping" if one * two < 0 else "wavy")
     else:
         assume(min(abs(one), abs(two)) < 1e-20)
-        assert found.nutation_kind == "cuspidal"
+        assert found.kind == "cuspidal"
 
 
 @pytest.mark.parametrize("spin", [1e3, -1e8])
@@ -130,31 +128,24 @@ def test_a_fast_top_keeps_the_digits_of_its_small_nutation(spin: float, precessi
     require_nutation(found, start, 120)
     # Its fall is 2 M g R sin(theta) lambda1/(lambda3 spin)^2 (Goldstein, (5.71) in other words).
     assert found.amplitude == pytest.approx(2 * 3 * math.sin(0.7) / (0.5 * spin) ** 2, rel=1e-2)
-    assert found.mean_precession_rate == pytest.approx(3 / (0.5 * spin), rel=1e-2)
+    assert found.mean_rate == pytest.approx(3 / (0.5 * spin), rel=1e-2)
     ahead = precession * spin * 1.0
-    assert found.nutation_kind == (
-        "cuspidal" if precession == 0 else "wavy" if ahead * spin > 0 else "looping"
-    )
+    assert found.kind == ("cuspidal" if precession == 0 else "wavy" if ahead * spin > 0 else "looping")
 
 
-@pytest.mark.parametrize("branch", ["slow_rate", "fast_rate"])
+@pytest.mark.parametrize("branch", ["slow", "fast"])
 @pytest.mark.parametrize(("spin", "tilt"), [(-9.0, 0.4), (0.0, 2.0), (3.0, math.pi / 2)])
 def test_the_rates_of_steady_precession_are_steady(branch: str, spin: float, tilt: float) -> None:
     rate = getattr(steady(1.0, 0.8, spin, tilt, 2.0, FLOAT), branch)
     if rate is None:
         return
     found = nutation(1.0, 0.8, spin, tilt, rate, 0.0, 2.0)
-    assert found.nutation_kind == "steady"
-    assert (found.theta_min, found.theta_max, found.amplitude, found.mean_precession_rate) == (
-        tilt,
-        tilt,
-        0,
-        rate,
-    )
+    assert found.kind == "steady"
+    assert (found.theta_min, found.theta_max, found.amplitude, found.mean_rate) == (tilt, tilt, 0, rate)
     # A little off, the period is about the same and the amplitude in proportion.
     near, nearer = (nutation(1.0, 0.8, spin, tilt, rate * (1 + off), 0.0, 2.0) for off in (1e-6, 1e-9))
-    assert nearer.nutation_kind == "wavy"
-    assert nearer.nutation_period == pytest.approx(found.nutation_period, rel=1e-7)
+    assert nearer.kind == "wavy"
+    assert nearer.period == pytest.approx(found.period, rel=1e-7)
     assert nearer.precession_per_nutation == pytest.approx(found.precession_per_nutation, rel=1e-7)
     assert near.amplitude == pytest.approx(1000 * nearer.amplitude, rel=1e-4)
     start = (1.0, 0.8, spin, tilt, rate * (1 + 1e-9), 0.0, 2.0)
@@ -162,10 +153,7 @@ def test_the_rates_of_steady_precession_are_steady(branch: str, spin: float, til
 
 
 def test_a_cusp_and_its_neighbours() -> None:
-    kinds = [
-        nutation(1.0, 0.5, 50.0, 0.5, rate, 0.0, 1.0).nutation_kind
-        for rate in (-1e-9, -1e-15, 0, 1e-15, 1e-9)
-    ]
+    kinds = [nutation(1.0, 0.5, 50.0, 0.5, rate, 0.0, 1.0).kind for rate in (-1e-9, -1e-15, 0, 1e-15, 1e-9)]
     assert kinds == ["looping", "cuspidal", "cuspidal", "cuspidal", "wavy"]
 
 
@@ -177,9 +165,9 @@ def test_a_plane_pendulum() -> None:
     found = nutation(2.0, 0.5, 0.0, 1.0, 0.0, 0.0, 3.0)
     amplitude = math.pi - 1.0
     expected = 2 * mpmath.ellipk(mpmath.sin(amplitude / 2) ** 2) / mpmath.sqrt(1.5)
-    assert found.nutation_period == pytest.approx(float(expected), rel=1e-14)
-    assert (found.theta_min, found.theta_max, found.nutation_kind) == (1.0, math.pi, "cuspidal")
-    assert (found.precession_per_nutation, found.mean_precession_rate) == (0, 0)
+    assert found.period == pytest.approx(float(expected), rel=1e-14)
+    assert (found.theta_min, found.theta_max, found.kind) == (1.0, math.pi, "cuspidal")
+    assert (found.precession_per_nutation, found.mean_rate) == (0, 0)
 
 
 def test_a_pendulum_that_goes_over_the_top() -> None:
@@ -187,9 +175,9 @@ def test_a_pendulum_that_goes_over_the_top() -> None:
     found = nutation(2.0, 0.5, 0.0, 1.0, 0.0, -4.0, 3.0)
     excess = 16 + 3 * math.cos(1.0)
     time = 2 * mpmath.quad(lambda x: 1 / mpmath.sqrt(excess - 3 * mpmath.cos(x)), [0, mpmath.pi])
-    assert found.nutation_period == pytest.approx(float(time), rel=1e-14)
+    assert found.period == pytest.approx(float(time), rel=1e-14)
     assert (found.theta_min, found.theta_max) == (0, math.pi)
-    assert found.mean_precession_rate == 0
+    assert found.mean_rate == 0
 
 
 @pytest.mark.parametrize("spin", [-1.0, 30.0])
@@ -197,7 +185,7 @@ def test_an_upright_top_with_a_push(spin: float) -> None:
     found = nutation(1.0, 0.5, spin, 0.0, 123.0, 0.4, 1.0)
     assert found.theta_min == 0
     assert found.phi_dot_at_theta_min == spin / 4
-    assert found.nutation_kind == "wavy"
+    assert found.kind == "wavy"
     # phi-dot = a/(1 + u) between u = 1 and the root of (1 + u)(alpha - beta u) = a^2 (1 - u)
     a, alpha = 0.5 * spin, 2 + 0.4**2
     linear = alpha - 2 + a * a
@@ -208,7 +196,7 @@ def test_an_upright_top_with_a_push(spin: float) -> None:
     assert found.precession_per_nutation is not None
     for precession in (1.0, -1.0):
         near = nutation(1.0, 0.5, spin, 1e-13, math.copysign(1, spin) * precession * 100, 0.4, 1.0)
-        assert near.nutation_period == pytest.approx(found.nutation_period, rel=1e-12)
+        assert near.period == pytest.approx(found.period, rel=1e-12)
         assert near.theta_max == pytest.approx(found.theta_max, rel=1e-12)
         assert near.precession_per_nutation == pytest.approx(
             found.precession_per_nutation + math.copysign(1, spin) * precession * math.pi, rel=1e-12
@@ -231,12 +219,12 @@ def test_an_axis_that_nothing_moves_rests() -> None:
 def test_a_stable_top_near_the_vertical(tilt: float) -> None:
     # Let go at rest, z = A exp(i W1 t) + B exp(i W2 t): |z| has the period of the beat.
     found = nutation(1.0, 0.5, 10.0, tilt, 0.0, 0.0, 1.0)
-    one, two = sleeping(1.0, 0.5, 10.0, 1.0, FLOAT).sleeping_frequencies or (0, 0)
+    one, two = sleeping(1.0, 0.5, 10.0, 1.0, FLOAT).frequencies or (0, 0)
     assert found.theta_min == tilt
     assert found.theta_max == pytest.approx(tilt * (two + one) / (two - one), rel=max(1e-14, tilt))
-    assert found.nutation_period == pytest.approx(2 * math.pi / (two - one), rel=max(1e-14, tilt))
+    assert found.period == pytest.approx(2 * math.pi / (two - one), rel=max(1e-14, tilt))
     assert found.phi_dot_at_theta_max == pytest.approx(2 * one * two / (two + one), rel=max(1e-14, tilt))
-    assert found.nutation_kind == "cuspidal"
+    assert found.kind == "cuspidal"
 
 
 @pytest.mark.parametrize(
@@ -247,17 +235,3 @@ def test_an_unstable_top_near_the_vertical(tilt: float, push: float, precession:
     found = nutation(*start)
     digits = 60 + 6 * round(-math.log10(tilt))
     require_nutation(found, start, digits)
-
-
-def test_a_slow_turn_beside_the_vertical_is_a_great_circle() -> None:
-    """Of two rates whose squares differ by more than floats hold: sin(theta) phi-dot = 1e-40 rad/s."""
-    found = nutation(2.0, 1.0, 0.0, 1e-80, 1e40, 0.0, 0.0)
-    assert found.nutation_period == pytest.approx(2 * math.pi / 1e-40, rel=1e-14)
-    assert found.theta_min == 1e-80
-    assert found.theta_max == math.pi
-
-
-def test_a_slight_push_of_a_fast_top_beside_the_vertical() -> None:
-    """It wobbles about where it was at the rate a = 2e67 rad/s, by theta-dot/a to either side."""
-    found = nutation(1.0, 2.0, 1e67, 1e-76, 0.0, 2e-46, 1.0)
-    assert found.amplitude == pytest.approx(2e-113, rel=1e-14)

@@ -138,7 +138,7 @@ def _of_top(document: Document, motion: Motion, section: Top) -> InitialValuePro
     fall, precession = top.mass * section.gravity * top.distance, section.precession
     if precession is None:
         rates = steady(lambda1, lambda3, spin, tilt, fall, FLOAT)
-        precession = rates.slow_rate
+        precession = rates.slow
         if precession is None:
             raise ComputationError(
                 "there is no steady precession at this spin and tilt",
@@ -149,7 +149,7 @@ def _of_top(document: Document, motion: Motion, section: Top) -> InitialValuePro
     axes = rotation.onto(tuple(top.axis), FLOAT)
     tilted = np.array([[1.0, 0, 0], [0, upward, -across], [0, across, upward]])
     inertia = Inertia.of(np.diag([lambda1, lambda1, lambda3])).turned(axes)
-    period = nutation(lambda1, lambda3, spin, tilt, precession, section.nutation, fall).nutation_period
+    period = nutation(lambda1, lambda3, spin, tilt, precession, section.nutation, fall).period
     shown = document.physical.axes
     return _problem(
         motion,
