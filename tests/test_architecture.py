@@ -32,7 +32,7 @@ from rigidcli.studies.results import RESULTS
 
 MOST_LINES = {
     "algebra": 3167,
-    "bodies": 5739,
+    "bodies": 5743,
     "cli": 2010,  # settings that nothing uses are refused; rows of a sweep follow one header
     "core": 3902,  # how bodies add up came here from `bodies`; energies near a separatrix are fractions
     "document": 2845,

@@ -40,8 +40,8 @@ class Surface:
     `box` (2 by 3) holds the least and the largest coordinates. `residue` is zero where each edge has
     triangles on both sides that agree about inside and outside. `volume` is negative where the surface is
     wound inside out. Sums are taken about the point `origin` (3), and `centre` (3) is seen from there: that
-    is the middle of the box, or the centre itself where it is far from there. Where sums overflow, numbers
-    are not finite. Raises NotFiniteError.
+    is the middle of the first block, or the centre itself where it is far from there. Where sums overflow,
+    numbers are not finite. Raises NotFiniteError.
     """
 
     @np.errstate(over="ignore", invalid="ignore")
@@ -49,22 +49,26 @@ class Surface:
         # A triangle and the central point are a tetrahedron; a thin shell consists of the triangles.
         self.corners, self._vertices = corners, 3 if thin else 4
         self.triangles = corners.shape[2]
-        ends = [(block.min(axis=(0, 2)), block.max(axis=(0, 2))) for block in blocks(corners)]
-        low, high = (np.array(side) for side in zip(*ends, strict=True)) if ends else np.zeros((2, 1, 3))
-        self.box = np.array([low.min(axis=0), high.max(axis=0)])
-        if not np.isfinite(self.box).all():
-            raise NotFiniteError(int(np.argmin(np.isfinite(corners).all(axis=(0, 1)))))
-        self.residue = sum(fingerprint(vertex_keys(block)) for block in blocks(corners)) % 2**64
-        self._sum_about(self.box.mean(axis=0))
+        self.residue, self.box = 0, np.array([np.full(3, np.inf), np.full(3, -np.inf)])
+        self._begin(np.zeros(3))
+        for start, block in enumerate(blocks(corners)):
+            low, high = block.min(axis=(0, 2)), block.max(axis=(0, 2))
+            if not np.isfinite(low + high).all():
+                raise NotFiniteError(int(np.argmin(np.isfinite(corners).all(axis=(0, 1)))))
+            if start == 0:
+                self._begin((low + high) / 2)
+            self.box = np.array([np.minimum(self.box[0], low), np.maximum(self.box[1], high)])
+            self.residue = (self.residue + fingerprint(vertex_keys(block))) % 2**64
+            self._add(block)
         if self.centre @ self.centre > FAR * np.trace(self.second):
-            self._sum_about(self.origin + self.centre)
+            self._begin(self.origin + self.centre)
+            for block in blocks(corners):
+                self._add(block)
 
-    def _sum_about(self, origin: Floats) -> None:
-        """Take the sums about a point (3)."""
+    def _begin(self, origin: Floats) -> None:
+        """Begin the sums about a point (3)."""
         self.origin, self.area, self.volume = origin, 0.0, 0.0
         self._sizes, self._first, self._products = np.zeros(2), np.zeros(3), np.zeros((3, 3))
-        for block in blocks(self.corners):
-            self._add(block)
 
     def _add(self, block: Floats) -> None:
         """Add the triangles of a block to the sums."""
