@@ -5,9 +5,8 @@ from __future__ import annotations
 import logging
 import sys
 import threading
-import time
 import warnings
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from concurrent.futures import CancelledError, Executor, TimeoutError
 from contextlib import contextmanager, suppress
 from importlib import util
@@ -22,29 +21,21 @@ ANSWERS_WITHIN = 5.0
 WORKERS_WITHIN = 60.0
 """Seconds within which the first worker must come: those that are started on demand take half of it."""
 
-COUNTED_EVERY = 10.0
-"""Seconds after which the workers are counted again, since some may come and go."""
+FEW = 16
+"""A cluster counts as so many workers at least: more may come when there is work for them."""
 
 
 @contextmanager
-def opened(address: str) -> Iterator[tuple[Executor, Callable[[], int]]]:
-    """The executor of the cluster of the scheduler at an address, and what counts its workers.
+def opened(address: str) -> Iterator[tuple[Executor, int]]:
+    """The executor of the cluster of the scheduler at an address, and the number of its workers.
 
     Raises UsageError where no such cluster is reached, and ComputationError where it is lost on the way. What
     was handed out and is no longer wanted is cancelled.
     """
     with client(address) as reached:
         executor = reached.get_executor(pure=False)  # each pack is work of its own
-        counted, workers = time.monotonic(), max(1, len(reached.nthreads()))
-
-        def count() -> int:
-            nonlocal counted, workers
-            if time.monotonic() - counted > COUNTED_EVERY:
-                counted, workers = time.monotonic(), max(1, len(reached.nthreads()))
-            return workers
-
         try:
-            yield executor, count
+            yield executor, max(FEW, len(reached.nthreads()))
         finally:
             with suppress(Exception):  # where the scheduler is gone, so is the work
                 executor.shutdown(wait=False)

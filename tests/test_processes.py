@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import os
 import signal
+import threading
 from collections.abc import Iterator
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -72,6 +74,25 @@ def test_tasks_are_taken_when_there_is_room_for_them() -> None:
     assert next(results) == 0
     results.close()  # type: ignore[attr-defined]  # it is a generator
     assert len(taken) < 10_000
+
+
+@dataclass
+class Caller:
+    """A task that knows the thread by which it was pickled."""
+
+    pickled_by: int = 0
+
+    def __reduce__(self) -> tuple[type[Caller], tuple[int]]:
+        return Caller, (threading.get_ident(),)
+
+
+def caller(task: Caller) -> Iterator[int]:
+    yield task.pickled_by
+
+
+def test_tasks_are_pickled_before_the_caller_goes_on() -> None:
+    """Another thread would pickle what the caller changes, as when it keeps a property: that is an error."""
+    assert set(each(caller, [Caller()] * 9, 2)) == {threading.get_ident()}
 
 
 @pytest.mark.parametrize("jobs", [1, 2])
