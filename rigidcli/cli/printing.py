@@ -86,8 +86,8 @@ def explain(
 
     Example: rigidcli explain body.shape.cone
     """
-    from rigidcli.reference.index import explain as page
-    from rigidcli.reference.index import overview
+    from rigidcli.reference.pages import explain as page
+    from rigidcli.reference.pages import overview
 
     failures = Failures()
     with failures.of("explain"), Output(None) as target:
