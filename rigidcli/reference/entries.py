@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 from functools import cache
 from types import SimpleNamespace
-from typing import Any, NamedTuple, TypeAlias
+from typing import Any, TypeAlias
 
 from rigidcli.algebra.arithmetic import EXACT
 from rigidcli.bodies.robots import ENDINGS
@@ -19,26 +19,11 @@ from rigidcli.errors import EXIT_CODES
 from rigidcli.fields.section import Section
 from rigidcli.fields.units import PREFIXES, TABLE, parse_unit
 from rigidcli.language.functions import ALIASES, CONSTANTS, FUNCTIONS
+from rigidcli.reference.results import Entry, results
 from rigidcli.reference.schema import json_schema
-from rigidcli.studies.results import RESULTS
 
 Schema: TypeAlias = Mapping[str, Any]
 """The JSON Schema of a value."""
-
-
-class Entry(NamedTuple):
-    """What is explained: the way to it from a topic, a text, and further facts by their names.
-
-    The page of the entry above lists it under the heading `group`, with the text of its `row`, which mostly
-    is the same. It is also found by `other_names`.
-    """
-
-    path: tuple[str, ...]
-    text: str = ""
-    group: str = ""
-    facts: Mapping[str, str] = {}
-    other_names: Sequence[str] = ()
-    row: str = ""
 
 
 FILES: Mapping[str, tuple[str, type[Section]]] = {
@@ -51,7 +36,7 @@ FILES: Mapping[str, tuple[str, type[Section]]] = {
 
 def entries() -> list[Entry]:
     """All entries; the topics are those with a path of one name."""
-    return [*_keys(), *_shapes(), *_results(), *_others()]
+    return [*_keys(), *_shapes(), *results(), *_others()]
 
 
 def _others() -> Iterator[Entry]:
@@ -95,21 +80,6 @@ def unit(name: str) -> Entry:
     facts = {"is": f"{parsed.scale:.12g} {dimension.partition('(')[2].rstrip(')') or dimension}"}
     facts["names"] = next((names for names, *_ in TABLE if name in names.split() and names != name), "")
     return Entry(("units", name), f"measures {dimension}", facts=facts)
-
-
-def _results() -> Iterator[Entry]:
-    """The results of every command, from results.csv."""
-    common = "all have `schema`, `name`, `source` and `units`, too, and with `--sweep` also `swept`"
-    yield Entry(("results",), "the results of each command: the fields of its json", facts={"json": common})
-    for command, fields in RESULTS.items():
-        keys = ", ".join(field.key for field in fields)
-        yield Entry(("results", command), f"results of `rigidcli {command}`", row=keys)
-        for field in fields:
-            words = "; ".join(filter(None, [field.title.strip(), field.means]))
-            words = words or f"the {field.key.rpartition('.')[2].replace('_', ' ')}"
-            text = f"{words} ({field.unit})" if field.unit else words
-            facts = {"symbol": field.symbol and f"{field.symbol} (LaTeX)", "csv": ", ".join(field.cells)}
-            yield Entry(("results", command, *field.key.split(".")), text, "", facts, [*field.cells])
 
 
 def _shapes() -> Iterator[Entry]:

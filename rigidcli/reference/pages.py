@@ -6,9 +6,8 @@ import textwrap
 from collections.abc import Sequence
 from contextlib import suppress
 
-from rigidcli.bodies.shapes import SHAPES
 from rigidcli.errors import UsageError, ValueProblem, nearest, shown
-from rigidcli.reference.entries import FILES, Entry, entries, unit
+from rigidcli.reference.results import Entry, results
 
 WIDTH = 80
 """The columns of a page: those of the narrowest terminal that people use."""
@@ -18,6 +17,8 @@ EXAMPLES = ("body", "body.shape.cone", "motion.omega", "axes.groups", "rpm", "at
 
 def overview() -> str:
     """The page of `explain` without a path: the topics, and examples."""
+    from rigidcli.reference.entries import entries
+
     topics = [(entry.path[0], entry.text) for entry in entries() if len(entry.path) == 1]
     return _page(
         _paragraph("`rigidcli explain PATH` tells what a key, shape, unit, function, result or mistake is."),
@@ -31,9 +32,14 @@ def explain(path: str) -> str:
 
     Indices of lists may stand in the path, and so may the way to a body within another one.
     """
-    every = entries()
     typed = "body.shape" if path == "shapes" else path
     steps = tuple(step for step in typed.split(".") if not step.isdecimal()) or (path,)
+    every = list(results())
+    if found := [entry for entry in every if entry.path[1:] == steps]:
+        return "\n".join(_pages(found, every))
+    from rigidcli.reference.entries import entries, unit
+
+    every = entries()
     while not (found := _called(steps, every)) and len(steps) > 1 and _called(steps[:1], every):
         steps = steps[1:]
     if not found and len(steps) == 1:
@@ -44,8 +50,9 @@ def explain(path: str) -> str:
     above = tuple(path.split("."))[:-1]
     parents = {entry.path for entry in _called(above, every)} if above else set()
     names = {entry.path[-1] for entry in every for path in parents if entry.path[: len(path)] == path} or {
-        *SHAPES,
-        *(entry.path[-1] for entry in every if entry.path[0] in FILES or len(entry.path) == 1),
+        entry.path[-1]
+        for entry in every
+        if len(entry.path) == 1 or entry.path[0] in ("document", "assignment", "answers")
     }
     near = nearest(".".join(path.split(".")[-1:]), sorted(names))
     guess = f" (did you mean {'.'.join((*above, near))}?)" if near else ""

@@ -9,8 +9,9 @@ from rigidcli.check.base import CODES
 from rigidcli.errors import EXIT_CODES, RigidError
 from rigidcli.fields.units import TABLE
 from rigidcli.language.functions import FUNCTIONS
-from rigidcli.reference.entries import Entry, entries
+from rigidcli.reference.entries import entries
 from rigidcli.reference.pages import explain, overview
+from rigidcli.reference.results import Entry
 from rigidcli.studies.results import RESULTS
 from tests.conftest import Program
 from tests.shapes import DIMENSIONS
