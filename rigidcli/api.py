@@ -6,20 +6,20 @@ import inspect
 import json
 import os
 import sys
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import fields, replace
 from functools import partial
 from importlib import import_module
 from pathlib import Path
 from textwrap import indent
 from types import ModuleType
-from typing import Any, Protocol, TypeAlias
+from typing import Any, TypeAlias
 
 from rigidcli.check import Feedback
 from rigidcli.commands import COMMANDS, STUDIES, Command
 from rigidcli.document.load import KEYS, MAPPING, Source, plain, read_source
 from rigidcli.errors import DocumentError, Problem, UsageError, nearest, shown
-from rigidcli.reference import tables
+from rigidcli.reference.pages import result_rows
 from rigidcli.result import Result
 
 HELP = """{about}
@@ -68,19 +68,8 @@ Settings: TypeAlias = Mapping[str, object] | Sequence[str]
 """Values by their keys, where a key that no document has is a parameter; or texts such as `body.mass=3`."""
 
 
-class Study(Protocol):
-    """A study as a function. Each study takes the options that its help names, and refuses others."""
-
-    def __call__(  # noqa: D102 - the class says it
-        self,
-        document: Source,
-        *,
-        exact: bool = False,
-        settings: Settings = (),
-        steps: bool = False,
-        picture: str | None = None,
-        **options: Any,
-    ) -> Result: ...
+Study: TypeAlias = Callable[..., Result]
+"""A study as a function. Each takes the options that its help names, and refuses others."""
 
 
 def _study(name: str) -> Study:
@@ -98,7 +87,7 @@ def _study(name: str) -> Study:
     ) -> Result:
         return _answer(row, document, exact, settings, {"steps": steps, "picture": picture, **options})
 
-    listed = indent(tables.result_rows(name), "  ")
+    listed = indent(result_rows(name), "  ")
     study.__name__ = study.__qualname__ = name
     study.__doc__ = HELP.format(about=row.about, fields=listed, example=inspect.cleandoc(row.python))
     return study

@@ -32,35 +32,28 @@ def opened(address: str) -> Iterator[tuple[Executor, int]]:
     Raises UsageError where no such cluster is reached, and ComputationError where it is lost on the way. What
     was handed out and is no longer wanted is cancelled.
     """
-    with client(address) as reached:
-        executor = reached.get_executor(pure=False)  # each pack is work of its own
-        try:
-            yield executor, max(FEW, len(reached.nthreads()))
-        finally:
-            with suppress(Exception):  # where the scheduler is gone, so is the work
-                executor.shutdown(wait=False)
-
-
-@contextmanager
-def client(address: str) -> Iterator[Any]:
-    """The client of the scheduler at an address, whose errors are put into words. Raises as `opened`."""
     if util.find_spec("distributed") is None:
         raise UsageError("distributed is not installed", hint="python -m pip install 'rigidcli[cluster]'")
     before = logging.root.manager.disable
     # All that the user should read about a connection is written here, once.
     logging.disable(logging.CRITICAL)
-    reached: Any = None
+    client: Any = None
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")
-            reached = _reached(address)
-        _require_same(reached)
-        yield reached
+            client = _reached(address)
+        _require_same(client)
+        executor = client.get_executor(pure=False)  # each pack is work of its own
+        try:
+            yield executor, max(FEW, len(client.nthreads()))
+        finally:
+            with suppress(Exception):  # where the scheduler is gone, so is the work
+                executor.shutdown(wait=False)
     except Exception as error:  # noqa: BLE001 - whatever goes wrong far away
         raise _in_words(error, address) from None
     finally:
-        if reached is not None:
-            reached.close(timeout=1)
+        if client is not None:
+            client.close(timeout=1)
         logging.disable(before)
 
 
@@ -96,26 +89,23 @@ def _versions() -> dict[str, str]:
     return {"rigidcli": rigidcli.__version__, "Python": f"{sys.version_info[0]}.{sys.version_info[1]}"}
 
 
-def _require_same(reached: Any) -> None:
+def _require_same(client: Any) -> None:
     """Raise UsageError where there is no worker, or one has other versions, or none."""
     try:
-        reached.wait_for_workers(1, timeout=WORKERS_WITHIN)
+        client.wait_for_workers(1, timeout=WORKERS_WITHIN)
     except TimeoutError:
-        hint = f"start one: `dask worker {reached.scheduler.address}`"
+        hint = f"start one: `dask worker {client.scheduler.address}`"
         raise UsageError("the cluster has no workers", hint=hint) from None
     ours = _versions()
-    for worker, theirs in sorted(reached.run(_versions, on_error="return").items()):
+    for worker, theirs in sorted(client.run(_versions, on_error="return").items()):
         if isinstance(theirs, BaseException):
             problem = f"the worker {worker} cannot load rigidcli: {_first_line(theirs)}"
         elif theirs != ours:
-            problem = f"the worker {worker} has {_listed(theirs)}, and here is {_listed(ours)}"
+            there, here = (" and ".join(map(" ".join, versions.items())) for versions in (theirs, ours))
+            problem = f"the worker {worker} has {there}, and here is {here}"
         else:
             continue
         raise UsageError(problem, hint="install the same versions on all machines")
-
-
-def _listed(versions: dict[str, str]) -> str:
-    return " and ".join(map(" ".join, versions.items()))
 
 
 def _in_words(error: Exception, address: str) -> Exception:

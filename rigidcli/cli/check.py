@@ -9,7 +9,7 @@ from dataclasses import replace
 from enum import StrEnum
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, TypeAlias
+from typing import TYPE_CHECKING, Annotated, Any, TypeAlias
 
 import typer
 
@@ -49,18 +49,20 @@ TABULAR = {
 
 
 def studies(steps: bool = False) -> "dict[str, Callable[[Document], Report]]":
-    """The studies that work out keys, each loaded when it is first asked; their reports may have steps."""
-
-    def of(name: str) -> "Callable[[Document], Report]":
-        return lambda document: getattr(rigidcli, name)(document, steps=steps)
-
-    return {name: of(name) for name in rigidcli.STUDIES}
+    """The studies that work out keys; their reports may have steps."""
+    return {name: partial(getattr(rigidcli, name), steps=steps) for name in rigidcli.STUDIES}
 
 
-def _file(option: str, metavar: str, help: str) -> typer.models.OptionInfo:
-    """An option that names a file."""
-    declared: typer.models.OptionInfo = typer.Option(option, metavar=metavar, help=help)
-    return declared
+def _file(option: str, metavar: str, help: str) -> Any:
+    """An option that names a file or a column."""
+    return Annotated[str | None, typer.Option(option, metavar=metavar, help=help)]
+
+
+Regrade = _file("--regrade", "OLD.json", "What changes in a run that `-f json` has written.")
+Canvas = _file("--canvas", "EXPORTED.csv", "Fill a gradebook that Canvas has exported.")
+Column = _file("--column", "NAME", "Its column, if not named like the assignment.")
+Roster = _file("--roster", "FILE.csv", "Who the students are; all of them get a row.")
+Overrides = _file("--overrides", "FILE.csv", "A person's scores over these: student,question,score,reason.")
 
 
 def check(
@@ -80,22 +82,11 @@ def check(
     items: Annotated[
         bool, typer.Option("--items", help="What the class made of each question, instead of each student.")
     ] = False,
-    regrade: Annotated[
-        str | None, _file("--regrade", "OLD.json", "What changes in a run that `-f json` has written.")
-    ] = None,
-    canvas: Annotated[
-        str | None, _file("--canvas", "EXPORTED.csv", "Fill a gradebook that Canvas has exported.")
-    ] = None,
-    column: Annotated[
-        str | None, _file("--column", "NAME", "Its column, if not named like the assignment.")
-    ] = None,
-    roster: Annotated[
-        str | None, _file("--roster", "FILE.csv", "Who the students are; all of them get a row.")
-    ] = None,
-    overrides: Annotated[
-        str | None,
-        _file("--overrides", "FILE.csv", "A person's scores over these: student,question,score,reason."),
-    ] = None,
+    regrade: Regrade = None,
+    canvas: Canvas = None,
+    column: Column = None,
+    roster: Roster = None,
+    overrides: Overrides = None,
     selftest: Annotated[
         bool, typer.Option("--selftest", help="Show each key, judge it, and tell which mistakes are named.")
     ] = False,

@@ -4,7 +4,7 @@
 
 import os
 import sys
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -162,7 +162,9 @@ Columns = Annotated[
     str | None,
     _option("Columns of rows or samples, such as t,w1.", metavar="NAMES", callback=_split, more=True),
 ]
-Verbose = Annotated[bool, _option("Tell residuals, drifts, trusted digits, method, too.", "-v", "--verbose")]
+Verbose = Annotated[
+    bool, _option("Show residuals, drifts, trusted digits and the method, too.", "-v", "--verbose")
+]
 Steps = Annotated[bool, _option("Show the working, to people.", "--steps")]
 Standalone = Annotated[bool, _option("LaTeX that compiles by itself.", "--standalone", more=True)]
 PlotPath = Annotated[
@@ -177,14 +179,11 @@ PlotPath = Annotated[
 Quiet = Annotated[bool, _option("No notes on standard error.", "-q", "--quiet")]
 
 
-def plot_kind(kinds: Sequence[str]) -> Any:
+Samples = Annotated[int | None, _option("Number of samples (default 1001).", metavar="N")]
+Duration = Annotated[str | None, _option('End of the motion, as in "5 min".', metavar="TIME")]
+
+
+def plot_kind(kinds: Iterable[str]) -> Any:
     """The option that chooses one of these kinds of pictures."""
-    help = f"The picture: {', '.join(kinds)}; by default the first that there is something for."
+    help = f"Which picture: {', '.join(kinds)}; by default the first that there is something for."
     return Annotated[str | None, _option(help, "--plot-kind", metavar="NAME", more=True)]
-
-
-OF_MOTIONS = {
-    "samples": Annotated[int | None, _option("Number of samples (default 1001).", metavar="N")],
-    "duration": Annotated[str | None, _option('End of the motion, as in "5 min".', metavar="TIME")],
-}
-"""Options of the studies that follow a motion: they set values of its section."""

@@ -60,18 +60,12 @@ def schema(
     """
     import orjson
 
-    from rigidcli.check.question import AnswerFile, Assignment
-    from rigidcli.document.document import Document
-    from rigidcli.fields.section import Section
+    from rigidcli.reference.entries import FILES
     from rigidcli.reference.schema import json_schema
 
-    roots: dict[str, type[Section]] = {
-        "document": Document,
-        "assignment": Assignment,
-        "answers": AnswerFile,
-    }
+    _, root = FILES[kind]
     with Output(output) as target:
-        target.write(orjson.dumps(json_schema(roots[kind]), option=orjson.OPT_INDENT_2).decode() + "\n")
+        target.write(orjson.dumps(json_schema(root), option=orjson.OPT_INDENT_2).decode() + "\n")
 
 
 def explain(

@@ -59,18 +59,20 @@ def explain(path: str) -> str:
     raise UsageError(f"nothing is called {shown(path)}{guess}", hint="`rigidcli explain` lists what there is")
 
 
+def result_rows(command: str) -> str:
+    """The results of a command, with their meanings and units."""
+    fields = [entry for entry in results() if entry.path[1:2] == (command,) and len(entry.path) > 2]
+    return _rows([(".".join(entry.path[2:]), entry.text) for entry in fields])
+
+
 def _called(steps: tuple[str, ...], every: Sequence[Entry]) -> list[Entry]:
     """The entries at a path: a topic, else from the top of a topic, else those whose path ends so."""
-    for fits in (
-        lambda entry: entry.path == steps,
-        lambda entry: entry.path[1:] == steps,
-        lambda entry: (
-            entry.path[-len(steps) :] == steps or (len(steps) == 1 and steps[0] in entry.other_names)
-        ),
-    ):
-        if found := [entry for entry in every if fits(entry)]:
-            return found
-    return []
+    name = steps[0] if len(steps) == 1 else None
+    return (
+        [entry for entry in every if entry.path == steps]
+        or [entry for entry in every if entry.path[1:] == steps]
+        or [e for e in every if e.path[-len(steps) :] == steps or name in e.other_names]
+    )
 
 
 def _pages(found: Sequence[Entry], every: Sequence[Entry]) -> list[str]:
