@@ -84,12 +84,14 @@ def unit(name: str) -> Entry:
 
 def _shapes() -> Iterator[Entry]:
     """The shapes with their dimensions and anchors."""
+    yield Entry(("shapes",), "the shapes of bodies with their dimensions")
     for name, shape in SHAPES.items():
         written, section = shape.dimensions(), _file("document")["$defs"][shape.__name__]
         path = ("document", "body", "shape", name)
         others = ", ".join(key for key in section["properties"] if key not in (*written, "shape"))
         facts = {"also": f"{others}: `rigidcli explain body`"}
-        yield Entry(path, _first_sentence(section), facts=facts, row=", ".join(written.values()))
+        dimensions = ", ".join(written.values())
+        yield Entry(path, _first_sentence(section), facts=facts, row=dimensions)
         for key, schema, needed in _keys_in(section):
             if key in written:
                 words = "" if written[key] == key else f"{written[key]}; "
@@ -113,10 +115,6 @@ def _keys() -> Iterator[Entry]:
         yield Entry(("document", "motion", "torque", name), text, "variables of the components")
 
 
-SHAPE = "With `shape`: A shape; `rigidcli explain shape` lists them"
-"""The heading above the keys that all shapes have, one of which stands for all of them here."""
-
-
 def _below(path: tuple[str, ...], schema: Schema, above: Sequence[Schema]) -> Iterator[Entry]:
     """The entries of the keys below a value, unless it is a section within itself."""
     every = [section for section in _sections(schema) if not any(section is other for other in above)]
@@ -137,9 +135,10 @@ def _below(path: tuple[str, ...], schema: Schema, above: Sequence[Schema]) -> It
             elif not is_shape:
                 yield Entry(inner, text, group)
             elif name == "shape":
-                yield Entry(inner, "the name of a shape, which has keys of its own", SHAPE)
+                names = ", ".join(SHAPES)
+                yield Entry(inner, "the name of a shape, with its dimensions", "With `shape`", row=names)
             elif name not in SHAPES[form["properties"]["shape"]["const"]].dimensions():
-                yield Entry(inner, value["description"], SHAPE)
+                yield Entry(inner, value["description"], "With `shape`")
             if form is forms[-1] or name not in shared:
                 yield from _below(inner, value, (*above, *every))
 

@@ -127,18 +127,6 @@ def test_json_is_one_compact_object_a_line(folder: Path, program: Program) -> No
         assert not re.search(r"\s", re.sub(r'"(\\.|[^"\\])*"', "", line))
 
 
-def test_what_needs_an_unknown_mass_is_null(program: Program) -> None:
-    document = "body: {moments: [1, 2, 3], given_about: [1, 0, 0]}\nabout: [1, 0, 0]"
-    result = json.loads(program("axes", "-f", "json", "-", stdin=document).out)
-    assert (result["mass"], result["center_of_mass"], result["tensor_com"]) == (None, None, None)
-    assert result["moments"] == [1, 2, 3]
-    header, row = rows(program("axes", "-f", "csv", "-", stdin=document).out)
-    cells = dict(zip(header, row, strict=True))
-    assert (cells["mass"], cells["com_x"], cells["com_z"], cells["Ixx"]) == ("", "", "", "1.0")
-    assert "mass" not in program("axes", "-", stdin=document).out
-    assert re.search("^mass .* not known$", program("axes", "-v", "-", stdin=document).out, re.MULTILINE)
-
-
 # --- csv
 
 
@@ -259,19 +247,6 @@ def test_what_is_no_text_is_no_trouble(tmp_path: Path) -> None:
 # --- table and latex
 
 
-def test_digits_are_for_people(program: Program) -> None:
-    def table(*options: str) -> str:
-        return program("inertia", "configs/water.yaml", *options).out
-
-    assert "2.99072e-26" in table()
-    assert "2.99e-26" in table("--digits", "3")
-    assert "3e-26" in table("--digits", "1")
-    assert "2.9907246271239" in table("--digits", "17")
-    for form in ("json", "csv"):
-        few = program("inertia", "-f", form, "configs/water.yaml", "--digits", "2").out
-        assert few == program("inertia", "-f", form, "configs/water.yaml").out
-
-
 def test_tables_in_a_pipe_keep_every_value_on_its_line_and_an_empty_line_between(
     folder: Path, program: Program
 ) -> None:
@@ -323,56 +298,6 @@ def test_standard_input_is_read_to_its_bound_only(program: Program) -> None:
     outcome = program("axes", "-", stdin="#" * 3_000_000)
     assert (outcome.code, outcome.out) == (3, "")
     assert "2,000,000" in outcome.err
-
-
-def test_notes_go_to_standard_error_and_quiet_stops_them(folder: Path, program: Program) -> None:
-    noted = str(folder / "noted.yaml")
-    for command in (["inertia"], ["axes", "-f", "json"], ["validate"]):
-        outcome = program(*command, noted)
-        assert outcome.code == 0
-        assert outcome.err == f"{noted}: note: parameter `k` is not used\n"
-        quiet = program(*command, noted, "-q")
-        assert (quiet.out, quiet.err, quiet.code) == (outcome.out, "", 0)
-    assert "body.side" in program("axes", "-q", str(folder / "bad.yaml")).err
-
-
-def test_validate_tells_what_answers_are_read_as(tmp_path: Path, program: Program) -> None:
-    path = tmp_path / "ada.yaml"
-    path.write_text("answers:\n  a: 20.8 rad/s\n  b: [1, 2]\n  c: {csv: 't,x\n\n    0,1'}\n")
-    (tmp_path / "orbit.csv").write_text("t,x\n0,1\n1,2\n")
-    done = program("validate", str(path))
-    assert (done.code, done.err) == (0, "")
-    assert done.out == (
-        f"{path}: valid\n  a: read as 20.8 rad/s\n  b: read as [1, 2]\n  c: a table with 1 rows below `t,x`\n"
-    )
-    path.write_text(
-        "answers:\n  a: 20,8 rad/s\n  b: ((1, 2\n  c: {file: orbit.csv}\n  d: {file: x.csv}\n  so?\n"
-    )
-    done = program("validate", str(path))
-    assert done.code == 3
-    read = "  a: read as 20.8 rad/s\n  c: a table with 2 rows below `t,x`\n"
-    assert done.out == f"{path}: 2 of 4 answers can be read\n{read}"
-    assert f"{path}: line 6 is no answer: `so?`" in done.err
-    assert f"{path}: answers.b: " in done.err
-    assert f"{path}: answers.d: `x.csv`: there is no such file" in done.err
-
-
-def test_validate_tells_what_an_assignment_asks(program: Program) -> None:
-    done = program("validate", "-", stdin="questions: {a: {answer: 1, kind: number, order: free, points: 2}}")
-    assert (done.code, done.out) == (0, "-: valid\n  a: number, 2 points\n")
-    assert "means nothing to the kind" in done.err
-    done = program("validate", "-", stdin="questions:\n  a: {answer: 1}\n  b: {kind: number}\n")
-    assert (done.code, done.out) == (3, "")
-    assert "-:2: questions.a.kind: missing" in done.err
-    assert "-:3: questions.b: neither" in done.err
-
-
-def test_validate_prints_the_valid_ones(folder: Path, program: Program) -> None:
-    good, bad = str(folder / "good.yaml"), str(folder / "bad.yaml")
-    outcome = program("validate", good, bad, "-", good, stdin="- 1")
-    assert outcome.code == 3
-    assert outcome.out == f"{good}: valid\n{good}: valid\n"
-    assert program("validate", good, bad, "-s", "body.side=2").code == 0
 
 
 def test_same_input_same_bytes() -> None:
@@ -457,12 +382,6 @@ def test_help_everywhere(command: list[str], program: Program) -> None:
         assert "--set" in everyday
         assert "--no-header" in more
         assert all(kind in more for kind in COMMANDS[command[0]].pictures)
-
-
-def test_steps_are_for_people(program: Program) -> None:
-    done = program("axes", "configs/cube_corner.yaml", "--steps", "-f", "csv")
-    assert done.out == program("axes", "configs/cube_corner.yaml", "-f", "csv").out
-    assert done.err == "--steps: note: csv has no working: use table, latex or html\n"
 
 
 def test_version() -> None:

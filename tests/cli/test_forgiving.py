@@ -14,7 +14,7 @@ import yaml
 
 from rigidcli.bodies.shapes import SHAPES
 from rigidcli.fields import words
-from rigidcli.reference import keys
+from rigidcli.reference.entries import entries
 from tests.conftest import Program
 
 LOOSE = yaml.safe_load(Path(__file__).with_name("loose.yaml").read_text(encoding="utf-8"))
@@ -190,7 +190,7 @@ def test_a_setting_may_have_brackets_and_blanks(setting: str, program: Program) 
 
 
 def test_the_tables_of_words_lead_to_what_there_is(program: Program) -> None:
-    known = {key.path[-1] for key in keys.every()} | {"Ixy", "Ixz", "Iyz"}
+    known = {entry.path[-1] for entry in entries()} | {"Ixy", "Ixz", "Iyz"}
     known |= {key for each in SHAPES.values() for key in each.model_fields}
     for called in (*words.KEYS_BY_WORD.values(), *words.HALVED.values()):
         assert set(called) <= known
