@@ -5,7 +5,6 @@
 import os
 import tempfile
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import replace
 from enum import StrEnum
 from functools import partial
 from pathlib import Path
@@ -19,7 +18,6 @@ from rigidcli.cli.failures import Failures, complain, progress, tell_notes
 from rigidcli.cli.options import NoHeader, OutputPath, Quiet, listed
 from rigidcli.cli.output import Folder, Output
 from rigidcli.errors import UsageError
-from rigidcli.render import Look
 
 if TYPE_CHECKING:
     from rigidcli.check.assignment import Prepared
@@ -53,16 +51,31 @@ def studies(steps: bool = False) -> "dict[str, Callable[[Document], Report]]":
     return {name: partial(getattr(rigidcli, name), steps=steps) for name in rigidcli.STUDIES}
 
 
-def _file(option: str, metavar: str, help: str) -> Any:
+def _file(name: str, metavar: str, help: str) -> Any:
     """An option that names a file or a column."""
-    return Annotated[str | None, typer.Option(option, metavar=metavar, help=help)]
+    return typer.Option(name, metavar=metavar, help=help)
 
 
-Regrade = _file("--regrade", "OLD.json", "What changes in a run that `-f json` has written.")
-Canvas = _file("--canvas", "EXPORTED.csv", "Fill a gradebook that Canvas has exported.")
-Column = _file("--column", "NAME", "Its column, if not named like the assignment.")
-Roster = _file("--roster", "FILE.csv", "Who the students are; all of them get a row.")
-Overrides = _file("--overrides", "FILE.csv", "A person's scores over these: student,question,score,reason.")
+LEVELS = "How much students read; reference values only in full."
+ITEMS = "What the class made of each question, instead of each student."
+OLD = "What changes in a run that `-f json` has written."
+COLUMN = "The column of the gradebook, if not named like the assignment."
+OVERRIDES = "A person's scores over these: student,question,score,reason."
+KEYS = "Show each key, judge it, and list the mistakes that are named."
+
+Form = Annotated[CheckFormat, typer.Option("-f", "--format", help="What to print.")]
+Level = Annotated[Feedback, typer.Option("--feedback", help=LEVELS)]
+Jobs = Annotated[int | None, typer.Option("-j", "--jobs", min=1, max=1024, metavar="N", help="Processes.")]
+Items = Annotated[bool, typer.Option("--items", help=ITEMS)]
+Regrade = Annotated[str | None, _file("--regrade", "OLD.json", OLD)]
+Canvas = Annotated[
+    str | None, _file("--canvas", "EXPORTED.csv", "Fill a gradebook that Canvas has exported.")
+]
+Column = Annotated[str | None, _file("--column", "NAME", COLUMN)]
+Roster = Annotated[str | None, _file("--roster", "FILE.csv", "Who the students are; all of them get a row.")]
+Overrides = Annotated[str | None, _file("--overrides", "FILE.csv", OVERRIDES)]
+Selftest = Annotated[bool, typer.Option("--selftest", help=KEYS)]
+Steps = Annotated[bool, typer.Option("--steps", help="Solutions on the pages, too; with --feedback full.")]
 
 
 def check(
@@ -71,28 +84,18 @@ def check(
         list[str] | None,
         typer.Argument(metavar="ANSWERS", help="Answer files, folders, or a zip; `@files.txt` lists names."),
     ] = None,
-    format: Annotated[CheckFormat, typer.Option("-f", "--format", help="What to print.")] = CheckFormat.table,
+    format: Form = CheckFormat.table,
     output: OutputPath = None,
-    feedback: Annotated[
-        Feedback, typer.Option("--feedback", help="How much students read; reference values only in full.")
-    ] = Feedback.hint,
-    jobs: Annotated[
-        int | None, typer.Option("-j", "--jobs", min=1, max=1024, metavar="N", help="Processes.")
-    ] = None,
-    items: Annotated[
-        bool, typer.Option("--items", help="What the class made of each question, instead of each student.")
-    ] = False,
+    feedback: Level = Feedback.hint,
+    jobs: Jobs = None,
+    items: Items = False,
     regrade: Regrade = None,
     canvas: Canvas = None,
     column: Column = None,
     roster: Roster = None,
     overrides: Overrides = None,
-    selftest: Annotated[
-        bool, typer.Option("--selftest", help="Show each key, judge it, and tell which mistakes are named.")
-    ] = False,
-    steps: Annotated[
-        bool, typer.Option("--steps", help="Solutions of the questions, too; with --feedback full.")
-    ] = False,
+    selftest: Selftest = False,
+    steps: Steps = False,
     no_header: NoHeader = False,
     quiet: Quiet = False,
 ) -> None:
@@ -110,9 +113,8 @@ def check(
         raise typer.BadParameter(wrong)
     if views and format not in TABULAR[views[0]]:
         raise typer.BadParameter(f"{views[0]} has no other format than {', '.join(TABULAR[views[0]])}")
-    shows_steps = format in (CheckFormat.table, CheckFormat.html) and not views
-    if steps and (feedback is not Feedback.full or not shows_steps):
-        raise typer.BadParameter("--steps shows the keys: it is for table and html with --feedback full")
+    if steps and (feedback is not Feedback.full or format is not CheckFormat.html):
+        raise typer.BadParameter("--steps shows the keys: it is for html with --feedback full")
     if column is not None and canvas is None:
         raise typer.BadParameter("--column is for --canvas")
     failures = Failures()
@@ -170,8 +172,6 @@ def check(
             for piece in view(judged, style):
                 target.write(piece)
             remarks.tell(overrides or "", late)
-        for piece in solutions(prepared, width, colour) if steps and format is CheckFormat.table else ():
-            target.write(piece)
     raise typer.Exit(failures.code)
 
 
@@ -181,8 +181,6 @@ def _target(format: CheckFormat, path: str | None, feedback: Feedback) -> Output
         return Output(path)
     place = Path(str(path))
     named = str(path).endswith((os.sep, os.altsep or os.sep))
-    if place.exists() and named and not place.is_dir():
-        raise UsageError(f"`{path}` is a file, and no folder", hint=f"`-o {place}` writes one page into it")
     if not (named or place.exists() or place.suffix):
         hint = f"`-o {path}/` writes a page for each student, too, `-o {path}.html` the class on one page"
         raise UsageError(f"`{path}` may be a file or a folder", hint=hint)
@@ -222,16 +220,6 @@ def pages(prepared: "Prepared", remarks: Sequence[str], target: Output, *, steps
             yield content
 
     return fill
-
-
-def solutions(prepared: "Prepared", width: int | None, colour: bool) -> Iterator[str]:
-    """The working of the questions whose keys come from documents, each after its name."""
-    from rigidcli.render.table import render
-
-    for id, report in prepared.solutions.items():
-        yield "\n"
-        named = replace(report, name=f"{id}, {report.name}")
-        yield from render([named], Look(width=width, colour=colour, steps=True))
 
 
 def noted(

@@ -6,7 +6,6 @@ import inspect
 from collections import defaultdict
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import replace
-from enum import StrEnum
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, NamedTuple
@@ -78,11 +77,11 @@ class Asked(NamedTuple):
 def command_of(name: str) -> Callable[..., None]:
     """The study of this name as a command, with its formats, and the options that apply to it."""
     row = COMMANDS[name]
-    formats: Any = StrEnum("Format", [(format.value, format.value) for format in formats_of(name)])
+    formats: Any = shared.choices(formats_of(name))
 
     def command(
         files: shared.Files,
-        format: Annotated[formats, typer.Option("-f", "--format", help="What to print.")] = formats.table,  # type: ignore[valid-type]  # made of the table of formats
+        format: Annotated[formats, typer.Option("-f", "--format", help="What to print.")] = formats.table,
         output: shared.OutputPath = None,
         settings: shared.Settings = None,
         sweep: shared.Sweeps = None,

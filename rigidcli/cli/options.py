@@ -5,6 +5,7 @@
 import os
 import sys
 from collections.abc import Iterable, Sequence
+from enum import StrEnum
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -21,6 +22,17 @@ LIST = "@"
 """The sign before the name of a list; a file whose own name begins so is given as `./@name`."""
 
 
+def listed(files: Sequence[str]) -> tuple[list[str], list[str]]:
+    """FILES with the names in each `@list.txt` instead of the list, and the names of the lists.
+
+    Raises BadParameter.
+    """
+    lists = [file.removeprefix(LIST) for file in files if file.startswith(LIST)]
+    with bad_parameter():
+        names = [name for file in files for name in (_names_in(file) if file.startswith(LIST) else [file])]
+    return names, lists
+
+
 def _names_in(file: str) -> list[str]:
     """The names in a list, one on a line; `@-` is standard input. Raises UsageError.
 
@@ -28,29 +40,15 @@ def _names_in(file: str) -> list[str]:
     """
     name = file.removeprefix(LIST)
     try:
-        if name == "-" and sys.stdin is None:
-            raise OSError
         data = sys.stdin.buffer.read() if name == "-" else Path(name).read_bytes()
-    except (OSError, ValueError) as error:
+    except (OSError, ValueError, AttributeError) as error:  # a closed standard input is None
         reason = getattr(error, "strerror", None) or "no file has such a name"
         hint = f"it lists names of files, one on a line; a file of this name is `./{file}`"
         raise UsageError(f"`{file}` cannot be read: {reason}", hint=hint) from None
     lines = (os.fsdecode(line).strip() for line in data.removeprefix(b"\xef\xbb\xbf").splitlines())
-    names = [line for line in lines if line and not line.startswith("#")]
-    if not names:
+    if not (names := [line for line in lines if line and not line.startswith("#")]):
         raise UsageError(f"`{file}` lists no files", hint="one name on a line")
     return names
-
-
-def listed(files: Sequence[str]) -> tuple[list[str], list[str]]:
-    """FILES with the names in each `@list.txt` instead of the list, and the names of the lists.
-
-    Raises BadParameter.
-    """
-    lists = [file for file in files if file.startswith(LIST)]
-    with bad_parameter():
-        names = [name for file in files for name in (_names_in(file) if file in lists else [file])]
-    return names, [file.removeprefix(LIST) for file in lists]
 
 
 def _check_settings(settings: list[str] | None) -> list[str]:
@@ -181,6 +179,11 @@ Quiet = Annotated[bool, _option("No notes on standard error.", "-q", "--quiet")]
 
 Samples = Annotated[int | None, _option("Number of samples (default 1001).", metavar="N")]
 Duration = Annotated[str | None, _option('End of the motion, as in "5 min".', metavar="TIME")]
+
+
+def choices(names: Iterable[str]) -> Any:
+    """The type of an option that takes one of these names."""
+    return StrEnum("Choice", [(name, name) for name in names])
 
 
 def plot_kind(kinds: Iterable[str]) -> Any:

@@ -167,12 +167,8 @@ def _replacing(path: Path) -> Iterator[BinaryIO]:
     After an error nothing is left of the new content.
     """
     if path.exists() and not path.is_file():
-        # A device or a pipe has no old content to keep, and gets everything at once.
-        with tempfile.TemporaryFile() as collected:
-            yield collected
-            collected.seek(0)
-            with path.open("wb") as device:
-                shutil.copyfileobj(collected, device)
+        with path.open("wb") as device:  # a device or a pipe has no old content to keep
+            yield device
         return
     path = path.resolve()
     umask = os.umask(0)

@@ -30,6 +30,9 @@ def results() -> Iterator[Entry]:
     for command, fields in RESULTS.items():
         keys = ", ".join(field.key for field in fields)
         yield Entry(("results", command), f"results of `rigidcli {command}`", row=keys)
+        for group in dict.fromkeys(field.key.partition(".")[0] for field in fields if "." in field.key):
+            if all(field.key != group for field in fields):
+                yield Entry(("results", command, group), f"results of `{command}` under `{group}`")
         for field in fields:
             words = "; ".join(filter(None, [field.title.strip(), field.means]))
             words = words or f"the {field.key.rpartition('.')[2].replace('_', ' ')}"

@@ -34,7 +34,7 @@ def test_transcript(case: dict[str, Any], program: Program, tmp_path: Path) -> N
         tmp_path / name: text.replace("TMP", str(tmp_path)) for name, text in case.get("files", {}).items()
     }
     for path, text in files.items():
-        path.parent.mkdir(exist_ok=True)
+        path.parent.mkdir(parents=True, exist_ok=True)
         path.write_bytes(text.replace("BAD_ARM", BAD_ARM).encode())
     before = {path: path.read_bytes() for path in files}
     outputs = []
