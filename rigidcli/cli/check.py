@@ -143,10 +143,11 @@ def check(
             raise typer.Exit(failures.code)
         width, colour = target.terminal()
         style = Style(feedback, not no_header, width, colour)
-        remarks = Remarks(quiet)
+        remarks = list[str]()
+        remark = partial(_remark, quiet, remarks)
         view = view_of(format, items, regrade, canvas, column or prepared.title, quiet)
         if format is CheckFormat.html:
-            view = pages(prepared, remarks.kept, target, steps=steps)
+            view = pages(prepared, remarks, target, steps=steps)
         batch = files.gather(answers, assignment, Path(scratch))
         target.protect(*(place.file for place in batch.answers))
         known = None if roster is None else students.read_roster(roster)
@@ -158,9 +159,9 @@ def check(
             papers = [students.Paper(Path(answers[0]).stem, outcome=MISSING)]
         for problem in batch.problems:
             complain(str(problem))
-            remarks.kept.append(str(problem))
+            remarks.append(str(problem))
             failures.code = max(failures.code, NOT_CORRECT if unhanded else UsageError.exit_code)
-        remarks.tell(roster or prepared.source, notes)
+        remark(roster or prepared.source, notes)
         with progress() as show:
             # On a terminal, the results themselves show the progress.
             seen = (lambda share: None) if width else show
@@ -168,10 +169,10 @@ def check(
             late = list[str]()
             if person is not None:
                 judgements = person.over(judgements, late)
-            judged = noted(judgements, batch.others, prepared.source, failures, remarks, target)
+            judged = noted(judgements, batch.others, prepared.source, failures, remark, target)
             for piece in view(judged, style):
                 target.write(piece)
-            remarks.tell(overrides or "", late)
+            remark(overrides or "", late)
     raise typer.Exit(failures.code)
 
 
@@ -192,17 +193,10 @@ def _target(format: CheckFormat, path: str | None, feedback: Feedback) -> Output
     return Folder(str(path))
 
 
-class Remarks:
-    """Notes on files and students: printed, unless the user wants none, and kept for a page."""
-
-    def __init__(self, quiet: bool) -> None:
-        self._quiet = quiet
-        self.kept = list[str]()
-
-    def tell(self, source: str, notes: Sequence[str]) -> None:
-        """Print the notes on a source, and keep them."""
-        tell_notes(source, notes, self._quiet)
-        self.kept += [f"{source}: {note}" for note in notes]
+def _remark(quiet: bool, kept: list[str], source: str, notes: Sequence[str]) -> None:
+    """Print notes on files and students, unless the user wants none, and keep them for a page."""
+    tell_notes(source, notes, quiet)
+    kept += [f"{source}: {note}" for note in notes]
 
 
 def pages(prepared: "Prepared", remarks: Sequence[str], target: Output, *, steps: bool) -> "View":
@@ -227,7 +221,7 @@ def noted(
     others: "Sequence[Place]",
     source: str,
     failures: Failures,
-    remarks: Remarks,
+    remark: Callable[[str, Sequence[str]], None],
     target: Output,
 ) -> "Iterator[Judgement]":
     """The judgements, whose notes are printed, and whose verdicts decide the exit code.
@@ -238,7 +232,7 @@ def noted(
 
     named = set[str]()
     for judgement in judgements:
-        remarks.tell(judgement.source, judgement.notes)
+        remark(judgement.source, judgement.notes)
         if any(question.verdict != "correct" for question in judgement.questions):
             failures.code = max(failures.code, NOT_CORRECT)
         beside = [str(Path(judgement.source).parent / name) for name in judgement.files]
@@ -246,7 +240,7 @@ def noted(
         named.update(beside)
         yield judgement
     unused = [str(Path(*Path(place.source).parts[-2:])) for place in others if place.source not in named]
-    remarks.tell(source, noted("no answer files, and left out", unused))
+    remark(source, noted("no answer files, and left out", unused))
 
 
 def view_of(
