@@ -102,9 +102,7 @@ def _answer(
         document = read_source(source, exact, _texts(settings))
         report = run(document, **options)
     except DocumentError as error:
-        if any(problem.source.startswith(MAPPING) for problem in error.problems):
-            raise DocumentError([replace(problem, line=None) for problem in error.problems]) from None
-        raise
+        raise DocumentError(_placed(error)) from None
     again = None
     if document.ensemble is None:
         again = partial(run, document, **({"scene": True} if row.section else {}))
@@ -116,8 +114,13 @@ def validate(document: Source, *, exact: bool = False, settings: Settings = ()) 
     try:
         read_source(document, exact, _texts(settings))
     except DocumentError as error:
-        return list(error.problems)
+        return _placed(error)
     return []
+
+
+def _placed(error: DocumentError) -> list[Problem]:
+    """The problems of a document; a mapping has no lines."""
+    return [replace(p, line=None) if p.source.startswith(MAPPING) else p for p in error.problems]
 
 
 def _texts(settings: Settings) -> Sequence[str]:

@@ -15,7 +15,7 @@ import typer
 import rigidcli
 from rigidcli.check import Feedback
 from rigidcli.cli.failures import Failures, complain, progress, tell_notes
-from rigidcli.cli.options import NoHeader, OutputPath, Quiet, listed
+from rigidcli.cli.options import NoHeader, OutputPath, Quiet, format_option, listed
 from rigidcli.cli.output import Folder, Output
 from rigidcli.errors import UsageError
 
@@ -63,7 +63,7 @@ COLUMN = "The column of the gradebook, if not named like the assignment."
 OVERRIDES = "A person's scores over these: student,question,score,reason."
 KEYS = "Show each key, judge it, and list the mistakes that are named."
 
-Form = Annotated[CheckFormat, typer.Option("-f", "--format", help="What to print.")]
+Form = Annotated[CheckFormat, format_option(CheckFormat)]
 Level = Annotated[Feedback, typer.Option("--feedback", help=LEVELS)]
 Jobs = Annotated[int | None, typer.Option("-j", "--jobs", min=1, max=1024, metavar="N", help="Processes.")]
 Items = Annotated[bool, typer.Option("--items", help=ITEMS)]

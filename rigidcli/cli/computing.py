@@ -6,6 +6,7 @@ import inspect
 from collections import defaultdict
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import replace
+from enum import StrEnum
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, NamedTuple
@@ -77,11 +78,12 @@ class Asked(NamedTuple):
 def command_of(name: str) -> Callable[..., None]:
     """The study of this name as a command, with its formats, and the options that apply to it."""
     row = COMMANDS[name]
-    formats: Any = shared.choices(formats_of(name))
+    named = [(format.value, format.value) for format in formats_of(name)]
+    formats: Any = StrEnum("Format", named)  # type: ignore[misc]  # it is known at run time
 
     def command(
         files: shared.Files,
-        format: Annotated[formats, typer.Option("-f", "--format", help="What to print.")] = formats.table,
+        format: Annotated[formats, shared.format_option(formats)] = formats("table"),
         output: shared.OutputPath = None,
         settings: shared.Settings = None,
         sweep: shared.Sweeps = None,

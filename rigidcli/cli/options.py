@@ -5,7 +5,6 @@
 import os
 import sys
 from collections.abc import Iterable, Sequence
-from enum import StrEnum
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -181,9 +180,10 @@ Samples = Annotated[int | None, _option("Number of samples (default 1001).", met
 Duration = Annotated[str | None, _option('End of the motion, as in "5 min".', metavar="TIME")]
 
 
-def choices(names: Iterable[str]) -> Any:
-    """The type of an option that takes one of these names."""
-    return StrEnum("Choice", [(name, name) for name in names])
+def format_option(formats: Any) -> Any:
+    """The option that chooses one of the members of an enum of formats."""
+    listed = ", ".join(formats)
+    return typer.Option("-f", "--format", metavar="FORMAT", help=f"What to print: {listed}.")
 
 
 def plot_kind(kinds: Iterable[str]) -> Any:

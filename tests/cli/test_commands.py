@@ -312,6 +312,8 @@ def test_help_everywhere(command: list[str], program: Program) -> None:
     assert not any(line.endswith("...") for line in lines if not line.startswith("Usage"))
     assert not any(word in outcome.out for word in ("list[", "{FILE}"))
     assert f"rigidcli {' '.join(command)}" in outcome.out.partition("Options:")[0].partition("\n")[2]
+    narrow = program(*command, "-h", columns=60).out.splitlines()
+    assert max(map(len, narrow)) <= 60
     if command and command[0] in rigidcli.STUDIES:
         for option in ["--format", "--output", "--set", "--digits", "--exact", "--no-header", "--quiet"]:
             assert option in outcome.out
