@@ -157,7 +157,7 @@ def check(
     a time, as many as there are processors if it is None.
 
     Returns one mapping a student, with the fields of `check -f json`: `student`, `source`, `score`,
-    `max_score`, and `questions` with `verdict`, `score` and `feedback`; `notes` tell what was left out.
+    `max_score`, and `questions` with `verdict`, `score` and `feedback`; `notes` list what was left out.
     Raises DocumentError for an assignment that is refused, and for files that cannot be read.
 
         for student in rigidcli.check("homework.yaml", "answers/"):

@@ -19,7 +19,7 @@ ANSWERS_WITHIN = 5.0
 """Seconds within which a scheduler must answer: one that is there does so in a tenth of a second."""
 
 WORKERS_WITHIN = 60.0
-"""Seconds within which the first worker must come: those that are started on demand take half of it."""
+"""Seconds to wait for the first worker: one that is started on demand takes half of them."""
 
 FEW = 16
 """A cluster counts as so many workers at least: more may come when there is work for them."""

@@ -154,7 +154,7 @@ def _bind(limits: Limits) -> None:
 
 
 def address_space() -> int | None:
-    """Bytes that this process has mapped; None where the system does not tell."""
+    """Bytes that this process has mapped; None where the system does not say."""
     try:
         # A process that was forked pays for each object of Python that it uses first, such as a file.
         file = os.open("/proc/self/statm", os.O_RDONLY)

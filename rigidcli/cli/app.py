@@ -132,7 +132,7 @@ def options(
 ) -> None:
     """Inertia, principal axes, precession, motion and Hamiltonians, from YAML.
 
-    Begin with `rigidcli new -o cube.yaml` and `rigidcli axes cube.yaml`; `rigidcli explain` tells what
+    Begin with `rigidcli new -o cube.yaml` and `rigidcli axes cube.yaml`; `rigidcli explain` says what
     may stand in a document.
     """
 

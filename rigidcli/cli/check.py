@@ -150,9 +150,9 @@ def check(
             view = pages(prepared, remarks, target, steps=steps)
         batch = files.gather(answers, assignment, Path(scratch))
         target.protect(*(place.file for place in batch.answers))
-        known = None if roster is None else students.read_roster(roster)
+        class_list = None if roster is None else students.read_roster(roster)
         person = None if overrides is None else read_overrides(overrides, prepared.items)
-        papers, notes = students.papers(batch, known)
+        papers, notes = students.papers(batch, class_list)
         # Gradescope waits for a result of those, too, who have handed in nothing.
         unhanded = format is CheckFormat.gradescope and not papers
         if unhanded:

@@ -76,7 +76,7 @@ def explain(
         ),
     ] = None,
 ) -> None:
-    """Tell what a key, shape, unit, function, result or mistake is.
+    """Explain a key, shape, unit, function, result or mistake.
 
     Example: rigidcli explain body.shape.cone
     """

@@ -10,7 +10,7 @@ from rigidcli.errors import UsageError, ValueProblem, nearest, shown
 from rigidcli.reference.results import Entry, results
 
 WIDTH = 80
-"""The columns of a page: those of the narrowest terminal that people use."""
+"""Characters in a line of a page, as in the narrowest terminal that people use."""
 
 EXAMPLES = ("body", "body.shape.cone", "motion.omega", "axes.groups", "rpm", "atan2", "sign_error")
 
@@ -21,7 +21,7 @@ def overview() -> str:
 
     topics = [(entry.path[0], entry.text) for entry in entries() if len(entry.path) == 1]
     return _page(
-        _paragraph("`rigidcli explain PATH` tells what a key, shape, unit, function, result or mistake is."),
+        _paragraph("`rigidcli explain PATH` explains a key, shape, unit, function, result or mistake."),
         _rows(topics),
         "Examples:\n" + "\n".join(f"  rigidcli explain {example}" for example in EXAMPLES),
     )
@@ -35,18 +35,18 @@ def explain(path: str) -> str:
     typed = "body.shape" if path == "shapes" else path
     steps = tuple(step for step in typed.split(".") if not step.isdecimal()) or (path,)
     every = list(results())
-    if found := [entry for entry in every if entry.path[1:] == steps]:
-        return "\n".join(_pages(found, every))
+    if matches := [entry for entry in every if entry.path[1:] == steps]:
+        return "\n".join(_pages(matches, every))
     from rigidcli.reference.entries import entries, unit
 
     every = entries()
-    while not (found := _called(steps, every)) and len(steps) > 1 and _called(steps[:1], every):
+    while not (matches := _called(steps, every)) and len(steps) > 1 and _called(steps[:1], every):
         steps = steps[1:]
-    if not found and len(steps) == 1:
+    if not matches and len(steps) == 1:
         with suppress(ValueProblem):
-            found = [unit(path)]
-    if found:
-        return "\n".join(_pages(found, every))
+            matches = [unit(path)]
+    if matches:
+        return "\n".join(_pages(matches, every))
     above = tuple(path.split("."))[:-1]
     parents = {entry.path for entry in _called(above, every)} if above else set()
     names = {entry.path[-1] for entry in every for path in parents if entry.path[: len(path)] == path} or {
@@ -75,10 +75,10 @@ def _called(steps: tuple[str, ...], every: Sequence[Entry]) -> list[Entry]:
     )
 
 
-def _pages(found: Sequence[Entry], every: Sequence[Entry]) -> list[str]:
+def _pages(matches: Sequence[Entry], every: Sequence[Entry]) -> list[str]:
     """The pages of entries; those that say the same share one."""
     alike: dict[str, list[str]] = {}
-    for entry in found:
+    for entry in matches:
         depth = len(entry.path)
         below = [other for other in every if other.path[:depth] == entry.path and len(other.path) > depth]
         if entry.path != ("assignment",):  # its page shows the keys of all its sections
