@@ -80,10 +80,11 @@ def command_of(name: str) -> Callable[..., None]:
     row = COMMANDS[name]
     named = [(format.value, format.value) for format in formats_of(name)]
     formats: Any = StrEnum("Format", named)  # type: ignore[misc]  # it is known at run time
+    usual = formats("table")
 
     def command(
         files: shared.Files,
-        format: Annotated[formats, shared.format_option(formats)] = formats("table"),
+        format: Annotated[formats, shared.format_option(formats)] = usual,
         output: shared.OutputPath = None,
         settings: shared.Settings = None,
         sweep: shared.Sweeps = None,
