@@ -14,9 +14,8 @@ import warnings
 from collections import deque
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import AbstractContextManager, ExitStack, contextmanager
-from dataclasses import dataclass
 from itertools import islice
-from typing import TYPE_CHECKING, Generic, TypeAlias, TypeVar
+from typing import TYPE_CHECKING, TypeAlias, TypeVar
 
 from rigidcli.errors import ComputationError
 
@@ -42,21 +41,18 @@ _ALONE = threading.Lock()
 """Held by a thread that works: a worker of a cluster may have several, which would share settings."""
 
 
-@dataclass(frozen=True, slots=True)
-class Lost(Generic[_Task]):
-    """A task that has ended the process that worked on it, twice: it has no result."""
-
-    task: _Task
-
-
 def each(
-    work: Callable[[_Task], Iterable[_Result]], tasks: Iterable[_Task], jobs: Jobs
-) -> Iterator[_Result | Lost[_Task]]:
+    work: Callable[[_Task], Iterable[_Result]],
+    tasks: Iterable[_Task],
+    jobs: Jobs,
+    lost: Callable[[_Task], _Result],
+) -> Iterator[_Result]:
     """All results of each task, in the order of the tasks.
 
     Tasks are taken when there is room for them, so that there may be any number, and handed out in packs.
-    When a process ends early, the tasks that it had are done again, one at a time: the one that ends a
-    process again is `Lost`. With one job, all is done in this process, and each result comes at once.
+    When a process ends early, the tasks that it had are done again, one at a time; of the one that ends a
+    process again the result is `lost(task)`. With one job, all is done in this process, and each result comes
+    at once.
     Raises ComputationError where no process can be started, and UsageError where no cluster is reached.
     """
     rest = iter(tasks)
@@ -81,7 +77,7 @@ def each(
                     raise
                 stack.close()
                 for task in pack:
-                    yield from _alone(work, task, jobs)
+                    yield from _alone(work, task, jobs, lost)
                 executor, workers = stack.enter_context(_opened(jobs))
                 waiting = deque((pack, _submitted(executor, work, pack)) for pack, _ in waiting)
             else:
@@ -90,8 +86,8 @@ def each(
 
 
 def _alone(
-    work: Callable[[_Task], Iterable[_Result]], task: _Task, jobs: Jobs
-) -> Iterable[_Result | Lost[_Task]]:
+    work: Callable[[_Task], Iterable[_Result]], task: _Task, jobs: Jobs, lost: Callable[[_Task], _Result]
+) -> Iterable[_Result]:
     """The results of a task that is done again, by a process that has nothing else to do."""
     with _opened(jobs if isinstance(jobs, str) else 1) as (executor, _):
         try:
@@ -99,7 +95,7 @@ def _alone(
         except Exception as error:  # as in `each`
             if not _has_ended(error):
                 raise
-            return [Lost(task)]
+            return [lost(task)]
 
 
 def _submitted(

@@ -20,16 +20,15 @@ from rigidcli.cli.failures import (
     bad_parameter,
     complain,
     counted,
-    failure,
     fresh,
     progress,
     tell_notes,
 )
 from rigidcli.cli.output import Output, is_folder
-from rigidcli.cli.work import Answer, Work, answers, require_used, tasks
+from rigidcli.cli.work import Work, answers, lost, require_used, tasks
 from rigidcli.commands import COMMANDS
-from rigidcli.errors import ComputationError, UsageError
-from rigidcli.processes import Jobs, Lost, each
+from rigidcli.errors import UsageError
+from rigidcli.processes import Jobs, each
 from rigidcli.render import TRAITS, Format, Look, Traits, formats_of, joined, require_fit
 from rigidcli.sandbox import usable_cores
 
@@ -43,9 +42,6 @@ MANY = 500
 
 MOST_SHOWN = 100_000
 """The most rows of a table for people, which is kept in memory until the columns are known."""
-
-MEMORY = "mostly it needs more memory: allow more, or ask for fewer samples"
-"""Advice where a process has ended."""
 
 PULSE = 2.0
 """Seconds after which a terminal shows the time that the work has taken."""
@@ -240,10 +236,7 @@ def _pieces(
     # On a terminal, rows that stream show the progress themselves.
     streams = work.look.width is not None and not TRAITS[work.format].people
     with counted(0 if here or streams else asked.total) as done:
-        for answer in each(do, tasks(work, asked.files, asked.sweep, asked.hands), asked.hands):
-            if isinstance(answer, Lost):
-                ended = ComputationError("the process that worked on it has ended, twice", hint=MEMORY)
-                answer = Answer(answer.task.source, failure(ended, answer.task.source))
+        for answer in each(do, tasks(work, asked.files, asked.sweep, asked.hands), asked.hands, lost):
             with failures.of(answer.source):
                 for output in opened:
                     output.protect(*answer.files)

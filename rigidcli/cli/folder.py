@@ -10,9 +10,9 @@ from pathlib import Path
 from typing import TYPE_CHECKING, TypeAlias
 
 from rigidcli.cli.failures import Failure, Failures
-from rigidcli.cli.work import Task, Work, answers, documents
+from rigidcli.cli.work import Task, Work, answers, documents, lost
 from rigidcli.errors import ComputationError, UsageError
-from rigidcli.processes import Jobs, Lost, each
+from rigidcli.processes import Jobs, each
 from rigidcli.render import parquet
 
 if TYPE_CHECKING:
@@ -52,11 +52,7 @@ def write_folder(
     kinds = {name: kind or parquet.NUMBER for name, kind in kinds.items()}
     path.mkdir(parents=True, exist_ok=True)
     write = partial(_written, work=work, kinds=kinds, folder=path)
-    for failed in each(write, enumerate(parts), jobs):
-        if isinstance(failed, Lost):
-            failed = Failure(
-                f"part {failed.task[0]} has ended its process, twice", ComputationError.exit_code
-            )
+    for failed in each(write, enumerate(parts), jobs, lambda part: lost(part[1][0][0]).outcome):
         failures.tell(failed)
     failures.end()
 

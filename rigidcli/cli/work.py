@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple, TypeAlias
 
 from rigidcli.cli.failures import Failure, failure
 from rigidcli.commands import COMMANDS, STUDIES, Command
-from rigidcli.errors import UNKNOWN, DocumentError, RigidError, UsageError
+from rigidcli.errors import UNKNOWN, ComputationError, DocumentError, RigidError, UsageError
 from rigidcli.processes import Jobs
 from rigidcli.render import TRAITS, Format, Look, piece, require_columns
 from rigidcli.report import Field, Report
@@ -187,6 +187,13 @@ def answers(task: Task, work: Work, watch: Watch | None = None) -> Iterator[Answ
     failed = isinstance(task.draft, Failure)
     for answer in [Answer(task.source, task.draft)] if failed else _answers(task, work, watch):
         yield answer._replace(notes=[*task.about, *answer.notes])
+
+
+def lost(task: Task) -> Answer:
+    """The answer to a task whose process has ended early, twice."""
+    hint = "mostly it needs more memory: allow more, or ask for fewer samples"
+    error = ComputationError("the process that worked on it has ended, twice", hint=hint)
+    return Answer(task.source, failure(error, task.source))
 
 
 def _answers(task: Task, work: Work, watch: Watch | None) -> Iterator[Answer]:
