@@ -108,7 +108,9 @@ def command_of(name: str) -> Callable[..., None]:
         swept, wanted = shared.read_sweep(sweep, pair), shared.read_units(units)
         tables = [*lists, *(() if swept is None else swept.files)]
         asked = Asked(files, tables, swept, jobs, compare, wanted, output, plot, quiet)
-        _require_sense(asked, form, traits, {"--steps": steps, "--plot": bool(plot or plot_kind)})
+        _require_sense(
+            asked, form, traits, {"--steps": steps, "--plot": bool(plot), "--plot-kind": bool(plot_kind)}
+        )
         if steps and not traits.people:
             tell_notes("--steps", [f"{form} has no working: use table, latex or html"], quiet)
         if wanted and not traits.people:
