@@ -36,7 +36,6 @@ class Limits:
 
 LIMITS = Limits()
 
-
 MOST_FILES = 65_536
 """Where the system sets no bound to how many files a process may have open."""
 
