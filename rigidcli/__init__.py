@@ -7,9 +7,9 @@
 
 `inertia`, `axes`, `precess`, `euler` and `hamilton` answer documents with a `Result`, which maps the fields
 of the JSON output to floats, numpy arrays, texts and exact expressions, and shows itself as a table. `load`
-and `loads` read a document once for several of them, `load_all` the links of a robot. Problems are raised as
-`RigidError`; those of documents as `DocumentError`, which lists them, as `validate` does. `check` judges
-homework.
+and `loads` read a document once for several of them, `load_all` the links of a robot. Errors are a
+`RigidError`; a refused document is a `DocumentError`, which lists its problems, as `validate` does. `check`
+judges homework.
 """
 
 from __future__ import annotations

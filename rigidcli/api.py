@@ -6,20 +6,20 @@ import inspect
 import json
 import os
 import sys
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import fields, replace
 from functools import partial
 from importlib import import_module
 from pathlib import Path
 from textwrap import indent
 from types import ModuleType
-from typing import Any, Protocol, TypeAlias
+from typing import Any, TypeAlias
 
 from rigidcli.check import Feedback
 from rigidcli.commands import COMMANDS, STUDIES, Command
 from rigidcli.document.load import KEYS, MAPPING, Source, plain, read_source
 from rigidcli.errors import DocumentError, Problem, UsageError, nearest, shown
-from rigidcli.reference import tables
+from rigidcli.reference.pages import result_rows
 from rigidcli.result import Result
 
 HELP = """{about}
@@ -68,19 +68,8 @@ Settings: TypeAlias = Mapping[str, object] | Sequence[str]
 """Values by their keys, where a key that no document has is a parameter; or texts such as `body.mass=3`."""
 
 
-class Study(Protocol):
-    """A study as a function. Each study takes the options that its help names, and refuses others."""
-
-    def __call__(  # noqa: D102 - the class says it
-        self,
-        document: Source,
-        *,
-        exact: bool = False,
-        settings: Settings = (),
-        steps: bool = False,
-        picture: str | None = None,
-        **options: Any,
-    ) -> Result: ...
+Study: TypeAlias = Callable[..., Result]
+"""A study as a function. Each takes the options that its help names, and refuses others."""
 
 
 def _study(name: str) -> Study:
@@ -98,7 +87,7 @@ def _study(name: str) -> Study:
     ) -> Result:
         return _answer(row, document, exact, settings, {"steps": steps, "picture": picture, **options})
 
-    listed = indent(tables.result_rows(name), "  ")
+    listed = indent(result_rows(name), "  ")
     study.__name__ = study.__qualname__ = name
     study.__doc__ = HELP.format(about=row.about, fields=listed, example=inspect.cleandoc(row.python))
     return study
@@ -113,9 +102,7 @@ def _answer(
         document = read_source(source, exact, _texts(settings))
         report = run(document, **options)
     except DocumentError as error:
-        if any(problem.source.startswith(MAPPING) for problem in error.problems):
-            raise DocumentError([replace(problem, line=None) for problem in error.problems]) from None
-        raise
+        raise DocumentError(_placed(error)) from None
     again = None
     if document.ensemble is None:
         again = partial(run, document, **({"scene": True} if row.section else {}))
@@ -127,8 +114,13 @@ def validate(document: Source, *, exact: bool = False, settings: Settings = ()) 
     try:
         read_source(document, exact, _texts(settings))
     except DocumentError as error:
-        return list(error.problems)
+        return _placed(error)
     return []
+
+
+def _placed(error: DocumentError) -> list[Problem]:
+    """The problems of a document; a mapping has no lines."""
+    return [replace(p, line=None) if p.source.startswith(MAPPING) else p for p in error.problems]
 
 
 def _texts(settings: Settings) -> Sequence[str]:
@@ -165,7 +157,7 @@ def check(
     a time, as many as there are processors if it is None.
 
     Returns one mapping a student, with the fields of `check -f json`: `student`, `source`, `score`,
-    `max_score`, and `questions` with `verdict`, `score` and `feedback`; `notes` tell what was left out.
+    `max_score`, and `questions` with `verdict`, `score` and `feedback`; `notes` list what was left out.
     Raises DocumentError for an assignment that is refused, and for files that cannot be read.
 
         for student in rigidcli.check("homework.yaml", "answers/"):

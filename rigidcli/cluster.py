@@ -5,9 +5,8 @@ from __future__ import annotations
 import logging
 import sys
 import threading
-import time
 import warnings
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from concurrent.futures import CancelledError, Executor, TimeoutError
 from contextlib import contextmanager, suppress
 from importlib import util
@@ -20,56 +19,41 @@ ANSWERS_WITHIN = 5.0
 """Seconds within which a scheduler must answer: one that is there does so in a tenth of a second."""
 
 WORKERS_WITHIN = 60.0
-"""Seconds within which the first worker must come: those that are started on demand take half of it."""
+"""Seconds to wait for the first worker: one that is started on demand takes half of them."""
 
-COUNTED_EVERY = 10.0
-"""Seconds after which the workers are counted again, since some may come and go."""
+FEW = 16
+"""A cluster counts as so many workers at least: more may come when there is work for them."""
 
 
 @contextmanager
-def opened(address: str) -> Iterator[tuple[Executor, Callable[[], int]]]:
-    """The executor of the cluster of the scheduler at an address, and what counts its workers.
+def opened(address: str) -> Iterator[tuple[Executor, int]]:
+    """The executor of the cluster of the scheduler at an address, and the number of its workers.
 
     Raises UsageError where no such cluster is reached, and ComputationError where it is lost on the way. What
     was handed out and is no longer wanted is cancelled.
     """
-    with client(address) as reached:
-        executor = reached.get_executor(pure=False)  # each pack is work of its own
-        counted, workers = time.monotonic(), max(1, len(reached.nthreads()))
-
-        def count() -> int:
-            nonlocal counted, workers
-            if time.monotonic() - counted > COUNTED_EVERY:
-                counted, workers = time.monotonic(), max(1, len(reached.nthreads()))
-            return workers
-
-        try:
-            yield executor, count
-        finally:
-            with suppress(Exception):  # where the scheduler is gone, so is the work
-                executor.shutdown(wait=False)
-
-
-@contextmanager
-def client(address: str) -> Iterator[Any]:
-    """The client of the scheduler at an address, whose errors are put into words. Raises as `opened`."""
     if util.find_spec("distributed") is None:
         raise UsageError("distributed is not installed", hint="python -m pip install 'rigidcli[cluster]'")
     before = logging.root.manager.disable
     # All that the user should read about a connection is written here, once.
     logging.disable(logging.CRITICAL)
-    reached: Any = None
+    client: Any = None
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")
-            reached = _reached(address)
-        _require_same(reached)
-        yield reached
+            client = _reached(address)
+        _require_same(client)
+        executor = client.get_executor(pure=False)  # each pack is work of its own
+        try:
+            yield executor, max(FEW, len(client.nthreads()))
+        finally:
+            with suppress(Exception):  # where the scheduler is gone, so is the work
+                executor.shutdown(wait=False)
     except Exception as error:  # noqa: BLE001 - whatever goes wrong far away
         raise _in_words(error, address) from None
     finally:
-        if reached is not None:
-            reached.close(timeout=1)
+        if client is not None:
+            client.close(timeout=1)
         logging.disable(before)
 
 
@@ -105,26 +89,23 @@ def _versions() -> dict[str, str]:
     return {"rigidcli": rigidcli.__version__, "Python": f"{sys.version_info[0]}.{sys.version_info[1]}"}
 
 
-def _require_same(reached: Any) -> None:
+def _require_same(client: Any) -> None:
     """Raise UsageError where there is no worker, or one has other versions, or none."""
     try:
-        reached.wait_for_workers(1, timeout=WORKERS_WITHIN)
+        client.wait_for_workers(1, timeout=WORKERS_WITHIN)
     except TimeoutError:
-        hint = f"start one: `dask worker {reached.scheduler.address}`"
+        hint = f"start one: `dask worker {client.scheduler.address}`"
         raise UsageError("the cluster has no workers", hint=hint) from None
     ours = _versions()
-    for worker, theirs in sorted(reached.run(_versions, on_error="return").items()):
+    for worker, theirs in sorted(client.run(_versions, on_error="return").items()):
         if isinstance(theirs, BaseException):
             problem = f"the worker {worker} cannot load rigidcli: {_first_line(theirs)}"
         elif theirs != ours:
-            problem = f"the worker {worker} has {_listed(theirs)}, and here is {_listed(ours)}"
+            there, here = (" and ".join(map(" ".join, versions.items())) for versions in (theirs, ours))
+            problem = f"the worker {worker} has {there}, and here is {here}"
         else:
             continue
         raise UsageError(problem, hint="install the same versions on all machines")
-
-
-def _listed(versions: dict[str, str]) -> str:
-    return " and ".join(map(" ".join, versions.items()))
 
 
 def _in_words(error: Exception, address: str) -> Exception:

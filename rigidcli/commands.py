@@ -2,36 +2,28 @@
 
 from __future__ import annotations
 
-TYPE_CHECKING = False
-"""As in `typing`, which takes longer to load than this table."""
-
-if TYPE_CHECKING:
-    from collections.abc import Mapping
+from collections.abc import Mapping
+from typing import NamedTuple
 
 
-class Command:
+class Command(NamedTuple):
     """A command: what it does, and for a study what it needs, offers and draws.
 
     `needs` are the sections of which a document has one. A study with a `section` follows a motion: that
-    section has the `samples` and `duration` that options set. `pictures` are the kinds that it draws,
-    the best first, and the modules of `rigidcli.studies` with a function of that name. `python` is an example
-    for its help in Python. The `module` has the function of its name, unless it is a study.
+    section has the `samples` and `duration` that options set. It does not read the sections `ignored`, which
+    may stand in its documents for other commands. `pictures` are the kinds that it draws, the best first, and
+    the modules of `rigidcli.studies` with a function of that name. `python` is an example for its help in
+    Python. The `module` of `rigidcli.cli` has the function of its name, unless it is a study.
     """
 
-    __slots__ = ("help", "module", "name", "needs", "pictures", "python", "section")
-
-    def __init__(
-        self,
-        name: str,
-        help: str = "",
-        needs: tuple[str, ...] = (),
-        section: str = "",
-        pictures: Mapping[str, str] = {},
-        python: str = "",
-        module: str = "",
-    ) -> None:
-        self.name, self.help, self.needs, self.section = name, help, needs, section
-        self.pictures, self.python, self.module = pictures, python, module or name
+    name: str
+    help: str = ""
+    needs: tuple[str, ...] = ()
+    ignored: str = ""
+    section: str = ""
+    pictures: Mapping[str, str] = {}
+    python: str = ""
+    module: str = ""
 
     @property
     def about(self) -> str:
@@ -47,6 +39,7 @@ _ROWS = (
         Example: rigidcli inertia -f csv cube.yaml plate.yaml
         """,
         needs=("body",),
+        ignored="motion top tide system orbit equilibrium transform",
         pictures={"body": "pictures.bodies"},
         python="""
         >>> rigidcli.inertia({"body": {"shape": "cube", "side": 1, "mass": 12}})["mass"]
@@ -62,6 +55,7 @@ _ROWS = (
         Example: rigidcli axes cube.yaml --set body.mass=3
         """,
         needs=("body",),
+        ignored="top tide system orbit equilibrium transform",
         pictures={"body": "pictures.bodies"},
         python="""
         >>> rigidcli.axes("body: {shape: cube, side: 1, mass: 12, anchor: corner}")["class"]
@@ -77,6 +71,7 @@ _ROWS = (
         Example: rigidcli precess top.yaml --set top.spin="900 rpm"
         """,
         needs=("top", "body", "tide"),
+        ignored="system orbit equilibrium transform",
         pictures=dict.fromkeys(("potential", "trace", "polhode"), "pictures.precess"),
         python="""
         >>> top = {"mass": 0.3, "distance": 0.05, "lambda3": 0.000375, "spin": "20 rps", "gravity": 9.8}
@@ -93,6 +88,7 @@ _ROWS = (
         Example: rigidcli euler motion.yaml --duration "5 min" -f csv
         """,
         needs=("body", "top"),
+        ignored="tide system orbit equilibrium transform",
         section="motion",
         pictures=dict.fromkeys(("omega", "polhode", "trace"), "euler.pictures"),
         python="""
@@ -111,6 +107,7 @@ _ROWS = (
         Example: rigidcli hamilton spring.yaml -f latex
         """,
         needs=("system",),
+        ignored="body about axis frame motion top tide",
         section="orbit",
         pictures=dict.fromkeys(("path", "phase", "modes", "spectrum", "series"), "hamilton.pictures"),
         python="""
@@ -119,7 +116,7 @@ _ROWS = (
         p_x**2/(2*m) + k*x**2/2
         """,
     ),
-    *map(Command, ("check", "validate")),
+    *(Command(name, module=name) for name in ("check", "validate")),
     *(Command(name, module="printing") for name in ("explain", "schema", "new")),
 )
 

@@ -153,7 +153,7 @@ class Problem:
         return text if self.hint is None else f"{text}\n  hint: {printable(self.hint)}"
 
 
-MOST_TOLD = 200
+MOST_LISTED = 200
 """Most problems of one document that its message lists; a list that is longer helps nobody."""
 
 
@@ -164,9 +164,9 @@ class DocumentError(RigidError):
 
     def __init__(self, problems: Sequence[Problem]) -> None:
         self.problems = tuple(problems)
-        lines = [str(problem) for problem in self.problems[:MOST_TOLD]]
-        if len(self.problems) > MOST_TOLD:
-            lines.append(f"{self.problems[0].source}: {len(self.problems) - MOST_TOLD:,} more problems")
+        lines = [str(problem) for problem in self.problems[:MOST_LISTED]]
+        if len(self.problems) > MOST_LISTED:
+            lines.append(f"{self.problems[0].source}: {len(self.problems) - MOST_LISTED:,} more problems")
         super().__init__("\n".join(lines))
 
 

@@ -134,8 +134,10 @@ def _bind(limits: Limits) -> None:
     signal.signal(signal.SIGALRM, signal.SIG_DFL)
     signal.pthread_sigmask(signal.SIG_SETMASK, ())
     # When memory runs out for all, this process is in the way, and not another.
-    with contextlib.suppress(OSError), _opened("/proc/self/oom_score_adj", os.O_WRONLY) as file:
+    with contextlib.suppress(OSError):
+        file = os.open("/proc/self/oom_score_adj", os.O_WRONLY)
         os.write(file, b"1000")
+        os.close(file)
     bounds = {
         resource.RLIMIT_CORE: (0, 0),
         resource.RLIMIT_FSIZE: (0, 0),
@@ -151,23 +153,15 @@ def _bind(limits: Limits) -> None:
 
 
 def address_space() -> int | None:
-    """Bytes that this process has mapped; None where the system does not tell."""
+    """Bytes that this process has mapped; None where the system does not say."""
     try:
-        with _opened("/proc/self/statm", os.O_RDONLY) as file:
-            pages = int(os.read(file, 100).split()[0])
+        # A process that was forked pays for each object of Python that it uses first, such as a file.
+        file = os.open("/proc/self/statm", os.O_RDONLY)
     except OSError:
         return None
+    pages = int(os.read(file, 100).split()[0])
+    os.close(file)
     return pages * os.sysconf("SC_PAGE_SIZE")
-
-
-@contextlib.contextmanager
-def _opened(name: str, flags: int) -> Iterator[int]:
-    """A descriptor of a file: a process that was forked pays for each object of Python that it uses first."""
-    file = os.open(name, flags)
-    try:
-        yield file
-    finally:
-        os.close(file)
 
 
 def _audit(event: str, arguments: tuple[object, ...]) -> None:

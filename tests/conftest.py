@@ -48,10 +48,11 @@ Program = Callable[..., Outcome]
 
 @pytest.fixture
 def program(monkeypatch: pytest.MonkeyPatch) -> Program:
-    """Runs `rigidcli ARGUMENTS` in the project's folder, with `stdin` to read from."""
+    """Runs `rigidcli ARGUMENTS` in the project's folder, with `stdin` to read from, so many columns wide."""
     monkeypatch.chdir(ROOT)
 
-    def run(*arguments: str, stdin: str = "") -> Outcome:
+    def run(*arguments: str, stdin: str = "", columns: int = 80) -> Outcome:
+        monkeypatch.setenv("COLUMNS", str(columns))
         out, err = (io.TextIOWrapper(io.BytesIO(), encoding="utf-8") for _ in range(2))
         monkeypatch.setattr(sys, "argv", ["rigidcli", *arguments])
         monkeypatch.setattr(sys, "stdin", io.TextIOWrapper(io.BytesIO(stdin.encode())))

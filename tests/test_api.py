@@ -81,6 +81,9 @@ def test_a_document_is_validated() -> None:
     problems = rigidcli.validate("body: {shape: cube,\n mas: 1}")
     assert {problem.key for problem in problems} >= {"body.mas", "body.side"}
     assert all(problem.line for problem in problems)
+    assert [problem.line for problem in rigidcli.validate({"body": {"shape": "cube", "side": -1}})] == [
+        None
+    ] * 2
 
 
 def test_homework_is_judged_as_on_the_command_line(tmp_path: Path, program: Program) -> None:

@@ -10,12 +10,11 @@ from __future__ import annotations
 import json
 import math
 import random
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from functools import cache
 from pathlib import Path
 from typing import Any, NamedTuple
 
-import mpmath
 import numpy as np
 import pytest
 import sympy
@@ -301,53 +300,54 @@ def test_without_a_radius_the_bead_falls_freely() -> None:
     np.testing.assert_allclose(0.1 * (found.columns["phi"] - 10 * np.pi), -4.9 * found.t**2, atol=1e-12)
 
 
-def test_the_motor_of_the_rod_works() -> None:
-    """T + V of the bead is not constant, while H is: it grows by twice the centrifugal energy."""
-    found, energy = orbit("taylor_13_12"), derived("taylor_13_12")["energy"]
-    parameters = {"m": 0.05, "w": 2.0, "r0": 0.1}
-    columns = zip(found.columns["r"], found.columns["p_r"], strict=True)
-    grown = np.array([value(energy, parameters | {"r": r, "p_r": p}) for r, p in columns])
-    np.testing.assert_allclose(grown - found.energy, 0.05 * 4 * found.columns["r"] ** 2, rtol=1e-12)
-    assert grown[-1] > 500 * grown[0]
+AU, YEAR = 149597870700.0, 365.25 * 86400
+
+FIGURES: list[tuple[str, str, Callable[[Samples], float], str]] = [
+    ("kepler_polar", "orbit.samples=1001", lambda found: found.columns["r"].max() / AU, "35.08"),
+    ("kepler_polar", "orbit.samples=1001", lambda found: found.t[-1] / YEAR, "75.32"),
+    (
+        "spherical_pendulum",
+        "orbit.samples=1001",
+        lambda found: np.degrees(found.columns["theta"].max()),
+        "60.77",
+    ),
+    ("bead_on_hoop", "orbit.samples=30001", lambda found: np.degrees(found.columns["theta"].max()), "90.93"),
+]
 
 
-def test_the_comet_turns_back_and_comes_back() -> None:
-    found = orbit("kepler_polar")
-    au, year = 149597870700.0, 365.25 * 86400
-    assert found.columns["r"].max() / au == printed("35.08")
-    assert found.t[-1] / year == printed("75.32")
-    assert found.columns["r"][-1] == pytest.approx(found.columns["r"][0], rel=1e-8)
-    assert found.columns["phi"][-1] == pytest.approx(2 * math.pi, rel=1e-8)
+@pytest.mark.parametrize(("name", "setting", "figure", "expected"), FIGURES)
+def test_figures(name: str, setting: str, figure: Callable[[Samples], float], expected: str) -> None:
+    """The extremes of orbits that the comments of the documents name."""
+    assert figure(orbit(name, setting)) == printed(expected)
 
 
-def test_limits_of_the_spherical_pendulum() -> None:
-    """theta comes back after the period, and its other limit lies half of it away."""
-    degrees = np.degrees(orbit("spherical_pendulum").columns["theta"])
-    assert degrees.min() == pytest.approx(45, abs=1e-3)
-    assert degrees.max() == printed("60.77")
-    back = orbit(
-        "spherical_pendulum", "orbit.samples=null", "orbit.duration=null", "orbit.times=[0, 1.08145211]"
+@pytest.mark.parametrize(
+    ("name", "key", "period"),
+    [
+        ("kepler_polar", "r", 75.32),
+        ("spherical_pendulum", "theta", 1.08145211),
+        ("relativistic_oscillator", "x", 10.03692585),
+        ("bead_on_hoop", "theta", 1.27376102),
+    ],
+)
+def test_orbits_come_back_after_their_period(name: str, key: str, period: float) -> None:
+    times = [] if name == "kepler_polar" else ["orbit.samples=null", "orbit.duration=null"]
+    times += [] if name == "kepler_polar" else [f"orbit.times=[0, {period}]"]
+    column = orbit(name, *times).columns[key]
+    assert column[-1] == pytest.approx(column[0], rel=1e-7)
+
+
+def test_the_top_nods_as_precess_says() -> None:
+    """The limits and the period of theta, by the command that works them out without an orbit."""
+    top = rigidcli.precess(rigidcli.load(CONFIGS / "top_cuspidal.yaml"))["top"]
+    period = float(top["nutation_period"])
+    assert math.degrees(top["theta_max"]) == printed("31.80")
+    assert 1000 * period == printed("76.75")
+    times = ["orbit.samples=null", "orbit.duration=null", f"orbit.times=[0, {period / 2!r}, {period!r}]"]
+    found = orbit("top_euler_angles", *times)
+    np.testing.assert_allclose(
+        found.columns["theta"], [math.pi / 6, top["theta_max"], math.pi / 6], rtol=1e-9
     )
-    assert back.columns["theta"][-1] == pytest.approx(math.pi / 4, rel=1e-9)
-    even = orbit("spherical_pendulum", "orbit.initial.phidot=sqrt(g/(l*cos(start)))")
-    np.testing.assert_allclose(even.columns["theta"], math.pi / 4, rtol=1e-9)
-    assert math.sqrt(9.81 / math.cos(math.pi / 4)) == printed("3.725")
-
-
-def test_period_and_speed_of_the_relativistic_oscillator() -> None:
-    """x = 2 sin(s): dt = E sqrt(2)/sqrt(4 - 2 sin(s)^2) ds with E = 3 - 2 sin(s)^2."""
-
-    def slope(s: Any) -> Any:
-        square = 2 * mpmath.sin(s) ** 2
-        return (3 - square) * mpmath.sqrt(2 / (4 - square))
-
-    period = float(4 * mpmath.quad(slope, [0, mpmath.pi / 2]))
-    assert period == printed("10.037")
-    times = ["orbit.samples=null", "orbit.duration=null", f"orbit.times=[0, {period / 4!r}, {period!r}]"]
-    found = orbit("relativistic_oscillator", *times)
-    np.testing.assert_allclose(found.columns["x"], [2, 0, 2], atol=1e-10)
-    np.testing.assert_allclose(found.columns["p_x"], [0, -math.sqrt(8), 0], atol=1e-10)
-    assert math.sqrt(8) / 3 == printed("0.943")
 
 
 def test_order_in_the_galaxy() -> None:
@@ -358,43 +358,6 @@ def test_order_in_the_galaxy() -> None:
     early = found.t <= 100
     for key, column in integrated("henon_heiles", found.t[early]).items():
         np.testing.assert_allclose(found.columns[key][early], column, atol=1e-10)
-
-
-def test_the_top_nods_as_euler_finds() -> None:
-    """The limits and the period of theta, by the elliptic integral; and by the command that has no angles."""
-    lambda1, lambda3, weight, spin = 1.77e-4, 4.05e-5, 3.9e-3 * 9.80665, 120 * math.pi
-    a, beta, high = lambda3 * spin / lambda1, 2 * weight / lambda1, math.cos(math.pi / 6)
-    # Of a top let go at rest: (high - u) (beta (1 - u^2) - a^2 (high - u)) = u'^2.
-    low, beyond = np.sort(np.roots([-beta, a**2, beta - a**2 * high]).real)
-    k2 = (high - low) / (beyond - low)
-    period = 4 * float(mpmath.ellipk(k2)) / math.sqrt(beta * (beyond - low))
-    assert math.degrees(math.acos(low)) == printed("31.80")
-    assert 1000 * period == printed("76.75")
-    times = ["orbit.samples=null", "orbit.duration=null", f"orbit.times=[0, {period / 2!r}, {period!r}]"]
-    found = orbit("top_euler_angles", *times)
-    expected = [math.pi / 6, math.acos(low), math.pi / 6]
-    np.testing.assert_allclose(found.columns["theta"], expected, rtol=1e-9)
-    top = rigidcli.precess(rigidcli.load(CONFIGS / "top_cuspidal.yaml"))["top"]
-    assert top["theta_max"] == pytest.approx(found.columns["theta"][1], rel=1e-9)
-    assert top["nutation_period"] == pytest.approx(period, rel=1e-9)
-
-
-def test_the_bead_climbs_the_hoop() -> None:
-    found = orbit("bead_on_hoop", "orbit.samples=30001")
-    assert np.degrees(found.columns["theta"].max()) == printed("90.93")
-    back = orbit("bead_on_hoop", "orbit.samples=null", "orbit.duration=null", "orbit.times=[0, 1.27376102]")
-    assert back.columns["theta"][-1] == pytest.approx(math.pi / 36, rel=1e-8)
-    assert math.degrees(math.acos(9.8 / (0.2 * 100))) == printed("60.7")
-
-
-def test_friction_takes_the_energy() -> None:
-    """T + V of the oscillator of Caldirola and Kanai is H exp(-2 gamma t)."""
-    found, energy = orbit("caldirola_kanai"), derived("caldirola_kanai")["energy"]
-    parameters = {"m": 1.0, "k": 4.0, "gamma": 0.2}
-    columns = zip(found.t, found.columns["x"], found.columns["p_x"], strict=True)
-    left = np.array([value(energy, parameters | {"t": t, "x": x, "p_x": p}) for t, x, p in columns])
-    np.testing.assert_allclose(left, found.energy * np.exp(-0.4 * found.t), rtol=1e-12)
-    assert (np.diff(left) < 1e-12).all()
 
 
 # --- changes of variables

@@ -4,19 +4,25 @@ from __future__ import annotations
 
 import os
 import signal
+import threading
 from collections.abc import Iterator
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 import pytest
 
 from rigidcli.document.document import Document
-from rigidcli.processes import Lost, each
+from rigidcli.processes import each
 from rigidcli.report import Report
 from rigidcli.studies import axes
 from tests.conftest import Program
 
 NUMBERS = range(100)
+
+
+def lost(task: Any) -> int:
+    return -1
 
 
 def squares(number: int) -> Iterator[int]:
@@ -45,17 +51,19 @@ def broken(number: int) -> Iterator[int]:
 
 @pytest.mark.parametrize("jobs", [1, 2, 3])
 def test_results_come_in_the_order_of_the_tasks(jobs: int) -> None:
-    assert list(each(squares, NUMBERS, jobs)) == [result for task in NUMBERS for result in squares(task)]
+    assert list(each(squares, NUMBERS, jobs, lost)) == [
+        result for task in NUMBERS for result in squares(task)
+    ]
 
 
 def test_a_task_that_ends_processes_is_lost_alone() -> None:
-    found = list(each(deadly, NUMBERS, 2))
-    assert found == [Lost(42) if number == 42 else number for number in NUMBERS]
+    found = list(each(deadly, NUMBERS, 2, lost))
+    assert found == [-1 if number == 42 else number for number in NUMBERS]
 
 
 def test_a_process_that_ends_once_loses_nothing(tmp_path: Path) -> None:
     tasks = [(number, tmp_path / "mark") for number in NUMBERS]
-    assert list(each(deadly_once, tasks, 2)) == list(NUMBERS)
+    assert list(each(deadly_once, tasks, 2, lost)) == list(NUMBERS)
 
 
 def test_tasks_are_taken_when_there_is_room_for_them() -> None:
@@ -68,16 +76,35 @@ def test_tasks_are_taken_when_there_is_room_for_them() -> None:
             yield number
             number += 1
 
-    results = each(squares, endless(), 2)
+    results = each(squares, endless(), 2, lost)
     assert next(results) == 0
     results.close()  # type: ignore[attr-defined]  # it is a generator
     assert len(taken) < 10_000
 
 
+@dataclass
+class Caller:
+    """A task that knows the thread by which it was pickled."""
+
+    pickled_by: int = 0
+
+    def __reduce__(self) -> tuple[type[Caller], tuple[int]]:
+        return Caller, (threading.get_ident(),)
+
+
+def caller(task: Caller) -> Iterator[int]:
+    yield task.pickled_by
+
+
+def test_tasks_are_pickled_before_the_caller_goes_on() -> None:
+    """Another thread would pickle what the caller changes, as when it keeps a property: that is an error."""
+    assert set(each(caller, [Caller()] * 9, 2, lost)) == {threading.get_ident()}
+
+
 @pytest.mark.parametrize("jobs", [1, 2])
 def test_an_error_of_the_work_is_that_of_the_call(jobs: int) -> None:
     with pytest.raises(ZeroDivisionError):
-        list(each(broken, NUMBERS, jobs))
+        list(each(broken, NUMBERS, jobs, lost))
 
 
 def test_a_document_that_ends_its_process_is_a_failure_and_the_others_stay(

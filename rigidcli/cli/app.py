@@ -47,30 +47,29 @@ class Command(TyperCommand):
 
     def collect_usage_pieces(self, ctx: Any) -> list[str]:
         """The usage behind the command: options, then arguments, in brackets if they may be left out."""
-        return ["[OPTIONS]", *(name if needed else f"[{name}]" for name, needed, _ in self._arguments(ctx))]
+        arguments = [param for param in self.params if isinstance(param, TyperArgument)]
+        return [
+            "[OPTIONS]",
+            *(_name(param) if param.required else f"[{_name(param)}]" for param in arguments),
+        ]
 
     def format_options(self, ctx: Any, formatter: Any) -> None:
         """Write the meanings of arguments and options."""
-        sections = {"Arguments": [(name, text) for name, _, text in self._arguments(ctx)], "Options": []}
+        sections: dict[str, list[tuple[str, str]]] = {"Arguments": [], "Options": []}
         for param in self.get_params(ctx):
-            if param.param_type_name == "option" and (record := param.get_help_record(ctx)) is not None:
+            if isinstance(param, TyperArgument):
+                sections["Arguments"].append((_name(param), param.help or ""))
+            elif (record := param.get_help_record(ctx)) is not None:
                 sections.setdefault(getattr(param, "rich_help_panel", None) or "Options", []).append(record)
         for title, rows in sections.items():
             if rows:
                 with formatter.section(title):
                     formatter.write_dl(rows)
 
-    def _arguments(self, ctx: Any) -> list[tuple[str, bool, str]]:
-        """The arguments, each with its name, whether it is needed, and its meaning."""
-        return [
-            (
-                f"{param.metavar or param.name}{'...' if param.nargs != 1 else ''}",
-                param.required,
-                param.help or "",
-            )
-            for param in self.get_params(ctx)
-            if isinstance(param, TyperArgument)
-        ]
+
+def _name(argument: TyperArgument) -> str:
+    """The name of an argument in the help."""
+    return f"{argument.metavar or argument.name}{'...' if argument.nargs != 1 else ''}"
 
 
 class Commands(TyperGroup):
@@ -133,7 +132,7 @@ def options(
 ) -> None:
     """Inertia, principal axes, precession, motion and Hamiltonians, from YAML.
 
-    Begin with `rigidcli new -o cube.yaml` and `rigidcli axes cube.yaml`; `rigidcli explain` tells what
+    Begin with `rigidcli new -o cube.yaml` and `rigidcli axes cube.yaml`; `rigidcli explain` says what
     may stand in a document.
     """
 

@@ -5,21 +5,19 @@
 import os
 import tempfile
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import replace
 from enum import StrEnum
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, TypeAlias
+from typing import TYPE_CHECKING, Annotated, Any, TypeAlias
 
 import typer
 
 import rigidcli
 from rigidcli.check import Feedback
 from rigidcli.cli.failures import Failures, complain, progress, tell_notes
-from rigidcli.cli.options import NoHeader, OutputPath, Quiet, listed
+from rigidcli.cli.options import NoHeader, OutputPath, Quiet, format_option, listed
 from rigidcli.cli.output import Folder, Output
 from rigidcli.errors import UsageError
-from rigidcli.render import Look
 
 if TYPE_CHECKING:
     from rigidcli.check.assignment import Prepared
@@ -49,18 +47,35 @@ TABULAR = {
 
 
 def studies(steps: bool = False) -> "dict[str, Callable[[Document], Report]]":
-    """The studies that work out keys, each loaded when it is first asked; their reports may have steps."""
-
-    def of(name: str) -> "Callable[[Document], Report]":
-        return lambda document: getattr(rigidcli, name)(document, steps=steps)
-
-    return {name: of(name) for name in rigidcli.STUDIES}
+    """The studies that work out keys; their reports may have steps."""
+    return {name: partial(getattr(rigidcli, name), steps=steps) for name in rigidcli.STUDIES}
 
 
-def _file(option: str, metavar: str, help: str) -> typer.models.OptionInfo:
-    """An option that names a file."""
-    declared: typer.models.OptionInfo = typer.Option(option, metavar=metavar, help=help)
-    return declared
+def _file(name: str, metavar: str, help: str) -> Any:
+    """An option that names a file or a column."""
+    return typer.Option(name, metavar=metavar, help=help)
+
+
+LEVELS = "How much students read; reference values only in full."
+ITEMS = "What the class made of each question, instead of each student."
+OLD = "What changes in a run that `-f json` has written."
+COLUMN = "The column of the gradebook, if not named like the assignment."
+OVERRIDES = "A person's scores over these: student,question,score,reason."
+KEYS = "Show each key, judge it, and list the mistakes that are named."
+
+Form = Annotated[CheckFormat, format_option(CheckFormat)]
+Level = Annotated[Feedback, typer.Option("--feedback", help=LEVELS)]
+Jobs = Annotated[int | None, typer.Option("-j", "--jobs", min=1, max=1024, metavar="N", help="Processes.")]
+Items = Annotated[bool, typer.Option("--items", help=ITEMS)]
+Regrade = Annotated[str | None, _file("--regrade", "OLD.json", OLD)]
+Canvas = Annotated[
+    str | None, _file("--canvas", "EXPORTED.csv", "Fill a gradebook that Canvas has exported.")
+]
+Column = Annotated[str | None, _file("--column", "NAME", COLUMN)]
+Roster = Annotated[str | None, _file("--roster", "FILE.csv", "Who the students are; all of them get a row.")]
+Overrides = Annotated[str | None, _file("--overrides", "FILE.csv", OVERRIDES)]
+Selftest = Annotated[bool, typer.Option("--selftest", help=KEYS)]
+Steps = Annotated[bool, typer.Option("--steps", help="Solutions on the pages, too; with --feedback full.")]
 
 
 def check(
@@ -69,39 +84,18 @@ def check(
         list[str] | None,
         typer.Argument(metavar="ANSWERS", help="Answer files, folders, or a zip; `@files.txt` lists names."),
     ] = None,
-    format: Annotated[CheckFormat, typer.Option("-f", "--format", help="What to print.")] = CheckFormat.table,
+    format: Form = CheckFormat.table,
     output: OutputPath = None,
-    feedback: Annotated[
-        Feedback, typer.Option("--feedback", help="How much students read; reference values only in full.")
-    ] = Feedback.hint,
-    jobs: Annotated[
-        int | None, typer.Option("-j", "--jobs", min=1, max=1024, metavar="N", help="Processes.")
-    ] = None,
-    items: Annotated[
-        bool, typer.Option("--items", help="What the class made of each question, instead of each student.")
-    ] = False,
-    regrade: Annotated[
-        str | None, _file("--regrade", "OLD.json", "What changes in a run that `-f json` has written.")
-    ] = None,
-    canvas: Annotated[
-        str | None, _file("--canvas", "EXPORTED.csv", "Fill a gradebook that Canvas has exported.")
-    ] = None,
-    column: Annotated[
-        str | None, _file("--column", "NAME", "Its column, if not named like the assignment.")
-    ] = None,
-    roster: Annotated[
-        str | None, _file("--roster", "FILE.csv", "Who the students are; all of them get a row.")
-    ] = None,
-    overrides: Annotated[
-        str | None,
-        _file("--overrides", "FILE.csv", "A person's scores over these: student,question,score,reason."),
-    ] = None,
-    selftest: Annotated[
-        bool, typer.Option("--selftest", help="Show each key, judge it, and tell which mistakes are named.")
-    ] = False,
-    steps: Annotated[
-        bool, typer.Option("--steps", help="Solutions of the questions, too; with --feedback full.")
-    ] = False,
+    feedback: Level = Feedback.hint,
+    jobs: Jobs = None,
+    items: Items = False,
+    regrade: Regrade = None,
+    canvas: Canvas = None,
+    column: Column = None,
+    roster: Roster = None,
+    overrides: Overrides = None,
+    selftest: Selftest = False,
+    steps: Steps = False,
     no_header: NoHeader = False,
     quiet: Quiet = False,
 ) -> None:
@@ -119,9 +113,8 @@ def check(
         raise typer.BadParameter(wrong)
     if views and format not in TABULAR[views[0]]:
         raise typer.BadParameter(f"{views[0]} has no other format than {', '.join(TABULAR[views[0]])}")
-    shows_steps = format in (CheckFormat.table, CheckFormat.html) and not views
-    if steps and (feedback is not Feedback.full or not shows_steps):
-        raise typer.BadParameter("--steps shows the keys: it is for table and html with --feedback full")
+    if steps and (feedback is not Feedback.full or format is not CheckFormat.html):
+        raise typer.BadParameter("--steps shows the keys: it is for html with --feedback full")
     if column is not None and canvas is None:
         raise typer.BadParameter("--column is for --canvas")
     failures = Failures()
@@ -150,24 +143,25 @@ def check(
             raise typer.Exit(failures.code)
         width, colour = target.terminal()
         style = Style(feedback, not no_header, width, colour)
-        remarks = Remarks(quiet)
+        remarks = list[str]()
+        remark = partial(_remark, quiet, remarks)
         view = view_of(format, items, regrade, canvas, column or prepared.title, quiet)
         if format is CheckFormat.html:
-            view = pages(prepared, remarks.kept, target, steps=steps)
+            view = pages(prepared, remarks, target, steps=steps)
         batch = files.gather(answers, assignment, Path(scratch))
         target.protect(*(place.file for place in batch.answers))
-        known = None if roster is None else students.read_roster(roster)
+        class_list = None if roster is None else students.read_roster(roster)
         person = None if overrides is None else read_overrides(overrides, prepared.items)
-        papers, notes = students.papers(batch, known)
+        papers, notes = students.papers(batch, class_list)
         # Gradescope waits for a result of those, too, who have handed in nothing.
         unhanded = format is CheckFormat.gradescope and not papers
         if unhanded:
             papers = [students.Paper(Path(answers[0]).stem, outcome=MISSING)]
         for problem in batch.problems:
             complain(str(problem))
-            remarks.kept.append(str(problem))
+            remarks.append(str(problem))
             failures.code = max(failures.code, NOT_CORRECT if unhanded else UsageError.exit_code)
-        remarks.tell(roster or prepared.source, notes)
+        remark(roster or prepared.source, notes)
         with progress() as show:
             # On a terminal, the results themselves show the progress.
             seen = (lambda share: None) if width else show
@@ -175,12 +169,10 @@ def check(
             late = list[str]()
             if person is not None:
                 judgements = person.over(judgements, late)
-            judged = noted(judgements, batch.others, prepared.source, failures, remarks, target)
+            judged = noted(judgements, batch.others, prepared.source, failures, remark, target)
             for piece in view(judged, style):
                 target.write(piece)
-            remarks.tell(overrides or "", late)
-        for piece in solutions(prepared, width, colour) if steps and format is CheckFormat.table else ():
-            target.write(piece)
+            remark(overrides or "", late)
     raise typer.Exit(failures.code)
 
 
@@ -190,8 +182,6 @@ def _target(format: CheckFormat, path: str | None, feedback: Feedback) -> Output
         return Output(path)
     place = Path(str(path))
     named = str(path).endswith((os.sep, os.altsep or os.sep))
-    if place.exists() and named and not place.is_dir():
-        raise UsageError(f"`{path}` is a file, and no folder", hint=f"`-o {place}` writes one page into it")
     if not (named or place.exists() or place.suffix):
         hint = f"`-o {path}/` writes a page for each student, too, `-o {path}.html` the class on one page"
         raise UsageError(f"`{path}` may be a file or a folder", hint=hint)
@@ -203,17 +193,10 @@ def _target(format: CheckFormat, path: str | None, feedback: Feedback) -> Output
     return Folder(str(path))
 
 
-class Remarks:
-    """Notes on files and students: printed, unless the user wants none, and kept for a page."""
-
-    def __init__(self, quiet: bool) -> None:
-        self._quiet = quiet
-        self.kept = list[str]()
-
-    def tell(self, source: str, notes: Sequence[str]) -> None:
-        """Print the notes on a source, and keep them."""
-        tell_notes(source, notes, self._quiet)
-        self.kept += [f"{source}: {note}" for note in notes]
+def _remark(quiet: bool, kept: list[str], source: str, notes: Sequence[str]) -> None:
+    """Print notes on files and students, unless the user wants none, and keep them for a page."""
+    tell_notes(source, notes, quiet)
+    kept += [f"{source}: {note}" for note in notes]
 
 
 def pages(prepared: "Prepared", remarks: Sequence[str], target: Output, *, steps: bool) -> "View":
@@ -233,22 +216,12 @@ def pages(prepared: "Prepared", remarks: Sequence[str], target: Output, *, steps
     return fill
 
 
-def solutions(prepared: "Prepared", width: int | None, colour: bool) -> Iterator[str]:
-    """The working of the questions whose keys come from documents, each after its name."""
-    from rigidcli.render.table import render
-
-    for id, report in prepared.solutions.items():
-        yield "\n"
-        named = replace(report, name=f"{id}, {report.name}")
-        yield from render([named], Look(width=width, colour=colour, steps=True))
-
-
 def noted(
     judgements: "Iterator[Judgement]",
     others: "Sequence[Place]",
     source: str,
     failures: Failures,
-    remarks: Remarks,
+    remark: Callable[[str, Sequence[str]], None],
     target: Output,
 ) -> "Iterator[Judgement]":
     """The judgements, whose notes are printed, and whose verdicts decide the exit code.
@@ -259,7 +232,7 @@ def noted(
 
     named = set[str]()
     for judgement in judgements:
-        remarks.tell(judgement.source, judgement.notes)
+        remark(judgement.source, judgement.notes)
         if any(question.verdict != "correct" for question in judgement.questions):
             failures.code = max(failures.code, NOT_CORRECT)
         beside = [str(Path(judgement.source).parent / name) for name in judgement.files]
@@ -267,7 +240,7 @@ def noted(
         named.update(beside)
         yield judgement
     unused = [str(Path(*Path(place.source).parts[-2:])) for place in others if place.source not in named]
-    remarks.tell(source, noted("no answer files, and left out", unused))
+    remark(source, noted("no answer files, and left out", unused))
 
 
 def view_of(

@@ -1,6 +1,6 @@
 """The studies as commands: from options through documents, study, reports and renderer to the output."""
 
-from __future__ import annotations
+# Annotations here are objects, not texts: typer reads them.
 
 import inspect
 from collections import defaultdict
@@ -25,10 +25,10 @@ from rigidcli.cli.failures import (
     tell_notes,
 )
 from rigidcli.cli.output import Output, is_folder
-from rigidcli.cli.work import Answer, Work, answers, lost, require_used, tasks
-from rigidcli.commands import COMMANDS, Command
+from rigidcli.cli.work import Work, answers, lost, require_used, tasks
+from rigidcli.commands import COMMANDS
 from rigidcli.errors import UsageError
-from rigidcli.processes import Jobs, Lost, each
+from rigidcli.processes import Jobs, each
 from rigidcli.render import TRAITS, Format, Look, Traits, formats_of, joined, require_fit
 from rigidcli.sandbox import usable_cores
 
@@ -52,10 +52,10 @@ class Asked(NamedTuple):
 
     files: Sequence[str]
     tables: Sequence[str]
-    sweep: Sweep | None
+    sweep: "Sweep | None"
     jobs: Jobs | None
     compare: bool
-    units: Units
+    units: "Units"
     output: str | None
     plot: str | None
     quiet: bool
@@ -72,12 +72,15 @@ class Asked(NamedTuple):
 
 
 def command_of(name: str) -> Callable[..., None]:
-    """The study of this name as a command, with the options that all studies have and its own."""
+    """The study of this name as a command, with its formats, and the options that apply to it."""
     row = COMMANDS[name]
+    named = [(format.value, format.value) for format in formats_of(name)]
+    formats: Any = StrEnum("Format", named)  # type: ignore[misc]  # it is known at run time
+    usual = formats("table")
 
     def command(
         files: shared.Files,
-        format: str = "table",
+        format: Annotated[formats, shared.format_option(formats)] = usual,
         output: shared.OutputPath = None,
         settings: shared.Settings = None,
         sweep: shared.Sweeps = None,
@@ -94,32 +97,35 @@ def command_of(name: str) -> Callable[..., None]:
         steps: shared.Steps = False,
         standalone: shared.Standalone = False,
         plot: shared.PlotPath = None,
-        plot_kind: str | None = None,
+        plot_kind: shared.plot_kind(row.pictures) = None,  # type: ignore[valid-type]  # made of its kinds
         quiet: shared.Quiet = False,
-        **options: Any,
+        samples: shared.Samples = None,
+        duration: shared.Duration = None,
     ) -> None:
-        form, traits = Format(format), TRAITS[Format(format)]
+        form = Format(format)
+        traits = TRAITS[form]
         files, lists = shared.listed(files)
         swept, wanted = shared.read_sweep(sweep, pair), shared.read_units(units)
         tables = [*lists, *(() if swept is None else swept.files)]
         asked = Asked(files, tables, swept, jobs, compare, wanted, output, plot, quiet)
-        _require_sense(asked, form, traits, {"--steps": steps, "--plot": bool(plot or plot_kind)})
+        _require_sense(
+            asked, form, traits, {"--steps": steps, "--plot": bool(plot), "--plot-kind": bool(plot_kind)}
+        )
         if steps and not traits.people:
             tell_notes("--steps", [f"{form} has no working: use table, latex or html"], quiet)
         if wanted and not traits.people:
             tell_notes("--units", [f"{form} has SI units, whatever `--units` says"], quiet)
-        picture = None
-        if swept is None and not compare:
-            picture = _picture_kind(name, traits, plot, plot_kind, files, output)
-            if picture and wanted:
+        options: dict[str, Any] = {"steps": steps and traits.people}
+        if swept is None and not compare and (kind := _picture_kind(name, traits, asked, plot_kind)):
+            options["picture"] = kind
+            if wanted:
                 tell_notes("--units", ["the picture has SI units, whatever `--units` says"], quiet)
-        given = {key: value for key in shared.OF_MOTIONS if (value := options.pop(key, None)) is not None}
-        named = {f"{row.section}.{key}": f"--{key}" for key in given}
-        changes = [*(settings or ()), *map("=".join, zip(named, map(str, given.values()), strict=True))]
-        options["steps"] = steps and traits.people
-        options |= {"picture": picture} if picture else {}
         options |= {"program": True} if traits.program else {}
         options |= {"scene": True} if traits.page and row.section and swept is None else {}
+        of_motion = {"samples": samples, "duration": duration}
+        given = {key: value for key, value in of_motion.items() if value is not None}
+        named = {f"{row.section}.{key}": f"--{key}" for key in given}
+        changes = [*(settings or ()), *(f"{row.section}.{key}={value}" for key, value in given.items())]
         look = Look(
             digits,
             not no_header,
@@ -131,30 +137,11 @@ def command_of(name: str) -> Callable[..., None]:
         )
         raise typer.Exit(_run(asked, Work(row, form, look, options, exact, changes, named, plot)))
 
-    return _with_options(command, row)
-
-
-def _with_options(command: Callable[..., None], row: Command) -> Callable[..., None]:
-    """The command with the formats and the options that its study has."""
-    formats = StrEnum("Format", [(format.value, format.value) for format in formats_of(row.name)])  # type: ignore[misc]  # names of a table
-    format = Annotated[formats, typer.Option("-f", "--format", help="What to print.")]
-    own = {"format": (format, formats("table")), "plot_kind": (shared.plot_kind([*row.pictures]), None)}
-    signature = inspect.signature(command, eval_str=True)
-    parameters = [
-        parameter.replace(annotation=own[parameter.name][0], default=own[parameter.name][1])
-        if parameter.name in own
-        else parameter
-        for parameter in signature.parameters.values()
-        if parameter.kind is not parameter.VAR_KEYWORD and not (parameter.name == "compare" and row.section)
-    ]
-    parameters += [
-        inspect.Parameter(key, inspect.Parameter.POSITIONAL_OR_KEYWORD, default=None, annotation=option)
-        for key, option in shared.OF_MOTIONS.items()
-        if row.section
-    ]
-    command.__name__, command.__doc__ = row.name, row.help
-    command.__signature__ = signature.replace(parameters=parameters)  # type: ignore[attr-defined]
-    command.__annotations__ = {parameter.name: parameter.annotation for parameter in parameters}
+    without = ("compare",) if row.section else ("samples", "duration")
+    signature = inspect.signature(command)
+    shown = [parameter for key, parameter in signature.parameters.items() if key not in without]
+    command.__name__, command.__doc__ = name, row.help
+    command.__signature__ = signature.replace(parameters=shown)  # type: ignore[attr-defined]
     return command
 
 
@@ -164,13 +151,11 @@ def _require_sense(asked: Asked, form: Format, traits: Traits, single: dict[str,
     several = "a comparison" if asked.compare else "a sweep" if sweep is not None else ""
     alone = next((name for name in single if single[name] and several), "")
     program = f"a program in {form} has the equations of one document"
-    folder = f"the parts of a folder are written by a cluster; `-o table{traits.file}` is one file"
     is_long = sweep is not None and sweep.count > MOST_SHOWN and traits.people
     for wrong, option, problem in (
         (traits.program and len(files) > 1, "--format", f"{program}; {len(files)} files are given"),
         (traits.program and several, "--sweep", f"{program}, not of {several}"),
         (traits.file and output in (None, "-"), "--format", f"{form} is no text: `-o table{traits.file}`"),
-        (traits.file and is_folder(output) and not isinstance(asked.jobs, str), "--output", folder),
         (alone, alone, f"{alone} is for one document, not for {several}"),
         (is_long, "--sweep", f"a table of {asked.total:,} rows is too long to read: `-f csv` streams them"),
         (asked.compare and sweep is not None, "--compare", "a sweep stands in rows already"),
@@ -185,15 +170,9 @@ def _require_sense(asked: Asked, form: Format, traits: Traits, single: dict[str,
             raise typer.BadParameter(problem, param_hint=f"'{option}'")
 
 
-def _picture_kind(
-    command: str,
-    traits: Traits,
-    path: str | None,
-    kind: str | None,
-    files: Sequence[str],
-    output: str | None,
-) -> str | None:
+def _picture_kind(command: str, traits: Traits, asked: Asked, kind: str | None) -> str | None:
     """The kind of the picture, if one is drawn. Raises BadParameter where it cannot be drawn or written."""
+    path, output = asked.plot, asked.output
     if path is None and kind is None and not traits.page:
         return None
     from rigidcli.render.plots import CHARACTERS, require_ending, require_library, use_for
@@ -201,13 +180,13 @@ def _picture_kind(
 
     with bad_parameter("--plot-kind"):
         require_kind(command, kind or BEST)
-    with bad_parameter("--plot"):
+        if path is None and traits.page:
+            return kind or ANY
         if path is None:
-            if traits.page:
-                return kind or ANY
-            raise UsageError("`--plot-kind` chooses a picture", hint="say with `--plot` where it goes")
+            raise UsageError("it chooses a picture", hint="say with `--plot` where the picture goes")
+    with bad_parameter("--plot"):
         require_ending(path)
-        if len(files) > 1:
+        if len(asked.files) > 1:
             raise UsageError("`--plot` draws one picture, of one FILE", hint="call it for each FILE")
         if path != CHARACTERS and output is not None and Path(path).resolve() == Path(output).resolve():
             raise UsageError(f"`-o` writes the results to `{path}`", hint="give the picture another name")
@@ -233,7 +212,7 @@ def _run(asked: Asked, work: Work) -> int:
         if traits.file and is_folder(asked.output):
             from rigidcli.cli.folder import write_folder
 
-            write_folder(str(asked.output), asked.files, asked.sweep, str(asked.jobs), work, failures)
+            write_folder(str(asked.output), asked.files, asked.sweep, asked.hands, work, failures)
             return failures.code
         pieces = _pieces(asked, work, failures, opened, pictures)
         reports = _for_people(pieces, asked, work) if traits.people else pieces
@@ -259,9 +238,7 @@ def _pieces(
     # On a terminal, rows that stream show the progress themselves.
     streams = work.look.width is not None and not TRAITS[work.format].people
     with counted(0 if here or streams else asked.total) as done:
-        for answer in each(do, tasks(work, asked.files, asked.sweep, asked.hands), asked.hands):
-            if isinstance(answer, Lost):
-                answer = Answer(answer.task.source, lost(answer.task))
+        for answer in each(do, tasks(work, asked.files, asked.sweep, asked.hands), asked.hands, lost):
             with failures.of(answer.source):
                 for output in opened:
                     output.protect(*answer.files)
@@ -282,7 +259,7 @@ def _pieces(
     failures.end()
 
 
-def _for_people(reports: Iterable[Report], asked: Asked, work: Work) -> Iterable[Report]:
+def _for_people(reports: "Iterable[Report]", asked: Asked, work: Work) -> "Iterable[Report]":
     """The reports for people: with summaries of ensembles, in the chosen units, or as one table."""
     if work.command.section:
         from rigidcli.studies.ensembles import summaries

@@ -96,13 +96,9 @@ class Failures:
             self.tell(failure(error, source))
 
 
-MOST_NOTES = 1000
-"""The most different notes on a FILE that are printed, which is more than anybody reads."""
-
-
 def fresh(notes: Sequence[str], printed: set[str]) -> list[str]:
     """The notes that were not printed yet, which are added to the printed ones: a sweep repeats its notes."""
-    new = [note for note in notes if note not in printed][: MOST_NOTES - len(printed)]
+    new = [note for note in notes if note not in printed]
     printed.update(new)
     return new
 
@@ -117,19 +113,13 @@ def progress(pulse: float | None = None) -> Iterator[Callable[[float], None]]:
     if terminal is None or not terminal.isatty():
         yield lambda fraction: None
         return
-    begin, done, share = time.monotonic(), threading.Event(), ""
-    longest = 0
+    begin, done, share, text = time.monotonic(), threading.Event(), "", ""
 
-    def show() -> None:
-        nonlocal longest
+    def show(fraction: float | None = None) -> None:
+        nonlocal share, text
+        share = share if fraction is None else f"{fraction:4.0%}"
         text = f"{share} {time.monotonic() - begin:.0f} s"
-        longest = max(longest, len(text))
         print(f"\r{text}\r", end="", file=terminal, flush=True)
-
-    def report(fraction: float) -> None:
-        nonlocal share
-        share = f"{fraction:4.0%}"
-        show()
 
     def beat() -> None:
         while not done.wait(pulse):
@@ -139,13 +129,13 @@ def progress(pulse: float | None = None) -> Iterator[Callable[[float], None]]:
     if pulse is not None:
         heart.start()
     try:
-        yield report
+        yield show
     finally:
         done.set()
         if pulse is not None:
             heart.join()
-        if longest:
-            print(" " * longest, end="\r", file=terminal, flush=True)
+        if text:
+            print(" " * len(text), end="\r", file=terminal, flush=True)
 
 
 @contextlib.contextmanager

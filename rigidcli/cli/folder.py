@@ -1,16 +1,18 @@
-"""A table in a folder: workers of a Dask cluster write its parts, whose columns are settled beforehand."""
+"""A table in a folder: each part is written by the process that works it out, in columns settled before."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
+from functools import partial
 from importlib import util
 from itertools import islice
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, TypeAlias
+from typing import TYPE_CHECKING, TypeAlias
 
 from rigidcli.cli.failures import Failure, Failures
-from rigidcli.cli.work import Task, Work, answers, documents
-from rigidcli.errors import ComputationError, DocumentError, UsageError
+from rigidcli.cli.work import Task, Work, answers, documents, lost
+from rigidcli.errors import ComputationError, UsageError
+from rigidcli.processes import Jobs, each
 from rigidcli.render import parquet
 
 if TYPE_CHECKING:
@@ -25,15 +27,9 @@ PLACES, DOCUMENTS = 2048, 64
 ERROR = "error"
 """The column that says why a row has no results."""
 
-CODES = {"refused: ": DocumentError.exit_code, "not computed: ": ComputationError.exit_code}
-"""What an error begins with, and the exit code that follows from it."""
-
-_TYPES = {parquet.TRUTH: "boolean", parquet.NUMBER: "float64", parquet.TEXT: "string"}
-"""The types of pandas for what a column holds."""
-
 
 def write_folder(
-    folder: str, files: Sequence[str], sweep: Sweep | None, address: str, work: Work, failures: Failures
+    folder: str, files: Sequence[str], sweep: Sweep | None, jobs: Jobs, work: Work, failures: Failures
 ) -> None:
     """Write the table of all answers; what is refused is a row of nulls with the reason, and a failure.
 
@@ -41,13 +37,12 @@ def write_folder(
     written, and its `error` says so. Raises UsageError where the folder has files already, and where no such
     cluster is reached.
     """
-    if any(util.find_spec(library) is None for library in ("dask", "pandas", "pyarrow")):
-        hint = "python -m pip install 'rigidcli[cluster,parquet]'"
-        raise UsageError("dask, pandas or pyarrow is not installed", hint=hint)
+    if util.find_spec("pyarrow") is None:
+        raise UsageError("pyarrow is not installed", hint="python -m pip install 'rigidcli[parquet]'")
     path = Path(folder).absolute()
     if path.is_dir() and any(path.iterdir()):
         raise UsageError(f"`{folder}` has files already, among which parts would be lost")
-    parts = list(_parts(documents(work, files, sweep, address)))
+    parts = list(_parts(documents(work, files, sweep, jobs)))
     if not parts:
         return
     kinds: dict[str, str] = {}
@@ -55,17 +50,10 @@ def write_folder(
         task, places = part[-1 if last else 0]
         kinds = parquet.joined(kinds, _kinds(task._replace(place=places[-1 if last else 0]), work))
     kinds = {name: kind or parquet.NUMBER for name, kind in kinds.items()}
-    from rigidcli.cluster import client
-
-    with client(address) as reached:
-        from dask import dataframe
-
-        meta = _frame([], work, kinds)
-        frame = dataframe.from_map(_frame, parts, work=work, kinds=kinds, meta=meta, enforce_metadata=False)
-        frame.to_parquet(str(path), write_index=False, compute_kwargs={"scheduler": reached})
-        errors = dataframe.read_parquet(str(path), columns=[ERROR])[ERROR].dropna()
-        for error in errors.compute(scheduler=reached):
-            failures.tell(Failure(error, next(CODES[start] for start in CODES if error.startswith(start))))
+    path.mkdir(parents=True, exist_ok=True)
+    write = partial(_written, work=work, kinds=kinds, folder=path)
+    for failed in each(write, enumerate(parts), jobs, lambda part: lost(part[1][0][0]).outcome):
+        failures.tell(failed)
     failures.end()
 
 
@@ -88,32 +76,40 @@ def _kinds(task: Task, work: Work) -> dict[str, str]:
     return {name: parquet.kind(values) for name, values in columns.items()}
 
 
-def _frame(part: Part, work: Work, kinds: Mapping[str, str]) -> Any:
-    """A part of the table as pandas has it; it is made by a worker."""
-    import pandas as pd
+def _written(part: tuple[int, Part], work: Work, kinds: Mapping[str, str], folder: Path) -> Iterator[Failure]:
+    """Write a part of the table, and return what has failed in it."""
+    import pyarrow as pa
+    from pyarrow.parquet import write_table
 
+    types = {parquet.TRUTH: pa.bool_(), parquet.NUMBER: pa.float64(), parquet.TEXT: pa.string()}
     rows: list[parquet.Piece] = []
-    for task, places in part:
+    number, some = part
+    for task, places in some:
         for place in places:
             for answer in answers(task._replace(place=place), work):
-                error = _error(answer.outcome, kinds)
-                rows.append(parquet.Piece(1, {ERROR: [error]}, {}) if error else answer.outcome)
+                failed = _failure(answer.outcome, kinds)
+                rows.append(
+                    answer.outcome if failed is None else parquet.Piece(1, {ERROR: [failed.text]}, {})
+                )
+                if failed is not None:
+                    yield failed
     columns = parquet.together(rows).columns
     count = sum(row.rows for row in rows)
-    data = {
-        name: pd.array(parquet.as_kind(columns.get(name, [None] * count), kind), dtype=_TYPES[kind])
+    table = {
+        name: pa.array(parquet.as_kind(columns.get(name, [None] * count), kind), types[kind])
         for name, kind in {**kinds, ERROR: parquet.TEXT}.items()
     }
-    return pd.DataFrame(data)
+    write_table(pa.table(table), folder / f"part.{number}.parquet")
 
 
-def _error(outcome: Failure | parquet.Piece, kinds: Mapping[str, str]) -> str:
-    """Why an answer has no row with these columns; "" where it has."""
+def _failure(outcome: Failure | parquet.Piece, kinds: Mapping[str, str]) -> Failure | None:
+    """The failure of an answer that has no row with these columns."""
     if isinstance(outcome, Failure):
-        refused, failed = CODES
+        verb = "not computed" if outcome.code == ComputationError.exit_code else "refused"
         place = f"at {outcome.place}: " if outcome.place else ""
-        return f"{failed if outcome.code == ComputationError.exit_code else refused}{place}{outcome.text}"
+        return Failure(f"{verb}: {place}{outcome.text}", outcome.code)
     own = {name: parquet.kind(values) for name, values in outcome.columns.items()}
-    if parquet.joined(kinds, own) != kinds:
-        return "not computed: other columns, or texts where the first, middle and last row have numbers"
-    return ""
+    if parquet.joined(kinds, own) == kinds:
+        return None
+    reason = "other columns, or texts where the first, middle and last row have numbers"
+    return Failure(f"not computed: {reason}", ComputationError.exit_code)

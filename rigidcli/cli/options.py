@@ -4,7 +4,7 @@
 
 import os
 import sys
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -21,6 +21,17 @@ LIST = "@"
 """The sign before the name of a list; a file whose own name begins so is given as `./@name`."""
 
 
+def listed(files: Sequence[str]) -> tuple[list[str], list[str]]:
+    """FILES with the names in each `@list.txt` instead of the list, and the names of the lists.
+
+    Raises BadParameter.
+    """
+    lists = [file.removeprefix(LIST) for file in files if file.startswith(LIST)]
+    with bad_parameter():
+        names = [name for file in files for name in (_names_in(file) if file.startswith(LIST) else [file])]
+    return names, lists
+
+
 def _names_in(file: str) -> list[str]:
     """The names in a list, one on a line; `@-` is standard input. Raises UsageError.
 
@@ -28,29 +39,15 @@ def _names_in(file: str) -> list[str]:
     """
     name = file.removeprefix(LIST)
     try:
-        if name == "-" and sys.stdin is None:
-            raise OSError
         data = sys.stdin.buffer.read() if name == "-" else Path(name).read_bytes()
-    except (OSError, ValueError) as error:
+    except (OSError, ValueError, AttributeError) as error:  # a closed standard input is None
         reason = getattr(error, "strerror", None) or "no file has such a name"
         hint = f"it lists names of files, one on a line; a file of this name is `./{file}`"
         raise UsageError(f"`{file}` cannot be read: {reason}", hint=hint) from None
     lines = (os.fsdecode(line).strip() for line in data.removeprefix(b"\xef\xbb\xbf").splitlines())
-    names = [line for line in lines if line and not line.startswith("#")]
-    if not names:
+    if not (names := [line for line in lines if line and not line.startswith("#")]):
         raise UsageError(f"`{file}` lists no files", hint="one name on a line")
     return names
-
-
-def listed(files: Sequence[str]) -> tuple[list[str], list[str]]:
-    """FILES with the names in each `@list.txt` instead of the list, and the names of the lists.
-
-    Raises BadParameter.
-    """
-    lists = [file for file in files if file.startswith(LIST)]
-    with bad_parameter():
-        names = [name for file in files for name in (_names_in(file) if file in lists else [file])]
-    return names, [file.removeprefix(LIST) for file in lists]
 
 
 def _check_settings(settings: list[str] | None) -> list[str]:
@@ -162,7 +159,9 @@ Columns = Annotated[
     str | None,
     _option("Columns of rows or samples, such as t,w1.", metavar="NAMES", callback=_split, more=True),
 ]
-Verbose = Annotated[bool, _option("Tell residuals, drifts, trusted digits, method, too.", "-v", "--verbose")]
+Verbose = Annotated[
+    bool, _option("Show residuals, drifts, trusted digits and the method, too.", "-v", "--verbose")
+]
 Steps = Annotated[bool, _option("Show the working, to people.", "--steps")]
 Standalone = Annotated[bool, _option("LaTeX that compiles by itself.", "--standalone", more=True)]
 PlotPath = Annotated[
@@ -177,14 +176,17 @@ PlotPath = Annotated[
 Quiet = Annotated[bool, _option("No notes on standard error.", "-q", "--quiet")]
 
 
-def plot_kind(kinds: Sequence[str]) -> Any:
+Samples = Annotated[int | None, _option("Number of samples (default 1001).", metavar="N")]
+Duration = Annotated[str | None, _option('End of the motion, as in "5 min".', metavar="TIME")]
+
+
+def format_option(formats: Any) -> Any:
+    """The option that chooses one of the members of an enum of formats."""
+    listed = ", ".join(formats)
+    return typer.Option("-f", "--format", metavar="FORMAT", help=f"What to print: {listed}.")
+
+
+def plot_kind(kinds: Iterable[str]) -> Any:
     """The option that chooses one of these kinds of pictures."""
-    help = f"The picture: {', '.join(kinds)}; by default the first that there is something for."
+    help = f"Which picture: {', '.join(kinds)}; by default the first that there is something for."
     return Annotated[str | None, _option(help, "--plot-kind", metavar="NAME", more=True)]
-
-
-OF_MOTIONS = {
-    "samples": Annotated[int | None, _option("Number of samples (default 1001).", metavar="N")],
-    "duration": Annotated[str | None, _option('End of the motion, as in "5 min".', metavar="TIME")],
-}
-"""Options of the studies that follow a motion: they set values of its section."""

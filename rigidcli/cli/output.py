@@ -10,7 +10,7 @@ import shutil
 import stat
 import sys
 import tempfile
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator
 from pathlib import Path
 from types import TracebackType
 from typing import BinaryIO, Self
@@ -104,14 +104,13 @@ class Output:
 
 
 class Folder(Output):
-    """A folder in which all files are written, or none; files of other names stay as they are."""
+    """A folder in which all pages are written, or none; other files in it stay as they are."""
 
     def __init__(self, path: str) -> None:
         super().__init__(path)
         self._folder = Path(path)
         self._files: dict[str, list[bytes]] = {}
         self._pieces: list[bytes] = []
-        self._read = set[tuple[int, int]]()
 
     def begin(self, name: str) -> None:
         """Begin a file of this name, which gets all further pieces."""
@@ -122,24 +121,25 @@ class Folder(Output):
         self._pieces.append(_encoded(piece))
 
     def protect(self, *files: str | Path) -> None:
-        """Remember files that are read, which the folder must not overwrite, by whatever name."""
-        for file in files:
-            with contextlib.suppress(OSError, ValueError):
-                status = Path(file).stat()
-                self._read.add((status.st_dev, status.st_ino))
+        """Raise UsageError for a page in the folder that is read."""
+        for file in map(Path, files):
+            if file.suffix == ".html" and file.resolve().parent == self._folder.resolve():
+                raise UsageError(f"`-o` would overwrite `{file}`, which is read", hint=OTHER_NAME)
 
     def __exit__(
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
         if error is not None or not self._files:
             return
-        for file in map(self._folder.joinpath, self._files):
-            if file.exists() and (file.stat().st_dev, file.stat().st_ino) in self._read:
-                raise UsageError(f"`-o` would overwrite `{file}`, which is read", hint=OTHER_NAME)
-        try:
-            _fill(self._folder, self._files)
-        except OSError as failure:
-            raise _failed(str(self._folder), failure) from None
+        with _failures_of(str(self._folder)):
+            self._folder.mkdir(exist_ok=True)
+            with tempfile.TemporaryDirectory(prefix=".rigidcli-", dir=self._folder) as stage:
+                for name, pieces in self._files.items():
+                    Path(stage, name).write_bytes(b"".join(pieces))
+                    if (self._folder / name).is_dir() and not (self._folder / name).is_symlink():
+                        raise IsADirectoryError(errno.EISDIR, f"`{name}` in it is a folder")
+                for name in self._files:
+                    Path(stage, name).replace(self._folder / name)
 
 
 def _encoded(piece: str | bytes) -> bytes:
@@ -167,12 +167,8 @@ def _replacing(path: Path) -> Iterator[BinaryIO]:
     After an error nothing is left of the new content.
     """
     if path.exists() and not path.is_file():
-        # A device or a pipe has no old content to keep, and gets everything at once.
-        with tempfile.TemporaryFile() as collected:
-            yield collected
-            collected.seek(0)
-            with path.open("wb") as device:
-                shutil.copyfileobj(collected, device)
+        with path.open("wb") as device:  # a device or a pipe has no old content to keep
+            yield device
         return
     path = path.resolve()
     umask = os.umask(0)
@@ -188,22 +184,3 @@ def _replacing(path: Path) -> Iterator[BinaryIO]:
     except BaseException:
         temporary.unlink(missing_ok=True)
         raise
-
-
-def _fill(folder: Path, files: Mapping[str, Sequence[bytes]]) -> None:
-    """Move files into a folder when all of them are written; a new folder appears as a whole."""
-    folder = folder.resolve()
-    is_new = not folder.exists()
-    for file in map(folder.joinpath, files):
-        if file.is_dir() and not file.is_symlink():
-            raise IsADirectoryError(errno.EISDIR, f"`{file.name}` in it is a folder")
-    place = folder.parent if is_new else folder
-    with tempfile.TemporaryDirectory(prefix=".rigidcli-", dir=place) as name:
-        stage = Path(name) / "files"
-        stage.mkdir()
-        for each, pieces in files.items():
-            (stage / each).write_bytes(b"".join(pieces))
-        if is_new:
-            stage.rename(folder)
-        for each in () if is_new else files:
-            (stage / each).replace(folder / each)

@@ -60,18 +60,12 @@ def schema(
     """
     import orjson
 
-    from rigidcli.check.question import AnswerFile, Assignment
-    from rigidcli.document.document import Document
-    from rigidcli.fields.section import Section
+    from rigidcli.reference.entries import FILES
     from rigidcli.reference.schema import json_schema
 
-    roots: dict[str, type[Section]] = {
-        "document": Document,
-        "assignment": Assignment,
-        "answers": AnswerFile,
-    }
+    _, root = FILES[kind]
     with Output(output) as target:
-        target.write(orjson.dumps(json_schema(roots[kind]), option=orjson.OPT_INDENT_2).decode() + "\n")
+        target.write(orjson.dumps(json_schema(root), option=orjson.OPT_INDENT_2).decode() + "\n")
 
 
 def explain(
@@ -82,12 +76,12 @@ def explain(
         ),
     ] = None,
 ) -> None:
-    """Tell what a key, shape, unit, function, result or mistake is.
+    """Explain a key, shape, unit, function, result or mistake.
 
     Example: rigidcli explain body.shape.cone
     """
-    from rigidcli.reference.index import explain as page
-    from rigidcli.reference.index import overview
+    from rigidcli.reference.pages import explain as page
+    from rigidcli.reference.pages import overview
 
     failures = Failures()
     with failures.of("explain"), Output(None) as target:

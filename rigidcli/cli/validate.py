@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import os
 import re
-from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -56,8 +55,9 @@ def validate(files: Files, settings: Settings = None, exact: Exact = False, quie
                 elif kind == "answers":
                     lines = _answers(text, folder / Path(file).name, failures)
                 else:
-                    if form == "mesh":
-                        options["settings"] = _weighed(settings or ())
+                    weighed = any(text.startswith(("body.mass=", "body.density=")) for text in settings or ())
+                    if form == "mesh" and not weighed:  # only the surface is judged
+                        options["settings"] = [*(settings or ()), "body.density=1"]
                     if form:
                         document = load(file, **options)
                     else:
@@ -82,12 +82,6 @@ def _kind(text: str) -> str | None:
         tree = {key[1]: None}
     keys = {str(key).casefold() for key in tree} if isinstance(tree, dict) else set()
     return "questions" if "questions" in keys else "answers" if keys & {"answers", "student"} else None
-
-
-def _weighed(settings: Sequence[str]) -> list[str]:
-    """The settings of a mesh, with a density if they have none: only the surface is judged."""
-    is_given = any(setting.startswith(("body.mass=", "body.density=")) for setting in settings)
-    return [*settings, *([] if is_given else ["body.density=1"])]
 
 
 def _robot(

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple, TypeAlias
 
 from rigidcli.cli.failures import Failure, failure
 from rigidcli.commands import COMMANDS, STUDIES, Command
-from rigidcli.errors import UNKNOWN, ComputationError, DocumentError, Path, RigidError, UsageError
+from rigidcli.errors import UNKNOWN, ComputationError, DocumentError, RigidError, UsageError
 from rigidcli.processes import Jobs
 from rigidcli.render import TRAITS, Format, Look, piece, require_columns
 from rigidcli.report import Field, Report
@@ -119,7 +119,7 @@ def tasks(work: Work, files: Sequence[str], sweep: Sweep | None, jobs: Jobs) -> 
     for task in documents(work, files, sweep, jobs):
         yield task
         for place in range(1, 1 if task.sweep is None else task.sweep.count):
-            yield Task(task.source, task.draft, (), task.sweep, place)
+            yield task._replace(about=(), place=place)
 
 
 def documents(work: Work, files: Sequence[str], sweep: Sweep | None, jobs: Jobs) -> Iterator[Task]:
@@ -186,7 +186,14 @@ def answers(task: Task, work: Work, watch: Watch | None = None) -> Iterator[Answ
     """The answers to a task, of which an ensemble has several; `watch` makes a context for progress."""
     failed = isinstance(task.draft, Failure)
     for answer in [Answer(task.source, task.draft)] if failed else _answers(task, work, watch):
-        yield answer._replace(notes=[*task.about, *answer.notes]) if task.about else answer
+        yield answer._replace(notes=[*task.about, *answer.notes])
+
+
+def lost(task: Task) -> Answer:
+    """The answer to a task whose process has ended early, twice."""
+    hint = "mostly it needs more memory: allow more, or ask for fewer samples"
+    error = ComputationError("the process that worked on it has ended, twice", hint=hint)
+    return Answer(task.source, failure(error, task.source))
 
 
 def _answers(task: Task, work: Work, watch: Watch | None) -> Iterator[Answer]:
@@ -238,61 +245,29 @@ def _of_ensemble(document: Document, work: Work, starts: range | None) -> Iterat
             yield work.answer(report, files)
 
 
-def lost(task: Task) -> Failure:
-    """The failure of a task whose process ended early, twice."""
-    hint = "mostly it needs more memory: allow more, or ask for fewer samples"
-    return failure(ComputationError("the process that worked on it has ended, twice", hint=hint), task.source)
-
-
-IDLE = {
-    "inertia": "motion top tide system orbit equilibrium transform",
-    "axes": "top tide system orbit equilibrium transform",
-    "precess": "system orbit equilibrium transform",
-    "euler": "tide system orbit equilibrium transform",
-    "hamilton": "body about axis frame motion top tide",
-}
-"""The sections of a document that each command ignores."""
-
-
 def require_used(work: Work, files: Sequence[str], sweep: Sweep | None) -> None:
-    """Raise UsageError for a key of `--set` or `--sweep` that no FILE has or uses.
-
-    Standard input and pipes, which can be read only once, count as files that use it.
-    """
+    """Raise UsageError for a key of `--set` or `--sweep` that the command ignores, or no FILE uses."""
     from rigidcli.document.draft import SWEEP, split_setting
 
     first = [] if sweep is None else sweep.settings(sweep.point(0))
-    given = [("--set", text) for text in work.settings] + [(SWEEP, text) for text in first]
-    for option, text in given:
+    for option, text in [*(("--set", text) for text in work.settings), *((SWEEP, text) for text in first)]:
         path, _ = split_setting(text)
-        key = ".".join(map(str, path))
-        if key not in work.named and all(_is_idle(work, file, path, first) for file in files):
+        if path[0] in work.command.ignored.split():
             hint = f"`{work.command.name}` does not read `{path[0]}`"
-            if path[0] == "parameters":
-                hint = "a parameter is used where its name stands in the document"
-            raise UsageError(f"{option} {key}: no FILE has this key, or uses it", hint=hint)
+        elif path[0] == "parameters" and all(_is_unused(path[-1], work, file, first) for file in files):
+            hint = "a parameter is used where its name stands in the document"
+        else:
+            continue
+        raise UsageError(f"{option} {'.'.join(map(str, path))}: no FILE has this key, or uses it", hint=hint)
 
 
-def _is_idle(work: Work, file: str, path: Path, first: Sequence[str]) -> bool:
-    """Whether no document of a file has this key, and the command would not use it there."""
+def _is_unused(parameter: str | int, work: Work, file: str, first: Sequence[str]) -> bool:
+    """Whether no document in a file uses a parameter. What can be read only once counts as if it did."""
+    from rigidcli.document.load import read
+
     if not os.path.isfile(file):  # noqa: PTH113 - as typed
         return False
     try:
-        return all(_is_idle_in(draft, work, path, first) for draft in work.drafts(file).each)
+        return all(parameter in read(draft, first).unused for draft in work.drafts(file).each)
     except DocumentError:
         return False  # this is reported when the file is worked
-
-
-def _is_idle_in(draft: Draft, work: Work, path: Path, first: Sequence[str]) -> bool:
-    from rigidcli.document.load import read
-
-    tree, rest = draft.tree, list(path)
-    while rest and isinstance(tree, dict) and rest[0] in tree:
-        tree = tree[rest.pop(0)]
-    is_parameter = path[0] == "parameters"
-    if not rest or not (is_parameter or path[0] in IDLE[work.command.name].split()):
-        return False
-    try:
-        return not is_parameter or path[-1] in read(draft, first).unused
-    except DocumentError as error:  # an unknown key is reported when the file is worked
-        return not is_parameter and UNKNOWN not in {problem.code for problem in error.problems}

@@ -55,42 +55,6 @@ def test_endings_may_be_capitals_and_arrays_are_bodies_too(program: Program, clo
     np.testing.assert_allclose(second["tensor"], np.diag([5, 4, 3]), rtol=1e-15)
 
 
-def test_settings_make_it_move(program: Program, cloud: Path) -> None:
-    options = ("--set", "motion.omega=[0, 0, 2]", "--set", "motion.duration=1", "--samples", "2")
-    outcome = program("euler", str(cloud), *options, "-f", "csv", "--columns", "t,w1,w2,w3")
-    assert (outcome.code, outcome.out) == (0, "t,w1,w2,w3\n0.0,0.0,0.0,2.0\n1.0,0.0,0.0,2.0\n")
-
-
-def test_problems_have_the_line_of_the_file(program: Program, cloud: Path) -> None:
-    cloud.write_text("m,x,y,z\n1,1,0,0\n2,0,nan,0\n")
-    outcome = program("axes", str(cloud), "-f", "json")
-    assert (outcome.code, outcome.out) == (3, "")
-    assert outcome.err == f"{cloud}:3: column y: read `nan`, expected a number\n"
-    missing = cloud.with_name("missing.npy")
-    assert program("axes", str(missing)).err == f"{missing}: no such file\n"
-
-
-def test_what_is_missing_is_to_be_set(program: Program, cloud: Path) -> None:
-    outcome = program("precess", str(cloud), "--set", "top.gravity=9.8")
-    assert outcome.code == 3
-    assert outcome.err.startswith(f"{cloud}: top.spin: missing\n  hint: ")
-    assert "`--set top.spin=VALUE`" in outcome.err
-
-
-def test_has_no_exact_results(program: Program, cloud: Path) -> None:
-    outcome = program("axes", "--exact", str(cloud))
-    assert (outcome.code, outcome.out) == (4, "")
-    assert "have no exact results" in outcome.err
-
-
-def test_validate_reads_it(program: Program, cloud: Path) -> None:
-    assert program("validate", str(cloud)).out == f"{cloud}: valid\n"
-    cloud.write_text("t,x\n0,1\n")
-    outcome = program("validate", str(cloud))
-    assert (outcome.code, outcome.out) == (3, "")
-    assert outcome.err.startswith(f"{cloud}:1: header `t,x`, expected `m,x,y,z` in any order\n")
-
-
 def test_starters_of_files_and_of_what_is_in_them(program: Program, tmp_path: Path) -> None:
     (tmp_path / "bracket.stl").write_bytes((ROOT / "configs" / "bracket.stl").read_bytes())
     masses = {"mesh.yaml": 14.25e-6 * 7850, "molecule.xyz": 18.0106 * 1.66053907e-27, "robot.urdf": 2.7}

@@ -2,15 +2,12 @@
 
 from __future__ import annotations
 
-import csv
-import io
 import json
 import math
 import zipfile
 from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
-from xml.etree import ElementTree as ET
 
 import pytest
 import yaml
@@ -107,69 +104,6 @@ def test_the_keys_pass_their_own_test(program: Program) -> None:
         assert said in done.out
 
 
-def test_all_correct_is_success(small: Path, program: Program) -> None:
-    done = program("check", f"{small}/hw.yaml", f"{small}/answers/one.yaml")
-    assert (done.code, done.out, done.err) == (0, "one  4/4  all correct\n", "")
-
-
-def test_formats_for_programs(small: Path, program: Program) -> None:
-    words = ("check", f"{small}/hw.yaml", f"{small}/answers", "-f")
-    table = program(*words, "csv").out
-    header, first, second = csv.reader(io.StringIO(table))
-    assert header == ["student", "question", "verdict", "score", "max_score", "codes", "message", "source"]
-    assert first == ["one", "a", "correct", "4.0", "4.0", "", "", f"{small}/answers/one.yaml"]
-    assert second[:3] == ["two", "a", "incorrect"]
-    assert program(*words, "csv", "--no-header").out == table.partition("\n")[2]
-    suites = list(ET.fromstring(program(*words, "junit").out))
-    assert [(suite.get("tests"), suite.get("failures")) for suite in suites] == [("1", "0"), ("1", "1")]
-    scores = [json.loads(line)["score"] for line in program(*words, "gradescope").out.splitlines()]
-    assert scores == [4, 0]
-    tally = json.loads(program(*words, "json", "--items").out)
-    assert (tally["question"], tally["correct"], tally["incorrect"]) == ("a", 1, 1)
-
-
-@pytest.mark.parametrize("place", ["nowhere.yaml", "empty"])
-def test_gradescope_has_a_result_also_when_nothing_was_handed_in(
-    place: str, small: Path, program: Program
-) -> None:
-    (small / "empty").mkdir()
-    results, path = small / "results.json", str(small / place) if place else ""
-    done = program("check", f"{small}/hw.yaml", path, "-f", "gradescope", "-o", str(results))
-    assert (done.code, done.out, len(done.err.splitlines())) == (1, "", 1)
-    found = json.loads(results.read_text())
-    assert found["score"] == 0
-    assert [(test["name"], test["max_score"], test["output"]) for test in found["tests"]] == [
-        ("a", 4, "missing (0/4)")
-    ]
-
-
-def test_students_are_told_from_folders_and_a_roster(small: Path, program: Program) -> None:
-    for name, answer in (("s1", "2 m"), ("s2", "3 m"), ("s3", "2 m")):
-        (small / "in" / name).mkdir(parents=True)
-        (small / "in" / name / "hw.yaml").write_text(f"answers: {{a: {answer}}}")
-    (small / "in" / "s3" / "more").mkdir()
-    (small / "in" / "s3" / "more" / "hw.yaml").write_text("answers: {a: 2 m}")
-    (small / "in" / "s1" / "photo.jpg").write_text("")
-    (small / "class.csv").write_text("name,login\nAda,s1\nBob,s2\nEve,s3\nZoe,s4\n")
-    words = ("check", f"{small}/hw.yaml", f"{small}/in")
-    done = program(*words, "-f", "json")
-    found = {name: entry["questions"][0]["verdict"] for name, entry in objects(done.out).items()}
-    assert (done.code, found) == (1, {"s1": "correct", "s2": "incorrect", "s3": "invalid"})
-    assert done.out.count("duplicate_key") == 1
-    assert "note: more than one answer file, and none of them judged: `s3`" in done.err
-    assert "note: no answer files, and left out: `s1/photo.jpg`" in done.err
-    done = program(*words, "-f", "json", "--roster", f"{small}/class.csv")
-    found = {name: entry["questions"][0]["verdict"] for name, entry in objects(done.out).items()}
-    assert found == {"Ada": "correct", "Bob": "incorrect", "Eve": "invalid", "Zoe": "missing"}
-    assert objects(done.out)["Zoe"]["source"] == ""
-    book = small / "book.csv"
-    book.write_text("Student,ID,Section,Short (7)\n    Points Possible,,,4\nAda,1,A,\nZoe,4,A,\n")
-    filled = program(*words, "--roster", f"{small}/class.csv", "--canvas", str(book)).out
-    assert filled.splitlines()[2:] == ["Ada,1,A,4", "Zoe,4,A,"]
-    assert program(*words, "--roster", f"{small}/nowhere.csv").code == 3
-    assert program(*words, "--roster", f"{small}/hw.yaml").code == 3
-
-
 def test_an_answer_does_not_count_the_file_of_another_student(tmp_path: Path, program: Program) -> None:
     (tmp_path / "hw.yaml").write_text(
         "questions: {o: {answer: {t: [0, 10, 0.1], columns: {x: cos(t)}}, kind: trajectory}}"
@@ -241,91 +175,12 @@ def test_no_page_takes_the_place_of_a_file_that_is_read(tmp_path: Path, program:
     assert answers.read_text() == "answers: {a: 1}"
 
 
-@pytest.mark.parametrize(
-    ("place", "options", "said"),
-    [
-        ("report", (), "may be a file or a folder\n  hint: `-o {0}/report/` writes"),
-        ("hw.yaml/", (), "is a file, and no folder"),
-        ("no/such/", (), "no/such: cannot be written: No such file"),
-        ("out/", ("--feedback", "none"), "leaves nothing to say on the pages of students"),
-        ("one.html", ("--items",), "--items has no other format"),
-        ("one.html", ("--steps",), "with --feedback full"),
-    ],
-)
-def test_where_pages_go_must_be_clear(
-    place: str, options: tuple[str, ...], said: str, small: Path, program: Program
-) -> None:
-    before = sorted(small.rglob("*"))
-    words = ("check", f"{small}/hw.yaml", f"{small}/answers", "-f", "html", "-o", f"{small}/{place}")
-    done = program(*words, *options)
-    assert (done.code, done.out) == (2, "")
-    assert said.format(small) in done.err
-    assert sorted(small.rglob("*")) == before
-
-
-def test_a_gradebook_is_filled(small: Path, program: Program) -> None:
-    book = small / "book.csv"
-    book.write_text(
-        "Student,ID,SIS Login ID,Section,Short (77)\n    Points Possible,,,,4\nOne,1,one,A,\nTwo,2,two,A,\n"
-    )
-    done = program("check", f"{small}/hw.yaml", f"{small}/answers", "--canvas", str(book))
-    assert done.out.splitlines()[2:] == ["One,1,one,A,4", "Two,2,two,A,0"]
-    named = program("check", f"{small}/hw.yaml", f"{small}/answers", "--canvas", str(book), "--column", "77")
-    assert named.out == done.out
-    other = program("check", f"{small}/hw.yaml", f"{small}/answers", "--canvas", str(book), "--column", "x")
-    assert (other.code, other.out) == (2, "")
-
-
-def test_regrade_tells_what_changes(small: Path, program: Program) -> None:
-    old = small / "old.json"
-    words = ("check", f"{small}/hw.yaml", f"{small}/answers")
-    assert program(*words, "-f", "json", "-o", str(old)).out == ""
-    assert "nothing has changed" in program(*words, "--regrade", str(old)).out
-    (small / "answers" / "two.yaml").write_text("answers: {a: 2 m}\n")
-    done = program(*words, "--regrade", str(old))
-    assert done.code == 0
-    assert "two" in done.out
-    assert "incorrect 0/4" in done.out
-    assert "correct 4/4" in done.out
-
-
-@pytest.mark.parametrize(
-    ("level", "format"),
-    [("none", "json"), ("hint", "table"), ("hint", "html"), ("full", "csv"), ("full", "html")],
-)
-def test_the_reference_is_told_at_full_only(
-    level: str, format: str, tmp_path: Path, program: Program
-) -> None:
-    questions = (
-        "questions:\n  n: {answer: 8.7654 m, kind: quantity}\n  v: {answer: [0.3579, 8.7654], kind: vector}\n"
-        "  e: {answer: 8.7654*m, kind: expression}\n  c: {answer: oblate8.7654, kind: choice}\n"
-    )
-    answers = "n: 1 m, v: [2, 1], e: 3*m, c: prolate"
-    done = asked(tmp_path, program, questions, answers, "-f", format, "--feedback", level)
-    assert done.code == 1
-    assert ("8.7654" in done.out) == (level == "full")
-    assert "8.7654" not in done.err
-
-
 @pytest.mark.parametrize(("text", "said"), HOMEWORK["refused"])
 def test_a_bad_assignment_is_refused(text: str, said: str, tmp_path: Path, program: Program) -> None:
     done = asked(tmp_path, program, text.replace("ROOT", str(ROOT)), "")
     assert (done.code, done.out) == (3, "")
     assert said in done.err
     assert "Traceback" not in done.err
-
-
-def test_an_option_that_means_nothing_is_told(tmp_path: Path, program: Program) -> None:
-    question = "questions:\n  a: {answer: 1, kind: number, order: free}\n"
-    done = asked(tmp_path, program, question, "a: 1")
-    assert done.code == 0
-    assert "hw.yaml:2: questions.a.order: note: this means nothing to the kind `number`" in done.err
-    assert asked(tmp_path, program, question, "a: 1", "-q").err == ""
-
-
-def test_the_assignment_among_the_answers_is_no_answer(tmp_path: Path, program: Program) -> None:
-    done = asked(tmp_path, program, "questions:\n  a: {answer: 1, kind: number}\n", "a: 1", str(tmp_path))
-    assert (done.code, done.out) == (0, "x  1/1  all correct\n")
 
 
 # --- how people hand in, and what they see of it
@@ -398,31 +253,6 @@ def test_the_homework_of_a_class_as_it_comes(tmp_path: Path, program: Program) -
     table = program(*words, f"{tmp_path}/in").out
     assert table.startswith("2 answers need a person")
     assert table.index("  eve ") < table.index("  fay ") < table.index("ada  ")
-
-
-def test_a_persons_word_is_over_the_tools(small: Path, program: Program) -> None:
-    book = small / "person.csv"
-    words = ("check", f"{small}/hw.yaml", f"{small}/answers", "--overrides", str(book))
-    book.write_text("student,question,score,reason\ntwo,a,2.5,a slip\nONE,A,0,copied\nzoe,a,1,\n")
-    done = program(*words, "-f", "csv", "--no-header")
-    assert done.out.splitlines() == [
-        f"one,a,incorrect,0.0,4.0,overridden,was judged by a person; copied,{small}/answers/one.yaml",
-        f"two,a,partial,2.5,4.0,overridden,was judged by a person; a slip,{small}/answers/two.yaml",
-    ]
-    assert "note: nobody of this name has a row, and the override is left out: `zoe`" in done.err
-    book.write_text("student;question;score\ntwo;a;4\n")
-    assert program(*words).code == 0
-    for text, said in (
-        ("student,question,score\ntwo,b,1\n", "person.csv:2: there is no question `b`"),
-        ("student,question,score\ntwo,a,5\n", "person.csv:2: score: read `5`, expected points from 0 to 4"),
-        ("student,question,score\ntwo,a,x\n", "person.csv:2: score: read `x`"),
-        ("student,question,score\ntwo,a,1\ntwo,a,2\n", "person.csv:3: `two` has this question twice"),
-        ("name,points\ntwo,1\n", "the columns student, question, score are missing"),
-    ):
-        book.write_text(text)
-        done = program(*words)
-        assert (done.code, done.out) == (3, "")
-        assert said in done.err
 
 
 @pytest.mark.parametrize("kind", ["assignment", "answers"])

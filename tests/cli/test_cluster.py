@@ -31,8 +31,8 @@ LIMIT = 60.0
 """Seconds within which every sign must come."""
 
 needs_folders = pytest.mark.skipif(
-    any(util.find_spec(name) is None for name in ("distributed", "pandas", "pyarrow")),
-    reason="distributed, pandas or pyarrow is not installed",
+    any(util.find_spec(name) is None for name in ("distributed", "pyarrow")),
+    reason="distributed or pyarrow is not installed",
 )
 needs_dask = pytest.mark.skipif(util.find_spec("distributed") is None, reason="distributed is not installed")
 

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import csv
 import io
-import json
 import math
 from pathlib import Path
 
@@ -57,14 +56,6 @@ def test_orientations_stand_beside_the_rates(tmp_path: Path, program: Program) -
     assert float(rows[0]["Ly"]) == pytest.approx(4)
 
 
-def test_json_has_a_line_for_each_start(tmp_path: Path, program: Program) -> None:
-    found = program("euler", written(tmp_path, FREE, table=TABLE), "-f", "json")
-    lines = [json.loads(line) for line in found.out.splitlines()]
-    assert [line["start"] for line in lines] == [0, 1, 2]
-    assert lines[1]["motion"] == "rest"
-    assert list(lines[0])[:4] == ["schema", "name", "source", "start"]
-
-
 def test_people_read_a_summary(tmp_path: Path, program: Program) -> None:
     starts = "[{x: 1, p_x: 0}, {x: 0.5, p_x: 1}, {x: 0, p_x: -1}]"
     found = program("hamilton", written(tmp_path, OSCILLATOR, starts))
@@ -83,45 +74,3 @@ def test_the_bytes_do_not_depend_on_the_number_of_processes(
 ) -> None:
     path = written(tmp_path, text, table="w1,w2,w3\n" + "".join(f"{k / 7},1,{k % 3}\n" for k in range(9)))
     assert program("euler", path, "-f", format, "-j", "2") == program("euler", path, "-f", format)
-
-
-@pytest.mark.parametrize(
-    ("content", "line", "message"),
-    [
-        ("", 1, "header"),
-        ("w1,w2,w3,w3\n", 1, "each head once"),
-        ("w1,w2,w3,q0\n1,2,3,1\n", 1, "q0,q1,q2,q3"),
-        ("w1,w2,w3\n1,2,3\n1,2\n", 3, "read 2 values, expected 3"),
-        ("w1,w2,w3\n1,2,3\n\n1,two,3\n", 4, "column w2: read `two`, expected a number"),
-        ("w1,w2,w3\n1,nan,3\n", 2, "expected a number"),
-        ("w1,w2,w3,q0,q1,q2,q3\n1,2,3,0,0,0,0\n", 2, "expected a quaternion"),
-        ("w1,w2,w3\n", None, "no starts"),
-    ],
-)
-def test_what_is_wrong_with_a_table_is_told_by_its_line(
-    content: str, line: int | None, message: str, tmp_path: Path, program: Program
-) -> None:
-    found = program("euler", written(tmp_path, FREE, table=content))
-    assert (found.code, found.out) == (3, "")
-    place = f"starts.csv:{line}: " if line else "starts.csv: "
-    assert place in found.err
-    assert message in found.err
-
-
-def test_a_table_of_orbits_has_the_heads_of_the_system(tmp_path: Path, program: Program) -> None:
-    found = program("hamilton", written(tmp_path, OSCILLATOR, table="p_x,x\n1,0\n0,2\n"), "-f", "csv")
-    assert [(row["start"], row["x"], row["p_x"]) for row in table(found.out) if row["t"] == "0.0"] == [
-        ("0", "0.0", "1.0"),
-        ("1", "2.0", "0.0"),
-    ]
-    wrong = program("hamilton", written(tmp_path, OSCILLATOR, table="y,x\n1,0\n"))
-    assert wrong.code == 3
-    assert "starts.csv:1: y" in wrong.err
-
-
-def test_a_start_that_fails_leaves_the_others(tmp_path: Path, program: Program) -> None:
-    rod = FREE.replace("[1, 2, 3]", "[0, 2, 2]")
-    found = program("euler", written(tmp_path, rod, "[[0, 1, 0], [1, 1, 0], [0, 0, 2]]"), "-f", "csv")
-    assert found.code == 3
-    assert {row["start"] for row in table(found.out)} == {"0", "2"}
-    assert found.err.startswith("at start 1: ")

