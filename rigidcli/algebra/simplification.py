@@ -15,13 +15,7 @@ from rigidcli.algebra.fractions import factors
 from rigidcli.algebra.roots import Rational
 from rigidcli.algebra.substitution import mapped, rebuilt, with_powers
 from rigidcli.algebra.trees import to_tree
-from rigidcli.algebra.trigonometry import (
-    exponentials_merged,
-    has_functions,
-    mixes_tangents,
-    shortened,
-    tangents_replaced,
-)
+from rigidcli.algebra.trigonometry import exponentials_merged, shortened, tangents_replaced
 from rigidcli.errors import ExpressionError
 from rigidcli.language.text import text
 
@@ -165,9 +159,8 @@ def _reduced(e: Expr, allowance: Allowance) -> Expr:
     if len(e.terms) > MAX_TERMS_TO_TIDY:
         return e
     e = exponentials_merged(_roots_above(e))
-    if mixes_tangents(e):
-        e = expand(tangents_replaced(e), allowance)
-    return shortened(e, allowance) if has_functions(e) else e
+    replaced = tangents_replaced(e)
+    return shortened(e if replaced == e else expand(replaced, allowance), allowance)
 
 
 def _roots_above(e: Expr) -> Expr:
