@@ -34,8 +34,8 @@ from rigidcli.algebra.atoms import (
     is_positive,
     key_of_atom,
 )
-from rigidcli.algebra.exported import PLAIN, Exported
 from rigidcli.algebra.roots import Rational, bounded, content, magnitude, root, surd
+from rigidcli.algebra.trees import Exported
 from rigidcli.errors import ExpressionError
 
 MAX_TERMS = 10_000
@@ -65,13 +65,7 @@ class Expr(Exported):
     H.evaluate(m=1, k=4, p_x=0, x=[0.0, 0.5])
     """
 
-    __slots__ = ("_factored",)
-
-    def __init__(self, terms: Mapping[Monomial, Rational]) -> None:
-        """`terms` is in canonical form already; use `number`, `symbol` and the operators to make one."""
-        super().__init__(terms)
-        self._factored: tuple[Rational, Monomial] | None = None
-        self.style = PLAIN
+    _factored: tuple[Rational, Monomial] | None = None
 
     def __eq__(self, other: object) -> bool:
         if isinstance(other, Expr):
