@@ -14,7 +14,6 @@ from typing import Any
 
 import numpy as np
 
-from rigidcli.algebra.allowance import Allowance
 from rigidcli.algebra.atoms import Pi, Symbol
 from rigidcli.algebra.expressions import Expr
 from rigidcli.algebra.fractions import vanishes
@@ -26,9 +25,6 @@ from rigidcli.language import code
 from rigidcli.language.evaluation import SIGNS, numbers
 from rigidcli.language.functions import FUNCTIONS
 from rigidcli.language.tree import Kind, UnknownFunction, fold
-
-MAX_STEPS = 20_000
-"""Steps that a proof that an expression is zero may take, a few hundredths of a second."""
 
 POINTS = 3
 """Points at which an expression must seem to be zero. A polynomial vanishes at all of them by chance only."""
@@ -62,7 +58,7 @@ def is_zero(e: Expr) -> bool:
     if _seems_zero(e, few, POINTS) is False:
         return False
     with suppress(ExpressionError):
-        if vanishes(e, Allowance(MAX_STEPS)):
+        if vanishes(e):
             return True
     return _seems_zero(e, few, SIGNED_POINTS) is not False and _seems_zero(e, many, POINTS) is True
 
@@ -97,10 +93,10 @@ def _balls() -> Kind:
 def enclosed(e: Expr, point: Mapping[str, Fraction], bits: int) -> Any:
     """The value of an expression as a ball of so many bits; its names have values in `point`.
 
-    Raises ValueError or ArithmeticError where it has no finite real value, as an unknown function has none.
+    Raises ExpressionError where it has no finite real value, as an unknown function has none.
     """
     if e.unknown:
-        raise ValueError("a function without a formula")
+        raise ExpressionError("a function without a formula has no value")
     return _enclosed(e, point, bits)
 
 
@@ -111,11 +107,11 @@ def _enclosed(e: Expr, point: Mapping[str, Fraction], bits: int) -> Any:
     def name(word: str) -> Any:
         return arb(fmpq(point[word].numerator, point[word].denominator))
 
-    with ctx.workprec(bits):
+    with ctx.workprec(bits), suppress(ArithmeticError, ValueError):
         value = fold(plain_tree(e), name, _balls())
-        if not value.is_finite():
-            raise ValueError("no real value")
-        return value
+        if value.is_finite():
+            return value
+    raise ExpressionError("the expression has no finite real value")
 
 
 def _seems_zero(e: Expr, bits: int, points: int) -> bool | None:
@@ -137,7 +133,7 @@ def _trials(e: Expr, bits: int) -> Iterator[Any]:
             for name in sorted(e.names)
         }
         point |= {name: abs(point[name]) for name in positive}
-        with suppress(ArithmeticError, ValueError):
+        with suppress(ExpressionError):
             yield _enclosed(e, point, bits)
 
 
