@@ -326,9 +326,6 @@ def power(base: Expr, exponent: Rational) -> Expr:
 def _rooted(base: Expr, exponent: Fraction) -> Expr:
     """A power that is not an integer: positive numbers are taken out, nothing else is."""
     if len(base.terms) > 1:
-        two_roots = _two_roots(base)
-        if two_roots is not None:
-            return power(two_roots, 2 * exponent)
         size = content(base.terms.values())
         inner = gathered(1, {_group(scaled(base, 1 / size)): exponent})
         return product([_root_of_number(size, exponent), inner])
@@ -346,24 +343,6 @@ def _root_of_number(value: Rational, exponent: Rational) -> Expr:
     """A power of a positive number, in powers of integers."""
     coefficient, surds = root(Fraction(value), Fraction(exponent))
     return gathered(coefficient, {interned(Surd(base)): part for base, part in surds.items()})
-
-
-def _two_roots(e: Expr) -> Expr | None:
-    """The square root of a + b, for rational a and b^2, where it is a sum of two roots of rationals.
-
-    It is where a^2 - b^2 is the square of a rational s: sqrt((a + s)/2) +- sqrt((a - s)/2).
-    """
-    a = Fraction(e.terms.get((), 0))
-    b = e - a
-    square = power(b, 2).as_number if len(e.terms) == 2 and not e.names and a > 0 else None
-    if square is None or not a**2 - square >= 0:
-        return None
-    coefficient, surds = root(a**2 - square, Fraction(1, 2)) if a**2 != square else (0, {})
-    if surds:
-        return None
-    sign = 1 if b.ordered[0][1] > 0 else -1
-    first, second = (_root_of_number((a + s) / 2, Fraction(1, 2)) for s in (coefficient, -coefficient))
-    return first + sign * second
 
 
 def _root_of_monomial(sign: int, monomial: Monomial, exponent: Fraction) -> Expr:
