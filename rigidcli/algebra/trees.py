@@ -151,7 +151,8 @@ def _written(monomial: Monomial, coefficient: Rational) -> tree.Node:
             base, negative = to_tree(_times(atom.inner, -1 / Fraction(share))), False
         (above if exponent > 0 else below).append(_power(base, magnitude(exponent)))
     above[:0] = [_power(_number(value), exponent) for exponent, value in surds.items()]
-    return _fraction(-abs(coefficient) if negative else abs(coefficient), above, below)
+    size = magnitude(coefficient)
+    return _fraction(-size if negative else size, above, below)
 
 
 def _under_one_root(monomial: Monomial) -> Monomial:

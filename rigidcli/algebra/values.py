@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import operator
 import random
-from collections.abc import Collection, Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from contextlib import suppress
 from fractions import Fraction
 from functools import lru_cache
@@ -73,7 +73,7 @@ def _balls() -> Kind:
     """Numbers of python-flint with a proved bound of their error; no number is infinite or NaN."""
     from flint import arb
 
-    functions = {name: operator.methodcaller(name) for name in FUNCTIONS}
+    functions: dict[str, Callable[..., Any]] = {name: operator.methodcaller(name) for name in FUNCTIONS}
     functions |= {"abs": abs, "sign": operator.methodcaller("sgn"), "atan2": arb.atan2}
 
     def call(function: str, values: list[Any]) -> Any:
