@@ -17,7 +17,6 @@ from typing import Any, cast
 import numpy as np
 
 from rigidcli.algebra import simplification, values
-from rigidcli.algebra.allowance import Allowance
 from rigidcli.algebra.atoms import Applied, Atom, Group
 from rigidcli.algebra.expansion import coefficients
 from rigidcli.algebra.expressions import ONE, PI, ZERO, Expr, expr, factored, gathered, power, symbol
@@ -28,15 +27,6 @@ from rigidcli.algebra.roots import Rational, content, magnitude
 from rigidcli.core.arithmetic import Arithmetic, Array
 from rigidcli.errors import ComputationError, ExpressionError
 from rigidcli.language.tree import Node
-
-MAX_STEPS = 60_000
-"""Steps that the search for common factors of one expression may take: a few tenths of a second."""
-
-SHORT_KEY = 600
-"""Length of the key of an expression that is rearranged by all rules, which takes milliseconds."""
-
-LONG_KEY = 4_000
-"""Length of the key of the longest fraction in lowest terms that is: the text would be a page long."""
 
 LONGEST_KEY = 40_000
 """Length of the key of the longest result: its text would be several pages long."""
@@ -51,16 +41,12 @@ def tidy(e: Expr) -> Expr:
     Raises:
         ComputationError: all forms are too long for anybody to read.
     """
-    if len(e.key) > SHORT_KEY:
-        e = simplification.shortest([e, *_fractions(e)])
-        if len(e.key) > LONGEST_KEY:
-            raise ComputationError("an exact result is too long to print")
-        if len(e.key) > LONG_KEY:
-            return ZERO if values.is_zero(e) else e
     short = simplification.tidy(e)
     if simplification.is_product(short):
         return short
     shorter = simplification.shortest([short, *_fractions(short)])
+    if len(shorter.key) > LONGEST_KEY:
+        raise ComputationError("an exact result is too long to print")
     if values.is_zero(shorter):
         return ZERO
     return shorter if shorter == short else simplification.tidy(shorter)
@@ -69,7 +55,7 @@ def tidy(e: Expr) -> Expr:
 def _fractions(e: Expr) -> Sequence[Expr]:
     """The fraction in lowest terms that it is, multiplied out and in factors; none if it is too large."""
     with suppress(ExpressionError):
-        return lowest_terms(e, Allowance(MAX_STEPS))
+        return lowest_terms(e)
     return ()
 
 
@@ -112,17 +98,10 @@ def common_factor(array: Array) -> tuple[Expr, Array]:
     return (factor, rest) if after + len(str(factor)) < before else (ONE, array)
 
 
-def _enclosed(e: Expr, point: Mapping[str, Fraction], bits: int) -> Any:
-    try:
-        return values.enclosed(e, point, bits)
-    except (ArithmeticError, ValueError) as error:
-        raise ExpressionError("the expression has no finite real value") from error
-
-
 def _number_sign(e: Expr) -> int:
     """The sign of an expression without symbols."""
     for bits in values.PRECISIONS:
-        ball = _enclosed(e, {}, bits)
+        ball = values.enclosed(e, {}, bits)
         if not ball.contains(0):
             return 1 if ball > 0 else -1
     return 0
@@ -130,7 +109,7 @@ def _number_sign(e: Expr) -> int:
 
 def _float(e: Expr, point: Mapping[str, Fraction]) -> float:
     for bits in values.PRECISIONS:
-        ball = _enclosed(e, point, bits)
+        ball = values.enclosed(e, point, bits)
         if ball.rel_accuracy_bits() > np.finfo(np.float64).nmant + 1:
             return float(ball.mid())
     return 0.0
@@ -165,7 +144,7 @@ def weak_sign(x: Expr) -> tuple[int, bool] | None:
     if known is not None:
         return known, e.is_strict()
     try:
-        parts = factors(e, Allowance(MAX_STEPS))
+        parts = factors(e)
     except ExpressionError:
         return None
     product, strict = 1, True
@@ -184,7 +163,7 @@ def polynomial_factors(e: Expr, unknown: str) -> list[tuple[dict[int, Expr], int
 
     Raises ExpressionError where the polynomial is too large.
     """
-    parts = [(f, times) for f, times in factors(e, Allowance(MAX_STEPS)) if unknown in f.names and times > 0]
+    parts = [(f, times) for f, times in factors(e) if unknown in f.names and times > 0]
     polynomials = [(coefficients(factor, [unknown]), times) for factor, times in parts]
     return [({k: c for (k,), c in p.items()}, times) for p, times in polynomials if p is not None]
 
@@ -203,7 +182,7 @@ def root_of_either_sign(x: Any, of_square: Callable[[Expr], Expr] = lambda x: x)
     if e.as_number is not None:
         return power(e, _HALF)
     try:
-        parts = factors(e, Allowance(MAX_STEPS))
+        parts = factors(e)
     except ExpressionError:
         return power(e, _HALF)
     outside, inside = ONE, ONE

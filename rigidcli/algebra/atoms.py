@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterator, Mapping
+from functools import cached_property
 from typing import Generic, TypeAlias, TypeVar, cast
 from weakref import WeakValueDictionary
 
@@ -42,16 +43,9 @@ def _is_rate(name: str) -> bool:
 class Terms:
     """A sum: a mapping from monomials to their rational coefficients, in canonical form. Immutable."""
 
-    __slots__ = ("_depth", "_hash", "_key", "_names", "_ordered", "terms")
-
     def __init__(self, terms: Mapping[Monomial, Rational]) -> None:
         """`terms` is in canonical form already; use `expressions` to make one."""
         self.terms = terms
-        self._depth: int | None = None
-        self._hash: int | None = None
-        self._key: str | None = None
-        self._names: frozenset[str] | None = None
-        self._ordered: tuple[tuple[Monomial, Rational], ...] | None = None
 
     @property
     def is_zero(self) -> bool:
@@ -65,12 +59,10 @@ class Terms:
             return 0
         return self.terms.get(()) if len(self.terms) == 1 else None
 
-    @property
+    @cached_property
     def names(self) -> frozenset[str]:
         """The symbols in it, at any depth."""
-        if self._names is None:
-            self._names = frozenset().union(*(atom.names for atom in self.atoms))
-        return self._names
+        return frozenset().union(*(atom.names for atom in self.atoms))
 
     @property
     def unknown(self) -> frozenset[str]:
@@ -91,33 +83,29 @@ class Terms:
             for part in (atom.inner,) if isinstance(atom, Group) else parts:
                 yield from part.everywhere()
 
-    @property
+    @cached_property
     def depth(self) -> int:
         """How deep its atoms are nested."""
-        if self._depth is None:
-            self._depth = max((atom.depth for atom in self.atoms), default=0)
-        return self._depth
+        return max((atom.depth for atom in self.atoms), default=0)
 
-    @property
+    @cached_property
     def ordered(self) -> tuple[tuple[Monomial, Rational], ...]:
         """The terms in canonical order."""
-        if self._ordered is None:
-            self._ordered = tuple(sorted(self.terms.items(), key=_place))
-        return self._ordered
+        return tuple(sorted(self.terms.items(), key=_place))
 
-    @property
+    @cached_property
     def key(self) -> str:
         """A text that equal expressions share."""
-        if self._key is None:
-            self._key = ",".join(
-                "*".join([str(coefficient), *(f"{atom.key}^{exponent}" for atom, exponent in monomial)])
-                for monomial, coefficient in self.ordered
-            )
-        return self._key
+        return ",".join(
+            "*".join([str(coefficient), *(f"{atom.key}^{exponent}" for atom, exponent in monomial)])
+            for monomial, coefficient in self.ordered
+        )
+
+    @cached_property
+    def _hash(self) -> int:
+        return hash(frozenset(self.terms.items()))
 
     def __hash__(self) -> int:
-        if self._hash is None:
-            self._hash = hash(frozenset(self.terms.items()))
         return self._hash
 
     def sign(self) -> int | None:

@@ -14,9 +14,6 @@ from rigidcli.algebra.roots import Rational, bounded
 from rigidcli.errors import ExpressionError
 from rigidcli.language.tree import UnknownFunction
 
-MAX_FACTORS = 20_000
-"""Most factors of the terms of one derivative, so that none takes longer than a second."""
-
 _SLOPES: dict[str, Callable[[Expr], Expr]] = {
     "sin": lambda x: apply("cos", x),
     "cos": lambda x: -apply("sin", x),
@@ -50,7 +47,7 @@ class _Derivative:
 
     def __init__(self, name: str) -> None:
         self.name = name
-        self.allowance = Allowance(MAX_FACTORS)
+        self.allowance = Allowance()
         self.known: dict[Atom, Expr] = {}
 
     def of(self, e: Expr) -> Expr:

@@ -11,19 +11,14 @@ from rigidcli.algebra.expressions import ONE, Expr, gathered, multiplied, number
 from rigidcli.algebra.roots import Rational, bounded
 from rigidcli.algebra.substitution import rebuilt
 
-MAX_STEPS = 100_000
-"""Most steps in multiplying one expression out: about half a second."""
-
 
 def expand(e: Expr, allowance: Allowance | None = None) -> Expr:
     """Everything multiplied out that stands in a product or under a natural power, at any depth.
 
-    Without an allowance to share, there are `MAX_STEPS`.
-
     Raises:
         ExpressionError: the result is too large.
     """
-    return _Expansion(allowance or Allowance(MAX_STEPS)).of(e)
+    return _Expansion(allowance or Allowance()).of(e)
 
 
 class _Expansion:
@@ -117,7 +112,7 @@ def coefficients(e: Expr, names: Sequence[str]) -> Polynomial | None:
         ExpressionError: the polynomial has too many terms.
     """
     places = {name: place for place, name in enumerate(names)}
-    return _polynomial(e, places, Allowance(MAX_STEPS))
+    return _polynomial(e, places, Allowance())
 
 
 def _polynomial(e: Expr, places: Mapping[str, int], allowance: Allowance) -> Polynomial | None:

@@ -34,8 +34,8 @@ from rigidcli.algebra.atoms import (
     is_positive,
     key_of_atom,
 )
-from rigidcli.algebra.exported import PLAIN, Exported
 from rigidcli.algebra.roots import Rational, bounded, content, magnitude, root, surd
+from rigidcli.algebra.trees import Exported
 from rigidcli.errors import ExpressionError
 
 MAX_TERMS = 10_000
@@ -65,13 +65,7 @@ class Expr(Exported):
     H.evaluate(m=1, k=4, p_x=0, x=[0.0, 0.5])
     """
 
-    __slots__ = ("_factored",)
-
-    def __init__(self, terms: Mapping[Monomial, Rational]) -> None:
-        """`terms` is in canonical form already; use `number`, `symbol` and the operators to make one."""
-        super().__init__(terms)
-        self._factored: tuple[Rational, Monomial] | None = None
-        self.style = PLAIN
+    _factored: tuple[Rational, Monomial] | None = None
 
     def __eq__(self, other: object) -> bool:
         if isinstance(other, Expr):
@@ -332,9 +326,6 @@ def power(base: Expr, exponent: Rational) -> Expr:
 def _rooted(base: Expr, exponent: Fraction) -> Expr:
     """A power that is not an integer: positive numbers are taken out, nothing else is."""
     if len(base.terms) > 1:
-        two_roots = _two_roots(base)
-        if two_roots is not None:
-            return power(two_roots, 2 * exponent)
         size = content(base.terms.values())
         inner = gathered(1, {_group(scaled(base, 1 / size)): exponent})
         return product([_root_of_number(size, exponent), inner])
@@ -352,24 +343,6 @@ def _root_of_number(value: Rational, exponent: Rational) -> Expr:
     """A power of a positive number, in powers of integers."""
     coefficient, surds = root(Fraction(value), Fraction(exponent))
     return gathered(coefficient, {interned(Surd(base)): part for base, part in surds.items()})
-
-
-def _two_roots(e: Expr) -> Expr | None:
-    """The square root of a + b, for rational a and b^2, where it is a sum of two roots of rationals.
-
-    It is where a^2 - b^2 is the square of a rational s: sqrt((a + s)/2) +- sqrt((a - s)/2).
-    """
-    a = Fraction(e.terms.get((), 0))
-    b = e - a
-    square = power(b, 2).as_number if len(e.terms) == 2 and not e.names and a > 0 else None
-    if square is None or not a**2 - square >= 0:
-        return None
-    coefficient, surds = root(a**2 - square, Fraction(1, 2)) if a**2 != square else (0, {})
-    if surds:
-        return None
-    sign = 1 if b.ordered[0][1] > 0 else -1
-    first, second = (_root_of_number((a + s) / 2, Fraction(1, 2)) for s in (coefficient, -coefficient))
-    return first + sign * second
 
 
 def _root_of_monomial(sign: int, monomial: Monomial, exponent: Fraction) -> Expr:

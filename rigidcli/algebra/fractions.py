@@ -157,11 +157,12 @@ class _Quotient:
     below: Any
 
 
-def _quotient(e: Expr, allowance: Allowance) -> _Quotient:
+def _quotient(e: Expr, allowance: Allowance | None) -> _Quotient:
     """The fraction in lowest terms that an expression is.
 
     Raises ExpressionError where it is too large.
     """
+    allowance = allowance or Allowance()
     coefficient, monomial = factored(expand(e, allowance))
     above: list[Expr] = []
     below: list[Expr] = []
@@ -199,26 +200,26 @@ def _lowest(parts: Sequence[Expr]) -> dict[Atom, Rational]:
     return lowest
 
 
-def lowest_terms(e: Expr, allowance: Allowance) -> tuple[Expr, Expr]:
+def lowest_terms(e: Expr) -> tuple[Expr, Expr]:
     """The fraction in lowest terms that an expression is: multiplied out above and below, and in factors.
 
     No square root is below. Raises ExpressionError where it is too large, or the denominator vanishes.
     """
-    quotient = _quotient(e, allowance)
+    quotient = _quotient(e, None)
     outside = product([factor**power for factor, power in quotient.outside])
     multiplied_out = outside * quotient.ring.expr(quotient.above) / quotient.ring.expr(quotient.below)
     return multiplied_out, product([factor**power for factor, power in _factors(quotient)])
 
 
-def vanishes(e: Expr, allowance: Allowance) -> bool:
+def vanishes(e: Expr) -> bool:
     """Whether the numerator of an expression is the zero polynomial in its atoms.
 
     Raises ExpressionError where it is too large, or the denominator vanishes.
     """
-    return bool(_quotient(e, allowance).above == 0)
+    return bool(_quotient(e, None).above == 0)
 
 
-def factors(e: Expr, allowance: Allowance) -> list[tuple[Expr, int]]:
+def factors(e: Expr, allowance: Allowance | None = None) -> list[tuple[Expr, int]]:
     """Factors that cannot be factored further, each with its exponent, negative below; numbers first.
 
     Raises ExpressionError where it is too large, or the denominator vanishes.

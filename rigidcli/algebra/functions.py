@@ -137,11 +137,8 @@ def _applied(function: str, argument: Expr) -> Expr:
     known = _KNOWN.get((function, argument))
     if known is not None:
         return known
-    if function in ("sin", "cos", "tan"):
-        turns = _half_turns(argument)
-        value = _shifted(function, argument) if turns is None else _at_angle(function, turns)
-        if value is not None:
-            return value
+    if function in ("sin", "cos", "tan") and (value := _of_angle(function, argument)) is not None:
+        return value
     inner = _only_atom(argument)
     if isinstance(inner, Applied) and (function, inner.function) in _COMPOSED:
         return _COMPOSED[function, inner.function](inner.arguments[0])
@@ -166,40 +163,28 @@ def _require_value(function: str, value: Rational) -> None:
         raise ExpressionError(f"`{function}({shown})` has no finite real value")
 
 
-def _half_turns(argument: Expr) -> Fraction | None:
-    """An angle as a multiple of pi."""
-    ((turn, _),) = PI.terms.items()
-    return Fraction(argument.terms.get(turn, 0)) if argument.terms.keys() <= {turn} else None
+def _of_angle(function: str, argument: Expr) -> Expr | None:
+    """The function at a multiple of pi, or with quarter turns taken out of an angle: cos(x + pi) is -cos(x).
 
-
-def _shifted(function: str, argument: Expr) -> Expr | None:
-    """The function of an angle that holds quarter turns: cos(x + pi) is -cos(x)."""
+    None where there is no short form.
+    """
     ((turn, _),) = PI.terms.items()
-    quarters = 2 * argument.terms.get(turn, 0)
-    if quarters == 0 or quarters.denominator != 1:
+    quarters, part = divmod(2 * Fraction(argument.terms.get(turn, 0)), 1)
+    angle, part = argument - PI * Fraction(quarters + part, 2), part / 2
+    if angle.terms and (part or not quarters):
         return None
-    angle = argument - PI * Fraction(quarters, 2)
+    value: Expr | None
     if function == "tan":
-        return apply("tan", angle) if quarters % 2 == 0 else -1 / apply("tan", angle)
-    place = (int(quarters) + (1 if function == "cos" else 0)) % 4  # of sin, cos, -sin, -cos
-    return scaled(apply(("sin", "cos")[place % 2], angle), 1 if place < 2 else -1)
-
-
-def _at_angle(function: str, half_turns: Fraction) -> Expr | None:
-    if function == "cos":
-        return _at_angle("sin", half_turns + _HALF)
-    if function == "tan":
-        part = half_turns % 1
-        if part == _HALF:
+        if quarters % 2 and not angle.terms and not part:
             raise ExpressionError("`tan` of an odd multiple of pi/2 has no finite real value")
-        tangent = _TANGENTS.get(min(part, 1 - part))
-        return None if tangent is None else scaled(tangent, 1 if part < _HALF else -1)
-    part = half_turns % 2
-    sign = 1
-    if part >= 1:
-        part, sign = part - 1, -1
-    value = _SINES.get(min(part, 1 - part))
-    return None if value is None else scaled(value, sign)
+        if angle.terms:
+            return -1 / apply("tan", angle) if quarters % 2 else apply("tan", angle)
+        value = _TANGENTS.get(_HALF - part if quarters % 2 else part)
+        return None if value is None else scaled(value, -1 if quarters % 2 else 1)
+    place = (quarters + (1 if function == "cos" else 0)) % 4  # of sin, cos, -sin, -cos
+    turned = ("sin", "cos")[place % 2]
+    value = apply(turned, angle) if angle.terms else _SINES.get(part if turned == "sin" else _HALF - part)
+    return None if value is None else scaled(value, 1 if place < 2 else -1)
 
 
 def _only_atom(e: Expr) -> Atom | None:

@@ -8,20 +8,14 @@ from contextlib import suppress
 from functools import lru_cache
 
 from rigidcli.algebra.allowance import Allowance
-from rigidcli.algebra.atoms import Atom, Group, Monomial, Pi, Surd, Symbol
+from rigidcli.algebra.atoms import Applied, Atom, Group, Monomial, Pi, Surd, Symbol
 from rigidcli.algebra.expansion import expand
 from rigidcli.algebra.expressions import Expr, factored, gathered, product, total
 from rigidcli.algebra.fractions import factors
 from rigidcli.algebra.roots import Rational
 from rigidcli.algebra.substitution import mapped, rebuilt, with_powers
 from rigidcli.algebra.trees import to_tree
-from rigidcli.algebra.trigonometry import (
-    exponentials_merged,
-    has_functions,
-    mixes_tangents,
-    shortened,
-    tangents_replaced,
-)
+from rigidcli.algebra.trigonometry import exponentials_merged, shortened, tangents_replaced
 from rigidcli.errors import ExpressionError
 from rigidcli.language.text import text
 
@@ -40,9 +34,6 @@ _STEPS_TO_WRITE = 50
 DEEPEST_ROOT = 3
 """Largest depth of a sum under a root that is made shorter again: each level takes three times as long."""
 
-MAX_DEPTH_TO_TIDY = 12
-"""Largest depth of functions and groups inside each other that are made shorter at every level."""
-
 
 @lru_cache(maxsize=4096)
 def tidy(e: Expr) -> Expr:
@@ -56,12 +47,17 @@ def tidy(e: Expr) -> Expr:
 
 
 def _tidied(e: Expr, allowance: Allowance) -> Expr:
-    if len(e.terms) > MAX_TERMS_TO_TIDY or len(e.key) > LONGEST_KEY_TO_TIDY or _is_plain(e):
+    has_parts = len(e.terms) > 1 or any(isinstance(atom, (Group, Applied)) for atom in e.atoms)
+    if len(e.terms) > MAX_TERMS_TO_TIDY or len(e.key) > LONGEST_KEY_TO_TIDY or not has_parts:
         return e
+
+    def tidied(atom: Atom) -> Expr | None:
+        is_whole = isinstance(atom, (Symbol, Pi, Surd))
+        return None if is_whole else rebuilt(atom, lambda part: _tidied(part, allowance))
+
     inner = e
-    if e.depth <= MAX_DEPTH_TO_TIDY:
-        with suppress(ExpressionError):
-            inner = mapped(e, lambda atom: _tidied_atom(atom, allowance))
+    with suppress(ExpressionError):
+        inner = mapped(e, tidied)
     forms = list(dict.fromkeys([e, *_forms(inner, allowance)]))
     return shortest(forms)
 
@@ -106,17 +102,6 @@ def spread(e: Expr) -> Expr:
     return total(parts(monomial, coefficient) for monomial, coefficient in e.terms.items())
 
 
-def _is_plain(e: Expr) -> bool:
-    """Whether it is one product of numbers and powers of symbols."""
-    return len(e.terms) < 2 and all(isinstance(atom, (Symbol, Pi, Surd)) for atom in e.atoms)
-
-
-def _tidied_atom(atom: Atom, allowance: Allowance) -> Expr | None:
-    if isinstance(atom, (Symbol, Pi, Surd)):
-        return None
-    return rebuilt(atom, lambda inner: _tidied(inner, allowance))
-
-
 @lru_cache(4096)
 def _length(e: Expr) -> tuple[int, str]:
     written = text(to_tree(e))
@@ -126,7 +111,7 @@ def _length(e: Expr) -> tuple[int, str]:
 def _forms(e: Expr, allowance: Allowance) -> Iterator[Expr]:
     """Forms of an expression; one that becomes too large is passed over."""
     known: set[Expr] = set()
-    for change in (_unchanged, _shortened, _over_one_denominator, _over_lowest_powers):
+    for change in (lambda e, _: e, _shortened, _over_one_denominator, _over_lowest_powers):
         with suppress(ExpressionError):
             form = _roots_tidied(change(e, allowance), allowance)
             if form not in known:
@@ -147,10 +132,6 @@ def _roots_tidied(e: Expr, allowance: Allowance) -> Expr:
     return with_powers(e, change)
 
 
-def _unchanged(e: Expr, allowance: Allowance) -> Expr:
-    return e
-
-
 def _shortened(e: Expr, allowance: Allowance) -> Expr:
     return _reduced(_expanded(e, allowance), allowance)
 
@@ -165,9 +146,8 @@ def _reduced(e: Expr, allowance: Allowance) -> Expr:
     if len(e.terms) > MAX_TERMS_TO_TIDY:
         return e
     e = exponentials_merged(_roots_above(e))
-    if mixes_tangents(e):
-        e = expand(tangents_replaced(e), allowance)
-    return shortened(e, allowance) if has_functions(e) else e
+    replaced = tangents_replaced(e)
+    return shortened(e if replaced == e else expand(replaced, allowance), allowance)
 
 
 def _roots_above(e: Expr) -> Expr:

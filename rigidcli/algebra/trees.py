@@ -1,16 +1,26 @@
-"""Exact expressions as trees of the expression language, in the order in which people write them."""
+"""Exact expressions as trees of the expression language, in the order in which people write them.
+
+Trees lead to all else that expressions become outside of the algebra: text, LaTeX, numbers, those of sympy.
+"""
 
 from __future__ import annotations
 
 import math
+import operator
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from fractions import Fraction
 from functools import lru_cache
+from typing import Any, Self
 
 from rigidcli.algebra.atoms import Applied, Atom, Group, Monomial, Pi, Surd, Symbol, Terms, key_of_atom
 from rigidcli.algebra.roots import Rational, content, magnitude
+from rigidcli.errors import ExpressionError
 from rigidcli.language import tree
-from rigidcli.language.text import text
+from rigidcli.language.evaluation import SIGNS, numbers
+from rigidcli.language.expression import Expression
+from rigidcli.language.formula import Style
+from rigidcli.language.text import latex, text
+from rigidcli.language.tree import Node, fold
 
 
 def to_tree(e: Terms) -> tree.Node:
@@ -31,13 +41,24 @@ def plain_tree(e: Terms) -> tree.Node:
     """The tree of an expression term by term, for values alone: it looks for no shorter way to write it."""
     terms: list[tree.Node] = []
     for monomial, coefficient in e.terms.items():
-        sides: tuple[list[tree.Node], list[tree.Node]]
-        sides = ([_number(coefficient.numerator)], [_number(coefficient.denominator)])
+        sides: tuple[list[tree.Node], list[tree.Node]] = ([], [])
         for atom, exponent in monomial:
             sides[exponent < 0].append(_power(_atom(atom, plain_tree), magnitude(exponent)))
-        above, below = map(_product, (part[len(part) > 1 and part[0] == tree.ONE :] for part in sides))
-        terms.append(above if below == tree.ONE else tree.Product((above, tree.Reciprocal(below))))
+        terms.append(_fraction(coefficient, *sides))
     return tree.Sum(tuple(terms)) if len(terms) > 1 else terms[0] if terms else _number(0)
+
+
+def _fraction(coefficient: Rational, above: list[tree.Node], below: list[tree.Node]) -> tree.Node:
+    """A number times factors above and below the bar."""
+    numerator, denominator = abs(coefficient.numerator), coefficient.denominator
+    if numerator != 1 or not above:
+        above.insert(0, _number(numerator))
+    if denominator != 1:
+        below.insert(0, _number(denominator))
+    if below:
+        above.append(tree.Reciprocal(_product(below)))
+    term = _product(above)
+    return tree.Negative(term) if coefficient < 0 else term
 
 
 def _number(value: int) -> tree.Number:
@@ -130,15 +151,8 @@ def _written(monomial: Monomial, coefficient: Rational) -> tree.Node:
             base, negative = to_tree(_times(atom.inner, -1 / Fraction(share))), False
         (above if exponent > 0 else below).append(_power(base, magnitude(exponent)))
     above[:0] = [_power(_number(value), exponent) for exponent, value in surds.items()]
-    numerator, denominator = abs(coefficient.numerator), coefficient.denominator
-    if numerator != 1 or not above:
-        above.insert(0, _number(numerator))
-    if denominator != 1:
-        below.insert(0, _number(denominator))
-    if below:
-        above.append(tree.Reciprocal(_product(below)))
-    term = _product(above)
-    return tree.Negative(term) if negative else term
+    size = magnitude(coefficient)
+    return _fraction(-size if negative else size, above, below)
 
 
 def _under_one_root(monomial: Monomial) -> Monomial:
@@ -240,3 +254,82 @@ def _power(base: tree.Node, exponent: Rational) -> tree.Node:
     if exponent == Fraction(1, 2):
         return tree.Call("sqrt", (base,))
     return tree.Power(base, _term((), exponent))
+
+
+KEPT = 128
+"""Texts that are kept: results of one system at many values of its parameters have the same ones."""
+
+PLAIN = Style()
+"""Expressions as the algebra orders them, with fractions."""
+
+
+class Exported(Terms):
+    """A sum with its ways out. `expressions.Expr` adds the arithmetic."""
+
+    style: Style = PLAIN
+    """How it is written. Equal expressions may have different styles."""
+
+    def __str__(self) -> str:
+        return _text(self, self.style)
+
+    __repr__ = __str__
+
+    def _repr_latex_(self) -> str:
+        return f"${latex(self.tree())}$"
+
+    def tree(self, digits: int | None = None) -> Node:
+        """The tree in which it is written, exact for any number of digits."""
+        return self.style.of(to_tree(self))
+
+    def styled(self, style: Style) -> Self:
+        """The same expression, written in a style."""
+        written = type(self)(self.terms)
+        written.style = style
+        return written
+
+    def __float__(self) -> float:
+        """Raises ExpressionError where a symbol is in it, or the value is too large."""
+        known = self.as_number
+        try:
+            return float(self.evaluate() if known is None else known)
+        except OverflowError as error:
+            raise ExpressionError("the value is too large") from error
+
+    def evaluate(self, **values: Any) -> Any:
+        """The value where the symbols have these values: a float, or an array as soon as one of these is.
+
+        Raises:
+            ExpressionError: a symbol has no value, or numbers lead to no finite real value.
+        """
+        import numpy as np
+
+        arrays = {name: np.asarray(value) if np.ndim(value) else value for name, value in values.items()}
+        return Expression("", to_tree(self), self.names).evaluate(arrays)
+
+    def to_sympy(self) -> Any:
+        """The same as an expression of sympy, which must be installed. Its symbols are real or positive."""
+        import sympy
+
+        positive = {atom.name for atom in self.everywhere() if isinstance(atom, Symbol) and atom.positive}
+
+        def called(function: str, values: list[Any]) -> Any:
+            if isinstance(function, tree.UnknownFunction):
+                return sympy.Function(function)(*values)
+            return getattr(sympy, "Abs" if function == "abs" else function)(*values)
+
+        kind = numbers(
+            number=lambda text, value: sympy.pi if text == "pi" else sympy.Rational(text),
+            negative=operator.neg,
+            joined=lambda left, sign, right: SIGNS[sign](int(left) if left in (0.0, 1.0) else left, right),
+            power=operator.pow,
+            call=called,
+        )
+        return fold(to_tree(self), lambda n: sympy.Symbol(n, real=True, positive=n in positive or None), kind)
+
+    _sympy_ = to_sympy  # by this name sympy's own functions take it
+
+
+@lru_cache(maxsize=KEPT)
+def _text(e: Exported, style: Style) -> str:
+    """The text of an expression; the style tells apart equal ones that are written in two ways."""
+    return text(e.tree())

@@ -3,17 +3,18 @@
 from __future__ import annotations
 
 import math
+import operator
 import random
 from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from contextlib import suppress
 from fractions import Fraction
+from functools import lru_cache
 from itertools import islice
 from typing import Any
 
 import numpy as np
 
-from rigidcli.algebra.allowance import Allowance
-from rigidcli.algebra.atoms import Applied, Atom, Group, Pi, Surd, Symbol
+from rigidcli.algebra.atoms import Pi, Symbol
 from rigidcli.algebra.expressions import Expr
 from rigidcli.algebra.fractions import vanishes
 from rigidcli.algebra.trees import plain_tree
@@ -21,11 +22,9 @@ from rigidcli.core.arithmetic import Floats
 from rigidcli.core.solution import NO_VALUE
 from rigidcli.errors import ExpressionError
 from rigidcli.language import code
+from rigidcli.language.evaluation import SIGNS, numbers
 from rigidcli.language.functions import FUNCTIONS
-from rigidcli.language.tree import UnknownFunction
-
-MAX_STEPS = 20_000
-"""Steps that a proof that an expression is zero may take, a few hundredths of a second."""
+from rigidcli.language.tree import Kind, UnknownFunction, fold
 
 POINTS = 3
 """Points at which an expression must seem to be zero. A polynomial vanishes at all of them by chance only."""
@@ -36,8 +35,8 @@ SIGNED_POINTS = 24
 TRIALS = 60
 """Points that are tried at most, as an expression may have no value at some."""
 
-PRECISIONS = (64, 200, 1100)
-"""Bits of the balls that decide, one after the other."""
+PRECISIONS = (64, 1100)
+"""Bits of balls: a few tell most numbers from zero, 330 digits are taken for a proof where there is none."""
 
 _RANGES = tuple((Fraction(low), Fraction(width)) for low, width in (("1/4", 2), ("1/50", "1/10"), (10, 100)))
 """Sizes of the values of symbols at the points: the least, and how far up they go."""
@@ -55,128 +54,87 @@ def is_zero(e: Expr) -> bool:
         return True
     if all(isinstance(atom, (Symbol, Pi)) for atom in e.atoms):
         return False
-    from flint import ctx
-
-    with ctx.workprec(PRECISIONS[0]):
-        if _seems_zero(e) is False:
-            return False
+    few, many = PRECISIONS
+    if _seems_zero(e, few, POINTS) is False:
+        return False
     with suppress(ExpressionError):
-        if vanishes(e, Allowance(MAX_STEPS)):
+        if vanishes(e):
             return True
-    verdict: bool | None = None
-    for bits, points in zip(PRECISIONS, (SIGNED_POINTS, POINTS, POINTS), strict=True):
-        with ctx.workprec(bits):
-            verdict = _seems_zero(e, points)
-        if verdict is False:
-            break
-    return verdict is True
+    return _seems_zero(e, few, SIGNED_POINTS) is not False and _seems_zero(e, many, POINTS) is True
 
 
 def has_value(e: Expr) -> bool:
     """Whether it is proved that an expression has a finite real value, at one of some points at least."""
-    from flint import ctx
-
-    with ctx.workprec(PRECISIONS[-1]):
-        return _seems_zero(e) is not None
+    return _seems_zero(e, PRECISIONS[-1], POINTS) is not None
 
 
-_Functions = Mapping[str, Callable[..., Any]]
+@lru_cache(1)
+def _balls() -> Kind:
+    """Numbers of python-flint with a proved bound of their error; no number is infinite or NaN."""
+    from flint import arb
 
+    functions: dict[str, Callable[..., Any]] = {name: operator.methodcaller(name) for name in FUNCTIONS}
+    functions |= {"abs": abs, "sign": operator.methodcaller("sgn"), "atan2": arb.atan2}
 
-def _balls() -> _Functions:
-    """The functions of python-flint's balls: numbers with a proved bound of their error."""
-    from flint import arb, fmpq
+    def call(function: str, values: list[Any]) -> Any:
+        if not all(value.is_finite() for value in values):
+            raise ValueError("no real value")
+        if not isinstance(function, UnknownFunction):
+            return functions[function](*values)
+        constant, *factors = map(arb, function.trial)
+        return sum((c * (x + x * x * x) for c, x in zip(factors, values, strict=True)), constant)
 
-    def method(name: str) -> Callable[[Any], Any]:
-        return lambda x: getattr(x, name)()
+    def number(text: str, value: float) -> Any:
+        return arb.pi() if text == "pi" else arb(int(text))
 
-    return {
-        **{name: method(name) for name in FUNCTIONS},
-        "abs": abs,
-        "sign": method("sgn"),
-        "atan2": arb.atan2,
-        "power": pow,
-        "number": lambda value: arb(fmpq(value.numerator, value.denominator)),
-        "pi": arb.pi,
-    }
+    return numbers(number, operator.neg, lambda left, sign, right: SIGNS[sign](left, right), pow, call)
 
 
 def enclosed(e: Expr, point: Mapping[str, Fraction], bits: int) -> Any:
     """The value of an expression as a ball of so many bits; its names have values in `point`.
 
-    Raises ValueError or ArithmeticError where it has no finite real value, as an unknown function has none.
+    Raises ExpressionError where it has no finite real value, as an unknown function has none.
     """
-    from flint import ctx
-
     if e.unknown:
-        raise ValueError("a function without a formula")
-
-    with ctx.workprec(bits):
-        return _value(e, point, _balls())
+        raise ExpressionError("a function without a formula has no value")
+    return _enclosed(e, point, bits)
 
 
-def _trials(e: Expr) -> Iterator[Any]:
-    """The finite values of an expression, as balls, at random points."""
-    functions = _balls()
-    for point in _trial_points(e.names):
-        with suppress(ArithmeticError, ValueError):
-            value = _value(e, point, functions)
-            if value.is_finite():
-                yield value
+def _enclosed(e: Expr, point: Mapping[str, Fraction], bits: int) -> Any:
+    """The value as a ball; an unknown function has the values of its trial formula."""
+    from flint import arb, ctx, fmpq
+
+    def name(word: str) -> Any:
+        return arb(fmpq(point[word].numerator, point[word].denominator))
+
+    with ctx.workprec(bits), suppress(ArithmeticError, ValueError):
+        value = fold(plain_tree(e), name, _balls())
+        if value.is_finite():
+            return value
+    raise ExpressionError("the expression has no finite real value")
 
 
-def _seems_zero(e: Expr, points: int = POINTS) -> bool | None:
+def _seems_zero(e: Expr, bits: int, points: int) -> bool | None:
     """Whether its values may be zero, as far as rounding lets tell; None if no point tried has one."""
-    verdicts = (value.contains(0) for value in islice(_trials(e), points))
+    verdicts = (value.contains(0) for value in islice(_trials(e, bits), points))
     first = next(verdicts, None)
     return None if first is None else first and all(verdicts)
 
 
-def _trial_points(names: frozenset[str]) -> Iterator[dict[str, Fraction]]:
-    """Random points: with positive values at first, then with negative ones, then with any."""
+def _trials(e: Expr, bits: int) -> Iterator[Any]:
+    """The finite values of an expression at random points: positive ones first, then negative, then any."""
     source = random.Random(20)  # noqa: S311 - points that are the same every time
+    positive = {atom.name for atom in e.everywhere() if isinstance(atom, Symbol) and atom.positive}
     for trial in range(TRIALS):
         low, width = _RANGES[trial // 2 % len(_RANGES)]
         signs = ([1], [-1], [1, -1])[min(trial, 2)]
-        yield {
+        point = {
             name: source.choice(signs) * (low + width * Fraction(source.randrange(1, 1009), 1009))
-            for name in sorted(names)
+            for name in sorted(e.names)
         }
-
-
-def _value(e: Expr, point: Mapping[str, Fraction], functions: _Functions) -> Any:
-    number = functions["number"]
-    value = number(Fraction(0))
-    for monomial, coefficient in e.ordered:
-        part = number(Fraction(coefficient))
-        for atom, exponent in monomial:
-            base = _value_of_atom(atom, point, functions)
-            if exponent != 1:
-                whole = exponent.denominator == 1
-                base = functions["power"](base, int(exponent) if whole else number(Fraction(exponent)))
-            if not base.is_finite():
-                raise ValueError("no real value")
-            part *= base
-        value += part
-    return value
-
-
-def _value_of_atom(atom: Atom, point: Mapping[str, Fraction], functions: _Functions) -> Any:
-    match atom:
-        case Symbol(name=name, positive=positive):
-            return functions["number"](abs(point[name]) if positive else point[name])
-        case Surd(value=value):
-            return functions["number"](Fraction(value))
-        case Group(inner=inner):
-            return _value(inner, point, functions)
-        case Applied(function=function, arguments=arguments):
-            values = [_value(argument, point, functions) for argument in arguments]
-            if isinstance(function, UnknownFunction):
-                constant, *factors = (functions["number"](Fraction(c)) for c in function.trial)
-                return sum((c * (x + x * x * x) for c, x in zip(factors, values, strict=True)), constant)
-            return functions["power" if function == "pow" else function](*values)
-        case _:
-            return functions["pi"]()
+        point |= {name: abs(point[name]) for name in positive}
+        with suppress(ExpressionError):
+            yield _enclosed(e, point, bits)
 
 
 LOW, HIGH = 0.3, 1.7

@@ -42,23 +42,25 @@ _FUNCTIONS = {name: name for name in CALLED} | {
     "arcsin": "asin", "arccos": "acos", "arctan": "atan", "arsinh": "asinh", "arcosh": "acosh",
     "artanh": "atanh",
 }  # fmt: skip
+_SPACES = ("quad", "qquad", "thinspace", "space", *",;:! >")
+_DROPPED = (
+    "left", "right", "big", "Big", "bigl", "bigr", "Bigl", "Bigr", "bigg", "biggl", "biggr", "displaystyle",
+    "textstyle", "rm", "it", "bf", "limits", "hline", *"()[]",
+)  # fmt: skip
 _WORDS = {
     **{command: f" {name}" for command, name in (_GREEK | _FUNCTIONS).items()},
     "cdot": "*", "times": "*", "ast": "*", "div": "/", "approx": "=", "simeq": "=", "prime": "'", "circ": "°",
     "lbrace": "(", "rbrace": ")", "lbrack": "[", "rbrack": "]", "lvert": "|", "rvert": "|", "vert": "|",
-    "infty": " inf ", "pm": "±", "degree": "°", "newline": "\n",
+    "infty": " inf ", "pm": "±", "degree": "°", "newline": "\n", "\\": "\n", "cr": "\n",
+    "{": "(", "}": ")", **{sign: sign for sign in "%&_#"},
+    **dict.fromkeys(_SPACES, " "), **dict.fromkeys(_DROPPED, ""),
 }  # fmt: skip
-_SPACES = {"quad", "qquad", "thinspace", "space", ",", ";", ":", "!", " ", ">"}
-_DROPPED = {
-    "left", "right", "big", "Big", "bigl", "bigr", "Bigl", "Bigr", "bigg", "biggl", "biggr", "displaystyle",
-    "textstyle", "rm", "it", "bf", "limits", "(", ")", "[", "]", "hline",
-}  # fmt: skip
+"""What commands without an argument come to."""
 _CONTENT = {
     "mathrm", "text", "textrm", "mathbf", "mathit", "mathsf", "operatorname", "boldsymbol", "bm", "vec",
     "hat", "mbox", "textit", "textbf", "mathcal", "unit", "si", "boxed",
 }  # fmt: skip
 _FRACTIONS = {"frac", "dfrac", "tfrac", "cfrac", "nicefrac"}
-_DOTS = {"dot": "dot", "ddot": "ddot"}
 _MATRICES = {"pmatrix", "bmatrix", "matrix", "Bmatrix", "smallmatrix", "array"}
 _LINES = {
     "aligned", "align", "align*", "cases", "split", "gathered", "gather", "equation", "equation*", "eqnarray",
@@ -155,24 +157,16 @@ class _Latex:
         if name == "sqrt":
             return self.root()
         if name in _WORDS:
-            return _WORDS[name]
-        if name in _DROPPED:
             self.place += self.text.startswith(".", self.place) and name in ("left", "right")
-            return ""
-        if name in _FRACTIONS:
-            return self.fraction()
+            return _WORDS[name]
         if name in _CONTENT:
             return self.argument()
-        if name in _DOTS:
-            return self.dotted(_DOTS[name])
+        if name in _FRACTIONS:
+            return self.fraction()
+        if name in ("dot", "ddot"):
+            return self.dotted(name)
         if name == "begin":
             return self.environment()
-        if name in _SPACES:
-            return " "
-        if name in ("\\", "cr"):
-            return "\n"
-        if name in "{}%&_#":
-            return {"{": "(", "}": ")"}.get(name, name)
         raise ExpressionError(f"the LaTeX command `\\{name[:24]}` has no meaning in an answer")
 
     def fraction(self) -> str:

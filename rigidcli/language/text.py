@@ -44,7 +44,7 @@ def latex(node: tree.Node) -> str:
     `x \sin\theta`.
     """
     written = fold(node, lambda name: _atom(latex_name(name)), _LATEX)
-    return _signed(_whole(written)).replace("(", r"\left(").replace(")", r"\right)")
+    return _signed(written).replace("(", r"\left(").replace(")", r"\right)")
 
 
 class _Strength(IntEnum):
@@ -158,27 +158,6 @@ _WORD_AT_START = re.compile(r"(?:\\d?dot\{)?\\mathrm\{\w{2,}\}")
 _SMALL_FRACTION = re.compile(r"(-?)\\frac\{(\w+)\}\{(\w+)\}")
 
 
-class _Fraction(NamedTuple):
-    """The factors above and below the bar of what is written as a fraction."""
-
-    over: tuple[_Piece, ...]
-    under: tuple[_Piece, ...]
-    negative: bool
-
-    @property
-    def whole(self) -> _Piece:
-        """The fraction as one piece."""
-        above = _latex_product(self.over)
-        if self.under:
-            written = rf"\frac{{{above.text}}}{{{_latex_product(self.under).text}}}"
-            above = _Piece(written, _Strength.PRODUCT)
-        return above._replace(negative=self.negative)
-
-
-def _whole(written: _Piece | _Fraction) -> _Piece:
-    return written.whole if isinstance(written, _Fraction) else written
-
-
 def _latex_number(word: str, value: float) -> _Piece:
     if word in CONSTANTS:
         return _atom(latex_name(word))
@@ -186,17 +165,13 @@ def _latex_number(word: str, value: float) -> _Piece:
     return _Piece(rf"{digits} \times 10^{{{int(exponent)}}}", _Strength.PRODUCT) if e else _atom(digits)
 
 
-def _latex_factors(factors: Parts) -> _Fraction:
-    """The product as one fraction; a fraction in the denominator stays one."""
-    over: tuple[_Piece, ...] = ()
-    under: tuple[_Piece, ...] = ()
-    for divides, factor in factors:
-        above, below = (factor.over, factor.under) if isinstance(factor, _Fraction) else ((factor,), ())
-        if not divides:
-            over, under = over + above, under + below
-        else:
-            under += (factor.whole,) if below else above
-    return _Fraction(over, under, sum(factor.negative for _, factor in factors) % 2 == 1)
+def _latex_factors(factors: Parts) -> _Piece:
+    """The product as one fraction; a fraction in it stays one."""
+    over, under = ([factor for divides, factor in factors if divides == side] for side in (False, True))
+    written = _latex_product(over)
+    if under:
+        written = _Piece(rf"\frac{{{written.text}}}{{{_latex_product(under).text}}}", _Strength.PRODUCT)
+    return written._replace(negative=sum(factor.negative for _, factor in factors) % 2 == 1)
 
 
 def _latex_power(base: _Piece, exponent: _Piece) -> _Piece:
@@ -222,15 +197,8 @@ def _latex_function(function: str, arguments: list[_Piece]) -> _Piece:
     return _latex_call(_LATEX_FUNCTIONS[function], arguments)._replace(called=called)
 
 
-_LATEX = Kind(
-    number=_latex_number,
-    negative=_turned,
-    sum=lambda terms: _sum([(is_subtracted, _whole(term)) for is_subtracted, term in terms]),
-    product=_latex_factors,
-    power=lambda base, exponent: _latex_power(_whole(base), _whole(exponent)),
-    call=lambda function, arguments: _latex_function(function, list(map(_whole, arguments))),
-)
-"""LaTeX, but with plain parentheses: of products fractions, of all else pieces."""
+_LATEX = Kind(_latex_number, _turned, _sum, _latex_factors, _latex_power, _latex_function)
+"""LaTeX, but with plain parentheses."""
 
 
 def _latex_unknown(function: tree.UnknownFunction) -> str:

@@ -213,50 +213,34 @@ class Kind(NamedTuple):
 
 
 def fold(root: Node, name: Callable[[str], Any], kind: Kind) -> Any:
-    """The value of a tree from those of its names; the walk takes no place on the stack."""
-    order, pending = list[tuple[Node, list[bool]]](), [root]
-    while pending:
-        node = pending.pop()
-        parts = _parts(node)
-        order.append((node, [is_turned for is_turned, _ in parts]))
-        pending += [part for _, part in parts]
-    values: list[Any] = []
-    value: Any
-    for node, turned in reversed(order):
-        place = len(values) - len(turned)
-        inner = values[place:]
-        match node:
-            case Name(word):
-                value = name(word)
-            case Number(text, number):
-                value = kind.number(text, number)
-            case Constant(word):
-                value = kind.number(word, CONSTANTS[word])
-            case Negative():
-                value = kind.negative(*inner)
-            case Sum():
-                value = kind.sum(list(zip(turned, inner, strict=True)))
-            case Product() | Reciprocal():
-                value = kind.product(list(zip(turned, inner, strict=True)))
-            case Power():
-                value = kind.power(*inner)
-            case Call(function):
-                value = kind.call(function, inner)
-        values[place:] = [value]
-    return values[0]
+    """The value of a tree from those of its names."""
 
+    def of(node: Node) -> Any:
+        if isinstance(node, Name):
+            return name(node.name)
+        if isinstance(node, Number):
+            return kind.number(node.text, node.value)
+        if isinstance(node, Product):
+            factors = node.factors
+            return kind.product(
+                [(True, of(e.operand)) if isinstance(e, Reciprocal) else (False, of(e)) for e in factors]
+            )
+        if isinstance(node, Sum):
+            terms = node.terms
+            return kind.sum(
+                [(True, of(e.operand)) if isinstance(e, Negative) else (False, of(e)) for e in terms]
+            )
+        if isinstance(node, Power):
+            return kind.power(of(node.base), of(node.exponent))
+        if isinstance(node, Call):
+            return kind.call(node.function, [of(argument) for argument in node.arguments])
+        if isinstance(node, Negative):
+            return kind.negative(of(node.operand))
+        if isinstance(node, Reciprocal):
+            return kind.product([(True, of(node.operand))])
+        return kind.number(node.name, CONSTANTS[node.name])
 
-def _parts(node: Node) -> list[tuple[bool, Node]]:
-    """The operands; with True what is subtracted, or divides."""
-    match node:
-        case Sum(terms):
-            return [(True, e.operand) if isinstance(e, Negative) else (False, e) for e in terms]
-        case Product(factors):
-            return [(True, e.operand) if isinstance(e, Reciprocal) else (False, e) for e in factors]
-        case Reciprocal(divisor):
-            return [(True, divisor)]
-        case _:
-            return [(False, operand) for operand in operands(node)]
+    return of(root)
 
 
 def names_in(node: Node) -> set[str]:

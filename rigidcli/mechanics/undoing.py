@@ -11,10 +11,9 @@ from collections.abc import Callable, Iterator, Mapping
 from fractions import Fraction
 
 from rigidcli.algebra import arithmetic
-from rigidcli.algebra.allowance import Allowance
 from rigidcli.algebra.atoms import Applied, Atom, Group
 from rigidcli.algebra.calculus import derivative
-from rigidcli.algebra.expansion import MAX_STEPS, Polynomial, coefficients, expand
+from rigidcli.algebra.expansion import Polynomial, coefficients, expand
 from rigidcli.algebra.expressions import ONE, PI, ZERO, Expr, gathered, power, product, total
 from rigidcli.algebra.fractions import factors
 from rigidcli.algebra.functions import apply
@@ -124,7 +123,7 @@ def _under_roots(e: Expr, v: str) -> set[Atom]:
 
 def _of_fraction(e: Expr, v: str) -> Iterator[_Solution]:
     """The zeros of a fraction of polynomials."""
-    above = product(f for f, n in factors(e, Allowance(MAX_STEPS)) if n > 0 and v in f.names)
+    above = product(f for f, n in factors(e) if n > 0 and v in f.names)
     polynomial: Polynomial | None = coefficients(expand(above), [v])
     if polynomial is not None and len(polynomial) <= 3:
         yield from solutions(expand(above), v)

@@ -24,10 +24,9 @@ from itertools import combinations_with_replacement
 from typing import NamedTuple
 
 from rigidcli.algebra import arithmetic, matrices
-from rigidcli.algebra.allowance import Allowance
 from rigidcli.algebra.atoms import Applied, Atom, Group, is_positive
 from rigidcli.algebra.calculus import derivative
-from rigidcli.algebra.expansion import MAX_STEPS, Polynomial, coefficients, expand
+from rigidcli.algebra.expansion import Polynomial, coefficients, expand
 from rigidcli.algebra.expressions import Expr, atomic, expr, factored, gathered, symbol, total
 from rigidcli.algebra.fractions import factors
 from rigidcli.algebra.functions import apply
@@ -199,7 +198,7 @@ def _quadratic_form(K: Expr, velocities: Sequence[str]) -> Polynomial:
     for atom in K.atoms:
         if isinstance(atom, Group) and not atom.names.isdisjoint(velocities):
             return coefficients(atom.inner, velocities) or {}
-    moving = [e for e, _ in factors(K, Allowance(MAX_STEPS)) if not e.names.isdisjoint(velocities)]
+    moving = [e for e, _ in factors(K) if not e.names.isdisjoint(velocities)]
     return (coefficients(moving[0], velocities) or {}) if len(moving) == 1 else {}
 
 

@@ -10,10 +10,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from rigidcli.algebra.exported import PLAIN
 from rigidcli.algebra.expressions import Expr, symbol, total
 from rigidcli.algebra.reading import from_tree
-from rigidcli.algebra.trees import to_tree
+from rigidcli.algebra.trees import PLAIN, to_tree
 from rigidcli.document.document import Document
 from rigidcli.language.formula import Formula, Style, is_even
 from rigidcli.language.tree import Negative, Power, Sum, nodes
