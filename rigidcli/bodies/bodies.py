@@ -126,10 +126,9 @@ class Composite(Form):
             if part.hole and isinstance(part, Shape | Mesh) and part.mass is None and part.density is None
         }
         leaves = list(self.leaves(n)) if bare else []
-        for hole in leaves:
-            if hole.path in bare:
-                density = holes.density_round(hole, leaves, n)
-                parts[bare[hole.path]] = hole.form.model_copy(update={"density": density})
+        holes_of = [leaf for leaf in leaves if leaf.path in bare]
+        for hole, density in zip(holes_of, holes.densities_round(holes_of, leaves, n), strict=True):
+            parts[bare[hole.path]] = hole.form.model_copy(update={"density": density})
         self.__dict__["parts"] = tuple(parts)
         return self
 

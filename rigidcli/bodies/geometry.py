@@ -1,15 +1,12 @@
-"""What a shape of given dimensions is: its measure, its spread, its extent, and the points that it fills."""
+"""What a shape of given dimensions is: its measure, its spread, and the points that it fills."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from typing import Any, NamedTuple, TypeAlias
+from typing import Any, NamedTuple
 
 from rigidcli.bodies.charts import Chart
 from rigidcli.core.arithmetic import Floats, Mask, Scalar
-
-Bounds: TypeAlias = tuple[tuple[float, float], ...]
-"""The least box round a shape: (low, high) along each local axis, m."""
 
 
 class Geometry(NamedTuple):
@@ -30,13 +27,9 @@ class Figure(NamedTuple):
 
     `contains` says which points (x, y, z in m, floats) a solid or flat shape fills, its surface included.
     `corners` (k by 3, m) are given for a flat shape in a plane of its own, which is z = 0 to `contains`.
-    `bounds` is given where the least box is not that round the faces of the `charts`. A `convex` shape holds
-    the way between any two of its points.
     """
 
     geometry: Callable[[], Geometry]
     charts: Callable[[], Sequence[Chart]]
     contains: Callable[[Floats, Floats, Floats], Mask] | None = None
     corners: Callable[[], Floats] | None = None
-    bounds: Callable[[], Bounds] | None = None
-    convex: bool = True

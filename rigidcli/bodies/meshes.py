@@ -10,10 +10,8 @@ from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal, Self
 import numpy as np
 from pydantic import Field, ValidationInfo, model_validator
 
-from rigidcli.bodies import solids
 from rigidcli.bodies.density import Density
 from rigidcli.bodies.form import Form
-from rigidcli.bodies.geometry import Bounds
 from rigidcli.core import mass_properties, tensor
 from rigidcli.core.arithmetic import FLOAT, Arithmetic, Array, Floats, Mask, Scalar
 from rigidcli.errors import ComputationError, ValueProblem, at
@@ -28,7 +26,6 @@ if TYPE_CHECKING:
 
 LARGE = 10.0
 """A mesh without a `scale` that is larger than this (m) has probably millimetres for its unit."""
-
 
 SAMPLED = 500
 """The most triangles of a hole that are compared with what it is cut from."""
@@ -52,7 +49,6 @@ class Mesh(Form):
     UNIT: ClassVar = "kg/m^3"
 
     ONE_OF: ClassVar = ("mass", "density")
-    CONVEX: ClassVar = False
     MARGIN: ClassVar = 1e-6
     """How far, in units of its size, single precision may leave the surface from where it was meant to be."""
 
@@ -93,9 +89,10 @@ class Mesh(Form):
         with at("mesh"):
             return checked(self.mesh, thin=self.shell)
 
-    def bounds(self) -> Bounds:
-        """The least box round the mesh (m, axes of the file)."""
-        return solids.bounds(self.checked.surface.box * self.unit)
+    def extent(self) -> tuple[Floats, float]:
+        """The middle (3; m, axes of the file) and the radius (m) of a ball that holds the mesh."""
+        surface = self.checked.surface
+        return surface.box.mean(axis=0) * self.unit, surface.size * self.unit / 2
 
     def contains(self, x: Floats, y: Floats, z: Floats) -> Mask:
         """Which of the points (n; m, axes of the file) are inside.
@@ -109,7 +106,7 @@ class Mesh(Form):
         inside: Mask = windings(surface.corners, surface.box, points) != 0
         return inside
 
-    def samples(self) -> Floats:
+    def net(self) -> Floats:
         """Points inside (3 by n; m, axes of the file), near the middles and corners of triangles."""
         surface = self.checked.surface
         corners = surface.some(slice(None, None, -(-surface.triangles // SAMPLED)))
