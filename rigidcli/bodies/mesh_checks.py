@@ -20,6 +20,12 @@ MERGED = 1e-6
 COUNTED = 300_000
 """The most triangles of a mesh whose connected parts are counted, which takes a tenth of a second."""
 
+PROBES = 256
+"""About how many triangles, evenly chosen, are places where parts may overlap."""
+
+BESIDE = 1e-6
+"""How far from a triangle a point beside it is, in units of the size: single precision moves both."""
+
 FARTHEST = 1e50
 """The largest coordinate, in the unit of the file: no sum goes beyond the range of floats."""
 
@@ -66,14 +72,13 @@ def _checked(path: pathlib.Path, state: tuple[int, int, int], thin: bool) -> Che
                 hint="`shell: true` takes it as a thin shell",
             )
     is_inward = surface.is_closed and surface.volume < 0
-    places, count = surface.places, None
+    probes, count = np.arange(0, surface.triangles, max(1, surface.triangles // PROBES)), None
     if surface.triangles <= COUNTED:
         labels = edges.components(edges.vertex_keys(surface.corners))
-        first = np.unique(labels, return_index=True)[1]
-        some = np.sort(first)[:: -(-len(first) // surfaces.PROBES)]
-        places, count = np.vstack([places, surface.some(some).mean(axis=1)]), len(first)
+        first = np.sort(np.unique(labels, return_index=True)[1])
+        probes, count = np.append(probes, first[:: -(-len(first) // PROBES)]), len(first)
     if not thin:
-        notes += _overlaps(path, surface, places, -1 if is_inward else 1)
+        notes += _overlaps(path, surface, surface.some(probes), -1 if is_inward else 1)
         if is_inward:
             notes.append("it is wound inside out, and was turned")
     return Checked(surface, tuple(notes), count, is_inward)
@@ -144,23 +149,26 @@ def _point(point: Floats) -> str:
     return f"({', '.join(f'{coordinate:.9g}' for coordinate in point)})"
 
 
-def _overlaps(path: pathlib.Path, surface: Surface, places: Floats, orientation: int) -> list[str]:
-    """A note on a place that a closed surface encloses more than once.
+def _overlaps(path: pathlib.Path, surface: Surface, triangles: Floats, orientation: int) -> list[str]:
+    """A note on a place beside one of the triangles that a closed surface encloses more than once.
 
     Raises ValueProblem where it goes round a place the wrong way, and so encloses no body.
     """
-    spot = inside.overlap(surface.corners, surface.box, places, orientation)
-    if spot is not None and spot.windings < 0:
+    middles, normals = triangles.mean(axis=1), surfaces.normals(triangles)
+    points = np.concatenate([middles + side * BESIDE * surface.size * normals for side in (-1, 1)])
+    counts = orientation * inside.windings(surface.corners, surface.box, points)
+    if counts.min() < 0:
         raise ValueProblem(
             f"{path}: a part is wound the other way, and is no cavity, as it is outside the others: "
-            f"{_point(spot.place)}",
+            f"{_point(points[np.argmin(counts)])}",
             hint="let the program that made the file orient its faces",
         )
-    # What no line has met may still be seen in the sums: no body has a negative mean of squares.
+    # What no point has met may still be seen in the sums: no body has a negative mean of squares.
     spread = np.linalg.eigvalsh(surface.second)
     if spread[0] < -ROUNDING * surface.cancelled * spread[2]:
         raise ValueProblem(f"{path}: overlaps itself: no body has the moments that come out")
-    if spot is None:
+    most = int(np.argmax(counts))
+    if counts[most] <= 1:
         return []
-    text = f"parts overlap: {_point(spot.place)} is inside {spot.windings} times, and counts as often"
+    text = f"parts overlap: {_point(points[most])} is inside {counts[most]} times, and counts as often"
     return [f"{text}; to count it once, unite the parts in the program that made the file"]

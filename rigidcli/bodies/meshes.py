@@ -108,14 +108,14 @@ class Mesh(Form):
 
     def net(self) -> Floats:
         """Points inside (3 by n; m, axes of the file), near the middles and corners of triangles."""
+        from rigidcli.bodies.surfaces import normals
+
         surface = self.checked.surface
         corners = surface.some(slice(None, None, -(-surface.triangles // SAMPLED)))
         middles = corners.mean(axis=1, keepdims=True)
-        normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
-        normals /= np.maximum(np.linalg.norm(normals, axis=1, keepdims=True), np.finfo(float).tiny)
         depth = (-1 if self.checked.is_inward else 1) * self.MARGIN * surface.size
         places = np.concatenate([middles, corners + DRAWN_IN * (middles - corners)], axis=1)
-        points = (places - depth * normals[:, None]).reshape(-1, 3).T * self.unit
+        points = (places - depth * normals(corners)[:, None]).reshape(-1, 3).T * self.unit
         inside: Floats = points[:, self.contains(*points)]
         return inside
 

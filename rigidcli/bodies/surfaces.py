@@ -22,9 +22,6 @@ FLAT = 1e-7
 Coordinates of single precision, as STL has them, leave a volume of this size between two sides of a sheet.
 """
 
-PROBES = 256
-"""About how many triangles, evenly chosen, serve as places where the surface is."""
-
 
 class NotFiniteError(ValueError):
     """A coordinate that is no finite number, in the triangle of this number, from 0."""
@@ -122,12 +119,6 @@ class Surface:
         return self.corners[:, :, which].transpose(2, 0, 1).astype(np.float64)
 
     @property
-    def places(self) -> Floats:
-        """Middles of some triangles (k, 3), evenly chosen: points of the surface."""
-        middles: Floats = self.some(slice(None, None, max(1, self.triangles // PROBES))).mean(axis=1)
-        return middles
-
-    @property
     def size(self) -> float:
         """The diagonal of the box."""
         return float(np.linalg.norm(self.box[1] - self.box[0]))
@@ -141,6 +132,14 @@ class Surface:
     def is_flat(self) -> bool:
         """Whether there is no space inside."""
         return abs(self.volume) <= FLAT * self.area * self.size
+
+
+def normals(triangles: Floats) -> Floats:
+    """Unit vectors (k, 3) out of triangles (k, 3, 3); zero where one has no area."""
+    across = np.cross(triangles[:, 1] - triangles[:, 0], triangles[:, 2] - triangles[:, 0])
+    lengths = np.linalg.norm(across, axis=1, keepdims=True)
+    unit: Floats = across / np.where(lengths == 0, 1, lengths)
+    return unit
 
 
 def simplified(corners: Floats, box: Floats, cells: int) -> Floats:

@@ -137,14 +137,6 @@ def test_minus_zero_is_zero() -> None:
 # --- windings
 
 
-def overlap(triangles: Triangles, orientation: int = 1) -> inside.Overlap | None:
-    found = measured(triangles)
-    labels = edges.components(edges.vertex_keys(found.corners))
-    first = np.unique(labels, return_index=True)[1]
-    points = np.vstack([found.places, triangles[first].mean(axis=1)])
-    return inside.overlap(corners_of(triangles), found.box, points, orientation)
-
-
 def test_windings_are_one_inside_and_none_outside() -> None:
     body = ball(60)
     points = np.random.default_rng(1).uniform(-1, 1, (500, 3))
@@ -152,23 +144,6 @@ def test_windings_are_one_inside_and_none_outside() -> None:
     found = inside.windings(corners_of(body), measured(body).box, points)
     assert (found[distance < 0.99] == 1).all()
     assert (found[distance > 1] == 0).all()
-
-
-@pytest.mark.parametrize(
-    ("other", "windings"),
-    [
-        (box((0.4, 0.4, 0.4), (0.6, 0.6, 0.6)), 2),
-        (box((0.999, 0.4, 0.4), (1.2, 0.6, 0.6)), 2),
-        (inside_out(box((2, 0, 0), (2.1, 0.1, 0.1))), -1),
-        (inside_out(box((0.95, 0.4, 0.4), (1.2, 0.6, 0.6))), -1),
-        (inside_out(box((0.4, 0.4, 0.4), (0.6, 0.6, 0.6))), None),
-        (box((1, 0, 0), (2, 1, 1)), None),
-        (box((3, 0, 0), (4, 1, 1)), None),
-    ],
-)
-def test_what_lies_in_or_beside_a_box(other: Triangles, windings: int | None) -> None:
-    found = overlap(np.concatenate([box((0, 0, 0), (1, 1, 1)), other]))
-    assert (None if found is None else found.windings) == windings
 
 
 def test_components_hang_together_by_their_vertices() -> None:
