@@ -1,4 +1,4 @@
-"""How often a surface of triangles goes round a point: once inside, never outside; counted along straight lines.
+"""How often a surface of triangles goes round a point: once inside, never outside; seen along straight lines.
 
 The lines run in one direction, oblique to what people draw. Along each of them every crossing of the surface
 changes the number of windings by one, up or down as the triangle is wound.

@@ -282,7 +282,10 @@ def test_a_file_is_read_again_when_it_has_changed(tmp_path: Path) -> None:
         ),
         (np.concatenate([BOX, BOX[:1]]), ": not the surface of a body: 3 triangles meet in an edge, such as"),
         (np.concatenate([BOX, inside_out(APART)]), ": a part is wound the other way, and is no cavity"),
-        (np.concatenate([BOX, inside_out(INNER + [0.6, 0, 0])]), ": a part is wound the other way, and is no"),
+        (
+            np.concatenate([BOX, inside_out(INNER + [0.6, 0, 0])]),
+            ": a part is wound the other way, and is no",
+        ),
         (BOX * [1, 1, 0], ": flat: it encloses 0 cubic units, and has an area of 4 square units"),
         (BOX * 0, ": the triangles have no area"),
         (np.where(BOX == 3, np.nan, BOX), ": triangle "),
@@ -298,7 +301,11 @@ def test_what_encloses_no_body_is_refused(triangles: Triangles, reason: str, tmp
     [
         (np.concatenate([BOX, BOX]), 12, "parts overlap: ("),
         (np.concatenate([BOX, INNER]), 6 + 1 / 64, ") is inside 2 times, and counts as often"),
-        (np.concatenate([BOX, INNER + [0.749, 0, 0]]), 6 + 1 / 64, ") is inside 2 times, and counts as often"),
+        (
+            np.concatenate([BOX, INNER + [0.749, 0, 0]]),
+            6 + 1 / 64,
+            ") is inside 2 times, and counts as often",
+        ),
         (np.concatenate([BOX, BOX + 0.5]), 12, ") is inside 2 times, and counts as often"),
         (BOX + 1e-6 * np.random.default_rng(1).uniform(-1, 1, BOX.shape), 6, "vertices were nearer than 3.7"),
         (np.concatenate([BOX[:1] + 1e-6, BOX[1:]]), 6, "3 vertices were nearer than 3.7"),
