@@ -283,7 +283,7 @@ def test_a_file_is_read_again_when_it_has_changed(tmp_path: Path) -> None:
         (np.concatenate([BOX, BOX[:1]]), ": not the surface of a body: 3 triangles meet in an edge, such as"),
         (np.concatenate([BOX, inside_out(APART)]), ": a part is wound the other way, and is no cavity"),
         (
-            np.concatenate([BOX, inside_out(INNER + [0.6, 0, 0])]),
+            np.concatenate([BOX, inside_out(INNER + np.array([0.6, 0, 0]))]),
             ": a part is wound the other way, and is no",
         ),
         (BOX * [1, 1, 0], ": flat: it encloses 0 cubic units, and has an area of 4 square units"),
@@ -302,7 +302,7 @@ def test_what_encloses_no_body_is_refused(triangles: Triangles, reason: str, tmp
         (np.concatenate([BOX, BOX]), 12, "parts overlap: ("),
         (np.concatenate([BOX, INNER]), 6 + 1 / 64, ") is inside 2 times, and counts as often"),
         (
-            np.concatenate([BOX, INNER + [0.749, 0, 0]]),
+            np.concatenate([BOX, INNER + np.array([0.749, 0, 0])]),
             6 + 1 / 64,
             ") is inside 2 times, and counts as often",
         ),

@@ -12,7 +12,7 @@ from scipy.spatial.transform import Rotation
 from rigidcli.bodies import edges, inside, surfaces
 from rigidcli.bodies.surfaces import Surface
 from rigidcli.core.arithmetic import Floats
-from tests.meshes import Triangles, box, inside_out, revolved
+from tests.meshes import Triangles, box, revolved
 
 
 def corners_of(triangles: Triangles) -> Floats:
