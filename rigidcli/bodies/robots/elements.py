@@ -70,7 +70,7 @@ class Element:
         return self.attributes.get(attribute, "").strip() in ("true", "1")
 
     def value(self, key: str) -> str | None:
-        """The text under a key: of an attribute, as in URDF and MJCF, or in a child of that tag, as in SDF."""
+        """The text under a key: of an attribute, as in URDF and MJCF, or in a child, as in SDF."""
         child = self.find(key)
         return self.attributes.get(key, None if child is None else child.text or None)
 
