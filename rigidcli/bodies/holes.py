@@ -41,7 +41,7 @@ class Leaf:
 
     def fills_space(self) -> bool:
         """Whether the form has an inside, of which it can give points."""
-        return isinstance(self.form, Region) or (isinstance(self.form, Mesh) and not self.form.shell)
+        return isinstance(self.form, Region | Mesh)
 
     def is_like(self, other: Leaf) -> bool:
         """Whether both are solid, or both flat: their densities have one unit."""

@@ -44,50 +44,47 @@ class Checked:
     is_inward: bool
 
 
-def checked(path: pathlib.Path, *, thin: bool) -> Checked:
+def checked(path: pathlib.Path) -> Checked:
     """The surface in a file, which is read once for any number of documents.
 
-    A `thin` shell may be open. Raises ValueProblem for what encloses no body.
+    Raises ValueProblem for what encloses no body.
     """
     try:
         status = path.stat()
     except (OSError, ValueError):
-        return _checked(path, (0, 0, 0), thin)  # the reader says what is wrong
-    return _checked(path, (status.st_ino, status.st_size, status.st_mtime_ns), thin)
+        return _checked(path, (0, 0, 0))  # the reader says what is wrong
+    return _checked(path, (status.st_ino, status.st_size, status.st_mtime_ns))
 
 
 @lru_cache(maxsize=4)
-def _checked(path: pathlib.Path, state: tuple[int, int, int], thin: bool) -> Checked:
+def _checked(path: pathlib.Path, state: tuple[int, int, int]) -> Checked:
     """`checked` for a file in this state."""
-    surface, notes = _summed(mesh_files.corners(path), path, thin), list[str]()
-    if not surface.is_closed and not thin:
+    surface, notes = _summed(mesh_files.corners(path), path), list[str]()
+    if not surface.is_closed:
         surface = _merged(surface, path, notes)
-    if not thin:
-        if not surface.is_closed:
-            raise _gap(edges.unpaired(surface.corners), path)
-        if surface.is_flat:
-            raise ValueProblem(
-                f"{path}: flat: it encloses {abs(surface.volume):.3g} cubic units, and has an area of "
-                f"{surface.area:.6g} square units",
-                hint="`shell: true` takes it as a thin shell",
-            )
-    is_inward = surface.is_closed and surface.volume < 0
+    if not surface.is_closed:
+        raise _gap(edges.unpaired(surface.corners), path)
+    if surface.is_flat:
+        raise ValueProblem(
+            f"{path}: flat: it encloses {abs(surface.volume):.3g} cubic units, and has an area of "
+            f"{surface.area:.6g} square units"
+        )
+    is_inward = surface.volume < 0
     probes, count = np.arange(0, surface.triangles, max(1, surface.triangles // PROBES)), None
     if surface.triangles <= COUNTED:
         labels = edges.components(edges.vertex_keys(surface.corners))
         first = np.sort(np.unique(labels, return_index=True)[1])
         probes, count = np.append(probes, first[:: -(-len(first) // PROBES)]), len(first)
-    if not thin:
-        notes += _overlaps(path, surface, surface.some(probes), -1 if is_inward else 1)
-        if is_inward:
-            notes.append("it is wound inside out, and was turned")
+    notes += _overlaps(path, surface, surface.some(probes), -1 if is_inward else 1)
+    if is_inward:
+        notes.append("it is wound inside out, and was turned")
     return Checked(surface, tuple(notes), count, is_inward)
 
 
-def _summed(corners: Floats, path: pathlib.Path, thin: bool) -> Surface:
+def _summed(corners: Floats, path: pathlib.Path) -> Surface:
     """The surface with these corners. Raises ValueProblem where there are none that are finite."""
     try:
-        surface = Surface(corners, thin=thin)
+        surface = Surface(corners)
     except surfaces.NotFiniteError as error:
         raise ValueProblem(
             f"{path}: triangle {error.triangle:,} (counted from 0) has a coordinate that is no finite number"
@@ -114,7 +111,7 @@ def _merged(surface: Surface, path: pathlib.Path, notes: list[str]) -> Surface:
         return surface
     were = "1 vertex was" if count == 1 else f"{count:,} vertices were"
     notes.append(f"{were} nearer than {distance:.3g} units, {MERGED:g} of its size, to others, and merged")
-    return _summed(corners, path, thin=False)
+    return _summed(corners, path)
 
 
 # --- what is wrong
@@ -129,7 +126,7 @@ def _gap(gap: edges.Unpaired | None, path: pathlib.Path) -> ValueProblem:
     what, hint = {
         1: (
             f"open: {belong} to one triangle only",
-            "close it in the program that made the file; `shell: true` takes the surface as a thin shell",
+            "close it in the program that made the file",
         ),
         2: (
             f"wound inconsistently: {belong} to triangles that do not agree where outside is",

@@ -42,10 +42,8 @@ class Surface:
     """
 
     @np.errstate(over="ignore", invalid="ignore")
-    def __init__(self, corners: Floats, *, thin: bool) -> None:
-        # A triangle and the central point are a tetrahedron; a thin shell consists of the triangles.
-        self.corners, self._vertices = corners, 3 if thin else 4
-        self.triangles = corners.shape[2]
+    def __init__(self, corners: Floats) -> None:
+        self.corners, self.triangles = corners, corners.shape[2]
         self.residue, self.box = 0, np.array([np.full(3, np.inf), np.full(3, -np.inf)])
         self._begin(np.zeros(3))
         for start, block in enumerate(blocks(corners)):
@@ -76,42 +74,35 @@ class Surface:
         volumes = (d[0, 0] * x + d[0, 1] * y + d[0, 2] * z) / 6
         self.area += float(areas.sum())
         self.volume += float(volumes.sum())
-        weights = areas if self._vertices == 3 else volumes
-        total = d.sum(axis=0)
-        sizes = np.abs(weights)
+        total, sizes = d.sum(axis=0), np.abs(volumes)
         self._sizes += sizes.sum(), sizes @ (total[0] ** 2 + total[1] ** 2 + total[2] ** 2)
-        self._first += total @ weights
+        self._first += total @ volumes
         for vertex in (*d, total):
-            self._products += (vertex * weights) @ vertex.T
-
-    @property
-    def measure(self) -> float:
-        """The volume inside, or the area of a thin shell."""
-        return self.area if self._vertices == 3 else self.volume
+            self._products += (vertex * volumes) @ vertex.T
 
     @property
     def centre(self) -> Floats:
         """The centre (3), from the origin of the sums."""
         with np.errstate(divide="ignore"):
-            centre: Floats = self._first / (self._vertices * np.float64(self.measure))
+            centre: Floats = self._first / (4 * np.float64(self.volume))
         return centre
 
     @property
     def second(self) -> Floats:
         """The mean of r r^T about the centre (3 by 3).
 
-        That of a simplex with k vertices at d is (sum d d^T + s s^T)/(k (k + 1)) about the origin, where s is
-        the sum of all d.
+        That of a tetrahedron with vertices at d is (sum d d^T + s s^T)/20 about the origin, where s is their
+        sum.
         """
         with np.errstate(divide="ignore"):
-            mean = self._products / (self._vertices * (self._vertices + 1) * np.float64(self.measure))
+            mean = self._products / (20 * np.float64(self.volume))
         second: Floats = mean - np.outer(self.centre, self.centre)
         return second
 
     @property
     def cancelled(self) -> float:
         """By how much rounding errors are larger than in a sum without negative terms."""
-        sums = np.abs([self.measure, np.trace(self._products) * self._vertices / (self._vertices + 1)])
+        sums = np.abs([self.volume, np.trace(self._products) * 4 / 5])
         return float((self._sizes / sums).max()) if sums.all() else np.inf
 
     def some(self, which: slice | NDArray[np.intp]) -> Floats:

@@ -206,20 +206,6 @@ def test_agrees_with_mujoco_and_trimesh(inertia: str, tmp_path: Path) -> None:
     np.testing.assert_allclose(peer.moment_inertia, found["tensor"], rtol=1e-9, atol=1e-12)
 
 
-def test_a_shell_has_mass_per_area_or_a_thickness_and_may_be_open(tmp_path: Path) -> None:
-    path = saved(tmp_path / "a.stl", BOX[2:])
-    thin = body(path, "shell: true, density: 3")
-    assert thin["mass"] == pytest.approx(3 * 20, rel=1e-15)
-    assert (thin["mesh"]["watertight"], thin["mesh"]["volume"], thin["mesh"]["winding"]) == (
-        False,
-        None,
-        None,
-    )
-    thick = body(path, "shell: true, thickness: 2 mm, density: 1.5 g/cm^3")
-    np.testing.assert_allclose(thick["tensor"], thin["tensor"], rtol=1e-14)
-    assert "expected a mass per area (kg/m^2)" in refusal(path, "shell: true, density: 3 kg/m^3")
-
-
 def test_placed_turned_and_scaled_as_any_form(tmp_path: Path) -> None:
     path = saved(tmp_path / "a.stl", BOX)
     place = "position: [3, 1, -2], rotation: {axis: [1, 1, 0], angle: 40 deg}"
@@ -355,7 +341,6 @@ def test_a_mesh_of_a_hundred_metres_is_probably_in_millimetres(program: Program,
     [
         ("mass: 1, density: 2", "both of `mass` and `density` given"),
         ("scale: 1", "neither of `mass` and `density` given"),
-        ("density: 1, thickness: 1", "only a shell has a thickness"),
         ("density: 1, anchor: corner", "anchor: read `corner`, expected com"),
         ("density: 1, units: mm", "unknown key (did you mean scale?)"),
     ],
@@ -401,7 +386,6 @@ def test_no_exact_results_and_no_such_file(program: Program, tmp_path: Path) -> 
         ("{shape: sphere, radius: 0.4, density: 2, position: [0.5, 1, 1.5], hole: true}", False),
         ("{mesh: MESH, scale: 0.5, density: 1, position: [0.5, 1, 1.5], hole: true}", True),
         ("{mesh: MESH, scale: 0.5, density: 1, position: [0.52, 1, 1.5], hole: true}", False),
-        ("{mesh: MESH, shell: true, density: 1, hole: true}", False),
     ],
 )
 @pytest.mark.parametrize(
