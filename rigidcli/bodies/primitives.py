@@ -17,7 +17,7 @@ import numpy as np
 from pydantic import AfterValidator, Field, ValidationInfo
 
 from rigidcli.bodies import charts, solids
-from rigidcli.bodies.geometry import Figure, Geometry
+from rigidcli.bodies.shape import Figure, Geometry
 from rigidcli.core.arithmetic import Arithmetic, Floats, Scalar
 from rigidcli.errors import ValueProblem
 from rigidcli.fields.quantities import AsList, Coordinate, Length, OptionalLength, Size2, Size3, Vector3

@@ -7,7 +7,7 @@ from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
 from decimal import Decimal
 from functools import cache, lru_cache
-from typing import Annotated, Any, ClassVar, Self, TypeAlias, cast, get_args, get_origin
+from typing import Annotated, Any, ClassVar, NamedTuple, Self, TypeAlias, cast, get_args, get_origin
 
 import numpy as np
 from pydantic import ConfigDict, Field, PrivateAttr, ValidationInfo, create_model, model_validator
@@ -18,7 +18,6 @@ from rigidcli.bodies import solids
 from rigidcli.bodies.charts import Chart, right_angles
 from rigidcli.bodies.density import SAID, Density
 from rigidcli.bodies.form import Form
-from rigidcli.bodies.geometry import Figure, Geometry
 from rigidcli.core import mass_properties, tensor
 from rigidcli.core.arithmetic import FLOAT, Arithmetic, Array, Floats, Mask, Scalar
 from rigidcli.errors import ValueProblem, with_article
@@ -38,6 +37,32 @@ STEPS, INSIDE = 17, 7
 
 DRAWN_IN = 1e-9
 """How far the net of a shape is drawn in from its ends, in units of its size: beyond all rounding."""
+
+
+class Geometry(NamedTuple):
+    """The measure, the centre of mass and the spread of a shape with a uniform density, in its own axes.
+
+    `measure` is the volume (m^3), area (m^2) or length (m); `centre` is (x, y, z) in m from the natural
+    origin; `second` holds the means of x^2, y^2, z^2 about the centre (m^2), or of all of r r^T
+    (3 by 3) where local axes are not principal.
+    """
+
+    measure: Scalar
+    centre: Any
+    second: Any
+
+
+class Figure(NamedTuple):
+    """A shape of given dimensions, as functions that are called when their values are needed.
+
+    `contains` says which points (x, y, z in m, floats) a solid or flat shape fills, its surface included.
+    `corners` (k by 3, m) are given for a flat shape in a plane of its own, which is z = 0 to `contains`.
+    """
+
+    geometry: Callable[[], Geometry]
+    charts: Callable[[], Sequence[Chart]]
+    contains: Callable[[Floats, Floats, Floats], Mask] | None = None
+    corners: Callable[[], Floats] | None = None
 
 
 class NoValueError(Exception):
