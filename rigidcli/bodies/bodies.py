@@ -17,7 +17,7 @@ from rigidcli.bodies.shape import Shape
 from rigidcli.bodies.shapes import SHAPES, shape_called
 from rigidcli.core import mass_properties, tensor
 from rigidcli.core.arithmetic import Arithmetic, Scalar
-from rigidcli.errors import ValueProblem, at, shown
+from rigidcli.errors import Path, ValueProblem, at, shown
 from rigidcli.fields.environment import Environment
 from rigidcli.fields.quantities import AsList, Mass, MomentOfInertia, Point, PrincipalMoment, Vector3
 from rigidcli.fields.readers import Alternative, Choice, FileName, by_key, reference
@@ -120,7 +120,7 @@ class Composite(Form):
     def _fill_in(self, info: ValidationInfo) -> Self:
         """Give a hole without mass or density the density of what it is cut from."""
         n, parts = environment(info).arithmetic, list(self.parts)
-        bare = {
+        bare: dict[Path, int] = {
             ("parts", index): index
             for index, part in enumerate(parts)
             if part.hole and isinstance(part, Shape | Mesh) and part.mass is None and part.density is None

@@ -60,7 +60,8 @@ def densities_round(bare: Sequence[Leaf], leaves: Sequence[Leaf], n: Arithmetic)
     Raises ValueProblem where there is no such part, or its density varies.
     """
     parts = [leaf for leaf in leaves if leaf.sign > 0 and leaf.fills_space()]
-    densities, regions, found = [_density(leaf.form, n) for leaf in parts], [], []
+    densities, found = [_density(leaf.form, n) for leaf in parts], []
+    regions: list[_Placed | None] = []
     for hole in bare:
         alike = [k for k, leaf in enumerate(parts) if leaf.is_like(hole)]
         if not _are_alike([densities[k] for k in alike], n):
