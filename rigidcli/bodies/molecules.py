@@ -59,6 +59,9 @@ _NUMBER = re.compile(r"[-+]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][-+]?[0-9]{1,3})?
 _NAMED = re.compile(r"([0-9]{0,3})([A-Za-z]{1,2})|([0-9]{1,3})")
 """An element by its symbol, with a mass number before it for one isotope; or by its atomic number."""
 
+_PROPERTIES = re.compile(r"\bProperties=\"?([^\s\"]+)", re.IGNORECASE)
+"""The list of columns in the comment of the extended format."""
+
 EXAMPLE, HEAD = "a line such as `O 0.0 0.0 0.1`", "the first line has the number of atoms"
 
 _HYDROGEN = {"D": "2H", "T": "3H"}
@@ -149,7 +152,12 @@ def read_molecule(path: Path) -> Molecule:
             count = _count(_text(next(lines, b"")))
             for comment in islice(lines, 1):
                 line += 1
-                _text(comment)
+                columns = _PROPERTIES.search(_text(comment))
+                if columns is not None and not columns[1].lower().startswith("species:s:1:pos:r:3"):
+                    message = (
+                        f"read {shown(columns[0])}, expected columns that begin with the element and x, y, z"
+                    )
+                    raise ValueProblem(message)
             for data in islice(lines, count):  # a count that lies costs nothing
                 line += 1
                 text = _text(data)
