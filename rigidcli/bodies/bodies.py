@@ -17,7 +17,7 @@ from rigidcli.bodies.shape import Shape
 from rigidcli.bodies.shapes import SHAPES, shape_called
 from rigidcli.core import mass_properties, tensor
 from rigidcli.core.arithmetic import Arithmetic, Scalar
-from rigidcli.errors import ValueProblem, at, shown
+from rigidcli.errors import Path, ValueProblem, at, shown
 from rigidcli.fields.environment import Environment
 from rigidcli.fields.quantities import AsList, Mass, MomentOfInertia, Point, PrincipalMoment, Vector3
 from rigidcli.fields.readers import Alternative, Choice, FileName, by_key, reference
@@ -120,16 +120,15 @@ class Composite(Form):
     def _fill_in(self, info: ValidationInfo) -> Self:
         """Give a hole without mass or density the density of what it is cut from."""
         n, parts = environment(info).arithmetic, list(self.parts)
-        bare = {
+        bare: dict[Path, int] = {
             ("parts", index): index
             for index, part in enumerate(parts)
             if part.hole and isinstance(part, Shape | Mesh) and part.mass is None and part.density is None
         }
         leaves = list(self.leaves(n)) if bare else []
-        for hole in leaves:
-            if hole.path in bare:
-                density = holes.density_round(hole, leaves, n)
-                parts[bare[hole.path]] = hole.form.model_copy(update={"density": density})
+        holes_of = [leaf for leaf in leaves if leaf.path in bare]
+        for hole, density in zip(holes_of, holes.densities_round(holes_of, leaves, n), strict=True):
+            parts[bare[hole.path]] = hole.form.model_copy(update={"density": density})
         self.__dict__["parts"] = tuple(parts)
         return self
 

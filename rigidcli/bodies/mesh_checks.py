@@ -20,6 +20,12 @@ MERGED = 1e-6
 COUNTED = 300_000
 """The most triangles of a mesh whose connected parts are counted, which takes a tenth of a second."""
 
+PROBES = 256
+"""About how many triangles, evenly chosen, are places where parts may overlap."""
+
+BESIDE = 1e-6
+"""How far from a triangle a point beside it is, in units of the size: single precision moves both."""
+
 FARTHEST = 1e50
 """The largest coordinate, in the unit of the file: no sum goes beyond the range of floats."""
 
@@ -38,51 +44,47 @@ class Checked:
     is_inward: bool
 
 
-def checked(path: pathlib.Path, *, thin: bool) -> Checked:
+def checked(path: pathlib.Path) -> Checked:
     """The surface in a file, which is read once for any number of documents.
 
-    A `thin` shell may be open. Raises ValueProblem for what encloses no body.
+    Raises ValueProblem for what encloses no body.
     """
     try:
         status = path.stat()
     except (OSError, ValueError):
-        return _checked(path, (0, 0, 0), thin)  # the reader says what is wrong
-    return _checked(path, (status.st_ino, status.st_size, status.st_mtime_ns), thin)
+        return _checked(path, (0, 0, 0))  # the reader says what is wrong
+    return _checked(path, (status.st_ino, status.st_size, status.st_mtime_ns))
 
 
 @lru_cache(maxsize=4)
-def _checked(path: pathlib.Path, state: tuple[int, int, int], thin: bool) -> Checked:
+def _checked(path: pathlib.Path, state: tuple[int, int, int]) -> Checked:
     """`checked` for a file in this state."""
-    surface, notes = _summed(mesh_files.corners(path), path, thin), list[str]()
-    if not surface.is_closed and not thin:
+    surface, notes = _summed(mesh_files.corners(path), path), list[str]()
+    if not surface.is_closed:
         surface = _merged(surface, path, notes)
-    if not thin:
-        if not surface.is_closed:
-            raise _gap(edges.unpaired(surface.corners), path)
-        if surface.is_flat:
-            raise ValueProblem(
-                f"{path}: flat: it encloses {abs(surface.volume):.3g} cubic units, and has an area of "
-                f"{surface.area:.6g} square units",
-                hint="`shell: true` takes it as a thin shell",
-            )
-    is_inward = surface.is_closed and surface.volume < 0
-    places, count = surface.places, None
+    if not surface.is_closed:
+        raise _gap(edges.unpaired(surface.corners), path)
+    if surface.is_flat:
+        raise ValueProblem(
+            f"{path}: flat: it encloses {abs(surface.volume):.3g} cubic units, and has an area of "
+            f"{surface.area:.6g} square units"
+        )
+    is_inward = surface.volume < 0
+    probes, count = np.arange(0, surface.triangles, max(1, surface.triangles // PROBES)), None
     if surface.triangles <= COUNTED:
         labels = edges.components(edges.vertex_keys(surface.corners))
-        first = np.unique(labels, return_index=True)[1]
-        some = np.sort(first)[:: -(-len(first) // surfaces.PROBES)]
-        places, count = np.vstack([places, surface.some(some).mean(axis=1)]), len(first)
-    if not thin:
-        notes += _overlaps(path, surface, places, -1 if is_inward else 1)
-        if is_inward:
-            notes.append("it is wound inside out, and was turned")
+        first = np.sort(np.unique(labels, return_index=True)[1])
+        probes, count = np.append(probes, first[:: -(-len(first) // PROBES)]), len(first)
+    notes += _overlaps(path, surface, surface.some(probes), -1 if is_inward else 1)
+    if is_inward:
+        notes.append("it is wound inside out, and was turned")
     return Checked(surface, tuple(notes), count, is_inward)
 
 
-def _summed(corners: Floats, path: pathlib.Path, thin: bool) -> Surface:
+def _summed(corners: Floats, path: pathlib.Path) -> Surface:
     """The surface with these corners. Raises ValueProblem where there are none that are finite."""
     try:
-        surface = Surface(corners, thin=thin)
+        surface = Surface(corners)
     except surfaces.NotFiniteError as error:
         raise ValueProblem(
             f"{path}: triangle {error.triangle:,} (counted from 0) has a coordinate that is no finite number"
@@ -109,7 +111,7 @@ def _merged(surface: Surface, path: pathlib.Path, notes: list[str]) -> Surface:
         return surface
     were = "1 vertex was" if count == 1 else f"{count:,} vertices were"
     notes.append(f"{were} nearer than {distance:.3g} units, {MERGED:g} of its size, to others, and merged")
-    return _summed(corners, path, thin=False)
+    return _summed(corners, path)
 
 
 # --- what is wrong
@@ -124,7 +126,7 @@ def _gap(gap: edges.Unpaired | None, path: pathlib.Path) -> ValueProblem:
     what, hint = {
         1: (
             f"open: {belong} to one triangle only",
-            "close it in the program that made the file; `shell: true` takes the surface as a thin shell",
+            "close it in the program that made the file",
         ),
         2: (
             f"wound inconsistently: {belong} to triangles that do not agree where outside is",
@@ -144,23 +146,26 @@ def _point(point: Floats) -> str:
     return f"({', '.join(f'{coordinate:.9g}' for coordinate in point)})"
 
 
-def _overlaps(path: pathlib.Path, surface: Surface, places: Floats, orientation: int) -> list[str]:
-    """A note on a place that a closed surface encloses more than once.
+def _overlaps(path: pathlib.Path, surface: Surface, triangles: Floats, orientation: int) -> list[str]:
+    """A note on a place beside one of the triangles that a closed surface encloses more than once.
 
     Raises ValueProblem where it goes round a place the wrong way, and so encloses no body.
     """
-    spot = inside.overlap(surface.corners, surface.box, places, orientation)
-    if spot is not None and spot.windings < 0:
+    middles, normals = triangles.mean(axis=1), surfaces.normals(triangles)
+    points = np.concatenate([middles + side * BESIDE * surface.size * normals for side in (-1, 1)])
+    counts = orientation * inside.windings(surface.corners, surface.box, points)
+    if counts.min() < 0:
         raise ValueProblem(
             f"{path}: a part is wound the other way, and is no cavity, as it is outside the others: "
-            f"{_point(spot.place)}",
+            f"{_point(points[np.argmin(counts)])}",
             hint="let the program that made the file orient its faces",
         )
-    # What no line has met may still be seen in the sums: no body has a negative mean of squares.
+    # What no point has met may still be seen in the sums: no body has a negative mean of squares.
     spread = np.linalg.eigvalsh(surface.second)
     if spread[0] < -ROUNDING * surface.cancelled * spread[2]:
         raise ValueProblem(f"{path}: overlaps itself: no body has the moments that come out")
-    if spot is None:
+    most = int(np.argmax(counts))
+    if counts[most] <= 1:
         return []
-    text = f"parts overlap: {_point(spot.place)} is inside {spot.windings} times, and counts as often"
+    text = f"parts overlap: {_point(points[most])} is inside {counts[most]} times, and counts as often"
     return [f"{text}; to count it once, unite the parts in the program that made the file"]

@@ -13,7 +13,6 @@ import warnings
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager, suppress
 from io import BufferedReader
-from itertools import cycle
 from pathlib import Path
 from typing import NamedTuple, TypeAlias
 
@@ -35,20 +34,16 @@ FACET = np.dtype([("normal", "<f4", 3), ("vertices", "<f4", (3, 3)), ("attribute
 FACETS, WORDS = 6, 80
 """The memory that an STL file and one of words may need, in units of the size: words are short."""
 
-CHUNK_BYTES = 1_000_000
-"""How much text of an STL file is cut into words at once; a facet takes some 250 bytes."""
-
-PATTERN = b"facet normal 0 0 0 outer loop vertex 0 0 0 vertex 0 0 0 vertex 0 0 0 endloop endfacet".split()
-"""The words of a facet in an STL file of text, where 0 stands for any number."""
-
-NUMBERS = [place for place, word in enumerate(PATTERN) if word == b"0"][3:]
-"""The places of the coordinates. The normal before them may be anything: it follows from the vertices."""
-
-KEYWORDS = {place: word for place, word in enumerate(PATTERN) if word != b"0"}
-"""The words of a facet that are no numbers, by their places."""
-
-NUMERAL = re.compile(rb"[-+]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][-+]?[0-9]+)?")
+NUMERAL = re.compile(rb"[-+]?(?:[0-9]+(?:\.[0-9]*)?|\.[0-9]+)(?:[eE][-+]?[0-9]+)?")
 """A number as meshes of text have it."""
+
+WORDS_OF_FACETS = (b"endfacet", b"facet", b"normal", b"outer", b"endloop", b"loop", b"vertex")
+"""What stands between the numbers of an STL file of text; a word comes after those of which it is a part."""
+
+_LINE = re.compile(
+    rb"(?:(?:facet normal|vertex)(?: N){3}|outer loop|endloop|endfacet)?".replace(b"N", NUMERAL.pattern)
+)
+"""A line of a facet, with single blanks."""
 
 _NUMERALS = b"0123456789+-.eE \t\r\n\v\f"
 """The characters of numbers and of the blanks between them."""
@@ -125,39 +120,21 @@ def _stl(path: Path) -> Floats:
 
 
 def _text(text: bytes, path: Path) -> Floats:
-    parts, start, line, last = list[Floats](), 0, 1, b"endfacet"
-    while start < len(text):
-        end = text.find(last, start + CHUNK_BYTES)
-        end = len(text) if end < 0 else end + len(last)
-        parts.append(_whole_facets(text[start:end], line, path))
-        line += text.count(b"\n", start, end)
-        start = end
-    return np.concatenate(parts, axis=2)
+    """The triangles of an STL file of text, in small letters: a normal and three vertices for each facet.
 
-
-def _whole_facets(text: bytes, line: int, path: Path) -> Floats:
-    """The triangles of a text of whole facets, in small letters, which begins in this line."""
-    words = (_SOLID.sub(b"", text) if b"solid" in text else text).split()
-    count, rest = divmod(len(words), len(PATTERN))
-    step = len(PATTERN)
-    if rest or any(set(words[place::step]) - {word} for place, word in KEYWORDS.items()):
-        raise _misread(text, line, path)
-    columns = [parsed(b" ".join(words[place::step]), count) for place in NUMBERS]
-    if any(column is None for column in columns):
-        raise _misread(text, line, path)
-    return np.array(columns, dtype=np.float64).reshape(3, 3, count)
-
-
-def _misread(text: bytes, line: int, path: Path) -> ValueProblem:
-    """The first word that does not belong where it stands."""
-    expected = cycle(enumerate(PATTERN))
-    for number, content in enumerate(_SOLID.sub(b"", text).split(b"\n"), line):
-        for word, (place, keyword) in zip(content.split(), expected, strict=False):
-            if place in NUMBERS and NUMERAL.fullmatch(word) is None:
-                return _wrong_word(word, number, "a number", path)
-            if keyword not in (word, b"0"):
-                return _wrong_word(word, number, f"`{keyword.decode()}`", path)
-    return ValueProblem(f"{path}:{number}: the file ends inside a facet", hint="it is truncated")
+    The normal may be anything: it follows from the vertices. Raises ValueProblem.
+    """
+    numbers = text = _SOLID.sub(b"", text)
+    for word in WORDS_OF_FACETS:
+        numbers = numbers.replace(word, b" ")
+    count = text.count(b"endfacet")
+    values = parsed(numbers, 12 * count) if text.count(b"vertex") == 3 * count else None
+    if values is not None:
+        return _in_rows(values.reshape(count, 4, 3)[:, 1:])
+    for number, line in enumerate(text.split(b"\n"), 1):
+        if not _LINE.fullmatch(b" ".join(line.split())):
+            raise _wrong_word(line.strip(), number, "a line of a facet, such as `vertex 0 0 1`", path)
+    raise ValueProblem(f"{path}: a facet has not three vertices", hint="the file is truncated")
 
 
 def _wrong_word(word: bytes, line: int, expected: str, path: Path) -> ValueProblem:

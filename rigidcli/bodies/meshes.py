@@ -1,4 +1,4 @@
-"""A body whose surface is a mesh of triangles in a file: solid, or a thin shell."""
+"""A body whose surface is a mesh of triangles in a file."""
 
 from __future__ import annotations
 
@@ -10,17 +10,15 @@ from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal, Self
 import numpy as np
 from pydantic import Field, ValidationInfo, model_validator
 
-from rigidcli.bodies import solids
 from rigidcli.bodies.density import Density
 from rigidcli.bodies.form import Form
-from rigidcli.bodies.geometry import Bounds
 from rigidcli.core import mass_properties, tensor
 from rigidcli.core.arithmetic import FLOAT, Arithmetic, Array, Floats, Mask, Scalar
-from rigidcli.errors import ComputationError, ValueProblem, at
-from rigidcli.fields.dimensions import AREA_DENSITY, DENSITY
+from rigidcli.errors import ComputationError, at
+from rigidcli.fields.dimensions import DENSITY
 from rigidcli.fields.environment import Formula
-from rigidcli.fields.quantities import Length, Mass, Quantity, Scale
-from rigidcli.fields.readers import FileName, ReadBy
+from rigidcli.fields.quantities import Mass, Scale
+from rigidcli.fields.readers import FileName
 from rigidcli.fields.section import environment
 
 if TYPE_CHECKING:
@@ -29,7 +27,6 @@ if TYPE_CHECKING:
 LARGE = 10.0
 """A mesh without a `scale` that is larger than this (m) has probably millimetres for its unit."""
 
-
 SAMPLED = 500
 """The most triangles of a hole that are compared with what it is cut from."""
 
@@ -37,22 +34,12 @@ DRAWN_IN = 1e-2
 """How far corners of such a triangle are drawn to its middle, as they may be at sharp edges of the hole."""
 
 
-def _read_density(raw: object, info: ValidationInfo) -> Scalar | Formula:
-    """Mass per volume; of a shell without a thickness, per area."""
-    shell = info.data.get("shell")
-    thin = shell and info.data.get("thickness") is None
-    kind = Quantity if shell else Density
-    density: Scalar | Formula = kind(AREA_DENSITY if thin else DENSITY, "positive").read(raw, info)
-    return density
-
-
 class Mesh(Form):
-    """What is inside a closed surface of triangles from a file, such as .stl or .obj; or a thin shell."""
+    """What is inside a closed surface of triangles from a file, such as .stl or .obj."""
 
     UNIT: ClassVar = "kg/m^3"
 
     ONE_OF: ClassVar = ("mass", "density")
-    CONVEX: ClassVar = False
     MARGIN: ClassVar = 1e-6
     """How far, in units of its size, single precision may leave the surface from where it was meant to be."""
 
@@ -60,15 +47,9 @@ class Mesh(Form):
     scale: Scale | None = Field(
         default=None, description="The unit of the file's coordinates; 1 m if not given"
     )
-    shell: bool = Field(default=False, description="Whether it is a thin shell, which need not be closed")
-    thickness: Length | None = Field(default=None, description="Of a shell; `density` is then per volume")
     mass: Mass | None = Field(default=None, description="The mass of all of it; or give `density`")
-    density: (
-        Annotated[Scalar | Formula, ReadBy(_read_density, Density(DENSITY, "positive").json_schema())] | None
-    ) = Field(
-        default=None,
-        description="Per volume (kg/m^3), also an expression in x, y, z, r, s of the file; of a shell "
-        "a number, and per area (kg/m^2) without a thickness",
+    density: Annotated[Scalar | Formula, Density(DENSITY, "positive")] | None = Field(
+        default=None, description="A number (kg/m^3), or an expression in x, y, z, r, s of the file"
     )
     anchor: Literal["com"] | None = Field(
         default=None, description="`com` puts the centre of mass at `position`, in place of the file's origin"
@@ -76,10 +57,6 @@ class Mesh(Form):
 
     @model_validator(mode="after")
     def _look(self, info: ValidationInfo) -> Self:
-        if self.thickness is not None and not self.shell:
-            raise ValueProblem(
-                "only a shell has a thickness", path=("thickness",), hint="write `shell: true`, too"
-            )
         env = environment(info)
         if not env.arithmetic.exact:
             env.notes.extend(f"{self.mesh}: {note}" for note in (*self.checked.notes, *self._doubts()))
@@ -91,11 +68,12 @@ class Mesh(Form):
         from rigidcli.bodies.mesh_checks import checked  # with all that reads meshes
 
         with at("mesh"):
-            return checked(self.mesh, thin=self.shell)
+            return checked(self.mesh)
 
-    def bounds(self) -> Bounds:
-        """The least box round the mesh (m, axes of the file)."""
-        return solids.bounds(self.checked.surface.box * self.unit)
+    def extent(self) -> tuple[Floats, float]:
+        """The middle (3; m, axes of the file) and the radius (m) of a ball that holds the mesh."""
+        surface = self.checked.surface
+        return surface.box.mean(axis=0) * self.unit, surface.size * self.unit / 2
 
     def contains(self, x: Floats, y: Floats, z: Floats) -> Mask:
         """Which of the points (n; m, axes of the file) are inside.
@@ -109,16 +87,16 @@ class Mesh(Form):
         inside: Mask = windings(surface.corners, surface.box, points) != 0
         return inside
 
-    def samples(self) -> Floats:
+    def net(self) -> Floats:
         """Points inside (3 by n; m, axes of the file), near the middles and corners of triangles."""
+        from rigidcli.bodies.surfaces import normals
+
         surface = self.checked.surface
         corners = surface.some(slice(None, None, -(-surface.triangles // SAMPLED)))
         middles = corners.mean(axis=1, keepdims=True)
-        normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
-        normals /= np.maximum(np.linalg.norm(normals, axis=1, keepdims=True), np.finfo(float).tiny)
         depth = (-1 if self.checked.is_inward else 1) * self.MARGIN * surface.size
         places = np.concatenate([middles, corners + DRAWN_IN * (middles - corners)], axis=1)
-        points = (places - depth * normals[:, None]).reshape(-1, 3).T * self.unit
+        points = (places - depth * normals(corners)[:, None]).reshape(-1, 3).T * self.unit
         inside: Floats = points[:, self.contains(*points)]
         return inside
 
@@ -137,18 +115,15 @@ class Mesh(Form):
         return 1.0 if self.scale is None else float(self.scale)
 
     @property
-    def measure(self) -> float:
-        """The volume (m^3), or the area of a shell (m^2)."""
-        surface = self.checked.surface
-        return abs(surface.measure) * self.unit ** (2 if self.shell else 3)
+    def volume(self) -> float:
+        """The volume, m^3."""
+        return abs(self.checked.surface.volume) * self.unit**3
 
     def mean_density(self, n: Arithmetic) -> Scalar:
-        """Mass per volume, or per area of a shell."""
+        """The density as given, or as it follows from the mass."""
         if self.density is None:
-            return (self.mass or 0) / self.measure
-        if isinstance(self.density, Formula):
-            return (self.local(n).mass or 0) / self.measure
-        return self.density * (1 if self.thickness is None else self.thickness)
+            return (self.mass or 0) / self.volume
+        return (self.local(n).mass or 0) / self.volume if isinstance(self.density, Formula) else self.density
 
     def pivot(self, arithmetic: Arithmetic) -> Array:
         """The point that is put at `position`: the origin of the file, or the centre of mass."""
@@ -164,7 +139,7 @@ class Mesh(Form):
         if isinstance(self.density, Formula):
             return self._of_field
         surface, unit = self.checked.surface, self.unit
-        mass = self.mass if self.mass is not None else self.mean_density(FLOAT) * self.measure
+        mass = self.mass if self.mass is not None else self.mean_density(FLOAT) * self.volume
         offset = surface.centre * unit
         inertia = tensor.Inertia.of_sums(mass, offset, mass * unit**2 * surface.second)
         inertia = replace(inertia, noise=surface.cancelled * inertia.noise)
@@ -184,13 +159,12 @@ class Mesh(Form):
     def report(self) -> dict[str, Any]:
         """What the mesh is, by the names of the results: lengths, areas and volumes in SI units."""
         surface, unit = self.checked.surface, self.unit
-        winding = "inward, turned" if self.checked.is_inward else "outward"
         return {
             "triangles": surface.triangles,
             "components": self.checked.components,
-            "watertight": surface.is_closed,
-            "winding": winding if surface.is_closed else None,
-            "volume": abs(surface.volume) * unit**3 if surface.is_closed else None,
+            "watertight": True,
+            "winding": "inward, turned" if self.checked.is_inward else "outward",
+            "volume": self.volume,
             "area": surface.area * unit**2,
             "bounding_box": surface.box * unit,
             "unit": self._unit_guess(),

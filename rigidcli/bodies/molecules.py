@@ -14,12 +14,11 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Iterator
 from dataclasses import dataclass
 from decimal import Decimal
-from functools import cache
+from functools import cache, partial
 from importlib import resources
-from io import BufferedReader
+from itertools import islice
 from operator import attrgetter
 from pathlib import Path
 from typing import NamedTuple
@@ -57,14 +56,13 @@ ATOMIC_MASS = float(parse_unit("u").factor)
 
 _COUNT = re.compile(r"[0-9]+")
 _NUMBER = re.compile(r"[-+]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][-+]?[0-9]{1,3})?")
-_PROPERTIES = re.compile(r"\bProperties=\"?([^\s\"]+)", re.IGNORECASE)
-_USUAL = "species:s:1:pos:r:3"
-"""How the list of columns in a comment of the extended format begins where they are as in the plain one."""
-
 _NAMED = re.compile(r"([0-9]{0,3})([A-Za-z]{1,2})|([0-9]{1,3})")
 """An element by its symbol, with a mass number before it for one isotope; or by its atomic number."""
 
-_FIRST_LINE = "the first line has the number of atoms"
+_PROPERTIES = re.compile(r"\bProperties=\"?([^\s\"]+)", re.IGNORECASE)
+"""The list of columns in the comment of the extended format."""
+
+EXAMPLE, HEAD = "a line such as `O 0.0 0.0 0.1`", "the first line has the number of atoms"
 
 _HYDROGEN = {"D": "2H", "T": "3H"}
 """The isotopes that have symbols of their own."""
@@ -140,67 +138,6 @@ class Molecule:
     notes: tuple[str, ...]
 
 
-class _Lines:
-    """The lines of a file; `number` is that of the last one that was read."""
-
-    def __init__(self, file: BufferedReader, name: str) -> None:
-        self._file, self._name, self.number = file, name, 0
-
-    def next(self) -> str | None:
-        """The next line without its end; None after the last."""
-        data = self._file.readline(LINE_BYTES)
-        self.number += bool(data)
-        if len(data) == LINE_BYTES:
-            raise self.problem(f"a line of more than {LINE_BYTES} bytes")
-        text = data.decode("utf-8-sig" if self.number == 1 else "utf-8", "replace")
-        return text.strip() if data else None
-
-    def problem(self, message: str, hint: str | None = None) -> ValueProblem:
-        """A problem of the last line."""
-        return ValueProblem(f"{self._name}:{max(self.number, 1)}: {message}", hint=hint)
-
-    def count(self) -> int:
-        """The number of atoms, in the first line; the second one is a comment."""
-        text = self.next() or ""
-        if not _COUNT.fullmatch(text):
-            hint = "an .xyz file has the number of atoms, a line of comment, and then a line for each atom"
-            raise self.problem(f"read {shown(text)}, expected the number of atoms", hint)
-        if len(text) > len(str(MOST_ATOMS)) or not 0 < int(text) <= MOST_ATOMS:
-            raise self.problem(f"read {shown(text)}, expected 1 to {MOST_ATOMS:,} atoms")
-        columns = _PROPERTIES.search(self.next() or "")
-        if columns is not None and not columns[1].lower().startswith(_USUAL):
-            read = shown(columns[0])
-            raise self.problem(f"read {read}, expected columns that begin with the element and x, y, z")
-        return int(text)
-
-    def atoms(self, count: int) -> Iterator[list[str]]:
-        """The element, the coordinates and what follows them, of so many atoms."""
-        for index in range(count):  # a count that lies costs nothing: atoms are read as they come
-            text = self.next()
-            fields = (text or "").split()
-            if len(fields) < 4:
-                ended = "the file ends" if text is None else f"read {shown(text)}"
-                message = f"{ended} after {index} of {count} atoms, expected a line such as `O 0.0 0.0 0.1`"
-                raise self.problem(message, _FIRST_LINE)
-            yield fields
-
-    def coordinate(self, axis: str, typed: str) -> float:
-        """A coordinate (angstrom)."""
-        value = float(typed) if _NUMBER.fullmatch(typed) else math.nan
-        if not math.isfinite(value):
-            raise self.problem(f"{axis}: read {shown(typed)}, expected a number")
-        return value
-
-    def has_more_frames(self, count: int) -> bool:
-        """Whether another frame follows the atoms; raises where something else does."""
-        after = (self.next() for _ in range(BLANK_LINES))
-        rest = next((text for text in after if text != ""), None)
-        if rest and not _COUNT.fullmatch(rest):
-            read = f"read {shown(rest)} after the {count} atoms of the first line"
-            raise self.problem(f"{read}, expected the end", _FIRST_LINE)
-        return rest is not None
-
-
 def read_molecule(path: Path) -> Molecule:
     """The molecule in the .xyz file at `path`.
 
@@ -208,37 +145,81 @@ def read_molecule(path: Path) -> Molecule:
     given and the line.
     """
     kinds: dict[str, tuple[Isotope, bool]] = {}
-    rows, judged, is_wide = list[list[float]](), list[str](), False
+    rows, typed, rest, line = list[list[float]](), list[list[str]](), "", 1
     with opened(path) as file:
-        lines = _Lines(file, str(path))
-        count = lines.count()
-        for kind, *typed in lines.atoms(count):
-            if kind not in kinds:
-                try:
+        try:
+            lines = iter(partial(file.readline, LINE_BYTES), b"")
+            count = _count(_text(next(lines, b"")))
+            for comment in islice(lines, 1):
+                line += 1
+                columns = _PROPERTIES.search(_text(comment))
+                if columns is not None and not columns[1].lower().startswith("species:s:1:pos:r:3"):
+                    message = (
+                        f"read {shown(columns[0])}, expected columns that begin with the element and x, y, z"
+                    )
+                    raise ValueProblem(message)
+            for data in islice(lines, count):  # a count that lies costs nothing
+                line += 1
+                text = _text(data)
+                kind, *numbers = text.split() or [""]
+                if len(numbers) < 3:
+                    message = f"read {shown(text)} after {len(rows)} of {count} atoms, expected {EXAMPLE}"
+                    raise ValueProblem(message, hint=HEAD)
+                if kind not in kinds:
                     kinds[kind] = isotope(kind)
-                except ValueProblem as problem:
-                    raise lines.problem(problem.message, problem.hint) from None
-            place = [lines.coordinate(axis, text) for axis, text in zip("xyz", typed, strict=False)]
-            rows.append([kinds[kind][0].mass, *place])
-            is_wide = is_wide or len(typed) > 3
-            if len(rows) <= JUDGED_ATOMS:
-                judged += typed[:3]
-        has_more = lines.has_more_frames(count)
-    notes = []
-    if meant := dict.fromkeys(kind.name for kind, is_named in kinds.values() if not is_named):
-        which = f"masses are those of the most abundant isotopes, {', '.join(meant)}"
-        notes.append(f"{which}; others are named in the file, as `13C` or `D`")
-    if is_wide:
-        notes.append("what follows x, y, z in a line is not read")
-    if has_more:
-        notes.append(f"the first of several frames is read, up to line {FIRST_ATOM + count - 1}")
+                rows.append([kinds[kind][0].mass, *map(_coordinate, "xyz", numbers)])
+                typed.append(numbers)
+            if len(rows) < count:
+                message = f"the file ends after {len(rows)} of {count} atoms, expected {EXAMPLE}"
+                raise ValueProblem(message, hint=HEAD)
+            for data in islice(lines, BLANK_LINES):
+                line += 1
+                if rest := _text(data):
+                    break
+            if rest and not _COUNT.fullmatch(rest):
+                message = f"read {shown(rest)} after the {count} atoms of the first line, expected the end"
+                raise ValueProblem(message, hint=HEAD)
+        except ValueProblem as problem:
+            raise ValueProblem(f"{path}:{line}: {problem.message}", hint=problem.hint) from None
     atoms = np.array(rows) * [ATOMIC_MASS, ANGSTROM, ANGSTROM, ANGSTROM]
-    if not np.isfinite(atoms).all():
-        raise ValueProblem(f"{path}: coordinates beyond the range of floating-point numbers")
     order = np.lexsort(atoms[:, 1:].T)
     same = np.flatnonzero((np.diff(atoms[order, 1:], axis=0) == 0).all(axis=1))
     if len(same):  # as after a line was copied
         first, second = sorted(order[same[0] : same[0] + 2] + FIRST_ATOM)
         raise ValueProblem(f"{path}:{second}: an atom at the place of that in line {first}")
-    decimals = max(FEWEST_DECIMALS, *(-int(Decimal(typed).as_tuple().exponent) for typed in judged))
+    notes = []
+    if meant := dict.fromkeys(kind.name for kind, is_named in kinds.values() if not is_named):
+        which = f"masses are those of the most abundant isotopes, {', '.join(meant)}"
+        notes.append(f"{which}; others are named in the file, as `13C` or `D`")
+    if max(map(len, typed)) > 3:
+        notes.append("what follows x, y, z in a line is not read")
+    if rest:
+        notes.append(f"the first of several frames is read, up to line {FIRST_ATOM + count - 1}")
+    judged = (Decimal(number) for numbers in typed[:JUDGED_ATOMS] for number in numbers[:3])
+    decimals = max(FEWEST_DECIMALS, *(-int(number.as_tuple().exponent) for number in judged))
     return Molecule(atoms, ANGSTROM * 10.0**-decimals / 2, tuple(notes))
+
+
+def _text(line: bytes) -> str:
+    """A line without its end. Raises ValueProblem where it is too long."""
+    if len(line) == LINE_BYTES:
+        raise ValueProblem(f"a line of more than {LINE_BYTES} bytes")
+    return line.decode("utf-8-sig", "replace").strip()
+
+
+def _count(text: str) -> int:
+    """The number of atoms, in the first line. Raises ValueProblem."""
+    if not _COUNT.fullmatch(text):
+        hint = "an .xyz file has the number of atoms, a line of comment, and then a line for each atom"
+        raise ValueProblem(f"read {shown(text)}, expected the number of atoms", hint=hint)
+    if len(text) > len(str(MOST_ATOMS)) or not 0 < int(text) <= MOST_ATOMS:
+        raise ValueProblem(f"read {shown(text)}, expected 1 to {MOST_ATOMS:,} atoms")
+    return int(text)
+
+
+def _coordinate(axis: str, typed: str) -> float:
+    """A coordinate (angstrom). Raises ValueProblem."""
+    value = float(typed) if _NUMBER.fullmatch(typed) else math.nan
+    if not math.isfinite(value):
+        raise ValueProblem(f"{axis}: read {shown(typed)}, expected a number")
+    return value

@@ -1,21 +1,19 @@
 """Point masses from a file, in blocks: any number of them in a bounded amount of memory.
 
-A block is an array of rows m, x, y, z in SI units. It is read, and not mapped into memory: so a file that
-shrinks meanwhile is an error and not a crash.
+A block is an array of rows m, x, y, z in SI units.
 """
 
 from __future__ import annotations
 
 import math
-import os
 import re
 import warnings
 from collections.abc import Iterator
 from contextlib import contextmanager
 from fractions import Fraction
-from io import BufferedReader, BytesIO
+from io import BufferedReader
 from pathlib import Path
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 import orjson
@@ -45,9 +43,6 @@ more rows than a block.
 
 LINE_BYTES = 10_000
 """The most bytes by which a line may exceed a chunk: four numbers take a hundred."""
-
-HEADER_BYTES = 16_384
-"""The most bytes of the header of a .npy file: one of four columns takes a hundred."""
 
 
 def blocks(path: Path, *, checked: bool = True) -> Iterator[Block]:
@@ -92,50 +87,30 @@ def opened(path: Path) -> Iterator[BufferedReader]:
 
 
 def _npy_blocks(file: BufferedReader, name: str, checked: bool) -> Iterator[Block]:
-    rows, fortran_order, dtype = _npy_header(file, name)
-    start_of_data = file.tell()
-    size = rows * len(COLUMNS) * dtype.itemsize
-    there = file.seek(0, os.SEEK_END) - start_of_data
-    if there != size:
-        raise ValueProblem(f"{name}: {there} bytes of data, expected {size} for {rows} rows of `{dtype}`")
-    file.seek(start_of_data)
-    most = min(rows, BLOCK_ROWS)
-    raw = np.empty((len(COLUMNS), most) if fortran_order else (most, len(COLUMNS)), dtype)
-    for start in range(0, rows, BLOCK_ROWS):
-        count = min(BLOCK_ROWS, rows - start)
-        part = raw[:, :count] if fortran_order else raw[:count]
-        for index, run in enumerate(part if fortran_order else [part]):
-            if fortran_order:
-                file.seek(start_of_data + (index * rows + start) * dtype.itemsize)
-            if file.readinto(run.view(np.uint8).data) != run.nbytes:
-                raise ValueProblem(f"{name}: the data end early")  # it has become shorter meanwhile
+    array = _npy_array(name)
+    for start in range(0, len(array), BLOCK_ROWS):
         with np.errstate(over="ignore"):  # an extended number that becomes infinite is refused
-            block = np.ascontiguousarray(part.T if fortran_order else part, dtype=np.float64)
+            block = np.ascontiguousarray(array[start : start + BLOCK_ROWS], dtype=np.float64)
         if checked:
             _require_points(block, start, name)
         yield block
 
 
-def _npy_header(file: BufferedReader, name: str) -> tuple[int, bool, np.dtype[np.generic]]:
-    """Rows, whether in Fortran order, and type; leaves the file where the data start."""
-    head = BytesIO(file.read(HEADER_BYTES))
+def _npy_array(name: str) -> NDArray[Any]:
+    """The array in a file, of shape (n, 4), mapped into memory."""
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")  # about headers that Python 2 has written
-            version = np.lib.format.read_magic(head)
-            if version == (1, 0):
-                shape, fortran_order, dtype = np.lib.format.read_array_header_1_0(head)
-            else:  # (3, 0) differs in its encoding, for names that no plain array has
-                shape, fortran_order, dtype = np.lib.format.read_array_header_2_0(head)
+            array: NDArray[Any] = np.lib.format.open_memmap(name, mode="r")
     except Exception as error:  # numpy reads hostile text as a literal: anything may come
-        raise ValueProblem(f"{name}: not a .npy file of numpy, or a broken one") from error
-    if dtype.kind not in "fiu":
-        raise ValueProblem(f"{name}: an array of {shown(str(dtype))}, expected real numbers")
-    if len(shape) != 2 or shape[1] != len(COLUMNS) or shape[0] < 0:
-        hint = "save the transposed array" if len(shape) == 2 and shape[0] == len(COLUMNS) else None
-        raise ValueProblem(f"{name}: shape {shown(str(shape))}, expected (n, 4) for m, x, y, z", hint=hint)
-    file.seek(head.tell())
-    return shape[0], fortran_order, dtype
+        raise ValueProblem(f"{name}: no .npy file of numbers as numpy writes it, or a cut one") from error
+    if array.dtype.kind not in "fiu":
+        raise ValueProblem(f"{name}: an array of {shown(str(array.dtype))}, expected real numbers")
+    if array.ndim != 2 or array.shape[1] != len(COLUMNS):
+        hint = "save the transposed array" if array.ndim == 2 and len(array) == len(COLUMNS) else None
+        message = f"{name}: shape {shown(str(array.shape))}, expected (n, 4) for m, x, y, z"
+        raise ValueProblem(message, hint=hint)
+    return array
 
 
 def _require_points(block: Block, start: int, name: str) -> None:

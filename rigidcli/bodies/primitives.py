@@ -17,7 +17,7 @@ import numpy as np
 from pydantic import AfterValidator, Field, ValidationInfo
 
 from rigidcli.bodies import charts, solids
-from rigidcli.bodies.geometry import Bounds, Figure, Geometry
+from rigidcli.bodies.shape import Figure, Geometry
 from rigidcli.core.arithmetic import Arithmetic, Floats, Scalar
 from rigidcli.errors import ValueProblem
 from rigidcli.fields.quantities import AsList, Coordinate, Length, OptionalLength, Size2, Size3, Vector3
@@ -70,7 +70,6 @@ def annulus(n: Arithmetic, outer_radius: Length, inner_radius: OptionalLength) -
         lambda: Geometry(n.pi * (R - r) * (R + r), ORIGIN, [across, across, 0]),
         lambda: [charts.sector(R, n, r)],
         lambda x, y, z: (x**2 + y**2 <= R**2) & (x**2 + y**2 >= r**2),
-        convex=False,
     )
 
 
@@ -139,7 +138,7 @@ def triangle(
     n: Arithmetic, vertices: Annotated[tuple[Vertex, Vertex, Vertex], AsList, AfterValidator(_not_flat)]
 ) -> Figure:
     """A thin triangle, its vertices as given, in space or (two coordinates) in the plane z = 0."""
-    return polygon(n, vertices)._replace(**_simplex(n, vertices), convex=True)
+    return polygon(n, vertices)._replace(**_simplex(n, vertices))
 
 
 def polygon(n: Arithmetic, vertices: Outline) -> Figure:
@@ -162,7 +161,6 @@ def polygon(n: Arithmetic, vertices: Outline) -> Figure:
         parts,
         lambda x, y, z: solids.in_polygon(outline(), x, y),
         corners=corners,
-        convex=False,
     )
 
 
@@ -194,7 +192,6 @@ def _prism(section: Figure, height: Scalar) -> Figure:
         geometry,
         lambda: [charts.prism(chart, height) for chart in section.charts()],
         inside and (lambda x, y, z: inside(x, y, z) & (abs(z) <= height / 2)),
-        convex=section.convex,
     )
 
 
@@ -256,7 +253,6 @@ def hollow_sphere(n: Arithmetic, outer_radius: Length, inner_radius: OptionalLen
         geometry,
         lambda: [charts.ball(R, n, r)],
         lambda x, y, z: (x**2 + y**2 + z**2 <= R**2) & (x**2 + y**2 + z**2 >= r**2),
-        convex=False,
     )
 
 
@@ -336,15 +332,10 @@ def spherical_cap(n: Arithmetic, radius: Length, cap_height: Length) -> Figure:
         centre = 3 * (2 * R - h) ** 2 / (4 * rest)
         return Geometry(n.pi * h**2 * rest / 3, (0, 0, centre), [across, across, along])
 
-    def bounds() -> Bounds:
-        widest = R if h >= R else (h * (2 * R - h)) ** 0.5
-        return (-widest, widest), (-widest, widest), (R - h, R)
-
     return Figure(
         geometry,
         lambda: [charts.cap(R, h, n)],
         lambda x, y, z: (x**2 + y**2 + z**2 <= R**2) & (z >= R - h),
-        bounds=bounds,
     )
 
 
@@ -384,7 +375,6 @@ def torus(n: Arithmetic, major_radius: Length, minor_radius: Length) -> Figure:
         lambda: Geometry(2 * n.pi**2 * R * r**2, ORIGIN, [across, across, r**2 / 4]),
         lambda: [charts.torus(R, r, n)],
         lambda x, y, z: (np.hypot(x, y) - R) ** 2 + z**2 <= r**2,
-        convex=False,
     )
 
 

@@ -7,7 +7,7 @@ from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
 from decimal import Decimal
 from functools import cache, lru_cache
-from typing import Annotated, Any, ClassVar, Self, TypeAlias, cast, get_args, get_origin
+from typing import Annotated, Any, ClassVar, NamedTuple, Self, TypeAlias, cast, get_args, get_origin
 
 import numpy as np
 from pydantic import ConfigDict, Field, PrivateAttr, ValidationInfo, create_model, model_validator
@@ -15,10 +15,9 @@ from pydantic.config import JsonDict, JsonValue
 from pydantic.fields import FieldInfo
 
 from rigidcli.bodies import solids
-from rigidcli.bodies.charts import Chart
+from rigidcli.bodies.charts import Chart, right_angles
 from rigidcli.bodies.density import SAID, Density
 from rigidcli.bodies.form import Form
-from rigidcli.bodies.geometry import Bounds, Figure, Geometry
 from rigidcli.core import mass_properties, tensor
 from rigidcli.core.arithmetic import FLOAT, Arithmetic, Array, Floats, Mask, Scalar
 from rigidcli.errors import ValueProblem, with_article
@@ -31,6 +30,39 @@ from rigidcli.fields.words import halved, keys_called, not_one_of
 
 Anchor: TypeAlias = Callable[[Any], tuple[Any, ...]]
 """A point (x, y, z in m, own axes) of a shape, which follows from its dimensions."""
+
+
+STEPS, INSIDE = 17, 7
+"""Steps of a net along a straight coordinate, and nine of a right angle; inside is one point in so many."""
+
+DRAWN_IN = 1e-9
+"""How far the net of a shape is drawn in from its ends, in units of its size: beyond all rounding."""
+
+
+class Geometry(NamedTuple):
+    """The measure, the centre of mass and the spread of a shape with a uniform density, in its own axes.
+
+    `measure` is the volume (m^3), area (m^2) or length (m); `centre` is (x, y, z) in m from the natural
+    origin; `second` holds the means of x^2, y^2, z^2 about the centre (m^2), or of all of r r^T
+    (3 by 3) where local axes are not principal.
+    """
+
+    measure: Scalar
+    centre: Any
+    second: Any
+
+
+class Figure(NamedTuple):
+    """A shape of given dimensions, as functions that are called when their values are needed.
+
+    `contains` says which points (x, y, z in m, floats) a solid or flat shape fills, its surface included.
+    `corners` (k by 3, m) are given for a flat shape in a plane of its own, which is z = 0 to `contains`.
+    """
+
+    geometry: Callable[[], Geometry]
+    charts: Callable[[], Sequence[Chart]]
+    contains: Callable[[Floats, Floats, Floats], Mask] | None = None
+    corners: Callable[[], Floats] | None = None
 
 
 class NoValueError(Exception):
@@ -248,37 +280,44 @@ class Shape(Form):
 class Region(Shape):
     """A shape that says which points it fills."""
 
-    @property
-    def CONVEX(self) -> bool:  # noqa: N802 - a constant of meshes
-        """Whether it holds the way between any two of its points."""
-        return self.figure(FLOAT).convex
-
-    def bounds(self) -> Bounds:
-        """The least box round the shape."""
-        return _box(type(self).primitive, *(getattr(self, key) for key in self.dimensions()))
-
     def contains(self, x: Floats, y: Floats, z: Floats) -> Mask:
-        """Which of the points (m, local axes) the shape fills, its surface included."""
+        """Which of the points (m, own axes) the shape fills, its surface included."""
         contains = self.figure(FLOAT).contains
         assert contains is not None
         return contains(x, y, z)
 
-    def plane(self) -> tuple[Array, Array]:
-        """Rotation (3 by 3) and displacement (3, m) from the axes of `bounds` and `contains` to its own."""
-        corners = self.figure(FLOAT).corners
-        return (np.eye(3), np.zeros(3)) if corners is None else solids.plane_of(corners())
+    def net(self) -> Floats:
+        """Points of the shape (3 by n; m, own axes): a coarse net all over, and a fine one on its surface."""
+        return _net(type(self).primitive, *(getattr(self, key) for key in self.dimensions()))
+
+    def extent(self) -> tuple[Floats, float]:
+        """The middle (3, m, own axes) and the radius (m) of a ball that holds the shape."""
+        return _extent(type(self).primitive, *(getattr(self, key) for key in self.dimensions()))
 
 
 @lru_cache(maxsize=1024)
-def _box(primitive: Callable[..., Figure], *dimensions: Any) -> Bounds:
-    """The least box round a figure, in its plane where it has one. It is kept for other holes of the size."""
-    figure = primitive(FLOAT, *dimensions)
-    if figure.bounds is not None:
-        return figure.bounds()
-    if figure.corners is None:
-        return solids.bounds(np.vstack([face for chart in figure.charts() for face in chart.faces()]))
-    turn, origin = solids.plane_of(figure.corners())
-    return solids.bounds((figure.corners() - origin) @ turn * [1, 1, 0])
+def _net(primitive: Callable[..., Figure], *dimensions: Any) -> Floats:
+    """The net of a figure, kept for other parts of the same size: images of points of its unit boxes."""
+    parts = []
+    for chart in primitive(FLOAT, *dimensions).charts():
+        steps = (STEPS if turn is None else 9 * right_angles(turn) for turn in chart.coordinates)
+        axes = (np.linspace(DRAWN_IN, 1 - DRAWN_IN, 1 + count) for count in steps)
+        net = np.array([grid.ravel() for grid in np.meshgrid(*axes, indexing="ij")])
+        is_surface = ((net == DRAWN_IN) | (net == 1 - DRAWN_IN)).any(axis=0)
+        spot = chart.at(net[:, is_surface | (np.arange(net.shape[1]) % INSIDE == 0)])
+        places = np.array(spot[:3]) + np.reshape(chart.origin, (3, 1))
+        if not any(chart.coordinates):  # a corner of the unit box may be all of an edge: it is drawn in, too
+            places += 2 * DRAWN_IN * (places.mean(axis=1, keepdims=True) - places)
+        parts.append(places)
+    return np.hstack(parts)
+
+
+@lru_cache(maxsize=10_000)
+def _extent(primitive: Callable[..., Figure], *dimensions: Any) -> tuple[Floats, float]:
+    """The extent of a figure. Between the points of its net, round shapes bulge by less than a per cent."""
+    net = _net(primitive, *dimensions)
+    middle = (net.min(axis=1) + net.max(axis=1)) / 2
+    return middle, 1.01 * float(np.linalg.norm(net - middle[:, None], axis=0).max())
 
 
 class Solid(Region):
@@ -288,7 +327,16 @@ class Solid(Region):
 
 
 class Lamina(Region):
-    """A flat shape, of no thickness; to `bounds` and `contains` its `plane` is z = 0."""
+    """A flat shape, of no thickness."""
+
+    def contains(self, x: Floats, y: Floats, z: Floats) -> Mask:
+        """Which of the points (m, own axes) lie in the shape, but for rounding across its plane."""
+        figure, thickness = self.figure(FLOAT), 2 * DRAWN_IN * self.extent()[1]
+        if figure.corners is not None:
+            turn, origin = solids.plane_of(figure.corners())
+            x, y, z = turn.T @ (np.array([x, y, z]) - origin[:, None])
+        assert figure.contains is not None
+        return figure.contains(x, y, z) & (abs(z) <= thickness)
 
 
 class Shell(Shape):

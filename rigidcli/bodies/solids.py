@@ -49,11 +49,6 @@ def in_simplex(vertices: Floats, points: Floats) -> Mask:
     return inside
 
 
-def bounds(vertices: Floats) -> tuple[tuple[float, float], ...]:
-    """The least box round the vertices (k by 3, m): (low, high) along each axis."""
-    return tuple(zip(vertices.min(axis=0).tolist(), vertices.max(axis=0).tolist(), strict=True))
-
-
 def polygon(vertices: Array, n: Arithmetic) -> tuple[Scalar, Array, Array]:
     """Area (m^2), centre (3, m) and mean r r^T about it (3 by 3, m^2) of a plane polygon (k by 3, m).
 

@@ -22,9 +22,6 @@ FLAT = 1e-7
 Coordinates of single precision, as STL has them, leave a volume of this size between two sides of a sheet.
 """
 
-PROBES = 256
-"""About how many triangles, evenly chosen, serve as places where the surface is."""
-
 
 class NotFiniteError(ValueError):
     """A coordinate that is no finite number, in the triangle of this number, from 0."""
@@ -45,10 +42,8 @@ class Surface:
     """
 
     @np.errstate(over="ignore", invalid="ignore")
-    def __init__(self, corners: Floats, *, thin: bool) -> None:
-        # A triangle and the central point are a tetrahedron; a thin shell consists of the triangles.
-        self.corners, self._vertices = corners, 3 if thin else 4
-        self.triangles = corners.shape[2]
+    def __init__(self, corners: Floats) -> None:
+        self.corners, self.triangles = corners, corners.shape[2]
         self.residue, self.box = 0, np.array([np.full(3, np.inf), np.full(3, -np.inf)])
         self._begin(np.zeros(3))
         for start, block in enumerate(blocks(corners)):
@@ -79,53 +74,40 @@ class Surface:
         volumes = (d[0, 0] * x + d[0, 1] * y + d[0, 2] * z) / 6
         self.area += float(areas.sum())
         self.volume += float(volumes.sum())
-        weights = areas if self._vertices == 3 else volumes
-        total = d.sum(axis=0)
-        sizes = np.abs(weights)
+        total, sizes = d.sum(axis=0), np.abs(volumes)
         self._sizes += sizes.sum(), sizes @ (total[0] ** 2 + total[1] ** 2 + total[2] ** 2)
-        self._first += total @ weights
+        self._first += total @ volumes
         for vertex in (*d, total):
-            self._products += (vertex * weights) @ vertex.T
-
-    @property
-    def measure(self) -> float:
-        """The volume inside, or the area of a thin shell."""
-        return self.area if self._vertices == 3 else self.volume
+            self._products += (vertex * volumes) @ vertex.T
 
     @property
     def centre(self) -> Floats:
         """The centre (3), from the origin of the sums."""
         with np.errstate(divide="ignore"):
-            centre: Floats = self._first / (self._vertices * np.float64(self.measure))
+            centre: Floats = self._first / (4 * np.float64(self.volume))
         return centre
 
     @property
     def second(self) -> Floats:
         """The mean of r r^T about the centre (3 by 3).
 
-        That of a simplex with k vertices at d is (sum d d^T + s s^T)/(k (k + 1)) about the origin, where s is
-        the sum of all d.
+        That of a tetrahedron with vertices at d is (sum d d^T + s s^T)/20 about the origin, where s is their
+        sum.
         """
         with np.errstate(divide="ignore"):
-            mean = self._products / (self._vertices * (self._vertices + 1) * np.float64(self.measure))
+            mean = self._products / (20 * np.float64(self.volume))
         second: Floats = mean - np.outer(self.centre, self.centre)
         return second
 
     @property
     def cancelled(self) -> float:
         """By how much rounding errors are larger than in a sum without negative terms."""
-        sums = np.abs([self.measure, np.trace(self._products) * self._vertices / (self._vertices + 1)])
+        sums = np.abs([self.volume, np.trace(self._products) * 4 / 5])
         return float((self._sizes / sums).max()) if sums.all() else np.inf
 
     def some(self, which: slice | NDArray[np.intp]) -> Floats:
         """The triangles (k, 3, 3: triangle, vertex, coordinate) of these numbers."""
         return self.corners[:, :, which].transpose(2, 0, 1).astype(np.float64)
-
-    @property
-    def places(self) -> Floats:
-        """Middles of some triangles (k, 3), evenly chosen: points of the surface."""
-        middles: Floats = self.some(slice(None, None, max(1, self.triangles // PROBES))).mean(axis=1)
-        return middles
 
     @property
     def size(self) -> float:
@@ -141,6 +123,14 @@ class Surface:
     def is_flat(self) -> bool:
         """Whether there is no space inside."""
         return abs(self.volume) <= FLAT * self.area * self.size
+
+
+def normals(triangles: Floats) -> Floats:
+    """Unit vectors (k, 3) out of triangles (k, 3, 3); zero where one has no area."""
+    across = np.cross(triangles[:, 1] - triangles[:, 0], triangles[:, 2] - triangles[:, 0])
+    lengths = np.linalg.norm(across, axis=1, keepdims=True)
+    unit: Floats = across / np.where(lengths == 0, 1, lengths)
+    return unit
 
 
 def simplified(corners: Floats, box: Floats, cells: int) -> Floats:

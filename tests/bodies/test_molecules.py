@@ -135,6 +135,11 @@ def test_the_most_abundant_isotopes_make_up_the_atomic_weights() -> None:
         (WATER.replace("0.586", "٣", 1), 4, "y: read `٣`, expected a number"),
         (WATER.replace("0.586", "0.5D+0", 1), 4, "y: read `0.5D+0`, expected a number"),
         (WATER.replace("water", "Properties=pos:R:3:species:S:1"), 2, "expected columns that begin with"),
+        (
+            WATER.replace("water", "Properties=species:S:1:forces:R:3:pos:R:3"),
+            2,
+            "expected columns that begin",
+        ),
         (WATER.replace("water", "x" * LINE_BYTES), 2, f"a line of more than {LINE_BYTES} bytes"),
         (WATER.replace("0.586", "0" * LINE_BYTES, 1), 4, f"a line of more than {LINE_BYTES} bytes"),
     ],

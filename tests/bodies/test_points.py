@@ -115,7 +115,7 @@ def test_every_version_is_read(tmp_path: Path) -> None:
         (np.ones((4, 7)), ": shape `(4, 7)`, expected (n, 4) for m, x, y, z; save the transposed array"),
         (np.ones((1, 2, 4)), ": shape `(1, 2, 4)`, expected (n, 4) for m, x, y, z"),
         (np.ones((2, 4), complex), ": an array of `complex128`, expected real numbers"),
-        (np.full((2, 4), None), ": an array of `object`, expected real numbers"),
+        (np.full((2, 4), None), ": no .npy file of numbers as numpy writes it, or a cut one"),
         (np.ones(2, [("m", "f8")]), ": an array of `[('m', '<f8')]`, expected real numbers"),
     ],
 )
@@ -149,17 +149,11 @@ def test_an_extended_number_beyond_a_double_is_refused(tmp_path: Path) -> None:
     assert "row 1 (counted from 0): column x: read `inf`" in refusal(array(tmp_path, values))
 
 
-def test_a_file_of_another_length_is_refused(tmp_path: Path) -> None:
+def test_a_cut_file_is_refused(tmp_path: Path) -> None:
     content = array(tmp_path, FOUR).read_bytes()
-    for change, changed in ((-1, content[:-1]), (-64, content[:-64]), (1, content + b"x")):
-        message = f": {64 + change} bytes of data, expected 64 for 2 rows of `float64`"
+    for changed in (content[:-1], content[:-64]):
+        message = ": no .npy file of numbers as numpy writes it, or a cut one"
         assert refusal(table(tmp_path, changed, "cloud.npy")) == message
-    path = array(tmp_path, cloud(2 * BLOCK_ROWS))
-    reader = blocks(path)
-    next(reader)
-    os.truncate(path, 32 * BLOCK_ROWS)
-    with pytest.raises(ValueProblem, match="the data end early"):
-        next(reader)
 
 
 @pytest.mark.parametrize(
@@ -177,7 +171,7 @@ def test_a_file_of_another_length_is_refused(tmp_path: Path) -> None:
 )
 def test_a_broken_header_is_refused(tmp_path: Path, content: bytes) -> None:
     path = table(tmp_path, content, "cloud.npy")
-    assert refusal(path) == ": not a .npy file of numpy, or a broken one"
+    assert refusal(path) == ": no .npy file of numbers as numpy writes it, or a cut one"
 
 
 @pytest.mark.parametrize("shape", ["(-1, 4)", "(10**9, 4)", "(99999999999999999999, 4)", "(2, 4, 0)"])

@@ -162,11 +162,6 @@ def test_points_in_a_tetrahedron() -> None:
     assert 50 < inside.sum() < 450
 
 
-def test_bounds() -> None:
-    low_high = solids.bounds(np.array([[1.0, 5, -1], [0, 7, 2], [3, 6, 0], [2, 2, 2]]))
-    assert [tuple(map(float, pair)) for pair in low_high] == [(0, 3), (2, 7), (-1, 2)]
-
-
 # --- polygons
 
 L_SHAPE = [[0, 0], [3, 0], [3, 1], [1, 1], [1, 4], [0, 4]]

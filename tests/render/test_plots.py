@@ -170,12 +170,12 @@ def test_the_surface_of_a_shape_has_its_extent_and_of_a_thin_one_its_measure(nam
     points = np.vstack(faces)
     if isinstance(shape, Solid):
         assert isinstance(shape, Region)
-        low, high = np.array(shape.bounds(), dtype=float).T
+        low, high = shape.net().min(axis=1), shape.net().max(axis=1)
         assert points.min(axis=0) == pytest.approx(low, abs=0.01)
         assert points.max(axis=0) == pytest.approx(high, abs=0.01)
         for grown, inside in ((1e-9, True), (-1e-9, False)):
             # Corners are on the surface: moved inward they are inside, moved outward they are not.
-            if shape.CONVEX:
+            if name not in ("hollow_sphere", "tube", "torus"):
                 centre = np.array(shape.geometry(FLOAT).centre, dtype=float)
                 moved = centre + (points - centre) * (1 - grown)
                 on_it = np.linalg.norm(points - centre, axis=1) > 0.2 * np.linalg.norm(high - low) / 2

@@ -69,22 +69,20 @@ class Element:
         """Whether an attribute says yes."""
         return self.attributes.get(attribute, "").strip() in ("true", "1")
 
-    def numbers(self, attribute: str, count: int, default: str | None = None) -> list[Any]:
-        """The numbers in an attribute, `count` of them; without it those of the `default`, if there is one.
+    def value(self, key: str) -> str | None:
+        """The text under a key: of an attribute, as in URDF and MJCF, or in a child, as in SDF."""
+        child = self.find(key)
+        return self.attributes.get(key, None if child is None else child.text or None)
 
-        Raises DocumentError for anything else.
+    def numbers(self, key: str, count: int, default: str | None = None) -> list[Any]:
+        """The `count` numbers under a key, digit by digit; without it those of the `default`.
+
+        Raises DocumentError for anything else than numbers that are separated by blanks.
         """
-        text = self.attributes.get(attribute, default)
+        text, expected = self.value(key), "a number" if count == 1 else f"{count} numbers"
+        text = default if text is None else text
         if text is None:
-            raise self.refusal(f"`<{self.tag}>` has no `{attribute}`, expected {_counted(count)}")
-        return self._read(text, f"`{attribute}` of `<{self.tag}>`", count)
-
-    def own_numbers(self, count: int) -> list[Any]:
-        """The numbers in the text of the element, `count` of them. Raises DocumentError for anything else."""
-        return self._read(self.text, f"`<{self.tag}>`", count)
-
-    def _read(self, text: str, what: str, count: int) -> list[Any]:
-        """The numbers in a text, digit by digit, separated by blanks. Raises DocumentError."""
+            raise self.refusal(f"`<{self.tag}>` has no `{key}`, expected {expected}")
         words = text.split()
         bad = [word for word in words if len(word) > MOST_DIGITS or NUMBER.fullmatch(word) is None]
         large = [word for word in words if not bad and abs(float(word)) > LARGEST]
@@ -97,15 +95,12 @@ class Element:
             hint = "numbers are separated by blanks, and the sign in a decimal is a point"
         elif large:
             hint = f"no number of a robot is larger than {LARGEST:g}"
-        raise self.refusal(f"{what}: read {shown(text)}, expected {_counted(count)}", hint)
+        message = f"`{key}` of `<{self.tag}>`: read {shown(text)}, expected {expected}"
+        raise (self.find(key) or self).refusal(message, hint)
 
     def refusal(self, message: str, hint: str | None = None) -> DocumentError:
         """The refusal of the file for a problem at the line of the element."""
         return DocumentError([Problem(self.source, message, self.line, hint=hint)])
-
-
-def _counted(count: int) -> str:
-    return "a number" if count == 1 else f"{count} numbers"
 
 
 def read_elements(text: str, source: str) -> Element:

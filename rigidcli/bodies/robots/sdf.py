@@ -7,7 +7,6 @@ the axes of that pose. What is not given has the values of the format: 1 kg, and
 from __future__ import annotations
 
 from collections.abc import Iterator
-from decimal import Decimal
 from pathlib import Path
 from typing import Any
 
@@ -56,18 +55,10 @@ def _full_name(link: Element, scope: tuple[str, ...]) -> str:
 
 
 class _Sdf(Urdf):
-    """A link has the same parts, in which numbers and names of files stand in elements."""
+    """A link has the same parts, in frames that are written in one line of numbers."""
 
     PLACE = "pose"
     NOTHING = "no `<inertial>`, for which simulators take 1 kg and 1 kg m^2"
-
-    def values(self, element: Element, key: str, count: int, default: str | None = None) -> list[Any]:
-        child = element.find(key)
-        if child is not None:
-            return child.own_numbers(count)
-        if default is None:
-            raise element.refusal(f"`<{element.tag}>` has no `<{key}>`")
-        return [Decimal(word) for word in default.split()]
 
     def frame(self, part: Element, link: Element) -> Body:
         pose = part.find("pose")
@@ -76,24 +67,18 @@ class _Sdf(Urdf):
         seen_from = pose.attributes.get("relative_to", pose.attributes.get("frame", ""))  # in older files
         if seen_from not in ("", link.attributes.get("name")):
             raise pose.refusal(f"`relative_to` is {shown(seen_from)}, expected the frame of the link")
-        if not pose.text:
-            return {}
         if pose.attributes.get("rotation_format", "euler_rpy") == "quat_xyzw":
-            *position, x, y, z, w = pose.own_numbers(7)
+            *position, x, y, z, w = part.numbers("pose", 7, "0 0 0 0 0 0 1")
             return placed(position, rotation={"quaternion": [w, x, y, z]})
-        values = pose.own_numbers(6)
+        values = part.numbers("pose", 6, "0 0 0 0 0 0")
         return placed(values[:3], **turned(values[3:], " deg" if pose.is_true("degrees") else ""))
 
-    def file(self, mesh: Element) -> str:
-        uri = mesh.find("uri")
-        return "" if uri is None else uri.text
-
     def mass(self, inertial: Element) -> Any:
-        return self.values(inertial, "mass", 1, "1")[0]
+        return inertial.numbers("mass", 1, "1")[0]
 
     def moments(self, inertial: Element) -> list[Any]:
         entries = inertial.find("inertia") or inertial
-        return [self.values(entries, key.lower(), 1, default)[0] for key, default in NOT_GIVEN.items()]
+        return [entries.numbers(key.lower(), 1, default)[0] for key, default in NOT_GIVEN.items()]
 
     def weight(self, link: Element) -> Weight:
         inertial = link.find("inertial")

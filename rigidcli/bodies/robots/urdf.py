@@ -51,7 +51,7 @@ def read(root: Element, folder: Path) -> Robot:
 
 @dataclass(frozen=True)
 class Urdf:
-    """The parts of a link: numbers and names of files, which are below a `folder`, stand in attributes.
+    """How the parts of a link are written; files of meshes are below a `folder`.
 
     `PLACE` is the tag of a frame, and `NOTHING` the reason why a link without `<inertial>` has no mass.
     """
@@ -61,20 +61,12 @@ class Urdf:
 
     folder: Path
 
-    def values(self, element: Element, key: str, count: int, default: str | None = None) -> list[Any]:
-        """The numbers of an element under a key, `count` of them. Raises DocumentError."""
-        return element.numbers(key, count, default)
-
     def frame(self, part: Element, link: Element) -> Body:
         """The frame of a part of a link, as seen from the link. Raises DocumentError."""
         origin = part.find("origin")
         if origin is None:
             return {}
         return placed(origin.numbers("xyz", 3, "0 0 0"), **turned(origin.numbers("rpy", 3, "0 0 0")))
-
-    def file(self, mesh: Element) -> str:
-        """The name of the file of a mesh."""
-        return mesh.attributes.get("filename", "")
 
     def mass(self, inertial: Element) -> Any:
         """The mass (kg). Raises DocumentError."""
@@ -123,7 +115,7 @@ class Urdf:
             return self._mesh(form, frame)
         if form.tag not in SHAPES:
             return None
-        sizes = {ours: self.values(form, *theirs) for ours, theirs in SHAPES[form.tag].items()}
+        sizes = {ours: form.numbers(*theirs) for ours, theirs in SHAPES[form.tag].items()}
         plain = {key: values[0] if len(values) == 1 else values for key, values in sizes.items()}
         return {"shape": form.tag, "density": 1, **plain, **frame}
 
@@ -136,7 +128,7 @@ class Urdf:
         """
         from rigidcli.bodies.mesh_files import OWN
 
-        name, scale = self.file(form), self.values(form, "scale", 3, "1 1 1")
+        name, scale = form.value("filename") or form.value("uri") or "", form.numbers("scale", 3, "1 1 1")
         rest = re.sub(r"^\w+://", "", name)
         for guess in (rest, rest.partition("/")[2]) if Path(name).suffix.lower() in OWN else ():
             path = self.folder / guess
