@@ -151,26 +151,27 @@ class Document(Section):
     @property
     def values(self) -> Mapping[str, Scalar]:
         """The parameters that have a value, in SI units."""
-        return self.reading.environment.parameters
+        declared = self.reading.environment.declared
+        return {name: each.value for name, each in declared.items() if each.value is not None}
 
     @property
     def symbols(self) -> tuple[str, ...]:
         """The parameters without a value that something uses."""
         env = self.reading.environment
-        return tuple(name for name, on in env.open.items() if name in on and name in env.used)
+        return tuple(name for name, each in env.declared.items() if each.typed is None and name in env.used)
 
     @property
     def unused(self) -> list[str]:
         """The parameters that nothing uses."""
         env = self.reading.environment
-        return sorted(env.declared - env.used)
+        return sorted(env.declared.keys() - env.used)
 
     @cached_property
     def definitions(self) -> Mapping[str, Expression | None]:
         """The exact expressions of the parameters, each after those that it uses; None for a symbol."""
         env = self.reading.environment
-        written = env.definitions.items()
-        return {name: None if value is None else env.symbolic(value) for name, value in written}
+        typed = ((name, parameter.typed) for name, parameter in env.declared.items())
+        return {name: None if each is None else env.written(each) for name, each in typed}
 
     @property
     def files(self) -> Sequence[pathlib.Path]:

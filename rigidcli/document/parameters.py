@@ -8,9 +8,9 @@ from graphlib import CycleError, TopologicalSorter
 from typing import Any, TypeVar
 
 from rigidcli.errors import ExpressionError, Path, ValueProblem, at, gathered, nearest, shown
-from rigidcli.fields.environment import Environment
+from rigidcli.fields.environment import Environment, Parameter
 from rigidcli.fields.section import refuse
-from rigidcli.language.expression import RESERVED, parse
+from rigidcli.language.expression import RESERVED, Expression, parse
 from rigidcli.language.functions import CONSTANTS
 from rigidcli.language.tree import Constant, Name
 
@@ -32,38 +32,30 @@ def read_parameters(env: Environment, raw: Mapping[str, Any], *, has_time: bool)
     In a document that `has_time`, `t` is the time, and no parameter.
 
     In exact arithmetic, a parameter without a value becomes a symbol, which is positive if `env.positive` has
-    it. With floats, such a parameter and all that depend on it are `open`. A parameter with a problem is
-    `broken`, so that expressions that use it are not reported as well.
+    it. With floats, such a parameter and all that depend on it stay without a value.
     """
+    n = env.arithmetic
     spelling, problems = read_names(raw, has_time=has_time)
-    env.declared |= spelling.keys()
-    env.refused |= raw.keys() - spelling.values()
-    uses = {}
+    parameters = env.declared = {name: Parameter() for name in spelling}
+    env.nameless = raw.keys() - spelling.values()
+    uses: dict[str, frozenset[str]] = {}
     for name, key in spelling.items():
         with gathered(problems, key):
-            uses[name] = env.names_in(raw[key]) & spelling.keys()
-    env.broken |= spelling.keys() - uses.keys()
-    for name in _in_order(uses, env, problems, spelling):
-        if name in env.broken:
-            continue
-        env.broken.add(name)  # until it is read
+            typed = parameters[name].typed = None if raw[key] is None else env.typed(raw[key])
+            uses[name] = typed.names & spelling.keys() if isinstance(typed, Expression) else frozenset()
+    for name in _in_order(uses, problems, spelling):
+        parameters[name] = parameter = parameters.pop(name)
         with gathered(problems, spelling[name]):
-            value = env.definitions[name] = raw[spelling[name]]
-            symbols = frozenset[str]().union(*(env.open.get(other, ()) for other in uses[name]))
-            if value is None:
-                symbols = frozenset([name])
-            if symbols:
-                env.open[name] = symbols
-            if value is None and env.arithmetic.exact:
-                env.parameters[name] = env.arithmetic.symbol(name, name in env.positive)
-            elif not symbols or env.arithmetic.exact:
-                env.parameters[name] = env.read(value, None)
-            elif value is not None:
-                env.admit(env.symbolic(value), ())
-            dimension = env.dimension(value)
-            if dimension is not None:
-                env.dimensions[name] = dimension
-            env.broken.discard(name)
+            symbols = (parameters[other].symbols for other in uses[name])
+            parameter.symbols = frozenset([name] if parameter.typed is None else ()).union(*symbols)
+            if parameter.typed is None:
+                parameter.value = n.symbol(name, name in env.positive) if n.exact else None
+            elif n.exact or not parameter.symbols:
+                parameter.value = env.worked(parameter.typed, None)
+            else:
+                env.admit(parameter.typed, None)
+            parameter.dimension = None if parameter.typed is None else env.dimension(parameter.typed)
+            parameter.is_broken = False
     return [problem.below("parameters") for problem in problems]
 
 
@@ -133,12 +125,9 @@ def read_name(key: object, *, has_time: bool = True) -> str:
 
 
 def _in_order(
-    uses: Mapping[str, frozenset[str]],
-    env: Environment,
-    problems: list[ValueProblem],
-    spelling: Mapping[str, str],
+    uses: Mapping[str, frozenset[str]], problems: list[ValueProblem], spelling: Mapping[str, str]
 ) -> list[str]:
-    """The names, each after those that it uses; names in a circle, or that depend on one, are broken."""
+    """The names, each after those that it uses, without names in a circle and those that depend on one."""
     sorter = TopologicalSorter(uses)
     try:
         sorter.prepare()
@@ -152,5 +141,4 @@ def _in_order(
     while ready := sorter.get_ready():
         order += ready
         sorter.done(*ready)
-    env.broken |= uses.keys() - set(order)
-    return order
+    return [name for name in order if name in uses]

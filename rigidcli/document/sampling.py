@@ -28,7 +28,7 @@ from rigidcli.fields.quantities import AsList, Duration, Number, Quantity, Whole
 from rigidcli.fields.readers import Wrapper
 from rigidcli.fields.section import Section, details, environment, optional
 from rigidcli.fields.texts import csv_rows
-from rigidcli.fields.typed_numbers import finite
+from rigidcli.fields.units import finite
 
 MOST_STARTS = 1_000_000
 """The most starts of an ensemble: as many rows with seven numbers take 56 MB."""

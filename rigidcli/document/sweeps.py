@@ -21,8 +21,7 @@ from rigidcli.document.syntax import read_value
 from rigidcli.errors import DocumentError, UsageError, ValueProblem, nearest, shown
 from rigidcli.fields.environment import Environment, arithmetic_for
 from rigidcli.fields.texts import csv_rows
-from rigidcli.fields.typed_numbers import exact_text, finite, split_quantity
-from rigidcli.fields.units import parse_unit
+from rigidcli.fields.units import exact_text, finite, parse_unit, split_quantity
 from rigidcli.language.expression import parse
 
 FORMS = "START:STOP:COUNT, log:START:STOP:COUNT, 1,2,5 or @table.csv:column"

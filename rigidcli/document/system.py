@@ -14,12 +14,10 @@ from rigidcli.document.parameters import read_mapping, read_name
 from rigidcli.document.variables import (
     EXPRESSION_SCHEMA,
     MOST_COORDINATES,
-    RESULTS,
     blame_parameter,
     derived_names,
     momentum,
     names_schema,
-    read_expression,
     read_new_names,
     velocity,
 )
@@ -43,20 +41,21 @@ HIGHEST_DERIVATIVE = 3
 
 def _read_coordinates(raw: object, info: ValidationInfo) -> tuple[str, ...]:
     env = environment(info)
-    index, problems = read_new_names(raw, env, RESULTS, MOST_COORDINATES, "coordinates")
-    meaning: dict[str, str] = {}
+    index, problems = read_new_names(raw, env, MOST_COORDINATES, "coordinates")
+    derived: dict[str, str] = {}
     for coordinate in index:
-        for name, what in derived_names([coordinate]).items():
+        for name, meaning in derived_names([coordinate]).items():
             if name in index:
-                message = f"`{name}` is {what}, expected another name"
+                message = f"`{name}` is {meaning}, expected another name"
                 problems.append(ValueProblem(message, path=(index[name],)))
-            elif name in meaning:
-                message = f"`{name}` would be {what}, and {meaning[name]}"
+            elif name in derived:
+                message = f"`{name}` would be {meaning}, and {derived[name]}"
                 problems.append(ValueProblem(message, path=(index[coordinate],)))
-            meaning[name] = what
-            blame_parameter(name, what, env)
+            derived[name] = meaning
+            blame_parameter(name, meaning, env)
     refuse("coordinates", problems)
     env.coordinates = tuple(index)
+    env.meanings |= {name: f"the coordinate `{name}`" for name in index} | derived
     return env.coordinates
 
 
@@ -82,10 +81,10 @@ class SystemExpression(Reader):
         """The expression, in which names stay names."""
         env = environment(info)
         if env.coordinates is None:
-            return env.symbolic(raw, self.dimension)
+            return env.symbolic(raw, self.dimension, None)
         named = {"velocities": velocity, "momenta": momentum}
         further = (named[kind](name) for kind in self.besides for name in env.coordinates)
-        expression = read_expression(raw, env, (*env.coordinates, *further, "t"), self.dimension)
+        expression = env.symbolic(raw, self.dimension, (*env.coordinates, *further, "t"))
         if self.sign is not None:
             value = env.value(expression)
             if value is not None and (value < 0 or (value == 0 and self.sign == "positive")):
@@ -119,14 +118,12 @@ Forces: TypeAlias = Annotated[
 def _read_functions(raw: object, info: ValidationInfo) -> tuple[UnknownFunction, ...]:
     """Functions without a formula: of a potential V(x), only the name and the arguments are given."""
     env = environment(info)
-    coordinates = env.coordinates or ()
-    taken = dict.fromkeys(coordinates, "a coordinate") | derived_names(coordinates)
     slopes: dict[str, UnknownFunction] = {}
 
     def read(name: str, value: Any) -> UnknownFunction:
         arguments = _arguments(value)
-        if name in taken:
-            raise ValueProblem(f"`{name}` is {taken[name]}, expected another name")
+        if name in env.meanings:
+            raise ValueProblem(f"`{name}` is {env.meanings[name]}, expected another name")
         blame_parameter(name, "an unknown function", env)
         for order in range(HIGHEST_DERIVATIVE + 1):
             for by in combinations_with_replacement(range(len(arguments)), order):

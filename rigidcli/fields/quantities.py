@@ -21,11 +21,11 @@ from rigidcli.fields.dimensions import (
     MOMENT_OF_INERTIA,
     TIME,
     Dimension,
+    number_of,
 )
 from rigidcli.fields.environment import Environment
 from rigidcli.fields.readers import SHARED, Alternative, ReadBy, Reader
 from rigidcli.fields.section import environment
-from rigidcli.fields.typed_numbers import number_of
 from rigidcli.fields.units import is_unit
 from rigidcli.fields.words import not_one_of
 
