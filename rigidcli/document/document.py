@@ -7,7 +7,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cache, cached_property
 from importlib import import_module
-from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Self
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Self, get_args
 
 from pydantic import Field, model_validator
 
@@ -19,8 +19,8 @@ from rigidcli.document.variables import EQUILIBRIUM, Equilibrium, Transform
 from rigidcli.errors import DocumentError, Problem, ValueProblem
 from rigidcli.fields.environment import Environment
 from rigidcli.fields.quantities import Direction, ReferencePoint
-from rigidcli.fields.readers import Elsewhere, Title
-from rigidcli.fields.section import Section, optional, sections_in
+from rigidcli.fields.readers import Choice, Elsewhere, Title
+from rigidcli.fields.section import Section, optional
 from rigidcli.fields.words import keys_called, not_one_of
 from rigidcli.language.expression import Expression
 
@@ -228,6 +228,12 @@ def _sections_with() -> dict[str, list[str]]:
     """The names of the sections at the top of a document, by the keys that they have."""
     names: dict[str, list[str]] = {}
     for name, entry in Document.model_fields.items():
-        for key in dict.fromkeys(key for each in sections_in(entry.annotation) for key in each.model_fields):
+        sections: list[type[Section]] = []
+        for part in get_args(entry.annotation):
+            for mark in getattr(part, "__metadata__", (part,)):
+                choice = mark.choice if isinstance(mark, Elsewhere) else mark
+                sections += choice.options() if isinstance(choice, Choice) else ()
+                sections += [mark] if isinstance(mark, type) and issubclass(mark, Section) else ()
+        for key in dict.fromkeys(key for section in sections for key in section.model_fields):
             names.setdefault(key, []).append(name)
     return names

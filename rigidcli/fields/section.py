@@ -6,7 +6,7 @@ The errors of all its keys are reported together, with a cure where there is one
 # Annotations here are objects, not texts: pydantic reads those of a section for all that are built on it.
 
 from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
-from typing import Any, ClassVar, Self, get_args
+from typing import Any, ClassVar, Self
 
 from pydantic import (
     BaseModel,
@@ -131,14 +131,3 @@ def details(error: ValidationError, *path: str | int) -> Iterator[InitErrorDetai
     """The errors of pydantic in a value, with their places after the `path` to the value."""
     for e in error.errors(include_url=False):
         yield InitErrorDetails(type=e["type"], loc=(*path, *e["loc"]), input=e["input"], ctx=e.get("ctx", {}))
-
-
-def sections_in(annotation: Any) -> list[type[Section]]:
-    """The sections that a field of this type may hold, at any depth of its lists and choices."""
-    if isinstance(annotation, type) and issubclass(annotation, Section):
-        return [annotation]
-    if hasattr(annotation, "sections"):  # a mark that lists them
-        return list(annotation.sections())
-    *types, metadata = (*get_args(annotation), getattr(annotation, "__metadata__", ()))
-    marked = [section for mark in metadata for section in sections_in(mark)]
-    return marked or list(dict.fromkeys(section for part in types for section in sections_in(part)))
