@@ -119,40 +119,36 @@ _REFUSED = {
 
 _ONE = Unit("1", Fraction(1), 0, DIMENSIONLESS)
 
-_DEFINED = {name: row.definition for row in TABLE for name in row.names.split()}
-"""The definition of each name in the table."""
-
-_SYMBOLS = frozenset(name for row in TABLE for name in row.prefixed.split())
-"""The units before which a short prefix may stand."""
-
-_WORDS = frozenset(name for row in TABLE if row.prefixed for name in row.names.split() if len(name) > 3)
-"""The units before which a long prefix may stand."""
-
 _DEFINITION = re.compile(r"(?:(pi|[0-9][^ /]*)(?:/(pi|[^ ]+))? )?(.+)")
 """The number in a definition, if there is one, its divisor, and the units."""
 
 
-def _may_follow(prefix: str) -> frozenset[str]:
-    return _SYMBOLS if len(prefix) <= 2 else _WORDS
+_ROWS = {name: row for row in TABLE for name in row.names.split()}
+"""The rows of the table by each of their names."""
+
+
+def _may_follow(name: str, prefix: str) -> bool:
+    """Whether the prefix may stand before this name: a short one before symbols, a long one before words."""
+    row = _ROWS.get(name)
+    if row is None or len(prefix) <= 2:
+        return row is not None and name in row.prefixed.split()
+    return len(name) > 3 and bool(row.prefixed)
 
 
 def known_names() -> list[str]:
     """Every name of the table, also with the SI prefixes that it may have."""
-    prefixed = (prefix + name for prefix in PREFIXES for name in sorted(_may_follow(prefix)))
-    return list(dict.fromkeys(["1", *_DEFINED, *prefixed]))
+    prefixed = (prefix + name for prefix in PREFIXES for name in _ROWS if _may_follow(name, prefix))
+    return list(dict.fromkeys(["1", *_ROWS, *prefixed]))
 
 
 @lru_cache(maxsize=1024)
 def _from_table(name: str) -> Unit | None:
-    if name == "1":
-        return _ONE
-    if name in _DEFINED:
-        return _defined(name, _DEFINED[name])
+    if name == "1" or name in _ROWS:
+        return _ONE if name == "1" else _defined(name, _ROWS[name].definition)
     for prefix, power in PREFIXES.items():
         rest = name.removeprefix(prefix)
-        if rest != name and rest in _may_follow(prefix):
-            unit = _named(rest)
-            return replace(unit, text=name, factor=unit.factor * Fraction(10) ** power)
+        if rest != name and _may_follow(rest, prefix):
+            return _defined(name, f"1e{power} {rest}")
     return None
 
 
