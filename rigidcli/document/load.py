@@ -18,6 +18,7 @@ from rigidcli.bodies.robots import is_robot
 from rigidcli.document.document import Document, Reading
 from rigidcli.document.draft import SWEEP, Draft, body_form, of_text, split_setting
 from rigidcli.document.parameters import read_parameters
+from rigidcli.document.physical import tried
 from rigidcli.errors import UNSETTLED, DocumentError, Path, Problem, UsageError, ValueProblem, shown
 from rigidcli.fields.environment import Environment, arithmetic_for
 from rigidcli.fields.section import Section
@@ -188,8 +189,6 @@ def read(draft: Draft, swept: Sequence[str] = ()) -> Document:
         positive |= symbols
     if not given.has_symbols or (document.body is None and document.top is None):
         return document
-    from rigidcli.document.trials import tried
-
     return tried(document, given, lambda tree: _document(replace(given, tree=tree), False, is_physical=False))
 
 
