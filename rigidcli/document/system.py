@@ -14,18 +14,18 @@ from rigidcli.document.parameters import read_mapping, read_name
 from rigidcli.document.variables import (
     EXPRESSION_SCHEMA,
     MOST_COORDINATES,
-    blame_parameter,
     derived_names,
     momentum,
     names_schema,
     read_new_names,
+    take,
     velocity,
 )
 from rigidcli.errors import ValueProblem, shown, with_article
 from rigidcli.fields.dimensions import ANGLE, ENERGY, LENGTH, MASS, MOMENT_OF_INERTIA, Dimension
 from rigidcli.fields.quantities import AsList, worked_out
 from rigidcli.fields.readers import SHARED, ReadBy, Reader
-from rigidcli.fields.section import Section, environment, optional, refuse
+from rigidcli.fields.section import Section, environment, optional
 from rigidcli.language.expression import Expression
 from rigidcli.language.tree import UnknownFunction
 
@@ -40,23 +40,9 @@ HIGHEST_DERIVATIVE = 3
 
 
 def _read_coordinates(raw: object, info: ValidationInfo) -> tuple[str, ...]:
-    env = environment(info)
-    index, problems = read_new_names(raw, env, MOST_COORDINATES, "coordinates")
-    derived: dict[str, str] = {}
-    for coordinate in index:
-        for name, meaning in derived_names([coordinate]).items():
-            if name in index:
-                message = f"`{name}` is {meaning}, expected another name"
-                problems.append(ValueProblem(message, path=(index[name],)))
-            elif name in derived:
-                message = f"`{name}` would be {meaning}, and {derived[name]}"
-                problems.append(ValueProblem(message, path=(index[coordinate],)))
-            derived[name] = meaning
-            blame_parameter(name, meaning, env)
-    refuse("coordinates", problems)
-    env.coordinates = tuple(index)
-    env.meanings |= {name: f"the coordinate `{name}`" for name in index} | derived
-    return env.coordinates
+    names = read_new_names(raw, info, MOST_COORDINATES, "coordinates", derived_names)
+    environment(info).coordinates = names
+    return names
 
 
 @dataclass(frozen=True)
@@ -122,9 +108,7 @@ def _read_functions(raw: object, info: ValidationInfo) -> tuple[UnknownFunction,
 
     def read(name: str, value: Any) -> UnknownFunction:
         arguments = _arguments(value)
-        if name in env.meanings:
-            raise ValueProblem(f"`{name}` is {env.meanings[name]}, expected another name")
-        blame_parameter(name, "an unknown function", env)
+        take(env, {name: "an unknown function"})
         for order in range(HIGHEST_DERIVATIVE + 1):
             for by in combinations_with_replacement(range(len(arguments)), order):
                 slope = UnknownFunction(name, arguments, by)

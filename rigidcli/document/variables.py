@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Annotated, ClassVar, TypeAlias
 
@@ -30,52 +30,58 @@ def names_schema(least: int, most: int) -> JsonSchemaValue:
     return {"anyOf": [names, {"type": "string", "description": "Names with commas between them"}]}
 
 
-RESULTS = {"H": "the Hamiltonian"}
-"""Names that no variable may have, because columns of an orbit have them."""
-
-
 velocity, momentum, acceleration = "{}dot".format, "p_{}".format, "{}ddot".format
 """The names of a coordinate's velocity, of its momentum, and of its second derivative."""
 
 
-def derived_names(coordinates: Iterable[str]) -> dict[str, str]:
-    """The names of velocities, momenta and accelerations, each with its meaning."""
+def derived_names(coordinate: str) -> dict[str, str]:
+    """The names of the velocity, the momentum and the acceleration of a coordinate, each with its meaning."""
     kinds = {"velocity": velocity, "momentum": momentum, "acceleration": acceleration}
-    return {of(name): f"the {kind} of `{name}`" for name in coordinates for kind, of in kinds.items()}
+    return {of(coordinate): f"the {kind} of `{coordinate}`" for kind, of in kinds.items()}
 
 
 def read_new_names(
-    raw: object, env: Environment, most: int, what: str
-) -> tuple[dict[str, int], list[ValueProblem]]:
-    """The new names in a list, each with its index, and the problems of the other entries.
+    raw: object, info: ValidationInfo, most: int, what: str, derived: Callable[[str], dict[str, str]]
+) -> tuple[str, ...]:
+    """The new names in a list, each with names `derived` from it, which mean something from now on.
 
-    Names that have a meaning already are refused; of a parameter with one of the names it is refused instead.
+    Names that have a meaning already are refused. Raises ValidationError with all problems.
     """
+    env = environment(info)
     if isinstance(raw, str):
         raw = [name.strip() for name in raw.split(",")]
     if not isinstance(raw, list | tuple):
         raise ValueProblem(f"read {shown(raw)}, expected a list of {what}, such as [x, y]")
     if not 1 <= len(raw) <= most:
         raise ValueProblem(f"read {shown(raw)}, expected 1 to {most} {what}")
-    taken = RESULTS | env.meanings
-    index_of: dict[str, int] = {}
-    problems: list[ValueProblem] = []
+    names, problems = dict[str, str](), list[ValueProblem]()
     for index, entry in enumerate(raw):
         with gathered(problems, index):
             name = read_name(entry)
-            if name in index_of:
+            if name in names:
                 raise ValueProblem(f"{shown(entry)} stands here already")
-            if name in taken:
-                raise ValueProblem(f"`{name}` is {taken[name]}, expected another name")
-            index_of[name] = index
-            blame_parameter(name, f"one of the {what}", env)
-    return index_of, problems
+            take(env, {name: f"one of the {what}", **derived(name)})
+            names[name] = name
+    refuse(what, problems)
+    return tuple(names)
 
 
-def blame_parameter(name: str, what: str, env: Environment) -> None:
-    """Refuse a parameter of this name, if there is one: the name has another meaning."""
-    if name in env.declared:
-        env.faults[name] = ValueProblem(f"`{name}` is {what}, expected another name for a parameter")
+def take(env: Environment, meanings: Mapping[str, str]) -> None:
+    """Give meanings to a name and to others derived from it; a parameter with such a name is refused.
+
+    Raises ValueProblem for a name that means something else already.
+    """
+    taken = {"H": "the Hamiltonian", **env.meanings}
+    for place, (name, meaning) in enumerate(meanings.items()):
+        if name in taken and place:
+            raise ValueProblem(f"`{name}` would be {meaning}, and {taken[name]}")
+        if name in taken:
+            raise ValueProblem(f"`{name}` is {taken[name]}, expected another name")
+    for name in meanings.keys() & env.declared.keys():
+        env.faults[name] = ValueProblem(
+            f"`{name}` is {meanings[name]}, expected another name for a parameter"
+        )
+    env.meanings |= meanings
 
 
 @dataclass(frozen=True, slots=True)
@@ -112,11 +118,8 @@ EQUILIBRIUM = ReadBy(
 
 
 def _read_new_variables(raw: object, info: ValidationInfo) -> tuple[str, ...]:
-    env = environment(info)
-    index, problems = read_new_names(raw, env, MOST_ENTRIES, "new variables")
-    refuse("new variables", problems)
-    names, count = tuple(index), 2 * len(env.coordinates or ())
-    env.meanings |= dict.fromkeys(names, "a new variable")
+    count = 2 * len(environment(info).coordinates or ())
+    names = read_new_names(raw, info, MOST_ENTRIES, "new variables", lambda name: {})
     if len(names) % 2:
         hint = "new coordinates first, then their momenta in the same order, as in [Q1, Q2, P1, P2]"
         raise ValueProblem(f"read {len(names)} names, expected an even number of them", hint=hint)
