@@ -84,8 +84,8 @@ def put(tree: Any, path: Path, value: object, above: Path = ()) -> tuple[Any, Pa
     else:
         entries = tree if isinstance(tree, list) else []
         if not (isinstance(step, int) and step < len(entries)):
-            hint = f"its entries are 0 to {len(entries) - 1}" if entries else None
-            raise ValueProblem(f"there is no {shown(str(step))} in {shown(tree)}", hint=hint)
+            cure = f"its entries are 0 to {len(entries) - 1}" if entries else None
+            raise ValueProblem(f"there is no {shown(str(step))} in {shown(tree)}", hint=cure)
         inner = entries[step]
     inner, way = put(inner, rest, value, (*above, step))
     changed = copy(tree)
@@ -185,7 +185,7 @@ class Draft:
         file = re.escape(str(pathlib.PurePath(self.folder, str(self.tree["body"][self.form]))))
         in_file = re.fullmatch(rf"{file}(?::(\d+))?: (.*)", problem.message, re.DOTALL)
         if in_file is not None:
-            return Problem(source, in_file[2], in_file[1] and int(in_file[1]), hint=problem.hint)
+            return Problem(source, in_file[2], int(in_file[1]) if in_file[1] else None, hint=problem.hint)
         hint = problem.hint
         if source == self.source and hint is None and problem.message.startswith(("missing", "neither")):
             example = "body.density=7850" if key == "body" else f"{key}=VALUE"

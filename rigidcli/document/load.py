@@ -243,7 +243,7 @@ def _document(
         others = all(tree.get(key) is None for key in ("body", "top", "tide"))
         n = arithmetic_for(exact and not (others and tree.get("system") is not None))
         env = Environment(n, folder=draft.folder, exact_results=exact, top_keys=KEYS, positive={*positive})
-        if isinstance(parameters := tree.get("parameters"), dict):
+        if (parameters := tree.get("parameters")) is not None:
             torque = isinstance(motion := tree.get("motion"), dict) and motion.get("torque") is not None
             has_time = torque or any(tree.get(key) is not None for key in ("system", "orbit", "transform"))
             problems += read_parameters(env, parameters, has_time=has_time)

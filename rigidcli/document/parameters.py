@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import re
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from graphlib import CycleError, TopologicalSorter
 from typing import Any, TypeVar
@@ -10,6 +11,7 @@ from typing import Any, TypeVar
 from rigidcli.errors import ExpressionError, Path, ValueProblem, at, gathered, nearest, shown
 from rigidcli.fields.environment import Environment, Parameter
 from rigidcli.fields.section import refuse
+from rigidcli.fields.words import variable_called, with_colon
 from rigidcli.language.expression import RESERVED, Expression, parse
 from rigidcli.language.functions import CONSTANTS
 from rigidcli.language.tree import Constant, Name
@@ -22,11 +24,14 @@ TIME = "t"
 MOST_ENTRIES = 80
 """The most names in a mapping: far more than anybody writes, and still read in a second."""
 
+_NAME = re.compile(r"[^\W\d]\w*")
+"""A name in a text."""
+
 _RESERVED_FOR = {TIME: "the time", **dict.fromkeys(CONSTANTS, "a constant")}
 """The meanings of reserved names; any other reserved name is a function."""
 
 
-def read_parameters(env: Environment, raw: Mapping[str, Any], *, has_time: bool) -> list[ValueProblem]:
+def read_parameters(env: Environment, raw: Any, *, has_time: bool) -> list[ValueProblem]:
     """Put the parameters in `raw` into the environment. Returns their problems, each with its path.
 
     In a document that `has_time`, `t` is the time, and no parameter.
@@ -34,10 +39,14 @@ def read_parameters(env: Environment, raw: Mapping[str, Any], *, has_time: bool)
     In exact arithmetic, a parameter without a value becomes a symbol, which is positive if `env.positive` has
     it. With floats, such a parameter and all that depend on it stay without a value.
     """
+    if not isinstance(raw, Mapping):  # its names are not reported as undeclared, too
+        env.declared = {name: Parameter() for name in _NAME.findall(str(raw))}
+        return []
     n = env.arithmetic
     spelling, problems = read_names(raw, has_time=has_time)
     parameters = env.declared = {name: Parameter() for name in spelling}
     env.nameless = raw.keys() - spelling.values()
+    parameters |= {name: Parameter() for key in env.nameless for name in _NAME.findall(key)}
     uses: dict[str, frozenset[str]] = {}
     for name, key in spelling.items():
         with gathered(problems, key):
@@ -94,15 +103,17 @@ def read_mapping(
         if len(raw) > MOST_ENTRIES:
             raise ValueProblem(f"read {len(raw)} entries, expected at most {MOST_ENTRIES}")
     spelling, problems = read_names(raw)
-    values = {}
+    values, meant = {}, set[str]()
     for name, key in spelling.items():
         with gathered(problems, key):
             if names is not None and name not in names:
-                near = f" (did you mean {meant}?)" if (meant := nearest(name, names)) else ""
-                raise ValueProblem(f"unknown name{near}", hint=f"expected {', '.join(names)}")
+                near = variable_called(name, names) or nearest(name, names)
+                meant |= {near} if near else set()
+                guess = f" (did you mean {near}?)" if near else ""
+                raise ValueProblem(f"unknown name{guess}", hint=f"expected {', '.join(names)}")
             values[name] = read(name, raw[key])
-    problems += [ValueProblem("missing", path=(name,)) for name in needed if name not in spelling]
-    problems += besides(spelling)
+    problems += [ValueProblem("missing", path=(name,)) for name in needed if name not in {*spelling, *meant}]
+    problems += () if meant else besides(spelling)  # what is misspelt may be what it lacks
     refuse("mapping", [problem.below(*below) for problem in problems])
     return values
 
@@ -120,7 +131,11 @@ def read_name(key: object, *, has_time: bool = True) -> str:
         what = _RESERVED_FOR.get(root.name, "a function")
         raise ValueProblem(f"{shown(key)} is reserved: it is {what}, expected another name")
     if not isinstance(root, Name):
-        raise ValueProblem(f"read {shown(key)}, expected a name: letters, digits and `_`, no digit first")
+        hint = (
+            f"write `{with_colon(key)}`" if isinstance(key, str) and "=" in key and with_colon(key) else None
+        )
+        message = f"read {shown(key)}, expected a name: letters, digits and `_`, no digit first"
+        raise ValueProblem(message, hint=hint)
     return root.name
 
 

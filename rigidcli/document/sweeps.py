@@ -75,7 +75,7 @@ class Key(NamedTuple):
     file: str = ""
 
     @property
-    def count(self) -> int:
+    def size(self) -> int:
         """The number of its values, which may be larger than a list can have."""
         return self.values.count if isinstance(self.values, Range) else len(self.values)
 
@@ -94,7 +94,7 @@ class Sweep:
     @property
     def count(self) -> int:
         """The number of points."""
-        return math.prod(key.count for key in self.keys[: 1 if self.paired else None])
+        return math.prod(key.size for key in self.keys[: 1 if self.paired else None])
 
     @property
     def files(self) -> tuple[str, ...]:
@@ -105,7 +105,7 @@ class Sweep:
         """The values at one point of the sweep: a text for each key. Raises UsageError as `Range.text`."""
         texts = []
         for key in reversed(self.keys):
-            rest, place = (index, index) if self.paired else divmod(index, key.count)
+            rest, place = (index, index) if self.paired else divmod(index, key.size)
             values, index = key.values, rest
             texts.append(values.text(place, self.exact) if isinstance(values, Range) else values[place])
         return tuple(reversed(texts))
@@ -129,8 +129,8 @@ def read_sweep(texts: Sequence[str], paired: bool) -> Sweep:
             raise UsageError(f"`{name}` is swept twice")
     if paired and len(keys) < 2:
         raise UsageError("`--zip` pairs the values of several keys", hint="give `--sweep` for each of them")
-    if paired and len({key.count for key in keys}) > 1:
-        each = ", ".join(f"{key.count:,} of `{key.name}`" for key in keys)
+    if paired and len({key.size for key in keys}) > 1:
+        each = ", ".join(f"{key.size:,} of `{key.name}`" for key in keys)
         raise UsageError(f"`--zip` needs as many values of each key, read {each}")
     return Sweep(keys, paired)
 
@@ -177,7 +177,8 @@ def _range(name: str, typed: str, parts: Sequence[str]) -> Range:
     with suppress(ValueError):
         count = finite(last)
         if count.is_integer() and 1 <= count <= MOST:
-            return Range(*numbers, int(count), "".join(units), is_rounded, logarithmic)
+            start, stop = numbers
+            return Range(start, stop, int(count), "".join(units), is_rounded, logarithmic)
     raise UsageError(f"`{name}`: read {shown(last)}, expected a COUNT from 1 to {MOST:.0e}")
 
 

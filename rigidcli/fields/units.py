@@ -189,6 +189,8 @@ def _hint_for(name: str) -> str:
     if same := [unit for unit in known_names() if unit.lower() == name.lower()]:
         return f"case matters, did you mean {_listed(same)}?"
     near = get_close_matches(name, known_names(), cutoff=0.7)
+    if product := re.fullmatch(r"(k?g|[km]?N)([ckm]?m)", name):  # products that are often written as one word
+        near = [" ".join(product.groups())]
     if near:
         return f"did you mean {_listed(near)}?"
     return "units are those of the SI with their prefixes, and others of mechanics, `rigidcli explain units`"
