@@ -26,23 +26,17 @@ from rigidcli.language.expression import Expression
 
 if TYPE_CHECKING:
     from rigidcli.bodies.bodies import Body
-    from rigidcli.document.motion import Motion
+    from rigidcli.document.motion import Motion, Tide, Top
     from rigidcli.document.orbit import Orbit
-    from rigidcli.document.precession import Tide, Top
     from rigidcli.document.sampling import Ensemble
     from rigidcli.document.system import System
 else:
     # Loaded when a document has the section, as no document has all of them.
     Body = Annotated[Section, Elsewhere("rigidcli.bodies.bodies", "BODY")]
-    Motion, Orbit, System, Tide, Top = (
-        Annotated[Section, Elsewhere(f"rigidcli.document.{module}", name)]
-        for module, name in (
-            ("motion", "Motion"),
-            ("orbit", "Orbit"),
-            ("system", "System"),
-            ("precession", "Tide"),
-            ("precession", "Top"),
-        )
+    Orbit = Annotated[Section, Elsewhere("rigidcli.document.orbit", "Orbit")]
+    System = Annotated[Section, Elsewhere("rigidcli.document.system", "System")]
+    Motion, Tide, Top = (
+        Annotated[Section, Elsewhere("rigidcli.document.motion", name)] for name in ("Motion", "Tide", "Top")
     )
 
 
