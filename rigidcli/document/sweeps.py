@@ -162,7 +162,7 @@ def _range(name: str, typed: str, parts: Sequence[str]) -> Range:
             end = Environment().typed(text)
             if isinstance(end, Expression):  # a number, perhaps with a sign, or something like pi/2
                 is_rounded |= not isinstance(getattr(end.root, "operand", end.root), Number)
-            digits = end.digits if isinstance(end, Amount) else Environment().worked(end, None)
+            digits = end.digits if isinstance(end, Amount) else Environment().written(end).evaluate({})
         except ValueProblem as problem:
             message = f"`{name}`: read {shown(text)}, expected a number: {problem.message}"
             raise UsageError(message, hint=problem.hint) from None
