@@ -15,9 +15,8 @@ from rigidcli.bodies.bodies import Composite, KnownTensor
 from rigidcli.bodies.point_masses import PointMasses
 from rigidcli.bodies.shapes import SHAPES
 from rigidcli.document.document import Document
-from rigidcli.document.motion import Motion
+from rigidcli.document.motion import Motion, Tide, Top
 from rigidcli.document.orbit import Orbit
-from rigidcli.document.precession import Tide, Top
 from rigidcli.document.syntax import read_tree
 from rigidcli.document.system import Particle, System
 from rigidcli.document.variables import Transform

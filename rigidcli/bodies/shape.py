@@ -25,7 +25,7 @@ from rigidcli.fields.dimensions import AREA_DENSITY, DENSITY, LINE_DENSITY
 from rigidcli.fields.environment import Formula
 from rigidcli.fields.quantities import Mass
 from rigidcli.fields.section import Section, environment
-from rigidcli.fields.typed_numbers import split_quantity
+from rigidcli.fields.units import split_quantity
 from rigidcli.fields.words import halved, keys_called, not_one_of
 
 Anchor: TypeAlias = Callable[[Any], tuple[Any, ...]]

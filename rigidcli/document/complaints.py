@@ -14,6 +14,8 @@ from typing import Any, NamedTuple
 from pydantic import ValidationError
 
 from rigidcli.errors import Path, ValueProblem, shown
+from rigidcli.fields.section import GUESS
+from rigidcli.fields.words import list_meant
 
 _TYPES = {
     "tuple_type": "a list, such as [0, 0, 1]",
@@ -35,11 +37,11 @@ _FLAT = {
 }
 """The cure for a list of numbers under these keys, which expect a list of lists."""
 
+_OF_MAPPINGS = ("parts", "perturbers", "particles")
+"""Keys that hold lists of mappings."""
+
 _DECIMAL_COMMA = re.compile(r"(?<![\w.])(-?\d+), (\d*[1-9]\d*)(?![\w.])")
 """Two entries of a list, as they are read where somebody has typed the decimal `0,5`."""
-
-_MEANT = re.compile(r"^unknown key \(did you mean (\w+)")
-"""The key that was meant by an unknown key: a further problem that it is missing would say nothing new."""
 
 
 def explain(error: ValidationError) -> list[ValueProblem]:
@@ -64,7 +66,7 @@ def explain(error: ValidationError) -> list[ValueProblem]:
         else:
             problem = _of_type(path, kind, read, context, complaint["msg"])
         explained[problem.path] = problem
-    guesses = ((path, _MEANT.search(problem.message)) for path, problem in explained.items())
+    guesses = ((path, GUESS.search(problem.message)) for path, problem in explained.items())
     meant = {(*path[:-1], guess[1]) for path, guess in guesses if guess is not None}
     return [
         problem for path, problem in explained.items() if problem.message != "missing" or path not in meant
@@ -86,12 +88,15 @@ def _of_type(path: Path, kind: str, read: Any, context: Mapping[str, Any], messa
             problem.hint = f"a decimal has a point, as in `[{points}]`: a comma begins the next entry"
     elif kind == "string_type" and type(read) in (int, float, Decimal):
         problem.hint = f'write it in quotes: "{read}"'
-    elif kind == "tuple_type" and isinstance(read, str) and "," in read:
-        problem.hint, problem.typed = f"write `[{read.strip('[]() ')}]`", read
-    elif kind == "tuple_type" and isinstance(read, dict) and path[-1] == "parts":
-        problem.hint = "write `parts: [{...}, {...}]`, where `name` may stand in each of the braces"
+    elif kind == "tuple_type" and isinstance(read, str) and (meant := list_meant(read)):
+        problem.hint, problem.typed = f"write `{meant}`", read
+    elif kind == "tuple_type" and isinstance(read, dict) and path[-1] in _OF_MAPPINGS:
+        problem.message = "read a mapping, expected a list of mappings"
+        problem.hint = f"write `{path[-1]}: [{{...}}, {{...}}]`, where `name` may stand in each of the braces"
     elif kind == "dict_type" and path == ("parameters",):
         names = ", ".join(f"{name}: null" for name in re.findall(r"[^\W\d]\w*", str(read)))
+        if isinstance(read, list) and all(isinstance(entry, dict) for entry in read):
+            names = ", ".join(f"{name}: {value}" for entry in read for name, value in entry.items())
         problem.hint = f"write `parameters: {{{names}}}`, with values where there are some"
     return problem
 
@@ -117,9 +122,17 @@ _RULES = {
         "there is no blank after the colon",
         "write `{key}: {value}`",
     ),
+    rf"{_KEY}(?P<at>) *= *(?P<value>\S.*?)\s*$": (
+        "there is no colon after the key",
+        "write `{key}: {value}`",
+    ),
     rf"{_KEY}(?P<at>)(?: *[= ] *(?P<value>\S.*?))?\s*$": (
         "there is no colon after the key",
         "write `{key}: {value}`",
+    ),
+    rf"{_KEY}: (?P<value>[A-Za-z_]\w*(?P<at>:) [^,{{}}]+, *[A-Za-z_]\w*: .*?) *$": (
+        "a second colon in one line",
+        "several keys in one line stand in braces: `{key}: {{{value}}}`",
     ),
     r" *(?:- +)*(?P<value>[A-Za-z_]\w*: [^,{}]+, *[A-Za-z_]\w*(?P<at>:) .*?) *$": (
         "a second colon in one line",
@@ -132,7 +145,7 @@ _RULES = {
 }
 """Patterns of lines with a slip, whose group `at` is its place; each with a message and a hint."""
 
-_COMMENT, _XML, _TAB, _NO_BLANK, _NO_COLON, _NO_BRACES, _SECOND_COLON = _RULES
+_COMMENT, _XML, _TAB, _NO_BLANK, _EQUALS, _NO_COLON, *_COLONS = _RULES
 
 _QUOTED = re.compile(r"\"(?:[^\"\\]|\\.)*\"|'[^']*'|(?<!\S)#.*")
 """Quoted texts and comments, in which brackets mean nothing."""
@@ -161,6 +174,13 @@ def find_slip(text: str, error: Any) -> Slip | None:
     if "cannot start any token" in problem and sign != "\t":
         hint = f"a text that begins with `{sign}` stands in quotes"
         return here._replace(message="this sign begins no value", hint=hint)
+    plain = _QUOTED.sub(lambda match: " " * len(match[0]), lines[noticed])
+    for opening, closing in _PAIRS.items():
+        if plain.count(closing) > plain.count(opening):
+            column = plain.rindex(closing) + 1
+            return here._replace(
+                column=column, message=f"this `{closing}` closes no bracket", hint="leave it out"
+            )
     before = lines[noticed][: mark.column]
     if re.fullmatch(r"\s*\w*", before) and ("block" in context or "mapping values" in problem):
         hint = "the entries of a mapping, or of a list, begin in the same column"
@@ -170,7 +190,7 @@ def find_slip(text: str, error: Any) -> Slip | None:
     return (
         _by_rules(lines, {noticed, max(noticed - 1, 0)}, _TAB)
         or _by_rules(lines, written[:-3:-1], _NO_BLANK, _NO_COLON)
-        or _by_rules(lines, [noticed], _NO_BLANK, _NO_BRACES, _SECOND_COLON)
+        or _by_rules(lines, [noticed], _NO_BLANK, _EQUALS, *_COLONS)
         or here
     )
 

@@ -7,7 +7,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cache, cached_property
 from importlib import import_module
-from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Self
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Self, get_args
 
 from pydantic import Field, model_validator
 
@@ -19,30 +19,24 @@ from rigidcli.document.variables import EQUILIBRIUM, Equilibrium, Transform
 from rigidcli.errors import DocumentError, Problem, ValueProblem
 from rigidcli.fields.environment import Environment
 from rigidcli.fields.quantities import Direction, ReferencePoint
-from rigidcli.fields.readers import Elsewhere, Title
-from rigidcli.fields.section import Section, optional, sections_in
+from rigidcli.fields.readers import Choice, Elsewhere, Title
+from rigidcli.fields.section import Section, optional
 from rigidcli.fields.words import keys_called, not_one_of
 from rigidcli.language.expression import Expression
 
 if TYPE_CHECKING:
     from rigidcli.bodies.bodies import Body
-    from rigidcli.document.motion import Motion
+    from rigidcli.document.motion import Motion, Tide, Top
     from rigidcli.document.orbit import Orbit
-    from rigidcli.document.precession import Tide, Top
     from rigidcli.document.sampling import Ensemble
     from rigidcli.document.system import System
 else:
     # Loaded when a document has the section, as no document has all of them.
     Body = Annotated[Section, Elsewhere("rigidcli.bodies.bodies", "BODY")]
-    Motion, Orbit, System, Tide, Top = (
-        Annotated[Section, Elsewhere(f"rigidcli.document.{module}", name)]
-        for module, name in (
-            ("motion", "Motion"),
-            ("orbit", "Orbit"),
-            ("system", "System"),
-            ("precession", "Tide"),
-            ("precession", "Top"),
-        )
+    Orbit = Annotated[Section, Elsewhere("rigidcli.document.orbit", "Orbit")]
+    System = Annotated[Section, Elsewhere("rigidcli.document.system", "System")]
+    Motion, Tide, Top = (
+        Annotated[Section, Elsewhere("rigidcli.document.motion", name)] for name in ("Motion", "Tide", "Top")
     )
 
 
@@ -151,26 +145,27 @@ class Document(Section):
     @property
     def values(self) -> Mapping[str, Scalar]:
         """The parameters that have a value, in SI units."""
-        return self.reading.environment.parameters
+        declared = self.reading.environment.declared
+        return {name: each.value for name, each in declared.items() if each.value is not None}
 
     @property
     def symbols(self) -> tuple[str, ...]:
         """The parameters without a value that something uses."""
         env = self.reading.environment
-        return tuple(name for name, on in env.open.items() if name in on and name in env.used)
+        return tuple(name for name, each in env.declared.items() if each.typed is None and name in env.used)
 
     @property
     def unused(self) -> list[str]:
         """The parameters that nothing uses."""
         env = self.reading.environment
-        return sorted(env.declared - env.used)
+        return sorted(env.declared.keys() - env.used)
 
     @cached_property
     def definitions(self) -> Mapping[str, Expression | None]:
         """The exact expressions of the parameters, each after those that it uses; None for a symbol."""
         env = self.reading.environment
-        written = env.definitions.items()
-        return {name: None if value is None else env.symbolic(value) for name, value in written}
+        typed = ((name, parameter.typed) for name, parameter in env.declared.items())
+        return {name: None if each is None else env.written(each) for name, each in typed}
 
     @property
     def files(self) -> Sequence[pathlib.Path]:
@@ -227,6 +222,12 @@ def _sections_with() -> dict[str, list[str]]:
     """The names of the sections at the top of a document, by the keys that they have."""
     names: dict[str, list[str]] = {}
     for name, entry in Document.model_fields.items():
-        for key in dict.fromkeys(key for each in sections_in(entry.annotation) for key in each.model_fields):
+        sections: list[type[Section]] = []
+        for part in get_args(entry.annotation):
+            for mark in getattr(part, "__metadata__", (part,)):
+                choice = mark.choice if isinstance(mark, Elsewhere) else mark
+                sections += choice.options() if isinstance(choice, Choice) else ()
+                sections += [mark] if isinstance(mark, type) and issubclass(mark, Section) else ()
+        for key in dict.fromkeys(key for section in sections for key in section.model_fields):
             names.setdefault(key, []).append(name)
     return names

@@ -65,38 +65,32 @@ def _steps(key: str) -> Path:
     return tuple(int(step) if step.isdecimal() else step for step in map(str.strip, steps))
 
 
-def put(tree: Any, path: Path, value: object) -> tuple[Any, Path]:
+def put(tree: Any, path: Path, value: object, above: Path = ()) -> tuple[Any, Path]:
     """A tree with another value at the end of `path`, and the path with the indices of entries in lists.
 
-    What is not on the way is shared with the given tree, which stays as it is. Raises ValueProblem where
-    there is no such place.
+    What is not on the way is shared with the given tree, which stays as it is; the path `above` leads to it.
+    Raises ValueProblem where there is no such place.
     """
-    root = place = copy(tree)
-    way: list[str | int] = []
-    for done, step in enumerate(path, start=1):
-        if not isinstance(place, dict):
-            step = _index(place, step)
-        else:
-            step = str(step)
-            if step not in place and done < len(path):
-                if isinstance(path[done], int):
-                    whole = ".".join(map(str, path[:done]))
-                    hint = f"give it whole, as in `--set {whole}=[0, 0, 1]`"
-                    raise ValueProblem(f"there is no list `{whole}`", hint=hint)
-                place[step] = {}
-        way.append(step)
-        place[step] = value if done == len(path) else copy(place[step])
-        place = place[step]
-    return root, tuple(way)
-
-
-def _index(place: Any, step: str | int) -> int:
-    """The index of an entry of a list from the step of a path. Raises ValueProblem for a missing entry."""
-    entries = place if isinstance(place, list) else []
-    if isinstance(step, int) and step < len(entries):
-        return step
-    hint = f"its entries are 0 to {len(entries) - 1}" if entries else None
-    raise ValueProblem(f"there is no {shown(str(step))} in {shown(place)}", hint=hint)
+    if not path:
+        return value, ()
+    step, rest = path[0], path[1:]
+    if isinstance(tree, dict):
+        step = str(step)
+        inner = tree.get(step, {})
+        if step not in tree and rest and isinstance(rest[0], int):
+            whole = ".".join(map(str, (*above, step)))
+            hint = f"give it whole, as in `--set {whole}=[0, 0, 1]`"
+            raise ValueProblem(f"there is no list `{whole}`", hint=hint)
+    else:
+        entries = tree if isinstance(tree, list) else []
+        if not (isinstance(step, int) and step < len(entries)):
+            cure = f"its entries are 0 to {len(entries) - 1}" if entries else None
+            raise ValueProblem(f"there is no {shown(str(step))} in {shown(tree)}", hint=cure)
+        inner = entries[step]
+    inner, way = put(inner, rest, value, (*above, step))
+    changed = copy(tree)
+    changed[step] = inner
+    return changed, (step, *way)
 
 
 @dataclass(frozen=True, eq=False)
@@ -191,8 +185,7 @@ class Draft:
         file = re.escape(str(pathlib.PurePath(self.folder, str(self.tree["body"][self.form]))))
         in_file = re.fullmatch(rf"{file}(?::(\d+))?: (.*)", problem.message, re.DOTALL)
         if in_file is not None:
-            line, message = in_file.groups()
-            return Problem(source, message, int(line) if line else None, hint=problem.hint)
+            return Problem(source, in_file[2], int(in_file[1]) if in_file[1] else None, hint=problem.hint)
         hint = problem.hint
         if source == self.source and hint is None and problem.message.startswith(("missing", "neither")):
             example = "body.density=7850" if key == "body" else f"{key}=VALUE"

@@ -5,24 +5,40 @@ from __future__ import annotations
 import json
 import os
 import pathlib
+import random
 import re
-from collections.abc import Mapping, Sequence
+from collections import Counter
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import replace
 from functools import lru_cache
-from typing import Any, NamedTuple, TypeAlias
+from typing import TYPE_CHECKING, Any, NamedTuple, TypeAlias
 
 from pydantic import ValidationError
 
 from rigidcli.bodies.robots import is_robot
+from rigidcli.core.arithmetic import FLOAT
 from rigidcli.document.document import Document, Reading
 from rigidcli.document.draft import SWEEP, Draft, body_form, of_text, split_setting
 from rigidcli.document.parameters import read_parameters
-from rigidcli.errors import UNSETTLED, DocumentError, Path, Problem, UsageError, ValueProblem, shown
-from rigidcli.fields.environment import Environment, arithmetic_for
+from rigidcli.errors import (
+    UNSETTLED,
+    ComputationError,
+    DocumentError,
+    Path,
+    Problem,
+    UsageError,
+    ValueProblem,
+    at,
+    shown,
+)
+from rigidcli.fields.environment import Environment, Formula, arithmetic_for
 from rigidcli.fields.section import Section
 from rigidcli.fields.texts import STDIN, read_text
 from rigidcli.fields.words import with_colon
+
+if TYPE_CHECKING:
+    from rigidcli.bodies.shape import Shape
 
 Source: TypeAlias = Document | Mapping[str, Any] | str | os.PathLike[str]
 """A document that was read already, or a description: a mapping, a text in YAML, or the path to a file."""
@@ -188,8 +204,6 @@ def read(draft: Draft, swept: Sequence[str] = ()) -> Document:
         positive |= symbols
     if not given.has_symbols or (document.body is None and document.top is None):
         return document
-    from rigidcli.document.trials import tried
-
     return tried(document, given, lambda tree: _document(replace(given, tree=tree), False, is_physical=False))
 
 
@@ -244,7 +258,7 @@ def _document(
         others = all(tree.get(key) is None for key in ("body", "top", "tide"))
         n = arithmetic_for(exact and not (others and tree.get("system") is not None))
         env = Environment(n, folder=draft.folder, exact_results=exact, top_keys=KEYS, positive={*positive})
-        if isinstance(parameters := tree.get("parameters"), dict):
+        if (parameters := tree.get("parameters")) is not None:
             torque = isinstance(motion := tree.get("motion"), dict) and motion.get("torque") is not None
             has_time = torque or any(tree.get(key) is not None for key in ("system", "orbit", "transform"))
             problems += read_parameters(env, parameters, has_time=has_time)
@@ -270,3 +284,78 @@ def _document(
         env.notes += document.orbit.degrees_meant(document.system, draft.tree["orbit"]["initial"])
     env.notes += [f"parameter `{name}` is not used" for name in document.unused]
     return document
+
+
+# --- documents with symbols
+
+
+TRIALS = 30
+"""Sets of trial values: a body that one set in ten allows is wrongly refused once in twenty-five cases."""
+
+MOST_SYMBOLS = 3
+"""With more symbols, values that allow a body may be missed by chance: then it is noted, and not refused."""
+
+
+def tried(document: Document, draft: Draft, read: Callable[[Mapping[str, Any]], Document]) -> Document:
+    """The document, with notes on checks that fail for some positive values of its symbols.
+
+    `read` reads a tree with trial values, without a check that the body can exist. Notes and problems name
+    the check that fails, without the values. Raises DocumentError where all values fail.
+    """
+    parameters = draft.tree["parameters"]
+    symbols = [name for name, value in parameters.items() if value is None]
+    chance = random.Random(" ".join(symbols))  # noqa: S311 - the same trials for the same document
+    failed: Counter[tuple[str, str]] = Counter()
+    for _ in range(TRIALS):
+        values = {name: 10 ** chance.uniform(-2, 2) for name in symbols}
+        try:
+            _require_physical(read({**draft.tree, "parameters": {**parameters, **values}}))
+        except DocumentError as error:
+            failed.update({(problem.key, _check(problem.message)) for problem in error.problems})
+        except ValueProblem as problem:
+            failed[".".join(map(str, problem.path)), _check(problem.message)] += 1
+        except ComputationError:
+            continue
+    refused = []
+    names = ", ".join(f"`{name}`" for name in symbols)
+    for (key, check), count in failed.items():
+        amount = "all" if count == TRIALS else "some"
+        sentence = f"for {amount} positive values of {names} that were tried: {check}"
+        if count == TRIALS and len(symbols) <= MOST_SYMBOLS:
+            refused.append(document.problem(sentence, key))
+        else:
+            document.reading.environment.notes.append(f"{key}: {sentence}" if key else sentence)
+    if refused:
+        raise DocumentError(refused)
+    return document
+
+
+def _require_physical(document: Document) -> None:
+    """Raise ValueProblem for an impossible body or top; densities are sampled, and not integrated."""
+    varying = [shape for shape in _shapes(document.body) if isinstance(shape.density, Formula)]
+    for shape in varying:
+        from rigidcli.bodies.density_integrals import looked_at
+
+        with at("body"):
+            looked_at(shape.density, shape.maps(FLOAT), shape.UNIT)
+    if not varying:
+        document.physical.require()
+
+
+def _shapes(body: object) -> Iterator[Shape]:
+    """The shapes that a body consists of."""
+    from rigidcli.bodies.bodies import Composite
+    from rigidcli.bodies.shape import Shape
+
+    for part in body.parts if isinstance(body, Composite) else ():
+        yield from _shapes(part)
+    if isinstance(body, Shape):
+        yield body
+
+
+def _check(message: str) -> str:
+    """A message without the numbers that only a trial has."""
+    expected = message.partition("expected ")[2]
+    if message.startswith("read ") and expected:
+        return f"expected {expected}"
+    return re.split(r"[:(]| by up to|,? -?\d", message)[0].strip()

@@ -1,20 +1,36 @@
-"""The section `motion`: angular velocity and orientation of a body at t = 0, the torque, and the times."""
+"""The sections on how a body turns.
+
+`motion` has the angular velocity and orientation at t = 0, the torque and the times, `top` the gravity on a
+top, and `tide` distant bodies that pull at the bulge of a planet.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from typing import Annotated, Any, ClassVar, Literal, Self, TypeAlias
 
-from pydantic import Field, ValidationInfo, model_validator
+from pydantic import BeforeValidator, Field, ValidationInfo, model_validator
 
 from rigidcli.bodies.rotations import EulerSequence, Quaternion, Rotation
 from rigidcli.core.arithmetic import Scalar
 from rigidcli.document.sampling import Ensemble, OrMany, Sampling
 from rigidcli.errors import ValueProblem, shown
-from rigidcli.fields.dimensions import ACCELERATION, ENERGY
+from rigidcli.fields.dimensions import ACCELERATION, ENERGY, GRAVITATIONAL_PARAMETER
 from rigidcli.fields.environment import Formula
-from rigidcli.fields.quantities import DEFAULT_LIMIT, AsList, Quantity, Rates3
-from rigidcli.fields.readers import ReadBy, by_key
+from rigidcli.fields.quantities import (
+    DEFAULT_LIMIT,
+    AngularVelocity,
+    AsList,
+    Length,
+    Mass,
+    Number,
+    PolarAngle,
+    PositiveMoment,
+    Quantity,
+    Rates3,
+    limited,
+)
+from rigidcli.fields.readers import ReadBy, Title, by_key
 from rigidcli.fields.section import Section, environment, optional
 
 VARIABLES = {
@@ -99,22 +115,13 @@ def _names(heads: Sequence[str], info: ValidationInfo) -> tuple[str, ...]:
 
 def _require(start: Mapping[str, float]) -> None:
     """Raise ValueProblem for an omega beyond the limits of numbers, and for a quaternion of zeros."""
-    sizes = [abs(start[name]) for name in RATES if start[name]]
-    if sizes and not 1 / DEFAULT_LIMIT <= min(sizes) <= max(sizes) <= DEFAULT_LIMIT:
-        limits = f"{1 / DEFAULT_LIMIT:.0e} to {DEFAULT_LIMIT:.0e}"
-        raise ValueProblem(f"expected angular velocities (rad/s) from {limits}")
+    if max(abs(start[name]) for name in RATES) > DEFAULT_LIMIT:
+        raise ValueProblem(f"expected angular velocities (rad/s) up to {DEFAULT_LIMIT:.0e}")
     if QUATERNION[0] in start and not any(start[name] for name in QUATERNION):
         raise ValueProblem("q0,q1,q2,q3 are all zero, expected a quaternion")
 
 
-_OR_MANY = OrMany(
-    lambda raw: not isinstance(raw[0], list),
-    lambda rates: dict(zip(RATES, rates, strict=True)),
-    _names,
-    Rates3,
-    "w1,w2,w3",
-    _require,
-)
+_OR_MANY = OrMany(Rates3, lambda rates: dict(zip(RATES, rates, strict=True)), _names, "w1,w2,w3", _require)
 
 
 class Motion(Sampling):
@@ -158,3 +165,92 @@ class Motion(Sampling):
             w, x, y, z = (start[name] for name in QUATERNION)
             changes["orientation"] = Quaternion(quaternion=(w, x, y, z))
         return self.model_copy(update=changes)
+
+
+# --- tops and planets
+
+
+class Top(Section):
+    """A top in uniform gravity; its moments are about the pivot, where its axis is held."""
+
+    spin: AngularVelocity = Field(description="Component of the angular velocity along the axis (rad/s)")
+    tilt: PolarAngle | None = optional("Angle of the axis from the vertical (rad), 0 to pi")
+    gravity: Annotated[Scalar, Quantity(ACCELERATION, "nonnegative")] = Field(
+        default=9.80665, validate_default=True, description="Acceleration of free fall (m/s^2)"
+    )
+    precession: Annotated[
+        AngularVelocity | None, BeforeValidator(lambda raw: None if raw == "steady" else raw)
+    ] = Field(
+        default=0,
+        validate_default=True,
+        description="phi-dot at t = 0 (rad/s); null or `steady` for steady precession",
+    )
+    nutation: AngularVelocity = Field(default=0, validate_default=True, description="theta-dot at t = 0")
+    mass: Mass | None = None
+    distance: Length | None = optional("Distance from the pivot to the centre of mass (m)")
+    lambda1: PositiveMoment | None = optional("Moment of inertia across the axis (kg m^2)")
+    lambda3: PositiveMoment | None = optional("Moment of inertia about the axis (kg m^2)")
+
+    @property
+    def numbers(self) -> dict[str, Scalar | None]:
+        """The numbers of a top without a body, by their keys."""
+        return {key: getattr(self, key) for key in ("mass", "distance", "lambda1", "lambda3")}
+
+
+Eccentricity = Annotated[
+    Number,
+    limited(lambda e, n: n.sign(e) != -1 and n.sign(1 - e) not in (0, -1), "a number from 0 to below 1"),
+]
+Ellipticity = Annotated[
+    Number, limited(lambda x, n: n.sign(1 - 2 * x) != -1, "(C - A)/C with C <= 2 A, a number up to 1/2")
+]
+GravitationalParameter = Annotated[Scalar, Quantity(GRAVITATIONAL_PARAMETER, "positive")]
+Moments = Annotated[tuple[PositiveMoment, PositiveMoment, PositiveMoment], AsList]
+
+
+class Perturber(Section):
+    """A body that pulls at the bulge, on an orbit as it is seen from the planet."""
+
+    ONE_OF: ClassVar = ("mass", "gm")
+
+    name: Title | None = None
+    mass: Mass | None = None
+    gm: GravitationalParameter | None = optional(
+        "Gravitational parameter G m (m^3/s^2), often known better than the mass"
+    )
+    distance: Length = Field(description="Semi-major axis of the orbit (m)")
+    eccentricity: Eccentricity = Field(default=0, validate_default=True)
+    inclination: PolarAngle = Field(
+        default=0, validate_default=True, description="Angle from the plane of zero obliquity to the orbit"
+    )
+
+
+class Tide(Section):
+    """A spinning planet, and the bodies that pull at its bulge."""
+
+    ONE_OF: ClassVar = ("moments", "ellipticity")
+
+    obliquity: PolarAngle = Field(
+        description="Angle between the spin and the normal of the orbits' plane (rad)"
+    )
+    spin: AngularVelocity = Field(description="Angular velocity of the planet about its axis")
+    moments: Moments | None = optional("Principal moments A, B, C, the last about the spin")
+    ellipticity: Ellipticity | None = optional("(C - A)/C; A is the mean of the moments across the spin")
+    perturbers: Annotated[tuple[Perturber, ...], AsList, Field(min_length=1)] = Field(
+        description="The bodies that pull at the bulge"
+    )
+
+    @model_validator(mode="after")
+    def _check(self, info: ValidationInfo) -> Self:
+        n = environment(info).arithmetic
+        if n.sign(self.spin) == 0:
+            raise ValueProblem("read zero, expected a planet that spins", path=("spin",))
+        moments = self.moments or ()
+        for index, largest in enumerate(moments):
+            others = sum(moments[:index] + moments[index + 1 :])
+            if n.sign(others - largest) == -1:
+                message = (
+                    f"{n.size(largest):.6g} > {n.size(others):.6g}, the sum of the others: no body has these"
+                )
+                raise ValueProblem(message, path=("moments", index))
+        return self

@@ -63,7 +63,7 @@ def _names(heads: Sequence[str], info: ValidationInfo) -> tuple[str, ...]:
 
 _SCHEMA = {"type": "object", "additionalProperties": EXPRESSION_SCHEMA, "minProperties": 2}
 _START = Annotated[dict[str, Scalar], ReadBy(_read_initial, _SCHEMA)]
-_OR_MANY = OrMany(lambda raw: not isinstance(raw[0], Mapping), dict, _names, _START, "x,p_x")
+_OR_MANY = OrMany(_START, dict, _names, "x,p_x")
 
 
 _OF_ANGLES = re.compile(r"\b(?:sin|cos|tan)\(([^()]*)\)")

@@ -3,14 +3,16 @@
 from __future__ import annotations
 
 import contextlib
+import re
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from graphlib import CycleError, TopologicalSorter
 from typing import Any, TypeVar
 
 from rigidcli.errors import ExpressionError, Path, ValueProblem, at, gathered, nearest, shown
-from rigidcli.fields.environment import Environment
+from rigidcli.fields.environment import Environment, Parameter
 from rigidcli.fields.section import refuse
-from rigidcli.language.expression import RESERVED, parse
+from rigidcli.fields.words import variable_called, with_colon
+from rigidcli.language.expression import RESERVED, Expression, parse
 from rigidcli.language.functions import CONSTANTS
 from rigidcli.language.tree import Constant, Name
 
@@ -22,48 +24,47 @@ TIME = "t"
 MOST_ENTRIES = 80
 """The most names in a mapping: far more than anybody writes, and still read in a second."""
 
+_NAME = re.compile(r"[^\W\d]\w*")
+"""A name in a text."""
+
 _RESERVED_FOR = {TIME: "the time", **dict.fromkeys(CONSTANTS, "a constant")}
 """The meanings of reserved names; any other reserved name is a function."""
 
 
-def read_parameters(env: Environment, raw: Mapping[str, Any], *, has_time: bool) -> list[ValueProblem]:
+def read_parameters(env: Environment, raw: Any, *, has_time: bool) -> list[ValueProblem]:
     """Put the parameters in `raw` into the environment. Returns their problems, each with its path.
 
     In a document that `has_time`, `t` is the time, and no parameter.
 
     In exact arithmetic, a parameter without a value becomes a symbol, which is positive if `env.positive` has
-    it. With floats, such a parameter and all that depend on it are `open`. A parameter with a problem is
-    `broken`, so that expressions that use it are not reported as well.
+    it. With floats, such a parameter and all that depend on it stay without a value.
     """
+    if not isinstance(raw, Mapping):  # its names are not reported as undeclared, too
+        env.declared = {name: Parameter() for name in _NAME.findall(str(raw))}
+        return []
+    n = env.arithmetic
     spelling, problems = read_names(raw, has_time=has_time)
-    env.declared |= spelling.keys()
-    env.refused |= raw.keys() - spelling.values()
-    uses = {}
+    parameters = env.declared = {name: Parameter() for name in spelling}
+    env.nameless = raw.keys() - spelling.values()
+    parameters |= {name: Parameter() for key in env.nameless for name in _NAME.findall(key)}
+    uses: dict[str, frozenset[str]] = {}
     for name, key in spelling.items():
         with gathered(problems, key):
-            uses[name] = env.names_in(raw[key]) & spelling.keys()
-    env.broken |= spelling.keys() - uses.keys()
-    for name in _in_order(uses, env, problems, spelling):
-        if name in env.broken:
-            continue
-        env.broken.add(name)  # until it is read
+            typed = parameters[name].typed = None if raw[key] is None else env.typed(raw[key])
+            uses[name] = typed.names & spelling.keys() if isinstance(typed, Expression) else frozenset()
+    for name in _in_order(uses, problems, spelling):
+        parameters[name] = parameter = parameters.pop(name)
         with gathered(problems, spelling[name]):
-            value = env.definitions[name] = raw[spelling[name]]
-            symbols = frozenset[str]().union(*(env.open.get(other, ()) for other in uses[name]))
-            if value is None:
-                symbols = frozenset([name])
-            if symbols:
-                env.open[name] = symbols
-            if value is None and env.arithmetic.exact:
-                env.parameters[name] = env.arithmetic.symbol(name, name in env.positive)
-            elif not symbols or env.arithmetic.exact:
-                env.parameters[name] = env.read(value, None)
-            elif value is not None:
-                env.admit(env.symbolic(value), ())
-            dimension = env.dimension(value)
-            if dimension is not None:
-                env.dimensions[name] = dimension
-            env.broken.discard(name)
+            symbols = (parameters[other].symbols for other in uses[name])
+            parameter.symbols = frozenset([name] if parameter.typed is None else ()).union(*symbols)
+            if parameter.typed is None:
+                parameter.value = n.symbol(name, name in env.positive) if n.exact else None
+            elif n.exact or not parameter.symbols:
+                parameter.value = env.worked(parameter.typed, None)
+            else:
+                env.admit(parameter.typed, None)
+            parameter.dimension = None if parameter.typed is None else env.dimension(parameter.typed)
+            parameter.is_broken = False
     return [problem.below("parameters") for problem in problems]
 
 
@@ -102,15 +103,17 @@ def read_mapping(
         if len(raw) > MOST_ENTRIES:
             raise ValueProblem(f"read {len(raw)} entries, expected at most {MOST_ENTRIES}")
     spelling, problems = read_names(raw)
-    values = {}
+    values, meant = {}, set[str]()
     for name, key in spelling.items():
         with gathered(problems, key):
             if names is not None and name not in names:
-                near = f" (did you mean {meant}?)" if (meant := nearest(name, names)) else ""
-                raise ValueProblem(f"unknown name{near}", hint=f"expected {', '.join(names)}")
+                near = variable_called(name, names) or nearest(name, names)
+                meant |= {near} if near else set()
+                guess = f" (did you mean {near}?)" if near else ""
+                raise ValueProblem(f"unknown name{guess}", hint=f"expected {', '.join(names)}")
             values[name] = read(name, raw[key])
-    problems += [ValueProblem("missing", path=(name,)) for name in needed if name not in spelling]
-    problems += besides(spelling)
+    problems += [ValueProblem("missing", path=(name,)) for name in needed if name not in {*spelling, *meant}]
+    problems += () if meant else besides(spelling)  # what is misspelt may be what it lacks
     refuse("mapping", [problem.below(*below) for problem in problems])
     return values
 
@@ -128,17 +131,18 @@ def read_name(key: object, *, has_time: bool = True) -> str:
         what = _RESERVED_FOR.get(root.name, "a function")
         raise ValueProblem(f"{shown(key)} is reserved: it is {what}, expected another name")
     if not isinstance(root, Name):
-        raise ValueProblem(f"read {shown(key)}, expected a name: letters, digits and `_`, no digit first")
+        hint = (
+            f"write `{with_colon(key)}`" if isinstance(key, str) and "=" in key and with_colon(key) else None
+        )
+        message = f"read {shown(key)}, expected a name: letters, digits and `_`, no digit first"
+        raise ValueProblem(message, hint=hint)
     return root.name
 
 
 def _in_order(
-    uses: Mapping[str, frozenset[str]],
-    env: Environment,
-    problems: list[ValueProblem],
-    spelling: Mapping[str, str],
+    uses: Mapping[str, frozenset[str]], problems: list[ValueProblem], spelling: Mapping[str, str]
 ) -> list[str]:
-    """The names, each after those that it uses; names in a circle, or that depend on one, are broken."""
+    """The names, each after those that it uses, without names in a circle and those that depend on one."""
     sorter = TopologicalSorter(uses)
     try:
         sorter.prepare()
@@ -152,5 +156,4 @@ def _in_order(
     while ready := sorter.get_ready():
         order += ready
         sorter.done(*ready)
-    env.broken |= uses.keys() - set(order)
-    return order
+    return [name for name in order if name in uses]

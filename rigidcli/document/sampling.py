@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 from itertools import pairwise
 from pathlib import Path
@@ -12,6 +13,7 @@ import numpy as np
 from pydantic import (
     AfterValidator,
     Field,
+    GetCoreSchemaHandler,
     GetJsonSchemaHandler,
     ValidationError,
     ValidationInfo,
@@ -19,19 +21,15 @@ from pydantic import (
     model_validator,
 )
 from pydantic.json_schema import JsonSchemaValue
-from pydantic_core import CoreSchema, InitErrorDetails
+from pydantic_core import CoreSchema, InitErrorDetails, core_schema
 
 from rigidcli.core.arithmetic import Floats, Scalar
 from rigidcli.errors import ValueProblem, shown
 from rigidcli.fields.dimensions import TIME
 from rigidcli.fields.quantities import AsList, Duration, Number, Quantity, WholeNumber, limited
-from rigidcli.fields.readers import Wrapper
 from rigidcli.fields.section import Section, details, environment, optional
 from rigidcli.fields.texts import csv_rows
-from rigidcli.fields.typed_numbers import finite
-
-MOST_STARTS = 1_000_000
-"""The most starts of an ensemble: as many rows with seven numbers take 56 MB."""
+from rigidcli.fields.units import finite
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -49,28 +47,23 @@ class Ensemble:
         return dict(zip(self.names, self.values[place].tolist(), strict=True))
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class OrMany(Wrapper):
+@dataclass(frozen=True, eq=False)
+class OrMany:
     """Marks a field of one start (`otherwise`) in which a list of starts, or the name of a table, may stand.
 
-    `is_one` is true for a single start and false for a list of starts. `named` turns a start into values by
-    their names. `heads` turns the heads of a table into names, and `require` checks a start of the
-    table; both raise ValueProblem.
+    `named` turns a start into values by their names, and `heads` the heads of a table into names; `require`
+    checks a start of the table. The latter two raise ValueProblem.
     """
 
-    is_one: Callable[[Any], bool]
+    otherwise: Any
     named: Callable[[Any], dict[str, Any]]
     heads: Callable[[Sequence[str], ValidationInfo], tuple[str, ...]]
-    otherwise: Any
     example: str
     require: Callable[[Mapping[str, float]], None] = lambda start: None
 
-    def wrapped(self, raw: Any, otherwise: ValidatorFunctionWrapHandler, info: ValidationInfo) -> object:
-        """One start, or several as an ensemble."""
-        if isinstance(raw, str) and raw.lower().endswith(".csv"):
-            return self._table(environment(info).file(raw), info)
-        many = isinstance(raw, list) and raw and not self.is_one(raw)
-        return self._many(raw, otherwise, info) if many else otherwise(raw)
+    def __get_pydantic_core_schema__(self, source: object, handler: GetCoreSchemaHandler) -> CoreSchema:
+        one = handler.generate_schema(self.otherwise)
+        return core_schema.with_info_wrap_validator_function(self._read, one)
 
     def __get_pydantic_json_schema__(
         self, schema: CoreSchema, handler: GetJsonSchemaHandler
@@ -81,11 +74,13 @@ class OrMany(Wrapper):
         several = {"type": "array", "items": one, "minItems": 1, "description": "A list of such starts"}
         return {"anyOf": [one, several, table]}
 
-    def _many(
-        self, raw: list[object], otherwise: ValidatorFunctionWrapHandler, info: ValidationInfo
-    ) -> Ensemble:
-        """The ensemble of a list of starts. Raises ValidationError with the problems of all starts."""
-        n, errors, rows = environment(info).arithmetic, list[InitErrorDetails](), list[dict[str, Any]]()
+    def _read(self, raw: Any, otherwise: ValidatorFunctionWrapHandler, info: ValidationInfo) -> object:
+        """One start, or several as an ensemble."""
+        if isinstance(raw, str) and raw.lower().endswith(".csv"):
+            return _table(environment(info).file(raw), lambda heads: self.heads(heads, info), self.require)
+        if not (isinstance(raw, list) and raw and isinstance(raw[0], list | Mapping)):
+            return otherwise(raw)
+        rows, errors = list[dict[str, Any]](), list[InitErrorDetails]()
         for place, entry in enumerate(raw):
             try:
                 rows.append(self.named(otherwise(entry)))
@@ -93,7 +88,7 @@ class OrMany(Wrapper):
                 errors += details(error, place)
         if errors:
             raise ValidationError.from_exception_data("starts", errors)
-        names, values = tuple(rows[0]), list[list[Any]]()
+        n, names, values = environment(info).arithmetic, tuple(rows[0]), list[list[Any]]()
         for place, row in enumerate(rows):
             if row.keys() != {*names}:
                 expected = f"expected {', '.join(names)}, as the first start has"
@@ -103,40 +98,40 @@ class OrMany(Wrapper):
                 raise ValueProblem("a parameter in it has no value; expected numbers", path=(place,))
         return Ensemble(names, np.array(values, dtype=np.float64))
 
-    def _table(self, path: Path, info: ValidationInfo) -> Ensemble:
-        """The ensemble in a .csv file. Raises ValueProblem, which begins with the path and the line."""
-        values, line = [], 1
-        try:
-            if not path.is_file():
-                raise ValueProblem("no such file")
-            rows = csv_rows(path)
-            _, titles = next(rows, (line, [""]))
-            if len(set(titles)) < len(titles):
-                raise ValueProblem(f"header {shown(','.join(titles))}, expected each head once")
-            names = self.heads(titles, info)
-            for line, cells in rows:  # noqa: B007 - the line of a problem
-                values.append(_numbers(cells, titles))
-                self.require(dict(zip(names, values[-1], strict=True)))
-                if len(values) > MOST_STARTS:
-                    raise ValueProblem(f"more than {MOST_STARTS:,} starts")
-        except ValueProblem as problem:
-            raise ValueProblem(f"{path}:{line}: {problem.message}", hint=problem.hint) from None
-        if not values:
-            raise ValueProblem(f"{path}: no starts")
-        return Ensemble(names, np.array(values, dtype=np.float64))
+
+def _table(
+    path: Path,
+    names: Callable[[Sequence[str]], tuple[str, ...]],
+    require: Callable[[Mapping[str, float]], None],
+) -> Ensemble:
+    """The ensemble in a .csv file, by the `names` of its heads; `require` checks each start.
+
+    Raises ValueProblem, which begins with the path and the line.
+    """
+    values, line = list[list[float]](), 1
+    try:
+        rows = csv_rows(path)
+        _, heads = next(rows, (line, [""]))
+        if len({*heads}) < len(heads):
+            raise ValueProblem(f"header {shown(','.join(heads))}, expected each head once")
+        columns = names(heads)
+        for line, cells in rows:  # noqa: B007 - the line of a problem
+            if len(cells) != len(heads):
+                raise ValueProblem(f"read {len(cells)} values, expected {len(heads)}")
+            values.append(list(map(_number, heads, cells)))
+            require(dict(zip(columns, values[-1], strict=True)))
+    except ValueProblem as problem:
+        raise ValueProblem(f"{path}:{line}: {problem.message}", hint=problem.hint) from None
+    if not values:
+        raise ValueProblem(f"{path}: no starts")
+    return Ensemble(columns, np.array(values, dtype=np.float64))
 
 
-def _numbers(cells: Sequence[str], titles: Sequence[str]) -> list[float]:
-    """The numbers of a line. Raises ValueProblem."""
-    if len(cells) != len(titles):
-        raise ValueProblem(f"read {len(cells)} values, expected {len(titles)}")
-    numbers = []
-    for title, cell in zip(titles, cells, strict=True):
-        try:
-            numbers.append(finite(cell))
-        except ValueError:
-            raise ValueProblem(f"column {title}: read {shown(cell)}, expected a number") from None
-    return numbers
+def _number(head: str, cell: str) -> float:
+    """The number in a cell of a table. Raises ValueProblem, which names the column."""
+    with suppress(ValueError):
+        return finite(cell)
+    raise ValueProblem(f"column {head}: read {shown(cell)}, expected a number")
 
 
 MOST_SAMPLES = 10_000_000

@@ -11,19 +11,18 @@ import re
 from collections.abc import Iterator, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
-from decimal import Context, Decimal, InvalidOperation
+from decimal import Context
 from fractions import Fraction
-from functools import cached_property
 from typing import Any, NamedTuple
 
 from rigidcli.document.draft import SWEEP, split_setting
 from rigidcli.document.syntax import read_value
 from rigidcli.errors import DocumentError, UsageError, ValueProblem, nearest, shown
-from rigidcli.fields.environment import Environment, arithmetic_for
+from rigidcli.fields.environment import Amount, Environment, arithmetic_for
 from rigidcli.fields.texts import csv_rows
-from rigidcli.fields.typed_numbers import exact_text, finite, split_quantity
-from rigidcli.fields.units import parse_unit
-from rigidcli.language.expression import parse
+from rigidcli.fields.units import exact_text, finite
+from rigidcli.language.expression import Expression
+from rigidcli.language.tree import Number
 
 FORMS = "START:STOP:COUNT, log:START:STOP:COUNT, 1,2,5 or @table.csv:column"
 """The ways to write values, for messages."""
@@ -34,16 +33,14 @@ MOST = 10**15
 DIGITS = Context(prec=40)
 """Logarithmic steps are worked with 40 digits, so that 1 to 1000 in four steps has 10 and 100 in it."""
 
-_DECIMAL = re.compile(r"[-+]?(\d|\.\d)")
-"""The beginning of a decimal; an expression such as `pi/2` has another, and is rounded."""
-
 
 @dataclass(frozen=True)
 class Range:
     """The texts of `count` values from `start` to `stop`, both included, all in the same `unit`.
 
     They are computed exactly and rounded once: 0:1:11 has 0.3, where a sum of floats has 0.30000000000000004.
-    In a `logarithmic` range neighbours have the same ratio, else the same difference.
+    In a `logarithmic` range neighbours have the same ratio, else the same difference. A range `is_rounded`
+    where an end is an expression such as `pi/2`.
     """
 
     start: Fraction
@@ -52,9 +49,6 @@ class Range:
     unit: str
     is_rounded: bool
     logarithmic: bool
-
-    def __len__(self) -> int:
-        return self.count
 
     def text(self, index: int, exact: bool) -> str:
         """The value at an index. Raises UsageError where an `exact` value would have to be rounded."""
@@ -80,6 +74,11 @@ class Key(NamedTuple):
     values: Range | tuple[str, ...]
     file: str = ""
 
+    @property
+    def size(self) -> int:
+        """The number of its values, which may be larger than a list can have."""
+        return self.values.count if isinstance(self.values, Range) else len(self.values)
+
 
 @dataclass(frozen=True)
 class Sweep:
@@ -92,10 +91,10 @@ class Sweep:
     paired: bool = False
     exact: bool = False
 
-    @cached_property
+    @property
     def count(self) -> int:
-        """The number of points, which may be larger than a list can have."""
-        return math.prod(len(key.values) for key in self.keys[: 1 if self.paired else None])
+        """The number of points."""
+        return math.prod(key.size for key in self.keys[: 1 if self.paired else None])
 
     @property
     def files(self) -> tuple[str, ...]:
@@ -106,11 +105,9 @@ class Sweep:
         """The values at one point of the sweep: a text for each key. Raises UsageError as `Range.text`."""
         texts = []
         for key in reversed(self.keys):
-            own = index
-            if not self.paired:
-                index, own = divmod(index, len(key.values))
-            values = key.values
-            texts.append(values.text(own, self.exact) if isinstance(values, Range) else values[own])
+            rest, place = (index, index) if self.paired else divmod(index, key.size)
+            values, index = key.values, rest
+            texts.append(values.text(place, self.exact) if isinstance(values, Range) else values[place])
         return tuple(reversed(texts))
 
     def settings(self, point: Sequence[str]) -> list[str]:
@@ -130,11 +127,10 @@ def read_sweep(texts: Sequence[str], paired: bool) -> Sweep:
     for name in names:
         if names.count(name) > 1:
             raise UsageError(f"`{name}` is swept twice")
-    lengths = {len(key.values) for key in keys}
     if paired and len(keys) < 2:
         raise UsageError("`--zip` pairs the values of several keys", hint="give `--sweep` for each of them")
-    if paired and len(lengths) > 1:
-        each = ", ".join(f"{len(key.values):,} of `{key.name}`" for key in keys)
+    if paired and len({key.size for key in keys}) > 1:
+        each = ", ".join(f"{key.size:,} of `{key.name}`" for key in keys)
         raise UsageError(f"`--zip` needs as many values of each key, read {each}")
     return Sweep(keys, paired)
 
@@ -159,42 +155,31 @@ def _range(name: str, typed: str, parts: Sequence[str]) -> Range:
     logarithmic = parts[0] == "log"
     if len(parts) != 3 + logarithmic:
         raise UsageError(f"`{name}`: read {shown(typed)}, expected {FORMS}")
-    *texts, count = parts[-3:]
-    ends = [_end(name, text) for text in texts]
-    unit = ends[1][1] or ends[0][1]
-    start, stop = (_in_unit(name, text, *end, unit) for text, end in zip(texts, ends, strict=True))
-    if logarithmic and start * stop <= 0:
+    *texts, last = parts[-3:]
+    numbers, units, is_rounded = list[Fraction](), set[str](), False
+    for text in texts:
+        try:
+            end = Environment().typed(text)
+            if isinstance(end, Expression):  # a number, perhaps with a sign, or something like pi/2
+                is_rounded |= not isinstance(getattr(end.root, "operand", end.root), Number)
+            digits = end.digits if isinstance(end, Amount) else Environment().written(end).evaluate({})
+        except ValueProblem as problem:
+            message = f"`{name}`: read {shown(text)}, expected a number: {problem.message}"
+            raise UsageError(message, hint=problem.hint) from None
+        numbers.append(Fraction(repr(finite(digits))))
+        if isinstance(end, Amount) or numbers[-1]:  # zero needs no unit
+            units.add(end.unit.text if isinstance(end, Amount) else "")
+    if len(units) > 1:
+        hint = "write both in the same unit, as in `1 cm:20 cm:20`"
+        raise UsageError(f"`{name}`: read {shown(typed)}, whose ends differ in their units", hint=hint)
+    if logarithmic and numbers[0] * numbers[1] <= 0:
         raise UsageError(f"`{name}`: logarithmic steps need ends of the same sign, and not 0")
-    with suppress(InvalidOperation):
-        number = Decimal(count)
-        if number.is_finite() and number == int(number) and 1 <= number <= MOST:
-            is_rounded = not all(map(_DECIMAL.match, texts))
-            return Range(start, stop, int(number), unit, is_rounded, logarithmic)
-    raise UsageError(f"`{name}`: read {shown(count)}, expected a COUNT from 1 to {MOST:.0e}")
-
-
-def _end(name: str, text: str) -> tuple[Fraction, str]:
-    """The number and the unit of one end of a range; `pi/2` is a number, too."""
-    try:
-        if (quantity := split_quantity(text)) is not None:
-            parse_unit(quantity.unit)
-            return Fraction(repr(finite(quantity.digits))), quantity.unit
-        return Fraction(repr(finite(parse(text).evaluate({})))), ""
-    except ValueProblem as problem:
-        message = f"`{name}`: read {shown(text)}, expected a number: {problem.message}"
-        raise UsageError(message, hint=problem.hint) from None
-
-
-def _in_unit(name: str, text: str, number: Fraction, given: str, wanted: str) -> Fraction:
-    """A number of one unit in another, rounded once."""
-    if given == wanted or (number == 0 and not given):
-        return number
-    if not given:
-        raise UsageError(f"`{name}`: {shown(text)} has no unit", hint=f"write `{text} {wanted}`")
-    unit, other = parse_unit(given), parse_unit(wanted)
-    if unit.dimension != other.dimension:
-        raise UsageError(f"`{name}`: `{given}` and `{wanted}` do not measure the same")
-    return Fraction(repr(unit.si(number) / other.scale))
+    with suppress(ValueError):
+        count = finite(last)
+        if count.is_integer() and 1 <= count <= MOST:
+            start, stop = numbers
+            return Range(start, stop, int(count), "".join(units), is_rounded, logarithmic)
+    raise UsageError(f"`{name}`: read {shown(last)}, expected a COUNT from 1 to {MOST:.0e}")
 
 
 _PIECES = re.compile(r'"(?:[^"\\]|\\.)*"|\'[^\']*\'|.', re.DOTALL)
@@ -243,10 +228,10 @@ def _value(text: str, exact: bool) -> tuple[Any, str]:
     """
     if not exact:
         with suppress(ValueError):
-            return finite(float(text)), ""
+            return finite(text), ""
+    env = Environment(arithmetic_for(exact))
     try:
-        value = Environment(arithmetic_for(exact)).read(read_value(text, ""), None)
+        typed = env.typed(read_value(text, ""))
+        return env.worked(typed, None), typed.unit.dimension.unit if isinstance(typed, Amount) else ""
     except (DocumentError, ValueProblem):
         return text, ""
-    quantity = None if value == text else split_quantity(text)
-    return value, "" if quantity is None else parse_unit(quantity.unit).dimension.unit

@@ -14,20 +14,18 @@ from rigidcli.document.parameters import read_mapping, read_name
 from rigidcli.document.variables import (
     EXPRESSION_SCHEMA,
     MOST_COORDINATES,
-    RESULTS,
-    blame_parameter,
     derived_names,
     momentum,
     names_schema,
-    read_expression,
     read_new_names,
+    take,
     velocity,
 )
 from rigidcli.errors import ValueProblem, shown, with_article
 from rigidcli.fields.dimensions import ANGLE, ENERGY, LENGTH, MASS, MOMENT_OF_INERTIA, Dimension
 from rigidcli.fields.quantities import AsList, worked_out
 from rigidcli.fields.readers import SHARED, ReadBy, Reader
-from rigidcli.fields.section import Section, environment, optional, refuse
+from rigidcli.fields.section import Section, environment, optional
 from rigidcli.language.expression import Expression
 from rigidcli.language.tree import UnknownFunction
 
@@ -42,22 +40,9 @@ HIGHEST_DERIVATIVE = 3
 
 
 def _read_coordinates(raw: object, info: ValidationInfo) -> tuple[str, ...]:
-    env = environment(info)
-    index, problems = read_new_names(raw, env, RESULTS, MOST_COORDINATES, "coordinates")
-    meaning: dict[str, str] = {}
-    for coordinate in index:
-        for name, what in derived_names([coordinate]).items():
-            if name in index:
-                message = f"`{name}` is {what}, expected another name"
-                problems.append(ValueProblem(message, path=(index[name],)))
-            elif name in meaning:
-                message = f"`{name}` would be {what}, and {meaning[name]}"
-                problems.append(ValueProblem(message, path=(index[coordinate],)))
-            meaning[name] = what
-            blame_parameter(name, what, env)
-    refuse("coordinates", problems)
-    env.coordinates = tuple(index)
-    return env.coordinates
+    names = read_new_names(raw, info, MOST_COORDINATES, "coordinates", derived_names)
+    environment(info).coordinates = names
+    return names
 
 
 @dataclass(frozen=True)
@@ -82,10 +67,10 @@ class SystemExpression(Reader):
         """The expression, in which names stay names."""
         env = environment(info)
         if env.coordinates is None:
-            return env.symbolic(raw, self.dimension)
+            return env.symbolic(raw, self.dimension, None)
         named = {"velocities": velocity, "momenta": momentum}
         further = (named[kind](name) for kind in self.besides for name in env.coordinates)
-        expression = read_expression(raw, env, (*env.coordinates, *further, "t"), self.dimension)
+        expression = env.symbolic(raw, self.dimension, (*env.coordinates, *further, "t"))
         if self.sign is not None:
             value = env.value(expression)
             if value is not None and (value < 0 or (value == 0 and self.sign == "positive")):
@@ -119,15 +104,11 @@ Forces: TypeAlias = Annotated[
 def _read_functions(raw: object, info: ValidationInfo) -> tuple[UnknownFunction, ...]:
     """Functions without a formula: of a potential V(x), only the name and the arguments are given."""
     env = environment(info)
-    coordinates = env.coordinates or ()
-    taken = dict.fromkeys(coordinates, "a coordinate") | derived_names(coordinates)
     slopes: dict[str, UnknownFunction] = {}
 
     def read(name: str, value: Any) -> UnknownFunction:
         arguments = _arguments(value)
-        if name in taken:
-            raise ValueProblem(f"`{name}` is {taken[name]}, expected another name")
-        blame_parameter(name, "an unknown function", env)
+        take(env, {name: "an unknown function"})
         for order in range(HIGHEST_DERIVATIVE + 1):
             for by in combinations_with_replacement(range(len(arguments)), order):
                 slope = UnknownFunction(name, arguments, by)

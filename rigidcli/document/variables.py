@@ -2,16 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from typing import Annotated, Any, ClassVar, TypeAlias
+from typing import Annotated, ClassVar, TypeAlias
 
 from pydantic import Field, ValidationInfo
 from pydantic.json_schema import JsonSchemaValue
 
 from rigidcli.document.parameters import MOST_ENTRIES, read_mapping, read_name
-from rigidcli.errors import ExpressionError, ValueProblem, gathered, shown
-from rigidcli.fields.dimensions import Dimension
+from rigidcli.errors import ValueProblem, gathered, shown
 from rigidcli.fields.environment import Environment
 from rigidcli.fields.readers import ReadBy
 from rigidcli.fields.section import Section, environment, optional, refuse
@@ -31,74 +30,58 @@ def names_schema(least: int, most: int) -> JsonSchemaValue:
     return {"anyOf": [names, {"type": "string", "description": "Names with commas between them"}]}
 
 
-RESULTS: Mapping[str, str] = {"H": "the Hamiltonian"}
-"""Names that no variable may have, because columns of an orbit have them."""
-
-
 velocity, momentum, acceleration = "{}dot".format, "p_{}".format, "{}ddot".format
 """The names of a coordinate's velocity, of its momentum, and of its second derivative."""
 
 
-def derived_names(coordinates: Iterable[str]) -> dict[str, str]:
-    """The names of velocities, momenta and accelerations, each with its meaning."""
+def derived_names(coordinate: str) -> dict[str, str]:
+    """The names of the velocity, the momentum and the acceleration of a coordinate, each with its meaning."""
     kinds = {"velocity": velocity, "momentum": momentum, "acceleration": acceleration}
-    return {of(name): f"the {kind} of `{name}`" for name in coordinates for kind, of in kinds.items()}
+    return {of(coordinate): f"the {kind} of `{coordinate}`" for kind, of in kinds.items()}
 
 
 def read_new_names(
-    raw: object, env: Environment, taken: Mapping[str, str], most: int, what: str
-) -> tuple[dict[str, int], list[ValueProblem]]:
-    """The new names in a list, each with its index, and the problems of the other entries.
+    raw: object, info: ValidationInfo, most: int, what: str, derived: Callable[[str], dict[str, str]]
+) -> tuple[str, ...]:
+    """The new names in a list, each with names `derived` from it, which mean something from now on.
 
-    `taken` has names that are in use, each with its meaning. A parameter of the same name is refused instead.
+    Names that have a meaning already are refused. Raises ValidationError with all problems.
     """
+    env = environment(info)
     if isinstance(raw, str):
         raw = [name.strip() for name in raw.split(",")]
     if not isinstance(raw, list | tuple):
         raise ValueProblem(f"read {shown(raw)}, expected a list of {what}, such as [x, y]")
     if not 1 <= len(raw) <= most:
         raise ValueProblem(f"read {shown(raw)}, expected 1 to {most} {what}")
-    index_of: dict[str, int] = {}
-    problems: list[ValueProblem] = []
+    names, problems = dict[str, str](), list[ValueProblem]()
     for index, entry in enumerate(raw):
         with gathered(problems, index):
             name = read_name(entry)
-            if name in index_of:
+            if name in names:
                 raise ValueProblem(f"{shown(entry)} stands here already")
-            if name in taken:
-                raise ValueProblem(f"`{name}` is {taken[name]}, expected another name")
-            index_of[name] = index
-            blame_parameter(name, f"one of the {what}", env)
-    return index_of, problems
+            take(env, {name: f"one of the {what}", **derived(name)})
+            names[name] = name
+    refuse(what, problems)
+    return tuple(names)
 
 
-def blame_parameter(name: str, what: str, env: Environment) -> None:
-    """Refuse a parameter of this name, if there is one: the name has another meaning."""
-    if name in env.declared:
-        env.faults[name] = ValueProblem(f"`{name}` is {what}, expected another name for a parameter")
+def take(env: Environment, meanings: Mapping[str, str]) -> None:
+    """Give meanings to a name and to others derived from it; a parameter with such a name is refused.
 
-
-def read_expression(
-    raw: object,
-    env: Environment,
-    variables: tuple[str, ...],
-    dimension: Dimension | None = None,
-    others: Mapping[str, str] = {},
-) -> Expression:
-    """An expression in `variables` and the parameters, which stay names.
-
-    `others` has the meanings of further names that are known elsewhere, for messages. Raises ValueProblem.
+    Raises ValueProblem for a name that means something else already.
     """
-    expression = env.symbolic(raw, dimension, variables)
-    strange = expression.names - env.declared - {*variables}
-    for name in sorted(strange & env.functions.keys()):
-        raise ExpressionError(f"`{name}` is a function, and needs its argument: `{name}(...)`")
-    meanings = {**_meanings(env.coordinates or ()), **others} if strange else {}
-    for name in sorted(strange & meanings.keys()):
-        hint = f"variables here: {', '.join(variables)}"
-        raise ExpressionError(f"`{name}` is {meanings[name]}, which cannot stand here", hint=hint)
-    env.admit(expression, variables, dimension)
-    return expression
+    taken = {"H": "the Hamiltonian", **env.meanings}
+    for place, (name, meaning) in enumerate(meanings.items()):
+        if name in taken and place:
+            raise ValueProblem(f"`{name}` would be {meaning}, and {taken[name]}")
+        if name in taken:
+            raise ValueProblem(f"`{name}` is {taken[name]}, expected another name")
+    for name in meanings.keys() & env.declared.keys():
+        env.faults[name] = ValueProblem(
+            f"`{name}` is {meanings[name]}, expected another name for a parameter"
+        )
+    env.meanings |= meanings
 
 
 @dataclass(frozen=True, slots=True)
@@ -114,15 +97,10 @@ def _read_equilibrium(raw: object, info: ValidationInfo) -> Equilibrium:
     env = environment(info)
     names = env.coordinates or ()
 
-    def read(name: str, value: Any) -> Expression:
-        expression = env.symbolic(value)
-        env.admit(expression, ())
-        return expression
-
     is_sought = isinstance(raw, Mapping) and raw.keys() == {"find"} and "find" not in names
     values = read_mapping(
         raw["find"] if isinstance(raw, Mapping) and is_sought else raw,
-        read,
+        lambda name, value: env.symbolic(value),
         example="{theta: 0}, or near it {find: {theta: 3}}",
         names=env.coordinates,
         needed=names,
@@ -139,17 +117,9 @@ EQUILIBRIUM = ReadBy(
 """Marks a field that holds an equilibrium."""
 
 
-def _meanings(coordinates: tuple[str, ...]) -> dict[str, str]:
-    """The meanings of the names of a system."""
-    return {name: f"the coordinate `{name}`" for name in coordinates} | derived_names(coordinates)
-
-
 def _read_new_variables(raw: object, info: ValidationInfo) -> tuple[str, ...]:
-    env = environment(info)
-    taken = {**RESULTS, **_meanings(env.coordinates or ())}
-    index, problems = read_new_names(raw, env, taken, MOST_ENTRIES, "new variables")
-    refuse("new variables", problems)
-    names, count = tuple(index), 2 * len(env.coordinates or ())
+    count = 2 * len(environment(info).coordinates or ())
+    names = read_new_names(raw, info, MOST_ENTRIES, "new variables", lambda name: {})
     if len(names) % 2:
         hint = "new coordinates first, then their momenta in the same order, as in [Q1, Q2, P1, P2]"
         raise ValueProblem(f"read {len(names)} names, expected an even number of them", hint=hint)
@@ -167,12 +137,14 @@ def _read_side(raw: object, info: ValidationInfo) -> dict[str, Expression]:
     old = None if coordinates is None else (*coordinates, *map(momentum, coordinates))
     side, other = (new, old) if info.field_name == "new" else (old, new)
 
-    def read(name: str, value: Any) -> Expression:
-        if other is None:
-            return env.symbolic(value)
-        return read_expression(value, env, (*other, "t"), others=dict.fromkeys(new or (), "a new variable"))
-
-    given = read_mapping(raw, read, example="{x: Q + P, p_x: P}", names=side, needed=side or ())
+    variables = None if other is None else (*other, "t")
+    given = read_mapping(
+        raw,
+        lambda name, value: env.symbolic(value, None, variables),
+        example="{x: Q + P, p_x: P}",
+        names=side,
+        needed=side or (),
+    )
     return {name: given[name] for name in side or given}
 
 

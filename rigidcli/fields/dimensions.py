@@ -1,10 +1,18 @@
-"""The dimension of a quantity, in exponents of the base units."""
+"""The dimension of a quantity, in exponents of the base units, and that of an expression.
+
+A parameter that was given as `3 cm` is a length wherever it is used. A plain number is in SI units of
+whatever fits, and so is a parameter given as one; an expression has a dimension only as far as that follows
+from parameters with units.
+"""
 
 from __future__ import annotations
 
-from typing import NamedTuple
+import math
+from collections.abc import Mapping
+from typing import NamedTuple, TypeAlias
 
 from rigidcli.errors import ValueProblem, shown, with_article
+from rigidcli.language.tree import Kind, Node, Parts, UnknownFunction, fold
 
 
 class Dimension(NamedTuple):
@@ -120,3 +128,70 @@ def check_dimension(text: str, given: Dimension, expected: Dimension) -> None:
 def described(dimension: Dimension) -> str:
     """A dimension in a sentence, with its article: `a length (m)`."""
     return with_article(NAMES.get(dimension, f"quantity in {dimension}"))
+
+
+def number_of(dimension: Dimension | None, sign: str | None = None) -> str:
+    """A number of this dimension and sign in words, for messages of errors."""
+    thing = "number" if not dimension or not any(dimension) else str(dimension)
+    return with_article(thing if sign is None else f"{sign} {thing}")
+
+
+_Value: TypeAlias = Dimension | float | None
+"""The dimension of a part of an expression, or None where it may be any; a pure number is a float, or NaN."""
+
+
+def dimension_of(root: Node, dimensions: Mapping[str, Dimension]) -> Dimension | None:
+    """The dimension of an expression, from those of its names; None where it may be any.
+
+    Raises ValueProblem for a sum of different dimensions, and for a function of no pure number.
+    """
+    value = fold(root, dimensions.get, _KIND)
+    return value if isinstance(value, Dimension) else None
+
+
+def _sum(parts: Parts) -> _Value:
+    """The dimension of terms: radians count as 1, and plain numbers fit any."""
+    values = [value for _, value in parts]
+    given = [value for value in values if isinstance(value, Dimension)]
+    for other in given[1:]:
+        if other._replace(angle=0) != given[0]._replace(angle=0):
+            raise ValueProblem(f"{described(given[0])} and {described(other)} cannot be added")
+    return given[0] if given else None if None in values else math.nan
+
+
+def _product(parts: Parts) -> _Value:
+    values = [value for _, value in parts]
+    if None in values or not any(isinstance(value, Dimension) for value in values):
+        return None if None in values else math.nan
+    total = DIMENSIONLESS
+    for divides, value in parts:
+        total = total.times(value, -1 if divides else 1) if isinstance(value, Dimension) else total
+    return total
+
+
+def _power(base: _Value, exponent: _Value) -> _Value:
+    if not isinstance(exponent, float) or base is None:
+        return None
+    if not isinstance(base, Dimension):
+        return math.nan
+    powers = [part * exponent for part in base]
+    return Dimension(*map(int, powers)) if all(map(float.is_integer, powers)) else None
+
+
+def _call(function: str, arguments: list[_Value]) -> _Value:
+    if isinstance(function, UnknownFunction):
+        return None
+    if function in ("sqrt", "abs"):
+        return _power(arguments[0], 0.5 if function == "sqrt" else 1.0)
+    dimension, is_any = _sum([(False, each) for each in arguments]), function in ("atan2", "sign")
+    if not is_any and isinstance(dimension, Dimension) and any(dimension._replace(angle=0)):
+        raise ValueProblem(f"{function} of {described(dimension)}, expected an angle or a pure number")
+    return math.nan
+
+
+def _negative(value: _Value) -> _Value:
+    return -value if isinstance(value, float) else value
+
+
+_KIND = Kind(lambda text, value: value, _negative, _sum, _product, _power, _call)
+"""Dimensions as a kind of values of expressions."""

@@ -6,29 +6,40 @@ import pathlib
 import re
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from decimal import Decimal
 from fractions import Fraction
 from functools import cached_property, lru_cache
-from typing import Any
+from typing import Any, NamedTuple, TypeAlias
 
 from rigidcli.core.arithmetic import FLOAT, Arithmetic, Scalar
 from rigidcli.errors import LONGEST_SHOWN, UNSETTLED, ExpressionError, ValueProblem, nearest, shown
-from rigidcli.fields.dimensional_analysis import dimension_of
-from rigidcli.fields.dimensions import Dimension, check_dimension
-from rigidcli.fields.typed_numbers import (
+from rigidcli.fields.dimensions import Dimension, check_dimension, dimension_of, number_of
+from rigidcli.fields.units import (
+    Unit,
     exact_text,
     finite,
-    number_of,
-    number_or_text,
+    is_unit,
+    parse_unit,
     quantity_meant,
     split_quantity,
 )
-from rigidcli.fields.units import Unit, is_unit, parse_unit
 from rigidcli.fields.words import variable_called
 from rigidcli.language.expression import Expression, parse
 from rigidcli.language.tree import UnknownFunction
 
 LONGEST_LIST = 20
 """The most names that a message lists: two lines of them."""
+
+
+class Amount(NamedTuple):
+    """A quantity: the digits of its number as they are typed, and its unit."""
+
+    digits: str
+    unit: Unit
+
+
+Typed: TypeAlias = float | int | Decimal | Amount | Expression
+"""A number, a quantity or an expression, as it is typed in a document."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -39,41 +50,51 @@ class Formula:
     constants: Mapping[str, Scalar]
 
 
-@dataclass
-class Environment:
-    """Parameters by name, the arithmetic to use, and what was noticed while numbers were read.
+@dataclass(slots=True)
+class Parameter:
+    """A parameter as it is `typed` (None for a symbol), its value and its dimension, as far as these follow.
 
-    `definitions` has the values of parameters as they are written, after the parameters that they use;
-    `dimensions` the dimensions of parameters with units; `declared` the names of all parameters, also
-    before they have their values; `broken` the parameters that have a problem of their own, so that an
-    expression in them is not reported again; `refused` the keys of parameters that are no names;
-    `positive` the symbols in places where only a positive number makes sense.
-
-    `open` has the parameters without a value, with the symbols on which they depend. `faults` has the errors
-    in parameters that show in other parts of the document. `exact_results` says whether exact results are
-    wanted, be numbers read as floats or not; `top_keys` are the keys at the top of the document. `files` are
-    the files that the document names. `coordinates` are the coordinates of the system, once they are read
-    without a problem, and `functions` its unknown functions and their derivatives by name.
+    `symbols` are the parameters without a value on which it depends. While it `is_broken`, because it has a
+    problem or is not read yet, expressions in it are not reported as well.
     """
 
+    typed: Typed | None = None
+    value: Any = None
+    dimension: Dimension | None = None
+    symbols: frozenset[str] = frozenset()
+    is_broken: bool = True
+
+
+@dataclass
+class Environment:
+    """Parameters by name, the arithmetic to use, and what was noticed while numbers were read."""
+
     arithmetic: Arithmetic = FLOAT
-    parameters: dict[str, Scalar] = field(default_factory=dict)
-    definitions: dict[str, Any] = field(default_factory=dict)
-    dimensions: dict[str, Dimension] = field(default_factory=dict)
     folder: str = ""
-    used: set[str] = field(default_factory=set)
-    declared: set[str] = field(default_factory=set)
-    broken: set[str] = field(default_factory=set)
-    refused: set[str] = field(default_factory=set)
-    positive: set[str] = field(default_factory=set)
-    open: dict[str, frozenset[str]] = field(default_factory=dict)
-    faults: dict[str, ValueProblem] = field(default_factory=dict)
+    """The folder to which names of files are relative."""
     exact_results: bool = False
+    """Whether exact results are wanted, be numbers read as floats or not."""
     top_keys: Sequence[str] = ()
+    """The keys that may stand at the top of the document."""
+    declared: dict[str, Parameter] = field(default_factory=dict)
+    """The parameters, each after those that it uses."""
+    nameless: set[str] = field(default_factory=set)
+    """The keys of parameters that are no names."""
+    used: set[str] = field(default_factory=set)
+    """The parameters that something uses."""
+    positive: set[str] = field(default_factory=set)
+    """The symbols in places where only a positive number makes sense."""
+    faults: dict[str, ValueProblem] = field(default_factory=dict)
+    """The problems of parameters that show in other parts of the document."""
     coordinates: tuple[str, ...] | None = None
+    """The coordinates of the system, once they are read without a problem."""
+    meanings: dict[str, str] = field(default_factory=dict)
+    """What each name of the system means, in words."""
     functions: Mapping[str, UnknownFunction] = field(default_factory=dict)
+    """The unknown functions of the system and their derivatives, by name."""
     notes: list[str] = field(default_factory=list)
     files: list[pathlib.Path] = field(default_factory=list)
+    """The files that the document names."""
 
     def copied(self) -> Environment:
         """The same environment, in which more of a document may be read without a trace in this one."""
@@ -87,163 +108,179 @@ class Environment:
         self.files.append(path)
         return path
 
-    def read(self, raw: object, dimension: Dimension | None) -> Any:
-        """The SI value of a number, a quantity such as `5 cm`, or an expression in the parameters.
+    def typed(
+        self, raw: object, dimension: Dimension | None = None, variables: tuple[str, ...] = ()
+    ) -> Typed:
+        """A number, a quantity such as `5 cm`, or an expression in the `variables` and parameters.
 
         A unit must fit `dimension`; any unit fits if that is None. Raises ValueProblem.
         """
-        scalar = number_or_text(raw, number_of(dimension))
-        if not isinstance(scalar, str):
-            return _exact(parse(str(scalar)), {}) if self.arithmetic.exact else finite(scalar)
-        quantity = self._quantity(scalar, dimension)
-        if quantity is None:
-            try:
-                return self._value(parse(scalar), dimension)
-            except ExpressionError as error:
-                cure = quantity_meant(scalar)
-                if cure is not None and self.declared.isdisjoint(cure.partition(" ")[2].split("^")):
-                    error.hint = f"write `{cure}`"
-                raise
-        digits, unit = quantity
-        if self.arithmetic.exact:
-            return _exact(parse(digits), {}) * unit.factor * self.arithmetic.pi**unit.pi_power
-        return _in_si(digits, unit)
+        if isinstance(raw, bool) or not isinstance(raw, float | int | str | Decimal):
+            expected = "a number or an expression" if variables else number_of(dimension)
+            raise ValueProblem(f"read {shown(raw)}, expected {expected}")
+        if not isinstance(raw, str):
+            finite(raw)
+            return raw
+        if raw in ("NaN", "Infinity", "-Infinity"):
+            raise ValueProblem(f"read {shown(raw)}, expected a finite number")
+        amount = self._amount(raw, dimension, variables)
+        if amount is not None:
+            return amount
+        try:
+            return parse(raw, self.functions)
+        except ExpressionError as error:
+            cure = quantity_meant(raw)
+            if cure is not None and self.declared.keys().isdisjoint(cure.partition(" ")[2].split("^")):
+                error.hint = f"write `{cure}`"
+            raise
 
-    def _quantity(
-        self, text: str, dimension: Dimension | None, variables: tuple[str, ...] = ()
-    ) -> tuple[str, Unit] | None:
+    def _amount(self, text: str, dimension: Dimension | None, variables: tuple[str, ...]) -> Amount | None:
         """The number and the unit of a text such as `5 cm`; None for an expression.
 
         In `2 a` and `2a` the letter may be a unit and a parameter. The dimension decides which. If both
         fit, it is a unit after a blank, and else a parameter, which is noted. A variable is no unit.
         Raises ValueProblem for other texts, and for a unit of another dimension.
         """
-        if any(re.search(rf"(?<!\w){re.escape(key)}(?!\w)", text) for key in self.refused):
+        if any(re.search(rf"(?<!\w){re.escape(key)}(?!\w)", text) for key in self.nameless):
             raise ValueProblem("it uses a parameter that is no name", code=UNSETTLED)
         written = split_quantity(text)
         if written is None:
             return None
         names = _names_in(written.unit, tuple(self.functions.values()))
-        is_declared = names is not None and names.difference(variables) <= self.declared
+        others = frozenset[str]() if names is None else names.difference(self.declared, variables)
         # A name that is neither declared nor a unit is misspelt; the others say which one is meant.
-        is_meant = is_declared or (names is not None and not names.isdisjoint(self.declared.union(variables)))
-        if is_meant and not (names and all(map(is_unit, names))):
+        if names is not None and (not others or others != names) and not (names and all(map(is_unit, names))):
             return None
         try:
             unit = _unit(written.unit, dimension)
         except ValueProblem:
-            if is_declared:
+            if names is not None and not others:
                 return None
             raise
-        if names is None or not is_declared:
-            return written.digits, unit
+        digits, letters, touches = written
+        if names is None or others:
+            return Amount(digits, unit)
         if not names.isdisjoint(variables):
             return None
-        digits, letters, touches = written
         note = f"{shown(f'{digits} {letters}')} has a unit; for the parameter write `{digits}*{letters}`"
         if touches:
             note = f"{shown(digits + letters)} is a product; for the unit write `{digits} {letters}`"
         if note not in self.notes:
             self.notes.append(note)
-        return None if touches else (digits, unit)
+        return None if touches else Amount(digits, unit)
+
+    def read(self, raw: object, dimension: Dimension | None) -> Any:
+        """The SI value of a number, a quantity, or an expression in the parameters. Raises ValueProblem."""
+        return self.worked(self.typed(raw, dimension), dimension)
+
+    def worked(self, typed: Typed, dimension: Dimension | None) -> Any:
+        """The SI value of what is typed: a float, or an exact expression. Raises ValueProblem."""
+        exact = self.arithmetic.exact
+        if isinstance(typed, Amount):
+            digits, unit = typed
+            if not exact:
+                return _in_si(digits, unit)
+            return _exact(digits) * unit.factor * self.arithmetic.pi**unit.pi_power
+        if not isinstance(typed, Expression):
+            return _exact(str(typed)) if exact else float(typed)
+        names = typed.names
+        self._use(names)
+        if any(self.declared[name].is_broken for name in names) or self._without_value(names):
+            raise ValueProblem("a parameter in it has a problem", code=UNSETTLED)
+        self._check_dimension(typed, dimension)
+        values = {name: self.declared[name].value for name in names}
+        if not exact:
+            return typed.evaluate(values)
+        from rigidcli.algebra.arithmetic import worked_out
+
+        return worked_out(typed.root, values)
 
     def symbolic(
-        self, raw: object, dimension: Dimension | None = None, variables: tuple[str, ...] = ()
+        self, raw: object, dimension: Dimension | None = None, variables: tuple[str, ...] | None = ()
     ) -> Expression:
-        """A number, a quantity or an expression as an expression, in which names stay names.
+        """A number, a quantity or an expression in `variables` and parameters, in which names stay names.
 
-        A quantity, whose unit must fit `dimension`, becomes the SI number that it is, digit by digit.
-        Names of `variables` are no units. `admit` says whether the names in the expression are allowed.
-        Raises ValueProblem.
+        With None for the variables, any names may stand in it. Raises ValueProblem.
         """
-        scalar = number_or_text(raw, "a number or an expression")
-        if not isinstance(scalar, str):
-            finite(scalar)
-            return parse(str(scalar))
-        quantity = self._quantity(scalar, dimension, variables)
-        if quantity is None:
-            return parse(scalar, self.functions)
-        digits, unit = quantity
-        number = Fraction(repr(finite(digits)))
-        unit.si(number)
-        return parse(exact_text(number * unit.factor, unit.pi_power))
+        typed = self.typed(raw, dimension, variables or ())
+        if variables is not None:
+            self.admit(typed, dimension, variables)
+        return self.written(typed)
 
-    def admit(
-        self, expression: Expression, variables: tuple[str, ...], dimension: Dimension | None = None
-    ) -> None:
-        """Note that the parameters in a symbolic expression, which may use `variables`, are used.
+    def admit(self, typed: Typed, dimension: Dimension | None, variables: tuple[str, ...] = ()) -> None:
+        """Note that parameters are used, in what stays an expression.
 
-        Raises ValueProblem for a name that is not declared, and for dimensions that cannot be.
+        Raises ValueProblem for names that are neither parameters nor `variables`, and for wrong dimensions.
         """
-        names = expression.names.difference(variables)
-        self._use(names, variables)
-        if not names & self.broken:
-            self._check_dimension(expression, dimension)
+        if isinstance(typed, Expression):
+            parameters = typed.names.difference(variables)
+            self._use(parameters, variables)
+            if not any(self.declared[name].is_broken for name in parameters):
+                self._check_dimension(typed, dimension)
 
-    def _check_dimension(self, expression: Expression, dimension: Dimension | None) -> None:
-        if expression.names & self.dimensions.keys():
-            given = dimension_of(expression.root, self.dimensions)
-            if dimension is not None and given is not None and any(given):
-                check_dimension(expression.text, given, dimension)
+    def written(self, typed: Typed) -> Expression:
+        """What is typed as an expression; a quantity becomes the SI number that it is, digit by digit."""
+        if isinstance(typed, Amount):
+            number = Fraction(repr(finite(typed.digits)))
+            typed.unit.si(number)  # which may be beyond all floats
+            return parse(exact_text(number * typed.unit.factor, typed.unit.pi_power))
+        return typed if isinstance(typed, Expression) else parse(str(typed))
 
     def value(self, expression: Expression) -> float | None:
         """The value of a symbolic expression, if it follows from the parameters. Raises ValueProblem."""
-        settled = self.parameters.keys() - self.broken - self.open.keys()
-        return self.arithmetic.value(self._value(expression, None)) if expression.names <= settled else None
+        parameters = [self.declared.get(name) for name in expression.names]
+        if any(each is None or each.is_broken or each.symbols for each in parameters):
+            return None
+        return self.arithmetic.value(self.worked(expression, None))
 
     def formula(self, raw: object, dimension: Dimension, variables: tuple[str, ...]) -> Formula:
         """A number, a quantity, or an expression in `variables` and the parameters. Raises ValueProblem."""
-        if not isinstance(raw, str) or self._quantity(raw, dimension, variables) is not None:
-            return Formula(parse("value"), {"value": self.read(raw, dimension)})
-        expression = parse(raw)
-        inside = expression.names & set(variables)
-        for name in sorted(inside & self.declared):
+        typed = self.typed(raw, dimension, variables)
+        names = typed.names if isinstance(typed, Expression) else frozenset[str]()
+        inside = names & {*variables}
+        for name in sorted(inside & self.declared.keys()):
             raise ExpressionError(
                 f"`{name}` is a parameter, and a variable of the motion", hint="rename the parameter"
             )
-        self._use(expression.names - inside, variables)
-        if not inside:
-            return Formula(parse("value"), {"value": self._value(expression, dimension)})
-        constants = expression.names - inside - self.broken - self._without_value(expression.names)
-        return Formula(expression, {name: self.parameters[name] for name in sorted(constants)})
+        self._use(names - inside, variables)
+        if not isinstance(typed, Expression) or not inside:
+            return Formula(parse("value"), {"value": self.worked(typed, dimension)})
+        self._without_value(names - inside)
+        return Formula(typed, {name: self.declared[name].value for name in sorted(names - inside)})
 
     def names_in(self, raw: object, variables: tuple[str, ...] = ()) -> frozenset[str]:
         """The names that a value uses as it is written; `variables` are no units. Raises ValueProblem."""
-        is_expression = isinstance(raw, str) and self._quantity(raw, None, variables) is None
-        return parse(str(raw)).names if is_expression else frozenset()
+        typed = self.typed(raw, None, variables)
+        return typed.names if isinstance(typed, Expression) else frozenset()
 
-    def dimension(self, raw: object) -> Dimension | None:
-        """The dimension of a value as it is written; None where it may be any."""
-        if not isinstance(raw, str):
-            return None
-        quantity = self._quantity(raw, None)
-        return quantity[1].dimension if quantity else dimension_of(parse(raw).root, self.dimensions)
+    def _check_dimension(self, expression: Expression, dimension: Dimension | None) -> None:
+        given = self.dimension(expression)
+        if dimension is not None and given is not None and any(given):
+            check_dimension(expression.text, given, dimension)
 
-    def _value(self, expression: Expression, dimension: Dimension | None) -> Any:
-        self._use(expression.names)
-        if expression.names & self.broken or self._without_value(expression.names):
-            raise ValueProblem("a parameter in it has a problem", code=UNSETTLED)
-        self._check_dimension(expression, dimension)
+    def dimension(self, typed: Typed) -> Dimension | None:
+        """The dimension of what is typed; None where it may be any. Raises ValueProblem."""
+        if not isinstance(typed, Expression):
+            return typed.unit.dimension if isinstance(typed, Amount) else None
+        declared = {name: self.declared[name].dimension for name in typed.names & self.declared.keys()}
+        dimensions = {name: dimension for name, dimension in declared.items() if dimension is not None}
+        return dimension_of(typed.root, dimensions) if dimensions else None
+
+    def _without_value(self, names: Iterable[str]) -> bool:
+        """Whether one of these parameters lacks the value that a number needs; the symbols become faults."""
         if self.arithmetic.exact:
-            return _exact(expression, self.parameters)
-        used = {name: value for name, value in self.parameters.items() if name in expression.names}
-        return expression.evaluate(used)
-
-    def _without_value(self, names: frozenset[str]) -> frozenset[str]:
-        """The parameters among `names` that lack the value that a number needs; they are noted as faults."""
-        if self.arithmetic.exact:
-            return frozenset()
-        missing = names & self.open.keys()
-        for symbol in frozenset[str]().union(*(self.open[name] for name in missing)):
+            return False
+        symbols = frozenset[str]().union(*(self.declared[name].symbols for name in names))
+        for symbol in symbols:
             self.faults[symbol] = ValueProblem("missing: a number in the document needs its value")
-        return missing
+        return bool(symbols)
 
     def _use(self, names: Iterable[str], variables: tuple[str, ...] = ()) -> None:
         """Note that parameters are used. Raises ExpressionError, which lists `variables`, for other names."""
-        unknown = sorted(set(names) - self.declared)
+        unknown = sorted(set(names).difference(self.declared))
         if unknown:
             raise self._undeclared(unknown, variables)
-        self.used |= set(names)
+        self.used.update(names)
 
     def assume_positive(self, value: Any) -> None:
         """Note that the document makes sense only if `value`, whose sign is open, is positive."""
@@ -256,6 +293,14 @@ class Environment:
         return sorted(self.declared)
 
     def _undeclared(self, names: list[str], variables: tuple[str, ...]) -> ValueProblem:
+        for name in names:
+            if name in self.functions:
+                return ExpressionError(f"`{name}` is a function, and needs its argument: `{name}(...)`")
+            if variables and name in self.meanings:
+                hint = f"variables here: {', '.join(variables)}"
+                return ExpressionError(
+                    f"`{name}` is {self.meanings[name]}, which cannot stand here", hint=hint
+                )
         spelled = {name: meant for name in names if (meant := variable_called(name, variables))}
         near = spelled.get(names[0])
         if not spelled:
@@ -309,11 +354,11 @@ def _names_in(text: str, functions: tuple[UnknownFunction, ...]) -> frozenset[st
         return None
 
 
-def _exact(expression: Expression, values: Mapping[str, Any]) -> Any:
-    """The exact value of an expression, from the exact `values` of its names."""
+def _exact(digits: str) -> Any:
+    """The exact value of a number."""
     from rigidcli.algebra.arithmetic import worked_out
 
-    return worked_out(expression.root, values)
+    return worked_out(parse(digits).root, {})
 
 
 def _listed(names: Sequence[str], show: Callable[[str], str] = shown) -> str:

@@ -21,13 +21,13 @@ from rigidcli.fields.dimensions import (
     MOMENT_OF_INERTIA,
     TIME,
     Dimension,
+    number_of,
 )
 from rigidcli.fields.environment import Environment
 from rigidcli.fields.readers import SHARED, Alternative, ReadBy, Reader
 from rigidcli.fields.section import environment
-from rigidcli.fields.typed_numbers import number_of
 from rigidcli.fields.units import is_unit
-from rigidcli.fields.words import not_one_of
+from rigidcli.fields.words import list_meant, not_one_of
 
 LIMITS: dict[Dimension | None, float] = {
     LENGTH: 1e50,
@@ -120,8 +120,9 @@ def limited(fits: Callable[[Any, Arithmetic], bool], expected: str, unit: str = 
     def check(value: Scalar, info: ValidationInfo) -> Scalar:
         n = environment(info).arithmetic
         if not fits(value, n):
-            hint = f"{n.size(value):.6g} deg meant?" if unit == " rad" else None
-            raise ValueProblem(f"read {n.size(value):.6g}{unit}, expected {expected}", hint=hint)
+            size = n.size(value)
+            hint = f"{size:.6g} deg meant?" if unit == " rad" and 0 < size <= 180 else None
+            raise ValueProblem(f"read {size:.6g}{unit}, expected {expected}", hint=hint)
         return value
 
     return AfterValidator(check)
@@ -156,10 +157,9 @@ def _list_along(axes: str) -> BeforeValidator:
 
     def check(raw: object) -> object:
         if not isinstance(raw, list | tuple):
-            hint = f"write `[{raw.strip('[]() ')}]`" if isinstance(raw, str) and "," in raw else None
-            raise ValueProblem(
-                f"read {shown(raw)}, expected a list, such as [{axes}]", hint=hint, typed=hint and str(raw)
-            )
+            meant = list_meant(raw) if isinstance(raw, str) else None
+            message = f"read {shown(raw)}, expected a list, such as [{axes}]"
+            raise ValueProblem(message, hint=meant and f"write `{meant}`", typed=meant and str(raw))
         return raw
 
     return BeforeValidator(check)

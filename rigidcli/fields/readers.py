@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import pathlib
-from abc import ABC, abstractmethod
 from collections.abc import Callable, Mapping, Sequence
 from copy import deepcopy
 from dataclasses import dataclass
@@ -20,7 +19,7 @@ from pydantic_core.core_schema import ValidatorFunctionWrapHandler
 
 from rigidcli.errors import ValueProblem, nearest, shown
 from rigidcli.fields.environment import Environment
-from rigidcli.fields.section import Section, environment, sections_in
+from rigidcli.fields.section import Section, environment
 from rigidcli.fields.words import AS_WRITTEN, key_slip, keys_called, with_colon
 
 SECTION = "x-section"
@@ -49,38 +48,15 @@ class Reader:
         return deepcopy(self.json_schema())
 
 
-@dataclass(frozen=True, eq=False)
 class ReadBy(Reader):
     """Marks a field that a function, `read`, reads; `schema` is its JSON Schema."""
 
-    read: Callable[[Any, ValidationInfo], Any]
-    schema: JsonSchemaValue
-
-    def json_schema(self) -> JsonSchemaValue:
-        """The schema with which the mark was made."""
-        return self.schema
-
-
-class Wrapper(ABC):
-    """Marks a field of the type `otherwise` that also takes another entry."""
-
-    otherwise: Any
-
-    @abstractmethod
-    def wrapped(self, raw: Any, otherwise: ValidatorFunctionWrapHandler, info: ValidationInfo) -> object:
-        """The value of the field for an entry: read here, or by `otherwise`."""
-
-    def __get_pydantic_core_schema__(self, source: object, handler: GetCoreSchemaHandler) -> CoreSchema:
-        schema = handler.generate_schema(self.otherwise)
-        return core_schema.with_info_wrap_validator_function(self.wrapped, schema)
-
-    def sections(self) -> list[type[Section]]:
-        """The sections that the type `otherwise` may hold."""
-        return sections_in(self.otherwise)
+    def __init__(self, read: Callable[[Any, ValidationInfo], Any], schema: JsonSchemaValue) -> None:
+        self.read, self.json_schema = read, lambda: schema
 
 
 @dataclass(frozen=True, eq=False)
-class Alternative(Wrapper):
+class Alternative:
     """Marks a field of the type `otherwise` that also takes an entry of another type, `kind`.
 
     `read` makes the value of the field from such an entry, of which `schema` is the JSON Schema.
@@ -94,6 +70,10 @@ class Alternative(Wrapper):
     def wrapped(self, raw: Any, otherwise: ValidatorFunctionWrapHandler, info: ValidationInfo) -> object:
         """The value of the field, which `read` makes from an entry of the other type."""
         return self.read(raw, environment(info)) if isinstance(raw, self.kind) else otherwise(raw)
+
+    def __get_pydantic_core_schema__(self, source: object, handler: GetCoreSchemaHandler) -> CoreSchema:
+        schema = handler.generate_schema(self.otherwise)
+        return core_schema.with_info_wrap_validator_function(self.wrapped, schema)
 
     def __get_pydantic_json_schema__(
         self, schema: CoreSchema, handler: GetJsonSchemaHandler
@@ -114,19 +94,14 @@ class Choice(Reader):
         """The JSON Schema of a mapping that is one of the sections."""
         return {"oneOf": [reference(option) for option in self.options()]}
 
-    def sections(self) -> list[type[Section]]:
-        """The sections to choose from."""
-        return list(self.options())
-
     def read(self, raw: object, info: ValidationInfo) -> Section:
         """The mapping, read as the section that `choose` picks."""
         if isinstance(raw, Section):
             return raw
         if not isinstance(raw, Mapping):
             message = f"read {shown(raw)}, expected a mapping{self.example and f', such as {self.example}'}"
-            if isinstance(raw, str) and (cure := with_colon(raw)) is not None:
-                raise ValueProblem(message, hint=AS_WRITTEN.format(cure), typed=raw)
-            raise ValueProblem(message)
+            cure = with_colon(raw) if isinstance(raw, str) else None
+            raise ValueProblem(message, hint=cure and AS_WRITTEN.format(cure), typed=cure and str(raw))
         return self.choose(raw).model_validate(raw, context=info.context)
 
 
@@ -164,10 +139,6 @@ class Elsewhere(Reader):
     def json_schema(self) -> JsonSchemaValue:
         """The JSON Schema of the choice."""
         return self.choice.json_schema()
-
-    def sections(self) -> list[type[Section]]:
-        """The sections of the choice."""
-        return self.choice.sections()
 
     def read(self, raw: object, info: ValidationInfo) -> Section:
         """The mapping, read as the section that `choose` picks."""

@@ -5,8 +5,9 @@ The errors of all its keys are reported together, with a cure where there is one
 
 # Annotations here are objects, not texts: pydantic reads those of a section for all that are built on it.
 
+import re
 from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
-from typing import Any, ClassVar, Self, get_args
+from typing import Any, ClassVar, Self
 
 from pydantic import (
     BaseModel,
@@ -22,6 +23,9 @@ from pydantic_core import InitErrorDetails
 from rigidcli.errors import UNKNOWN, ValueProblem, nearest
 from rigidcli.fields.environment import Environment
 from rigidcli.fields.words import bracketed, key_slip, keys_called
+
+GUESS = re.compile(r"^unknown (?:key|name) \(did you mean (\w+)")
+"""The key that was meant by an unknown key: a further problem that it is missing would say nothing new."""
 
 
 class Section(BaseModel):
@@ -49,13 +53,15 @@ class Section(BaseModel):
         slips = list[ValueProblem]()
         if not raw.keys() <= fields.keys():
             raw, slips = bracketed(raw)
-        problems = [*slips, *cls._contradictions(raw)]
-        if not raw.keys() <= fields.keys():
-            top = environment(info).top_keys
-            unknown = [cls._stranger(key, raw, top).below(key) for key in raw if key not in fields]
-            for problem in unknown:
+        meant, unknown = dict[str, Any](), list[ValueProblem]()
+        for key in raw if not raw.keys() <= fields.keys() else ():
+            if key not in fields:
+                problem = cls._stranger(key, raw, environment(info).top_keys).below(key)
                 problem.code = UNKNOWN
-            problems = [*unknown, *problems]
+                unknown.append(problem)
+                if guess := GUESS.search(problem.message):
+                    meant[guess[1]] = raw[key]
+        problems = [*unknown, *slips, *cls._contradictions({**meant, **raw})]
         if not problems:
             return validate(raw)
         allowed = {key: value for key, value in raw.items() if key in fields}
@@ -131,14 +137,3 @@ def details(error: ValidationError, *path: str | int) -> Iterator[InitErrorDetai
     """The errors of pydantic in a value, with their places after the `path` to the value."""
     for e in error.errors(include_url=False):
         yield InitErrorDetails(type=e["type"], loc=(*path, *e["loc"]), input=e["input"], ctx=e.get("ctx", {}))
-
-
-def sections_in(annotation: Any) -> list[type[Section]]:
-    """The sections that a field of this type may hold, at any depth of its lists and choices."""
-    if isinstance(annotation, type) and issubclass(annotation, Section):
-        return [annotation]
-    if hasattr(annotation, "sections"):  # a mark that lists them
-        return list(annotation.sections())
-    *types, metadata = (*get_args(annotation), getattr(annotation, "__metadata__", ()))
-    marked = [section for mark in metadata for section in sections_in(mark)]
-    return marked or list(dict.fromkeys(section for part in types for section in sections_in(part)))

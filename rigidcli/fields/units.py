@@ -14,16 +14,18 @@ Write `kg/(m s)` for several names below the line. Case matters: `Mm` is not `mm
 
 from __future__ import annotations
 
+import math
 import re
 from collections import deque
 from dataclasses import dataclass, replace
+from decimal import Decimal
 from difflib import get_close_matches
 from fractions import Fraction
 from functools import lru_cache
 from importlib import resources
 from typing import NamedTuple
 
-from rigidcli.errors import ValueProblem
+from rigidcli.errors import ValueProblem, shown
 from rigidcli.fields.dimensions import DIMENSIONLESS, FREQUENCY, Dimension
 from rigidcli.language.tokens import LOWERED, SUPERSCRIPT
 
@@ -117,40 +119,36 @@ _REFUSED = {
 
 _ONE = Unit("1", Fraction(1), 0, DIMENSIONLESS)
 
-_DEFINED = {name: row.definition for row in TABLE for name in row.names.split()}
-"""The definition of each name in the table."""
-
-_SYMBOLS = frozenset(name for row in TABLE for name in row.prefixed.split())
-"""The units before which a short prefix may stand."""
-
-_WORDS = frozenset(name for row in TABLE if row.prefixed for name in row.names.split() if len(name) > 3)
-"""The units before which a long prefix may stand."""
-
 _DEFINITION = re.compile(r"(?:(pi|[0-9][^ /]*)(?:/(pi|[^ ]+))? )?(.+)")
 """The number in a definition, if there is one, its divisor, and the units."""
 
 
-def _may_follow(prefix: str) -> frozenset[str]:
-    return _SYMBOLS if len(prefix) <= 2 else _WORDS
+_ROWS = {name: row for row in TABLE for name in row.names.split()}
+"""The rows of the table by each of their names."""
+
+
+def _may_follow(name: str, prefix: str) -> bool:
+    """Whether the prefix may stand before this name: a short one before symbols, a long one before words."""
+    row = _ROWS.get(name)
+    if row is None or len(prefix) <= 2:
+        return row is not None and name in row.prefixed.split()
+    return len(name) > 3 and bool(row.prefixed)
 
 
 def known_names() -> list[str]:
     """Every name of the table, also with the SI prefixes that it may have."""
-    prefixed = (prefix + name for prefix in PREFIXES for name in sorted(_may_follow(prefix)))
-    return list(dict.fromkeys(["1", *_DEFINED, *prefixed]))
+    prefixed = (prefix + name for prefix in PREFIXES for name in _ROWS if _may_follow(name, prefix))
+    return list(dict.fromkeys(["1", *_ROWS, *prefixed]))
 
 
 @lru_cache(maxsize=1024)
 def _from_table(name: str) -> Unit | None:
-    if name == "1":
-        return _ONE
-    if name in _DEFINED:
-        return _defined(name, _DEFINED[name])
+    if name == "1" or name in _ROWS:
+        return _ONE if name == "1" else _defined(name, _ROWS[name].definition)
     for prefix, power in PREFIXES.items():
         rest = name.removeprefix(prefix)
-        if rest != name and rest in _may_follow(prefix):
-            unit = _named(rest)
-            return replace(unit, text=name, factor=unit.factor * Fraction(10) ** power)
+        if rest != name and _may_follow(rest, prefix):
+            return _defined(name, f"1e{power} {rest}")
     return None
 
 
@@ -191,6 +189,8 @@ def _hint_for(name: str) -> str:
     if same := [unit for unit in known_names() if unit.lower() == name.lower()]:
         return f"case matters, did you mean {_listed(same)}?"
     near = get_close_matches(name, known_names(), cutoff=0.7)
+    if product := re.fullmatch(r"(k?g|[km]?N)([ckm]?m)", name):  # products that are often written as one word
+        near = [" ".join(product.groups())]
     if near:
         return f"did you mean {_listed(near)}?"
     return "units are those of the SI with their prefixes, and others of mechanics, `rigidcli explain units`"
@@ -266,3 +266,73 @@ def _factor(tokens: deque[str]) -> Unit:
 
 def _unexpected(head: str) -> ValueProblem:
     return ValueProblem(f"unexpected `{head}` in a unit" if head else "a unit ends too early")
+
+
+# --- quantities as they are typed
+
+
+def finite(raw: float | int | str | Decimal) -> float:
+    """A number as a float. Raises ValueProblem for a text that is no number, and beyond all floats."""
+    try:
+        value = float(raw)
+    except OverflowError:
+        value = math.inf
+    if not math.isfinite(value):
+        raise ValueProblem(f"read {shown(raw)}, expected a finite number")
+    return value
+
+
+def exact_text(number: Fraction, pi_power: int) -> str:
+    """`number` pi^`pi_power` in the expression language, exactly."""
+    text = f"{number.numerator}/{number.denominator}"
+    if number.denominator == 1:
+        text = str(number.numerator)
+    elif abs(number) < 2**1000 and Fraction(decimal := repr(float(number))) == number:
+        text = decimal
+    return text if pi_power == 0 else f"{text}*pi" if pi_power == 1 else f"{text}*pi**{pi_power}"
+
+
+_QUANTITY = re.compile(
+    rf"""\s*(?P<digits>[-+−]?+(?>[0-9]++\.?+[0-9]*+|\.[0-9]++))
+    (?: [eE](?P<e>[-+−]?[0-9]++)
+      | \s*[*·⋅]\s*10 (?: (?:\^|\*\*)(?P<power>[-+−]?[0-9]++) | (?P<raised>{SUPERSCRIPT}) )
+    )?+
+    (?P<gap>\s*)(?P<unit>(?: (?!{SUPERSCRIPT})[^\W\d_] | [°′″] | (?<=\s)1/ ).*)""",
+    re.DOTALL | re.VERBOSE,
+)
+
+
+class Written(NamedTuple):
+    """A quantity as it is typed: a decimal number of any size, and a text that may be a unit."""
+
+    digits: str
+    unit: str
+    touches: bool
+    """Whether there is no blank between them."""
+
+
+@lru_cache(maxsize=4096)
+def split_quantity(text: str) -> Written | None:
+    """The number and the unit of `5 cm` or `6*10^24 kg`; None for other texts.
+
+    A quantity is a decimal number and a text that begins like a unit: a letter, `°`, `′`, `″`, or `1/`
+    after a blank. Neither part is judged here.
+    """
+    match = _QUANTITY.fullmatch(text)
+    if match is None:
+        return None
+    power = match["e"] or match["power"] or (match["raised"] or "").translate(LOWERED)
+    number = f"{match['digits']}e{power}" if power else match["digits"]
+    return Written(number.replace("−", "-"), match["unit"].rstrip(), not match["gap"])
+
+
+_QUOTIENT = re.compile(r"\s*(\d+(?:\.\d*)?)\s*/\s*(\d+(?:\.\d*)?)\s+(\S.*)")
+"""A quotient of two numbers, and a text that may be a unit."""
+
+
+def quantity_meant(text: str) -> str | None:
+    """The quantity `0.5 m` that is meant by `1/2 m`, which cannot be read; None for other texts."""
+    match = _QUOTIENT.fullmatch(text)
+    if match is None or not is_unit(match[3]) or not float(match[2]):
+        return None
+    return f"{float(match[1]) / float(match[2])!r} {match[3]}"

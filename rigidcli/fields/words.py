@@ -85,6 +85,18 @@ def halved(word: str) -> tuple[str, ...]:
     return HALVED.get(folded(word), ())
 
 
+_DIGITS = re.compile(r"-?\.?\d")
+"""The beginning of a number."""
+
+
+def list_meant(typed: str) -> str | None:
+    """The list `[1, 2, 3]` that was meant by `1, 2, 3`, `1 2 3`, `1; 2; 3` or `(1, 2, 3)`, if it was."""
+    bare = typed.strip("[]() ")
+    entries = re.split(r"\s*;\s*" if ";" in bare else r"\s*,\s*" if "," in bare else r"\s+", bare)
+    numbers = "," in bare or all(map(_DIGITS.match, entries))
+    return f"[{', '.join(entries)}]" if numbers and len(entries) > 1 else None
+
+
 _VELOCITY = "v{0} v_{0} {0}_dot {0}d d{0} d{0}dt d{0}_dt {0}prime {0}_prime vel_{0} velocity_{0}"
 """Words for the velocity of a coordinate that has the name {0}."""
 
@@ -128,10 +140,6 @@ def bracketed(raw: Mapping[str, Any]) -> tuple[dict[str, Any], list[ValueProblem
         else:
             mended |= {key: entries[0], **dict.fromkeys(entries[1:])}
     return mended, problems
-
-
-_DIGITS = re.compile(r"-?\.?\d")
-"""The beginning of a number."""
 
 
 def key_slip(key: str, keys: Collection[str]) -> ValueProblem | None:

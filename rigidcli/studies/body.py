@@ -19,7 +19,7 @@ from rigidcli.studies.results import field_of
 
 if TYPE_CHECKING:
     from rigidcli.bodies.tops import HeavyTop
-    from rigidcli.document.precession import Top
+    from rigidcli.document.motion import Top
 
 NO_SPIN = "the body is linear: it has no moment about its line, and cannot turn about it"
 """Why an angular velocity along the line of a linear body is refused: no angular momentum determines it."""

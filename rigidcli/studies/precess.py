@@ -14,8 +14,7 @@ from rigidcli.core.arithmetic import Arithmetic, Scalar
 from rigidcli.core.principal import body_class
 from rigidcli.core.tensor import Inertia
 from rigidcli.document.document import Document
-from rigidcli.document.motion import Motion
-from rigidcli.document.precession import Tide, Top
+from rigidcli.document.motion import Motion, Tide, Top
 from rigidcli.errors import DocumentError, Problem
 from rigidcli.report import Column, Field, Report, Step, Table, Value
 from rigidcli.studies.body import body_frame, principal_omega, require_one_start, require_spin

@@ -8,7 +8,6 @@ from hypothesis import strategies as st
 
 import rigidcli
 from rigidcli.errors import DocumentError, ValueProblem
-from rigidcli.fields.dimensional_analysis import dimension_of
 from rigidcli.fields.dimensions import (
     ANGLE,
     ANGULAR_VELOCITY,
@@ -22,6 +21,7 @@ from rigidcli.fields.dimensions import (
     TIME,
     Dimension,
     check_dimension,
+    dimension_of,
 )
 from rigidcli.fields.units import parse_unit
 from rigidcli.language.expression import parse

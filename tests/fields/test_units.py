@@ -31,8 +31,7 @@ from rigidcli.fields.dimensions import (
     VOLUME,
     Dimension,
 )
-from rigidcli.fields.typed_numbers import split_quantity
-from rigidcli.fields.units import known_names, parse_unit
+from rigidcli.fields.units import known_names, parse_unit, split_quantity
 from tests.conftest import Program
 
 PINT_SPELLING = {"gn": "g_n", "rev": "revolution"}

@@ -18,8 +18,7 @@ from rigidcli.core.precession import cosine, sine, steady
 from rigidcli.core.principal import PrincipalFrame, principal_frame
 from rigidcli.core.tensor import Inertia
 from rigidcli.document.document import Document
-from rigidcli.document.motion import Motion, OwnTorque, Weight
-from rigidcli.document.precession import Top
+from rigidcli.document.motion import Motion, OwnTorque, Top, Weight
 from rigidcli.document.sampling import DEFAULT_TOLERANCE
 from rigidcli.errors import ComputationError, DocumentError
 from rigidcli.report import NOISE, Column, Table

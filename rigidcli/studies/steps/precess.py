@@ -8,7 +8,7 @@ from typing import Any
 from rigidcli.core import precession
 from rigidcli.core.arithmetic import Arithmetic
 from rigidcli.document.document import Document
-from rigidcli.document.precession import Tide, Top
+from rigidcli.document.motion import Tide, Top
 from rigidcli.report import Field, Step, Value
 from rigidcli.studies.steps.writing import filled, law
 
