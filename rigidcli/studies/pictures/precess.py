@@ -41,11 +41,11 @@ def potential(document: Document, values: Mapping[str, Mapping[str, Value]]) -> 
     heights = np.where(heights <= energy + 1.5 * room, heights, np.nan)
     level = np.array([[theta[0], energy], [theta[-1], energy]])
     marks = (
-        Mark("line", np.column_stack([theta, heights]), "V_eff", r"V_\mathrm{eff}(\theta)", style=0),
-        Mark("line", level, "energy E", r"\mathrm{energy}\ E", style=1),
+        Mark("line", np.column_stack([theta, heights]), "V_eff", style=0),
+        Mark("line", level, "energy E", style=1),
         Mark("dots", np.array([[low, energy], [high, energy]]), "turning points", style=1),
     )
-    rulers = Ruler("theta", r"\theta", "rad"), Ruler("V_eff", r"V_\mathrm{eff}", "J")
+    rulers = Ruler("θ", unit="rad"), Ruler("V_eff", unit="J")
     return Picture("potential", "effective potential of the tilt", (Panel(rulers, marks),))
 
 
@@ -55,7 +55,7 @@ def trace(document: Document, values: Mapping[str, Mapping[str, Value]]) -> Pict
         require_values(document, "a picture")
         axis = _retrograde(float(document.tide.obliquity))
         return trace_picture(
-            axis, "axis of the planet", "", "trace of the axis about the pole of the ecliptic, z"
+            axis, "axis of the planet", "trace of the axis about the pole of the ecliptic, z"
         )
     top, (lambda1, lambda3, spin, tilt, start, nutation, fall) = _top(document, values)
     if not fall:
@@ -67,7 +67,7 @@ def trace(document: Document, values: Mapping[str, Mapping[str, Value]]) -> Pict
     times = np.linspace(0, min(max(turn, period or 0.0), MOST_NUTATIONS * (period or turn)) or 1.0, 4 * COUNT)
     _, path = heavy_motion(lambda1, lambda3, fall, omega, orientation).at(times)
     axis = rotation.turned(path, np.array([0.0, 0.0, 1.0]))
-    return trace_picture(axis, "axis of the top", "", "trace of the axis on the unit sphere, z upward")
+    return trace_picture(axis, "axis of the top", "trace of the axis on the unit sphere, z upward")
 
 
 def polhode(document: Document, values: Mapping[str, Mapping[str, Value]]) -> Picture:
