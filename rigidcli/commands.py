@@ -77,7 +77,7 @@ _ROWS = (
         Example: rigidcli precess top.yaml --set top.spin="900 rpm"
         """,
         needs=("top", "body", "tide"),
-        pictures=dict.fromkeys(("potential", "trace", "polhode"), "pictures.precess"),
+        pictures=dict.fromkeys(("potential", "trace", "polhode"), "euler.precession"),
         python="""
         >>> top = {"mass": 0.3, "distance": 0.05, "lambda3": 0.000375, "spin": "20 rps", "gravity": 9.8}
         >>> round(rigidcli.precess({"top": top})["top"]["gyroscopic_rate"], 2)

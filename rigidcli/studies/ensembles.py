@@ -77,6 +77,7 @@ def reports(
     DocumentError where the starts do not share their times.
     """
     size = block(document)
+    parts: Iterable[StartReport]
     several = None if together is None or form == "starts" else together(document, form)
     if several is not None:
         blocks = (

@@ -75,7 +75,11 @@ def inertia_steps(document: Document, asked: Array) -> Iterator[Step]:
             )
     if document.frame is not None:
         sentence = "Along the axes of `frame`, the columns of R, the tensor is R^T I R."
-        yield Step("Axes of the results", sentence, _turned(physical.axes, asked, "R^T I R"))
+        yield Step(
+            "Axes of the results",
+            sentence,
+            _turned(physical.axes, asked, "R^T I R", r"\mathbf{R}^\mathsf{T} \mathbf{I R}"),
+        )
 
 
 def _about_o(own: Array) -> Field:
@@ -171,12 +175,11 @@ def _shape(body: Form, n: Arithmetic) -> Iterator[Step]:
     if (turn != n.array(np.eye(3, dtype=int))).any():
         turned = n.tidy(tensor.rotate(own.tensor, turn))
         sentence = "The body is turned by R, and the tensor becomes R I R^T."
-        yield Step("Turned axes", sentence, _turned(turn, turned, "R I R^T"))
+        yield Step("Turned axes", sentence, _turned(turn, turned, "R I R^T", r"\mathbf{R I R}^\mathsf{T}"))
 
 
-def _turned(turn: Array, tensor: Array, product: str) -> tuple[Field, Field]:
+def _turned(turn: Array, tensor: Array, product: str, symbol: str) -> tuple[Field, Field]:
     """A rotation R, and the tensor that it makes by a `product` such as R I R^T."""
-    symbol = rf"\mathbf{{{product}}}".replace("^T", r"^\mathsf{T}")
     return Field("", turn, "R", r"\mathbf{R}"), Field("", tensor, product, symbol, "kg m^2")
 
 
@@ -226,7 +229,8 @@ def _in_coordinates(density: Formula | Scalar, chart: Chart, n: Arithmetic) -> S
     title = " ".join(["dm /", *(f"d{name}" for name, _ in limits)])
     return Step(
         "Element of mass",
-        f"In coordinates of the shape, {ends}; dm is the density times the element of volume, area or length.",
+        f"In coordinates of the shape, {ends}; dm is the density times the element of volume, area or "
+        "length.",
         (*(Field("", part, axis, axis, "m") for axis, part in places), Field("", element, title), *spans),
     )
 
