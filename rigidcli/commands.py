@@ -72,7 +72,7 @@ _ROWS = (
         """,
         needs=("top", "body", "tide"),
         ignored="system orbit equilibrium transform",
-        pictures=dict.fromkeys(("potential", "trace", "polhode"), "pictures.precess"),
+        pictures=dict.fromkeys(("potential", "trace", "polhode"), "euler.precession"),
         python="""
         >>> top = {"mass": 0.3, "distance": 0.05, "lambda3": 0.000375, "spin": "20 rps", "gravity": 9.8}
         >>> round(rigidcli.precess({"top": top})["top"]["gyroscopic_rate"], 2)

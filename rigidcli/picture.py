@@ -21,7 +21,7 @@ class Ruler:
 
 @dataclass(frozen=True, slots=True)
 class Mark:
-    """Something drawn in a panel with d rulers; `label` is for the legend, and `symbol` the same in LaTeX.
+    """Something drawn in a panel with d rulers; `label` is for the legend.
 
     `points` are the places of a line or of dots (n, d), the two ends of an arrow (2, d), a sequence of plane
     faces (each k by 3), or of contours the coordinates x (n), y (m) and the heights (m, n), whose lines are
@@ -33,7 +33,6 @@ class Mark:
     form: Literal["line", "dots", "arrow", "faces", "contours"]
     points: Any
     label: str = ""
-    symbol: str = ""
     style: int = 0
     quiet: bool = False
     levels: tuple[float, ...] = ()

@@ -70,8 +70,8 @@ def read_tree(
         return _Builder(events, source, number, {} if lines is None else lines, typed).root()
     except yaml.MarkedYAMLError as error:
         if "maximum nesting depth" in (error.problem or ""):  # newer libyaml refuses it by itself
-            problem = Problem(source, _TOO_DEEP, error.problem_mark.line + 1, code="too_deep")
-            raise DocumentError([problem]) from None
+            line = None if error.problem_mark is None else error.problem_mark.line + 1
+            raise DocumentError([Problem(source, _TOO_DEEP, line, code="too_deep")]) from None
         from rigidcli.document.complaints import find_slip
 
         slip = find_slip(text, error)

@@ -78,7 +78,7 @@ class Traits:
     file: str = ""
 
 
-_PROGRAM = Traits(studies=("hamilton",), program=True)
+_PROGRAM = Traits(studies=("hamilton",), module="program", program=True)
 _BLOCK = Traits(studies=("inertia",), module="inertial")
 
 TRAITS = {

@@ -73,17 +73,14 @@ def _unsigned(value: Value) -> Value:
 def _representable(field: Field) -> Field:
     """The field, in which floats lose the sign of a zero, and arrays of them are contiguous in memory."""
     value = field.value
-    if value is None or (type(value) is float and TINY <= abs(value) < math.inf):
+    is_array = isinstance(value, np.ndarray) and value.dtype.kind == "f"
+    if not (is_array or isinstance(value, float)):
         return field
-    if not isinstance(value, float) and not (isinstance(value, np.ndarray) and value.dtype.kind == "f"):
-        return field
-    sizes = list(map(abs, value.ravel().tolist() if isinstance(value, np.ndarray) else [value]))
-    if not all(map(math.isfinite, sizes)) or 0 < max(sizes, default=0) < TINY:
-        raise ComputationError(
-            f"the {field.title or field.key} is beyond the range of floating-point numbers"
-        )
-    is_array = isinstance(value, np.ndarray) and value.ndim
-    field.value = np.ascontiguousarray(value) + 0.0 if is_array else float(value) + 0.0
+    largest = float(np.abs(value).max(initial=0.0)) if is_array else abs(value)
+    if not largest < math.inf or 0 < largest < TINY:
+        message = f"the {field.title or field.key} is beyond the range of floating-point numbers"
+        raise ComputationError(message)
+    field.value = np.ascontiguousarray(value) + 0.0 if is_array and value.ndim else float(value) + 0.0
     return field
 
 

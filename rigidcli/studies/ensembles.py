@@ -26,14 +26,14 @@ the samples at a few times, from which a summary is made."""
 StartReport: TypeAlias = tuple[int, Report | RigidError]
 """The place of a start, counted from 0, and the report on it and perhaps the next starts, or the error."""
 
-Sampling: TypeAlias = Mapping[str, object]
-"""Values for the keys of the section with the times, in place of the values in the document."""
-
-Together: TypeAlias = Callable[[Document, Sampling], Callable[[range], Iterator[StartReport]] | None]
+Together: TypeAlias = Callable[[Document, Form], Callable[[range], Iterator[StartReport]] | None]
 """A function that returns the function for arrays of starts, or None where there is none."""
 
 ROWS = 25_000
 """The most rows of a report on several starts: they take 3 MB of memory."""
+
+FEW = 6
+"""Times of a summary: a table of them fits on a screen."""
 
 
 def sampling_of(document: Document) -> Motion | Orbit:
@@ -76,28 +76,41 @@ def reports(
     `together` may work several starts as arrays. The first place is a multiple of `block`. Raises
     DocumentError where the starts do not share their times.
     """
-    times = sampling_of(document).instants(1.0)
-    sampling: dict[str, object] = {}
-    if form == "few":
-        times = times[np.unique(np.linspace(0, len(times) - 1, 6).astype(int))]
-        sampling = {"duration": None, "step": None, "samples": None, "times": tuple(times.tolist())}
-    several = None if together is None or form == "starts" else together(document, sampling)
+    size = block(document)
+    parts: Iterable[StartReport]
+    several = None if together is None or form == "starts" else together(document, form)
     if several is not None:
-        size = block(document)
-        for first in range(places.start, places.stop, size):
-            yield from several(range(first, min(first + size, places.stop)))
-        return
-    for place in places:
-        try:
-            result = run(document.start(place, **sampling))
-        except RigidError as error:
-            yield place, error
-            continue
-        if form == "starts":
-            start = field_of("euler", "start", place, title="")
-            yield place, replace(result, fields=(start, *result.fields))
+        blocks = (
+            range(first, min(first + size, places.stop)) for first in range(places.start, places.stop, size)
+        )
+        parts = chain.from_iterable(map(several, blocks))
+    else:
+        parts = (_alone(document, run, form, place) for place in places)
+    for place, result in parts:
+        if form == "few" and isinstance(result, Report):
+            yield place, replace(result, tables=(_few(_samples(result)),))
         else:
-            yield place, replace(result, tables=(with_start(_samples(result), np.array([place])),))
+            yield place, result
+
+
+def _alone(document: Document, run: Callable[[Document], Report], form: Form, place: int) -> StartReport:
+    """The report on one start."""
+    try:
+        result = run(document.start(place))
+    except RigidError as error:
+        return place, error
+    if form == "starts":
+        start = field_of("euler", "start", place, title="")
+        return place, replace(result, fields=(start, *result.fields))
+    return place, replace(result, tables=(with_start(_samples(result), np.array([place])),))
+
+
+def _few(samples: Table) -> Table:
+    """The samples of each start at a few times, the first and the last among them."""
+    count = int(np.count_nonzero(samples.columns[0].values == samples.columns[0].values[0]))
+    some = np.unique(np.linspace(0, count - 1, FEW).astype(int))
+    rows = np.arange(len(samples)).reshape(-1, count)[:, some].ravel()
+    return replace(samples, columns=tuple(replace(one, values=one.values[rows]) for one in samples.columns))
 
 
 def with_start(samples: Table, places: Floats) -> Table:
@@ -170,14 +183,6 @@ def _summary(parts: Iterator[Report]) -> Report:
     fields = [field_of("euler", "starts", len(starts))]
     if np.isfinite(digits):
         fields.append(Field("trusted_digits", digits, "trusted digits, the least of all"))
-    phase = [k for k, variable in enumerate(shown) if variable.key.startswith(("q.", "p."))]
-    if phase and len(starts) > len(phase):
-        off = (starts - mean)[:, :, phase]
-        covariance = np.einsum("mti,mtj->tij", off, off) / len(starts)
-        volume = np.sqrt(np.maximum(np.linalg.det(covariance), 0.0))
-        title = "spread in phase space: the root of the determinant of the covariance"
-        heads = (field_of("hamilton", "volume", None).title,)
-        tables.append(_in_time(title, times, Column("volume", volume, heads)))
     summary = replace(first, fields=tuple(fields), tables=tuple(tables), notes=tuple(notes))
     return replace(summary, steps=(), pictures=(), scene=None)
 

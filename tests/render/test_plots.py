@@ -52,7 +52,7 @@ def test_omega_in_time_is_that_of_the_samples_and_a_fast_spin_has_a_panel_of_its
         assert np.array_equal(mark.points[:, 1], result["trajectory"]["omega"][:, place])
     assert [ruler.unit for ruler in panel.rulers] == ["s", "rad/s"]
     panels = drawn("euler", "top_looping")[0].pictures[0].panels
-    assert [[mark.label for mark in each.marks] for each in panels] == [["w1", "w2"], ["w3"]]
+    assert [[mark.label for mark in each.marks] for each in panels] == [["ω₁", "ω₂"], ["ω₃"]]
 
 
 def test_a_polhode_keeps_energy_and_momentum_and_the_separatrix_has_its_own_momentum() -> None:
@@ -244,12 +244,12 @@ def test_a_chart_of_characters_follows_the_table_and_stays_out_of_data(program: 
     table = program("euler", "configs/t_handle.yaml")
     chart = program("euler", "configs/t_handle.yaml", "--plot", "-")
     assert chart.out.startswith(table.out)
-    assert "* w1" in chart.out
+    assert "* ω₁" in chart.out
     assert "rad/s" in chart.out[len(table.out) :]
     assert "\x1b" not in chart.out
     data = program("euler", "configs/t_handle.yaml", "-f", "csv", "--plot", "-")
     assert data.out == program("euler", "configs/t_handle.yaml", "-f", "csv").out
-    assert "* w1" in data.err
+    assert "* ω₁" in data.err
 
 
 @pytest.mark.parametrize(

@@ -19,7 +19,7 @@ from rigidcli import Result
 from rigidcli.core.arithmetic import Floats
 from rigidcli.language.functions import RESERVED
 from rigidcli.render import Format, Look, renderer
-from rigidcli.render.python import PYTHON
+from rigidcli.render.program import PYTHON
 from rigidcli.report import Report
 from tests.conftest import ROOT, Program
 

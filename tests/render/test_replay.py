@@ -90,18 +90,6 @@ def test_whole_turns_between_two_samples_are_not_lost() -> None:
     assert turns == pytest.approx(np.tile([0, 0, -25.0], (10, 1)), rel=1e-6, abs=1e-6)
 
 
-def test_a_coarse_orbit_is_drawn_with_more_points_that_lie_on_it() -> None:
-    spring = {
-        "system": {"coordinates": ["x"], "lagrangian": "xdot**2/2 - x**2/2"},
-        "orbit": {"initial": {"x": 1, "p_x": 0}, "duration": 31.4, "samples": 61},
-    }
-    data = sent(fragment_of("hamilton", spring))
-    path = next(data["arrays"][p["points"]] for p in data["stages"][0]["parts"] if p["motion"] == "traced")
-    x, y, _ = path.reshape(-1, 3).T
-    assert len(x) > 200
-    assert np.hypot(x / np.abs(x).max(), y / np.abs(y).max()) == pytest.approx(np.ones(len(x)), abs=0.01)
-
-
 # --- Size
 
 
@@ -127,7 +115,7 @@ def test_a_page_shows_the_body_with_its_axes_in_three_dimensions(program: Progra
         part["label"]: data["arrays"][part["points"]] for part in stage["parts"] if part["form"] == "arrow"
     }
     axes = rigidcli.axes(ROOT / "configs/t_handle.yaml")["axes"]
-    for name, axis in zip(("e1", "e2", "e3"), axes, strict=True):
+    for name, axis in zip(("e₁", "e₂", "e₃"), axes, strict=True):
         way = arrows[name][3:] - arrows[name][:3]
         assert way / np.linalg.norm(way) == pytest.approx(axis, abs=1e-6)
 

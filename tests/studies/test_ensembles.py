@@ -139,10 +139,6 @@ def test_the_summary_of_orbits_is_that_of_an_independent_integration() -> None:
     document = rigidcli.loads(json.dumps({"system": PENDULUM, "orbit": orbit}))
     parts = [report for _, report in reports(document, rigidcli.hamilton, "few", range(len(SWARM)))]
     (summary,) = summaries(part for part in parts if isinstance(part, Report))
-    *_, volume = summary.tables
-    assert volume.columns[1].values == pytest.approx(
-        [np.sqrt(np.linalg.det(np.cov(paths[:, :, k].T, bias=True))) for k in range(len(times))], rel=1e-6
-    )
     for table, values in zip(summary.tables, (paths[:, 0], paths[:, 1]), strict=False):
         found = np.array([column.values for column in table.columns[1:]])
         expected = [values.mean(axis=0), values.std(axis=0), values.min(axis=0), values.max(axis=0)]

@@ -87,15 +87,17 @@ def test_few_digits_are_explained_by_the_rounding_of_the_input() -> None:
     assert any("rounding of the input" in note for note in report.notes)
 
 
-def test_axes_of_equal_moments_are_neutral_and_one_row_for_people(program: Program) -> None:
+def test_axes_of_equal_moments_are_neutral(program: Program) -> None:
     text = "body: {moments: [1, 1, 1.5]}\nabout: com\nmotion: {omega: [1, 0, 3], duration: 1}\n"
     found = json.loads(program("euler", "-q", "-f", "json", "-", stdin=text).out)
     assert [row["stable"] for row in found["stability"]] == [None, None, True]
     assert [row["axis"] for row in found["stability"]] == ["e1", "e2", "e3"]
     lines = program("euler", "-q", "-", stdin=text).out.splitlines()
-    rows = [line for line in lines if "any axis in the plane of e1 and e2" in line]
-    assert len(rows) == 1
-    assert "neutral" in rows[0]
+    assert [line.split()[2] for line in lines if line.split()[:1] in (["e1"], ["e2"], ["e3"])] == [
+        "neutral",
+        "neutral",
+        "yes",
+    ]
 
 
 SWING = 2 * math.sqrt(0.02 / 0.980665) * 2.768063145
@@ -432,7 +434,7 @@ def test_people_can_tell_the_axes_of_the_components_from_the_principal_ones(prog
     text = "body: {shape: box, size: [1, 2, 3], mass: 12}\nmotion: {omega: [1, 2, 3]}\n"
     out = program("euler", "-q", "-", stdin=text).out
     assert "\nprincipal axes e1, e2, e3 (rows)" in out
-    assert "\n   e1, least moment" in out
+    assert "\n  e1 " in out
     assert "\nthe motion: 1, 2, 3 are the axes x, y, z of the body, which turn with it\n" in out
     found = json.loads(program("euler", "-q", "-f", "json", "-", stdin=text).out)
     assert [row["axis"] for row in found["stability"]] == ["e1", "e2", "e3"]

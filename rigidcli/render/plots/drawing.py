@@ -11,11 +11,9 @@ from typing import Any
 import matplotlib as mpl
 import numpy as np
 from matplotlib.figure import Figure
-from matplotlib.mathtext import MathTextParser
 from matplotlib.ticker import MaxNLocator
 from mpl_toolkits.mplot3d.art3d import Poly3DCollection
 
-from rigidcli.core.arithmetic import Floats
 from rigidcli.picture import Mark, Panel, Picture, Ruler
 from rigidcli.report import Report
 
@@ -62,6 +60,15 @@ METADATA: dict[str, dict[str, Any]] = {
 SIZE = (5.6, 3.8)
 """Width and height of a single panel, in inches."""
 
+LEGEND = 0.2
+"""Height of a row of the legend, in inches."""
+
+EDGES = (
+    {"left": 0.16, "right": 0.97, "bottom": 0.5, "top": 0.42},
+    {"left": 0.02, "right": 0.94, "bottom": 0.2, "top": 0.35},
+)
+"""Room about a panel in the plane and in space: shares of the width, and inches above and below."""
+
 
 def drawn(report: Report, ending: str, *, is_clear: bool = False) -> bytes:
     """The first picture of a report as a file with this ending, on white ground unless it is clear."""
@@ -89,15 +96,19 @@ def figure_of(picture: Picture, title: str) -> Figure:
     solid = len(picture.panels[0].rulers) == 3
     width = SIZE[0] * (1 if columns == 1 else 0.62 * columns)
     height = 5.2 if solid else SIZE[1] * (1 if rows == 1 else 0.55 * rows) * (1 if columns == 1 else 1.15)
-    figure = Figure(figsize=(width, height), layout="constrained")
+    alone = len(picture.panels) == 1
+    # matplotlib draws twice where it looks for the layout itself, which one panel does not need.
+    figure = Figure(figsize=(width, height), layout=None if alone else "constrained")
     figure.suptitle(title, fontsize=10, parse_math=False, wrap=True)
     for place, panel in enumerate(picture.panels, start=1):
-        projection = "3d" if solid else None
-        axes = figure.add_subplot(rows, columns, place, projection=projection)
+        axes: Any = figure.add_subplot(rows, columns, place, projection="3d" if solid else None)
         if solid:
-            _prepare_solid(axes)
+            axes.computed_zorder = False  # marks are drawn in their order
+            axes.view_init(*VIEW)
+            axes.set_proj_type("ortho")
+            axes.set_box_aspect((1, 1, 1), zoom=1.02)
         for mark in panel.marks:
-            DRAW[mark.form](axes, mark, solid)
+            DRAW[mark.form](axes, mark)
         if panel.is_even:
             _make_even(axes, panel)
         for way, ruler in zip("xyz", panel.rulers, strict=False):
@@ -105,19 +116,16 @@ def figure_of(picture: Picture, title: str) -> Figure:
         if panel.title:
             axes.set_title(panel.title, fontsize=9, parse_math=False)
         count = len(axes.get_legend_handles_labels()[1])
-        if count and len(picture.panels) == 1:
-            ncols = min(count, 2 if count > 4 else 3)
-            figure.legend(loc="outside lower center", ncols=ncols, frameon=False, fontsize=8.5)
+        if alone:
+            ncols = min(count, 2 if count > 4 else 3) or 1
+            edges = EDGES[solid]
+            bottom = edges["bottom"] + LEGEND * -(-count // ncols)
+            figure.subplots_adjust(**(edges | {"bottom": bottom / height, "top": 1 - edges["top"] / height}))
+        if alone and count:
+            figure.legend(loc="lower center", ncols=ncols, frameon=False, fontsize=8.5)
         elif count:
             axes.legend(loc="best", fontsize=7.5, framealpha=0.8)
     return figure
-
-
-def _prepare_solid(axes: Any) -> None:
-    axes.computed_zorder = False  # marks are drawn in their order
-    axes.view_init(*VIEW)
-    axes.set_proj_type("ortho")
-    axes.set_box_aspect((1, 1, 1), zoom=1.02)
 
 
 def _make_even(axes: Any, panel: Panel) -> None:
@@ -139,47 +147,29 @@ def _measure(axes: Any, way: str, ruler: Ruler) -> None:
     """Label a direction with its symbol and unit, and a power of ten where its numbers ask for one."""
     axis = getattr(axes, f"{way}axis")
     if ruler.ticks:
-        axis.set_ticks(range(len(ruler.ticks)), [_words(t.name, t.symbol) for t in ruler.ticks])
+        axis.set_ticks(range(len(ruler.ticks)), list(map(_name, ruler.ticks)))
         return
     low, high = getattr(axes, f"get_{way}lim")()
     largest = max(abs(low), abs(high))
     if high - low < 1e-9 * largest:  # the rounding of a constant is not drawn out to fill the panel
-        low, high = sorted((0.9 * low, 1.1 * low))
-        getattr(axes, f"set_{way}lim")(low, high)
-    exponent = math.floor(math.log10(largest or 1.0) / 3) * 3
-    unit = _unit(ruler.unit)
+        getattr(axes, f"set_{way}lim")(*sorted((0.9 * low, 1.1 * low)))
+    unit = re.sub(r"\^(-?[0-9]+)", lambda match: _raised(match[1]), ruler.unit)
     if not 0.02 <= largest < 2e4:
+        exponent = math.floor(math.log10(largest or 1.0) / 3) * 3
         axis.set_major_formatter(
             lambda value, _: f"{value / 10.0**exponent:.4g}".replace("-", "\N{MINUS SIGN}")
         )
         unit = f"10{_raised(str(exponent))} {unit}".strip()
-    label = _words(ruler.name, ruler.symbol)
-    axis.set_label_text(f"{label} ({unit})" if unit else label)
+    axis.set_label_text(f"{_name(ruler)} ({unit})" if unit else _name(ruler))
 
 
-def _words(plain: str, symbol: str) -> str:
-    """The symbol as a formula where matplotlib can set it, else the plain text."""
-    formula = f"${symbol}$"
-    if symbol and _can_set(formula):
-        return formula
-    return plain.replace("$", r"\$")
+def _name(ruler: Ruler) -> str:
+    """The symbol as a formula where there is one, else the plain name."""
+    return f"${ruler.symbol}$" if ruler.symbol else ruler.name.replace("$", r"\$")
 
 
-def _can_set(formula: str) -> bool:
-    try:
-        MathTextParser("path").parse(formula)
-    except ValueError:
-        return False
-    return True
-
-
-def _unit(text: str) -> str:
-    """A unit such as `kg m^2/s` with powers raised."""
-    return re.sub(r"\^(-?[0-9]+)", lambda match: _raised(match[1]), text)
-
-
-def _raised(text: str) -> str:
-    return text.translate(str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹"))
+def _raised(digits: str) -> str:
+    return digits.translate(str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹"))
 
 
 def _look(mark: Mark) -> dict[str, Any]:
@@ -188,85 +178,68 @@ def _look(mark: Mark) -> dict[str, Any]:
         look: dict[str, Any] = {"color": GREY, "linewidth": 0.6}
     else:
         look = {"color": COLOURS[mark.style], "linestyle": LINES[mark.style]}
-    return look | ({"label": _words(mark.label, mark.symbol)} if mark.label else {})
+    return look | ({"label": mark.label.replace("$", r"\$")} if mark.label else {})
 
 
-def _line(axes: Any, mark: Mark, solid: bool) -> None:
+def _line(axes: Any, mark: Mark) -> None:
     """A line; parts on the far side of a surface are thin and pale."""
     points = np.asarray(mark.points, dtype=float)
     look = _look(mark)
     if mark.normals is None:
         axes.plot(*points.T, **look)
         return
-    front = np.asarray(mark.normals) @ _towards_viewer() >= 0
+    elevation, azimuth = np.radians(VIEW)
+    along = np.cos(elevation)
+    front = mark.normals @ [along * np.cos(azimuth), along * np.sin(azimuth), np.sin(elevation)] >= 0
     # One more point on either side, so that no gap is left.
     near = front | np.roll(front, 1) | np.roll(front, -1)
     axes.plot(*np.where(near[:, None], points, np.nan).T, **look)
-    behind = np.where(front[:, None], np.nan, points)
     style = ":" if mark.quiet else look["linestyle"]
-    axes.plot(*behind.T, **(look | {"label": "_", "linestyle": style, "linewidth": 0.7, "alpha": 0.55}))
+    behind = look | {"label": "_", "linestyle": style, "linewidth": 0.7, "alpha": 0.55}
+    axes.plot(*np.where(front[:, None], np.nan, points).T, **behind)
 
 
-def _towards_viewer() -> Floats:
-    elevation, azimuth = np.radians(VIEW)
-    along = np.cos(elevation)
-    return np.array([along * np.cos(azimuth), along * np.sin(azimuth), np.sin(elevation)])
-
-
-def _dots(axes: Any, mark: Mark, solid: bool) -> None:
+def _dots(axes: Any, mark: Mark) -> None:
     points = np.asarray(mark.points, dtype=float)
     size = 6.0 if len(points) <= 20 else 3.0 if len(points) <= 200 else 1.2
     look = _look(mark) | {"linestyle": "none", "marker": DOTS[mark.style], "markersize": size}
     axes.plot(*points.T, **look)
 
 
-def _arrow(axes: Any, mark: Mark, solid: bool) -> None:
+def _arrow(axes: Any, mark: Mark) -> None:
     """An arrow from the first point to the last."""
-    start, end = np.asarray(mark.points, dtype=float)
+    start, end = points = np.asarray(mark.points, dtype=float)
     look = _look(mark)
-    if solid:
-        shaft = {"color": look["color"], "linestyle": look["linestyle"], "linewidth": 1.6}
-        axes.quiver(*start, *(end - start), arrow_length_ratio=0.08, **shaft)
-        axes.plot([], [], [], **look)  # for the legend
+    if len(start) == 2:
+        axes.plot(*points.T, **look)
+        head = {"arrowstyle": "-|>", "color": look["color"], "lw": 1.4, "shrinkA": 0, "shrinkB": 0}
+        axes.annotate("", end, start, arrowprops=head)
         return
-    axes.plot(*np.array([start, end]).T, **look)
-    axes.annotate(
-        "",
-        end,
-        start,
-        arrowprops={"arrowstyle": "-|>", "color": look["color"], "lw": 1.4, "shrinkA": 0, "shrinkB": 0},
-    )
+    shaft = {"color": look["color"], "linestyle": look["linestyle"], "linewidth": 1.6}
+    axes.quiver(*start, *(end - start), arrow_length_ratio=0.08, **shaft)
+    axes.plot([], [], [], **look)  # for the legend
 
 
-def _faces(axes: Any, mark: Mark, solid: bool) -> None:
+def _faces(axes: Any, mark: Mark) -> None:
     colour = "#FFFFFF" if mark.quiet else COLOURS[mark.style]
+    is_plain = len(mark.points) < 80  # edges of many faces would hide the colour
     edge = GREY if mark.quiet or max(map(len, mark.points)) * len(mark.points) < 80 else colour
     faces = Poly3DCollection(list(mark.points), facecolors=colour, shade=len(mark.points) > 1, alpha=0.28)
-    faces.set_edgecolor(edge if len(mark.points) < 80 else "none")
+    faces.set_edgecolor(edge if is_plain else "none")
     faces.set(linewidth=0.5, clip_on=False)
     if mark.label:  # in the legend in its own colour, which is not that of any face in its light
-        look = {
-            "marker": "s",
-            "markersize": 9,
-            "linestyle": "none",
-            "color": colour,
-            "alpha": 0.5,
-            "mec": GREY,
-        }
-        axes.plot([], [], [], label=_words(mark.label, mark.symbol), **look)
+        look = {"marker": "s", "markersize": 9, "linestyle": "none", "alpha": 0.5, "mec": GREY}
+        axes.plot([], [], [], **(_look(mark) | look | {"color": colour}))
     axes.add_collection3d(faces)
     axes.auto_scale_xyz(*np.vstack(list(mark.points)).T)
 
 
-def _contours(axes: Any, mark: Mark, solid: bool) -> None:
-    x, y, heights = mark.points
+def _contours(axes: Any, mark: Mark) -> None:
     look = _look(mark)
-    style = ":" if mark.quiet else "--"
-    axes.contour(
-        x, y, heights, levels=list(mark.levels), colors=look["color"], linestyles=style, linewidths=0.8
-    )
+    style = {"linestyles": ":" if mark.quiet else "--", "linewidths": 0.8}
+    axes.contour(*mark.points, levels=list(mark.levels), colors=look["color"], **style)
     if mark.label:
-        axes.plot([], [], color=look["color"], linestyle=style, linewidth=0.8, label=look["label"])
+        axes.plot([], [], **(look | {"linestyle": style["linestyles"], "linewidth": 0.8}))
 
 
 DRAW = {"line": _line, "dots": _dots, "arrow": _arrow, "faces": _faces, "contours": _contours}

@@ -37,9 +37,7 @@ class Replay {
     const arrays = data.arrays.map((text) => floats(text, Float32Array));
     for (const part of this.stages.flatMap((stage) => stage.parts)) {
       part.points = arrays[part.points];
-      // What moves has so many numbers at a time, and perhaps more times between those of the readings.
-      part.size = part.motion === "traced" ? 3 : part.count;
-      part.between = (part.points.length / part.size - 1) / (this.times.length - 1);
+      part.size = part.motion === "traced" ? 3 : part.count;  // the numbers at a time of what moves
     }
     [this.start, this.end] = [this.times.at(0), this.times.at(-1)];
     this.duration = this.end - this.start;
@@ -262,8 +260,7 @@ class Replay {
   // The points of a part now, which lie between two of its samples, and the place of the earlier one.
   now(part) {
     if (part.motion === "still") return { points: part.points };
-    const between = part.between, share = this.share * between, step = Math.min(Math.floor(share), between - 1);
-    const row = this.row * between + step, size = part.size, from = row * size, way = share - step;
+    const row = this.row, size = part.size, from = row * size, way = this.share;
     const points = Float32Array.from({ length: size }, (_, k) => {
       const value = part.points[from + k];
       return value + way * (part.points[from + size + k] - value);

@@ -11,7 +11,7 @@ from __future__ import annotations
 import json
 from base64 import b64encode
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import replace
 from typing import Any, TypeAlias
 
 import numpy as np
@@ -36,10 +36,6 @@ MOST_TRIANGLES = 8_000
 
 SHORTEST, LONGEST = 10.0, 60.0
 """The least and the most seconds of a replay at its ordinary speed: a reader follows a turn a second."""
-
-SMOOTH, COARSE = 0.1, 1.2
-"""Median angles (rad) between two pieces of a path: below the first it looks round without more points, and
-above the other its samples do not show where it goes."""
 
 FINEST = 64
 """Cells along the longest side of a surface when it begins to be made coarser: 6 MB of memory."""
@@ -66,13 +62,12 @@ def replay(scene: Scene, look: Look, most: int) -> str:
 
     Where the samples have more than `most` numbers, evenly chosen ones are shown, and surfaces are coarser.
     """
+    rows, arrays = _rows(scene, most), dict[str, int]()
     finest = min(MOST_TRIANGLES, most // 16)
-    rows, most = _rows(scene, most)
     readings = replace(scene.readings, columns=tuple(map(without_noise, scene.readings.columns)))
-    stages = _Stages(scene, rows, most, finest)
     data = {
-        "stages": [stages.sent(stage) for stage in scene.stages],
-        "arrays": list(stages.arrays),
+        "stages": [_stage(scene, stage, rows, finest, arrays) for stage in scene.stages],
+        "arrays": list(arrays),
         "times": _packed(scene.times[rows], "f8"),
         "readings": [
             {"unit": column.unit, "values": _packed(np.asarray(column.values)[rows], "f8")}
@@ -126,25 +121,24 @@ _CONTROLS = """<div class=stage>
 """The elements around the picture; they are hidden until the script runs."""
 
 
-def _rows(scene: Scene, most: int) -> tuple[Rows, int]:
-    """The rows that are sent, and the most points a row that may make a path smooth.
-
-    All rows are sent, or every second, third and so on, so that they fit; and always the last one.
-    """
+def _rows(scene: Scene, most: int) -> Rows:
+    """The rows that are sent: all, or every second, third and so on, so that they fit; and the last one."""
     wide = 2 * len(single_cells(scene.readings)) + 7 * (scene.orientation is not None)
     for part in (part for stage in scene.stages for part in stage.parts if part.motion != "still"):
         wide += np.asarray(part.mark.points)[0].size
-    wide, last = max(1, wide), len(scene.times) - 1
-    rows = np.append(np.arange(0, last, -(-len(scene.times) * wide // most)), last)
-    return rows, max(1, most // (len(rows) * wide))
+    last = len(scene.times) - 1
+    return np.append(np.arange(0, last, -(-len(scene.times) * wide // most) or 1), last)
 
 
 def _turns(scene: Scene, rows: Rows) -> Floats:
     """The rotation vectors (k, 3; rad, along the body's axes) of the body between the rows.
 
-    That of the two orientations alone leaves out whole turns, which follow from the mean of omega.
+    That of the two orientations alone leaves out whole turns, which follow from the integral of omega, by
+    trapezia.
     """
-    q, swept = scene.orientation[rows], np.diff(_swept(scene)[rows], axis=0)
+    steps = np.diff(scene.times)[:, None] * (scene.omega[1:] + scene.omega[:-1]) / 2
+    swept = np.diff(np.concatenate([np.zeros((1, 3)), np.cumsum(steps, axis=0)])[rows], axis=0)
+    q = scene.orientation[rows]
     between = rotation.compose(q[:-1] * [1, -1, -1, -1], q[1:])
     sine = np.linalg.norm(between[:, 1:], axis=1)
     along = np.where(sine[:, None] > 0, between[:, 1:], swept)
@@ -156,12 +150,6 @@ def _turns(scene: Scene, rows: Rows) -> Floats:
     return turns
 
 
-def _swept(scene: Scene) -> Floats:
-    """The integral of omega (n, 3; rad) from the first time on, by trapezia."""
-    steps = np.diff(scene.times)[:, None] * (scene.omega[1:] + scene.omega[:-1]) / 2
-    return np.concatenate([np.zeros((1, 3)), np.cumsum(steps, axis=0)])
-
-
 def _seconds(scene: Scene, turns: Floats | None) -> float:
     """The time of a replay at ordinary speed (s): that of the motion, or about a second a turn."""
     duration = float(scene.times[-1] - scene.times[0])
@@ -170,86 +158,49 @@ def _seconds(scene: Scene, turns: Floats | None) -> float:
     return duration if 0.4 * followed <= duration <= 2.5 * followed else followed
 
 
-@dataclass(frozen=True, slots=True)
-class _Stages:
-    """The stages of a scene as they are sent: at these rows, with at most `most` points a row.
+def _stage(scene: Scene, stage: Stage, rows: Rows, finest: int, arrays: dict[str, int]) -> dict[str, Any]:
+    """A stage as it is sent, in units of its reach; `arrays` holds packed arrays by their place in a list.
 
-    A surface has at most `finest` triangles. `arrays` has every packed array of points once, with its place
-    in the list that is sent.
+    A surface has at most `finest` triangles.
     """
-
-    scene: Scene
-    rows: Rows
-    most: int
-    finest: int
-    arrays: dict[str, int] = field(default_factory=dict)
-
-    def sent(self, stage: Stage) -> dict[str, Any]:
-        """A stage, in units of its reach."""
-        centre, half, reach = self._extent(stage)
-        return {
-            "flat": stage.is_flat,
-            "centre": (centre / reach).tolist(),
-            "half": (half / reach).tolist(),
-            "parts": [self._part(part, reach) for part in stage.parts],
-        }
-
-    def _part(self, part: Part, reach: float) -> dict[str, Any]:
+    centre, half, reach = _extent(scene, stage)
+    parts = []
+    for part in stage.parts:
         mark = part.mark
-        points = triangles(mark.points, self.finest) if mark.form == "faces" else np.asarray(mark.points)
-        if part.motion != "still":
-            points = self._smooth(points[self.rows])
-        return {
-            "form": mark.form,
-            "label": mark.label,
-            "style": mark.style,
-            "group": part.group,
-            "quiet": mark.quiet,
-            "motion": part.motion,
-            "carried": part.carried,
-            "count": int(points[0].size),
-            "points": self.arrays.setdefault(_packed(points / reach), len(self.arrays)),
-        }
+        points = triangles(mark.points, finest) if mark.form == "faces" else np.asarray(mark.points)
+        points = points if part.motion == "still" else points[rows]
+        parts.append(
+            {
+                **{key: getattr(mark, key) for key in ("form", "label", "style", "quiet")},
+                **{key: getattr(part, key) for key in ("group", "motion", "carried")},
+                "count": int(points[0].size),
+                "points": arrays.setdefault(_packed(points / reach), len(arrays)),
+            }
+        )
+    extent = {"centre": (centre / reach).tolist(), "half": (half / reach).tolist()}
+    return {"flat": stage.is_flat, **extent, "parts": parts}
 
-    def _smooth(self, points: Floats) -> Floats:
-        """Points that move (n, ...), with as many more between two as a smooth path needs, by cubic splines.
 
-        Nothing is put between samples that are too far apart to tell the path.
-        """
-        steps = np.diff(points.reshape(len(points), -1, 3)[:, -1], axis=0)
-        length = np.linalg.norm(steps, axis=1)
-        cosine = np.einsum("ij,ij->i", steps[1:], steps[:-1]) / np.maximum(length[1:] * length[:-1], 1e-300)
-        bend = float(np.median(np.arccos(np.clip(cosine, -1, 1)))) if len(cosine) else 0.0
-        between = min(int(np.ceil(bend / SMOOTH)), self.most)
-        if bend > COARSE or between < 2:
-            return points
-        from scipy.interpolate import CubicSpline
+def _extent(scene: Scene, stage: Stage) -> tuple[Floats, Floats, float]:
+    """The middle of a stage (3), half of its extent (3), and its reach from the middle in any direction.
 
-        times, places = self.scene.times[self.rows], np.arange(len(points))
-        fine = np.interp(np.arange(places[-1] * between + 1) / between, places, times)
-        smooth: Floats = CubicSpline(times, points)(fine)
-        return smooth
-
-    def _extent(self, stage: Stage) -> tuple[Floats, Floats, float]:
-        """The middle of a stage (3), half of its extent (3), and its reach from the middle in any direction.
-
-        The middle is on the axis z through O where something turns.
-        """
-        turns = any(part.carried for part in stage.parts)
-        some = np.linspace(0, len(self.scene.times) - 1, 24).astype(int)
-        places, solid = [], []
-        for part in stage.parts:
-            points = part.mark.points
-            points = np.concatenate(points) if part.mark.form == "faces" else np.reshape(points, (-1, 3))
-            if part.carried:  # some points at some orientations show how far it reaches
-                poses = self.scene.orientation[some, None]
-                points = rotation.turned(poses, points[:: 1 + len(points) // 300]).reshape(-1, 3)
-            places.append(points)
-            solid += [] if part.mark.quiet else [points]
-        every = np.concatenate(solid)
-        centre = (every.min(axis=0) + every.max(axis=0)) / 2 * ([0, 0, 1] if turns else 1)
-        offsets = np.concatenate(places) - centre
-        return centre, np.abs(offsets).max(axis=0), float(np.hypot.reduce(offsets, axis=1).max()) or 1.0
+    The middle is on the axis z through O where something turns.
+    """
+    turns = any(part.carried for part in stage.parts)
+    some = np.linspace(0, len(scene.times) - 1, 24).astype(int)  # they show how far a body reaches
+    places, solid = [], []
+    for part in stage.parts:
+        points = part.mark.points
+        points = np.concatenate(points) if part.mark.form == "faces" else np.reshape(points, (-1, 3))
+        if part.carried:
+            some_points = points[:: 1 + len(points) // 300]
+            points = rotation.turned(scene.orientation[some, None], some_points).reshape(-1, 3)
+        places.append(points)
+        solid += [] if part.mark.quiet else [points]
+    every = np.concatenate(solid)
+    centre = (every.min(axis=0) + every.max(axis=0)) / 2 * ([0, 0, 1] if turns else 1)
+    offsets = np.concatenate(places) - centre
+    return centre, np.abs(offsets).max(axis=0), float(np.hypot.reduce(offsets, axis=1).max()) or 1.0
 
 
 def _packed(values: Floats, kind: str = "f4") -> str:

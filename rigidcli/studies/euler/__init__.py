@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
@@ -12,7 +12,7 @@ from rigidcli.core import free_body, memory
 from rigidcli.core.arithmetic import FLOAT
 from rigidcli.document.document import Document
 from rigidcli.errors import ValueProblem
-from rigidcli.report import Column, Field, Report, Step, Table, Value
+from rigidcli.report import Column, Field, Report, Step, Table
 from rigidcli.studies.common import SHOWN_DIGITS, if_known, report, trusted
 from rigidcli.studies.euler.closed import CLOSED_FORM, closed_form, together
 from rigidcli.studies.euler.motion import QUANTITIES, Trajectory, initial_value_problem
@@ -36,8 +36,8 @@ MOTIONS = {
 }
 """The kinds of motion, in words."""
 
-AXES = {"e1": "e1, least moment", "e2": "e2, middle moment", "e3": "e3, greatest moment"}
-"""The principal axes in words; the axes 1, 2, 3 of the components of omega and L are others."""
+VERDICTS = {True: "yes", False: "no", None: "neutral"}
+"""The stability of rotation about an axis, in words."""
 
 
 @np.errstate(over="ignore", invalid="ignore")
@@ -56,19 +56,19 @@ def run(
         require_one_start(document, {"picture": picture})
         return whole(document, run, together)
     motion = follow(document, progress)
-    fields, samples, (stable, shown) = _fields(motion), motion.samples(), _stability(motion)
+    fields, samples, stability = _fields(motion), motion.samples(), _stability(motion)
     working: list[Step] = []
     if steps:
         from rigidcli.studies.euler.steps import euler_steps
 
-        working += euler_steps(motion, fields, shown)
-    for place, rate in enumerate(stable.columns[-1].values):
+        working += euler_steps(motion, fields, stability)
+    for place, rate in enumerate(stability.columns[-1].values):
         fields.append(Field("", rate, unit="1/s", cells={f"stability.{place}.rate": ()}))
     pictures, notes = drawn("euler", picture, motion, samples), motion.problem.notes
     if motion.method == CLOSED_FORM and motion.trusted_digits < SHOWN_DIGITS:
         notes = (*notes, "few digits can be trusted, because the rounding of the input decides the others")
-    title, tables = "motion by Euler's equations", (stable, shown, samples)
-    result = report(document, SCHEMA, title, fields, notes, tables, working, pictures)
+    title = "motion by Euler's equations"
+    result = report(document, SCHEMA, title, fields, notes, (stability, samples), working, pictures)
     if not scene:
         return result
     from rigidcli.studies.euler.scene import scene_of
@@ -128,36 +128,18 @@ def _fields(motion: Trajectory) -> list[Field]:
     ]
 
 
-def _stability(motion: Trajectory) -> tuple[Table, Table]:
-    """The stability of rotation about the principal axes with the initial |omega|: for programs, for people.
-
-    People see one row for axes of equal moments.
-    """
+def _stability(motion: Trajectory) -> Table:
+    """The stability of rotation about the principal axes with the initial |omega|."""
     frame, speed = motion.problem.frame, FLOAT.hypot(*motion.problem.omega)
     about = free_body.about_axes(frame.moments, frame.groups)
-    names, verdicts = list(AXES), {True: "yes", False: "no", None: "neutral"}
-    rows = [
-        (name, float(moment), one.stable, one.rate_per_spin, one.rate_per_spin and one.rate_per_spin * speed)
-        for name, moment, one in zip(names, frame.moments, about, strict=True)
-    ]
-    shown = []
-    for group in frame.groups:
-        _, moment, stable, *rates = rows[group[0]]
-        words = "any axis" if len(group) == 3 else AXES[names[group[0]]]
-        if len(group) == 2:
-            words = f"any axis in the plane of {names[group[0]]} and {names[group[1]]}"
-        shown.append((words, moment, verdicts[stable] if moment else "", *rates))
-    title = "rotation about the principal axes, when left alone"
-    return (
-        Table("stability", title, _columns(rows, hidden=True), records=True),
-        Table("", title, _columns(shown, hidden=False)),
+    stable = [one.stable for one in about]
+    slopes = [one.rate_per_spin for one in about]
+    words = tuple(VERDICTS[one] if moment else "" for one, moment in zip(stable, frame.moments, strict=True))
+    columns = (
+        Column("axis", ["e1", "e2", "e3"], ("axis",)),
+        Column("moment", frame.moments.tolist(), ("moment",), "kg m^2"),
+        Column("stable", stable, ("stable",), words=words),
+        Column("rate_per_spin", slopes, ("rate/spin",), hidden=True),
+        Column("rate", [slope and slope * speed for slope in slopes], ("rate",), "1/s"),
     )
-
-
-def _columns(rows: Sequence[tuple[Value, ...]], *, hidden: bool) -> tuple[Column, ...]:
-    """The columns of a table of stability; the rate for omega = 1 rad/s is always hidden."""
-    heads = ("axis", ""), ("moment", "kg m^2"), ("stable", ""), ("rate_per_spin", ""), ("rate", "1/s")
-    return tuple(
-        Column(key, list(values), (key.replace("_per_", "/"),), unit, hidden=hidden or key == "rate_per_spin")
-        for (key, unit), values in zip(heads, zip(*rows, strict=True), strict=True)
-    )
+    return Table("stability", "rotation about the principal axes, when left alone", columns, records=True)

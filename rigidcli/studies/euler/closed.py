@@ -15,7 +15,7 @@ from rigidcli.core.tensor import Inertia
 from rigidcli.document.document import Document
 from rigidcli.document.motion import QUATERNION, RATES
 from rigidcli.studies.common import report
-from rigidcli.studies.ensembles import Sampling, StartReport, with_start
+from rigidcli.studies.ensembles import Form, StartReport, with_start
 from rigidcli.studies.euler.motion import InitialValueProblem, Trajectory, drift_of, initial_value_problem
 from rigidcli.studies.results import field_of
 
@@ -93,12 +93,12 @@ def _heavy_top(problem: InitialValueProblem) -> Trajectory | None:
     return _trajectory(problem, omega @ axes.T, orientation, error)
 
 
-def together(document: Document, sampling: Sampling) -> Callable[[range], Iterator[StartReport]] | None:
+def together(document: Document, form: Form) -> Callable[[range], Iterator[StartReport]] | None:
     """A function for free motions from some starts as arrays; None for other motions and for linear bodies.
 
-    Where the `sampling` is changed, for a summary, the reports have the trusted digits, too.
+    The reports for a summary have the trusted digits, too.
     """
-    problem = initial_value_problem(document.start(0, **sampling))
+    problem = initial_value_problem(document.start(0))
     driven = problem.torque is not None or problem.weight.any() or problem.angles is not None
     if driven or not problem.frame.moments[0] > 0:
         return None
@@ -113,7 +113,7 @@ def together(document: Document, sampling: Sampling) -> Callable[[range], Iterat
         exactly = digits(0.0)  # nothing is rounded for people here
         table = Trajectory(every, *states, None, CLOSED_FORM, 0, exactly, {}).samples()
         fields = []
-        if sampling:
+        if form == "few":
             error = float(free_body.sensitivity(*along_entries(starts), problem.times).max())
             fields.append(field_of("euler", "trusted_digits", _digits(error), diagnostic=True))
         title, tables = "motion by Euler's equations", (with_start(table, np.array(places)),)

@@ -19,21 +19,13 @@ FAR = 3.0
 def omega(motion: Trajectory, samples: Table) -> Picture:
     """The components of omega, as the samples have them, in time."""
     t, turning = (_column(samples, key) for key in ("t", "omega"))
-    panels = []
+    panels, names = [], ("ω₁", "ω₂", "ω₃")
     for group in _groups(turning.values):
-        marks = tuple(
-            Mark(
-                "line",
-                np.column_stack([t.values, turning.values[:, place]]),
-                turning.cells[place],
-                turning.symbols[place],
-                style=place,
-            )
-            for place in group
+        marks = (
+            Mark("line", np.column_stack([t.values, turning.values[:, k]]), names[k], style=k) for k in group
         )
-        symbol = rf"\omega_{{{','.join(str(place + 1) for place in group)}}}"
-        names = ", ".join(turning.cells[place] for place in group)
-        panels.append(Panel((Ruler("t", "t", t.unit), Ruler(names, symbol, turning.unit)), marks))
+        name = ", ".join(names[k] for k in group)
+        panels.append(Panel((Ruler("t", unit=t.unit), Ruler(name, unit=turning.unit)), tuple(marks)))
     return Picture("omega", "angular velocity along the axes of the body", tuple(panels))
 
 
@@ -63,9 +55,9 @@ def trace(motion: Trajectory, samples: Table) -> Picture:
     """The path in space of the top's axis, or of e3."""
     third = motion.problem.third
     is_top = motion.problem.weight.any()
-    name, symbol = ("axis of the top", "") if is_top and motion.free is None else ("e3", r"\mathbf{e}_3")
+    name = "axis of the top" if is_top and motion.free is None else "e₃"
     axis = rotation.turned(motion.orientation, third)
-    return trace_picture(axis, name, symbol, f"trace of {name} on the unit sphere in space")
+    return trace_picture(axis, name, f"trace of {name} on the unit sphere in space")
 
 
 def _column(samples: Table, key: str) -> Column:

@@ -45,7 +45,7 @@ def body(document: Document) -> Picture:
     semi = semi_axes(frame.moments, 1.0)
     size = reach(marks, centre) or (1.0 if semi is None or marks else float(semi.max()))
     # Without a body, the picture has the unit of the ellipsoid x.I.x = 1.
-    title, unit, com = "principal axes and ellipsoid of inertia", "1/√(kg m^2)", centre
+    title, unit, com = "principal axes and ellipsoid of inertia", "1/√(kg m²)", centre
     if marks:
         title, unit = f"body, {title}", "m"
         if physical.properties.mass is not None:
@@ -53,22 +53,14 @@ def body(document: Document) -> Picture:
     if semi is not None:
         scale, label = (0.9 * size / semi.max(), " (scaled)") if marks else (1, "")
         marks += ellipsoid(semi * scale, f"ellipsoid of inertia{label}", frame.axes, centre)
-    for k, (axis, moment) in enumerate(zip(frame.axes, frame.moments, strict=True), start=1):
-        number = f"{moment:.4g}"
-        symbol = rf"\mathbf{{e}}_{k}:\ \lambda_{k} = {_power(number)}\ \mathrm{{kg\,m^2}}"
+    for k, (axis, moment) in enumerate(zip(frame.axes, frame.moments, strict=True)):
         ends = np.array([centre, centre + REACH * size * axis])
-        marks.append(Mark("arrow", ends, f"e{k}: lambda{k} = {number} kg m^2", symbol, style=k))
-    marks.append(Mark("dots", centre[None], "O", "O", style=0))
+        marks.append(Mark("arrow", ends, f"e{'₁₂₃'[k]}: λ{'₁₂₃'[k]} = {moment:.4g} kg m²", style=k + 1))
+    marks.append(Mark("dots", centre[None], "O", style=0))
     if np.linalg.norm(com - centre) > 1e-9 * size:
         marks.append(Mark("dots", com[None], "centre of mass", style=4))
-    rulers = tuple(Ruler(name, name, unit) for name in "xyz")
+    rulers = tuple(Ruler(name, unit=unit) for name in "xyz")
     return Picture("body", title, (Panel(rulers, tuple(marks), is_even=True),))
-
-
-def _power(number: str) -> str:
-    """A number such as 1e-47 in LaTeX."""
-    mantissa, _, exponent = number.partition("e")
-    return rf"{mantissa}\times 10^{{{int(exponent)}}}" if exponent else number
 
 
 def moved(places: Floats | list[Floats], turn: Floats, shift: Floats) -> Floats | list[Floats]:

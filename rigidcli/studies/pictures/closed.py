@@ -15,10 +15,10 @@ from rigidcli.picture import Mark, Panel, Picture, Ruler
 CIRCLE, CIRCLES = 61, 7
 """The points of a closed line, and the lines of equal height on a sphere: it looks round, and not crowded."""
 
-SPACE = tuple(Ruler(name, name) for name in "xyz")
+SPACE = tuple(map(Ruler, "xyz"))
 """The directions of space, z upward, for unit vectors."""
 
-ALONG = tuple(Ruler(f"w{k}", rf"\omega_{k}", "rad/s") for k in (1, 2, 3))
+ALONG = tuple(Ruler(f"ω{k}", unit="rad/s") for k in "₁₂₃")
 """Components of omega along the principal axes."""
 
 
@@ -98,11 +98,11 @@ def polhode_picture(moments: Floats, omega: Floats, is_free: bool = True) -> Pic
     return Picture("polhode", title, (Panel(ALONG, tuple(marks), is_even=True),))
 
 
-def trace_picture(axis: Floats, name: str, symbol: str, title: str) -> Picture:
+def trace_picture(axis: Floats, name: str, title: str) -> Picture:
     """The path of a unit vector (n, 3) in space on the unit sphere."""
     marks = [
         *ellipsoid(np.ones(3), "unit sphere"),
-        Mark("line", axis, name, symbol, normals=axis),
+        Mark("line", axis, name, normals=axis),
         Mark("dots", axis[:1], "start"),
         Mark("arrow", np.array([np.zeros(3), axis[0]]), style=0),
     ]

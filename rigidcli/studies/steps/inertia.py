@@ -74,13 +74,11 @@ def inertia_steps(document: Document, asked: Array) -> Iterator[Step]:
                 (*_parallel(whole, physical.point, n), _about_o(own)),
             )
     if document.frame is not None:
+        sentence = "Along the axes of `frame`, the columns of R, the tensor is R^T I R."
         yield Step(
             "Axes of the results",
-            "Along the axes of `frame`, the columns of R, the tensor is R^T I R.",
-            (
-                Field("", physical.axes, "R", r"\mathbf{R}"),
-                Field("", asked, "R^T I R", r"\mathbf{R}^\mathsf{T} \mathbf{I R}", "kg m^2"),
-            ),
+            sentence,
+            _turned(physical.axes, asked, "R^T I R", r"\mathbf{R}^\mathsf{T} \mathbf{I R}"),
         )
 
 
@@ -159,40 +157,30 @@ def _shape(body: Form, n: Arithmetic) -> Iterator[Step]:
         yield _density(body, density, n)
     # I = M (tr C 1 - C) for the second moments M C, so that M C = (tr I / 2) 1 - I.
     second = n.tidy(own.tensor.trace() / 2 * n.array(np.eye(3, dtype=int)) - own.tensor)
-    fields = [
-        Field(
-            "", second[i, j], f"integral of {a} {b} dm" if a != b else f"integral of {a}^2 dm", "", "kg m^2"
-        )
+    names = {(a, b): f"{a} {b}" if a != b else f"{a}^2" for a, b, _, _ in PAIRS}
+    integrals = [
+        Field("", second[i, j], f"integral of {names[a, b]} dm", "", "kg m^2")
         for a, b, i, j in PAIRS
         if i == j or second[i, j] != 0
     ]
+    title, symbol = "tensor along the axes of the shape", r"\mathbf{I}_\mathrm{cm}"
+    whole = Field("", n.tidy(own.tensor), title, symbol, "kg m^2")
     yield Step(
         "Integrals over the body",
         "Along the axes of the shape, from the centre of mass, Ixx is the integral of (y^2 + z^2) dm, and "
         "Ixy is the integral of -x y dm.",
-        (
-            Field("", own.mass, "mass", "M", "kg"),
-            *fields,
-            Field(
-                "",
-                n.tidy(own.tensor),
-                "tensor along the axes of the shape",
-                r"\mathbf{I}_\mathrm{cm}",
-                "kg m^2",
-            ),
-        ),
+        (Field("", own.mass, "mass", "M", "kg"), *integrals, whole),
     )
     turn, _ = body.motion(n)
     if (turn != n.array(np.eye(3, dtype=int))).any():
         turned = n.tidy(tensor.rotate(own.tensor, turn))
-        yield Step(
-            "Turned axes",
-            "The body is turned by R, and the tensor becomes R I R^T.",
-            (
-                Field("", turn, "R", r"\mathbf{R}"),
-                Field("", turned, "R I R^T", r"\mathbf{R I R}^\mathsf{T}", "kg m^2"),
-            ),
-        )
+        sentence = "The body is turned by R, and the tensor becomes R I R^T."
+        yield Step("Turned axes", sentence, _turned(turn, turned, "R I R^T", r"\mathbf{R I R}^\mathsf{T}"))
+
+
+def _turned(turn: Array, tensor: Array, product: str, symbol: str) -> tuple[Field, Field]:
+    """A rotation R, and the tensor that it makes by a `product` such as R I R^T."""
+    return Field("", turn, "R", r"\mathbf{R}"), Field("", tensor, product, symbol, "kg m^2")
 
 
 COORDINATES = (("u", "v", "w"), ("phi", "theta", "psi"))
@@ -205,24 +193,16 @@ MOST_CHARTS = 3
 def _density(body: Form, density: Formula, n: Arithmetic) -> Step:
     """The step with the integrals of a density that varies."""
     own = body.local(n)
-    text = density.expression.text
-    mass = Field("", own.mass, "integral of dm", "M", "kg")
-    if not n.exact:
-        error = Field("", own.integrated, "error, relative to the mass")
-        return Step(
-            "Integrals of the density",
-            f"The integrals over dm = ({text}) dV are worked out by quadrature.",
-            (mass, error),
-        )
-    moments = (n.tidied(own.mass * part) for part in own.com)
-    return Step(
-        "Integrals of the density",
-        "The integrals go over the whole body, from the origin of the shape, term by term.",
-        (
-            mass,
-            *(Field("", of, f"integral of {a} dm", "", "kg m") for a, of in zip("xyz", moments, strict=True)),
-        ),
-    )
+    fields = [Field("", own.mass, "integral of dm", "M", "kg")]
+    if n.exact:
+        sentence = "The integrals go over the whole body, from the origin of the shape, term by term."
+        moments = (n.tidied(own.mass * part) for part in own.com)
+        pairs = zip("xyz", moments, strict=True)
+        fields += [Field("", moment, f"integral of {a} dm", "", "kg m") for a, moment in pairs]
+    else:
+        sentence = f"The integrals over dm = ({density.expression.text}) dV are worked out by quadrature."
+        fields.append(Field("", own.integrated, "error, relative to the mass"))
+    return Step("Integrals of the density", sentence, tuple(fields))
 
 
 def _in_coordinates(density: Formula | Scalar, chart: Chart, n: Arithmetic) -> Step:
@@ -240,23 +220,18 @@ def _in_coordinates(density: Formula | Scalar, chart: Chart, n: Arithmetic) -> S
     place, rho, measure = placed(density, chart, symbols)
     element = n.tidied(rho * measure)
     spans = [
-        Field("", turn.end, f"{name} from 0 to", "", "rad") if isinstance(turn, Turn) else name
-        for name, turn in limits
+        Field("", turn.end, f"{name} from 0 to", "", "rad") for name, turn in limits if isinstance(turn, Turn)
     ]
-    units = ", ".join(span for span in spans if isinstance(span, str))
-    ends = f"{units} from 0 to 1{', together at most 1' if chart.is_simplex else ''}" if units else ""
+    units = [name for name, turn in limits if not isinstance(turn, Turn)]
+    simplex = ", together at most 1" if chart.is_simplex else ""
+    ends = f"{', '.join(units)} from 0 to 1{simplex}" if units else "with an angle"
+    places = zip("xyz", n.tidy(n.array(place)), strict=True)
+    title = " ".join(["dm /", *(f"d{name}" for name, _ in limits)])
     return Step(
         "Element of mass",
-        f"In coordinates of the shape, {ends or 'with an angle'}; dm is the density times the element of "
-        "volume, area or length.",
-        (
-            *(
-                Field("", part, axis, axis, "m")
-                for axis, part in zip("xyz", n.tidy(n.array(place)), strict=True)
-            ),
-            Field("", element, " ".join(["dm /", *(f"d{name}" for name, _ in limits)]), ""),
-            *(span for span in spans if isinstance(span, Field)),
-        ),
+        f"In coordinates of the shape, {ends}; dm is the density times the element of volume, area or "
+        "length.",
+        (*(Field("", part, axis, axis, "m") for axis, part in places), Field("", element, title), *spans),
     )
 
 

@@ -3,28 +3,39 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from typing import Any
+from dataclasses import replace
+from typing import Any, TypeAlias
 
 from rigidcli.core import precession
 from rigidcli.core.arithmetic import Arithmetic
 from rigidcli.document.document import Document
 from rigidcli.document.motion import Tide, Top
 from rigidcli.report import Field, Step, Value
+from rigidcli.studies.results import field_of
 from rigidcli.studies.steps.writing import filled, law
 
+Results: TypeAlias = Mapping[str, Value]
+"""The results of a section by their keys."""
 
-def precess_steps(document: Document, results: Mapping[str, Mapping[str, Value]]) -> Iterator[Step]:
+
+def precess_steps(document: Document, results: Mapping[str, Results]) -> Iterator[Step]:
     """The way to the `results` for the sections of the document."""
     n = document.arithmetic
     if document.top is not None and "top" in results:
         yield from _top(document.top, results["top"], n)
     if "free" in results:
-        yield from _free(results["free"], n)
+        yield _free(results["free"])
     if document.tide is not None and "tide" in results:
-        yield from _tide(document.tide, results["tide"], n)
+        yield _tide(document.tide, results["tide"], n)
 
 
-def _top(section: Top, top: Mapping[str, Value], n: Arithmetic) -> Iterator[Step]:
+def _shown(section: str, results: Results, *keys: str) -> tuple[Field, ...]:
+    """The results with these keys as the report has them, without those that have no value."""
+    fields = (field_of("precess", f"{section}.{key}", results.get(key)) for key in keys)
+    return tuple(replace(entry, key="", cells={}) for entry in fields if entry.value is not None)
+
+
+def _top(section: Top, top: Results, n: Arithmetic) -> Iterator[Step]:
     letters = {"M": "mass", "g": "gravity", "R": "distance", "lambda1": "lambda1", "lambda3": "lambda3"}
     letters |= {"omega3": "spin", "theta": "tilt"}
     numbers = {letter: top[key] for letter, key in letters.items() if top[key] is not None}
@@ -32,7 +43,7 @@ def _top(section: Top, top: Mapping[str, Value], n: Arithmetic) -> Iterator[Step
         yield Step(
             "Torque of the weight",
             "The weight acts at R from the pivot, and the torque R x M g is horizontal, across the axis.",
-            law("M*g*R*sin(theta)", "torque", r"\Gamma", top["torque_magnitude"], "N m", n, **numbers),
+            (filled("M*g*R*sin(theta)", n, **numbers), *_shown("top", top, "torque_magnitude")),
         )
     if top["gyroscopic_rate"] is not None:
         momentum, rate = n.tidied(top["lambda3"] * top["spin"]), top["gyroscopic_rate"]
@@ -46,44 +57,34 @@ def _top(section: Top, top: Mapping[str, Value], n: Arithmetic) -> Iterator[Step
             ),
         )
     if "slow_rate" in top:
-        yield _steady(top, numbers, n)
+        fall = top["mass"] * top["gravity"] * top["distance"]
+        upward = top["lambda1"] * precession.cosine(top["tilt"], n)
+        discriminant = n.tidied((top["lambda3"] * top["spin"]) ** 2 - 4 * upward * fall)
+        text, unit = "lambda3^2*omega3^2 - 4*lambda1*cos(theta)*M*g*R", "kg^2 m^4/s^2"
+        yield Step(
+            "Steady precession",
+            "At a constant tilt, Omega is a root of this quadratic. The roots are real where the "
+            "discriminant is not negative.",
+            (
+                filled("lambda1*cos(theta)*Omega^2 - lambda3*omega3*Omega + M*g*R", n, **numbers),
+                *law(text, "discriminant", "D", discriminant, unit, n, **numbers),
+                *_shown("top", top, "slow_rate", "fast_rate"),
+            ),
+        )
     if top.get("theta_min") is not None:
         yield _nutation(section, top, n)
     if "sleeping_spin" in top:
-        least, symbol = top["sleeping_spin"], r"\omega_\mathrm{sleep}"
         yield Step(
             "Upright",
             "Upright, the top sleeps if lambda3^2 omega3^2 > 4 lambda1 M g R.",
             (
-                *law("sqrt(4*lambda1*M*g*R)/lambda3", "least spin", symbol, least, "rad/s", n, **numbers),
-                Field("", top["spin"], "spin of the top", r"\omega_3", "rad/s"),
+                filled("sqrt(4*lambda1*M*g*R)/lambda3", n, **numbers),
+                *_shown("top", top, "sleeping_spin", "spin"),
             ),
         )
 
 
-def _steady(top: Mapping[str, Value], numbers: Mapping[str, Value], n: Arithmetic) -> Step:
-    fall = top["mass"] * top["gravity"] * top["distance"]
-    upward = top["lambda1"] * precession.cosine(top["tilt"], n)
-    discriminant = n.tidied((top["lambda3"] * top["spin"]) ** 2 - 4 * upward * fall)
-    text, unit = "lambda3^2*omega3^2 - 4*lambda1*cos(theta)*M*g*R", "kg^2 m^4/s^2"
-    rates = [
-        Field("", top[f"{word}_rate"], word, rf"\Omega_\mathrm{{{word}}}", "rad/s")
-        for word in ("slow", "fast")
-        if top[f"{word}_rate"] is not None
-    ]
-    return Step(
-        "Steady precession",
-        "At a constant tilt, Omega is a root of this quadratic. The roots are real where the discriminant is "
-        "not negative.",
-        (
-            filled("lambda1*cos(theta)*Omega^2 - lambda3*omega3*Omega + M*g*R", n, **numbers),
-            *law(text, "discriminant", "D", discriminant, unit, n, **numbers),
-            *rates,
-        ),
-    )
-
-
-def _nutation(section: Top, top: Mapping[str, Value], n: Arithmetic) -> Step:
+def _nutation(section: Top, top: Results, n: Arithmetic) -> Step:
     """The cubic in u = cos(theta), and its turning points; for floats only."""
     start = top["slow_rate"] if section.precession is None else section.precession
     cosine, sine = precession.cosine(top["tilt"], n), precession.sine(top["tilt"], n)
@@ -100,63 +101,42 @@ def _nutation(section: Top, top: Mapping[str, Value], n: Arithmetic) -> Step:
         "two of the roots.",
         (
             cubic,
-            *(Field("", float(precession.cosine(top[key], n)), name, name, "") for key, name in limits),
-            Field("", top["theta_min"], "least tilt", r"\theta_\mathrm{min}", "rad"),
-            Field("", top["theta_max"], "greatest tilt", r"\theta_\mathrm{max}", "rad"),
+            *(Field("", float(precession.cosine(top[key], n)), name, name) for key, name in limits),
+            *_shown("top", top, "theta_min", "theta_max"),
         ),
     )
 
 
-def _free(free: Mapping[str, Value], n: Arithmetic) -> Iterator[Step]:
+def _free(free: Results) -> Step:
     if "body_rate" not in free:
-        yield Step(
+        return Step(
             "Free motion",
             "The three moments differ. omega moves along the polhode, on which T and L are constant, with a "
             "period that is an elliptic integral.",
-            (
-                Field("", free["angular_momentum"], "angular momentum", "L", "kg m^2/s"),
-                Field("", free["kinetic_energy"], "kinetic energy", "T", "J"),
-            ),
+            _shown("free", free, "angular_momentum", "kinetic_energy"),
         )
-        return
-    yield Step(
+    return Step(
         "Free motion",
         "Across the symmetry axis both moments are lambda1, and Euler's equations are linear: omega turns "
         "about e3 in the body at (lambda3 - lambda1)/lambda1 omega3, and e3 about L in space at L/lambda1.",
-        (
-            Field("", free["moments"], "principal moments", r"\lambda_{1,2,3}", "kg m^2", counts=True),
-            Field("", free["body_rate"], "omega about e3", r"\Omega_\mathrm{body}", "rad/s"),
-            Field("", free["angular_momentum"], "L", "L", "kg m^2/s"),
-            Field("", free["space_rate"], "L/lambda1", r"L/\lambda_1", "rad/s"),
-        ),
+        _shown("free", free, "moments", "body_rate", "angular_momentum", "space_rate"),
     )
 
 
-def _tide(section: Tide, tide: Mapping[str, Value], n: Arithmetic) -> Iterator[Step]:
+def _tide(section: Tide, tide: Results, n: Arithmetic) -> Step:
     bulge: Any = section.ellipticity
     if section.moments is not None:
         bulge = precession.ellipticity(section.moments)
     numbers = {"H": bulge, "epsilon": section.obliquity, "omega": section.spin}
     fields: list[Field] = []
-    for place, perturber in enumerate(section.perturbers, 1):
-        gm: Any = perturber.gm
-        if perturber.mass is not None:
-            gm = precession.gravitational_parameter(perturber.mass)
-        fields.append(
-            filled(
-                "3/2*mu/(a^3*(1 - e^2)^(3/2))*(1 - 3/2*sin(i)^2)*H*cos(epsilon)/omega",
-                n,
-                perturber.name or str(place),
-                mu=gm,
-                a=perturber.distance,
-                e=perturber.eccentricity,
-                i=perturber.inclination,
-                **numbers,
-            )
-        )
-    yield Step(
+    for place, one in enumerate(section.perturbers, 1):
+        gm: Any = one.gm if one.mass is None else precession.gravitational_parameter(one.mass)
+        text = "3/2*mu/(a^3*(1 - e^2)^(3/2))*(1 - 3/2*sin(i)^2)*H*cos(epsilon)/omega"
+        orbit = {"mu": gm, "a": one.distance, "e": one.eccentricity, "i": one.inclination}
+        fields.append(filled(text, n, one.name or str(place), **orbit, **numbers))
+    return Step(
         "Precession by tides",
         "A perturber with G m = mu at the distance a pulls at the bulge H = (C - A)/C. On average over the "
         "orbit, it turns the axis at 3/2 mu/(a^3 (1 - e^2)^(3/2)) (1 - 3/2 sin(i)^2) H cos(epsilon)/omega.",
-        (*fields, Field("", tide["rate"], "sum", r"\dot\psi", "rad/s")),
+        (*fields, *_shown("tide", tide, "rate")),
     )

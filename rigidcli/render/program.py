@@ -1,0 +1,339 @@
+"""Programs of the equations of motion that run by themselves and print csv: in Python with scipy, and in C99.
+
+A program holds names of a document only as identifiers, which are letters, digits and underscores, and differ
+from the words of the language. It holds other text of a document only in comments of one line. In C, names of
+the document end in an underscore, which no name of C, its libraries or the program does.
+"""
+
+from __future__ import annotations
+
+import builtins
+import keyword
+import textwrap
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass
+from pathlib import Path
+from string import Template
+
+import numpy as np
+
+from rigidcli.errors import UsageError
+from rigidcli.language.sharing import Formulas
+from rigidcli.language.text import text
+from rigidcli.language.tree import Call, Constant, Name, Negative, Node, Number, Power, rebuilt
+from rigidcli.program import Program, Run
+from rigidcli.render import Look
+from rigidcli.report import Report
+
+WIDTH = 100
+"""The width of lines in characters; longer ones are broken at blanks."""
+
+FUNCTIONS = {"abs": "fabs"}
+"""The functions that these languages call by another name than documents do."""
+
+
+@dataclass(frozen=True, slots=True)
+class Language:
+    """What differs from language to language: comments, names, powers, and the parts of a program.
+
+    No name of a document may be one of the `words`; each gets the `suffix`. `power` is the sign of a power
+    with a whole exponent, and empty where it is a call of `pow`, as all other powers are. A `constant` is a
+    line with a name and a number, for which `missing` stands where there is no value; in functions, `local`
+    begins and `end` ends a line with a name and a formula. `rates` and `quantity` are functions. The file
+    `orbit` follows the motion from its start; without a start, `nothing` says how to. The command `usage`
+    runs the program.
+    """
+
+    usage: str
+    comment: str
+    words: frozenset[str]
+    suffix: str
+    power: str
+    constant: str
+    missing: str
+    local: str
+    end: str
+    rates: str
+    quantity: str
+    orbit: str
+    nothing: str
+    sign: str
+
+
+_OWN = "H START SIZES TIMES copysign f fabs nan np pi pow solution solve_ivp sqrt state t"
+"""The names that programs in Python define or import themselves."""
+
+# Python raises an error for a fractional power of a negative number by `pow`; `**` has a complex number.
+PYTHON = Language(
+    usage="python program.py > orbit.csv",
+    comment="#",
+    words=frozenset([*_OWN.split(), *keyword.kwlist, *keyword.softkwlist, *dir(builtins)]),
+    suffix="",
+    power="**",
+    constant="{} = {}",
+    missing="nan",
+    local="",
+    end="",
+    rates='''
+def f(t, state):
+    """The derivatives of {variables} by time."""
+{locals}    return [
+{values}    ]
+
+''',
+    quantity='''
+def {function}(t, state):
+    """The value of {name}."""
+{locals}{value}
+
+''',
+    orbit="orbit.txt",
+    nothing="With scipy.integrate.solve_ivp, an orbit from the values `start` of {variables} is "
+    "solve_ivp(f, (0, duration), start, rtol=1e-10, atol=1e-10).",
+    sign='''
+def sign(x):
+    """The sign of a number: 1.0, -1.0, or 0.0 of zero."""
+    return copysign(1.0, x) if x else 0.0
+
+''',
+)
+
+C = Language(
+    usage="cc -O2 program.c -o program -lm && ./program > orbit.csv",
+    comment="//",
+    words=frozenset(["H"]),
+    suffix="_",
+    power="",
+    constant="static const double {} = {};",
+    missing="NAN",
+    local="const double ",
+    end=";",
+    rates="""
+// The derivatives of {variables} by time.
+void f(double t, const double state[], double rates[])
+{{
+{locals}{values}}}
+""",
+    quantity="""
+double {function}(double t, const double state[])
+{{
+{locals}{value}
+}}
+""",
+    orbit="orbit.c",
+    nothing="f gives the rates of {variables} at a time, for any method of integration.",
+    sign="\nstatic double sign(double x) { return (x > 0) - (x < 0); }\n",
+)
+"""C; a fractional power of a negative number is not a number."""
+
+
+def python(report: Report, look: Look) -> str:
+    """The program in Python for a report: it needs scipy, and follows the orbit with `solve_ivp`."""
+    source = _Source(report, PYTHON)
+    program, run = source.program, source.program.run
+    unpack = f"    {', '.join(source.names[name] for name in program.variables)} = state\n"
+    functions = source.functions(lambda formulas: unpack, lambda place, value: f"        {value},")
+    constants, main = source.constants(), source.nothing()
+    if run is not None:
+        even = source.even_times()
+        shown, calls = source.printed()
+        times = "np.linspace(0.0, {!r}, {})".format(*even) if even else f"np.array([{_numbers(run.times)}])"
+        state = "*state" if shown == len(program.variables) else f"*state[:{shown}]"
+        end = "TIMES[-1]" if run.times[-1] else "1.0"
+        main = "\n" + source.orbit(run, times=times, end=end, cells=", ".join([state, *calls]))
+    used = source.used | ({"nan"} if "nan" in constants else set())
+    used = (used | {"copysign"} if "sign" in used else used) - {"sign"}
+    names = sorted(FUNCTIONS.get(name, name) for name in used)
+    imports = f"from math import {', '.join(names)}\n\n" if names else ""
+    if run is not None:
+        imports += "import numpy as np\nfrom scipy.integrate import solve_ivp\n\n"
+    return f"{source.heading()}\n{imports}{constants}\n{functions}{main}"
+
+
+def c(report: Report, look: Look) -> str:
+    """The program in C99 for a report: it takes Runge-Kutta steps, and needs no library."""
+    source = _Source(report, C)
+    program, run = source.program, source.program.run
+
+    def unpacked(formulas: Formulas) -> str:
+        named = formulas.names
+        lines = [] if program.time in named else ["    (void)t;\n"]
+        for place, name in enumerate(program.variables):
+            if name in named:
+                lines.append(f"    const double {source.names[name]} = state[{place}];\n")
+        return "".join(lines)
+
+    functions = source.functions(unpacked, lambda place, value: f"    rates[{place}] = {value};")
+    constants = "static const double pi = 3.141592653589793;\n" if "pi" in source.used else ""
+    main = source.nothing()
+    if run is not None:
+        even = source.even_times()
+        shown, calls = source.printed()
+        cells = [*(f"state[{place}]" for place in range(shown)), *calls]
+        main = "\n" + source.orbit(
+            run,
+            times="" if even else f"static const double TIMES[SAMPLES] = {{{_numbers(run.times)}}};\n",
+            next=f"sample * ({even[0]!r} / (SAMPLES - 1))" if even else "TIMES[sample]",
+            cells="".join(f'        printf(",%.17g", {cell});\n' for cell in cells),
+        )
+    includes = "#include <math.h>\n#include <stdio.h>\n"
+    return f"{source.heading()}\n{includes}\n{constants}{source.constants()}{functions}{main}"
+
+
+class _Source:
+    """The names of a program in a language, and its formulas written with them."""
+
+    def __init__(self, report: Report, language: Language) -> None:
+        if report.program is None:
+            raise UsageError("there are no equations of motion here", hint="`hamilton` writes programs")
+        self.program: Program = report.program
+        self.language = language
+        self.names: dict[str, str] = {}
+        self.used: set[str] = set()
+        """The functions that the written formulas call, with `pow` and `pi`, by their names in documents."""
+        program, taken = report.program, set(language.words)
+        steps = [name for each in (program.rates, *program.quantities.values()) for name, _ in each.steps]
+        others = [name for name in program.quantities if name not in language.words]
+        for name in dict.fromkeys([*program.constants, *program.variables, *others, *steps]):
+            new = name.lstrip("._") or "x"
+            new = (f"x{new}" if new[0].isdigit() else new) + language.suffix
+            while new in taken:
+                new += "_"
+            taken.add(new)
+            self.names[name] = new
+
+    def heading(self) -> str:
+        """Comments with the command that runs the program and the remarks on the system.
+
+        The first two lines hold no text of the document: Python would take `coding: ...` for an encoding.
+        """
+        mark = self.language.comment
+        first = f"{mark} Equations of motion as a program, written by rigidcli. It is run by"
+        return f"{first}\n{mark}     {self.language.usage}\n{mark}\n{self._comment(*self.program.about)}"
+
+    def orbit(self, run: Run, **parts: str) -> str:
+        """The part that follows the orbit from its start and prints it, with `parts` of this language."""
+        parts |= {"start": _numbers(run.start), "sizes": _numbers(run.sizes)}
+        parts |= {"count": str(len(run.start)), "samples": str(len(run.times))}
+        template = Template(Path(__file__).with_name(self.language.orbit).read_text("utf-8"))
+        return template.substitute(parts, head=",".join(self.program.columns))
+
+    def nothing(self) -> str:
+        """The comment in place of an orbit."""
+        words = "The document has no orbit, so that nothing is run here. " + self.language.nothing
+        return "\n" + self._comment(words.format(variables=", ".join(self.program.variables)))
+
+    def _comment(self, *paragraphs: str) -> str:
+        """Lines of comment. None ends in a backslash, or in the trigraph of C that stands for one."""
+        lines: list[str] = []
+        for paragraph in paragraphs:
+            printable = "".join(c if c.isprintable() else " " for c in paragraph)
+            lines += _wrapped(printable.replace("\\", "/").replace("?/", "? /")) or [""]
+        return "".join(f"{self.language.comment} {line}".rstrip() + "\n" for line in lines)
+
+    def constants(self) -> str:
+        """A line for each constant, with a remark where it has another name, or no value."""
+        language, lines = self.language, []
+        for name, value in self.program.constants.items():
+            new = self.names[name]
+            notes = [f"{name} of the document"] if new != name + language.suffix else []
+            notes += ["it has no value in the document: give it one here"] if value is None else []
+            line = language.constant.format(new, language.missing if value is None else repr(value))
+            lines.append(line + (f"  {language.comment} {'; '.join(notes)}\n" if notes else "\n"))
+        return "".join(lines)
+
+    def functions(self, variables: Callable[[Formulas], str], rate: Callable[[int, str], str]) -> str:
+        """The functions of the rates and the quantities; `variables` unpacks the state for formulas."""
+        language, program = self.language, self.program
+        rates = (self._line(rate(k, "{}"), tree) for k, tree in enumerate(program.rates.values))
+        written = language.rates.format(
+            variables=", ".join(program.variables),
+            locals=variables(program.rates) + self._steps(program.rates),
+            values="".join(f"{line}\n" for line in rates),
+        )
+        for name, formulas in program.quantities.items():
+            value = self._line(f"    return {{}}{language.end}", formulas.values[0])
+            unpacked = variables(formulas) + self._steps(formulas)
+            function = self._function(name)
+            written += language.quantity.format(name=name, function=function, locals=unpacked, value=value)
+        return (language.sign if "sign" in self.used else "") + written
+
+    def _function(self, quantity: str) -> str:
+        """The name of the function of a quantity; that of H is H, and no parameter has this name."""
+        return quantity if quantity in self.language.words else self.names[quantity]
+
+    def printed(self) -> tuple[int, list[str]]:
+        """The number of variables that are printed after the time, and the calls that follow them."""
+        calls = [f"{self._function(name)}(t, state)" for name in self.program.quantities]
+        return len(self.program.columns) - 1 - len(calls), calls
+
+    def _steps(self, formulas: Formulas) -> str:
+        """The steps of formulas, one a line."""
+        step = f"    {self.language.local}{{}} = {{{{}}}}{self.language.end}"
+        return "".join(
+            self._line(step.format(self.names[name]), tree) + "\n" for name, tree in formulas.steps
+        )
+
+    def _line(self, template: str, tree: Node) -> str:
+        """A line with the formula of a tree; if it is too long, it is broken inside of parentheses."""
+        formula = text(self._translated(tree), self.language.power or "**")
+        if len(line := template.format(formula)) <= WIDTH:
+            return line
+        indent = " " * (len(template) - len(template.lstrip()))
+        return "\n".join(_wrapped(template.format(f"({formula})"), indent + "    "))
+
+    def _translated(self, node: Node) -> Node:
+        """The tree with floats for numbers, names of this program, and calls for powers."""
+        match node:
+            case Name(name):
+                return Name(self.names.get(name, name))
+            case Number(_, value):
+                return Number(repr(value), value)
+            case Constant(name):
+                self.used.add(name)
+            case Power(base, exponent):
+                base, whole = self._translated(base), _whole(exponent)
+                raised = self._translated(exponent) if whole is None else whole
+                if self.language.power and whole is not None:
+                    return Power(base, raised)
+                return self._call("pow", (base, raised))
+            case Call(function, arguments):
+                return self._call(function, tuple(map(self._translated, arguments)))
+        return rebuilt(node, self._translated)
+
+    def _call(self, function: str, arguments: tuple[Node, ...]) -> Node:
+        self.used.add(function)
+        return Call(FUNCTIONS.get(function, function), arguments)
+
+    def even_times(self) -> tuple[float, int] | None:
+        """The last time and the number of times, if they are evenly spaced from zero on; else None."""
+        assert self.program.run is not None
+        times = self.program.run.times
+        even = np.linspace(0.0, times[-1], len(times))
+        if len(times) < 2 or np.abs(times - even).max() > 1e-9 * even[1]:
+            return None
+        return float(times[-1]), len(times)
+
+
+def _numbers(values: Iterable[float]) -> str:
+    """Numbers in a row, broken where that is too long; brackets of the language go around it."""
+    written = ", ".join(repr(float(value)) for value in values)
+    if len(written) <= WIDTH - 20:
+        return written
+    return "\n    " + "\n".join(_wrapped(written, "    ")) + "\n"
+
+
+def _wrapped(line: str, indent: str = "") -> list[str]:
+    """A line cut at blanks, with an indent before all parts but the first."""
+    return textwrap.wrap(
+        line, WIDTH, subsequent_indent=indent, break_long_words=False, break_on_hyphens=False
+    )
+
+
+def _whole(exponent: Node) -> Node | None:
+    """An exponent that is a whole number, written as one; None for any other."""
+    inner = exponent.operand if isinstance(exponent, Negative) else exponent
+    if not isinstance(inner, Number) or not inner.value.is_integer() or abs(inner.value) >= 2**31:
+        return None
+    whole = Number(str(int(inner.value)), inner.value)
+    return Negative(whole) if inner is not exponent else whole
