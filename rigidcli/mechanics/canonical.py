@@ -212,21 +212,17 @@ class Change:
         added = _function_with(slopes, self.new.names)
         if added is None:
             return None
-        variables = (*(self.new if is_given else self.old).names, TIME)
-        for way in branch.with_roots, substitute:
-            k = _gathered(way(hamiltonian, old) + added, self.new)
-            if is_given:
-                misses = [k - added - substitute(hamiltonian, old)]
-                rates = [derivative(added, name) for name in self.new.names]
-            else:
-                misses = [substitute(k - added, self.values) - hamiltonian]
-                rates = self._rates()
-                slopes = [substitute(slope, self.values) for slope in slopes]
-            misses += [slope - rate for slope, rate in zip(slopes, rates, strict=True)]
-            positive = positive_names(misses, variables)
-            if positive is not None:
-                return NewHamiltonian(k, old, positive)
-        return None
+        k = _gathered(branch.with_roots(hamiltonian, old) + added, self.new)
+        if is_given:
+            misses = [k - added - substitute(hamiltonian, old)]
+            rates = [derivative(added, name) for name in self.new.names]
+        else:
+            misses = [substitute(k - added, self.values) - hamiltonian]
+            rates = self._rates()
+            slopes = [substitute(slope, self.values) for slope in slopes]
+        misses += [slope - rate for slope, rate in zip(slopes, rates, strict=True)]
+        positive = positive_names(misses, (*(self.new if is_given else self.old).names, TIME))
+        return None if positive is None else NewHamiltonian(k, old, positive)
 
     def _rates(self) -> list[Expr]:
         """What dR/dZ is, by the old variables: -dP/dt for the coordinates, dQ/dt for the momenta."""
@@ -282,18 +278,14 @@ def _function_with(slopes: Sequence[Expr], names: Sequence[str]) -> Expr | None:
     """
     free = {name: symbol(name) for slope in slopes for name in slope.names - {TIME}}
     positive = {name: symbol(name, positive=True) for name in free}
-    for values in {}, positive:
-        there = [tidy(substitute(slope, values)) for slope in slopes]
-        integral = ZERO
-        for name, slope in reversed([*zip(names, there, strict=True)]):
-            part = antiderivative(tidy(slope - derivative(integral, name)), name)
-            if part is None:
-                break
-            integral += part
-        else:
-            if all(is_zero(e - derivative(integral, name)) for name, e in zip(names, there, strict=True)):
-                return substitute(integral, free)
-    return None
+    there, integral = [tidy(substitute(slope, positive)) for slope in slopes], ZERO
+    for name, slope in reversed([*zip(names, there, strict=True)]):
+        part = antiderivative(tidy(slope - derivative(integral, name)), name)
+        if part is None:
+            return None
+        integral += part
+    misses = [slope - derivative(integral, name) for name, slope in zip(names, there, strict=True)]
+    return substitute(integral, free) if all(map(is_zero, misses)) else None
 
 
 def _gathered(e: Expr, phase: Phase) -> Expr:
