@@ -132,8 +132,19 @@ def inverse(values: Mapping[str, Expr], new: Phase, old: Phase, branch: Branch) 
     The point of the branch has values of the old variables and of the new ones.
     """
     with suppress(ExpressionError, ComputationError):
-        equations = [symbol(name) - values[name] for name in new.names]
-        return _solution(equations, old.names, Allowance(MOST_TRIALS), branch)
+        trials = Allowance(MOST_TRIALS)
+        if any(not values[Q].names.isdisjoint(old.momenta) for Q in new.coordinates):
+            return _solution([symbol(n) - values[n] for n in new.names], old.names, trials, branch)
+        # Of a change Q(q) the momenta follow: p_i = sum_j (P_j - P_j(p = 0)) dQ_j/dq_i.
+        equations = [symbol(Q) - values[Q] for Q in new.coordinates]
+        coordinates = _solution(equations, old.coordinates, trials, branch)
+        if coordinates is not None:
+            at_rest = dict.fromkeys(old.momenta, ZERO)
+            shifted = [symbol(P) - substitute(values[P], at_rest) for P in new.momenta]
+            pairs = [(values[Q], P) for Q, P in zip(new.coordinates, shifted, strict=True)]
+            sums = (total(derivative(Q, q) * P for Q, P in pairs) for q in old.coordinates)
+            momenta = [branch.put(e, coordinates) for e in sums]
+            return coordinates | dict(zip(old.momenta, momenta, strict=True))
     return None
 
 
