@@ -63,7 +63,7 @@ def run(
         working += [replace(step, fields=tuple(as_typed(step.fields, document))) for step in written]
     pictures: tuple[Picture, ...] = ()
     if picture is not None:
-        pictures = drawn("hamilton", picture, replace(findings, fields=fields))
+        pictures = drawn("hamilton", picture, findings)
     title = "Hamilton's equations"
     result = report(document, SCHEMA, title, fields, _notes(findings), tables, working, pictures)
     if scene and findings.orbit is not None:

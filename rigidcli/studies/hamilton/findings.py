@@ -45,8 +45,6 @@ class Findings:
     transform: TransformedSystem | None
     oscillations: Oscillations | None
     initial: InitialState | None
-    fields: Sequence[Field] = ()
-    """The results, once they are written."""
 
 
 def find(document: Document, progress: Callable[[float], None] | None) -> Findings:
