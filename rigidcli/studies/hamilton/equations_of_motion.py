@@ -29,11 +29,10 @@ from rigidcli.language.tree import Name, Node, rounding
 from rigidcli.mechanics.hamilton_equations import TIME, Phase
 from rigidcli.program import Program, Run
 from rigidcli.studies.hamilton.derivation import Derivation
-from rigidcli.studies.hamilton.initial import InitialState
 from rigidcli.studies.hamilton.system import require_formulas
 
 if TYPE_CHECKING:
-    from rigidcli.studies.hamilton.orbit import OrbitSolution
+    from rigidcli.studies.hamilton.orbit import InitialState, OrbitSolution
 
 ENERGY_CHANGE = ".energy_change"
 """The integral of dH/dt, which is a further variable where H changes: by the time, or by forces.

@@ -1,26 +1,179 @@
-"""The orbit of a system in phase space: integrated numerically, with measures of how well."""
+"""An orbit in phase space: its initial state, and its integration with measures of how well."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
 from functools import partial
 
 import numpy as np
 
+from rigidcli.algebra.calculus import derivative
 from rigidcli.algebra.expressions import Expr, symbol
+from rigidcli.algebra.functions import apply
+from rigidcli.algebra.trees import to_tree
 from rigidcli.core import integrate, memory
 from rigidcli.core.arithmetic import EPS, Floats
 from rigidcli.core.estimate import compared, foreseen
-from rigidcli.core.solution import Solution, digits
+from rigidcli.core.solution import NO_VALUE, Solution, digits
+from rigidcli.document.document import Document
 from rigidcli.document.orbit import Orbit
 from rigidcli.document.sampling import DEFAULT_TOLERANCE
 from rigidcli.errors import ComputationError
+from rigidcli.language import code
 from rigidcli.mechanics import linear_flow
-from rigidcli.studies.hamilton.derivation import Derivation
+from rigidcli.mechanics.hamilton_equations import TIME
+from rigidcli.mechanics.legendre import Momenta
+from rigidcli.mechanics.velocity_inversion import Branch
+from rigidcli.studies.hamilton.derivation import Derivation, on_this_side
 from rigidcli.studies.hamilton.equations_of_motion import equations_of_motion, values_of_terms
-from rigidcli.studies.hamilton.initial import InitialState
+
+KEY = "orbit.initial"
+"""The key under which a document gives the initial state."""
+
+
+SAME = 1e-6
+"""Velocities belong to a branch if they differ by less than this, in units of their size."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class InitialState:
+    """The values of the parameters, and coordinates q, momenta p and velocities v (all n) at t = 0.
+
+    The velocities are None where the document gives momenta.
+    """
+
+    parameters: Mapping[str, float]
+    q: Floats
+    p: Floats
+    v: Floats | None
+
+
+def initial_state(
+    document: Document, orbit: Orbit, derivation: Derivation
+) -> tuple[Derivation, InitialState]:
+    """The system on the branch of the velocities that an orbit begins on, and the state there.
+
+    Raises DocumentError where the system has no motion from there, and ComputationError where H has steps.
+    """
+    assert document.system is not None
+    for place in derivation.jumps:
+        raise ComputationError(
+            f"H has a step where {place} = 0, at which a momentum changes suddenly",
+            hint=f"write a gradual step, such as {apply('tanh', place / symbol('d'))} with a small d",
+        )
+    q, p, v = orbit.start(document.system)
+    parameters = {name: float(value) for name, value in document.values.items()}
+    point = _Point(document, {TIME: 0.0, **parameters}).at(derivation.phase.coordinates, q)
+    if p is None:
+        assert v is not None
+        p = _momenta(point, derivation, v)
+    point = point.at(derivation.phase.momenta, p)
+    if derivation.branches and not derivation.are_linear:
+        derivation = on_this_side(derivation, point.known)
+        branch = _branch(point, derivation, v)
+        derivation = replace(derivation, branches=() if branch is None else (branch,))
+    elif derivation.momenta is not None and not derivation.are_linear and v is None:
+        v = _velocities(point, derivation.momenta, derivation.velocity_names, p)
+        shown = ", ".join(f"{name} = {x:.6g}" for name, x in zip(derivation.velocity_names, v, strict=True))
+        notes = (*derivation.notes, f"the momenta at the start belong to {shown}, and perhaps to others, too")
+        derivation = replace(derivation, notes=notes)
+    if derivation.hamiltonian is not None:
+        point.evaluate([derivation.hamiltonian], "H")
+    return derivation, InitialState(parameters, q, p, v)
+
+
+@dataclass(frozen=True, slots=True)
+class _Point:
+    """Values of names at the start."""
+
+    document: Document
+    known: Mapping[str, float]
+
+    def at(self, names: Sequence[str], values: Floats) -> _Point:
+        """Add the values of more names."""
+        return replace(self, known={**self.known, **dict(zip(names, map(float, values), strict=True))})
+
+    def evaluate(self, expressions: Sequence[Expr], what: str) -> Floats:
+        """The values of expressions; DocumentError says of `what` that it has none."""
+        try:
+            f = code.function([to_tree(e) for e in expressions], list(self.known), {})(math)
+            values = np.array(f(*self.known.values()), dtype=np.float64)
+        except NO_VALUE:
+            values = np.array([math.nan])
+        if not np.isfinite(values).all():
+            raise self.document.refusal(f"{what} has no finite real value there", KEY)
+        return values
+
+
+def _momenta(point: _Point, derivation: Derivation, v: Floats) -> Floats:
+    """The momenta from the velocities: by definition, or where H is given from v = dH/dp linear in them."""
+    if derivation.momenta is not None:
+        return point.at(derivation.velocity_names, v).evaluate(derivation.momenta.definitions, "a momentum")
+    names, size = derivation.phase.momenta, len(v)
+    slopes = [derivative(derivation.generator, name) for name in names]
+    matrix = [derivative(slope, name) for slope in slopes for name in names]
+    if any(not entry.names.isdisjoint(names) for entry in matrix):
+        raise point.document.refusal(
+            "velocities do not tell the momenta, as dH/dp is not linear in them",
+            KEY,
+            hint=f"give the momenta {', '.join(names)}",
+        )
+    values = point.at(names, np.zeros(size)).evaluate([*slopes, *matrix], "a velocity")
+    try:
+        return np.asarray(np.linalg.solve(values[size:].reshape(size, size), v - values[:size]))
+    except np.linalg.LinAlgError:
+        raise ComputationError("the velocities do not tell the momenta there: dH/dp is degenerate") from None
+
+
+def _velocities(point: _Point, momenta: Momenta, names: Sequence[str], p: Floats) -> Floats:
+    """Velocities (n) with the momenta p (n), by a search from rest. Raises DocumentError where it fails."""
+    from scipy.optimize import root
+
+    entries = [*momenta.definitions, *(e for row in momenta.mass_matrix for e in row)]
+    size = len(p)
+
+    def miss(v: Floats) -> tuple[Floats, Floats]:
+        values = point.at(names, v).evaluate(entries, "a momentum")
+        return values[:size] - p, values[size:].reshape(size, size)
+
+    v: Floats = root(miss, np.zeros(size), jac=True, method="lm", tol=1e-15).x
+    if np.abs(miss(v)[0]).max() > SAME * np.abs(p).max():
+        raise point.document.refusal(
+            "no velocities were found that have these momenta",
+            KEY,
+            hint=f"give the velocities {', '.join(names)} instead",
+        )
+    return v
+
+
+def _branch(point: _Point, derivation: Derivation, v: Floats | None) -> Branch | None:
+    """The branch of the velocities that the orbit begins on; None if these are to be followed themselves.
+
+    That is so if they belong to none of the branches, or the form of the branch changes on the way.
+    """
+    branches = derivation.branches
+    inside = [b for b in branches if min(point.evaluate(b.conditions, "a momentum"), default=1.0) > 0]
+    values = [point.evaluate(branch.velocities, "a velocity") for branch in inside]
+    if v is not None:
+        near = (np.allclose(known, v, rtol=SAME, atol=SAME * np.abs(v).max()) for known in values)
+        return next((branch for branch, is_same in zip(inside, near, strict=True) if is_same), None)
+    if not inside:
+        raise point.document.refusal(f"no velocity has these momenta, expected {branches[0].validity}", KEY)
+    if len(inside) == 1:
+        return inside[0]
+    names = derivation.velocity_names
+    listed = "; ".join(
+        ", ".join(f"{name} = {value:.6g}" for name, value in zip(names, known, strict=True))
+        for known in sorted(values, key=tuple)
+    )
+    raise point.document.refusal(
+        f"{len(inside)} velocities have these momenta: {listed}",
+        KEY,
+        hint=f"give the velocities {', '.join(names)} instead",
+    )
+
 
 LOOKS = 4097
 """Times at which it is looked whether an orbit has left its range: they tell three digits of the end."""
