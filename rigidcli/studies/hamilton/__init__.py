@@ -71,7 +71,7 @@ def run(
 
         result = replace(result, scene=scene_of(document, findings.orbit, tables[-1]))
     if program:
-        from rigidcli.studies.hamilton.equations_of_motion import program_of
+        from rigidcli.studies.hamilton.orbit import program_of
 
         equations = program_of(document, result.name, findings.derivation, findings.initial, findings.orbit)
         result = replace(result, program=equations)

@@ -1,4 +1,4 @@
-"""The equations of motion that are integrated for an orbit, or written as a program, and their variables.
+"""The equations of motion that are integrated for an orbit, and the meaning of their variables.
 
 Where H has a closed form, these are Hamilton's equations. Where it has none, but the velocities follow from
 linear equations M(q, t) v = p - b(q, t), these are solved at every step, and p' = dL/dq. Otherwise the
@@ -10,7 +10,6 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
-from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -21,18 +20,11 @@ from rigidcli.algebra.trees import to_tree
 from rigidcli.core.arithmetic import Floats
 from rigidcli.core.estimate import Watched, columns
 from rigidcli.core.solution import Flow
-from rigidcli.document.document import Document
-from rigidcli.errors import ComputationError, ExpressionError
 from rigidcli.language import code
-from rigidcli.language.sharing import Step, shared, solved
+from rigidcli.language.sharing import Step, solved
 from rigidcli.language.tree import Name, Node, rounding
 from rigidcli.mechanics.hamilton_equations import TIME, Phase
-from rigidcli.program import Program, Run
 from rigidcli.studies.hamilton.derivation import Derivation
-from rigidcli.studies.hamilton.system import require_formulas
-
-if TYPE_CHECKING:
-    from rigidcli.studies.hamilton.orbit import InitialState, OrbitSolution
 
 ENERGY_CHANGE = ".energy_change"
 """The integral of dH/dt, which is a further variable where H changes: by the time, or by forces.
@@ -40,15 +32,18 @@ ENERGY_CHANGE = ".energy_change"
 No name of a document has a dot.
 """
 
-LEAST_SIZE = 1e-3
-"""The least size of a variable with which its errors are compared, in units of what its rate is made of.
 
-A variable that stays zero only as large numbers cancel is noise, about 1e-16 of these: no program can follow
-it with errors of 1e-12 of its own size.
-"""
+@dataclass(frozen=True, slots=True, eq=False)
+class InitialState:
+    """The values of the parameters, and coordinates q, momenta p and velocities v (all n) at t = 0.
 
-NUDGE = 1e-6
-"""By how much variables are changed, in units of themselves, to see what rates are made of."""
+    The velocities are None where the document gives momenta.
+    """
+
+    parameters: Mapping[str, float]
+    q: Floats
+    p: Floats
+    v: Floats | None
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -179,60 +174,3 @@ def terms(e: Expr) -> list[Expr]:
 def values_of_terms(e: Expr, phase: Phase, parameters: Mapping[str, float]) -> Callable[..., Floats]:
     """The terms (m by k) of a function on phase space at times (k) and values of the variables (k)."""
     return columns(code.function([to_tree(term) for term in terms(e)], [TIME, *phase.names], parameters))
-
-
-def program_of(
-    document: Document,
-    name: str,
-    derivation: Derivation,
-    initial: InitialState | None,
-    orbit: OrbitSolution | None,
-) -> Program:
-    """The program of a system with this `name`: its rates, H, and momenta where velocities are followed.
-
-    Raises DocumentError where a function has no formula, and ComputationError where H has steps, which its
-    equations do not tell, or a number is too large for floats.
-    """
-    require_formulas(document, [derivation.generator, *derivation.system.forces], "a program")
-    for place in derivation.jumps:
-        raise ComputationError(f"H has a step where {place} = 0, which its equations do not tell")
-    equations, phase, system = symbolic_equations(derivation), derivation.phase, derivation.system
-    asked = {name: [to_tree(e)] for name, e in zip(phase.momenta, equations.momenta, strict=True)}
-    asked = {name: trees for name, trees in asked.items() if name not in equations.names}
-    asked["H"] = [to_tree(total(equations.energy))]
-    try:
-        rates = shared(equations.steps, equations.slopes)
-        quantities = {name: shared(equations.steps, trees) for name, trees in asked.items()}
-    except ExpressionError as error:
-        raise ComputationError(f"there is no program: {error.message}") from error
-    used = frozenset[str]().union(rates.names, *(each.names for each in quantities.values()))
-    constants = {
-        name: None
-        if document.values.get(name) is None or name in document.symbols
-        else float(document.values[name])
-        for name in document.definitions
-        if name in used
-    }
-    about = [name, f"L = {system.lagrangian}" if system.hamiltonian is None else f"H = {system.hamiltonian}"]
-    about += [
-        f"the force on {q} is {force}"
-        for q, force in zip(phase.coordinates, system.forces, strict=True)
-        if not force.is_zero
-    ]
-    run = None
-    if initial is not None and orbit is not None:
-        arguments = [TIME, *equations.names]
-        flow = code.function(equations.slopes, arguments, initial.parameters, equations.steps)
-        run = Run(equations.start(initial).tolist(), _sizes(orbit, flow), orbit.times)
-    return Program(about, constants, TIME, equations.names, rates, quantities, (TIME, *phase.names, "H"), run)
-
-
-def _sizes(orbit: OrbitSolution, flow: Flow) -> list[float]:
-    """The sizes of the variables of an orbit with these rates, in three digits; none is zero."""
-    rates, times, states = columns(flow), orbit.times, orbit.states
-    # Each variable is changed differently, so that equal ones do not cancel.
-    nudged = states * (1 + NUDGE * np.linspace(1.0, 2.0, states.shape[1]))
-    changes = np.abs(rates(times, *nudged.T) - rates(times, *states.T)).max(axis=1) / NUDGE
-    between = times[-1] / min(len(times), orbit.steps or 1)
-    sizes = np.fmax(np.abs(states).max(axis=0), LEAST_SIZE * changes * between)
-    return [float(f"{size:.3g}") or 1.0 for size in sizes]

@@ -24,7 +24,8 @@ from rigidcli.studies.hamilton.derivation import Derivation, derive
 from rigidcli.studies.hamilton.system import derived_parameters, require_formulas
 
 if TYPE_CHECKING:
-    from rigidcli.studies.hamilton.orbit import InitialState, OrbitSolution
+    from rigidcli.studies.hamilton.equations_of_motion import InitialState
+    from rigidcli.studies.hamilton.orbit import OrbitSolution
     from rigidcli.studies.hamilton.oscillations import Oscillations
     from rigidcli.studies.hamilton.transform import TransformedSystem
 

@@ -1,4 +1,4 @@
-"""An orbit in phase space: its initial state, and its integration with measures of how well."""
+"""An orbit in phase space: its initial state, its integration with measures of how well, and its program."""
 
 from __future__ import annotations
 
@@ -10,24 +10,32 @@ from functools import partial
 import numpy as np
 
 from rigidcli.algebra.calculus import derivative
-from rigidcli.algebra.expressions import Expr, symbol
+from rigidcli.algebra.expressions import Expr, symbol, total
 from rigidcli.algebra.functions import apply
 from rigidcli.algebra.trees import to_tree
 from rigidcli.core import integrate, memory
 from rigidcli.core.arithmetic import EPS, Floats
-from rigidcli.core.estimate import compared, foreseen
-from rigidcli.core.solution import NO_VALUE, Solution, digits
+from rigidcli.core.estimate import columns, compared, foreseen
+from rigidcli.core.solution import NO_VALUE, Flow, Solution, digits
 from rigidcli.document.document import Document
 from rigidcli.document.orbit import Orbit
 from rigidcli.document.sampling import DEFAULT_TOLERANCE
-from rigidcli.errors import ComputationError
+from rigidcli.errors import ComputationError, ExpressionError
 from rigidcli.language import code
+from rigidcli.language.sharing import shared
 from rigidcli.mechanics import linear_flow
 from rigidcli.mechanics.hamilton_equations import TIME
 from rigidcli.mechanics.legendre import Momenta
 from rigidcli.mechanics.velocity_inversion import Branch
+from rigidcli.program import Program, Run
 from rigidcli.studies.hamilton.derivation import Derivation, on_this_side
-from rigidcli.studies.hamilton.equations_of_motion import equations_of_motion, values_of_terms
+from rigidcli.studies.hamilton.equations_of_motion import (
+    InitialState,
+    equations_of_motion,
+    symbolic_equations,
+    values_of_terms,
+)
+from rigidcli.studies.hamilton.system import require_formulas
 
 KEY = "orbit.initial"
 """The key under which a document gives the initial state."""
@@ -35,19 +43,6 @@ KEY = "orbit.initial"
 
 SAME = 1e-6
 """Velocities belong to a branch if they differ by less than this, in units of their size."""
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class InitialState:
-    """The values of the parameters, and coordinates q, momenta p and velocities v (all n) at t = 0.
-
-    The velocities are None where the document gives momenta.
-    """
-
-    parameters: Mapping[str, float]
-    q: Floats
-    p: Floats
-    v: Floats | None
 
 
 def initial_state(
@@ -174,6 +169,16 @@ def _branch(point: _Point, derivation: Derivation, v: Floats | None) -> Branch |
         hint=f"give the velocities {', '.join(names)} instead",
     )
 
+
+LEAST_SIZE = 1e-3
+"""The least size of a variable with which its errors are compared, in units of what its rate is made of.
+
+A variable that stays zero only as large numbers cancel is noise, about 1e-16 of these: no program can follow
+it with errors of 1e-12 of its own size.
+"""
+
+NUDGE = 1e-6
+"""By how much variables are changed, in units of themselves, to see what rates are made of."""
 
 LOOKS = 4097
 """Times at which it is looked whether an orbit has left its range: they tell three digits of the end."""
@@ -308,3 +313,60 @@ def _require_range(solution: Solution, derivation: Derivation, initial: InitialS
             raise ComputationError(
                 f"the orbit has no velocities beyond t = {time:.3g}, expected {condition} > 0"
             )
+
+
+def program_of(
+    document: Document,
+    name: str,
+    derivation: Derivation,
+    initial: InitialState | None,
+    orbit: OrbitSolution | None,
+) -> Program:
+    """The program of a system with this `name`: its rates, H, and momenta where velocities are followed.
+
+    Raises DocumentError where a function has no formula, and ComputationError where H has steps, which its
+    equations do not tell, or a number is too large for floats.
+    """
+    require_formulas(document, [derivation.generator, *derivation.system.forces], "a program")
+    for place in derivation.jumps:
+        raise ComputationError(f"H has a step where {place} = 0, which its equations do not tell")
+    equations, phase, system = symbolic_equations(derivation), derivation.phase, derivation.system
+    asked = {name: [to_tree(e)] for name, e in zip(phase.momenta, equations.momenta, strict=True)}
+    asked = {name: trees for name, trees in asked.items() if name not in equations.names}
+    asked["H"] = [to_tree(total(equations.energy))]
+    try:
+        rates = shared(equations.steps, equations.slopes)
+        quantities = {name: shared(equations.steps, trees) for name, trees in asked.items()}
+    except ExpressionError as error:
+        raise ComputationError(f"there is no program: {error.message}") from error
+    used = frozenset[str]().union(rates.names, *(each.names for each in quantities.values()))
+    constants = {
+        name: None
+        if document.values.get(name) is None or name in document.symbols
+        else float(document.values[name])
+        for name in document.definitions
+        if name in used
+    }
+    about = [name, f"L = {system.lagrangian}" if system.hamiltonian is None else f"H = {system.hamiltonian}"]
+    about += [
+        f"the force on {q} is {force}"
+        for q, force in zip(phase.coordinates, system.forces, strict=True)
+        if not force.is_zero
+    ]
+    run = None
+    if initial is not None and orbit is not None:
+        arguments = [TIME, *equations.names]
+        flow = code.function(equations.slopes, arguments, initial.parameters, equations.steps)
+        run = Run(equations.start(initial).tolist(), _sizes(orbit, flow), orbit.times)
+    return Program(about, constants, TIME, equations.names, rates, quantities, (TIME, *phase.names, "H"), run)
+
+
+def _sizes(orbit: OrbitSolution, flow: Flow) -> list[float]:
+    """The sizes of the variables of an orbit with these rates, in three digits; none is zero."""
+    rates, times, states = columns(flow), orbit.times, orbit.states
+    # Each variable is changed differently, so that equal ones do not cancel.
+    nudged = states * (1 + NUDGE * np.linspace(1.0, 2.0, states.shape[1]))
+    changes = np.abs(rates(times, *nudged.T) - rates(times, *states.T)).max(axis=1) / NUDGE
+    between = times[-1] / min(len(times), orbit.steps or 1)
+    sizes = np.fmax(np.abs(states).max(axis=0), LEAST_SIZE * changes * between)
+    return [float(f"{size:.3g}") or 1.0 for size in sizes]
