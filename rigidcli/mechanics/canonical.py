@@ -34,7 +34,7 @@ from rigidcli.algebra.substitution import rebuilt, substitute, with_powers
 from rigidcli.algebra.trigonometry import exponentials_merged
 from rigidcli.algebra.values import is_zero, sample_points
 from rigidcli.errors import ComputationError, ExpressionError
-from rigidcli.mechanics.hamilton_equations import TIME, Phase, bracket
+from rigidcli.mechanics.hamilton_equations import TIME, Phase, bracket, linear
 from rigidcli.mechanics.undoing import solutions
 
 
@@ -132,6 +132,10 @@ def inverse(values: Mapping[str, Expr], new: Phase, old: Phase, branch: Branch) 
     The point of the branch has values of the old variables and of the new ones.
     """
     with suppress(ExpressionError, ComputationError):
+        parts = linear([values[name] for name in new.names], old.names)
+        if parts is not None:
+            shifted = [symbol(name) - b for name, b in zip(new.names, parts[1], strict=True)]
+            return _of_linear(parts[0], shifted, old)
         trials = Allowance(MOST_TRIALS)
         if any(not values[Q].names.isdisjoint(old.momenta) for Q in new.coordinates):
             return _solution([symbol(n) - values[n] for n in new.names], old.names, trials, branch)
@@ -146,6 +150,21 @@ def inverse(values: Mapping[str, Expr], new: Phase, old: Phase, branch: Branch) 
             momenta = [branch.put(e, coordinates) for e in sums]
             return coordinates | dict(zip(old.momenta, momenta, strict=True))
     return None
+
+
+def _of_linear(matrix: Sequence[Sequence[Expr]], values: Sequence[Expr], old: Phase) -> dict[str, Expr]:
+    """M^-1 times values, with M^-1 = -J M^T J, as the matrix M of a canonical change is symplectic.
+
+    Source: V. I. Arnold, Mathematical Methods of Classical Mechanics, section 41.
+    """
+    size = len(old.coordinates)
+    solution = {}
+    for place, name in enumerate(old.names):
+        other, sign = (place + size) % (2 * size), 1 if place < size else -1
+        solution[name] = sign * total(
+            matrix[k + size][other] * values[k] - matrix[k][other] * values[k + size] for k in range(size)
+        )
+    return solution
 
 
 def _values(equation: Expr, unknown: str) -> Iterator[Expr]:
