@@ -11,13 +11,13 @@ from typing import Any, NamedTuple, cast
 import numpy as np
 
 from rigidcli.algebra import matrices
-from rigidcli.algebra.atoms import Applied
+from rigidcli.algebra.atoms import Applied, Atom
 from rigidcli.algebra.calculus import derivative
-from rigidcli.algebra.expressions import PI, ZERO, Expr, number, symbol
+from rigidcli.algebra.expressions import PI, ZERO, Expr, atomic, number, symbol
 from rigidcli.algebra.matrices import Matrix
 from rigidcli.algebra.reading import from_tree
 from rigidcli.algebra.simplification import tidy
-from rigidcli.algebra.substitution import substitute
+from rigidcli.algebra.substitution import substitute, without
 from rigidcli.algebra.trees import to_tree
 from rigidcli.algebra.values import is_zero
 from rigidcli.core.arithmetic import Floats
@@ -83,11 +83,15 @@ class Oscillations:
 
 
 class Place(NamedTuple):
-    """Coordinates of an equilibrium, and the parameters whose values are put in; with notes."""
+    """Coordinates of an equilibrium, and the parameters whose values are put in; with notes.
+
+    Where there are unknown functions, it is one only if those that are `assumed` to vanish do so.
+    """
 
     coordinates: dict[str, Expr]
     known: dict[str, Expr]
     notes: tuple[str, ...] = ()
+    assumed: tuple[Atom, ...] = ()
 
 
 def oscillations(document: Document, equilibrium: Equilibrium, derivation: Derivation) -> Oscillations:
@@ -110,6 +114,8 @@ def oscillations(document: Document, equilibrium: Equilibrium, derivation: Deriv
         raise document.refusal(
             f"the equations of motion have no value there: {error.message}", KEY
         ) from error
+    if motion is not None:
+        motion = motion.changed(lambda e: tidy(without(e, place.assumed)))
     if motion is not None and any(TIME in e.names for e in motion.entries):
         raise ComputationError("the equations of motion near the equilibrium change with time")
     try:
@@ -167,7 +173,8 @@ def _given_place(
         left = {name: force for name, force in left.items() if not is_zero(force)}
         if all(force.unknown for force in left.values()):
             notes = [f"it is an equilibrium where the force {force} vanishes" for force in left.values()]
-            return Place(place, known, tuple(notes))
+            products = [atom for force in left.values() if len(force.terms) == 1 for atom in force.atoms]
+            return Place(place, known, tuple(notes), tuple(a for a in products if atomic(a).unknown))
     raise document.refusal(
         f"no equilibrium: at rest there, {_listed(left)}",
         KEY,
