@@ -97,7 +97,7 @@ def inverted(K: Expr, velocities: Sequence[str], momenta: Sequence[Expr]) -> lis
             return branches
         if len(velocities) > 1:
             return _of_length(K, velocities, momenta)
-        return _of_power(K, velocities[0], momenta[0]) or _undone(K, velocities[0], momenta[0])
+        return _of_powers(K, velocities[0], momenta[0]) or _undone(K, velocities[0], momenta[0])
     return []
 
 
@@ -203,28 +203,53 @@ def _quadratic_form(K: Expr, velocities: Sequence[str]) -> Polynomial:
     return (coefficients(moving[0], velocities) or {}) if len(moving) == 1 else {}
 
 
-def _of_power(K: Expr, v: str, P: Expr) -> list[Branch]:
-    """The inverses of K = A (v + s)^n in one velocity, beside linear terms."""
+def _of_powers(K: Expr, v: str, P: Expr) -> list[Branch]:
+    """K = A (v + s)^n in one velocity, multiplied out or not, beside linear terms; or A |v + s|^n."""
     polynomial = coefficients(K, [v])
-    degree = 0 if polynomial is None else max(polynomial)[0]
-    if polynomial is None or degree < 3:
+    if polynomial is not None:
+        (degree,) = max(polynomial)
+        lead = polynomial[(degree,)]
+        shift = tidy(coefficient(polynomial, 1, *[0] * (degree - 1)) / (degree * lead))
+        moved = [
+            tidy(total(e * math.comb(n, k) * (-shift) ** (n - k) for (n,), e in polynomial.items() if n >= k))
+            for k in range(degree)
+        ]
+        if degree < 3 or any(moved[2:]):
+            return []
+        return [
+            replace(b, hamiltonian=b.hamiltonian - moved[0]).shifted([shift], [P])
+            for b in _of_power(lead, Fraction(degree), False, P - moved[1])
+        ]
+    if len(K.terms) != 1:
         return []
-    A = polynomial[(degree,)]
-    shift = tidy(coefficient(polynomial, 1, *[0] * (degree - 1)) / (degree * A))
-    constant, slope, *others = [
-        tidy(total(e * math.comb(n, k) * (-shift) ** (n - k) for (n,), e in polynomial.items() if n >= k))
-        for k in range(degree)
+    ((monomial, number),) = K.terms.items()
+    ((atom, n), *others) = [factor for factor in monomial if v in factor[0].names]
+    inner, is_absolute = symbol(v), isinstance(atom, Applied)
+    if isinstance(atom, Applied):
+        inner = expr(atom.arguments[0])
+        others += [] if atom.function == "abs" else [(atom, n)]
+    elif isinstance(atom, Group):
+        inner = atom.inner
+    line = coefficients(inner, [v])
+    if others or not has_degrees(line, 0, 1):
+        return []
+    A, c, d = gathered(number, {a: k for a, k in monomial if a is not atom}), line[(1,)], coefficient(line, 1)
+    return [
+        replace(b, velocities=((b.velocities[0] - d) / c,), hamiltonian=b.hamiltonian - P * d / c)
+        for b in _of_power(A, Fraction(n), is_absolute, P / c)
     ]
-    if any(others):
-        return []
-    base, n = tidy((P - slope) / (degree * A)), Fraction(degree)
-    size = apply("abs", base) if degree % 2 == 0 else base
-    u, energy = size ** (1 / (n - 1)), (n - 1) * A * size ** (n / (n - 1))
-    if degree % 2 == 0:
-        branches = [Branch((apply("sign", base) * u,), energy)]
-    else:
-        branches = [Branch((sign * u,), sign * energy, _positive([base])) for sign in (1, -1)]
-    return [replace(b, hamiltonian=b.hamiltonian - constant).shifted([shift], [P]) for b in branches]
+
+
+def _of_power(A: Expr, n: Fraction, is_absolute: bool, P: Expr) -> list[Branch]:
+    """K = A u^n, or A |u|^n."""
+    base = tidy(P / (n * A))
+    if is_absolute or (n.denominator == 1 and n % 2 == 0):
+        size = apply("abs", base)
+        u = apply("sign", base) * size ** (1 / (n - 1))
+        return [Branch((u,), (n - 1) * A * size ** (n / (n - 1)))]
+    u = base ** (1 / (n - 1))
+    roots = (u, -u) if n.denominator == 1 else (u,)
+    return [Branch((root,), (1 - 1 / n) * P * root, _positive([base])) for root in roots]
 
 
 def _undone(K: Expr, v: str, P: Expr) -> list[Branch]:
