@@ -1,10 +1,10 @@
 """Conserved quantities: sums of given terms whose Poisson bracket with H vanishes, by linear algebra.
 
 A term is a product of up to two momenta, a function of the coordinates, and a product of parameters. The
-functions are powers of Cartesian coordinates, and what stands in H; the products of parameters are ratios of
-the coefficients of H. The values of the brackets {f, H} at random points make a matrix, whose null space has
-the sums that are conserved; then their brackets are shown to vanish. Those linear in the momenta are always
-looked for, as total and angular momentum, others for few coordinates.
+functions are powers of the coordinates, sines and cosines of angles, and what stands in H; the products of
+parameters are ratios of the coefficients of H. The values of the brackets {f, H} at random points make a
+matrix, whose null space has the sums that are conserved; then their brackets are shown to vanish. Those
+linear in the momenta are always looked for, as total and angular momentum, others for few coordinates.
 
 Source: J. Hietarinta, Direct methods for the search of the second invariant, Physics Reports 147 (1987) 87.
 There the functions of the coordinates are free and solve differential equations; here they come from a list,
@@ -20,10 +20,11 @@ from itertools import combinations_with_replacement, permutations, product
 
 import numpy as np
 
-from rigidcli.algebra.atoms import Applied, Monomial
+from rigidcli.algebra.atoms import Applied, Atom, Group, Monomial, Symbol
 from rigidcli.algebra.calculus import derivative
 from rigidcli.algebra.expansion import expand
 from rigidcli.algebra.expressions import ONE, Expr, factored, gathered, symbol, total
+from rigidcli.algebra.functions import apply
 from rigidcli.algebra.simplification import tidy
 from rigidcli.algebra.substitution import substitute
 from rigidcli.algebra.values import is_zero, sampled
@@ -33,7 +34,7 @@ from rigidcli.errors import ExpressionError
 from rigidcli.mechanics.hamilton_equations import TIME, Phase, bracket
 
 MOST_COORDINATES = 9
-"""The coordinates of three bodies in space; with more, only sums of momenta are tried."""
+"""With more coordinates only sums of momenta are tried: there are n^2 products of coordinates and momenta."""
 
 FEW_COORDINATES = 3
 """The most coordinates of terms of degree 2 in the momenta."""
@@ -44,14 +45,17 @@ MOST_TERMS = 160
 SPARE = 20
 """Random points beyond the number of terms at which sums of brackets have to vanish."""
 
-ROUNDING = 1e-12
+NONE = 1e-12
 """Singular values below this, in units of the largest one, are rounding errors of some hundred terms."""
 
 LARGEST = 1000
 """The largest denominator in a sum that is conserved."""
 
 LONGEST_TURNING = 200
-"""The longest key of an H with angles for which terms of degree 2 are tried: in spherical coordinates 160."""
+"""The longest key of an H with angles for which more than momenta is tried: in spherical coordinates 160."""
+
+MOST_INNER = 10
+"""The most functions by which the sine of a free angle is multiplied; these are the simplest ones."""
 
 MOST_FACTORS = 6
 """The most products of parameters by which terms are multiplied; these are the simplest ones."""
@@ -82,30 +86,48 @@ def conserved_quantities(hamiltonian: Expr, phase: Phase, known: Sequence[Expr])
 
 def _trial_sums(hamiltonian: Expr, phase: Phase) -> Iterator[list[Expr]]:
     """The terms of the sums that are looked for, list by list: linear in the momenta, then of degree 2."""
-    momenta = [symbol(p) for p in phase.momenta]
-    if len(momenta) > MOST_COORDINATES:
+    momenta, coordinates = [symbol(p) for p in phase.momenta], [symbol(q) for q in phase.coordinates]
+    parts = _parts(hamiltonian, phase)
+    if len(coordinates) > MOST_COORDINATES:
         yield momenta
         return
-    parts = _parts(hamiltonian, phase)
-    angles = {name for a in hamiltonian.everywhere() if isinstance(a, Applied) for name in a.names}
-    lines = [symbol(q) for q in phase.coordinates if q not in angles]
-    ratios = (a / b for a, b in permutations(dict.fromkeys(parts.values()), 2))
-    factors = _simplest([ONE, *ratios])[:MOST_FACTORS]
-    linear = _products([ONE, *lines], momenta)
-    squares = [a * b for a, b in combinations_with_replacement(lines, 2)]
-    is_even = substitute(hamiltonian, {p: -symbol(p) for p in phase.momenta}) == hamiltonian
-    if not is_even:
-        linear += _products([*lines, *squares], factors)
-    yield linear[:MOST_TERMS]
-    is_turning = len(lines) < len(momenta)
-    if len(momenta) > FEW_COORDINATES or (is_turning and len(hamiltonian.key) > LONGEST_TURNING):
+    straight, angles = _kinds(hamiltonian, phase)
+    if angles and len(hamiltonian.key) > LONGEST_TURNING:
+        yield momenta
         return
+    waves = [apply(function, symbol(q)) for q in angles for function in ("sin", "cos")]
+    lines = [symbol(q) for q in straight]
     pieces = _simplest(_pieces(parts, phase))
-    powers, lines = ([ONE, *pieces], []) if is_turning else ([ONE, *lines, *squares], lines)
+    backwards = substitute(hamiltonian, {p: -symbol(p) for p in phase.momenta})
+    factors = _simplest([ONE, *(a / b for a, b in permutations(dict.fromkeys(parts.values()), 2))])[
+        :MOST_FACTORS
+    ]
+    functions = _simplest([ONE, *lines, *waves])
+    if len(coordinates) <= FEW_COORDINATES:
+        functions += _turning(parts, angles, pieces)
+    linear = _products(functions, momenta)
+    if backwards != hamiltonian:
+        squares = [a * b for a, b in combinations_with_replacement(lines, 2)]
+        linear += _products([*lines, *waves, *squares], factors)
+    yield linear[:MOST_TERMS]
+    if len(coordinates) > FEW_COORDINATES:
+        return
+    lines = [] if angles else lines
+    powers = [ONE, *lines, *(a * b for a, b in combinations_with_replacement(lines, 2))]
+    kinetic = [*powers, *pieces] if angles else powers
     pairs = [a * b for a, b in combinations_with_replacement(momenta, 2)]
-    alone = _simplest([*powers, *pieces, *_products(pieces, lines)])
-    quadratic = [*_products(powers, pairs), *_products(alone[1:], factors)]
-    yield quadratic[:MOST_TERMS] if is_even else [*quadratic, *linear][:MOST_TERMS]
+    alone = _simplest([*powers, *waves, *pieces, *_products(pieces, lines)])
+    quadratic = [*_products(kinetic, pairs), *_products(alone[1:], factors)]
+    yield quadratic[:MOST_TERMS] if backwards == hamiltonian else [*quadratic, *linear][:MOST_TERMS]
+
+
+def _turning(parts: Iterable[Monomial], angles: Sequence[str], pieces: Sequence[Expr]) -> list[Expr]:
+    """Functions with the sine or cosine of an angle that is not in H, as angular momenta across its axis."""
+    used = {name for monomial in parts for atom, _ in monomial for name in atom.names}
+    free = [apply(f, symbol(q)) for q in angles if q not in used for f in ("sin", "cos")]
+    others = [apply(f, symbol(q)) for q in angles if q in used for f in ("sin", "cos")]
+    inner = [ONE, *pieces, *(a / b for a, b in permutations(others, 2)), *(1 / a for a in others)]
+    return _products(free, _simplest(inner)[:MOST_INNER])
 
 
 def _parts(hamiltonian: Expr, phase: Phase) -> dict[Monomial, Expr]:
@@ -121,13 +143,29 @@ def _parts(hamiltonian: Expr, phase: Phase) -> dict[Monomial, Expr]:
 
 
 def _pieces(parts: Iterable[Monomial], phase: Phase) -> Iterator[Expr]:
-    """Factors of the terms of H that hold no momenta, each by itself and all together, and their roots."""
+    """The factors of the terms of H that hold no momenta, and the roots of their squares."""
     for monomial in parts:
         still = {a: n for a, n in monomial if a.names.isdisjoint(phase.momenta)}
-        for powers in (still, *({a: n} for a, n in still.items())):
-            yield gathered(1, powers)
-            if all(n % 2 == 0 for n in powers.values()):
-                yield gathered(1, {a: n / Fraction(2) for a, n in powers.items()})
+        if still:
+            yield gathered(1, still)
+            if all(n % 2 == 0 for n in still.values()):
+                yield gathered(1, {a: n / Fraction(2) for a, n in still.items()})
+
+
+def _kinds(hamiltonian: Expr, phase: Phase) -> tuple[list[str], list[str]]:
+    """The coordinates that are taken by themselves, and the angles, which stand in functions or nowhere."""
+    functions = [atom for atom in hamiltonian.everywhere() if isinstance(atom, Applied)]
+    inside = {name for atom in functions for name in atom.names}.intersection(phase.coordinates)
+    outside = {atom.name for atom in _outside(hamiltonian) if isinstance(atom, Symbol)}
+    straight = [q for q in phase.coordinates if q in outside or q not in inside]
+    angles = [q for q in phase.coordinates if q in inside or (inside and q not in outside)]
+    return straight, angles if len(phase.coordinates) <= FEW_COORDINATES else []
+
+
+def _outside(e: Expr) -> Iterator[Atom]:
+    """The atoms that do not stand in functions."""
+    for atom in e.atoms:
+        yield from _outside(atom.inner) if isinstance(atom, Group) else (atom,)
 
 
 def _null_sums(terms: Sequence[Expr], hamiltonian: Expr, phase: Phase) -> Iterator[Expr]:
@@ -141,7 +179,7 @@ def _null_sums(terms: Sequence[Expr], hamiltonian: Expr, phase: Phase) -> Iterat
     sizes = np.linalg.norm(values, axis=0)
     sizes[sizes == 0] = 1.0
     _, singular, rows = np.linalg.svd(values / sizes)
-    null = rows[(singular > ROUNDING * singular.max(initial=1.0)).sum() :] / sizes
+    null = rows[(singular > NONE * singular.max(initial=1.0)).sum() :] / sizes
     for turn in (1, -1):
         for row in echelon(null[:, ::turn], len(null), DEPENDENT)[0]:
             numbers = [Fraction(x).limit_denominator(LARGEST) for x in row[::turn].tolist()]
