@@ -1,37 +1,40 @@
-"""Changes of variables in phase space: whether they are canonical, where, and the way back.
+"""Changes of variables in phase space: whether they are canonical, where, the way back, and the new H.
 
 A change is canonical if and only if the fundamental Poisson brackets stay what they are,
 {Q_i, Q_j} = {P_i, P_j} = 0 and {Q_i, P_j} = delta_ij. Where the old variables are given as functions of the
 new ones, the same is asked the other way round, of the brackets of the old ones by the new ones: one follows
-from the other. Source: H. Goldstein, C. Poole, J. Safko, Classical Mechanics, 3rd edition, sections 9.4 and
-9.5.
+from the other. The new H is K = H + R: where the change holds the time, the new variables Z move at fixed old
+ones, as by a Hamiltonian R of their own, dZ/dt = J dR/dZ. Source: H. Goldstein, C. Poole, J. Safko, Classical
+Mechanics, 3rd edition, sections 9.1, 9.4 and 9.5.
 
 The way back is the one on the branch that holds at a point: where roots are taken, or an angle is given by
-its tangent, it may be another elsewhere. A matrix M of derivatives of a canonical change is symplectic, so
-that its inverse is -J M^T J: no equations are solved for what is linear. Source: V. I. Arnold,
-Mathematical Methods of Classical Mechanics, section 41.
+its tangent, it may be another elsewhere.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from contextlib import suppress
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import combinations
 
 from rigidcli.algebra.allowance import Allowance
 from rigidcli.algebra.arithmetic import root_of_either_sign
 from rigidcli.algebra.arithmetic import tidy as in_lowest_terms
 from rigidcli.algebra.atoms import Applied, Atom, Group
-from rigidcli.algebra.calculus import derivative
-from rigidcli.algebra.expressions import ONE, ZERO, Expr, power, symbol, total
+from rigidcli.algebra.calculus import antiderivative, derivative
+from rigidcli.algebra.expansion import coefficients
+from rigidcli.algebra.expressions import ONE, ZERO, Expr, power, product, symbol, total
 from rigidcli.algebra.functions import apply
+from rigidcli.algebra.reading import from_tree
 from rigidcli.algebra.roots import Rational
+from rigidcli.algebra.simplification import shortest, tidy
 from rigidcli.algebra.substitution import rebuilt, substitute, with_powers
-from rigidcli.algebra.values import is_zero
+from rigidcli.algebra.trigonometry import exponentials_merged
+from rigidcli.algebra.values import is_zero, sample_points
 from rigidcli.errors import ComputationError, ExpressionError
-from rigidcli.mechanics.hamilton_equations import Phase, bracket, linear
+from rigidcli.mechanics.hamilton_equations import TIME, Phase, bracket, linear
 from rigidcli.mechanics.undoing import solutions
 
 
@@ -133,43 +136,35 @@ def inverse(values: Mapping[str, Expr], new: Phase, old: Phase, branch: Branch) 
         if parts is not None:
             shifted = [symbol(name) - b for name, b in zip(new.names, parts[1], strict=True)]
             return _of_linear(parts[0], shifted, old)
-        if all(values[name].names.isdisjoint(old.momenta) for name in new.coordinates):
-            return _of_point(values, new, old, branch)
-        return _solution(
-            [symbol(n) - values[n] for n in new.names], old.names, Allowance(MOST_TRIALS), branch
-        )
+        trials = Allowance(MOST_TRIALS)
+        if any(not values[Q].names.isdisjoint(old.momenta) for Q in new.coordinates):
+            return _solution([symbol(n) - values[n] for n in new.names], old.names, trials, branch)
+        # Of a change Q(q) the momenta follow: p_i = sum_j (P_j - P_j(p = 0)) dQ_j/dq_i.
+        equations = [symbol(Q) - values[Q] for Q in new.coordinates]
+        coordinates = _solution(equations, old.coordinates, trials, branch)
+        if coordinates is not None:
+            at_rest = dict.fromkeys(old.momenta, ZERO)
+            shifted = [symbol(P) - substitute(values[P], at_rest) for P in new.momenta]
+            pairs = [(values[Q], P) for Q, P in zip(new.coordinates, shifted, strict=True)]
+            sums = (total(derivative(Q, q) * P for Q, P in pairs) for q in old.coordinates)
+            momenta = [branch.put(e, coordinates) for e in sums]
+            return coordinates | dict(zip(old.momenta, momenta, strict=True))
     return None
 
 
 def _of_linear(matrix: Sequence[Sequence[Expr]], values: Sequence[Expr], old: Phase) -> dict[str, Expr]:
-    """M^-1 times values, with M^-1 = -J M^T J."""
+    """M^-1 times values, with M^-1 = -J M^T J, as the matrix M of a canonical change is symplectic.
+
+    Source: V. I. Arnold, Mathematical Methods of Classical Mechanics, section 41.
+    """
     size = len(old.coordinates)
     solution = {}
     for place, name in enumerate(old.names):
-        other = (place + size) % (2 * size)
-        sign = 1 if place < size else -1
+        other, sign = (place + size) % (2 * size), 1 if place < size else -1
         solution[name] = sign * total(
             matrix[k + size][other] * values[k] - matrix[k][other] * values[k + size] for k in range(size)
         )
     return solution
-
-
-def _of_point(values: Mapping[str, Expr], new: Phase, old: Phase, branch: Branch) -> dict[str, Expr] | None:
-    """The coordinates by solving Q(q), and the momenta p_i = sum_j (P_j - P_j(p = 0)) dQ_j/dq_i."""
-    equations = [symbol(name) - values[name] for name in new.coordinates]
-    coordinates = _solution(equations, old.coordinates, Allowance(MOST_TRIALS), branch)
-    if coordinates is None:
-        return None
-    at_rest = dict.fromkeys(old.momenta, ZERO)
-    pairs = [
-        (values[Q], symbol(P) - substitute(values[P], at_rest))
-        for Q, P in zip(new.coordinates, new.momenta, strict=True)
-    ]
-    others = {
-        p: branch.put(total(derivative(Q, q) * P for Q, P in pairs), coordinates)
-        for q, p in zip(old.coordinates, old.momenta, strict=True)
-    }
-    return coordinates | others
 
 
 def _values(equation: Expr, unknown: str) -> Iterator[Expr]:
@@ -205,3 +200,145 @@ def _solution(
                     if rest is not None:
                         return rest | {unknown: branch.put(here[unknown], rest)}
     return None
+
+
+@dataclass(frozen=True, slots=True)
+class NewHamiltonian:
+    """K for positive values of some names, with the `old` variables as functions of the new ones."""
+
+    hamiltonian: Expr
+    old: Mapping[str, Expr]
+    positive: tuple[str, ...]
+
+    def shorter(self, names: Collection[str]) -> NewHamiltonian:
+        """The same with K in the form for positive values of names, if it is shorter: sqrt(k/m)."""
+        e = self.hamiltonian
+        positive = tidy(substitute(e, {name: symbol(name, positive=True) for name in names}))
+        form = from_tree(substitute(positive, {name: symbol(name) for name in names}).tree())
+        needed = None if len(str(form)) >= len(str(e)) else positive_names([e - form], ())
+        if needed is None:
+            return self
+        return replace(self, hamiltonian=form, positive=(*self.positive, *needed))
+
+
+@dataclass(frozen=True, slots=True)
+class Change:
+    """A canonical change from `old` to `new` variables. `values` has one side by the other."""
+
+    values: Mapping[str, Expr]
+    old: Phase
+    new: Phase
+
+    def hamiltonian(self, hamiltonian: Expr) -> NewHamiltonian | None:
+        """K for an H; None where no way leads to the old variables, or to R.
+
+        K is held to H for all variables, or for positive ones, as roots may have either sign.
+        """
+        is_given, branch = self.values.keys() == {*self.old.names}, self._branch(hamiltonian)
+        old = self.values if is_given else inverse(self.values, self.new, self.old, branch)
+        if old is None:
+            return None
+        slopes = _added_slopes(old, self.old, self.new)
+        added = _function_with(slopes, self.new.names)
+        if added is None:
+            return None
+        k = _gathered(branch.with_roots(hamiltonian, old) + added, self.new)
+        if is_given:
+            misses = [k - added - substitute(hamiltonian, old)]
+            rates = [derivative(added, name) for name in self.new.names]
+        else:
+            misses = [substitute(k - added, self.values) - hamiltonian]
+            rates = self._rates()
+            slopes = [substitute(slope, self.values) for slope in slopes]
+        misses += [slope - rate for slope, rate in zip(slopes, rates, strict=True)]
+        positive = positive_names(misses, (*(self.new if is_given else self.old).names, TIME))
+        return None if positive is None else NewHamiltonian(k, old, positive)
+
+    def _rates(self) -> list[Expr]:
+        """What dR/dZ is, by the old variables: -dP/dt for the coordinates, dQ/dt for the momenta."""
+        turned = [-derivative(self.values[name], TIME) for name in self.new.momenta]
+        return [*turned, *(derivative(self.values[name], TIME) for name in self.new.coordinates)]
+
+    def _branch(self, hamiltonian: Expr) -> Branch:
+        """A point at which all variables have values, positive ones on the right-hand sides."""
+        exprs = (hamiltonian, *self.values.values())
+        names = {name for e in exprs for name in e.names}.difference(self.values)
+        for point in sample_points(sorted(names), {}):
+            here = Branch(point)
+            values = {name: here.value(e) for name, e in self.values.items()}
+            if all(map(math.isfinite, values.values())):
+                return Branch({**point, **values})
+        return Branch({})
+
+
+def added_by_forces(
+    forces: Sequence[Expr], old: Mapping[str, Expr], phase: Phase, new: Phase
+) -> Sequence[Expr]:
+    """What generalized forces on the `old` variables add to the equations of the new ones (2n).
+
+    With canonical variables dQ/dp = -dq/dP and dP/dp = dq/dQ, so that F_i adds -F_i dq_i/dP_j to the rate of
+    Q_j, and F_i dq_i/dQ_j to that of P_j.
+    """
+    there = [(substitute(f, old), old[q]) for f, q in zip(forces, phase.coordinates, strict=True)]
+
+    def along(name: str) -> Expr:
+        return tidy(total(f * derivative(q, name) for f, q in there))
+
+    return [*(-along(name) for name in new.momenta), *(along(name) for name in new.coordinates)]
+
+
+def _added_slopes(old: Mapping[str, Expr], phase: Phase, new: Phase) -> list[Expr]:
+    """dR/dZ (2n) for old variables z(Z, t): sum_i dq_i/dZ dp_i/dt - dp_i/dZ dq_i/dt."""
+    pairs = [(old[q], old[p]) for q, p in zip(phase.coordinates, phase.momenta, strict=True)]
+    return [
+        tidy(
+            total(
+                derivative(q, name) * derivative(p, TIME) - derivative(p, name) * derivative(q, TIME)
+                for q, p in pairs
+            )
+        )
+        for name in new.names
+    ]
+
+
+def _function_with(slopes: Sequence[Expr], names: Sequence[str]) -> Expr | None:
+    """The function with these derivatives by the names; None where no integral is known.
+
+    Products of roots may only join where what is under them is positive.
+    """
+    free = {name: symbol(name) for slope in slopes for name in slope.names - {TIME}}
+    positive = {name: symbol(name, positive=True) for name in free}
+    there, integral = [tidy(substitute(slope, positive)) for slope in slopes], ZERO
+    for name, slope in reversed([*zip(names, there, strict=True)]):
+        part = antiderivative(tidy(slope - derivative(integral, name)), name)
+        if part is None:
+            return None
+        integral += part
+    misses = [slope - derivative(integral, name) for name, slope in zip(names, there, strict=True)]
+    return substitute(integral, free) if all(map(is_zero, misses)) else None
+
+
+def _gathered(e: Expr, phase: Phase) -> Expr:
+    """The expression as a polynomial in the momenta, or else in all variables, with tidy coefficients."""
+    e = exponentials_merged(e)
+    forms = [tidy(e)]
+    for names in (phase.names, phase.momenta):
+        with suppress(ExpressionError):
+            polynomial = coefficients(e, names)
+            if polynomial is not None:
+                variables = [*map(symbol, names)]
+                parts = [
+                    product([_coefficient(c), *(x**k for x, k in zip(variables, powers, strict=True))])
+                    for powers, c in polynomial.items()
+                ]
+                return shortest([*forms, tidy(total(parts))])
+    return forms[0]
+
+
+def _coefficient(e: Expr) -> Expr:
+    """A coefficient in a short form, in lowest terms where these are not too long."""
+    if is_zero(e):
+        return ZERO
+    with suppress(ComputationError):
+        return in_lowest_terms(e)
+    return tidy(e)

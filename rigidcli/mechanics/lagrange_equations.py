@@ -24,7 +24,7 @@ from rigidcli.algebra.expressions import ONE, ZERO, Expr, symbol, total
 from rigidcli.algebra.simplification import tidy
 from rigidcli.algebra.substitution import substitute
 from rigidcli.algebra.trigonometry import exponentials_merged
-from rigidcli.algebra.values import is_zero, sampled
+from rigidcli.algebra.values import sampled
 from rigidcli.mechanics.hamilton_equations import TIME, Phase
 from rigidcli.mechanics.legendre import Momenta
 
@@ -101,11 +101,7 @@ def rank(matrix: matrices.Matrix, fixed: Mapping[str, Expr]) -> int | None:
 
 def _of_block(matrix: matrices.Matrix, fixed: Mapping[str, Expr]) -> int | None:
     size = len(matrix)
-    exact = [[substitute(entry, fixed) for entry in row] for row in matrix]
-    if size <= matrices.LARGEST:
-        is_regular = not is_zero(matrices.determinant(exact))
-        return size if is_regular else size - len(matrices.null_vectors(exact))
-    there = sampled([entry for row in exact for entry in row], {})
+    there = sampled([substitute(entry, fixed) for row in matrix for entry in row], {})
     if there is None:
         return None
     there = there.reshape(-1, size, size)

@@ -1,18 +1,32 @@
 """Linear equations of motion M y'' + C y' + K y = 0, and the roots s of their solutions exp(s t).
 
-Small oscillations obey such equations; Hamilton's linear equations z' = A z are the case M = 0, C = 1,
-K = -A.
+Small oscillations obey such equations, to first order in the displacement y. M is the mass matrix at the
+equilibrium. Without forces beside L or H, C is antisymmetric: it comes from terms linear in the velocities,
+as of magnetic fields and rotating frames. K is the matrix of the second derivatives of the potential, with
+centrifugal terms. Hamilton's linear equations z' = A z are the case M = 0, C = 1, K = -A.
+
+Source: H. Goldstein, C. Poole, J. Safko, Classical Mechanics, 3rd edition, sections 6.1 and 6.2. Differences:
+C, and forces, are not there.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import TypeAlias
+from typing import Any, TypeAlias
+
+import numpy as np
 
 from rigidcli.algebra import matrices
-from rigidcli.algebra.expressions import ONE, ZERO, Expr
+from rigidcli.algebra.calculus import derivative
+from rigidcli.algebra.expressions import ONE, ZERO, Expr, total
 from rigidcli.algebra.matrices import Matrix
+from rigidcli.algebra.simplification import tidy
+from rigidcli.algebra.substitution import substitute
+from rigidcli.algebra.values import is_zero
+from rigidcli.errors import ExpressionError
+from rigidcli.mechanics.hamilton_equations import Phase, linear
+from rigidcli.mechanics.lagrange_equations import LagrangeEquations
 
 Vector: TypeAlias = "tuple[tuple[float | Expr, float | Expr], ...]"
 """The real and imaginary parts of the components."""
@@ -96,3 +110,62 @@ class Root:
         if self.is_stable is False and self.growth:
             return self.growth
         return -self.growth if self.growth and not self.angular else self.angular
+
+
+def forces_at_rest(lagrange: LagrangeEquations, velocities: Sequence[str]) -> list[Expr]:
+    """The generalized forces on a system at rest, as functions of the coordinates."""
+    still = dict.fromkeys(velocities, ZERO)
+    return [-substitute(rest, still) for rest in lagrange.rest]
+
+
+def of_lagrange(
+    lagrange: LagrangeEquations, phase: Phase, velocities: Sequence[str], place: Mapping[str, Expr]
+) -> LinearMotion:
+    """Lagrange's equations near the equilibrium at the coordinates `place`."""
+    there = {**place, **dict.fromkeys(velocities, ZERO)}
+
+    def slopes(names: Sequence[str]) -> list[list[Expr]]:
+        return [[tidy(substitute(derivative(r, name), there)) for name in names] for r in lagrange.rest]
+
+    masses = [[tidy(substitute(entry, there)) for entry in row] for row in lagrange.matrix]
+    return LinearMotion(masses, slopes(velocities), slopes(phase.coordinates))
+
+
+def momenta_at_rest(velocities: Sequence[Expr], phase: Phase) -> dict[str, Expr] | None:
+    """The momenta of a system at rest, as functions of the coordinates; `velocities` are dH/dp.
+
+    None where the velocities are not linear in the momenta, and no momenta are not it, either.
+    """
+    parts = linear(velocities, phase.momenta)
+    if parts is not None:
+        inverse = _inverse(parts[0])
+        if inverse is None:
+            return None
+        values = [tidy(total(-a * b for a, b in zip(row, parts[1], strict=True))) for row in inverse]
+        return dict(zip(phase.momenta, values, strict=True))
+    still = dict.fromkeys(phase.momenta, ZERO)
+    return still if all(is_zero(substitute(v, still)) for v in velocities) else None
+
+
+def of_hamilton(equations: Sequence[Expr], phase: Phase, place: Mapping[str, Expr]) -> LinearMotion | None:
+    """Hamilton's equations near the equilibrium at the coordinates and momenta `place`.
+
+    With y' = A y + B z, z' = D y + E z the momenta are z = M (y' - A y), where M = B^-1: None without it.
+    """
+    slopes = [[tidy(substitute(derivative(e, name), place)) for name in phase.names] for e in equations]
+    size, whole = len(phase.coordinates), np.array(slopes, dtype=object)
+    (a, b), (d, e) = (np.hsplit(rows, [size]) for rows in np.vsplit(whole, [size]))
+    inverse = _inverse(b.tolist())
+    if inverse is None:
+        return None
+    masses: Any = np.array(inverse, dtype=object)
+    parts = masses, -(masses @ a) - e @ masses, e @ masses @ a - d
+    return LinearMotion(*(part.tolist() for part in parts)).changed(tidy)
+
+
+def _inverse(matrix: Matrix) -> Matrix | None:
+    """The inverse; None where there is none, or it is too large."""
+    try:
+        return matrices.inverse(matrix)
+    except ExpressionError:
+        return None

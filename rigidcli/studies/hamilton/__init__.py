@@ -63,7 +63,7 @@ def run(
         working += [replace(step, fields=tuple(as_typed(step.fields, document))) for step in written]
     pictures: tuple[Picture, ...] = ()
     if picture is not None:
-        pictures = drawn("hamilton", picture, replace(findings, fields=fields))
+        pictures = drawn("hamilton", picture, findings)
     title = "Hamilton's equations"
     result = report(document, SCHEMA, title, fields, _notes(findings), tables, working, pictures)
     if scene and findings.orbit is not None:
@@ -71,7 +71,7 @@ def run(
 
         result = replace(result, scene=scene_of(document, findings.orbit, tables[-1]))
     if program:
-        from rigidcli.studies.hamilton.program import program_of
+        from rigidcli.studies.hamilton.orbit import program_of
 
         equations = program_of(document, result.name, findings.derivation, findings.initial, findings.orbit)
         result = replace(result, program=equations)

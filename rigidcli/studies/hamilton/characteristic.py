@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from typing import Any
+from itertools import groupby
+from operator import attrgetter
 
 import numpy as np
 
@@ -20,7 +21,7 @@ from rigidcli.mechanics.hamilton_equations import TIME
 from rigidcli.report import Field, Step, Table
 from rigidcli.studies.hamilton.findings import as_typed
 from rigidcli.studies.hamilton.linear_equations import MOST_COLUMNS
-from rigidcli.studies.hamilton.oscillations import Mode, Oscillations
+from rigidcli.studies.hamilton.oscillations import Oscillations
 from rigidcli.studies.steps.axes import reduced, solution
 from rigidcli.studies.steps.writing import formula, free_name, power, product, total
 
@@ -74,22 +75,16 @@ def of_oscillations(
         tuple(modes),
     )
     if is_free and len(matrix) <= MOST_COLUMNS:
-        yield from _vectors(oscillations, document, unknown)
+        yield from _vectors(oscillations, unknown)
 
 
-def _vectors(oscillations: Oscillations, document: Document, unknown: str) -> Iterator[Step]:
+def _vectors(oscillations: Oscillations, unknown: str) -> Iterator[Step]:
     """Show the equations (K - omega^2 M) v = 0 at each rate, and the vectors that solve them."""
-    motion, names = oscillations.motion, list(oscillations.place)
-    n = FLOAT if _is_numeric(motion.entries, document) else EXACT
-    masses, stiffness = (n.array(part) for part in (motion.masses, motion.stiffness))
-    by_rate: dict[str, list[Mode]] = {}
-    for mode in oscillations.modes or ():
-        if n.exact == isinstance(mode.rate, Expr):
-            by_rate.setdefault(str(mode.rate) if n.exact else f"{mode.rate:.9g}", []).append(mode)
-    for modes in by_rate.values():
-        angular: Any = modes[0].root.angular
-        growth: Any = modes[0].root.growth
-        square = angular**2 - growth**2
+    motion, names, number = oscillations.motion, list(oscillations.place), 1
+    for root, group in groupby(oscillations.modes or (), key=attrgetter("root")):
+        modes, n = list(group), EXACT if isinstance(root.rate, Expr) else FLOAT
+        masses, stiffness = (n.array(part) for part in (motion.masses, motion.stiffness))
+        square = root.angular**2 - root.growth**2
         matrix = n.tidy(stiffness - square * masses)
         head = f"K - {unknown}^2 M"
         fields = [
@@ -100,19 +95,14 @@ def _vectors(oscillations: Oscillations, document: Document, unknown: str) -> It
         fields += [] if echelon is None else solution(*echelon, names, n)
         vectors = [n.array([x for x, _ in mode.vector]) for mode in modes]
         fields += [Field("", vector, "v", r"\mathbf{v}") for vector in vectors]
-        numbers = [place for place, mode in enumerate(oscillations.modes or (), 1) if mode in modes]
+        last = number + len(modes) - 1
         yield Step(
-            f"Vector of mode {numbers[0]}"
-            if len(modes) == 1
-            else f"Vectors of modes {numbers[0]} to {numbers[-1]}",
-            f"At the rate of the mode, (K - {unknown}^2 M) v = 0 tells the ratios of the components of v."
-            + (
-                " Several modes have this rate: any solutions that are independent serve."
-                if len(modes) > 1
-                else ""
-            ),
+            f"Vector of mode {number}" if last == number else f"Vectors of modes {number} to {last}",
+            f"At the rate of the mode, ({head}) v = 0 tells the ratios of the components of v; where several "
+            "modes have this rate, any solutions that are independent serve.",
             tuple(fields),
         )
+        number = last + 1
 
 
 def _is_numeric(entries: Sequence[Expr], document: Document) -> bool:

@@ -225,7 +225,7 @@ def derive(document: Document) -> Derivation:
             return derivation
         if not derivation.branches or any(branch.region for branch in derivation.branches):
             return _worked(given)
-        _require_regular_at(given.values, derivation.momenta)
+        _require_regular(derivation.momenta, derivation.phase, derivation.velocity_names, given.values)
         return derivation
     except ExpressionError as error:
         raise ComputationError(f"the momenta cannot be worked out: {error.message}") from error
@@ -245,8 +245,7 @@ def _worked(given: _Given) -> Derivation:
     if functions.lagrangian is None:
         return derivation
     momenta = canonical_momenta(functions.lagrangian, system.velocities)
-    _require_regular(momenta, derivation.phase, system.velocities)
-    _require_regular_at(given.values, momenta)
+    _require_regular(momenta, derivation.phase, system.velocities, given.values)
     return _inverted(replace(derivation, momenta=momenta), given.values)
 
 
@@ -287,9 +286,13 @@ def _inverted(derivation: Derivation, values: Mapping[str, Expr]) -> Derivation:
     return replace(derivation, branches=tuple(branches), residual=worst, notes=tuple(notes))
 
 
-def _require_regular(momenta: Momenta, phase: Phase, velocities: tuple[str, ...]) -> None:
-    """Raise ComputationError if the velocities do not follow from the momenta."""
+def _require_regular(
+    momenta: Momenta, phase: Phase, velocities: tuple[str, ...], values: Mapping[str, Expr]
+) -> None:
+    """Raise ComputationError if the velocities do not follow from the momenta, at least at some values."""
     matrix, size = momenta.mass_matrix, len(velocities)
+    names = {name for row in matrix for entry in row for name in entry.names}
+    fixed = {name: value for name, value in values.items() if name in names}
     mass_rank = rank(matrix, {})
     if mass_rank is not None and mass_rank < size:
         limits = primary_constraints(matrix, momenta.definitions, velocities, phase.momenta)
@@ -299,13 +302,6 @@ def _require_regular(momenta: Momenta, phase: Phase, velocities: tuple[str, ...]
             + (f"; primary constraints: {shown}" if shown else ""),
             hint="the momenta do not tell the velocities, so that there is no Hamiltonian of this kind",
         )
-
-
-def _require_regular_at(values: Mapping[str, Expr], momenta: Momenta) -> None:
-    """Raise ComputationError if the velocities do not follow from the momenta at values of parameters."""
-    matrix, size = momenta.mass_matrix, len(momenta.definitions)
-    names = {name for row in matrix for entry in row for name in entry.names}
-    fixed = {name: value for name, value in values.items() if name in names}
     mass_rank = rank(matrix, fixed) if fixed else size
     if mass_rank is not None and mass_rank < size:
         shown = ", ".join(f"{name} = {value}" for name, value in fixed.items())

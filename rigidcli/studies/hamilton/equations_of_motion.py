@@ -25,13 +25,25 @@ from rigidcli.language.sharing import Step, solved
 from rigidcli.language.tree import Name, Node, rounding
 from rigidcli.mechanics.hamilton_equations import TIME, Phase
 from rigidcli.studies.hamilton.derivation import Derivation
-from rigidcli.studies.hamilton.initial import InitialState
 
 ENERGY_CHANGE = ".energy_change"
 """The integral of dH/dt, which is a further variable where H changes: by the time, or by forces.
 
 No name of a document has a dot.
 """
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class InitialState:
+    """The values of the parameters, and coordinates q, momenta p and velocities v (all n) at t = 0.
+
+    The velocities are None where the document gives momenta.
+    """
+
+    parameters: Mapping[str, float]
+    q: Floats
+    p: Floats
+    v: Floats | None
 
 
 @dataclass(frozen=True, slots=True, eq=False)

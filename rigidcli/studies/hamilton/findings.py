@@ -23,7 +23,7 @@ from rigidcli.studies.hamilton.derivation import Derivation, derive
 from rigidcli.studies.hamilton.system import derived_parameters, require_formulas
 
 if TYPE_CHECKING:
-    from rigidcli.studies.hamilton.initial import InitialState
+    from rigidcli.studies.hamilton.equations_of_motion import InitialState
     from rigidcli.studies.hamilton.orbit import OrbitSolution
     from rigidcli.studies.hamilton.oscillations import Oscillations
     from rigidcli.studies.hamilton.transform import TransformedSystem
@@ -44,8 +44,6 @@ class Findings:
     transform: TransformedSystem | None
     oscillations: Oscillations | None
     initial: InitialState | None
-    fields: Sequence[Field] = ()
-    """The results, once they are written."""
 
 
 def find(document: Document, progress: Callable[[float], None] | None) -> Findings:
@@ -60,8 +58,7 @@ def find(document: Document, progress: Callable[[float], None] | None) -> Findin
     if document.orbit is None:
         searched = _searched(derivation)
     else:
-        from rigidcli.studies.hamilton.initial import initial_state
-        from rigidcli.studies.hamilton.orbit import solve_orbit
+        from rigidcli.studies.hamilton.orbit import initial_state, solve_orbit
 
         require_values(document, "an orbit")
         require_formulas(document, [derivation.generator, *derivation.system.forces], "an orbit")

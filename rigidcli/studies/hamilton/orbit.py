@@ -1,26 +1,184 @@
-"""The orbit of a system in phase space: integrated numerically, with measures of how well."""
+"""An orbit in phase space: its initial state, its integration with measures of how well, and its program."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
 from functools import partial
 
 import numpy as np
 
-from rigidcli.algebra.expressions import Expr, symbol
+from rigidcli.algebra.calculus import derivative
+from rigidcli.algebra.expressions import Expr, symbol, total
+from rigidcli.algebra.functions import apply
+from rigidcli.algebra.trees import to_tree
 from rigidcli.core import integrate, memory
 from rigidcli.core.arithmetic import EPS, Floats
-from rigidcli.core.estimate import compared, foreseen
-from rigidcli.core.solution import Solution, digits
+from rigidcli.core.estimate import columns, compared, foreseen
+from rigidcli.core.solution import NO_VALUE, Flow, Solution, digits
+from rigidcli.document.document import Document
 from rigidcli.document.orbit import Orbit
 from rigidcli.document.sampling import DEFAULT_TOLERANCE
-from rigidcli.errors import ComputationError
+from rigidcli.errors import ComputationError, ExpressionError
+from rigidcli.language import code
+from rigidcli.language.sharing import shared
 from rigidcli.mechanics import linear_flow
-from rigidcli.studies.hamilton.derivation import Derivation
-from rigidcli.studies.hamilton.equations_of_motion import equations_of_motion, values_of_terms
-from rigidcli.studies.hamilton.initial import InitialState
+from rigidcli.mechanics.hamilton_equations import TIME
+from rigidcli.mechanics.legendre import Momenta
+from rigidcli.mechanics.velocity_inversion import Branch
+from rigidcli.program import Program, Run
+from rigidcli.studies.hamilton.derivation import Derivation, on_this_side
+from rigidcli.studies.hamilton.equations_of_motion import (
+    InitialState,
+    equations_of_motion,
+    symbolic_equations,
+    values_of_terms,
+)
+from rigidcli.studies.hamilton.system import require_formulas
+
+KEY = "orbit.initial"
+"""The key under which a document gives the initial state."""
+
+
+SAME = 1e-6
+"""Velocities belong to a branch if they differ by less than this, in units of their size."""
+
+
+def initial_state(
+    document: Document, orbit: Orbit, derivation: Derivation
+) -> tuple[Derivation, InitialState]:
+    """The system on the branch of the velocities that an orbit begins on, and the state there.
+
+    Raises DocumentError where the system has no motion from there, and ComputationError where H has steps.
+    """
+    assert document.system is not None
+    for place in derivation.jumps:
+        raise ComputationError(
+            f"H has a step where {place} = 0, at which a momentum changes suddenly",
+            hint=f"write a gradual step, such as {apply('tanh', place / symbol('d'))} with a small d",
+        )
+    q, p, v = orbit.start(document.system)
+    parameters = {name: float(value) for name, value in document.values.items()}
+    point = _Point(document, {TIME: 0.0, **parameters}).at(derivation.phase.coordinates, q)
+    if p is None:
+        assert v is not None
+        p = _momenta(point, derivation, v)
+    point = point.at(derivation.phase.momenta, p)
+    if derivation.branches and not derivation.are_linear:
+        derivation = on_this_side(derivation, point.known)
+        branch = _branch(point, derivation, v)
+        derivation = replace(derivation, branches=() if branch is None else (branch,))
+    elif derivation.momenta is not None and not derivation.are_linear and v is None:
+        v = _velocities(point, derivation.momenta, derivation.velocity_names, p)
+        shown = ", ".join(f"{name} = {x:.6g}" for name, x in zip(derivation.velocity_names, v, strict=True))
+        notes = (*derivation.notes, f"the momenta at the start belong to {shown}, and perhaps to others, too")
+        derivation = replace(derivation, notes=notes)
+    if derivation.hamiltonian is not None:
+        point.evaluate([derivation.hamiltonian], "H")
+    return derivation, InitialState(parameters, q, p, v)
+
+
+@dataclass(frozen=True, slots=True)
+class _Point:
+    """Values of names at the start."""
+
+    document: Document
+    known: Mapping[str, float]
+
+    def at(self, names: Sequence[str], values: Floats) -> _Point:
+        """Add the values of more names."""
+        return replace(self, known={**self.known, **dict(zip(names, map(float, values), strict=True))})
+
+    def evaluate(self, expressions: Sequence[Expr], what: str) -> Floats:
+        """The values of expressions; DocumentError says of `what` that it has none."""
+        try:
+            f = code.function([to_tree(e) for e in expressions], list(self.known), {})(math)
+            values = np.array(f(*self.known.values()), dtype=np.float64)
+        except NO_VALUE:
+            values = np.array([math.nan])
+        if not np.isfinite(values).all():
+            raise self.document.refusal(f"{what} has no finite real value there", KEY)
+        return values
+
+
+def _momenta(point: _Point, derivation: Derivation, v: Floats) -> Floats:
+    """The momenta from the velocities: by definition, or where H is given from v = dH/dp linear in them."""
+    if derivation.momenta is not None:
+        return point.at(derivation.velocity_names, v).evaluate(derivation.momenta.definitions, "a momentum")
+    names, size = derivation.phase.momenta, len(v)
+    slopes = [derivative(derivation.generator, name) for name in names]
+    matrix = [derivative(slope, name) for slope in slopes for name in names]
+    if any(not entry.names.isdisjoint(names) for entry in matrix):
+        raise point.document.refusal(
+            "velocities do not tell the momenta, as dH/dp is not linear in them",
+            KEY,
+            hint=f"give the momenta {', '.join(names)}",
+        )
+    values = point.at(names, np.zeros(size)).evaluate([*slopes, *matrix], "a velocity")
+    try:
+        return np.asarray(np.linalg.solve(values[size:].reshape(size, size), v - values[:size]))
+    except np.linalg.LinAlgError:
+        raise ComputationError("the velocities do not tell the momenta there: dH/dp is degenerate") from None
+
+
+def _velocities(point: _Point, momenta: Momenta, names: Sequence[str], p: Floats) -> Floats:
+    """Velocities (n) with the momenta p (n), by a search from rest. Raises DocumentError where it fails."""
+    from scipy.optimize import root
+
+    entries = [*momenta.definitions, *(e for row in momenta.mass_matrix for e in row)]
+    size = len(p)
+
+    def miss(v: Floats) -> tuple[Floats, Floats]:
+        values = point.at(names, v).evaluate(entries, "a momentum")
+        return values[:size] - p, values[size:].reshape(size, size)
+
+    v: Floats = root(miss, np.zeros(size), jac=True, method="lm", tol=1e-15).x
+    if np.abs(miss(v)[0]).max() > SAME * np.abs(p).max():
+        raise point.document.refusal(
+            "no velocities were found that have these momenta",
+            KEY,
+            hint=f"give the velocities {', '.join(names)} instead",
+        )
+    return v
+
+
+def _branch(point: _Point, derivation: Derivation, v: Floats | None) -> Branch | None:
+    """The branch of the velocities that the orbit begins on; None if these are to be followed themselves.
+
+    That is so if they belong to none of the branches, or the form of the branch changes on the way.
+    """
+    branches = derivation.branches
+    inside = [b for b in branches if min(point.evaluate(b.conditions, "a momentum"), default=1.0) > 0]
+    values = [point.evaluate(branch.velocities, "a velocity") for branch in inside]
+    if v is not None:
+        near = (np.allclose(known, v, rtol=SAME, atol=SAME * np.abs(v).max()) for known in values)
+        return next((branch for branch, is_same in zip(inside, near, strict=True) if is_same), None)
+    if not inside:
+        raise point.document.refusal(f"no velocity has these momenta, expected {branches[0].validity}", KEY)
+    if len(inside) == 1:
+        return inside[0]
+    names = derivation.velocity_names
+    listed = "; ".join(
+        ", ".join(f"{name} = {value:.6g}" for name, value in zip(names, known, strict=True))
+        for known in sorted(values, key=tuple)
+    )
+    raise point.document.refusal(
+        f"{len(inside)} velocities have these momenta: {listed}",
+        KEY,
+        hint=f"give the velocities {', '.join(names)} instead",
+    )
+
+
+LEAST_SIZE = 1e-3
+"""The least size of a variable with which its errors are compared, in units of what its rate is made of.
+
+A variable that stays zero only as large numbers cancel is noise, about 1e-16 of these: no program can follow
+it with errors of 1e-12 of its own size.
+"""
+
+NUDGE = 1e-6
+"""By how much variables are changed, in units of themselves, to see what rates are made of."""
 
 LOOKS = 4097
 """Times at which it is looked whether an orbit has left its range: they tell three digits of the end."""
@@ -155,3 +313,60 @@ def _require_range(solution: Solution, derivation: Derivation, initial: InitialS
             raise ComputationError(
                 f"the orbit has no velocities beyond t = {time:.3g}, expected {condition} > 0"
             )
+
+
+def program_of(
+    document: Document,
+    name: str,
+    derivation: Derivation,
+    initial: InitialState | None,
+    orbit: OrbitSolution | None,
+) -> Program:
+    """The program of a system with this `name`: its rates, H, and momenta where velocities are followed.
+
+    Raises DocumentError where a function has no formula, and ComputationError where H has steps, which its
+    equations do not tell, or a number is too large for floats.
+    """
+    require_formulas(document, [derivation.generator, *derivation.system.forces], "a program")
+    for place in derivation.jumps:
+        raise ComputationError(f"H has a step where {place} = 0, which its equations do not tell")
+    equations, phase, system = symbolic_equations(derivation), derivation.phase, derivation.system
+    asked = {name: [to_tree(e)] for name, e in zip(phase.momenta, equations.momenta, strict=True)}
+    asked = {name: trees for name, trees in asked.items() if name not in equations.names}
+    asked["H"] = [to_tree(total(equations.energy))]
+    try:
+        rates = shared(equations.steps, equations.slopes)
+        quantities = {name: shared(equations.steps, trees) for name, trees in asked.items()}
+    except ExpressionError as error:
+        raise ComputationError(f"there is no program: {error.message}") from error
+    used = frozenset[str]().union(rates.names, *(each.names for each in quantities.values()))
+    constants = {
+        name: None
+        if document.values.get(name) is None or name in document.symbols
+        else float(document.values[name])
+        for name in document.definitions
+        if name in used
+    }
+    about = [name, f"L = {system.lagrangian}" if system.hamiltonian is None else f"H = {system.hamiltonian}"]
+    about += [
+        f"the force on {q} is {force}"
+        for q, force in zip(phase.coordinates, system.forces, strict=True)
+        if not force.is_zero
+    ]
+    run = None
+    if initial is not None and orbit is not None:
+        arguments = [TIME, *equations.names]
+        flow = code.function(equations.slopes, arguments, initial.parameters, equations.steps)
+        run = Run(equations.start(initial).tolist(), _sizes(orbit, flow), orbit.times)
+    return Program(about, constants, TIME, equations.names, rates, quantities, (TIME, *phase.names, "H"), run)
+
+
+def _sizes(orbit: OrbitSolution, flow: Flow) -> list[float]:
+    """The sizes of the variables of an orbit with these rates, in three digits; none is zero."""
+    rates, times, states = columns(flow), orbit.times, orbit.states
+    # Each variable is changed differently, so that equal ones do not cancel.
+    nudged = states * (1 + NUDGE * np.linspace(1.0, 2.0, states.shape[1]))
+    changes = np.abs(rates(times, *nudged.T) - rates(times, *states.T)).max(axis=1) / NUDGE
+    between = times[-1] / min(len(times), orbit.steps or 1)
+    sizes = np.fmax(np.abs(states).max(axis=0), LEAST_SIZE * changes * between)
+    return [float(f"{size:.3g}") or 1.0 for size in sizes]

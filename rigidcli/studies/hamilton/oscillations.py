@@ -3,38 +3,58 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from fractions import Fraction
 from typing import Any, NamedTuple, cast
 
 import numpy as np
 
 from rigidcli.algebra import matrices
-from rigidcli.algebra.atoms import Applied
-from rigidcli.algebra.expressions import PI, ZERO, Expr, symbol
+from rigidcli.algebra.atoms import Applied, Atom
+from rigidcli.algebra.calculus import derivative
+from rigidcli.algebra.expressions import PI, ZERO, Expr, atomic, number, symbol
+from rigidcli.algebra.matrices import Matrix
+from rigidcli.algebra.reading import from_tree
 from rigidcli.algebra.simplification import tidy
 from rigidcli.algebra.substitution import substitute, without
+from rigidcli.algebra.trees import to_tree
 from rigidcli.algebra.values import is_zero
+from rigidcli.core.arithmetic import Floats
+from rigidcli.core.solution import NO_VALUE
 from rigidcli.document.document import Document
 from rigidcli.document.variables import Equilibrium
 from rigidcli.errors import ComputationError, ExpressionError
+from rigidcli.language import code
 from rigidcli.language.text import latex_name
-from rigidcli.mechanics import small_oscillations
+from rigidcli.mechanics import linear_motion
 from rigidcli.mechanics.hamilton_equations import TIME
 from rigidcli.mechanics.linear_motion import LinearMotion, Root, Vector
 from rigidcli.mechanics.numeric_spectrum import ROUNDING, ROUNDING_OF_FLOATS
 from rigidcli.mechanics.spectrum import spectrum
 from rigidcli.report import Column, Field, Table
+from rigidcli.studies.common import require_values
 from rigidcli.studies.hamilton.derivation import Derivation
-from rigidcli.studies.hamilton.equilibrium import KEY, Place, forces_at_rest, found_place, given_place
-from rigidcli.studies.hamilton.system import known_values
+from rigidcli.studies.hamilton.system import derived_parameters, known_values, require_formulas
+
+KEY = "equilibrium"
+"""The key under which a document gives the equilibrium."""
+
+BALANCE = 1e-9
+"""A search ends at an equilibrium if the forces are below this, in units of their terms where it began.
+
+So must be the next step of Newton's method, in units of the coordinates: where forces fade away at a large
+distance, it never is.
+"""
+
+NOISE = 1e-14
+"""Coordinates smaller than this, in units of the largest one there or at the begin, are zero."""
 
 NO_MODES = (
     "the modes have no closed form here: the characteristic polynomial has no factors of low degree; "
     "with values for all parameters they are told as numbers"
 )
 """This note stands where there are symbols, and no modes."""
-
 
 UNITS = {"rate": "1/s", "frequency": "Hz", "period": "s", "decay": "1/s"}
 """Columns of the modes that people are shown where there is something in them, with their units."""
@@ -62,6 +82,18 @@ class Oscillations:
     notes: tuple[str, ...]
 
 
+class Place(NamedTuple):
+    """Coordinates of an equilibrium, and the parameters whose values are put in; with notes.
+
+    Where there are unknown functions, it is one only if those that are `assumed` to vanish do so.
+    """
+
+    coordinates: dict[str, Expr]
+    known: dict[str, Expr]
+    notes: tuple[str, ...] = ()
+    assumed: tuple[Atom, ...] = ()
+
+
 def oscillations(document: Document, equilibrium: Equilibrium, derivation: Derivation) -> Oscillations:
     """The small oscillations about the equilibrium of a document.
 
@@ -69,9 +101,9 @@ def oscillations(document: Document, equilibrium: Equilibrium, derivation: Deriv
     equations have no first order there.
     """
     try:
-        forces, at_rest = forces_at_rest(document, derivation)
+        forces, at_rest = _forces_at_rest(document, derivation)
         names = derivation.phase.coordinates
-        find = found_place if equilibrium.is_sought else given_place
+        find = _found_place if equilibrium.is_sought else _given_place
         place = find(document, equilibrium, names, forces)
         there = place.known | place.coordinates
         there |= {name: substitute(p, there) for name, p in at_rest.items()}
@@ -82,18 +114,124 @@ def oscillations(document: Document, equilibrium: Equilibrium, derivation: Deriv
         raise document.refusal(
             f"the equations of motion have no value there: {error.message}", KEY
         ) from error
-    if motion is None or _is_singular(motion):
+    if motion is not None:
+        motion = motion.changed(lambda e: tidy(without(e, place.assumed)))
+    if motion is not None and any(TIME in e.names for e in motion.entries):
+        raise ComputationError("the equations of motion near the equilibrium change with time")
+    try:
+        if motion is None or _is_singular(motion.masses):
+            raise ZeroDivisionError
+        rounding = ROUNDING_OF_FLOATS if equilibrium.is_sought else ROUNDING
+        is_exact, is_free = document.exact_results, not derivation.is_forced
+        roots = spectrum(motion, known_values(document), is_exact, is_free, rounding)
+    except ZeroDivisionError:
         raise ComputationError(
             "the momenta do not tell the velocities at the equilibrium",
             hint="other coordinates may do: angles fail at their poles",
-        )
-    assumed = {atom for e in place.assumed for atom in e.atoms if len(e.terms) == 1}
-    motion = motion.changed(lambda e: tidy(without(e, assumed)))
-    roots = _roots(document, derivation, motion, ROUNDING_OF_FLOATS if equilibrium.is_sought else ROUNDING)
+        ) from None
     modes = None if roots is None else [Mode(root, vector) for root in roots for vector in root.vectors]
     is_numeric = equilibrium.is_sought or not document.exact_results
     values = {name: float(e) if is_numeric and not e.names else e for name, e in place.coordinates.items()}
-    return Oscillations(values, motion, modes, tuple(_notes(place, modes)))
+    return Oscillations(values, motion, modes, (*place.notes, *_notes(modes)))
+
+
+def _forces_at_rest(document: Document, derivation: Derivation) -> tuple[list[Expr], dict[str, Expr]]:
+    """The generalized forces at rest, as functions of the coordinates, and momenta where H alone is known."""
+    phase, lagrange, equations = derivation.phase, derivation.lagrange, derivation.equations
+    momenta: dict[str, Expr] = {}
+    if lagrange is not None:
+        forces = linear_motion.forces_at_rest(lagrange, derivation.velocity_names)
+    else:
+        size = len(phase.coordinates)
+        known = None if equations is None else linear_motion.momenta_at_rest(equations[:size], phase)
+        if equations is None or known is None:
+            raise ComputationError("the momenta of the system at rest do not follow from H")
+        momenta = known
+        forces = [tidy(substitute(e, momenta)) for e in equations[size:]]
+    if any(not is_zero(derivative(force, TIME)) for force in forces):
+        raise document.refusal("forces on the system at rest change with time: there is no equilibrium", KEY)
+    return forces, momenta
+
+
+def _given_place(
+    document: Document, equilibrium: Equilibrium, names: Sequence[str], forces: Sequence[Expr]
+) -> Place:
+    """Check the equilibrium that is given. Raises DocumentError where it is none.
+
+    Results are exact for all values of the parameters where the document is, or else for the given ones.
+    """
+    derived, values = derived_parameters(document), known_values(document)
+    tries: list[dict[str, Expr]] = [{}, values] if document.exact_results else [values]
+    left: dict[str, Expr] = {}
+    for known in tries:
+        place = {
+            name: substitute(from_tree(e.root, derived), known) for name, e in equilibrium.values.items()
+        }
+        left = {
+            name: tidy(substitute(force, known | place)) for name, force in zip(names, forces, strict=True)
+        }
+        left = {name: force for name, force in left.items() if not is_zero(force)}
+        if all(force.unknown for force in left.values()):
+            notes = [f"it is an equilibrium where the force {force} vanishes" for force in left.values()]
+            products = [atom for force in left.values() if len(force.terms) == 1 for atom in force.atoms]
+            return Place(place, known, tuple(notes), tuple(a for a in products if atomic(a).unknown))
+    raise document.refusal(
+        f"no equilibrium: at rest there, {_listed(left)}",
+        KEY,
+        hint=None if document.symbols else "look for one near these values: `equilibrium: {find: {...}}`",
+    )
+
+
+def _listed(forces: Mapping[str, float | Expr]) -> str:
+    """List forces in words."""
+    written = {
+        name: f"{float(e):.6g}" if isinstance(e, float) or not e.names else str(e)
+        for name, e in forces.items()
+    }
+    return ", ".join(f"the force along {name} is {text}" for name, text in written.items())
+
+
+def _found_place(
+    document: Document, equilibrium: Equilibrium, names: Sequence[str], forces: Sequence[Expr]
+) -> Place:
+    """Search for an equilibrium near given values. Raises ComputationError where the search fails."""
+    from scipy.optimize import root
+
+    require_values(document, "the search for an equilibrium")
+    require_formulas(document, forces, "the search for an equilibrium")
+    constants = {name: float(value) for name, value in document.values.items()}
+    begin = np.array([equilibrium.values[name].evaluate(constants) for name in names])
+    slopes = [derivative(force, name) for force in forces for name in names]
+    f, jacobian, sizes = (
+        code.function([to_tree(e) for e in es], names, constants)(math)
+        for es in (forces, slopes, [abs(Expr({m: c})) for force in forces for m, c in force.terms.items()])
+    )
+
+    def at(q: Floats, g: Callable[..., Any] = f) -> Floats:
+        return np.array(g(*q.tolist()), dtype=np.float64)
+
+    def slope(q: Floats) -> Floats:
+        return at(q, jacobian).reshape(len(names), len(names))
+
+    try:
+        q: Floats = root(at, begin, jac=slope, method="lm", tol=1e-15).x
+        step: Floats = np.zeros(len(names))
+        for _ in range(4):  # Newton's method doubles the digits: 2 become more than a float has
+            q = q - step
+            q[np.abs(q) <= NOISE * max(np.abs(q).max(), np.abs(begin).max())] = 0.0
+            left = at(q) + 0.0
+            step = np.asarray(np.linalg.lstsq(slope(q), left, rcond=1e-10)[0], dtype=np.float64)
+        scale = at(begin, sizes).max(initial=0.0)
+    except NO_VALUE as error:
+        raise ComputationError("no equilibrium found: the forces have no value on the way") from error
+    listed = _listed(dict(zip(names, left.tolist(), strict=True)))
+    near = BALANCE * max(np.linalg.norm(q), np.linalg.norm(begin))
+    if not (np.abs(left).max() <= BALANCE * scale and np.linalg.norm(step) <= near):
+        shown = ", ".join(f"{name} = {value:.6g}" for name, value in zip(names, q.tolist(), strict=True))
+        raise ComputationError(f"no equilibrium found: the search ended at {shown}; at rest there, {listed}")
+    place = {name: number(Fraction(value)) for name, value in zip(names, q.tolist(), strict=True)}
+    note = f"equilibrium found by scipy.optimize.root; at rest there, {listed}"
+    return Place(place, known_values(document), (note,))
 
 
 def _require_smooth(expressions: Sequence[Expr], there: Mapping[str, Expr]) -> None:
@@ -108,35 +246,19 @@ def _require_smooth(expressions: Sequence[Expr], there: Mapping[str, Expr]) -> N
 def _motion(derivation: Derivation, there: Mapping[str, Expr]) -> LinearMotion | None:
     lagrange, phase = derivation.lagrange, derivation.phase
     if lagrange is not None:
-        return small_oscillations.of_lagrange(lagrange, phase, derivation.velocity_names, there)
+        return linear_motion.of_lagrange(lagrange, phase, derivation.velocity_names, there)
     assert derivation.equations is not None
-    return small_oscillations.of_hamilton(derivation.equations, phase, there)
+    return linear_motion.of_hamilton(derivation.equations, phase, there)
 
 
-def _is_singular(motion: LinearMotion) -> bool:
+def _is_singular(masses: Matrix) -> bool:
     """Whether the mass matrix has no inverse, as far as small blocks tell."""
-    blocks = (matrices.part(motion.masses, b, b) for b in matrices.blocks(motion.masses))
+    blocks = (matrices.part(masses, block, block) for block in matrices.blocks(masses))
     return any(is_zero(matrices.determinant(block)) for block in blocks if len(block) <= matrices.LARGEST)
 
 
-def _roots(
-    document: Document, derivation: Derivation, motion: LinearMotion, rounding: float
-) -> list[Root] | None:
-    """The roots in symbols, where these are wanted or needed, or else in numbers; None without either."""
-    if any(TIME in e.names for e in motion.entries):
-        raise ComputationError("the equations of motion near the equilibrium change with time")
-    known, is_free = known_values(document), not derivation.is_forced
-    try:
-        return spectrum(motion, known, document.exact_results, is_free, rounding)
-    except ZeroDivisionError:
-        raise ComputationError("the mass matrix is singular at the equilibrium") from None
-
-
-def _notes(place: Place, modes: Sequence[Mode] | None) -> Iterator[str]:
-    """Write notes on the search for the equilibrium, on what is assumed, and on where a mode oscillates."""
-    if place.note:
-        yield place.note
-    yield from (f"it is an equilibrium where {e} = 0" for e in place.assumed)
+def _notes(modes: Sequence[Mode] | None) -> Iterator[str]:
+    """Write notes on where a mode oscillates."""
     if modes is None:
         yield NO_MODES
     for mode in modes or ():

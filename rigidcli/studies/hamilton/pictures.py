@@ -1,8 +1,8 @@
-"""The pictures of `hamilton`: paths, phase portraits, coordinates in time, modes, and the spectrum."""
+"""The pictures of `hamilton`: paths, phase portraits, coordinates in time, and modes."""
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Literal
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -30,9 +30,6 @@ GRID = 161
 LEVELS = 9
 """Contours of H beside that of the orbit's energy."""
 
-COARSE = 0.3
-"""The angle (rad) between two pieces of an orbit, in the middle, beyond which samples are drawn as dots."""
-
 MARGIN = 0.35
 """How far a phase portrait goes beyond the orbit, in units of the orbit's width."""
 
@@ -52,8 +49,7 @@ def path(findings: Findings) -> Picture:
     marks = [Mark("dots", np.zeros((1, len(shown))), "origin", quiet=True)]
     for index, name in enumerate(names):
         line = places[:, index, shown]
-        form: Literal["line", "dots"] = "dots" if len(shown) == 2 and _is_coarse(line) else "line"
-        marks += [Mark(form, line, name, style=index), Mark("dots", line[:1], style=index)]
+        marks += [Mark("line", line, name, style=index), Mark("dots", line[:1], style=index)]
     rulers = tuple(Ruler("xyz"[axis], "xyz"[axis], "m") for axis in shown)
     title = "path of the orbit" if len(names) == 1 else "paths of the particles"
     return Picture("path", title, (Panel(rulers, tuple(marks), is_even=True),))
@@ -68,8 +64,6 @@ def phase(findings: Findings) -> Picture:
         energy = _contours(findings, orbit, path) if len(names) == 1 else []
         named = not panels  # one legend is enough
         drawn = Mark("line", path, "orbit" if named else "", style=0)
-        if _is_coarse(path):
-            drawn = Mark("dots", path, "orbit, samples" if named else "", style=0)
         marks = (*energy, drawn, Mark("dots", path[:1], "start" if named else "", style=1))
         panels.append(Panel((_ruler(name), _ruler(f"p_{name}")), marks))
     return Picture("phase", f"phase portrait{_of(names, 'coordinates')}", tuple(panels), _side(len(panels)))
@@ -114,31 +108,6 @@ def modes(findings: Findings) -> Picture:
         panels.append(Panel((Ruler("", ticks=ticks), Ruler("displacement")), tuple(marks), title))
     title = f"normal modes{_of(small.modes, 'modes')}"
     return Picture("modes", title, tuple(panels), _side(len(panels)))
-
-
-def spectrum(findings: Findings) -> Picture:
-    """The eigenvalues of the linear equations in the complex plane."""
-    given = next((entry.value for entry in findings.fields if entry.key == "eigenvalues"), None)
-    if not given:
-        raise UsageError("it is drawn for linear equations of motion")
-    values = _numbers(findings.document, [(entry["re"], entry["im"]) for entry in given])
-    reach = 1.2 * float(np.abs(values).max()) or 1.0
-    marks = (
-        Mark("line", np.array([[-reach, 0.0], [reach, 0.0]]), quiet=True),
-        Mark("line", np.array([[0.0, -reach], [0.0, reach]]), quiet=True),
-        Mark("dots", values, "eigenvalues", style=1),
-    )
-    rulers = (Ruler("Re", r"\mathrm{Re}\,\lambda", "1/s"), Ruler("Im", r"\mathrm{Im}\,\lambda", "1/s"))
-    return Picture("spectrum", "spectrum of the linear equations", (Panel(rulers, marks, is_even=True),))
-
-
-def _is_coarse(path: Floats) -> bool:
-    """Whether the samples of a path (n, 2) are so far apart that lines between them would mislead."""
-    size = np.ptp(path, axis=0)
-    pieces = np.diff(path / np.where(size > 0, size, 1.0), axis=0)
-    heading = np.arctan2(pieces[:, 1], pieces[:, 0])
-    turns = np.abs((np.diff(heading) + np.pi) % (2 * np.pi) - np.pi)
-    return bool(len(turns) and np.median(turns) > COARSE)
 
 
 def _required(orbit: OrbitSolution | None) -> OrbitSolution:

@@ -15,8 +15,8 @@ from rigidcli.document.document import Document
 from rigidcli.document.variables import Transform
 from rigidcli.errors import ComputationError, ExpressionError
 from rigidcli.mechanics import canonical
+from rigidcli.mechanics.canonical import Change, NewHamiltonian, added_by_forces
 from rigidcli.mechanics.hamilton_equations import TIME, Phase, equations
-from rigidcli.mechanics.new_hamiltonian import Change, NewHamiltonian, added_by_forces
 from rigidcli.studies.hamilton.derivation import Derivation
 from rigidcli.studies.hamilton.system import derived_parameters, known_values
 
