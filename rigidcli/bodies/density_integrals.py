@@ -1,4 +1,4 @@
-"""Integrals of a density over a shape, in floats, with an estimate of their error."""
+"""Integrals of a density over a shape in floats, with an estimate of their error."""
 
 from __future__ import annotations
 
@@ -12,10 +12,10 @@ from typing import Any
 import numpy as np
 
 from rigidcli.bodies import cubature
-from rigidcli.bodies.charts import Chart, right_angles
+from rigidcli.bodies.charts import Chart, Spot, right_angles
 from rigidcli.bodies.density import FIRST, NEGATIVE, SECOND, VARIABLES, centred, impossible, places, values
 from rigidcli.core import tensor
-from rigidcli.core.arithmetic import Arithmetic, Floats, Mask
+from rigidcli.core.arithmetic import EPS, Arithmetic, Floats
 from rigidcli.core.mass_properties import MassProperties
 from rigidcli.errors import ComputationError
 from rigidcli.fields.environment import Formula
@@ -77,43 +77,63 @@ def looked_at(density: Any, charts: Sequence[Chart], unit: str) -> list[Part]:
     from its lowest points ends. What is narrower than the net may escape it.
     """
     parts = [Part(density, chart, unit) for chart in charts]
-    root = density.expression.root
-    heights = np.hstack([part.value(root, part.net) for part in parts])
+    heights = np.hstack([part.value(part.root, part.net) for part in parts])
     highest = heights[np.isfinite(heights)].max(initial=0.0)
     for part in parts:
         part.least = -NEGATIVE * highest
-        part.density(np.hstack([part.net, part.extremes(root, 1)]))
+        part.density(np.hstack([part.net, part.extremes(part.root, 1)]))
     return parts
 
 
 class Part:
-    """A density over one chart, whose points (d by n) are those of the unit box."""
+    """A density over one chart, at points (d by n) of those coordinates of the unit box on which it hangs.
+
+    Along the others the density stays the same, and a rule with a few nodes is exact for its moments.
+    """
 
     def __init__(self, formula: Formula, chart: Chart, unit: str) -> None:
         self.formula, self.chart, self.unit, self.least = formula, chart, unit, -np.inf
         self.root = formula.expression.root
         self.names = tree.names_in(self.root)
-        self.net = chart.net(NET)
+        net, depth = chart.net(NET), len(chart.coordinates)
+        at = places(chart.at(net), chart.origin, self.names)
+        grids = [np.reshape(at[name], [NET] * depth) for name in self.names & at.keys()]
+        moving = [any(np.ptp(grid, axis=k).any() for grid in grids) for k in range(depth)]
+        self.moving = np.array(moving, dtype=bool)
+        self.net = net[self.moving][:, (net[~self.moving] == 0).all(axis=0)]
+        self.pieces = [right_angles(chart.coordinates[k]) for k in np.flatnonzero(moving)]
+        rules = [chart.rule(k) for k in np.flatnonzero(~self.moving)]
+        self.nodes = np.array(list(product(*(nodes for nodes, _ in rules)))).T
+        self.weights = np.array([math.prod(weights) for weights in product(*(own for _, own in rules))])
+
+    def spot(self, points: Floats, nodes: Floats) -> Spot:
+        """Where the points lie, and the measure there, for each of the nodes in the other coordinates."""
+        whole = np.empty((self.moving.size, points.shape[1], nodes.shape[1]))
+        whole[self.moving], whole[~self.moving] = points[:, :, None], nodes[:, None]
+        return self.chart.at(whole.reshape(self.moving.size, -1))
 
     def value(self, node: tree.Node, points: Floats) -> Floats:
         """The values (n) of a part of the formula."""
-        return values(node, self.formula, places(self.chart.at(points), self.chart.origin, self.names))
+        spot = self.spot(points, self.nodes[:, :1])
+        return values(node, self.formula, places(spot, self.chart.origin, self.names))
 
     def density(self, points: Floats) -> tuple[Floats, Floats]:
-        """The mass in the measure of the unit box (n), and the places (3 by n, m); refused where it is none.
+        """The mass in the measure of the unit box (n m), and the places (3 by n m, m), at each of m nodes.
 
-        It may be infinite at a point, where the integral is still finite.
+        It may be infinite at a point, where the integral is still finite. Raises ValueProblem where there is
+        no density, or a negative one.
         """
-        spot = self.chart.at(points)
+        spot = self.spot(points, self.nodes)
         at = places(spot, self.chart.origin, self.names)
         density = values(self.root, self.formula, at)
         bad = np.flatnonzero(~(density >= self.least))
         if bad.size:
-            lowest = cubature.downhill(partial(self.value, self.root), points[:, bad[:1]], 1 / (NET - 1))
-            spot = self.chart.at(lowest)
-            place = np.array(spot[:3])[:, 0] + self.chart.origin
+            start = points[:, bad[:1] // self.weights.size]
+            lowest = cubature.downhill(partial(self.value, self.root), start, 1 / (NET - 1))
+            place = np.array(self.spot(lowest, self.nodes[:, :1])[:3])[:, 0] + self.chart.origin
             raise impossible(float(self.value(self.root, lowest)[0]), place, self.unit, "shape")
-        return density * spot.measure, np.array([at["x"], at["y"], at["z"]])
+        with np.errstate(invalid="ignore"):  # where a density without bounds meets a vanishing measure
+            return density * spot.measure, np.array([at["x"], at["y"], at["z"]])
 
     def extremes(self, node: tree.Node, sign: int) -> Floats:
         """Points at which a part of the formula is least (1) or largest (-1), by searches from the net."""
@@ -127,72 +147,47 @@ class Part:
     def moments(self, about: Floats, units: Floats) -> tuple[Floats, float]:
         """The integrals (10) of the density times products of 1, x, y, z, and their error.
 
-        Places are seen from the point `about` (3, m), in `units` (3, m). Along coordinates on which the
-        density does not hang the integrands are simple, and a rule with a few nodes is exact.
+        Places are seen from the point `about` (3, m), in `units` (3, m).
         """
-        moving = self._moving()
-        still = np.flatnonzero(~moving).tolist()
-        rules = [self.chart.rule(k) for k in still]
-        nodes = np.array(list(product(*(own for own, _ in rules)))).T.reshape(len(still), -1 if still else 1)
-        weights = np.array([math.prod(factors) for factors in product(*(own for _, own in rules))])
-
-        def whole(points: Floats, nodes: Floats) -> Floats:
-            """Points in all coordinates (d by n m), for n points in some of them and m nodes."""
-            joined = np.empty((moving.size, points.shape[1], nodes.shape[1]))
-            joined[moving], joined[still] = points[:, :, None], nodes[:, None]
-            return joined.reshape(moving.size, -1)
 
         def moments(points: Floats) -> Floats:
-            mass, place = self.density(whole(points, nodes))
+            mass, place = self.density(points)
             factors = np.vstack([np.ones_like(mass), (place - about[:, None]) / units[:, None]])
-            return np.asarray(
-                (mass * factors[FIRST] * factors[SECOND]).reshape(10, -1, weights.size) @ weights
-            )
-
-        def argument(node: tree.Node, points: Floats) -> Floats:
-            return np.nan_to_num(self.value(node, whole(points, nodes[:, :1])))
+            products = mass * factors[FIRST] * factors[SECOND]
+            return np.asarray(products.reshape(10, -1, self.weights.size) @ self.weights)
 
         kinks, peaks = list[cubature.Kink](), list[Floats]()
         for function in tree.nodes([self.root]):
             node = _argument(function)
             if node is None or tree.names_in(node).isdisjoint({*VARIABLES} - self.formula.constants.keys()):
                 continue
-            ends = np.hstack([self.extremes(node, sign) for sign in (1, -1)])
-            low, *_, high = np.sort(self.value(node, ends))
-            if low < 0 < high and isinstance(function, tree.Call) and function.function in KINKED:
-                kinks.append(partial(argument, node))
-            peaks += self._peaks(function, ends, moving)
-        pieces = [right_angles(self.chart.coordinates[k]) for k in np.flatnonzero(moving)]
-        return cubature.integral(moments, [] if peaks else kinks, peaks, pieces, weights.size)
+            ends = [self.extremes(node, sign) for sign in (1, -1)]
+            low, high = (self.value(node, points) for points in ends)
+            if low.min() < 0 < high.max() and getattr(function, "function", None) in KINKED:
+                kinks.append(partial(self.value, node))
+            for points in ends:
+                peaks += self._peaks(function, points)
+        return cubature.integral(moments, [] if peaks else kinks, peaks, self.pieces, self.weights.size)
 
-    def _moving(self) -> Mask:
-        """The coordinates (d) of the chart on which variables of the density hang."""
-        depth = len(self.chart.coordinates)
-        at = places(self.chart.at(self.net), self.chart.origin, self.names)
-        grids = [np.reshape(at[name], [NET] * depth) for name in self.names & at.keys()]
-        return np.array([any(np.ptp(grid, axis=k).any() for grid in grids) for k in range(depth)])
-
-    def _peaks(self, function: tree.Node, ends: Floats, moving: Mask) -> list[Floats]:
-        """Those of the ends of two searches at which a function in the density is much higher than on a net.
+    def _peaks(self, function: tree.Node, ends: Floats) -> list[Floats]:
+        """Those of the ends of searches at which a function in the density is much higher than on a net.
 
         No point of that net is at a place that people like. Raises ComputationError for a narrow ridge, of
         which boxes about a point would see a part only.
         """
-        usual = np.abs(self.value(function, 0.0137 + 0.9683 * self.net))
         self.density(ends)
-        highest = np.abs(self.value(function, ends))
-        is_high = np.isfinite(highest) & (highest > PEAK * usual[np.isfinite(usual)].max())
-        is_round = [right_angles(self.chart.coordinates[k]) == 4 for k in np.flatnonzero(moving)]
-        peaks = []
-        for half in np.split(np.arange(is_high.size), 2):
-            high = ends[:, half[is_high[half]]][moving]
-            across = np.abs(high - high[:, :1])
-            # A peak where an angle begins is met at both ends of the angle.
-            across[is_round] = np.minimum(across[is_round], 1 - across[is_round])
-            if across.max(initial=0.0) > APART:
-                raise _too_sudden()
-            peaks += list(high.T)
-        return peaks
+        usual, highest = (
+            np.nan_to_num(np.abs(self.value(function, points)), posinf=0.0)
+            for points in (0.0137 + 0.9683 * self.net, ends)
+        )
+        high = ends[:, highest > max(PEAK * usual.max(), EPS * highest.max())]
+        across = np.abs(high - high[:, :1])
+        # A peak where an angle begins is met at both ends of the angle.
+        is_round = np.array(self.pieces) == 4
+        across[is_round] = np.minimum(across[is_round], 1 - across[is_round])
+        if across.max(initial=0.0) > APART:
+            raise _too_sudden()
+        return list(high.T)
 
 
 def _too_sudden() -> ComputationError:
