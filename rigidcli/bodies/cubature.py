@@ -19,10 +19,7 @@ import numpy as np
 from rigidcli.core.arithmetic import EPS, Floats
 
 Function: TypeAlias = Callable[[Floats], Floats]
-"""Values (c by n) at points (d by n) of the unit box; the first is positive, and the scale of all."""
-
-Kink: TypeAlias = Callable[[Floats], Floats]
-"""A function (d by n to n) with another sign on each side of a kink or a jump of an integrand."""
+"""Values (n, or c by n) at points (d by n) of the unit box. A kink is where such a one changes its sign."""
 
 LEVELS = (40_000, 1e-12, np.inf), (160_000, 1e-11, np.inf), (600_000, 1e-9, 0.01), (2_400_000, np.inf, np.inf)
 """Points of a run, the relative error that is small enough, and the one at which there is no hope.
@@ -51,12 +48,12 @@ NEAR = 1e-7
 
 def integral(
     f: Function,
-    kinks: Sequence[Kink],
+    kinks: Sequence[Function],
     peaks: Sequence[Floats],
     pieces: Sequence[int],
     cost: int,
 ) -> tuple[Floats, float]:
-    """The integral of `f` over the unit box (c), and its error in units of the first.
+    """The integral of `f` over the unit box (c), and its error in units of the first, which is positive.
 
     The box is first cut in so many `pieces` along each coordinate. At the `peaks` (points, d) the function
     may be much larger than elsewhere. A value of `f` counts as `cost` points.
@@ -83,7 +80,7 @@ def integral(
     return best, error
 
 
-def downhill(function: Kink, points: Floats, step: float) -> Floats:
+def downhill(function: Function, points: Floats, step: float) -> Floats:
     """Points (d by n) of the unit box after a search downhill, with steps that are halved each time."""
     around = np.array(list(product((0, -1, 1), repeat=len(points)))).T
     columns = np.arange(points.shape[1])
@@ -98,6 +95,12 @@ def gauss(count: int) -> tuple[Floats, Floats]:
     """Nodes from 0 to 1 and weights of Gauss's rule, exact for polynomials of degree 2 count - 1."""
     nodes, weights = np.polynomial.legendre.leggauss(count)
     return (1 + nodes) / 2, weights / 2
+
+
+def product_rule(rules: Sequence[tuple[Floats, Floats]]) -> tuple[Floats, Floats]:
+    """Nodes (d by n) and weights (n) of the product of rules for one coordinate each."""
+    nodes, weights = (product(*(rule[which] for rule in rules)) for which in (0, 1))
+    return np.array(list(nodes)).T, np.array([math.prod(factors) for factors in weights])
 
 
 # --- boxes, each a column of its lower corner (d) and its sides (d)
@@ -128,12 +131,10 @@ def _by_boxes(
             descending = np.argsort(-worst)
             half = 1 + int(np.searchsorted(worst[descending].cumsum(), worst.sum() / 2))
             chosen = descending[: min(half, max(1, BLOCK // points))]
-            lower, column = boxes[:, chosen], np.arange(chosen.size)
-            axes = tails[:, chosen].argmax(axis=0)
-            lower[depth + axes, column] /= 2
-            upper = lower.copy()
-            upper[axes, column] += upper[depth + axes, column]
-            halves = np.hstack([lower, upper])
+            halves, axes = np.repeat(boxes[:, chosen], 2, axis=1), tails[:, chosen].argmax(axis=0).repeat(2)
+            column = np.arange(axes.size)
+            halves[depth + axes, column] /= 2
+            halves[axes, column] += halves[depth + axes, column] * (column % 2)
             boxes = np.hstack([np.delete(boxes, chosen, 1), halves])
             parts = np.hstack([np.delete(parts, chosen, 1), _in_boxes(f, halves, count)])
             used += halves.shape[1] * points
@@ -168,7 +169,7 @@ def _in_boxes(f: Function, boxes: Floats, count: int) -> Floats:
 
 
 def _along_lines(
-    f: Function, kinks: Sequence[Kink], k: int, ends: Floats, which: int, points: Floats
+    f: Function, kinks: Sequence[Function], k: int, ends: Floats, which: int, points: Floats
 ) -> Floats:
     """The integrals of `f` (c by n) along lines in coordinate k, at points (d - 1 by n) in the others.
 
@@ -191,14 +192,14 @@ def _along_lines(
     return np.asarray(sums.sum(axis=2))
 
 
-def _most_crossed(kinks: Sequence[Kink], depth: int) -> int:
+def _most_crossed(kinks: Sequence[Function], depth: int) -> int:
     """The coordinate along which kinks are crossed most often."""
     lines = np.random.default_rng(1).random((depth, 64))
     cuts = [np.hstack([_crossings(kink, k, lines, SAMPLES[0]) for kink in kinks]) for k in range(depth)]
     return int(np.argmax([(places < 1).sum() for places in cuts]))
 
 
-def _crossings(kink: Kink, k: int, lines: Floats, samples: int) -> Floats:
+def _crossings(kink: Function, k: int, lines: Floats, samples: int) -> Floats:
     """Where lines (d by n) in coordinate k cross a kink: places (n by m), filled up with ones.
 
     Signs are compared at even places and at the vertices of parabolas through three neighbours, so that a
