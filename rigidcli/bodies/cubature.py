@@ -47,11 +47,7 @@ NEAR = 1e-7
 
 
 def integral(
-    f: Function,
-    kinks: Sequence[Function],
-    peaks: Sequence[Floats],
-    pieces: Sequence[int],
-    cost: int,
+    f: Function, kinks: Sequence[Function], peaks: Sequence[Floats], pieces: Sequence[int], cost: int
 ) -> tuple[Floats, float]:
     """The integral of `f` over the unit box (c), and its error in units of the first, which is positive.
 
@@ -63,7 +59,9 @@ def integral(
     if kinks:
         # Both runs may pass by the same edge of a kink.
         cost, margin, looser = cost * ON_LINE, 30.0, 1e4
-        along = _most_crossed(kinks, len(pieces))
+        lines = np.random.default_rng(1).random((len(pieces), 64))
+        cuts = [[_crossings(kink, k, lines, SAMPLES[0]) for kink in kinks] for k in range(len(pieces))]
+        along = int(np.argmax([(np.hstack(places) < 1).sum() for places in cuts]))  # most often crossed
         # A root of the function may come near a line without crossing it: short pieces bear that better.
         ends = np.linspace(0, 1, 1 + 4 * pieces[along])
         runs = [partial(_along_lines, f, kinks, along, ends, which) for which in (0, 1)]
@@ -83,10 +81,10 @@ def integral(
 def downhill(function: Function, points: Floats, step: float) -> Floats:
     """Points (d by n) of the unit box after a search downhill, with steps that are halved each time."""
     around = np.array(list(product((0, -1, 1), repeat=len(points)))).T
-    columns = np.arange(points.shape[1])
+    columns, count = np.arange(points.shape[1]), around.shape[1]
     while step > EPS:
         moved = np.clip(points[:, :, None] + step * around[:, None], 0, 1)
-        values = function(moved.reshape(len(points), -1)).reshape(columns.size, -1)
+        values = function(moved.reshape(len(points), columns.size * count)).reshape(columns.size, count)
         points, step = moved[:, columns, values.argmin(axis=1)], step / 2
     return points
 
@@ -190,13 +188,6 @@ def _along_lines(
     sums = np.zeros((len(values), *pieces.shape))
     sums[:, pieces] = values
     return np.asarray(sums.sum(axis=2))
-
-
-def _most_crossed(kinks: Sequence[Function], depth: int) -> int:
-    """The coordinate along which kinks are crossed most often."""
-    lines = np.random.default_rng(1).random((depth, 64))
-    cuts = [np.hstack([_crossings(kink, k, lines, SAMPLES[0]) for kink in kinks]) for k in range(depth)]
-    return int(np.argmax([(places < 1).sum() for places in cuts]))
 
 
 def _crossings(kink: Function, k: int, lines: Floats, samples: int) -> Floats:

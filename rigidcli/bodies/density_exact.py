@@ -83,13 +83,14 @@ def _moments(formula: Formula, chart: Chart, allowance: Allowance) -> Iterator[E
     """
     turns = chart.coordinates
     names = [(f"u{k}'",) if turn is None else (f"cos{k}'", f"sin{k}'") for k, turn in enumerate(turns)]
-    symbols = [symbol(*own, True) if len(own) == 1 else tuple(map(symbol, own)) for own in names]
+    symbols: list[Any] = [symbol(*own, True) if len(own) == 1 else tuple(map(symbol, own)) for own in names]
 
     @cache
     def along(k: int, factors: Factors) -> Expr:
-        if (turn := turns[k]) is not None:
-            return _over_turn(turn, *names[k], factors)
-        return expand(_over_line(*names[k], 1 - total(symbols[:k]) if chart.is_simplex else ONE, factors))
+        turn, own = turns[k], names[k]
+        if turn is not None:
+            return _over_turn(turn, own, factors)
+        return expand(_over_line(own[0], 1 - total(symbols[:k]) if chart.is_simplex else ONE, factors))
 
     def integral(e: Expr) -> Expr:
         for k, own in reversed([*enumerate(names)]):
@@ -119,7 +120,7 @@ def _over_line(name: str, end: Expr, factors: Factors) -> Expr:
         inner *= atom.arguments[0] ** exponent if atom.function == "abs" else ONE
     whole = antiderivative(inner, name)
     if whole is None or len({atom.arguments for atom, _ in kinks}) > 1:
-        raise _no_integral()
+        raise ExpressionError("a term has no integral")
     low, high = (substitute(whole, {name: u}) for u in (ZERO, end))
     parity = sum(exponent for _, exponent in kinks) % 2
     if parity == 0:
@@ -127,18 +128,18 @@ def _over_line(name: str, end: Expr, factors: Factors) -> Expr:
     line = kinks[0][0].arguments[0]
     linear = coefficients(line, [name])
     if parity != 1 or linear is None or max(linear) != (1,):
-        raise _no_integral()
+        raise ExpressionError("a term has no integral")
     middle = substitute(whole, {name: -linear.get((0,), ZERO) / linear[(1,)]})
     before, after = (apply("sign", substitute(line, {name: u})) for u in (ZERO, end))
     return (high - middle) * after - (low - middle) * before
 
 
-def _over_turn(turn: Turn, cosine: str, sine: str, factors: Factors) -> Expr:
+def _over_turn(turn: Turn, names: Sequence[str], factors: Factors) -> Expr:
     """The integral of powers of a cosine and a sine over a turn. Raises ExpressionError for other factors."""
-    powers = {cosine: 0, sine: 0}
+    powers = dict.fromkeys(names, 0)
     for atom, exponent in factors:
         if not isinstance(atom, Symbol) or exponent.denominator != 1 or not 0 <= exponent <= HIGHEST:
-            raise _no_integral()
+            raise ExpressionError("a term has no integral")
         powers[atom.name] = int(exponent)
     c, s, end = (expr(part) for part in (turn.cos, turn.sin, turn.end))
 
@@ -152,7 +153,3 @@ def _over_turn(turn: Turn, cosine: str, sine: str, factors: Factors) -> Expr:
         return s if p == 1 else end
 
     return by_parts(*powers.values())
-
-
-def _no_integral() -> ExpressionError:
-    return ExpressionError("a term has no integral")

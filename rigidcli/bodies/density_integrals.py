@@ -194,8 +194,8 @@ class Part:
         moving = [any(np.ptp(grid, axis=k).any() for grid in grids) for k in range(depth)]
         self.moving = np.array(moving, dtype=bool)
         self.net = net[self.moving][:, (net[~self.moving] == 0).all(axis=0)]
-        self.pieces = [right_angles(chart.coordinates[k]) for k in np.flatnonzero(moving)]
-        rules = [chart.rule(k) for k in np.flatnonzero(~self.moving)]
+        self.pieces = [right_angles(chart.coordinates[k]) for k in range(depth) if moving[k]]
+        rules = [chart.rule(k) for k in range(depth) if not moving[k]]
         self.nodes, self.weights = cubature.product_rule(rules)
 
     def at(self, points: Floats, nodes: Floats) -> tuple[Floats, dict[str, Floats]]:
@@ -251,8 +251,7 @@ class Part:
             low, high = (self.value(node, points) for points in ends)
             if low.min() < 0 < high.max() and getattr(function, "function", None) in KINKED:
                 kinks.append(partial(self.value, node))
-            for points in ends:
-                peaks += self._peaks(function, points)
+            peaks += [peak for points in ends for peak in self._peaks(function, points)]
         kinks = [] if peaks else kinks
         integrals, error = cubature.integral(moments, kinks, peaks, self.pieces, self.weights.size)
         return integrals, error * abs(integrals[0])
