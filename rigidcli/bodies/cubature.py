@@ -8,6 +8,7 @@ is ten times their difference, or thirty times beside kinks.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Iterator, Sequence
 from functools import partial
 from itertools import product
@@ -15,24 +16,15 @@ from typing import TypeAlias
 
 import numpy as np
 
-from rigidcli.core.arithmetic import Floats
+from rigidcli.core.arithmetic import EPS, Floats
 
 Function: TypeAlias = Callable[[Floats], Floats]
-"""Values (c by n) at points (d by n) of the unit box; the first is positive, and the scale of all."""
-
-Kink: TypeAlias = Callable[[Floats], Floats]
-"""A function (d by n to n) with another sign on each side of a kink or a jump of an integrand."""
+"""Values (n, or c by n) at points (d by n) of the unit box. A kink is where such a one changes its sign."""
 
 LEVELS = (40_000, 1e-12, np.inf), (160_000, 1e-11, np.inf), (600_000, 1e-9, 0.01), (2_400_000, np.inf, np.inf)
 """Points of a run, the relative error that is small enough, and the one at which there is no hope.
 
-The most points take some seconds.
-"""
-
-SMOOTH, BESIDE_KINKS = (10.0, 1), (30.0, 10_000)
-"""The error in units of the difference of the runs, and errors that are small enough in those of `LEVELS`.
-
-Both runs may pass by the same edge of a kink.
+Beside kinks 10^4 times that error is enough. The most points take some seconds.
 """
 
 NODES = 8
@@ -44,8 +36,8 @@ ON_PIECE, ON_LINE = 18, 50
 SAMPLES = (15, 18)
 """Places along a line where kinks are looked for: in the two runs, so that few pass by both."""
 
-BLOCK = 60_000
-"""Points worked at a time, which bounds the memory."""
+BLOCK = 30_000
+"""The most points worked at a time, which bounds the memory."""
 
 TINY = 1e-13
 """Boxes and pieces below this are not cut further: they are the rounding of a place."""
@@ -55,49 +47,58 @@ NEAR = 1e-7
 
 
 def integral(
-    f: Function, kinks: Sequence[Kink], peaks: Sequence[Floats], pieces: Sequence[int], cost: int
+    f: Function, kinks: Sequence[Function], peaks: Sequence[Floats], pieces: Sequence[int], cost: int
 ) -> tuple[Floats, float]:
-    """The integral of `f` over the unit box (c), and its error in units of the first.
+    """The integral of `f` over the unit box (c), and its error in units of the first, which is positive.
 
     The box is first cut in so many `pieces` along each coordinate. At the `peaks` (points, d) the function
     may be much larger than elsewhere. A value of `f` counts as `cost` points.
     """
     runs: list[Function] = [f, f]
-    margin, looser = SMOOTH
+    margin, looser = 10.0, 1.0
     if kinks:
-        margin, looser = BESIDE_KINKS
-        along = _most_crossed(kinks, len(pieces))
+        # Both runs may pass by the same edge of a kink.
+        cost, margin, looser = cost * ON_LINE, 30.0, 1e4
+        lines = np.random.default_rng(1).random((len(pieces), 64))
+        cuts = [[_crossings(kink, k, lines, SAMPLES[0]) for kink in kinks] for k in range(len(pieces))]
+        along = int(np.argmax([(np.hstack(places) < 1).sum() for places in cuts]))  # most often crossed
         # A root of the function may come near a line without crossing it: short pieces bear that better.
         ends = np.linspace(0, 1, 1 + 4 * pieces[along])
         runs = [partial(_along_lines, f, kinks, along, ends, which) for which in (0, 1)]
-        pieces, cost = [*pieces[:along], *pieces[along + 1 :]], cost * ON_LINE
+        pieces = [*pieces[:along], *pieces[along + 1 :]]
     refined = [_by_boxes(run, pieces, peaks, cost, NODES + which) for which, run in enumerate(runs)]
     best, error = np.zeros(1), np.inf
     for (_, enough, hopeless), one, two in zip(LEVELS, *refined, strict=True):
         with np.errstate(all="ignore"):
             change = float(margin * np.abs(two - one).max() / abs(two[0]))
         if change < error:
-            best, error = two, max(change, float(np.finfo(float).eps))
+            best, error = two, max(change, EPS)
         if not looser * enough < error < hopeless:
             break
     return best, error
 
 
-def downhill(function: Kink, points: Floats, step: float) -> Floats:
+def downhill(function: Function, points: Floats, step: float) -> Floats:
     """Points (d by n) of the unit box after a search downhill, with steps that are halved each time."""
     around = np.array(list(product((0, -1, 1), repeat=len(points)))).T
-    columns = np.arange(points.shape[1])
-    while step > np.finfo(float).eps:
+    columns, count = np.arange(points.shape[1]), around.shape[1]
+    while step > EPS:
         moved = np.clip(points[:, :, None] + step * around[:, None], 0, 1)
-        values = function(moved.reshape(len(points), -1)).reshape(columns.size, -1)
+        values = function(moved.reshape(len(points), columns.size * count)).reshape(columns.size, count)
         points, step = moved[:, columns, values.argmin(axis=1)], step / 2
     return points
 
 
-def _gauss(count: int) -> tuple[Floats, Floats]:
-    """Nodes and weights of Gauss's rule from 0 to 1."""
+def gauss(count: int) -> tuple[Floats, Floats]:
+    """Nodes from 0 to 1 and weights of Gauss's rule, exact for polynomials of degree 2 count - 1."""
     nodes, weights = np.polynomial.legendre.leggauss(count)
     return (1 + nodes) / 2, weights / 2
+
+
+def product_rule(rules: Sequence[tuple[Floats, Floats]]) -> tuple[Floats, Floats]:
+    """Nodes (d by n) and weights (n) of the product of rules for one coordinate each."""
+    nodes, weights = (product(*(rule[which] for rule in rules)) for which in (0, 1))
+    return np.array(list(nodes)).T, np.array([math.prod(factors) for factors in weights])
 
 
 # --- boxes, each a column of its lower corner (d) and its sides (d)
@@ -109,99 +110,87 @@ def _by_boxes(
     """The integral (c) at each of `LEVELS`, with so many nodes along a side of a box."""
     depth = len(pieces)
     points = cost * count**depth
-    batch = max(1, BLOCK // points)
     sides = np.reshape([1 / number for number in pieces], (depth, 1))
-    low = np.indices(tuple(pieces)).reshape(depth, -1 if depth else 1) * sides
+    low = np.indices(tuple(pieces)).reshape(depth, math.prod(pieces)) * sides
     boxes = np.vstack([low, np.broadcast_to(sides, low.shape)])
-    starts = range(0, boxes.shape[1], batch)
-    sums = np.hstack([_in_boxes(f, boxes[:, start : start + batch], count) for start in starts])
+    parts = _in_boxes(f, boxes, count)
     used = boxes.shape[1] * points
     for most, _, _ in LEVELS:
-        while depth:
+        while True:
             low, size = np.split(boxes, 2)
-            widest, tails = size.max(axis=0), np.where(size > TINY, sums[-depth:], 0.0)
+            tails = np.where(size > TINY, parts[:depth], 0.0)
             for peak in peaks:
                 holds = ((peak >= low.T) & (peak <= (low + size).T)).all(axis=1)
-                tails[(size == widest) & (widest > NEAR) & holds] = np.inf
-            worst = tails.max(axis=0)
-            is_done = used >= most or not worst.sum() > TINY * abs(sums[0].sum())
+                tails[(size == size.max(axis=0)) & (size > NEAR) & holds] = np.inf
+            worst = tails.max(axis=0, initial=0.0)
+            is_done = used >= most or worst.sum() <= TINY * abs(parts[depth].sum())
             if is_done and np.isfinite(worst).all():
                 break
             descending = np.argsort(-worst)
             half = 1 + int(np.searchsorted(worst[descending].cumsum(), worst.sum() / 2))
-            chosen = descending[: min(half, max(1, batch // 2))]
-            lower, column = boxes[:, chosen], np.arange(chosen.size)
-            axes = tails[:, chosen].argmax(axis=0)
-            lower[depth + axes, column] /= 2
-            upper = lower.copy()
-            upper[axes, column] += upper[depth + axes, column]
-            halves = np.hstack([lower, upper])
+            chosen = descending[: min(half, max(1, BLOCK // points))]
+            halves, axes = np.repeat(boxes[:, chosen], 2, axis=1), tails[:, chosen].argmax(axis=0).repeat(2)
+            column = np.arange(axes.size)
+            halves[depth + axes, column] /= 2
+            halves[axes, column] += halves[depth + axes, column] * (column % 2)
             boxes = np.hstack([np.delete(boxes, chosen, 1), halves])
-            sums = np.hstack([np.delete(sums, chosen, 1), _in_boxes(f, halves, count)])
+            parts = np.hstack([np.delete(parts, chosen, 1), _in_boxes(f, halves, count)])
             used += halves.shape[1] * points
-        yield sums[: len(sums) - depth].sum(axis=1)
+        yield parts[depth:].sum(axis=1)
 
 
 def _in_boxes(f: Function, boxes: Floats, count: int) -> Floats:
-    """The integrals of `f` over boxes (c by n), and below them the size of its highest terms (d by n).
+    """The size of the highest terms of `f` in boxes (d by n), and below them its integrals (c by n).
 
     Where `f` is infinite it counts as zero.
     """
-    (low, size), (nodes, weights) = np.split(boxes, 2), _gauss(count)
+    (low, size), (nodes, weights) = np.split(boxes, 2), gauss(count)
     depth, n = low.shape
-    grid = np.array(list(product(nodes, repeat=depth))).T.reshape(depth, 1, count**depth)
+    grid = nodes[np.indices((count,) * depth).reshape(depth, 1, count**depth)]
     values = f((low[:, :, None] + size[:, :, None] * grid).reshape(depth, n * count**depth))
     values = np.where(np.isfinite(values), values, 0.0).reshape(-1, n, *[count] * depth)
     values = values * size.prod(axis=0).reshape(-1, *[1] * depth)
     # Coefficients of the two highest of Legendre's polynomials.
     high = np.polynomial.legendre.legvander(2 * nodes - 1, count - 1)[:, -2:] * weights[:, None] * 2 * count
-    tails = []
+    tails = np.zeros((depth, n))
     for k in range(depth):
         tail = np.abs(np.moveaxis(values, 2 + k, -1) @ high).max(axis=-1)
         for _ in range(depth - 1):
             tail = tail @ weights
-        tails.append(tail.max(axis=0))
+        tails[k] = tail.max(axis=0)
     for _ in range(depth):
         values = values @ weights
-    return np.vstack([values, *tails])
+    return np.vstack([tails, values])
 
 
 # --- lines
 
 
 def _along_lines(
-    f: Function, kinks: Sequence[Kink], k: int, ends: Floats, which: int, points: Floats
+    f: Function, kinks: Sequence[Function], k: int, ends: Floats, which: int, points: Floats
 ) -> Floats:
     """The integrals of `f` (c by n) along lines in coordinate k, at points (d - 1 by n) in the others.
 
     The lines are cut at the places `ends` and where `kinks` change their sign.
     """
     lines = np.insert(points, k, 0.0, axis=0)
-    count = ON_PIECE + which
     cuts = [_crossings(kink, k, lines, SAMPLES[which]) for kink in kinks]
     places = np.sort(np.hstack([np.tile(ends, (lines.shape[1], 1)), *cuts]))
     width = np.diff(places)
     pieces = width > TINY
     start, width = places[:, :-1][pieces], width[pieces]
-    nodes, weights = _gauss(count)
+    nodes, weights = gauss(ON_PIECE + which)
     # A root at an end of a piece becomes smooth in u where t = u^3 (10 - 15 u + 6 u^2).
     shares, slopes = nodes**3 * (10 + nodes * (6 * nodes - 15)), 30 * (nodes * (1 - nodes)) ** 2
-    at = np.repeat(lines[:, pieces.nonzero()[0]], count, axis=1)
+    at = np.repeat(lines[:, pieces.nonzero()[0]], nodes.size, axis=1)
     at[k] = (start[:, None] + width[:, None] * shares).ravel()
-    values = f(at).reshape(-1, width.size, count) @ (weights * slopes) * width
+    values = f(at).reshape(-1, width.size, nodes.size) @ (weights * slopes) * width
     sums = np.zeros((len(values), *pieces.shape))
     sums[:, pieces] = values
     return np.asarray(sums.sum(axis=2))
 
 
-def _most_crossed(kinks: Sequence[Kink], depth: int) -> int:
-    """The coordinate along which kinks are crossed most often."""
-    lines = np.random.default_rng(1).random((depth, 64))
-    cuts = [[_crossings(kink, k, lines, SAMPLES[0]) for kink in kinks] for k in range(depth)]
-    return int(np.argmax([sum(int((places < 1).sum()) for places in own) for own in cuts]))
-
-
-def _crossings(kink: Kink, k: int, lines: Floats, samples: int) -> Floats:
+def _crossings(kink: Function, k: int, lines: Floats, samples: int) -> Floats:
     """Where lines (d by n) in coordinate k cross a kink: places (n by m), filled up with ones.
 
     Signs are compared at even places and at the vertices of parabolas through three neighbours, so that a
@@ -219,16 +208,14 @@ def _crossings(kink: Kink, k: int, lines: Floats, samples: int) -> Floats:
     with np.errstate(all="ignore"):
         step = (down - up) / (2 * (down + up))
     vertices = places[:, 1:-1] + np.where(abs(step) < 1, step, 0.5) / (samples - 1)
-    places, values = np.hstack([places, vertices]), np.hstack([values, along(lines, vertices)])
-    ascending = np.argsort(places, axis=1)
-    places, above = np.take_along_axis(places, ascending, 1), np.take_along_axis(values > 0, ascending, 1)
+    places = np.sort(np.hstack([places, vertices]))
+    above = along(lines, places) > 0
     line, at = np.nonzero(above[:, 1:] != above[:, :-1])
     low, high, start = places[line, at], places[line, at + 1], above[line, at]
-    while line.size and (high - low).max() > np.finfo(float).eps:
+    while line.size and (high - low).max() > EPS:
         middle = (low + high) / 2
         same = (along(lines[:, line], middle) > 0) == start
         low, high = np.where(same, middle, low), np.where(same, high, middle)
-    rank = np.arange(line.size) - np.searchsorted(line, line)
-    crossed = np.ones((lines.shape[1], 1 + rank.max(initial=-1)))
-    crossed[line, rank] = high
+    crossed = np.ones((lines.shape[1], places.shape[1] - 1))
+    crossed[line, at] = high
     return crossed

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Iterable, Mapping
+from collections.abc import Callable, Collection, Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -95,11 +95,13 @@ def at_points(formula: Formula, points: Floats) -> Floats:
     return values(formula.expression.root, formula, places(Spot(x, y, z, 1), (0, 0, 0)))
 
 
-def impossible(density: float, place: Iterable[float], unit: str, body: str) -> ValueProblem:
-    """The problem of a density that is negative or no number at a place (x, y, z in m) of a body."""
-    what = f"negative ({density:.6g} {unit})" if np.isfinite(density) else "without a value"
-    where = ", ".join(f"{coordinate:.6g}" for coordinate in place)
-    return ValueProblem(f"the density is {what} at x, y, z = ({where}) m of the {body}", path=("density",))
+def require_density(density: Floats, at: Floats, least: float, unit: str, body: str) -> None:
+    """Raise ValueProblem if a density (n) at places (3 by n, m) is below the `least`, or has no value."""
+    if not (density >= least).all():
+        worst = int(np.argmin(density))
+        value, where = density[worst], ", ".join(f"{coordinate:.6g}" for coordinate in at[:, worst])
+        what = f"negative ({value:.6g} {unit})" if np.isfinite(value) else "without a value"
+        raise ValueProblem(f"the density is {what} at x, y, z = ({where}) m of the {body}", path=("density",))
 
 
 def centred(moments: Array, n: Arithmetic = FLOAT) -> tuple[Any, Array, Array]:

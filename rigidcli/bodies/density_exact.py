@@ -1,22 +1,20 @@
 """Integrals of a density over a shape in exact numbers, where there is a closed form.
 
-The integrands are multiplied out in the coordinates of a chart, and integrated term by term.
+The integrands are multiplied out, and integrated term by term over one coordinate of a chart after another.
 """
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterator, Sequence
 from fractions import Fraction
 from functools import cache
-from itertools import pairwise
 from typing import Any, TypeAlias
 
 from rigidcli.algebra.allowance import Allowance
 from rigidcli.algebra.atoms import Applied, Atom, Symbol
 from rigidcli.algebra.calculus import antiderivative
 from rigidcli.algebra.expansion import coefficients, expand
-from rigidcli.algebra.expressions import ONE, ZERO, Expr, expr, gathered, number, power, symbol, total
+from rigidcli.algebra.expressions import ONE, ZERO, Expr, expr, gathered, power, symbol, total
 from rigidcli.algebra.functions import apply
 from rigidcli.algebra.reading import from_tree
 from rigidcli.algebra.roots import Rational
@@ -81,109 +79,77 @@ def placed(
 def _moments(formula: Formula, chart: Chart, allowance: Allowance) -> Iterator[Expr]:
     """The integrals (10) of the density times products of 1, x, y, z.
 
-    The coordinates have names that no document can give. Raises ExpressionError where a term is no product of
-    powers that can be integrated.
+    The coordinates have names that no document can give. Raises ExpressionError where a term has no integral.
     """
-    names = [
-        (f"coordinate {k}",) if turn is None else (f"cosine {k}", f"sine {k}")
-        for k, turn in enumerate(chart.coordinates)
-    ]
-    owner = {name: k for k, own in enumerate(names) for name in own}
+    turns = chart.coordinates
+    names = [(f"u{k}'",) if turn is None else (f"cos{k}'", f"sin{k}'") for k, turn in enumerate(turns)]
+    symbols: list[Any] = [symbol(*own, True) if len(own) == 1 else tuple(map(symbol, own)) for own in names]
 
     @cache
     def along(k: int, factors: Factors) -> Expr:
-        turn = chart.coordinates[k]
-        if turn is None:
-            return _over_unit(names[k][0], factors)
-        return _over_turn(turn, *_powers(names[k], factors))
+        turn, own = turns[k], names[k]
+        if turn is not None:
+            return _over_turn(turn, own, factors)
+        return expand(_over_line(own[0], 1 - total(symbols[:k]) if chart.is_simplex else ONE, factors))
 
-    def integral(e: Expr) -> Iterator[Expr]:
-        for monomial, coefficient in expand(e, allowance).ordered:
-            moving: list[list[tuple[Atom, Rational]]] = [[] for _ in range(len(names) + 1)]
-            for atom, exponent in monomial:
-                on = {owner[name] for name in atom.names if name in owner} or {len(names)}
-                if len(on) > 1:
-                    raise _no_product()
-                moving[on.pop()].append((atom, exponent))
-            *own, rest = map(tuple, moving)
-            if chart.is_simplex:
-                whole = _over_simplex([_powers(*own) for own in zip(names, moving, strict=False)])
-            else:
-                whole = math.prod((along(k, factors) for k, factors in enumerate(own)), start=ONE)
-            yield gathered(coefficient, dict(rest)) * whole
+    def integral(e: Expr) -> Expr:
+        for k, own in reversed([*enumerate(names)]):
+            terms = []
+            for monomial, coefficient in expand(e, allowance).ordered:
+                moving = tuple(factor for factor in monomial if not factor[0].names.isdisjoint(own))
+                rest = {atom: exponent for atom, exponent in monomial if atom.names.isdisjoint(own)}
+                terms.append(gathered(coefficient, rest) * along(k, moving))
+            e = total(terms)
+        return e
 
-    symbols = [symbol(*own, True) if len(own) == 1 else tuple(map(symbol, own)) for own in names]
     place, density, measure = placed(formula, chart, symbols)
     mass, factors = density * measure, (ONE, *place)
     for first, second in zip(FIRST, SECOND, strict=True):
-        yield total(list(integral(mass * (factors[first] * factors[second]))))
+        yield integral(mass * (factors[first] * factors[second]))
 
 
-def _no_product() -> ExpressionError:
-    return ExpressionError("a term is no product of powers that can be integrated")
+def _over_line(name: str, end: Expr, factors: Factors) -> Expr:
+    """The integral of a product over a coordinate u from 0 to an end. Raises ExpressionError without one.
+
+    Where L(u) is linear and vanishes at c, the integral of f(u) sign(L) is (F(u) - F(c)) sign(L), with the
+    integral F of f; abs(L) is L sign(L).
+    """
+    kinks = [(atom, power) for atom, power in factors if isinstance(atom, Applied) and atom.function in SIDED]
+    inner = gathered(1, dict(factor for factor in factors if factor not in kinks))
+    for atom, exponent in kinks:
+        inner *= atom.arguments[0] ** exponent if atom.function == "abs" else ONE
+    whole = antiderivative(inner, name)
+    if whole is None or len({atom.arguments for atom, _ in kinks}) > 1:
+        raise ExpressionError("a term has no integral")
+    low, high = (substitute(whole, {name: u}) for u in (ZERO, end))
+    parity = sum(exponent for _, exponent in kinks) % 2
+    if parity == 0:
+        return high - low
+    line = kinks[0][0].arguments[0]
+    linear = coefficients(line, [name])
+    if parity != 1 or linear is None or max(linear) != (1,):
+        raise ExpressionError("a term has no integral")
+    middle = substitute(whole, {name: -linear.get((0,), ZERO) / linear[(1,)]})
+    before, after = (apply("sign", substitute(line, {name: u})) for u in (ZERO, end))
+    return (high - middle) * after - (low - middle) * before
 
 
-def _powers(names: Sequence[str], factors: Factors) -> list[int]:
-    """The exponents of symbols, whole numbers. Raises ExpressionError for other factors."""
+def _over_turn(turn: Turn, names: Sequence[str], factors: Factors) -> Expr:
+    """The integral of powers of a cosine and a sine over a turn. Raises ExpressionError for other factors."""
     powers = dict.fromkeys(names, 0)
     for atom, exponent in factors:
         if not isinstance(atom, Symbol) or exponent.denominator != 1 or not 0 <= exponent <= HIGHEST:
-            raise _no_product()
+            raise ExpressionError("a term has no integral")
         powers[atom.name] = int(exponent)
-    return list(powers.values())
-
-
-def _over_unit(name: str, factors: Factors) -> Expr:
-    """The integral of a product of powers from 0 to 1. Raises ExpressionError where there is none."""
-    if all(isinstance(atom, Symbol) and exponent >= 0 for atom, exponent in factors):
-        return number(1 / Fraction(1 + sum(exponent for _, exponent in factors)))
-    lines = {
-        atom: _line(name, atom) for atom, _ in factors if isinstance(atom, Applied) and atom.function in SIDED
-    }
-    inside = {root for _, root in lines.values() if 0 < root < 1}
-    parts = []
-    for low, high in pairwise(sorted({Fraction(0), Fraction(1), *inside})):
-        here: dict[Atom, Expr] = {}
-        for atom, (slope, root) in lines.items():
-            side = 1 if low + high > 2 * root else -1
-            away = symbol(name) - root if atom.function == "abs" else ONE
-            here[atom] = side * away * apply(str(atom.function), slope)
-        inner = math.prod((here.get(atom, gathered(1, {atom: 1})) ** k for atom, k in factors), start=ONE)
-        whole = antiderivative(inner, name)
-        if whole is None:
-            raise _no_product()
-        parts += [substitute(whole, {name: number(high)}), -substitute(whole, {name: number(low)})]
-    return total(parts)
-
-
-def _line(name: str, atom: Applied[Expr]) -> tuple[Expr, Fraction]:
-    """The slope of the argument of abs or sign in a coordinate, and the number at which it vanishes."""
-    line = coefficients(atom.arguments[0], [name])
-    if line is None or max(line) != (1,):
-        raise _no_product()
-    root = (-line.get((0,), ZERO) / line[(1,)]).as_number
-    if not isinstance(root, int | Fraction):
-        raise _no_product()
-    return line[(1,)], Fraction(root)
-
-
-def _over_turn(turn: Turn, p: int, q: int) -> Expr:
-    """The integral of cos^p sin^q over a turn, by parts."""
     c, s, end = (expr(part) for part in (turn.cos, turn.sin, turn.end))
-    if q >= 2:
-        return ((q - 1) * _over_turn(turn, p, q - 2) - s ** (q - 1) * c ** (p + 1)) / (p + q)
-    if q == 1:
-        return (1 - c ** (p + 1)) / (p + 1)
-    if p >= 2:
-        return ((p - 1) * _over_turn(turn, p - 2, 0) + c ** (p - 1) * s) / p
-    return s if p == 1 else end
 
+    def by_parts(p: int, q: int) -> Expr:
+        if q >= 2:
+            return ((q - 1) * by_parts(p, q - 2) - s ** (q - 1) * c ** (p + 1)) / (p + q)
+        if q == 1:
+            return (1 - c ** (p + 1)) / (p + 1)
+        if p >= 2:
+            return ((p - 1) * by_parts(p - 2, 0) + c ** (p - 1) * s) / p
+        return s if p == 1 else end
 
-def _over_simplex(powers: Sequence[Sequence[int]]) -> Expr:
-    """The integral of a product of powers of the coordinates of a simplex.
-
-    In d dimensions that of a^i b^j ... is i! j! .../(i + j + ... + d)!, as Dirichlet showed.
-    """
-    exponents = [exponent for (exponent,) in powers]
-    above = math.prod(map(math.factorial, exponents))
-    return number(Fraction(above, math.factorial(sum(exponents) + len(exponents))))
+    return by_parts(*powers.values())

@@ -1,25 +1,40 @@
-"""Integrals of a density over a shape, in floats, with an estimate of their error."""
+"""Integrals of a density over a shape in floats, with an estimate of their error."""
 
 from __future__ import annotations
 
-import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from contextlib import suppress
 from dataclasses import replace
+from fractions import Fraction
 from functools import partial
-from itertools import product
-from typing import Any
+from itertools import chain
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from rigidcli.bodies import cubature
-from rigidcli.bodies.charts import Chart, right_angles
-from rigidcli.bodies.density import FIRST, NEGATIVE, SECOND, VARIABLES, centred, impossible, places, values
+from rigidcli.bodies.charts import Chart, Spot, right_angles, simplex
+from rigidcli.bodies.density import (
+    FIRST,
+    NEGATIVE,
+    SECOND,
+    VARIABLES,
+    at_points,
+    centred,
+    places,
+    require_density,
+    values,
+)
+from rigidcli.bodies.edges import blocks
 from rigidcli.core import tensor
-from rigidcli.core.arithmetic import Arithmetic, Floats, Mask
+from rigidcli.core.arithmetic import EPS, FLOAT, Arithmetic, Floats, Mask
 from rigidcli.core.mass_properties import MassProperties
-from rigidcli.errors import ComputationError
+from rigidcli.errors import ComputationError, ExpressionError
 from rigidcli.fields.environment import Formula
 from rigidcli.language import tree
+
+if TYPE_CHECKING:
+    from rigidcli.bodies.mesh_checks import Checked
 
 NET = 13
 """Points along each coordinate of a net in which a density is first looked at: 2,197 in a solid."""
@@ -30,8 +45,8 @@ STARTS = 8
 PEAK = 5.0
 """A function that rises by this factor between the points of a net is not seen well enough by others."""
 
-APART = 1e-3
-"""Searches that end farther apart than this, in the unit box, have met a ridge and not one peak."""
+MOST_POINTS = 50_000_000
+"""The most points at which a polynomial is worked out in a mesh, which takes some three seconds."""
 
 KINKED = ("abs", "sign", "atan2")
 """Functions that have a kink or a jump where their argument is zero."""
@@ -55,19 +70,97 @@ def integrated(
         return exact_properties(density, charts, n)
     about, second = (np.array(part, dtype=np.float64) for part in geometry[1:3])
     size = np.sqrt(3 * (second if second.ndim == 1 else second.diagonal()))
-    units = np.where(size > 0, size, 1.0)
-    parts = [part.moments(about, units) for part in looked_at(density, charts, unit)]
+    parts = [part.moments(about, np.where(size > 0, size, 1.0)) for part in looked_at(density, charts, unit)]
+    return _properties(parts, np.zeros(3), about, size)
+
+
+def _properties(
+    parts: Sequence[tuple[Floats, float]], origin: Floats, about: Floats, size: Floats
+) -> MassProperties:
+    """Mass properties from integrals (10) over parts, with the errors of their masses (kg).
+
+    Places are seen from `about` (3, m), itself seen from the `origin` (3, m), in units of the `size` (3, m).
+    """
     mass, centre, sums = centred(np.sum([integrals for integrals, _ in parts], axis=0))
-    error = float(sum(own * abs(integrals[0]) for integrals, own in parts) / mass)
+    error = float(sum(own for _, own in parts) / mass)
     if not error <= WORST:
-        raise _too_sudden()
-    com = about + units * centre
+        raise ComputationError(
+            f"the density changes too much, or too suddenly, for a relative error of {WORST:g}",
+            hint="give the body in `parts`, so that the density is smooth in each of them",
+        )
     np.fill_diagonal(sums, np.maximum(sums.diagonal(), 0.0))
-    inertia = tensor.Inertia.of_sums(mass, com, sums * np.outer(units, units))
-    noise = error * mass * tensor.from_second_moments(1, np.outer(size, size))
-    inertia = replace(inertia, noise=inertia.noise + np.abs(noise))
-    misplaced = tensor.misplaced(com) + error * float(np.linalg.norm(size))
-    return MassProperties(float(mass), com, inertia, misplaced, integrated=error)
+    offset, squares = about + size * centre, np.outer(size, size)
+    inertia = tensor.Inertia.of_sums(mass, offset, sums * squares)
+    noise = inertia.noise + np.abs(error * mass * tensor.from_second_moments(1, squares))
+    misplaced = tensor.misplaced(origin + offset) + error * float(np.linalg.norm(size))
+    return MassProperties(
+        float(mass), origin + offset, replace(inertia, noise=noise), misplaced, integrated=error
+    )
+
+
+def of_mesh(formula: Formula, mesh: Checked, unit: float, contains: Callable[..., Mask]) -> MassProperties:
+    """Mass properties of a mesh with a density that varies, along the axes of its file, in a `unit` (m).
+
+    Each triangle and a central point are the corners of a tetrahedron, whose volume is negative where the
+    triangle is seen from outside. What sticks out of the body is thus counted as often with one sign as with
+    the other, and the sums are right for a polynomial on any closed surface. In a tetrahedron Gauss's rule is
+    exact: the conical product of A. Stroud, Approximate Calculation of Multiple Integrals, 1971, section 2.5.
+    `contains` says which points (x, y, z in m) are inside.
+
+    Raises ValueProblem for a density that no body has, and ComputationError for one that is no polynomial.
+    """
+    surface, degree = mesh.surface, _degree(formula)
+    rule = [cubature.gauss((degree + power) // 2 + 1) for power in (4, 3, 2)]  # with places and the measure
+    nodes, weights = cubature.product_rule(rule)
+    if weights.size * surface.triangles > MOST_POINTS:
+        raise ComputationError(
+            f"{surface.triangles:,} triangles are too many for a density of degree {degree}",
+            hint="simplify the mesh",
+        )
+    corner = simplex(np.eye(4, 3, -1), 1 / 6, FLOAT)
+    low, high = surface.box * unit
+    net = low[:, None] + (high - low)[:, None] * corner.net(NET)
+    vertices = (block.transpose(1, 0, 2).reshape(3, -1) * unit for block in blocks(surface.corners))
+    highest = 0.0
+    for points in chain(vertices, [net[:, contains(*net)]]):
+        density = at_points(formula, points)
+        highest = max(highest, float(density.max(initial=0.0)))
+        require_density(density, points, -NEGATIVE * highest, "kg/m^3", "mesh")
+    apex, size = surface.origin + surface.centre, np.sqrt(3 * surface.second.diagonal()) * unit
+    spot = corner.at(nodes)
+    shares, weights = np.array([spot.x, spot.y, spot.z]).T, weights * spot.measure
+    moments = np.zeros((4, 4))
+    for block in blocks(surface.corners):
+        corners = (block - apex[:, None]) * unit  # in this order, for meshes far from their origin
+        volumes = (corners[0] * np.cross(corners[1], corners[2], axis=0)).sum(axis=0)
+        for share, weight in zip(shares, weights, strict=True):
+            offset = np.tensordot(share, corners, axes=1)
+            mass = weight * volumes * at_points(formula, offset + apex[:, None] * unit)
+            factors = np.vstack([np.ones_like(mass), offset / size[:, None]])
+            moments += (mass * factors) @ factors.T
+    moments *= -1 if mesh.is_inward else 1
+    # Rounded places change the density, the more so the farther the mesh is from its origin.
+    rounding = EPS * (surface.cancelled + degree * np.abs(surface.box).max() / surface.size)
+    error = rounding * highest * abs(surface.volume) * unit**3
+    return _properties([(moments[FIRST, SECOND], error)], apex * unit, np.zeros(3), size)
+
+
+def _degree(formula: Formula) -> int:
+    """The degree of a density in x, y, z. Raises ComputationError where it is no polynomial."""
+    from rigidcli.algebra.expansion import coefficients
+    from rigidcli.algebra.expressions import symbol
+    from rigidcli.bodies.density_exact import placed
+
+    space = Chart((None, None, None), lambda x, y, z: Spot(x, y, z, 1))
+    constants: dict[str, Any] = {name: Fraction(float(own)) for name, own in formula.constants.items()}
+    with suppress(ExpressionError):
+        density = placed(Formula(formula.expression, constants), space, list(map(symbol, "xyz")))[1]
+        if (polynomial := coefficients(density, "xyz")) is not None:
+            return max(map(sum, polynomial), default=0)
+    raise ComputationError(
+        "a density inside a mesh is a polynomial in x, y, z, r**2 and s**2, and this is none",
+        hint="cut the mesh into `parts`, each with a density of its own, or describe it by shapes",
+    )
 
 
 def looked_at(density: Any, charts: Sequence[Chart], unit: str) -> list[Part]:
@@ -77,43 +170,56 @@ def looked_at(density: Any, charts: Sequence[Chart], unit: str) -> list[Part]:
     from its lowest points ends. What is narrower than the net may escape it.
     """
     parts = [Part(density, chart, unit) for chart in charts]
-    root = density.expression.root
-    heights = np.hstack([part.value(root, part.net) for part in parts])
+    heights = np.hstack([part.value(part.root, part.net) for part in parts])
     highest = heights[np.isfinite(heights)].max(initial=0.0)
     for part in parts:
         part.least = -NEGATIVE * highest
-        part.density(np.hstack([part.net, part.extremes(root, 1)]))
+        part.density(np.hstack([part.net, part.extremes(part.root, 1)]))
     return parts
 
 
 class Part:
-    """A density over one chart, whose points (d by n) are those of the unit box."""
+    """A density over one chart, at points (d by n) of those coordinates of the unit box on which it hangs.
+
+    Along the others the density stays the same, and a rule with a few nodes is exact for its moments.
+    """
 
     def __init__(self, formula: Formula, chart: Chart, unit: str) -> None:
         self.formula, self.chart, self.unit, self.least = formula, chart, unit, -np.inf
         self.root = formula.expression.root
         self.names = tree.names_in(self.root)
-        self.net = chart.net(NET)
+        net, depth = chart.net(NET), len(chart.coordinates)
+        at = places(chart.at(net), chart.origin, self.names)
+        grids = [np.reshape(at[name], [NET] * depth) for name in self.names & at.keys()]
+        moving = [any(np.ptp(grid, axis=k).any() for grid in grids) for k in range(depth)]
+        self.moving = np.array(moving, dtype=bool)
+        self.net = net[self.moving][:, (net[~self.moving] == 0).all(axis=0)]
+        self.pieces = [right_angles(chart.coordinates[k]) for k in range(depth) if moving[k]]
+        rules = [chart.rule(k) for k in range(depth) if not moving[k]]
+        self.nodes, self.weights = cubature.product_rule(rules)
+
+    def at(self, points: Floats, nodes: Floats) -> tuple[Floats, dict[str, Floats]]:
+        """The measure and the variables at the points (n), for each of m nodes in the other coordinates."""
+        whole = np.empty((self.moving.size, points.shape[1], nodes.shape[1]))
+        whole[self.moving], whole[~self.moving] = points[:, :, None], nodes[:, None]
+        spot = self.chart.at(whole.reshape(self.moving.size, -1))
+        return spot.measure, places(spot, self.chart.origin, self.names)
 
     def value(self, node: tree.Node, points: Floats) -> Floats:
         """The values (n) of a part of the formula."""
-        return values(node, self.formula, places(self.chart.at(points), self.chart.origin, self.names))
+        return values(node, self.formula, self.at(points, self.nodes[:, :1])[1])
 
     def density(self, points: Floats) -> tuple[Floats, Floats]:
-        """The mass in the measure of the unit box (n), and the places (3 by n, m); refused where it is none.
+        """The mass in the measure of the unit box (n m), and the places (3 by n m, m), at each of m nodes.
 
-        It may be infinite at a point, where the integral is still finite.
+        It may be infinite at a point, where the integral is still finite. Raises ValueProblem where there is
+        no density, or a negative one.
         """
-        spot = self.chart.at(points)
-        at = places(spot, self.chart.origin, self.names)
-        density = values(self.root, self.formula, at)
-        bad = np.flatnonzero(~(density >= self.least))
-        if bad.size:
-            lowest = cubature.downhill(partial(self.value, self.root), points[:, bad[:1]], 1 / (NET - 1))
-            spot = self.chart.at(lowest)
-            place = np.array(spot[:3])[:, 0] + self.chart.origin
-            raise impossible(float(self.value(self.root, lowest)[0]), place, self.unit, "shape")
-        return density * spot.measure, np.array([at["x"], at["y"], at["z"]])
+        measure, at = self.at(points, self.nodes)
+        density, place = values(self.root, self.formula, at), np.array([at[axis] for axis in "xyz"])
+        require_density(density, place, self.least, self.unit, "shape")
+        with np.errstate(invalid="ignore"):  # where a density without bounds meets a vanishing measure
+            return density * measure, place
 
     def extremes(self, node: tree.Node, sign: int) -> Floats:
         """Points at which a part of the formula is least (1) or largest (-1), by searches from the net."""
@@ -127,79 +233,40 @@ class Part:
     def moments(self, about: Floats, units: Floats) -> tuple[Floats, float]:
         """The integrals (10) of the density times products of 1, x, y, z, and their error.
 
-        Places are seen from the point `about` (3, m), in `units` (3, m). Along coordinates on which the
-        density does not hang the integrands are simple, and a rule with a few nodes is exact.
+        Places are seen from the point `about` (3, m), in `units` (3, m).
         """
-        moving = self._moving()
-        still = np.flatnonzero(~moving).tolist()
-        rules = [self.chart.rule(k) for k in still]
-        nodes = np.array(list(product(*(own for own, _ in rules)))).T.reshape(len(still), -1 if still else 1)
-        weights = np.array([math.prod(factors) for factors in product(*(own for _, own in rules))])
-
-        def whole(points: Floats, nodes: Floats) -> Floats:
-            """Points in all coordinates (d by n m), for n points in some of them and m nodes."""
-            joined = np.empty((moving.size, points.shape[1], nodes.shape[1]))
-            joined[moving], joined[still] = points[:, :, None], nodes[:, None]
-            return joined.reshape(moving.size, -1)
 
         def moments(points: Floats) -> Floats:
-            mass, place = self.density(whole(points, nodes))
+            mass, place = self.density(points)
             factors = np.vstack([np.ones_like(mass), (place - about[:, None]) / units[:, None]])
-            return np.asarray(
-                (mass * factors[FIRST] * factors[SECOND]).reshape(10, -1, weights.size) @ weights
-            )
+            products = mass * factors[FIRST] * factors[SECOND]
+            return np.asarray(products.reshape(10, -1, self.weights.size) @ self.weights)
 
-        def argument(node: tree.Node, points: Floats) -> Floats:
-            return np.nan_to_num(self.value(node, whole(points, nodes[:, :1])))
-
-        kinks, peaks = list[cubature.Kink](), list[Floats]()
+        kinks, peaks = list[cubature.Function](), list[Floats]()
         for function in tree.nodes([self.root]):
             node = _argument(function)
             if node is None or tree.names_in(node).isdisjoint({*VARIABLES} - self.formula.constants.keys()):
                 continue
-            ends = np.hstack([self.extremes(node, sign) for sign in (1, -1)])
-            low, *_, high = np.sort(self.value(node, ends))
-            if low < 0 < high and isinstance(function, tree.Call) and function.function in KINKED:
-                kinks.append(partial(argument, node))
-            peaks += self._peaks(function, ends, moving)
-        pieces = [right_angles(self.chart.coordinates[k]) for k in np.flatnonzero(moving)]
-        return cubature.integral(moments, [] if peaks else kinks, peaks, pieces, weights.size)
+            ends = [self.extremes(node, sign) for sign in (1, -1)]
+            low, high = (self.value(node, points) for points in ends)
+            if low.min() < 0 < high.max() and getattr(function, "function", None) in KINKED:
+                kinks.append(partial(self.value, node))
+            peaks += [peak for points in ends for peak in self._peaks(function, points)]
+        kinks = [] if peaks else kinks
+        integrals, error = cubature.integral(moments, kinks, peaks, self.pieces, self.weights.size)
+        return integrals, error * abs(integrals[0])
 
-    def _moving(self) -> Mask:
-        """The coordinates (d) of the chart on which variables of the density hang."""
-        depth = len(self.chart.coordinates)
-        at = places(self.chart.at(self.net), self.chart.origin, self.names)
-        grids = [np.reshape(at[name], [NET] * depth) for name in self.names & at.keys()]
-        return np.array([any(np.ptp(grid, axis=k).any() for grid in grids) for k in range(depth)])
+    def _peaks(self, function: tree.Node, ends: Floats) -> list[Floats]:
+        """Those of the ends of searches at which a function in the density is much higher than on a net.
 
-    def _peaks(self, function: tree.Node, ends: Floats, moving: Mask) -> list[Floats]:
-        """Those of the ends of two searches at which a function in the density is much higher than on a net.
-
-        No point of that net is at a place that people like. Raises ComputationError for a narrow ridge, of
-        which boxes about a point would see a part only.
+        No point of that net is at a place that people like.
         """
-        usual = np.abs(self.value(function, 0.0137 + 0.9683 * self.net))
         self.density(ends)
-        highest = np.abs(self.value(function, ends))
-        is_high = np.isfinite(highest) & (highest > PEAK * usual[np.isfinite(usual)].max())
-        is_round = [right_angles(self.chart.coordinates[k]) == 4 for k in np.flatnonzero(moving)]
-        peaks = []
-        for half in np.split(np.arange(is_high.size), 2):
-            high = ends[:, half[is_high[half]]][moving]
-            across = np.abs(high - high[:, :1])
-            # A peak where an angle begins is met at both ends of the angle.
-            across[is_round] = np.minimum(across[is_round], 1 - across[is_round])
-            if across.max(initial=0.0) > APART:
-                raise _too_sudden()
-            peaks += list(high.T)
-        return peaks
-
-
-def _too_sudden() -> ComputationError:
-    return ComputationError(
-        f"the density changes too much, or too suddenly, for a relative error of {WORST:g}",
-        hint="give the body in `parts`, so that the density is smooth in each of them",
-    )
+        usual, highest = (
+            np.nan_to_num(np.abs(self.value(function, points)), posinf=0.0)
+            for points in (0.0137 + 0.9683 * self.net, ends)
+        )
+        return list(ends[:, highest > max(PEAK * usual.max(), EPS * highest.max())].T)
 
 
 def _argument(node: tree.Node) -> tree.Node | None:

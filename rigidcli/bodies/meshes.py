@@ -151,10 +151,10 @@ class Mesh(Form):
     @cached_property
     def _of_field(self) -> mass_properties.MassProperties:
         """`local` for a density that varies; the integrals are taken once."""
-        from rigidcli.bodies.mesh_density import properties
+        from rigidcli.bodies.density_integrals import of_mesh
 
         assert isinstance(self.density, Formula)
-        return properties(self.density, self.checked, self.unit, self.contains)
+        return of_mesh(self.density, self.checked, self.unit, self.contains)
 
     def report(self) -> dict[str, Any]:
         """What the mesh is, by the names of the results: lengths, areas and volumes in SI units."""

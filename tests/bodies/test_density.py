@@ -191,8 +191,26 @@ def test_high_powers_in_a_tetrahedron_have_closed_forms() -> None:
     np.testing.assert_allclose(tensor, floats["tensor"], atol=1e-11 * np.trace(floats["tensor"]))
 
 
-@pytest.mark.parametrize("density", ["1 + r", "2 + abs(x - y)", "2 + sign(z - x*x)"])
-def test_signs_and_roots_are_no_closed_form(density: str) -> None:
+@pytest.mark.parametrize(
+    ("density", "mass"),
+    [
+        ("k*abs(x - y)", "k*a**4/3"),
+        ("k*(2 + sign(x + y - z))", "2*k*a**3"),
+        ("k*abs(x)^3*abs(z)", "k*a**7/128"),
+        ("k*abs(x - a/8)", "17*k*a**4/64"),
+    ],
+)
+def test_planes_askew_have_closed_forms(density: str, mass: str) -> None:
+    """In a cube of side a the mean of abs(x - y) is a/3, and that of abs(x)^n is (a/2)^n/(n + 1)."""
+    found_mass = rigidcli.inertia(
+        f"parameters: {{a: null, k: null}}\nbody: {{shape: cube, side: a, density: '{density}'}}"
+    )["mass"]
+    values = {"a": 1.3, "k": 2.1}
+    assert found_mass.evaluate(**values) == pytest.approx(eval(mass, values), rel=1e-14)
+
+
+@pytest.mark.parametrize("density", ["1 + r", "2 + sign(z - x*x)", "3 + sign(z)*sign(z - 1/9)"])
+def test_curved_signs_and_roots_are_no_closed_form(density: str) -> None:
     with pytest.raises(ComputationError, match="no closed form"):
         found({"shape": "box", "size": [1, 1, 1], "density": density}, exact=True)
 
@@ -422,10 +440,14 @@ def test_scale_turn_and_a_far_place_change_the_tensor_by_their_laws() -> None:
 
 @pytest.mark.parametrize(
     ("shape", "density", "value"),
-    [("ring", "1/sqrt(s)", 1 / math.sqrt(2)), ("spherical_shell", "abs(r - 3)", 1.0)],
+    [
+        ("ring", "1/sqrt(s)", 1 / math.sqrt(2)),
+        ("spherical_shell", "abs(r - 3)", 1.0),
+        ("disk", "3 + tanh((z + 1)/0.1)", 3 + math.tanh(10)),
+    ],
 )
 def test_what_is_narrow_elsewhere_may_be_constant_on_a_shape(shape: str, density: str, value: float) -> None:
-    result = found({"shape": shape, "radius": 2, "density": f"{density} + 0*x"})
+    result = found({"shape": shape, "radius": 2, "density": density})
     constant = found({"shape": shape, "radius": 2, "density": value})
     np.testing.assert_allclose(result["tensor"], constant["tensor"], rtol=SMOOTH, atol=SMOOTH)
 

@@ -79,7 +79,7 @@ def test_scale_far_places_and_parameters(tmp_path: Path) -> None:
     ("density", "message"),
     [
         ("x", "negative (-0.5 kg/m^3) at x, y, z = (-0.5, "),
-        ("(x - 0.1)**2 + y**2 + z**2 - 0.01", "negative (-0.009375 kg/m^3) at x, y, z = (0.125, 0, 0)"),
+        ("(x - 0.1)**2 + y**2 + z**2 - 0.01", "negative (-0.00972222 kg/m^3) at x, y, z = (0.0833333, 0, 0)"),
     ],
 )
 def test_no_density_is_negative(density: str, message: str, tmp_path: Path) -> None:

@@ -93,7 +93,6 @@ print(json.dumps(after))
     start, *shapes, benzene, bracket, _, motion = loaded(script, *words.split(), "hamilton", "notes_spring")
     assert heavy(start) == set()
     files = {
-        "mesh_density",
         "mesh_checks",
         "mesh_files",
         "molecules",
@@ -105,7 +104,7 @@ print(json.dumps(after))
     assert all(not files & names for names in shapes)
     assert files & benzene == {"rigidcli.bodies.molecules"}
     assert {"rigidcli.bodies.inside", "rigidcli.bodies.mesh_files"} <= bracket
-    assert not {"pyexpat", "rigidcli.bodies.mesh_density"} & bracket
+    assert "pyexpat" not in bracket
     assert not {name for name in motion if name.startswith("rigidcli.render") or name.endswith(".scene")}
 
 
