@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from rigidcli.algebra.expressions import Expr
+from rigidcli.algebra.expressions import Expr, symbol
 from rigidcli.algebra.trees import to_tree
 from rigidcli.core.estimate import unshared
 from rigidcli.document.document import Document
@@ -84,8 +84,17 @@ def _results(findings: Findings) -> list[Field]:
     momenta, lagrange, rate = derivation.momenta, derivation.lagrange, derivation.energy_rate
     cyclic, conserved, invariants = list(derivation.cyclic), derivation.conserved, findings.invariants
     natural = f"{TRUTH[system.natural]}: {system.reason}"
+    is_energy = derivation.energy_excess is not None and derivation.energy_excess.is_zero
+    words = ", ".join("H = T + V" if name == "H" and is_energy else name for name in conserved)
     definitions = None if momenta is None else momenta.definitions
     vanishing, solved = (None, None) if lagrange is None else (lagrange.equations, lagrange.accelerations)
+    is_diagonal = _is_diagonal(definitions or (), derivation.velocity_names)
+    inverse = phase.coordinates if is_diagonal else ()
+    second = [*map(acceleration, phase.coordinates)]
+    # That L alone does not tell T from V, or that H is T + V, stands in other rows.
+    repeats = system.natural is None or (system.natural and is_energy)
+    # People are shown the shorter form of the equations of motion.
+    is_solved = vanishing is not None and solved is not None and _length(solved) <= _length(vanishing)
     return [
         Field("coordinates", list(phase.coordinates)),
         Field("velocities", list(derivation.velocity_names)),
@@ -94,25 +103,30 @@ def _results(findings: Findings) -> list[Field]:
         *_by_name("momentum_definitions", phase.momenta, definitions, _own),
         *_by_name("velocity_solutions", derivation.velocity_names, derivation.velocities),
         _expression("hamiltonian", derivation.hamiltonian),
-        *_by_name("equations", phase.names, derivation.equations, _rate),
+        *_by_name("equations", phase.names, derivation.equations, _rate, hidden=inverse),
         *(
             # The modes of small oscillations have the same frequencies.
             replace(entry, diagnostic=entry.diagnostic or findings.oscillations is not None)
             for entry in linear_equations.fields(findings.document, derivation)
         ),
-        _row("cyclic", cyclic, words=", ".join(cyclic) or "none"),
-        _row("conserved", conserved, words=", ".join(conserved) or "nothing found"),
+        _row("cyclic", cyclic, words=", ".join(cyclic) or "none", diagnostic=not cyclic),
+        _row("conserved", conserved, words=words or "nothing found"),
         _row("explicit_time", derivation.explicit_time),
         # Where H does not change, it is among what is conserved.
         replace(_expression("dH_dt", rate), diagnostic=rate is not None and rate.is_zero),
-        # Where it cannot be decided, the row only repeats that L alone does not tell T from V.
-        _row("natural", system.natural, words=natural, diagnostic=system.natural is None),
+        _row("natural", system.natural, words=natural, diagnostic=repeats),
         Field("natural_reason", system.reason),
-        *_by_name("lagrange_equations", phase.coordinates, vanishing, _lagrange),
-        *_by_name("accelerations", [*map(acceleration, phase.coordinates)], solved, _own),
+        *_by_name(
+            "lagrange_equations",
+            phase.coordinates,
+            vanishing,
+            _lagrange,
+            hidden=phase.coordinates if is_solved else (),
+        ),
+        *_by_name("accelerations", second, solved, _own, hidden=() if is_solved else second),
         *_modes(findings)[0],
         _expression("energy", derivation.energy),
-        _is_energy(derivation),
+        replace(_is_energy(derivation), diagnostic=is_energy and "H" in conserved),
         if_known(_row("verified", derivation.residual)),
         Field("invariants", None if invariants is None else list(invariants)),
         # The title stands at the first of them.
@@ -144,12 +158,30 @@ def _by_name(
     names: Sequence[str],
     values: Sequence[Expr] | None,
     titled: Callable[[str], tuple[str, str]] = lambda name: ("", ""),
+    hidden: Sequence[str] = (),
 ) -> list[Field]:
-    """An object of expressions, which people are shown if they have a title and do not fill a screen."""
+    """An object of expressions, which people are shown if they have a title and do not fill a screen.
+
+    Of `hidden` names only a verbose look shows them.
+    """
     if values is None:
         return [Field(key, None)]
-    shown = [(f"{key}.{name}", e, *titled(name)) for name, e in zip(names, values, strict=True)]
-    return [Field(k, e, "" if _is_long(e) else title, sign, cells={k: ()}) for k, e, title, sign in shown]
+    fields = []
+    for name, e in zip(names, values, strict=True):
+        title, sign = titled(name)
+        path, title = f"{key}.{name}", "" if _is_long(e) else title
+        fields.append(Field(path, e, title, sign, cells={path: ()}, diagnostic=name in hidden))
+    return fields
+
+
+def _is_diagonal(definitions: Sequence[Expr], velocities: Sequence[str]) -> bool:
+    """Whether each momentum is its own velocity times a factor, so that anybody sees the way back."""
+    pairs = zip(definitions, velocities, strict=False)
+    return all((e / symbol(v)).names.isdisjoint(velocities) for e, v in pairs) and len(definitions) > 0
+
+
+def _length(expressions: Sequence[Expr]) -> int:
+    return sum(len(str(e)) for e in expressions)
 
 
 def _own(name: str) -> tuple[str, str]:
