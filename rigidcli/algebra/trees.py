@@ -313,9 +313,11 @@ class Exported(Terms):
         positive = {atom.name for atom in self.everywhere() if isinstance(atom, Symbol) and atom.positive}
 
         def called(function: str, values: list[Any]) -> Any:
-            if isinstance(function, tree.UnknownFunction):
-                return sympy.Function(function)(*values)
-            return getattr(sympy, "Abs" if function == "abs" else function)(*values)
+            if not isinstance(function, tree.UnknownFunction):
+                return getattr(sympy, "Abs" if function == "abs" else function)(*values)
+            places = sympy.symbols(f"x:{len(values)}", cls=sympy.Dummy)
+            slope = sympy.Function(function.base)(*places).diff(*(places[k] for k in function.by))
+            return sympy.Subs(slope, places, values).doit()
 
         kind = numbers(
             number=lambda text, value: sympy.pi if text == "pi" else sympy.Rational(text),

@@ -380,11 +380,10 @@ def test_latex_is_a_document_by_itself_on_demand(program: Program) -> None:
 def test_instructors_see_solutions_of_questions(program: Program) -> None:
     folder = "configs/homework"
     command = ("check", f"{folder}/assignment.yaml", f"{folder}/answers/ada.yaml")
-    outcome = program(*command, "--feedback", "full", "--steps")
+    outcome = program(*command, "--feedback", "full", "--steps", "-f", "html")
     assert outcome.code == 0
-    assert outcome.out.startswith(program(*command, "--feedback", "full").out)
-    assert "10.35b, three masses: principal moments and axes" in outcome.out
+    assert "three masses: principal moments and axes" in outcome.out
     assert "row echelon form" in outcome.out
-    for options in ((), ("--feedback", "hint"), ("--feedback", "full", "-f", "json")):
+    for options in ((), ("--feedback", "hint", "-f", "html"), ("--feedback", "full", "-f", "json")):
         refused = program(*command, "--steps", *options)
         assert (refused.code, refused.out) == (2, "")
