@@ -20,7 +20,7 @@ MERGED = 1e-6
 COUNTED = 300_000
 """The most triangles of a mesh whose connected parts are counted, which takes a tenth of a second."""
 
-PROBES = 256
+PROBES = 1024
 """About how many triangles, evenly chosen, are places where parts may overlap."""
 
 BESIDE = 1e-6
