@@ -32,7 +32,7 @@ class Form(Section):
     @classmethod
     def _contradictions(cls, raw: Mapping[str, Any]) -> Iterator[ValueProblem]:
         # A hole may leave its density to the part in which it lies.
-        is_bare = raw.get("hole") is True and raw.get("mass") is None and raw.get("density") is None
+        is_bare = bool(raw.get("hole")) and raw.get("mass") is None and raw.get("density") is None
         yield from super()._contradictions({**raw, "density": 0} if is_bare else raw)
 
     @property
