@@ -11,7 +11,7 @@ from pydantic import BeforeValidator, Field, PrivateAttr, ValidationError, Valid
 from rigidcli.bodies import holes
 from rigidcli.bodies.form import Form
 from rigidcli.bodies.meshes import Mesh
-from rigidcli.bodies.point_masses import PointMasses
+from rigidcli.bodies.points import PointMasses
 from rigidcli.bodies.robots import one_link
 from rigidcli.bodies.shape import Shape
 from rigidcli.bodies.shapes import SHAPES, shape_called

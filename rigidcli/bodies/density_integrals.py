@@ -25,7 +25,7 @@ from rigidcli.bodies.density import (
     require_density,
     values,
 )
-from rigidcli.bodies.edges import blocks
+from rigidcli.bodies.surfaces import blocks
 from rigidcli.core import tensor
 from rigidcli.core.arithmetic import EPS, FLOAT, Arithmetic, Floats, Mask
 from rigidcli.core.mass_properties import MassProperties
