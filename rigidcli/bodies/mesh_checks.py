@@ -83,14 +83,14 @@ def _checked(path: pathlib.Path, state: tuple[int, int, int]) -> Checked:
 
 def _summed(corners: Floats, path: pathlib.Path) -> Surface:
     """The surface with these corners. Raises ValueProblem where there are none that are finite."""
-    try:
-        surface = Surface(corners)
-    except surfaces.NotFiniteError as error:
-        raise ValueProblem(
-            f"{path}: triangle {error.triangle:,} (counted from 0) has a coordinate that is no finite number"
-        ) from error
+    surface = Surface(corners)
     if surface.triangles == 0:
         raise ValueProblem(f"{path}: no triangles")
+    if not np.isfinite(surface.box).all():
+        wrong = int(np.argmin(np.isfinite(corners).all(axis=(0, 1))))
+        raise ValueProblem(
+            f"{path}: triangle {wrong:,} (counted from 0) has a coordinate that is no finite number"
+        )
     if np.abs(surface.box).max() > FARTHEST:
         raise ValueProblem(
             f"{path}: a coordinate of {np.abs(surface.box).max():.3g}, expected at most {FARTHEST:g}"

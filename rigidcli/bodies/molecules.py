@@ -39,9 +39,6 @@ LINE_BYTES = 10_000
 FIRST_ATOM = 3
 """The line of the first atom."""
 
-BLANK_LINES = 1000
-"""The most blank lines after the last atom behind which another frame is looked for."""
-
 JUDGED_ATOMS = 1000
 """The atoms whose coordinates tell how many decimals a file has: all would take as long as reading does."""
 
@@ -145,7 +142,7 @@ def read_molecule(path: Path) -> Molecule:
     given and the line.
     """
     kinds: dict[str, tuple[Isotope, bool]] = {}
-    rows, typed, rest, line = list[list[float]](), list[list[str]](), "", 1
+    rows, typed, line = list[list[float]](), list[list[str]](), 1
     with opened(path) as file:
         try:
             lines = iter(partial(file.readline, LINE_BYTES), b"")
@@ -172,10 +169,8 @@ def read_molecule(path: Path) -> Molecule:
             if len(rows) < count:
                 message = f"the file ends after {len(rows)} of {count} atoms, expected {EXAMPLE}"
                 raise ValueProblem(message, hint=HEAD)
-            for data in islice(lines, BLANK_LINES):
-                line += 1
-                if rest := _text(data):
-                    break
+            rest = next(filter(None, map(_text, lines)), "")
+            line += 1
             if rest and not _COUNT.fullmatch(rest):
                 message = f"read {shown(rest)} after the {count} atoms of the first line, expected the end"
                 raise ValueProblem(message, hint=HEAD)

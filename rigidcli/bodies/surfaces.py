@@ -191,14 +191,6 @@ def components(keys: Keys) -> NDArray[np.intp]:
 # --- integrals
 
 
-class NotFiniteError(ValueError):
-    """A coordinate that is no finite number, in the triangle of this number, from 0."""
-
-    def __init__(self, triangle: int) -> None:
-        super().__init__(f"triangle {triangle}")
-        self.triangle = triangle
-
-
 class Surface:
     """A surface of triangles, in the unit of its `corners` (3, 3, n; of either precision), and sums over it.
 
@@ -206,7 +198,7 @@ class Surface:
     triangles on both sides that agree about inside and outside. `volume` is negative where the surface is
     wound inside out. Sums are taken about the point `origin` (3), and `centre` (3) is seen from there: that
     is the middle of the first block, or the centre itself where it is far from there. Where sums overflow,
-    numbers are not finite. Raises NotFiniteError.
+    numbers are not finite, and the box is not where a coordinate is not.
     """
 
     @np.errstate(over="ignore", invalid="ignore")
@@ -216,8 +208,6 @@ class Surface:
         self._begin(np.zeros(3))
         for start, block in enumerate(blocks(corners)):
             low, high = block.min(axis=(0, 2)), block.max(axis=(0, 2))
-            if not np.isfinite(low + high).all():
-                raise NotFiniteError(int(np.argmin(np.isfinite(corners).all(axis=(0, 1)))))
             if start == 0:
                 self._begin((low + high) / 2)
             self.box = np.array([np.minimum(self.box[0], low), np.maximum(self.box[1], high)])

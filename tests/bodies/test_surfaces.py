@@ -79,14 +79,6 @@ def test_turning_and_moving_a_body_turns_and_moves_what_is_measured(seed: int, t
     np.testing.assert_allclose(two.origin + two.centre, place, atol=1e-12)
 
 
-def test_a_coordinate_that_is_no_number_is_found() -> None:
-    triangles = ball(20)
-    triangles[137, 2, 1] = np.inf
-    with pytest.raises(surfaces.NotFiniteError) as caught:
-        measured(triangles)
-    assert caught.value.triangle == 137
-
-
 # --- edges
 
 
