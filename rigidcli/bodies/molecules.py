@@ -142,7 +142,7 @@ def read_molecule(path: Path) -> Molecule:
     given and the line.
     """
     kinds: dict[str, tuple[Isotope, bool]] = {}
-    rows, typed, line = list[list[float]](), list[list[str]](), 1
+    rows, typed, rest, line = list[list[float]](), list[list[str]](), "", 1
     with opened(path) as file:
         try:
             lines = iter(partial(file.readline, LINE_BYTES), b"")
@@ -169,8 +169,10 @@ def read_molecule(path: Path) -> Molecule:
             if len(rows) < count:
                 message = f"the file ends after {len(rows)} of {count} atoms, expected {EXAMPLE}"
                 raise ValueProblem(message, hint=HEAD)
-            rest = next(filter(None, map(_text, lines)), "")
-            line += 1
+            for data in lines:
+                line += 1
+                if rest := _text(data):
+                    break
             if rest and not _COUNT.fullmatch(rest):
                 message = f"read {shown(rest)} after the {count} atoms of the first line, expected the end"
                 raise ValueProblem(message, hint=HEAD)
