@@ -25,9 +25,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from rigidcli.bodies.points import opened
 from rigidcli.core.arithmetic import Floats
 from rigidcli.errors import ValueProblem, shown
+from rigidcli.fields.texts import opened
 from rigidcli.fields.units import parse_unit
 
 MOST_ATOMS = 500_000

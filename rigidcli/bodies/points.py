@@ -10,7 +10,6 @@ import math
 import re
 import warnings
 from collections.abc import Iterator, Mapping
-from contextlib import contextmanager
 from fractions import Fraction
 from functools import cached_property
 from io import BufferedReader
@@ -31,6 +30,7 @@ from rigidcli.fields.environment import Environment
 from rigidcli.fields.quantities import AsList, Coordinate, Mass, Vector3
 from rigidcli.fields.readers import Alternative, reference
 from rigidcli.fields.section import Section, environment
+from rigidcli.fields.texts import opened
 from rigidcli.fields.units import parse_unit
 
 if TYPE_CHECKING:
@@ -80,18 +80,6 @@ def blocks(path: Path) -> Iterator[Block]:
             yield block
     if empty:
         raise ValueProblem(f"{path}: no points")
-
-
-@contextmanager
-def opened(path: Path) -> Iterator[BufferedReader]:
-    """The regular file at `path`, open for reading. Raises ValueProblem where it cannot be read."""
-    try:
-        if not path.is_file():  # asked before opening: to open a pipe is to wait for its writer
-            raise ValueProblem(f"{path}: {'not a regular file' if path.exists() else 'no such file'}")
-        with path.open("rb") as file:
-            yield file
-    except OSError as error:
-        raise ValueProblem(f"{path}: cannot be read: {error.strerror or error}") from error
 
 
 # --- .npy
