@@ -12,7 +12,7 @@ from hypothesis import HealthCheck, Phase, given, settings
 from hypothesis import strategies as st
 
 from rigidcli.bodies.bodies import Composite, KnownTensor
-from rigidcli.bodies.point_masses import PointMasses
+from rigidcli.bodies.points import PointMasses
 from rigidcli.bodies.shapes import SHAPES
 from rigidcli.document.document import Document
 from rigidcli.document.motion import Motion, Tide, Top

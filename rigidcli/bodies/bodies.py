@@ -6,12 +6,12 @@ from collections.abc import Iterator, Mapping
 from typing import Annotated, Any, ClassVar, Self, TypeAlias
 
 import numpy as np
-from pydantic import Field, PrivateAttr, ValidationError, ValidationInfo, model_validator
+from pydantic import BeforeValidator, Field, PrivateAttr, ValidationError, ValidationInfo, model_validator
 
 from rigidcli.bodies import holes
 from rigidcli.bodies.form import Form
 from rigidcli.bodies.meshes import Mesh
-from rigidcli.bodies.point_masses import PointMasses
+from rigidcli.bodies.points import PointMasses
 from rigidcli.bodies.robots import one_link
 from rigidcli.bodies.shape import Shape
 from rigidcli.bodies.shapes import SHAPES, shape_called
@@ -44,6 +44,14 @@ def _rows(raw: Mapping[str, Any], env: Environment) -> tuple[tuple[Scalar, ...],
     return ((e.Ixx, e.Ixy, e.Ixz), (e.Ixy, e.Iyy, e.Iyz), (e.Ixz, e.Iyz, e.Izz))
 
 
+def _three_by_three(raw: object) -> object:
+    """What is written under `inertia`. Raises ValueProblem, once, for a table of another size."""
+    sizes = [len(row) for row in raw if isinstance(row, list)] if isinstance(raw, list) else [3]
+    if sizes and sizes[0] != 3 and len(set(sizes)) == 1:
+        raise ValueProblem(f"read {len(sizes)} rows of {sizes[0]} entries, expected 3 rows of 3")
+    return raw
+
+
 TensorRow = Annotated[tuple[MomentOfInertia, MomentOfInertia, MomentOfInertia], AsList]
 
 
@@ -64,6 +72,7 @@ class KnownTensor(Form):
                 otherwise=Annotated[tuple[TensorRow, TensorRow, TensorRow], AsList],
                 schema=reference(TensorEntries),
             ),
+            BeforeValidator(_three_by_three),
         ]
         | None
     ) = Field(default=None, description="The tensor by its rows, or by Ixx, Iyy, Izz, Ixy, Ixz, Iyz")

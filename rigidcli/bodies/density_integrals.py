@@ -25,7 +25,6 @@ from rigidcli.bodies.density import (
     require_density,
     values,
 )
-from rigidcli.bodies.edges import blocks
 from rigidcli.core import tensor
 from rigidcli.core.arithmetic import EPS, FLOAT, Arithmetic, Floats, Mask
 from rigidcli.core.mass_properties import MassProperties
@@ -109,6 +108,8 @@ def of_mesh(formula: Formula, mesh: Checked, unit: float, contains: Callable[...
 
     Raises ValueProblem for a density that no body has, and ComputationError for one that is no polynomial.
     """
+    from rigidcli.bodies.surfaces import blocks  # a density of a shape needs none of it
+
     surface, degree = mesh.surface, _degree(formula)
     rule = [cubature.gauss((degree + power) // 2 + 1) for power in (4, 3, 2)]  # with places and the measure
     nodes, weights = cubature.product_rule(rule)

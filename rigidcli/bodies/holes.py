@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
+from functools import cache, cached_property
 from typing import Any
 
 import numpy as np
@@ -25,7 +26,7 @@ SLACK = 0.01
 """How much denser than its body a hole may be, in units of its own density: given masses are rounded."""
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@dataclass(frozen=True, eq=False)
 class Leaf:
     """A form that is no composite, in a composite: +1 or -1 for a hole, its place, and the way to it."""
 
@@ -34,6 +35,12 @@ class Leaf:
     rotation: Array = field(default_factory=lambda: np.eye(3, dtype=int))
     displacement: Array = field(default_factory=lambda: np.zeros(3, dtype=int))
     path: Path = ()
+
+    def within(self, place: tuple[Array, Array], sign: int, path: Path) -> Leaf:
+        """The leaf seen from the composite in which its own is placed."""
+        turn, shift = place
+        moved = turn @ self.displacement + shift
+        return Leaf(self.form, self.sign * sign, turn @ self.rotation, moved, (*path, *self.path))
 
     def fills_unknown_space(self) -> bool:
         """Whether the form does not say where its mass is, as a known tensor does not."""
@@ -47,11 +54,62 @@ class Leaf:
         """Whether both are solid, or both flat: their densities have one unit."""
         return self.fills_space() and isinstance(self.form, Lamina) == isinstance(other.form, Lamina)
 
-    def within(self, place: tuple[Array, Array], sign: int, path: Path) -> Leaf:
-        """The leaf seen from the composite in which its own is placed."""
-        turn, shift = place
-        moved = turn @ self.displacement + shift
-        return Leaf(self.form, self.sign * sign, turn @ self.rotation, moved, (*path, *self.path))
+    @property
+    def region(self) -> Region | Mesh:
+        """The form, which fills space."""
+        assert isinstance(self.form, Region | Mesh)
+        return self.form
+
+    def density(self, n: Arithmetic) -> Any:
+        """The density: a number, or a formula where it varies."""
+        form = self.region
+        return form.density if isinstance(form.density, Formula) else form.mean_density(n)
+
+    def in_floats(self, n: Arithmetic) -> Leaf | None:
+        """The leaf with floats for all of its numbers; None when one of them has no value."""
+        form = self.form
+        try:
+            turn, shift = (np.array(floats(part.tolist(), n)) for part in (self.rotation, self.displacement))
+            if isinstance(form, Region):
+                form = form.model_copy(update=floats(form.__dict__, n))
+        except NoValueError:
+            return None
+        return Leaf(form, self.sign, turn, shift, self.path)
+
+    # What follows is for a leaf in floats, which fills space. Points are arrays (3 by k, m).
+
+    @cached_property
+    def ball(self) -> tuple[Floats, float]:
+        """The middle (3, m) and the radius (m) of a ball that holds the leaf."""
+        middle, radius = self.region.extent()
+        return self.rotation @ middle + self.displacement, radius
+
+    def points(self) -> Floats:
+        """Points of the leaf."""
+        placed: Floats = self.rotation @ self.region.net() + self.displacement[:, None]
+        return placed
+
+    def density_at(self, points: Floats, inside: Mask) -> Floats:
+        """The density at the points that are inside, and zero at the others."""
+        density = self.density(FLOAT)
+        if not isinstance(density, Formula):
+            return np.where(inside, density, 0.0)
+        local = self.rotation.T @ (points - self.displacement[:, None])
+        return np.where(inside, at_points(density, np.where(inside, local, np.nan)), 0.0)
+
+    def contains(self, points: Floats, step: Sequence[float] = (0, 0, 0)) -> Mask:
+        """Which of the points, moved by a `step` along its own axes, it fills."""
+        local = self.rotation.T @ (points - self.displacement[:, None]) + np.reshape(step, (3, 1))
+        return self.region.contains(*local)
+
+    def reaches(self, points: Floats, hole: Leaf) -> Mask:
+        """Which of the points of a hole it fills or all but touches: between parts side by side is no gap."""
+        margin = Mesh.MARGIN if isinstance(self.form, Mesh) else DRAWN_IN
+        size, near = 2 * max(hole.ball[1], self.ball[1]) * margin, self.contains(points)
+        for direction in (*np.eye(3), *-np.eye(3)):
+            if (far := np.flatnonzero(~near)).size:
+                near[far] = self.contains(points[:, far], size * direction)
+        return near
 
 
 def densities_round(bare: Sequence[Leaf], leaves: Sequence[Leaf], n: Arithmetic) -> list[Scalar]:
@@ -60,30 +118,23 @@ def densities_round(bare: Sequence[Leaf], leaves: Sequence[Leaf], n: Arithmetic)
     Raises ValueProblem where there is no such part, or its density varies.
     """
     parts = [leaf for leaf in leaves if leaf.sign > 0 and leaf.fills_space()]
-    densities, found = [_density(leaf.form, n) for leaf in parts], []
-    regions: list[_Placed | None] = []
+    densities, found = [leaf.density(n) for leaf in parts], []
+    placed = cache(lambda k: parts[k].in_floats(n))
     for hole in bare:
         alike = [k for k, leaf in enumerate(parts) if leaf.is_like(hole)]
         if not _are_alike([densities[k] for k in alike], n):
-            regions = regions or [_Placed.of(leaf, n) for leaf in parts]
-            region, places = _Placed.of(hole, n), [regions[k] for k in alike]
-            if region is None or None in places:
+            inner, places = hole.in_floats(n), [placed(k) for k in alike]
+            if inner is None or None in places:
                 alike = []  # where symbols without a value place them, nothing is sure to lie in anything
             else:
-                points = region.points()
-                holds = [place is not None and place.reaches(points, region).all() for place in places]
+                points = inner.points()
+                holds = [place is not None and place.reaches(points, inner).all() for place in places]
                 alike = [k for k, is_round in zip(alike, holds, strict=True) if is_round]
         if not _are_alike([densities[k] for k in alike], n):
             message = "missing: the hole does not lie in one part, of one density"
             raise ValueProblem(message, path=(*hole.path, "density"))
         found.append(densities[alike[0]])
     return found
-
-
-def _density(form: Form, n: Arithmetic) -> Any:
-    """The density of a region or mesh: a number, or a formula where it varies."""
-    assert isinstance(form, Region | Mesh)
-    return form.density if isinstance(form.density, Formula) else form.mean_density(n)
 
 
 def _are_alike(densities: Sequence[Any], n: Arithmetic) -> bool:
@@ -102,19 +153,20 @@ def require_material(leaves: Sequence[Leaf], n: Arithmetic) -> None:
     for leaf in leaves:
         if leaf.sign < 0 and not leaf.fills_space():
             raise ValueProblem("no hole can be of this form, expected a solid or flat shape", path=leaf.path)
-    regions = [_Placed.of(leaf, n) for leaf in leaves if leaf.fills_space()]
+    regions = [leaf.in_floats(n) for leaf in leaves if leaf.fills_space()]
     placed = [region for region in regions if region is not None]
     if len(placed) < len(regions) or any(leaf.sign > 0 and leaf.fills_unknown_space() for leaf in leaves):
         return
-    middles, radii = np.array([region.middle for region in placed]), np.array([r.radius for r in placed])
+    middles, radii = (np.array(parts) for parts in zip(*(region.ball for region in placed), strict=True))
     for hole in placed:
         if hole.sign < 0:
-            apart = np.linalg.norm(middles - hole.middle, axis=1)
-            near = [placed[k] for k in np.flatnonzero(apart <= (radii + hole.radius) * (1 + 8 * DRAWN_IN))]
-            _require_material_in(hole, [other for other in near if other.is_flat == hole.is_flat])
+            middle, radius = hole.ball
+            reach = (radii + radius) * (1 + 8 * DRAWN_IN)
+            near = np.flatnonzero(np.linalg.norm(middles - middle, axis=1) <= reach)
+            _require_material_in(hole, [placed[k] for k in near if placed[k].is_like(hole)])
 
 
-def _require_material_in(hole: _Placed, others: Sequence[_Placed]) -> None:
+def _require_material_in(hole: Leaf, others: Sequence[Leaf]) -> None:
     points = hole.points()
     if not points.size:
         raise ValueProblem("the hole is too thin for its place to be seen", path=hole.path)
@@ -127,69 +179,8 @@ def _require_material_in(hole: _Placed, others: Sequence[_Placed]) -> None:
             taken = taken + other.density_at(points, other.contains(points))
     worst = int(np.argmax(taken - there - SLACK * own))
     if taken[worst] - there[worst] > SLACK * own[worst]:
-        amounts = f"{taken[worst]:.6g} from {there[worst]:.6g} {hole.form.UNIT}"
+        amounts = f"{taken[worst]:.6g} from {there[worst]:.6g} {hole.region.UNIT}"
         what = f"more is taken away than is there ({amounts})"
         where = ", ".join(f"{coordinate:.6g}" for coordinate in points[:, worst])
         reason = what if there[worst] else "the hole reaches outside the body"
         raise ValueProblem(f"{reason}: at ({where}) m", path=hole.path)
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class _Placed:
-    """A solid or flat shape, or a mesh, in its place, in floats; a ball about its `middle` holds it."""
-
-    form: Region | Mesh
-    sign: int
-    rotation: Floats
-    displacement: Floats
-    density: float | Formula
-    path: Path
-    middle: Floats
-    radius: float
-
-    @classmethod
-    def of(cls, leaf: Leaf, n: Arithmetic) -> _Placed | None:
-        """The region of a leaf; None when some number of it has no value."""
-        form = leaf.form
-        try:
-            turn, shift = (np.array(floats(part.tolist(), n)) for part in (leaf.rotation, leaf.displacement))
-            if isinstance(form, Region):
-                form = form.model_copy(update=floats(form.__dict__, n))
-        except NoValueError:
-            return None
-        assert isinstance(form, Region | Mesh)
-        middle, radius = form.extent()
-        return cls(
-            form, leaf.sign, turn, shift, _density(form, FLOAT), leaf.path, turn @ middle + shift, radius
-        )
-
-    @property
-    def is_flat(self) -> bool:
-        """Whether it fills an area, and no volume."""
-        return isinstance(self.form, Lamina)
-
-    def points(self) -> Floats:
-        """Points of the region (3 by n)."""
-        placed: Floats = self.rotation @ self.form.net() + self.displacement[:, None]
-        return placed
-
-    def density_at(self, points: Floats, inside: Mask) -> Floats:
-        """The density at the points (3 by n) that are inside, and zero at the others."""
-        if not isinstance(self.density, Formula):
-            return np.where(inside, self.density, 0.0)
-        local = self.rotation.T @ (points - self.displacement[:, None])
-        return np.where(inside, at_points(self.density, np.where(inside, local, np.nan)), 0.0)
-
-    def contains(self, points: Floats, step: Sequence[float] = (0, 0, 0)) -> Mask:
-        """Which of the points (3 by n), moved by a `step` along its own axes, it fills."""
-        local = self.rotation.T @ (points - self.displacement[:, None]) + np.reshape(step, (3, 1))
-        return self.form.contains(*local)
-
-    def reaches(self, points: Floats, hole: _Placed) -> Mask:
-        """Which of the points of a hole it fills or all but touches: between parts side by side is no gap."""
-        size = 2 * max(hole.radius, self.radius) * (Mesh.MARGIN if isinstance(self.form, Mesh) else DRAWN_IN)
-        near = self.contains(points)
-        for direction in (*np.eye(3), *-np.eye(3)):
-            if (far := np.flatnonzero(~near)).size:
-                near[far] = self.contains(points[:, far], size * direction)
-        return near

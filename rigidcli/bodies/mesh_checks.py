@@ -8,7 +8,7 @@ from functools import lru_cache
 
 import numpy as np
 
-from rigidcli.bodies import edges, inside, mesh_files, surfaces
+from rigidcli.bodies import mesh_files, surfaces
 from rigidcli.bodies.surfaces import Surface
 from rigidcli.core.arithmetic import Floats
 from rigidcli.core.tensor import ROUNDING
@@ -20,7 +20,7 @@ MERGED = 1e-6
 COUNTED = 300_000
 """The most triangles of a mesh whose connected parts are counted, which takes a tenth of a second."""
 
-PROBES = 256
+PROBES = 1024
 """About how many triangles, evenly chosen, are places where parts may overlap."""
 
 BESIDE = 1e-6
@@ -63,7 +63,7 @@ def _checked(path: pathlib.Path, state: tuple[int, int, int]) -> Checked:
     if not surface.is_closed:
         surface = _merged(surface, path, notes)
     if not surface.is_closed:
-        raise _gap(edges.unpaired(surface.corners), path)
+        raise _gap(surfaces.unpaired(surface.corners), path)
     if surface.is_flat:
         raise ValueProblem(
             f"{path}: flat: it encloses {abs(surface.volume):.3g} cubic units, and has an area of "
@@ -72,7 +72,7 @@ def _checked(path: pathlib.Path, state: tuple[int, int, int]) -> Checked:
     is_inward = surface.volume < 0
     probes, count = np.arange(0, surface.triangles, max(1, surface.triangles // PROBES)), None
     if surface.triangles <= COUNTED:
-        labels = edges.components(edges.vertex_keys(surface.corners))
+        labels = surfaces.components(surfaces.vertex_keys(surface.corners))
         first = np.sort(np.unique(labels, return_index=True)[1])
         probes, count = np.append(probes, first[:: -(-len(first) // PROBES)]), len(first)
     notes += _overlaps(path, surface, surface.some(probes), -1 if is_inward else 1)
@@ -83,14 +83,14 @@ def _checked(path: pathlib.Path, state: tuple[int, int, int]) -> Checked:
 
 def _summed(corners: Floats, path: pathlib.Path) -> Surface:
     """The surface with these corners. Raises ValueProblem where there are none that are finite."""
-    try:
-        surface = Surface(corners)
-    except surfaces.NotFiniteError as error:
-        raise ValueProblem(
-            f"{path}: triangle {error.triangle:,} (counted from 0) has a coordinate that is no finite number"
-        ) from error
+    surface = Surface(corners)
     if surface.triangles == 0:
         raise ValueProblem(f"{path}: no triangles")
+    if not np.isfinite(surface.box).all():
+        wrong = int(np.argmin(np.isfinite(corners).all(axis=(0, 1))))
+        raise ValueProblem(
+            f"{path}: triangle {wrong:,} (counted from 0) has a coordinate that is no finite number"
+        )
     if np.abs(surface.box).max() > FARTHEST:
         raise ValueProblem(
             f"{path}: a coordinate of {np.abs(surface.box).max():.3g}, expected at most {FARTHEST:g}"
@@ -106,7 +106,7 @@ def _merged(surface: Surface, path: pathlib.Path, notes: list[str]) -> Surface:
     A closed surface needs none of this: its sums would change by no more than such distances.
     """
     distance = MERGED * surface.size
-    corners, count = edges.merged(surface.corners, surface.box, distance)
+    corners, count = surfaces.merged(surface.corners, surface.box, distance)
     if count == 0:
         return surface
     were = "1 vertex was" if count == 1 else f"{count:,} vertices were"
@@ -117,7 +117,7 @@ def _merged(surface: Surface, path: pathlib.Path, notes: list[str]) -> Surface:
 # --- what is wrong
 
 
-def _gap(gap: edges.Unpaired | None, path: pathlib.Path) -> ValueProblem:
+def _gap(gap: surfaces.Unpaired | None, path: pathlib.Path) -> ValueProblem:
     """Why a surface is not closed and wound in one sense, and where."""
     if gap is None:
         return ValueProblem(f"{path}: the surface is not closed")
@@ -153,7 +153,7 @@ def _overlaps(path: pathlib.Path, surface: Surface, triangles: Floats, orientati
     """
     middles, normals = triangles.mean(axis=1), surfaces.normals(triangles)
     points = np.concatenate([middles + side * BESIDE * surface.size * normals for side in (-1, 1)])
-    counts = orientation * inside.windings(surface.corners, surface.box, points)
+    counts = orientation * surfaces.windings(surface.corners, surface.box, points)
     if counts.min() < 0:
         raise ValueProblem(
             f"{path}: a part is wound the other way, and is no cavity, as it is outside the others: "

@@ -19,11 +19,11 @@ from typing import NamedTuple, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from rigidcli.bodies.edges import require_indices
-from rigidcli.bodies.points import opened
+from rigidcli.bodies.surfaces import require_indices
 from rigidcli.core import memory
 from rigidcli.core.arithmetic import Floats
 from rigidcli.errors import ValueProblem, shown
+from rigidcli.fields.texts import opened
 
 HEADER_BYTES = 84
 """Length of the header of a binary STL file: 80 bytes of anything, and the number of triangles."""

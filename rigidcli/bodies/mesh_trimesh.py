@@ -20,7 +20,7 @@ from typing import Any
 
 import numpy as np
 
-from rigidcli.bodies.edges import require_indices
+from rigidcli.bodies.surfaces import require_indices
 from rigidcli.core import memory
 from rigidcli.core.arithmetic import Floats
 from rigidcli.errors import ValueProblem, printable, shortened, shown

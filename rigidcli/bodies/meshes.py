@@ -81,7 +81,7 @@ class Mesh(Form):
         Where a mesh is too large to look at all points, some are looked at, and the others are taken to be.
         """
         points = np.stack(np.broadcast_arrays(x, y, z), axis=1) / self.unit
-        from rigidcli.bodies.inside import windings
+        from rigidcli.bodies.surfaces import windings
 
         surface = self.checked.surface
         inside: Mask = windings(surface.corners, surface.box, points) != 0

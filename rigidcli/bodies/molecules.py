@@ -25,9 +25,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from rigidcli.bodies.points import opened
 from rigidcli.core.arithmetic import Floats
 from rigidcli.errors import ValueProblem, shown
+from rigidcli.fields.texts import opened
 from rigidcli.fields.units import parse_unit
 
 MOST_ATOMS = 500_000
@@ -38,9 +38,6 @@ LINE_BYTES = 10_000
 
 FIRST_ATOM = 3
 """The line of the first atom."""
-
-BLANK_LINES = 1000
-"""The most blank lines after the last atom behind which another frame is looked for."""
 
 JUDGED_ATOMS = 1000
 """The atoms whose coordinates tell how many decimals a file has: all would take as long as reading does."""
@@ -172,7 +169,7 @@ def read_molecule(path: Path) -> Molecule:
             if len(rows) < count:
                 message = f"the file ends after {len(rows)} of {count} atoms, expected {EXAMPLE}"
                 raise ValueProblem(message, hint=HEAD)
-            for data in islice(lines, BLANK_LINES):
+            for data in lines:
                 line += 1
                 if rest := _text(data):
                     break

@@ -1,6 +1,7 @@
-"""Point masses from a file, in blocks: any number of them in a bounded amount of memory.
+"""Point masses as a form of body: in the document, in a table, or as the atoms of a molecule.
 
-A block is an array of rows m, x, y, z in SI units.
+A table is read in blocks, any number of points in a bounded amount of memory. A block is an array of rows
+m, x, y, z in SI units.
 """
 
 from __future__ import annotations
@@ -8,20 +9,32 @@ from __future__ import annotations
 import math
 import re
 import warnings
-from collections.abc import Iterator
-from contextlib import contextmanager
+from collections.abc import Iterator, Mapping
 from fractions import Fraction
+from functools import cached_property
 from io import BufferedReader
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Annotated, Any, NamedTuple, Self, TypeAlias
 
 import numpy as np
 import orjson
 from numpy.typing import NDArray
+from pydantic import BeforeValidator, Field, PrivateAttr, ValidationInfo, model_validator
 
-from rigidcli.errors import ValueProblem, shown
+from rigidcli.bodies.form import Form
+from rigidcli.core import mass_properties
+from rigidcli.core.arithmetic import Arithmetic, Scalar
+from rigidcli.errors import ComputationError, ValueProblem, at, shown
 from rigidcli.fields.dimensions import LENGTH, MASS, check_dimension
+from rigidcli.fields.environment import Environment
+from rigidcli.fields.quantities import AsList, Coordinate, Mass, Vector3
+from rigidcli.fields.readers import Alternative, reference
+from rigidcli.fields.section import Section, environment
+from rigidcli.fields.texts import opened
 from rigidcli.fields.units import parse_unit
+
+if TYPE_CHECKING:
+    from rigidcli.bodies.molecules import Molecule
 
 Block = NDArray[np.float64]
 
@@ -45,14 +58,12 @@ LINE_BYTES = 10_000
 """The most bytes by which a line may exceed a chunk: four numbers take a hundred."""
 
 
-def blocks(path: Path, *, checked: bool = True) -> Iterator[Block]:
+def blocks(path: Path) -> Iterator[Block]:
     """Blocks of point masses, of shape (n, 4) with 0 < n <= BLOCK_ROWS, columns m, x, y, z.
 
     `.npy` files hold an array of shape (n, 4) of any real type, in SI units; `.csv` files a header that
     names the columns, in any order and perhaps with units, and decimal numbers. A block is C-contiguous,
-    every value is finite and every mass positive; the next one may reuse its memory. Unless `checked`, an
-    array may hold anything: to look takes a sixth of the time, and a caller sees in its sums whether it must
-    ask again.
+    every value is finite and every mass positive.
 
     Raises:
         ValueProblem: while iterating; the file cannot be read or holds something else. The message
@@ -64,35 +75,22 @@ def blocks(path: Path, *, checked: bool = True) -> Iterator[Block]:
         raise ValueProblem(f"{path}: expected a file name that ends in {endings} or `{MOLECULE}`")
     empty = True
     with opened(path) as file:
-        for block in reader(file, str(path), checked):
+        for block in reader(file, str(path)):
             empty = False
             yield block
     if empty:
         raise ValueProblem(f"{path}: no points")
 
 
-@contextmanager
-def opened(path: Path) -> Iterator[BufferedReader]:
-    """The regular file at `path`, open for reading. Raises ValueProblem where it cannot be read."""
-    try:
-        if not path.is_file():  # asked before opening: to open a pipe is to wait for its writer
-            raise ValueProblem(f"{path}: {'not a regular file' if path.exists() else 'no such file'}")
-        with path.open("rb") as file:
-            yield file
-    except OSError as error:
-        raise ValueProblem(f"{path}: cannot be read: {error.strerror or error}") from error
-
-
 # --- .npy
 
 
-def _npy_blocks(file: BufferedReader, name: str, checked: bool) -> Iterator[Block]:
+def _npy_blocks(file: BufferedReader, name: str) -> Iterator[Block]:
     array = _npy_array(name)
     for start in range(0, len(array), BLOCK_ROWS):
         with np.errstate(over="ignore"):  # an extended number that becomes infinite is refused
             block = np.ascontiguousarray(array[start : start + BLOCK_ROWS], dtype=np.float64)
-        if checked:
-            _require_points(block, start, name)
+        _require_points(block, start, name)
         yield block
 
 
@@ -148,7 +146,7 @@ class _Layout(NamedTuple):
     units: Block
 
 
-def _csv_blocks(file: BufferedReader, name: str, checked: bool) -> Iterator[Block]:
+def _csv_blocks(file: BufferedReader, name: str) -> Iterator[Block]:
     layout = _layout(file.readline(LINE_BYTES), name)
     plain = _PLAIN[layout.separator]
     line = 2
@@ -204,11 +202,8 @@ def _quick_block(text: bytes, places: list[int]) -> Block | None:
         return None
     flat = text[:-1].replace(b"\n", b",")
     try:
-        try:
-            values = orjson.loads(b"[" + flat + b"]")  # much the fastest
-        except orjson.JSONDecodeError:  # JSON has no `+1`, `.5`, `1.` and `01`
-            values = [float(number) for number in flat.split(b",")]
-    except ValueError:
+        values = orjson.loads(b"[" + flat + b"]")  # much the fastest
+    except orjson.JSONDecodeError:  # JSON has no `+1`, `.5`, `1.` and `01`, which are out of the ordinary
         return None
     block = np.array(values, dtype=np.float64).reshape(-1, len(COLUMNS)).take(places, axis=1)
     return block if _all_point_masses(block) else None
@@ -251,3 +246,97 @@ def _fault(column: int, text: str, value: float | None) -> str:
 
 READERS = {".csv": _csv_blocks, ".npy": _npy_blocks}
 """The readers of tables of points, by the endings of their names."""
+
+
+# --- the form of body
+
+
+class PointMass(Section):
+    """A point with a mass."""
+
+    mass: Mass
+    position: Vector3
+
+
+def _row(raw: Mapping[str, Any], env: Environment) -> tuple[Scalar, ...]:
+    point = PointMass.model_validate(raw, context=env)
+    return (point.mass, *point.position)
+
+
+Row: TypeAlias = Annotated[
+    tuple[Scalar, Scalar, Scalar, Scalar],
+    Alternative(
+        dict,
+        _row,
+        otherwise=Annotated[tuple[Mass, Coordinate, Coordinate, Coordinate], AsList],
+        schema=reference(PointMass),
+    ),
+]
+
+
+def _with_masses(raw: object) -> object:
+    """What is written under `points`. Raises ValueProblem, once, for a list of places without masses."""
+    if isinstance(raw, list) and raw and all(isinstance(row, list) and len(row) == 3 for row in raw):
+        hint = "the mass comes first: [1, x, y, z] is a point of 1 kg"
+        raise ValueProblem("read points of 3 numbers, expected [m, x, y, z]", hint=hint)
+    return raw
+
+
+class PointMasses(Form):
+    """Point masses in the document or in a file.
+
+    A .csv has the header m,x,y,z, a .npy the shape (n, 4), and an .xyz the atoms of a molecule.
+    """
+
+    points: Annotated[
+        tuple[Row, ...] | Path,
+        Alternative(
+            str,
+            lambda raw, env: env.file(raw),
+            otherwise=Annotated[tuple[Row, ...], AsList, Field(min_length=1)],
+            schema={"type": "string", "description": "A .csv, .npy or .xyz file, beside the document"},
+        ),
+        BeforeValidator(_with_masses),
+    ]
+
+    _molecule: Molecule | None = PrivateAttr(default=None)
+
+    @model_validator(mode="after")
+    def _read_molecule(self, info: ValidationInfo) -> Self:
+        if isinstance(self.points, Path) and self.points.suffix.lower() == MOLECULE:
+            from rigidcli.bodies.molecules import read_molecule
+
+            with at("points"):
+                self._molecule = read_molecule(self.points)
+            environment(info).notes += self._molecule.notes
+        return self
+
+    @property
+    def rounding(self) -> float | None:
+        """That of the coordinates in the file of a molecule (m)."""
+        return None if self._molecule is None else self._molecule.rounding
+
+    def local(self, arithmetic: Arithmetic) -> mass_properties.MassProperties:
+        """Sums over the points, which are read in blocks from a file."""
+        if not isinstance(self.points, Path):
+            return mass_properties.of_points(arithmetic.array(self.points), arithmetic)
+        if arithmetic.exact:
+            raise ComputationError(
+                f"the points in {self.points} are floats, and have no exact results",
+                hint="leave out `--exact` and give every parameter a value, or write the points out",
+            )
+        return self._in_file
+
+    def blocks(self) -> Iterator[Block]:
+        """Blocks of rows m, x, y, z, as the function `blocks` gives them; of points with float values."""
+        if self._molecule is not None:
+            yield self._molecule.atoms
+        elif isinstance(self.points, Path):
+            yield from blocks(self.points)
+        else:
+            yield np.array(self.points, dtype=np.float64)
+
+    @cached_property
+    def _in_file(self) -> mass_properties.MassProperties:
+        with at("points"):
+            return mass_properties.of_blocks(self.blocks)

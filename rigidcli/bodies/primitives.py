@@ -54,11 +54,7 @@ def plate(n: Arithmetic, size: Size2) -> Figure:
 
 def disk(n: Arithmetic, radius: Length) -> Figure:
     """A thin disk, normal along z; origin at its centre."""
-    return Figure(
-        lambda: Geometry(n.pi * radius**2, ORIGIN, [radius**2 / 4, radius**2 / 4, 0]),
-        lambda: [charts.sector(radius, n)],
-        lambda x, y, z: x**2 + y**2 <= radius**2,
-    )
+    return annulus(n, radius, 0)
 
 
 def annulus(n: Arithmetic, outer_radius: Length, inner_radius: OptionalLength) -> Figure:
@@ -67,7 +63,7 @@ def annulus(n: Arithmetic, outer_radius: Length, inner_radius: OptionalLength) -
     _require_material(n, R, r)
     across = (R**2 + r**2) / 4
     return Figure(
-        lambda: Geometry(n.pi * (R - r) * (R + r), ORIGIN, [across, across, 0]),
+        lambda: Geometry(n.pi * ((R - r) * (R + r)), ORIGIN, [across, across, 0]),
         lambda: [charts.sector(R, n, r)],
         lambda x, y, z: (x**2 + y**2 <= R**2) & (x**2 + y**2 >= r**2),
     )

@@ -1,17 +1,49 @@
-"""Surfaces of triangles: their area, what they enclose, and whether they are closed.
+"""Surfaces of triangles: what they enclose, whether they are closed, and how often they go round a point.
+
+The corners of triangles are arrays of shape (3, 3, n): vertex, coordinate, triangle. Vertices are one where
+their coordinates are equal; keys of 64 bits tell them apart.
 
 The volume is a sum of tetrahedra with one vertex at a central point and signed volumes, so that the
 divergence theorem does the rest (B. Mirtich, J. Graphics Tools 1 (1996) 31; D. Eberly, Polyhedral Mass
-Properties). The corners of triangles are arrays of shape (3, 3, n): vertex, coordinate, triangle.
+Properties). A surface goes once round what is inside, and never round what is outside. That is seen along
+straight lines, oblique to what people draw: every crossing of the surface changes the number of windings by
+one, up or down as the triangle is wound.
 """
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from itertools import product
+from pathlib import Path
+from typing import NamedTuple, TypeAlias
+
 import numpy as np
 from numpy.typing import NDArray
 
-from rigidcli.bodies.edges import blocks, fingerprint, vertex_keys
 from rigidcli.core.arithmetic import Floats
+from rigidcli.errors import ValueProblem
+
+Keys: TypeAlias = NDArray[np.uint64]
+
+BLOCK_TRIANGLES = 4_000
+"""The most triangles of a block, 0.3 MB, which stays in the cache; small ones cost time to begin with."""
+
+SIDES = ((0, 1), (1, 2), (2, 0))
+"""The edges of a triangle, by its vertices, in the sense in which it is wound."""
+
+_MIX = tuple(
+    np.uint64(odd)
+    for odd in (
+        0x9E3779B97F4A7C15,
+        0xC2B2AE3D27D4EB4F,
+        0x165667B19E3779F9,
+        0xD6E8FEB86659FD93,
+        0xA0761D6478BD642F,
+    )
+)
+"""Odd numbers whose bits look random: multiplication by them modulo 2^64 spreads every bit upwards."""
+
+_HALF = np.uint64(32)
 
 FAR = 10.0
 """Beyond this ratio of c^2 to the mean square distance from c, sums are taken anew about the centre c."""
@@ -22,13 +54,141 @@ FLAT = 1e-7
 Coordinates of single precision, as STL has them, leave a volume of this size between two sides of a sheet.
 """
 
+OBLIQUE = (0.12357, -0.07913)
+"""The lines are along (-a, -b, 1), with these a and b: not along the faces of things with right angles."""
 
-class NotFiniteError(ValueError):
-    """A coordinate that is no finite number, in the triangle of this number, from 0."""
+MOST_PAIRS = 5_000_000
+"""The most pairs of a triangle and a line that are looked at, which takes a quarter of a second."""
 
-    def __init__(self, triangle: int) -> None:
-        super().__init__(f"triangle {triangle}")
-        self.triangle = triangle
+CHUNK = 1_000_000
+"""About the most such pairs at once, which bounds the memory."""
+
+
+# --- the vertices and the edges
+
+
+def require_indices(corners: NDArray[np.intp], count: int, path: Path) -> None:
+    """Raise ValueProblem where a face has a vertex that is none of so many."""
+    wrong = corners[(corners < 0) | (corners >= count)]
+    if wrong.size:
+        raise ValueProblem(
+            f"{path}: a face has the vertex {wrong[0]:,} (counted from 0), and there are {count:,}"
+        )
+
+
+def blocks(corners: Floats) -> Iterator[Floats]:
+    """The triangles in blocks (3, 3, k) of doubles, each in the place of the last one, in the cache."""
+    block = np.empty((3, 3, min(BLOCK_TRIANGLES, corners.shape[2])))
+    for start in range(0, corners.shape[2], BLOCK_TRIANGLES):
+        part = corners[:, :, start : start + BLOCK_TRIANGLES]
+        now = block[:, :, : part.shape[2]]
+        now[...] = part
+        yield now
+
+
+def _mixed(keys: Keys, factor: np.uint64) -> Keys:
+    keys = keys * factor
+    keys ^= keys >> _HALF
+    return keys
+
+
+def vertex_keys(block: Floats) -> Keys:
+    """A key for each vertex (3, n) of a block, which depends on nothing but its coordinates; -0 is 0.
+
+    Those of a million different vertices are different, but for a chance of one in 10^7.
+    """
+    bits = np.add(block, 0.0, dtype=np.float64, order="C").view(np.uint64)
+    # Single precision leaves the lower bits zero, and a product alone would never fill them. Without the one
+    # here, a sign would cancel a change of the last digit.
+    bits *= _MIX[4]
+    bits ^= bits >> _HALF
+    keys = bits[:, 0] * _MIX[0] + bits[:, 1] * _MIX[1] + bits[:, 2] * _MIX[2]
+    keys ^= keys >> np.uint64(29)
+    return _mixed(keys, _MIX[3])
+
+
+def fingerprint(keys: Keys) -> int:
+    """A number of triangles (keys: 3 by n) whose sum over a closed surface is zero modulo 2^64.
+
+    Each vertex is sent to a point (p, q) of a plane that follows from its key. A closed surface, wound in one
+    sense, has no signed area there, wherever its vertices are sent. An edge without a partner leaves an
+    area that is zero for a few points in 2^64 only.
+    """
+    p, q = keys, _mixed(keys, _MIX[4])
+    area = (p[1] - p[0]) * (q[2] - q[0]) - (p[2] - p[0]) * (q[1] - q[0])
+    return int(area.sum())
+
+
+class Unpaired(NamedTuple):
+    """How many edges run in one sense more often than in the other, and the first of them.
+
+    `uses` is the number of its triangles: if an edge belongs to one triangle alone, only such are counted.
+    `edge` (2, 3) has its ends, in the sense in which it runs more often.
+    """
+
+    number: int
+    uses: int
+    edge: Floats
+
+
+def unpaired(corners: Floats) -> Unpaired | None:
+    """The edges of a surface that lack a partner; None where each has one."""
+    keys = vertex_keys(corners)
+    one, two = (np.concatenate([keys[side[end]] for side in SIDES]) for end in (0, 1))
+    both = _mixed(np.minimum(one, two) * _MIX[0] + np.maximum(one, two), _MIX[1])
+    senses = (one < two).astype(np.int8) - (one > two).astype(np.int8)  # 0 for an edge without length
+    different, places = np.unique(both, return_inverse=True)
+    balance = np.bincount(places, senses, len(different))
+    uses = np.bincount(places, senses != 0, len(different))
+    wrong = balance != 0
+    if not wrong.any():
+        return None
+    if (wrong & (uses == 1)).any():
+        wrong &= uses == 1
+    first = int(np.argmax(wrong[places] & (senses * balance[places] > 0)))
+    side, triangle = divmod(first, corners.shape[2])
+    edge = corners[list(SIDES[side]), :, triangle].astype(np.float64) + 0.0
+    return Unpaired(int(wrong.sum()), int(uses[places[first]]), edge)
+
+
+def merged(corners: Floats, box: Floats, distance: float) -> tuple[Floats, int]:
+    """The triangles in a `box` (2 by 3) with vertices nearer than `distance` made one, and how many moved.
+
+    Two such vertices are in one cell of at least one of eight grids, of which the cells have twice that side
+    and the corners differ by half a cell.
+    """
+    _, first, places = np.unique(vertex_keys(corners), return_index=True, return_inverse=True)
+    vertices = corners.transpose(0, 2, 1).reshape(-1, 3)[first].astype(np.float64)
+    cells = ((vertices - box[0]) / (2 * distance)).T
+    shifts = np.array(list(product((0.0, 0.5), repeat=3)))
+    grids = [vertex_keys(np.floor(cells + shift[:, None])[None])[0] for shift in shifts]
+    labels = components(np.stack([_mixed(own + np.uint64(k), _MIX[4]) for k, own in enumerate(grids)]))
+    _, chosen, group = np.unique(labels, return_index=True, return_inverse=True)
+    meant = vertices[chosen][group]
+    moved = int((meant != vertices).any(axis=1).sum())
+    return np.ascontiguousarray(meant[places.reshape(3, -1)].transpose(0, 2, 1)), moved
+
+
+def components(keys: Keys) -> NDArray[np.intp]:
+    """For each triangle, by the keys (3, n) of its vertices, the least number of a vertex that hangs with it.
+
+    Labels of vertices are lowered to the least one of a triangle until none changes. Each label is a vertex,
+    too, so that whole parts are lowered at once (Y. Shiloach, U. Vishkin, J. Algorithms 3 (1982) 57).
+    """
+    vertices, places = np.unique(keys, return_inverse=True)
+    corners = places.reshape(keys.shape)
+    label = np.arange(len(vertices))
+    while True:
+        own = label[corners]
+        least: NDArray[np.intp] = own.min(axis=0)
+        if (own == least).all():
+            return least
+        np.minimum.at(label, own, least[None])
+        while (label[label] != label).any():
+            label = label[label]
+
+
+# --- integrals
 
 
 class Surface:
@@ -38,7 +198,7 @@ class Surface:
     triangles on both sides that agree about inside and outside. `volume` is negative where the surface is
     wound inside out. Sums are taken about the point `origin` (3), and `centre` (3) is seen from there: that
     is the middle of the first block, or the centre itself where it is far from there. Where sums overflow,
-    numbers are not finite. Raises NotFiniteError.
+    numbers are not finite, and the box is not where a coordinate is not.
     """
 
     @np.errstate(over="ignore", invalid="ignore")
@@ -48,8 +208,6 @@ class Surface:
         self._begin(np.zeros(3))
         for start, block in enumerate(blocks(corners)):
             low, high = block.min(axis=(0, 2)), block.max(axis=(0, 2))
-            if not np.isfinite(low + high).all():
-                raise NotFiniteError(int(np.argmin(np.isfinite(corners).all(axis=(0, 1)))))
             if start == 0:
                 self._begin((low + high) / 2)
             self.box = np.array([np.minimum(self.box[0], low), np.maximum(self.box[1], high)])
@@ -150,3 +308,64 @@ def simplified(corners: Floats, box: Floats, cells: int) -> Floats:
         numbers.append(np.unique(number[:, (one != two) & (two != three) & (three != one)], axis=1))
     triangles: Floats = vertices[np.unique(np.concatenate(numbers, axis=1), axis=1).T]
     return triangles
+
+
+# --- inside and outside
+
+
+def windings(corners: Floats, box: Floats, points: Floats) -> NDArray[np.intp]:
+    """How often a closed surface in the `box` (2 by 3) goes round points (k, 3).
+
+    A point on a line that meets an edge counts as outside. Where there are too many pairs of a triangle and a
+    line, some of the points are looked at, and the others have 1.
+    """
+    counts, step = np.ones(len(points), dtype=np.intp), 1
+    while (some := _counted(corners, box.mean(axis=0), points[::step])) is None:
+        step *= 4
+    counts[::step] = some
+    return counts
+
+
+def _counted(corners: Floats, centre: Floats, points: Floats) -> NDArray[np.intp] | None:
+    """The windings round points, in coordinates about `centre` (3); None where there are too many pairs."""
+    order = np.argsort(_sheared(points.T, centre)[0])
+    u, v, w = _sheared(points[order].T, centre)
+    counts, is_spoilt, pairs = np.zeros(len(u), dtype=np.intp), np.zeros(len(u), dtype=bool), 0
+    for block in blocks(corners):
+        d = _sheared(block, centre)
+        first = np.searchsorted(u, d[:, 0].min(axis=0))
+        lines = np.searchsorted(u, d[:, 0].max(axis=0), side="right") - first
+        pairs += int(lines.sum())
+        if pairs > MOST_PAIRS and len(u) > 1:
+            return None
+        some = np.flatnonzero(lines)
+        for triangles in np.array_split(some, 1 + lines.sum() // CHUNK):
+            number = lines[triangles]
+            triangle = np.repeat(triangles, number)
+            line = np.arange(len(triangle)) + np.repeat(first[triangles] - np.cumsum(number) + number, number)
+            y = d[:, 1][:, triangle]
+            near = (y.min(axis=0) <= v[line]) & (y.max(axis=0) >= v[line])
+            line, (x, y, z) = line[near], d.transpose(1, 0, 2)[:, :, triangle[near]]
+            x, y = x - u[line], y - v[line]
+            # Twice the area that an edge spans with the line. The same edge, run the other way, gives its
+            # negative to the last bit: no line slips through between two triangles.
+            areas = np.array([x[i] * y[j] - x[j] * y[i] for i, j in SIDES])
+            low, high = areas.min(axis=0), areas.max(axis=0)
+            is_hit = (low > 0) | (high < 0)
+            is_spoilt[line[((low == 0) | (high == 0)) & ~is_hit]] = True
+            line, areas, z = line[is_hit], areas[:, is_hit], z[:, is_hit]
+            height = (areas[[1, 2, 0]] * z).sum(axis=0) / areas.sum(axis=0)
+            np.add.at(counts, line, np.where(height > w[line], np.sign(areas[0]).astype(np.intp), 0))
+    counts[is_spoilt] = 0
+    windings = np.empty_like(counts)
+    windings[order] = counts
+    return windings
+
+
+def _sheared(points: Floats, centre: Floats) -> Floats:
+    """Coordinates (..., 3, n) in which the lines are along the third axis."""
+    # Entry by entry, so that equal vertices have equal coordinates to the last bit, wherever they stand.
+    d = points - centre[:, None]
+    d[..., 0, :] += OBLIQUE[0] * d[..., 2, :]
+    d[..., 1, :] += OBLIQUE[1] * d[..., 2, :]
+    return d

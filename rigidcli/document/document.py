@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Self, get_args
 
 from pydantic import Field, model_validator
 
-from rigidcli.bodies.rotations import Rotation
+from rigidcli.bodies.form import Rotation
 from rigidcli.core.arithmetic import Arithmetic, Scalar
 from rigidcli.document.draft import Draft
 from rigidcli.document.physical import Physical

@@ -11,7 +11,7 @@ from typing import Annotated, Any, ClassVar, Literal, Self, TypeAlias
 
 from pydantic import BeforeValidator, Field, ValidationInfo, model_validator
 
-from rigidcli.bodies.rotations import EulerSequence, Quaternion, Rotation
+from rigidcli.bodies.form import EulerSequence, Quaternion, Rotation
 from rigidcli.core.arithmetic import Scalar
 from rigidcli.document.sampling import Ensemble, OrMany, Sampling
 from rigidcli.errors import ValueProblem, shown

@@ -16,7 +16,7 @@ from rigidcli.errors import ValueProblem, at
 
 if TYPE_CHECKING:
     from rigidcli.bodies.bodies import Body
-    from rigidcli.bodies.rotations import Rotation
+    from rigidcli.bodies.form import Rotation
     from rigidcli.bodies.tops import HeavyTop
 
 SAME_POINT = 1e-12

@@ -9,6 +9,9 @@ import os
 import stat
 import sys
 from collections.abc import Iterator
+from contextlib import contextmanager
+from io import BufferedReader
+from pathlib import Path
 
 from rigidcli.errors import DocumentError, Problem, ValueProblem
 
@@ -94,3 +97,15 @@ def csv_rows(path: str | os.PathLike[str]) -> Iterator[tuple[int, list[str]]]:
     except (OSError, ValueError, csv.Error) as error:
         reason = getattr(error, "strerror", None) or "it is no table in UTF-8"
         raise ValueProblem(f"cannot be read: {reason}") from None
+
+
+@contextmanager
+def opened(path: Path) -> Iterator[BufferedReader]:
+    """The regular file at `path`, open for reading. Raises ValueProblem where it cannot be read."""
+    try:
+        if not path.is_file():  # asked before opening: to open a pipe is to wait for its writer
+            raise ValueProblem(f"{path}: {'not a regular file' if path.exists() else 'no such file'}")
+        with path.open("rb") as file:
+            yield file
+    except OSError as error:
+        raise ValueProblem(f"{path}: cannot be read: {error.strerror or error}") from error

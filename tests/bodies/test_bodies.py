@@ -326,6 +326,14 @@ def test_the_refusal_names_the_hole() -> None:
     assert "body.parts.2" in text
 
 
+def test_one_slip_is_one_problem() -> None:
+    for slip in (
+        {"parts": [CUBE, {"shape": "sphere", "radius": 0.1, "hole": "yes"}]},
+        {"inertia": [[1, 0], [0, 1]], "mass": 1},
+    ):
+        assert len(refusal(slip).splitlines()) == 1
+
+
 def test_areas_are_told_per_area() -> None:
     text = refusal({"parts": [PLATE, cut("disk", radius=0.5, density=2)]})
     assert "kg/m^3" not in text

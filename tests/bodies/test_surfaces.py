@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from scipy.spatial import ConvexHull
 from scipy.spatial.transform import Rotation
 
-from rigidcli.bodies import edges, inside, surfaces
+from rigidcli.bodies import surfaces
 from rigidcli.bodies.surfaces import Surface
 from rigidcli.core.arithmetic import Floats
 from tests.meshes import Triangles, box, revolved
@@ -79,14 +79,6 @@ def test_turning_and_moving_a_body_turns_and_moves_what_is_measured(seed: int, t
     np.testing.assert_allclose(two.origin + two.centre, place, atol=1e-12)
 
 
-def test_a_coordinate_that_is_no_number_is_found() -> None:
-    triangles = ball(20)
-    triangles[137, 2, 1] = np.inf
-    with pytest.raises(surfaces.NotFiniteError) as caught:
-        measured(triangles)
-    assert caught.value.triangle == 137
-
-
 # --- edges
 
 
@@ -98,17 +90,17 @@ def test_any_triangle_that_is_missing_or_turned_opens_the_surface(seed: int, dat
     place = data.draw(st.integers(0, len(body) - 1))
     missing = np.delete(body, place, axis=0)
     assert not measured(missing).is_closed
-    found = edges.unpaired(corners_of(missing))
+    found = surfaces.unpaired(corners_of(missing))
     assert found is not None
-    sides = {(tuple(body[place, j]), tuple(body[place, i])) for i, j in edges.SIDES}
+    sides = {(tuple(body[place, j]), tuple(body[place, i])) for i, j in surfaces.SIDES}
     assert (found.number, found.uses) == (3, 1)
     assert tuple(map(tuple, found.edge.tolist())) in sides
     turned = body.copy()
     turned[place] = turned[place][::-1]
-    found = edges.unpaired(corners_of(turned))
+    found = surfaces.unpaired(corners_of(turned))
     assert found is not None
     assert (found.number, found.uses) == (3, 2)
-    assert edges.unpaired(corners_of(body)) is None
+    assert surfaces.unpaired(corners_of(body)) is None
 
 
 def test_a_tube_without_its_ends_is_not_closed_though_their_areas_cancel() -> None:
@@ -130,7 +122,7 @@ def test_windings_are_one_inside_and_none_outside() -> None:
     body = ball(60)
     points = np.random.default_rng(1).uniform(-1, 1, (500, 3))
     distance = np.linalg.norm(points, axis=1)
-    found = inside.windings(corners_of(body), measured(body).box, points)
+    found = surfaces.windings(corners_of(body), measured(body).box, points)
     assert (found[distance < 0.99] == 1).all()
     assert (found[distance > 1] == 0).all()
 
@@ -139,4 +131,4 @@ def test_components_hang_together_by_their_vertices() -> None:
     row = [ball(30) + np.array([3.0 * k, 0, 0]) for k in range(7)]
     body = np.concatenate([*row, box((50, 0, 0), (51, 1, 1))])
     found = measured(np.random.default_rng(3).permutation(body))
-    assert len(np.unique(edges.components(edges.vertex_keys(found.corners)))) == 8
+    assert len(np.unique(surfaces.components(surfaces.vertex_keys(found.corners)))) == 8

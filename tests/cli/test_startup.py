@@ -97,13 +97,12 @@ print(json.dumps(after))
         "mesh_files",
         "molecules",
         "robots.elements",
-        "inside",
         "surfaces",
     }
     files = {f"rigidcli.bodies.{name}" for name in files} | {"pyexpat"}
     assert all(not files & names for names in shapes)
     assert files & benzene == {"rigidcli.bodies.molecules"}
-    assert {"rigidcli.bodies.inside", "rigidcli.bodies.mesh_files"} <= bracket
+    assert {"rigidcli.bodies.surfaces", "rigidcli.bodies.mesh_files"} <= bracket
     assert "pyexpat" not in bracket
     assert not {name for name in motion if name.startswith("rigidcli.render") or name.endswith(".scene")}
 

@@ -10,7 +10,7 @@ from typing import Any, TypeAlias
 
 import numpy as np
 
-from rigidcli.bodies.rotations import Quaternion
+from rigidcli.bodies.form import Quaternion
 from rigidcli.core import rotation
 from rigidcli.core.arithmetic import FLOAT, Floats
 from rigidcli.core.free_body import Periods

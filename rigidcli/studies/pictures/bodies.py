@@ -14,7 +14,7 @@ from rigidcli.bodies.bodies import Composite
 from rigidcli.bodies.form import Form
 from rigidcli.bodies.holes import Leaf
 from rigidcli.bodies.meshes import Mesh
-from rigidcli.bodies.point_masses import PointMasses
+from rigidcli.bodies.points import PointMasses
 from rigidcli.bodies.shape import Shape, Wire
 from rigidcli.core.arithmetic import FLOAT, Floats
 from rigidcli.document.document import Document

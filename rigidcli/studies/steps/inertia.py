@@ -9,7 +9,7 @@ import numpy as np
 from rigidcli.bodies.bodies import Composite
 from rigidcli.bodies.charts import Chart, Turn
 from rigidcli.bodies.form import Form
-from rigidcli.bodies.point_masses import PointMasses
+from rigidcli.bodies.points import PointMasses
 from rigidcli.bodies.shape import Shape
 from rigidcli.core import tensor
 from rigidcli.core.arithmetic import Arithmetic, Array, Scalar
