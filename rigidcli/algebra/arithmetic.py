@@ -196,19 +196,6 @@ def _hypot(*components: Any) -> Expr:
     return sqrt(sum((expr(c) ** 2 for c in components), ZERO))
 
 
-def _atan2(y: Any, x: Any) -> Expr:
-    above, right = tidy(expr(y)), tidy(expr(x))
-    side = sign(right)
-    if side == 1:
-        return apply("atan", tidy(above / right))
-    height = sign(above) if side is not None else None
-    if side == 0 and height:
-        return PI * Fraction(height, 2)
-    if side == -1 and height is not None:
-        return apply("atan", tidy(above / right)) + (PI if height >= 0 else -PI)
-    return apply("atan2", above, right)
-
-
 # An `Expr` stands where `Arithmetic` says `Scalar`.
 EXACT: Arithmetic = cast(Any, Arithmetic)(
     exact=True,
@@ -216,7 +203,7 @@ EXACT: Arithmetic = cast(Any, Arithmetic)(
     sqrt=sqrt,
     sin=lambda x: apply("sin", x),
     cos=lambda x: apply("cos", x),
-    atan2=_atan2,
+    atan2=lambda y, x: apply("atan2", tidy(expr(y)), tidy(expr(x))),
     hypot=_hypot,
     value=_value,
     sign=sign,

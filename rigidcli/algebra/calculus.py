@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from fractions import Fraction
+from functools import cache
 
 from rigidcli.algebra.allowance import Allowance
 from rigidcli.algebra.atoms import Applied, Atom, Group, Symbol
@@ -37,61 +38,43 @@ _SLOPES: dict[str, Callable[[Expr], Expr]] = {
 
 def derivative(e: Expr, name: str) -> Expr:
     """The derivative with respect to a symbol; that of `abs` is `sign`, that of `sign` is 0."""
-    return _Derivative(name).of(e)
+    allowance = Allowance()
 
-
-class _Derivative:
-    """The derivatives of atoms that are known so far."""
-
-    __slots__ = ("allowance", "known", "name")
-
-    def __init__(self, name: str) -> None:
-        self.name = name
-        self.allowance = Allowance()
-        self.known: dict[Atom, Expr] = {}
-
-    def of(self, e: Expr) -> Expr:
-        if self.name not in e.names:
+    def of(e: Expr) -> Expr:
+        if name not in e.names:
             return ZERO
         parts = []
         for monomial, coefficient in e.terms.items():
             for atom, exponent in monomial:
-                if self.name in atom.names:
-                    self.allowance.spend(len(monomial))
+                if name in atom.names:
+                    allowance.spend(len(monomial))
                     exponents = dict(monomial)
                     exponents[atom] = exponent - 1
                     rest = gathered(bounded(coefficient * exponent), exponents)
-                    parts.append(rest * self.of_atom(atom))
+                    parts.append(rest * of_atom(atom))
         return total(parts)
 
-    def of_atom(self, atom: Atom) -> Expr:
-        if atom not in self.known:
-            self.known[atom] = self.worked_out(atom)
-        return self.known[atom]
-
-    def worked_out(self, atom: Atom) -> Expr:
+    @cache
+    def of_atom(atom: Atom) -> Expr:
         match atom:
             case Group(inner=inner):
-                return self.of(inner)
+                return of(inner)
             case Applied(function="atan2", arguments=(y, x)):
-                turned: Expr = (x * self.of(y) - y * self.of(x)) / (x**2 + y**2)
+                turned: Expr = (x * of(y) - y * of(x)) / (x**2 + y**2)
                 return turned
             case Applied(function="pow", arguments=(base, exponent)):
-                return self.of_power(base, exponent)
+                slope, through_base = of(exponent), exponent * base ** (exponent - 1) * of(base)
+                through_exponent = base**exponent * apply("log", base) * slope if slope else ZERO
+                return total([through_base, through_exponent])
             case Applied(function=UnknownFunction() as function, arguments=arguments):
                 slopes = [apply(slope, *arguments) for slope in function.derivatives]
-                return total(f * self.of(x) for f, x in zip(slopes, arguments, strict=True))
+                return total(f * of(x) for f, x in zip(slopes, arguments, strict=True))
             case Applied(function=function, arguments=(argument,)):
-                return _SLOPES[function](argument) * self.of(argument)
+                return _SLOPES[function](argument) * of(argument)
             case _:
                 return ONE
 
-    def of_power(self, base: Expr, exponent: Expr) -> Expr:
-        through_base = exponent * base ** (exponent - 1) * self.of(base)
-        slope = self.of(exponent)
-        if slope.is_zero:
-            return through_base
-        return through_base + base**exponent * apply("log", base) * slope
+    return of(e)
 
 
 _INTEGRALS: dict[str, Callable[[Expr], Expr]] = {

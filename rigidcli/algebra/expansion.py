@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from functools import cache
 from typing import TypeAlias
 
 from rigidcli.algebra.allowance import Allowance
@@ -18,31 +19,25 @@ def expand(e: Expr, allowance: Allowance | None = None) -> Expr:
     Raises:
         ExpressionError: the result is too large.
     """
-    return _Expansion(allowance or Allowance()).of(e)
+    steps = allowance or Allowance()
 
-
-class _Expansion:
-    """The atoms that are known multiplied out, and the steps that may be taken."""
-
-    __slots__ = ("allowance", "known")
-
-    def __init__(self, allowance: Allowance) -> None:
-        self.known: dict[Atom, Expr] = {}
-        self.allowance = allowance
-
-    def of(self, e: Expr) -> Expr:
+    def of(e: Expr) -> Expr:
         if all(isinstance(atom, Symbol) for atom in e.atoms):
             return e
-        return total([self.of_term(monomial, coefficient) for monomial, coefficient in e.terms.items()])
+        return total([of_term(monomial, coefficient) for monomial, coefficient in e.terms.items()])
 
-    def of_term(self, monomial: Monomial, coefficient: Rational) -> Expr:
-        self.allowance.spend(1 + len(monomial))
+    @cache
+    def of_atom(atom: Atom) -> Expr:
+        return rebuilt(atom, of)
+
+    def of_term(monomial: Monomial, coefficient: Rational) -> Expr:
+        steps.spend(1 + len(monomial))
         sums = []
         others = [number(coefficient)]
         for atom, exponent in monomial:
-            base = self.of_atom(atom)
+            base = of_atom(atom)
             if len(base.terms) > 1 and exponent.denominator == 1 and exponent > 0:
-                self.allowance.spend(int(exponent))
+                steps.spend(int(exponent))
                 sums.extend([base] * int(exponent))
             else:
                 others.append(power(base, exponent))
@@ -51,36 +46,35 @@ class _Expansion:
             sums.append(result)
             result = ONE
         for factor in sums:
-            result = self.times(result, factor)
+            result = _times(result, factor, steps)
         if any(_is_open(atom, exponent) for inner in result.terms for atom, exponent in inner):
-            return self.of(result)
+            return of(result)
         return result
 
-    def of_atom(self, atom: Atom) -> Expr:
-        if atom not in self.known:
-            self.known[atom] = rebuilt(atom, self.of)
-        return self.known[atom]
+    return of(e)
 
-    def times(self, left: Expr, right: Expr) -> Expr:
-        weight = 2 + max(map(len, left.terms), default=0) + max(map(len, right.terms), default=0)
-        self.allowance.spend(len(left.terms) * len(right.terms) * weight)
-        if not (_is_settled(left) and _is_settled(right)):
-            return total(
-                multiplied(first, second, a * b)
-                for first, a in left.terms.items()
-                for second, b in right.terms.items()
-            )
-        terms: dict[Monomial, Rational] = {}
-        for first, a in left.terms.items():
-            for second, b in right.terms.items():
-                exponents = dict(first)
-                for atom, exponent in second:
-                    exponents[atom] = exponents.get(atom, 0) + exponent
-                factors = [factor for factor in exponents.items() if factor[1]]
-                factors.sort(key=key_of_atom)
-                monomial = tuple(factors)
-                terms[monomial] = terms.get(monomial, 0) + a * b
-        return total([Expr({monomial: bounded(c) for monomial, c in terms.items() if c})])
+
+def _times(left: Expr, right: Expr, allowance: Allowance) -> Expr:
+    """The product of two sums, term by term."""
+    weight = 2 + max(map(len, left.terms), default=0) + max(map(len, right.terms), default=0)
+    allowance.spend(len(left.terms) * len(right.terms) * weight)
+    if not (_is_settled(left) and _is_settled(right)):
+        return total(
+            multiplied(first, second, a * b)
+            for first, a in left.terms.items()
+            for second, b in right.terms.items()
+        )
+    terms: dict[Monomial, Rational] = {}
+    for first, a in left.terms.items():
+        for second, b in right.terms.items():
+            exponents = dict(first)
+            for atom, exponent in second:
+                exponents[atom] = exponents.get(atom, 0) + exponent
+            factors = [factor for factor in exponents.items() if factor[1]]
+            factors.sort(key=key_of_atom)
+            monomial = tuple(factors)
+            terms[monomial] = terms.get(monomial, 0) + a * b
+    return total([Expr({monomial: bounded(c) for monomial, c in terms.items() if c})])
 
 
 def _is_settled(e: Expr) -> bool:

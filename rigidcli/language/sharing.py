@@ -14,6 +14,10 @@ Step = tuple[str, tree.Node]
 """A name, and its value from names before."""
 
 
+SIGNED = (tree.Negative, tree.Reciprocal)
+"""A tree with another sign, or below a fraction bar."""
+
+
 class Formulas(NamedTuple):
     """Trees to be worked out: `steps` one after the other, each known to those that follow, and `values`."""
 
@@ -40,9 +44,14 @@ def shared(steps: Sequence[Step], values: Sequence[tree.Node]) -> Formulas:
         ExpressionError: a number is too large for a float.
     """
     kept = _needed(steps, values)
-    uses: Counter[tree.Node] = Counter()
-    for root in (*(value for _, value in kept), *values):
-        _count(root, uses)
+    roots = [*(value for _, value in kept), *values]
+    parts = dict.fromkeys(tree.nodes(roots))
+    for part in parts:
+        if isinstance(part, tree.Number) and not math.isfinite(part.value):
+            raise ExpressionError(f"the number {part.text[:20]}... is too large")
+    # Each part counts once, in however many places it stands. A sign or a division is no part of its own.
+    inside = (operand for part in parts if not isinstance(part, SIGNED) for operand in tree.operands(part))
+    uses = Counter(map(_unsigned, [*roots, *inside]))
     made: list[Step] = []
     names: dict[tree.Node, tree.Name] = {}
 
@@ -50,7 +59,7 @@ def shared(steps: Sequence[Step], values: Sequence[tree.Node]) -> Formulas:
         if node in names:
             return names[node]
         changed = tree.rebuilt(node, write)
-        if uses[node] < 2:
+        if uses[node] < 2 or not tree.operands(node) or not tree.names_in(node):
             return changed
         names[node] = tree.Name(f".s{len(names) + 1}")
         made.append((names[node].name, changed))
@@ -74,22 +83,8 @@ def _needed(steps: Sequence[Step], values: Iterable[tree.Node]) -> list[Step]:
     return kept
 
 
-def _count(node: tree.Node, uses: Counter[tree.Node]) -> None:
-    """Count in how many places a tree stands, and each of its parts in how many different ones.
-
-    A sign or a division is no part of its own, and neither is what is made of numbers alone.
-    """
-    match node:
-        case tree.Number(text, value) if not math.isfinite(value):
-            raise ExpressionError(f"the number {text[:20]}... is too large")
-        case tree.Negative(operand) | tree.Reciprocal(operand):
-            _count(operand, uses)
-        case tree.Sum() | tree.Product() | tree.Power() | tree.Call():
-            if not tree.names_in(node):
-                return
-            uses[node] += 1
-            for operand in tree.operands(node) if uses[node] == 1 else ():
-                _count(operand, uses)
+def _unsigned(node: tree.Node) -> tree.Node:
+    return _unsigned(node.operand) if isinstance(node, SIGNED) else node
 
 
 def solved(

@@ -15,7 +15,7 @@ Sums, products and factors are those of `parser`.
 from __future__ import annotations
 
 import re
-from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from functools import cached_property
 
 from rigidcli.errors import ExpressionError, nearest, shown
@@ -82,38 +82,23 @@ class Words:
         return meanings.get(word) or meanings.get(word.replace("_", ""))
 
     def products(self, word: str) -> list[tuple[str, ...]]:
-        """The products of names and functions that a word spells: at most two that differ."""
-        products: dict[tuple[str, ...], tuple[str, ...]] = {}
-        if len(word) <= LONGEST_PRODUCT:
-            for way in self._ways(word):
-                products.setdefault(tuple(sorted(way)), way)
-                if len(products) == 2:
-                    break
-        return list(products.values())
+        """The products of names and functions, or pi, that a word spells: at most two that differ.
 
-    def _ways(self, word: str) -> Iterator[tuple[str, ...]]:
-        """Every way to cut a word into names, and perhaps a function or pi; the dead ends are kept."""
-        dead = set[int]()
-
-        def from_place(start: int) -> Iterator[tuple[str, ...]]:
-            if start == len(word):
-                yield ()
-                return
-            if start in dead:
-                return
-            alive = False
-            for end in range(start + 1, len(word) + 1):
-                part = word[start:end]
+        From the end of the word: what its last letters spell is a name times what is spelled behind that.
+        """
+        end = len(word)
+        spelled: dict[int, list[tuple[str, ...]]] = {end: [()]}
+        for start in reversed(range(end if end <= LONGEST_PRODUCT else 0)):
+            products: dict[tuple[str, ...], tuple[str, ...]] = {}
+            for cut in range(start + 1, end + 1):
+                part = word[start:cut]
                 meant = part if part in FUNCTIONS or part in CONSTANTS else self.meaning(part)
                 if meant is None or part[0] == "_":
                     continue
-                for rest in from_place(end):
-                    alive = True
-                    yield (meant, *rest)
-            if not alive:
-                dead.add(start)
-
-        return from_place(0)
+                for rest in spelled[cut]:
+                    products.setdefault(tuple(sorted((meant, *rest))), (meant, *rest))
+            spelled[start] = list(products.values())[:2]
+        return spelled.get(0, [])
 
 
 def unknown(word: str, words: Words) -> ExpressionError:
