@@ -255,7 +255,7 @@ def test_a_chart_of_characters_follows_the_table_and_stays_out_of_data(program: 
         (("configs/t_handle.yaml", "--plot", "a.gif"), "expected a file .png, .svg or .pdf"),
         (("configs/t_handle.yaml", "--plot", "a"), "expected a file .png, .svg or .pdf"),
         (("configs/t_handle.yaml", "configs/water.yaml", "--plot", "a.png"), "one picture, of one FILE"),
-        (("configs/t_handle.yaml", "--plot-kind", "body"), "say with `--plot` where it goes"),
+        (("configs/t_handle.yaml", "--plot-kind", "body"), "say with `--plot` where the picture goes"),
     ],
 )
 def test_what_cannot_be_a_picture_is_refused(
