@@ -175,7 +175,7 @@ def _picture_kind(command: str, traits: Traits, asked: Asked, kind: str | None) 
     path, output = asked.plot, asked.output
     if path is None and kind is None and not traits.page:
         return None
-    from rigidcli.render.plots import CHARACTERS, require_ending, require_library, use_for
+    from rigidcli.render.plots import CHARACTERS, require_ending, require_library
     from rigidcli.studies.pictures import ANY, BEST, require_kind
 
     with bad_parameter("--plot-kind"):
@@ -190,7 +190,7 @@ def _picture_kind(command: str, traits: Traits, asked: Asked, kind: str | None) 
             raise UsageError("`--plot` draws one picture, of one FILE", hint="call it for each FILE")
         if path != CHARACTERS and output is not None and Path(path).resolve() == Path(output).resolve():
             raise UsageError(f"`-o` writes the results to `{path}`", hint="give the picture another name")
-        require_library(use_for(path))
+        require_library("characters" if path == CHARACTERS else "drawing")
     return kind or BEST
 
 

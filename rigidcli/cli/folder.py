@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from functools import partial
-from importlib import util
 from itertools import islice
 from pathlib import Path
 from typing import TYPE_CHECKING, TypeAlias
@@ -37,8 +36,7 @@ def write_folder(
     written, and its `error` says so. Raises UsageError where the folder has files already, and where no such
     cluster is reached.
     """
-    if util.find_spec("pyarrow") is None:
-        raise UsageError("pyarrow is not installed", hint="python -m pip install 'rigidcli[parquet]'")
+    parquet.require_library()
     path = Path(folder).absolute()
     if path.is_dir() and any(path.iterdir()):
         raise UsageError(f"`{folder}` has files already, among which parts would be lost")
@@ -78,10 +76,8 @@ def _kinds(task: Task, work: Work) -> dict[str, str]:
 
 def _written(part: tuple[int, Part], work: Work, kinds: Mapping[str, str], folder: Path) -> Iterator[Failure]:
     """Write a part of the table, and return what has failed in it."""
-    import pyarrow as pa
     from pyarrow.parquet import write_table
 
-    types = {parquet.TRUTH: pa.bool_(), parquet.NUMBER: pa.float64(), parquet.TEXT: pa.string()}
     rows: list[parquet.Piece] = []
     number, some = part
     for task, places in some:
@@ -93,13 +89,8 @@ def _written(part: tuple[int, Part], work: Work, kinds: Mapping[str, str], folde
                 )
                 if failed is not None:
                     yield failed
-    columns = parquet.together(rows).columns
-    count = sum(row.rows for row in rows)
-    table = {
-        name: pa.array(parquet.as_kind(columns.get(name, [None] * count), kind), types[kind])
-        for name, kind in {**kinds, ERROR: parquet.TEXT}.items()
-    }
-    write_table(pa.table(table), folder / f"part.{number}.parquet")
+    whole = parquet.together(rows)._replace(units={})
+    write_table(parquet.as_table(whole, {**kinds, ERROR: parquet.TEXT}), folder / f"part.{number}.parquet")
 
 
 def _failure(outcome: Failure | parquet.Piece, kinds: Mapping[str, str]) -> Failure | None:

@@ -6,7 +6,7 @@ import pickle
 import tempfile
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from importlib import util
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 import orjson
@@ -49,10 +49,8 @@ def render(pieces: Iterable[Piece], look: Look) -> Iterator[bytes]:
 
     The rows wait in a temporary file until all are there, since the last row may turn a column into texts.
     """
-    if util.find_spec("pyarrow") is None:
-        raise UsageError("pyarrow is not installed", hint="python -m pip install 'rigidcli[parquet]'")
-    import pyarrow as pa
-    from pyarrow import parquet
+    require_library()
+    from pyarrow.parquet import ParquetWriter
 
     kinds, units, count = dict[str, str](), dict[str, str](), 0
     with tempfile.TemporaryFile() as waiting, tempfile.TemporaryFile() as file:
@@ -62,17 +60,12 @@ def render(pieces: Iterable[Piece], look: Look) -> Iterator[bytes]:
             units, count = {**group.units, **units}, count + 1
         if not count:
             return
-        # A column without any value counts as numbers.
-        types = {TRUTH: pa.bool_(), NUMBER: pa.float64(), TEXT: pa.string(), "": pa.float64()}
-        notes = {name: {"unit": units[name]} if name in units else None for name in kinds}
-        schema = pa.schema([pa.field(name, types[kinds[name]], metadata=notes[name]) for name in kinds])
         waiting.seek(0)
-        with parquet.ParquetWriter(file, schema, compression="zstd") as writer:
+        empty = as_table(Piece(0, {}, units), kinds)
+        with ParquetWriter(file, empty.schema, compression="zstd") as writer:
             for _ in range(count):
                 group = pickle.load(waiting)  # noqa: S301 - it was written above
-                cells = {name: group.columns.get(name, [None] * group.rows) for name in kinds}
-                columns = [pa.array(as_kind(cells[name], kinds[name]), types[kinds[name]]) for name in kinds]
-                writer.write_table(pa.table(columns, schema=schema))
+                writer.write_table(as_table(group._replace(units=units), kinds))
         file.seek(0)
         while part := file.read(2**20):
             yield part
@@ -125,9 +118,29 @@ def joined(kinds: Mapping[str, str], others: Mapping[str, str]) -> dict[str, str
     return all_kinds
 
 
-def as_kind(values: Value, kind: str) -> Value:
-    """The values of a column of this kind: texts are made of all values in a column of texts."""
-    return [None if value is None else _text(value) for value in values] if kind == TEXT else values
+def require_library() -> None:
+    """Raise UsageError without pyarrow."""
+    if util.find_spec("pyarrow") is None:
+        raise UsageError("pyarrow is not installed", hint="python -m pip install 'rigidcli[parquet]'")
+
+
+def as_table(piece: Piece, kinds: Mapping[str, str]) -> Any:
+    """The rows as a table of pyarrow with columns of these kinds; without any value they count as numbers.
+
+    Texts are made of all values in a column of texts.
+    """
+    import pyarrow as pa
+
+    types = {TRUTH: pa.bool_(), NUMBER: pa.float64(), TEXT: pa.string(), "": pa.float64()}
+    fields, columns = [], []
+    for name, kind in kinds.items():
+        cells = piece.columns.get(name, [None] * piece.rows)
+        if kind == TEXT:
+            cells = [None if value is None else _text(value) for value in cells]
+        unit = {"unit": piece.units[name]} if name in piece.units else None
+        fields.append(pa.field(name, types[kind], metadata=unit))
+        columns.append(pa.array(cells, types[kind]))
+    return pa.table(columns, schema=pa.schema(fields))
 
 
 def _text(value: Value) -> str:

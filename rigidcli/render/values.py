@@ -136,8 +136,9 @@ def entries(entry: Field, digits: int, notation: Notation) -> tuple[str, Any, st
     if is_exact(value):
         numbers = np.ravel(np.array(value, dtype=object))
         unit = "" if any(number.names for number in numbers) else entry.unit
-        styles = [getattr(number, "style", None) for number in numbers]
-        if np.ndim(value) == 2 and all(style is not None and not style.decimal for style in styles):
+        if np.ndim(value) == 2 and all(
+            hasattr(number, "style") and not number.style.decimal for number in numbers
+        ):
             from rigidcli.algebra.arithmetic import common_factor
 
             common, rest = common_factor(value)

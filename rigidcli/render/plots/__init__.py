@@ -41,31 +41,23 @@ def require_library(use: str) -> None:
         raise UsageError(f"{LIBRARIES[use]} is not installed", hint="python -m pip install 'rigidcli[show]'")
 
 
-def use_for(path: str) -> str:
-    """The use of the library that draws for this path."""
-    return "characters" if path == CHARACTERS else "drawing"
+def picture_file(report: Report, path: str, *, is_clear: bool = False) -> bytes:
+    """The bytes of a file with this ending, with the picture of a report, on white ground unless it is clear.
 
-
-def picture_file(report: Report, path: str) -> bytes:
-    """The bytes of a file with this ending, with the picture of a report: always the same.
-
-    Raises UsageError without matplotlib.
+    They are always the same. Raises UsageError without matplotlib.
     """
-    return _drawn(report, PurePath(path).suffix.lower().removeprefix("."))
-
-
-def _drawn(report: Report, ending: str, *, is_clear: bool = False) -> bytes:
     require_library("drawing")
     from rigidcli.render.plots.drawing import drawn
 
-    return drawn(report, ending, is_clear=is_clear)
+    return drawn(report, PurePath(path).suffix.lower().removeprefix("."), is_clear=is_clear)
 
 
 def inline_picture(report: Report) -> str:
     """The picture of a report as an element of HTML, with its title for readers who cannot see it."""
-    svg = quote(b" ".join(_drawn(report, "svg", is_clear=True).split()), safe=" !'()*+,/:;<=>?@[]{}|$")
+    svg = b" ".join(picture_file(report, "picture.svg", is_clear=True).split())
+    source = quote(svg, safe=" !'()*+,/:;<=>?@[]{}|$")
     title = escape(printable(report.about(report.pictures[0].title)))
-    return f'<img src="data:image/svg+xml,{svg}" alt="{title}">'
+    return f'<img src="data:image/svg+xml,{source}" alt="{title}">'
 
 
 def chart(report: Report, width: int | None) -> str:

@@ -50,7 +50,7 @@ def path(findings: Findings) -> Picture:
     for index, name in enumerate(names):
         line = places[:, index, shown]
         marks += [Mark("line", line, name, style=index), Mark("dots", line[:1], style=index)]
-    rulers = tuple(Ruler("xyz"[axis], "xyz"[axis], "m") for axis in shown)
+    rulers = tuple(Ruler("xyz"[axis], unit="m") for axis in shown)
     title = "path of the orbit" if len(names) == 1 else "paths of the particles"
     return Picture("path", title, (Panel(rulers, tuple(marks), is_even=True),))
 
