@@ -69,6 +69,11 @@ class Prepared:
     files: tuple[Path, ...] = ()
     solutions: Mapping[str, Report] = field(default_factory=dict)
 
+    @property
+    def worth(self) -> dict[str, float]:
+        """The points of each question."""
+        return {id: item.points for id, item in self.items.items()}
+
 
 def prepare(path: str, studies: Mapping[str, Study], text: str | None = None) -> Prepared:
     """Read an assignment, if its `text` is not read yet, and work out its keys by the `studies`.

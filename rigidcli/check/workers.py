@@ -49,7 +49,7 @@ ENDS: dict[str | int, Unreadable] = {
 """What it means when a process ends by a signal or with a code; the system kills one that has its memory."""
 
 Result: TypeAlias = bytes | Unreadable
-"""What comes of work: what it hands over (bytes, as pickles of a process in doubt are not opened), or why not."""
+"""What work hands over, as bytes: pickles of a process in doubt are not opened; or why there is nothing."""
 
 
 def each(

@@ -135,7 +135,6 @@ def check(
         from rigidcli.check.assignment import prepare
         from rigidcli.check.judge import run
         from rigidcli.check.judge import selftest as test_keys
-        from rigidcli.check.overrides import read_overrides
         from rigidcli.check.records import MISSING
         from rigidcli.check.reports import Style
 
@@ -157,7 +156,7 @@ def check(
         batch = files.gather(answers, assignment, Path(scratch))
         target.protect(*(place.file for place in batch.answers))
         known = None if roster is None else students.read_roster(roster)
-        person = None if overrides is None else read_overrides(overrides, prepared.items)
+        person = None if overrides is None else students.read_overrides(overrides, prepared.worth)
         papers, notes = students.papers(batch, known)
         # Gradescope waits for a result of those, too, who have handed in nothing.
         unhanded = format is CheckFormat.gradescope and not papers
@@ -174,7 +173,7 @@ def check(
             judgements = run(prepared.items, papers, jobs, seen)
             late = list[str]()
             if person is not None:
-                judgements = person.over(judgements, late)
+                judgements = students.overridden(judgements, person, late)
             judged = noted(judgements, batch.others, prepared.source, failures, remarks, target)
             for piece in view(judged, style):
                 target.write(piece)
