@@ -278,10 +278,9 @@ def view_of(
 
         return lambda judgements, style: report.TEXTS[format](report.tally(judgements), style)
     if regrade is not None:
-        from rigidcli.check.reports import regrade as again
+        from rigidcli.check.reports.items import changes, run_of
 
-        old = again.read(regrade)
-        return partial(again.table, old)
+        return partial(changes, run_of(regrade))
     if canvas is not None:
         from rigidcli.check.reports import canvas as gradebook
         from rigidcli.check.reports import read
