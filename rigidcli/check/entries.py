@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterable, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from typing import Any, TypeAlias
 
@@ -17,7 +18,7 @@ from rigidcli.algebra.expressions import Expr
 from rigidcli.algebra.trees import to_tree
 from rigidcli.check.base import Asked, Finding, Tree, Unreadable
 from rigidcli.check.lists import read_list
-from rigidcli.check.numbers import NOISE, Number, as_typed, beside, is_right, is_short, read_number, share
+from rigidcli.check.numbers import ROUNDING, Number, as_typed, read_number
 from rigidcli.check.question import RELATIVE, Tolerance
 from rigidcli.check.reading import exactly, names_of, plain, read_expression
 from rigidcli.check.same import Formulas, formulas_of
@@ -44,8 +45,8 @@ Cell: TypeAlias = tuple[str, Tree]
 Layout: TypeAlias = tuple[tuple[int, ...], list[Cell]]
 """The shape of an answer, and its cells row by row."""
 
-EXACT = 1e-9
-"""How far numbers that should be the same may be apart by rounding, relative to their size."""
+NOISE = 1e-12
+"""A number below this, in units of the largest beside it, is zero but for rounding."""
 
 WIDEST = 0.05
 """The largest angle (rad) that a relative tolerance leaves to a direction: beyond, axes would be mixed up."""
@@ -58,13 +59,14 @@ class Ruler:
     """By what the entries of a question are read and compared.
 
     Numbers without a unit are in `unit`. A reference that is zero is measured by the `largest` number (SI)
-    beside it. `formulas` is None where all entries are numbers.
+    beside it, and may be off by the `noise` (SI) of rounding. `formulas` is None where all are numbers.
     """
 
     tolerance: Tolerance
     unit: Unit | None = None
     formulas: Formulas | None = None
     largest: float = 0.0
+    noise: float = 0.0
 
     def read(self, cells: Iterable[Cell]) -> tuple[Entry, ...]:
         """The entries of cells. Raises Unreadable with all that cannot be read, a repeated problem once."""
@@ -83,6 +85,27 @@ class Ruler:
             raise Unreadable(first.code, first.detail, place=first.place, also=tuple(others))
         return tuple(entries)
 
+    def margin(self, reference: float, scale: float = 1.0) -> float:
+        """How far (SI) a number may be from a reference: the largest of what the tolerance allows.
+
+        A half in the last figure is of the number in the unit of the answer, which is `scale` in SI units.
+        """
+        size, figures = abs(reference) or self.largest, self.tolerance.significant_figures
+        allowed = max(self.relative * size, self.tolerance.absolute or 0.0, 0.0 if reference else self.noise)
+        if figures is not None and size:
+            power = math.floor(math.log10(size / scale) + ROUNDING) + 1 - figures
+            allowed = max(allowed, 0.5 * 10.0**power * scale)
+        return allowed * (1 + ROUNDING)
+
+    def is_near(self, value: float, reference: float, scale: float = 1.0) -> bool:
+        """Whether an SI value is within the tolerance, where one of its unit is `scale`."""
+        return abs(value - reference) <= self.margin(reference, scale)
+
+    def too_few(self, number: Number) -> bool:
+        """Whether a decimal number has fewer significant figures than are asked for; zero needs none."""
+        asked = self.tolerance.significant_figures
+        return asked is not None and 0 < number.figures < asked and number.value != 0
+
     def same(self, entry: Entry, right: Right) -> Same:
         """Whether an entry is that of the key."""
         if isinstance(right, tree.Node):
@@ -90,25 +113,27 @@ class Ruler:
             assert isinstance(entry, tree.Node)
             return self.formulas.same(entry, right)
         assert isinstance(entry, Number)
-        if is_right(entry, right, self.tolerance, self.largest):
+        if self.too_few(entry):
+            return False
+        if self.is_near(entry.value, right, entry.scale):
             return True
-        grouped = None if entry.thousands is None else replace(entry, value=entry.thousands)
-        return COMMA if grouped and is_right(grouped, right, self.tolerance, self.largest) else False
+        return COMMA if entry.thousands and self.is_near(entry.thousands, right, entry.scale) else False
 
     def is_short(self, entry: Entry, right: Right) -> bool:
         """Whether an entry is the number of the key, rounded to one figure less than is asked."""
-        return (
-            isinstance(entry, Number)
-            and isinstance(right, float)
-            and is_short(entry, right, self.tolerance, self.largest)
+        figures = (self.tolerance.significant_figures or 1) - 1
+        fewer = self.tolerance.model_copy(
+            update={"significant_figures": figures, "relative": None, "absolute": None}
         )
+        is_decimal = isinstance(entry, Number) and 0 < figures == entry.figures
+        return is_decimal and replace(self, tolerance=fewer).same(entry, right) is True
 
     def differ(self, one: Entry | Right, other: Entry | Right) -> bool:
         """Whether two entries of one answer, or of one key, are certainly not the same."""
         if isinstance(one, tree.Node) and isinstance(other, tree.Node):
             return self.formulas is not None and self.formulas.same(one, other) is False
         first, second = self.numbers([one, other])[:, 0].tolist()
-        allowed = self.slack * max(abs(first), abs(second)) + EXACT * self.largest
+        allowed = self.slack * max(abs(first), abs(second)) + ROUNDING * self.largest
         return bool(abs(first - second) > allowed)
 
     def has_value(self, right: Right, *values: int) -> bool:
@@ -133,7 +158,7 @@ class Ruler:
         array = np.asarray(value, dtype=object)
         entries = [_entry(each) for each in array.flat]
         if self.formulas is None:
-            numbers = np.array(list(map(_value, entries))).reshape(array.shape)
+            numbers = np.array(list(map(value_of, entries))).reshape(array.shape)
             largest = max(self.largest, float(np.abs(numbers).max(initial=0.0)))
             return np.where(np.abs(numbers) <= NOISE * largest, 0.0, numbers)
         return filled([exactly(each) if isinstance(each, float) else each for each in entries], array.shape)
@@ -145,10 +170,16 @@ class Ruler:
         return repr(right) if self.unit is None else f"{right / self.unit.scale!r} {self.unit.text}"
 
     @property
+    def relative(self) -> float:
+        """The relative tolerance, which holds where no other is given."""
+        others = self.tolerance.absolute, self.tolerance.significant_figures
+        return self.tolerance.relative or (RELATIVE if {self.tolerance.relative, *others} == {None} else 0.0)
+
+    @property
     def slack(self) -> float:
         """The tolerance as a share of a number."""
         figures = self.tolerance.significant_figures
-        return max(share(self.tolerance), 0.0 if figures is None else 0.5 * 10.0 ** (1 - figures))
+        return max(self.relative, 0.0 if figures is None else 0.5 * 10.0 ** (1 - figures))
 
     @property
     def angle(self) -> float:
@@ -215,7 +246,7 @@ def computed(asked: Asked, value: Any) -> tuple[Ruler, Array]:
         ruler = _with_symbols(ruler, asked, [each for each in entries if isinstance(each, tree.Node)])
         return ruler, ruler.entries(value)
     ruler = replace(ruler, unit=parse_unit(asked.unit) if asked.unit else None, largest=beside(asked))
-    return _measured(ruler, list(map(_value, entries)), array.shape)
+    return _measured(ruler, list(map(value_of, entries)), array.shape)
 
 
 def _measured(ruler: Ruler, numbers: Sequence[float], shape: tuple[int, ...]) -> tuple[Ruler, Array]:
@@ -230,6 +261,22 @@ def _with_symbols(ruler: Ruler, asked: Asked, trees: Iterable[tree.Node]) -> Rul
     return replace(ruler, formulas=formulas_of(asked, names_of(asked, used)))
 
 
+def beside(asked: Asked) -> float:
+    """The largest number (SI) of the array that is asked, or from which an entry is; 0 where there is none.
+
+    A centre of mass may be at the origin, beside the radius of gyration.
+    """
+    result: Any = None if asked.report is None else asked.report.tree()
+    with suppress(TypeError, ValueError, KeyError, IndexError, ZeroDivisionError):  # it has no numbers
+        if "center_of_mass" in asked.path:
+            return math.sqrt(np.abs(np.array(result["tensor"], dtype=float)).max() / float(result["mass"]))
+        for step in asked.path[1:]:
+            result = result[int(step)] if step.isdecimal() else result[step]
+            if isinstance(result, list | np.ndarray):
+                return float(np.abs(np.array(result, dtype=float)).max(initial=0.0))
+    return 0.0
+
+
 def _entry(value: Any) -> Right:
     """A number, exact number or tree as an entry. Raises ValueProblem for what is none of them."""
     if isinstance(value, Expr):
@@ -241,7 +288,9 @@ def _entry(value: Any) -> Right:
     return float(value)
 
 
-def _value(entry: Right) -> float:
+def value_of(result: Any) -> float:
+    """The number that a result is. Raises ValueProblem."""
+    entry = _entry(result)
     try:
         return entry if isinstance(entry, float) else real(entry, {})
     except ExpressionError:

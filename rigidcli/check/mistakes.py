@@ -18,8 +18,8 @@ from rigidcli.algebra.expansion import expand
 from rigidcli.algebra.expressions import Expr, total
 from rigidcli.algebra.trees import to_tree
 from rigidcli.check.base import Asked
+from rigidcli.check.entries import NOISE
 from rigidcli.check.motions import Motion, state_of
-from rigidcli.check.numbers import NOISE
 from rigidcli.core.arithmetic import Array, Floats
 from rigidcli.core.tensor import point_tensor, rotate
 from rigidcli.document.variables import velocity

@@ -12,7 +12,6 @@ import numpy as np
 
 from rigidcli.check.base import Asked, Finding, Kind, Outcome, Reading, Tree, Unreadable
 from rigidcli.check.entries import (
-    EXACT,
     Entry,
     Layout,
     Right,
@@ -26,7 +25,7 @@ from rigidcli.check.entries import (
     shown_as,
 )
 from rigidcli.check.mistakes import Arrays, of_vector, shared_factor
-from rigidcli.check.numbers import Number
+from rigidcli.check.numbers import ROUNDING, Number
 from rigidcli.check.question import Question
 from rigidcli.core.arithmetic import Array, Floats
 from rigidcli.errors import ValueProblem, shown
@@ -136,7 +135,7 @@ class List(Kind):
             return [Finding("component_wrong", listed(wrong))]
         _, entries, expected = zip(*triples, strict=True)
         own, right = key.ruler.numbers(entries), key.ruler.numbers(expected)
-        code = shared_factor(own, right, key.ruler.unit, key.path, max(key.ruler.slack, EXACT))
+        code = shared_factor(own, right, key.ruler.unit, key.path, max(key.ruler.slack, ROUNDING))
         return [Finding(code or "outside_tolerance")]
 
     def mistakes(self, asked: Asked, key: Key) -> Arrays:

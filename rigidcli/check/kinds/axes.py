@@ -20,11 +20,11 @@ import numpy as np
 from rigidcli.algebra.reading import from_tree
 from rigidcli.check import entries
 from rigidcli.check.base import Asked, Finding, Kind, Outcome, Reading, Tree, Unreadable
-from rigidcli.check.entries import Cell, Entry, Layout, Ruler, Same, opened, shown_as
+from rigidcli.check.entries import NOISE, Cell, Entry, Layout, Ruler, Same, opened, shown_as
 from rigidcli.check.kinds.arrays import are_bare, has_unit_length, row, unit_vectors
 from rigidcli.check.kinds.tensors import Tensor, matched, products
 from rigidcli.check.mistakes import of_tensor, shared_factor
-from rigidcli.check.numbers import NOISE
+from rigidcli.check.numbers import ROUNDING
 from rigidcli.check.question import RELATIVE, Question
 from rigidcli.core.arithmetic import Array, Floats, Mask
 from rigidcli.errors import ValueProblem, shown
@@ -161,7 +161,7 @@ class _Answer:
     def _same(self, entry: Entry, moment: float) -> Same:
         if self.ruler.formulas is None:
             return self.ruler.same(entry, moment)
-        allowed = self.ruler.slack * abs(moment) + entries.EXACT * self.ruler.largest
+        allowed = self.ruler.slack * abs(moment) + ROUNDING * self.ruler.largest
         return abs(float(self.ruler.numbers([entry])[0, 0]) - moment) <= allowed
 
     def axis(self, k: int) -> Same:

@@ -3,27 +3,13 @@
 from __future__ import annotations
 
 import math
-from contextlib import suppress
 from dataclasses import dataclass, replace
-from typing import Any, ClassVar
-
-import numpy as np
+from typing import ClassVar
 
 from rigidcli.check.base import Asked, Finding, Kind, Outcome, Reading, Tree, Unreadable
+from rigidcli.check.entries import COMMA, NOISE, Ruler, beside, value_of
 from rigidcli.check.mistakes import TURN, common_factor
-from rigidcli.check.numbers import (
-    NOISE,
-    PURE,
-    Number,
-    as_typed,
-    beside,
-    is_short,
-    margin,
-    scale_in,
-    too_few,
-    with_hint,
-)
-from rigidcli.check.question import Tolerance
+from rigidcli.check.numbers import PURE, Number, as_typed, scale_in, with_hint
 from rigidcli.errors import ValueProblem
 from rigidcli.fields.dimensions import ANGLE, DIMENSIONLESS
 from rigidcli.fields.units import Unit, parse_unit
@@ -31,22 +17,17 @@ from rigidcli.fields.units import Unit, parse_unit
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Key:
-    """The right number in SI units, the unit of an answer without one, and the tolerance.
-
-    A reference of zero is compared beside a `noise` (SI). A literal key has no `path`.
-    """
+    """The right number in SI units, and the unit of an answer without one. A literal key has no `path`."""
 
     reference: float
     unit: Unit
-    tolerance: Tolerance
+    ruler: Ruler
     needs_unit: bool
-    noise: float
     path: tuple[str, ...]
 
     def is_near(self, value: float, scale: float) -> bool:
         """Whether an SI value is within the tolerance, where one of the typed unit is `scale`."""
-        allowed = margin(self.reference, self.tolerance, 0.0, scale)
-        return abs(value - self.reference) <= (allowed if self.reference else allowed + self.noise)
+        return self.ruler.is_near(value, self.reference, scale)
 
 
 class Quantity(Kind):
@@ -60,11 +41,15 @@ class Quantity(Kind):
     def key(self, asked: Asked) -> Key:
         """The number that is asked for. Raises ValueProblem."""
         question = asked.question
-        value, unit = _literal(asked.value) if asked.report is None else _computed(asked.value, asked.unit)
-        if asked.report is None and (question.kind == "quantity") is not bool(unit.text):
-            has_unit, kind = ("has one", "quantity") if unit.text else ("has none", "number")
-            hint = f"make it of kind `{kind}`"
-            raise ValueProblem(f"a quantity has a unit, a number has no unit, and this {has_unit}", hint=hint)
+        if asked.report is not None:
+            value, unit = value_of(asked.value), parse_unit(asked.unit) if asked.unit else PURE
+        else:
+            number = as_typed(asked.value)
+            value, unit = number.typed, number.unit or PURE
+            if (question.kind == "quantity") is not bool(unit.text):
+                has_unit, kind = ("has one", "quantity") if unit.text else ("has none", "number")
+                message = f"a quantity has a unit, a number has no unit, and this {has_unit}"
+                raise ValueProblem(message, hint=f"make it of kind `{kind}`")
         is_product = (
             len(asked.path) > 2 and asked.path[-3].startswith("tensor") and asked.path[-2] != asked.path[-1]
         )
@@ -76,16 +61,15 @@ class Quantity(Kind):
         return Key(
             0.0 if abs(reference) <= noise else reference,
             unit,
-            question.tolerance,
+            Ruler(question.tolerance, unit, noise=noise),
             question.unit == "required" and not needless,
-            noise,
             asked.path,
         )
 
     def read(self, key: Key, answer: Tree) -> Reading:
         """A number in its own unit, or else in that of the key. Raises Unreadable."""
         number = as_typed(answer, key.unit)
-        if key.tolerance.significant_figures is not None and not number.mantissa:
+        if key.ruler.tolerance.significant_figures is not None and not number.mantissa:
             raise Unreadable("not_a_number", "significant figures are asked for: write a decimal number")
         bare = number.unit is None and key.unit.text and not key.needs_unit
         return Reading(number, f"{number.read_as} {key.unit.text}" if bare else number.read_as)
@@ -98,25 +82,23 @@ class Quantity(Kind):
             return Outcome.earning(0.0, _of_misfit(key, value, with_hint(problem)))
         number = replace(value, value=value.typed * scale, scale=scale)
         is_right = key.is_near(number.value, scale)
-        if is_right and too_few(number, key.tolerance):
+        if is_right and key.ruler.too_few(number):
             return Outcome.earning(0.0, Finding("too_few_sig_figs"))
         unitless = [Finding("unit_missing")] if key.needs_unit and value.unit is None else []
         if is_right:
             nothing = value.typed == 0  # zero is zero in any unit
             return Outcome.earning(0.0, *unitless) if unitless and not nothing else Outcome.correct()
         if number.thousands is not None and key.is_near(number.thousands, scale):
-            return Outcome.review(
-                "right if its comma separates thousands, and a comma is read as a decimal comma"
-            )
+            return Outcome.review(COMMA)
         return Outcome.earning(0.0, *unitless, Finding(self._slip(key, number)))
 
     def _slip(self, key: Key, number: Number) -> str:
         """The code of the one mistake that makes this number of the key."""
-        if is_short(number, key.reference, key.tolerance):
+        if key.ruler.is_short(number, key.reference):
             return "too_few_sig_figs"
         if number.unit is not None and key.is_near(number.typed * key.unit.scale, key.unit.scale):
             return "wrong_unit_right_number"
-        slack = margin(key.reference, key.tolerance, 0.0, number.scale) / abs(key.reference or 1)
+        slack = key.ruler.margin(key.reference, number.scale) / abs(key.reference or 1)
         if not key.reference or slack >= 1:
             return "outside_tolerance"
         code = common_factor(number.value / key.reference, key.unit, key.path, max(slack, NOISE))
@@ -136,23 +118,3 @@ def _of_misfit(key: Key, number: Number, detail: str) -> Finding:
         if key.is_near(number.typed * number.scale * (TURN if given.cycle else 1 / TURN), number.scale):
             return Finding("frequency_vs_angular_frequency")
     return Finding("unit_incompatible", detail=detail)
-
-
-def _literal(tree: Tree) -> tuple[float, Unit]:
-    """A number and its unit, read as an answer is. Raises ValueProblem."""
-    try:
-        number = as_typed(tree)
-    except Unreadable as unreadable:
-        raise ValueProblem(f"the key is no number: {unreadable.findings[0].detail}") from None
-    return number.typed, number.unit or PURE
-
-
-def _computed(value: Any, unit: str) -> tuple[float, Unit]:
-    """A number of a report and its unit. Raises ValueProblem."""
-    number = math.nan
-    if not isinstance(value, bool | np.bool_ | str | list | dict | np.ndarray):
-        with suppress(TypeError, ValueError):
-            number = float(value)
-    if not math.isfinite(number):
-        raise ValueProblem("what is asked for is not a finite number")
-    return number, parse_unit(unit) if unit else PURE

@@ -73,7 +73,7 @@ def tally(judgements: Iterable[Judgement]) -> tuple[Tally, ...]:
 
 
 def _tally(id: str, given: Sequence[Judged]) -> Tally:
-    counts: dict[Verdict, int] = {verdict: 0 for verdict in VERDICTS}
+    counts: dict[Verdict, int] = dict.fromkeys(VERDICTS, 0)
     counts |= Counter(each.verdict for each in given)
     # A key is not wrong because one slip is popular: it must be half as popular as the key.
     least = max(3, counts["correct"] / 2)
