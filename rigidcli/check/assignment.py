@@ -14,11 +14,10 @@ import numpy as np
 from pydantic import ValidationError
 
 from rigidcli.check.answers import as_typed
-from rigidcli.check.base import Asked, Kind, Unreadable
+from rigidcli.check.base import Asked, Kind, Unreadable, sentence
 from rigidcli.check.judge import Accepted, Item, with_table
 from rigidcli.check.kinds import KINDS
 from rigidcli.check.question import EVERYWHERE, Assignment, Question
-from rigidcli.check.records import sentence
 from rigidcli.document.complaints import explain
 from rigidcli.document.draft import of_text
 from rigidcli.document.load import load
@@ -114,9 +113,10 @@ def prepare(path: str, studies: Mapping[str, Study], text: str | None = None) ->
             problems.append(placed(keys, error.message, error.hint))
     if problems:
         raise DocumentError(problems)
-    read = (Path(path), *library.files)
+    read = [Path(path), *(library.folder / name for name in library.documents)]
+    read += [file for document in library.documents.values() for file in document.files]
     title = title or Path(path).stem
-    return Prepared(title, source, questions, items, tuple(notes), read, solutions)
+    return Prepared(title, source, questions, items, tuple(notes), tuple(read), solutions)
 
 
 def _tree(text: str, source: str) -> dict[str, Any]:
@@ -217,12 +217,6 @@ class _Library:
     documents: dict[str, Document] = field(default_factory=dict)
     reports: dict[tuple[str, str], Report] = field(default_factory=dict)
 
-    @property
-    def files(self) -> Iterator[Path]:
-        """The documents, and the files that these name."""
-        for name, document in self.documents.items():
-            yield from (self.folder / name, *document.files)
-
     def _report(self, name: str, study: str) -> tuple[Document, Report]:
         """A document, and what a study finds of it. Raises DocumentError."""
         if name not in self.documents:
@@ -236,11 +230,7 @@ class _Library:
         """What a question asks for, and the name of its kind. Raises ValueProblem."""
         if question.ask is not None:
             return self._computed(id, question, question.ask)
-        if question.document is not None:
-            raise ValueProblem("a `document` is for `ask`; an `answer` stands by itself", path=("document",))
-        if question.kind is None:
-            hint = f"a literal answer has one of {', '.join(KINDS)}"
-            raise ValueProblem("missing, expected the kind of the `answer`", path=("kind",), hint=hint)
+        assert question.kind is not None
         return Asked(id, question, question.answer), question.kind
 
     def _computed(self, id: str, question: Question, ask: str) -> tuple[Asked, str]:
@@ -250,8 +240,7 @@ class _Library:
         if study not in self.studies:
             hint = _known(study, self.studies)
             raise ValueProblem(f"there is no command {shown(study)}", path=("ask",), hint=hint)
-        if question.document is None:
-            raise ValueProblem("missing, expected the document that is asked", path=("document",))
+        assert question.document is not None
         document, report = self._report(question.document, study)
         tree = report.tree()
         value = _value_at(study, tree, way)
@@ -264,10 +253,6 @@ class _Library:
         if document.system is not None and document.system.functions and name in OF_SYMBOLS:
             hint = "write a formula for each of `system.functions` into the document of the key"
             raise ValueProblem("answers with unknown functions cannot be judged", path=("ask",), hint=hint)
-        if name == "trajectory":
-            value = next((tree[motion] for motion in MOTIONS if tree.get(motion) is not None), None)
-            if value is None:
-                raise ValueProblem("the document has no such trajectory", path=("ask",))
         return Asked(id, question, value, unit, path, document, report), name
 
 

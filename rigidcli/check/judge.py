@@ -13,10 +13,20 @@ from pathlib import Path
 from typing import Any, TypeAlias
 
 from rigidcli.check.answers import as_typed, capped, folded, read_answers
-from rigidcli.check.base import CODES, Finding, Kind, Outcome, Tree, Unreadable
+from rigidcli.check.base import (
+    CODES,
+    MISSING,
+    Finding,
+    Judged,
+    Judgement,
+    Kind,
+    Outcome,
+    Tree,
+    Unreadable,
+    judged,
+)
 from rigidcli.check.files import beside, is_contested, read_file, safe_name
 from rigidcli.check.question import RELATIVE, Question, Tolerance
-from rigidcli.check.records import MISSING, Judged, Judgement, judged
 from rigidcli.check.roster import Paper
 from rigidcli.check.workers import each
 from rigidcli.errors import nearest, printable, shortened, shown

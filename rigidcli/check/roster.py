@@ -15,9 +15,8 @@ from pathlib import Path
 from typing import TypeAlias
 
 from rigidcli.check.answers import folded
-from rigidcli.check.base import Outcome, Unreadable
+from rigidcli.check.base import MISSING, Judgement, Outcome, Unreadable
 from rigidcli.check.files import CANVAS, MOODLE, Batch, Place, is_answer, listed, noted, submitted, uncounted
-from rigidcli.check.records import MISSING, Judgement
 from rigidcli.errors import DocumentError, Problem, nearest, printable, shown
 from rigidcli.fields.texts import read_text
 

@@ -23,8 +23,8 @@ from rigidcli.render import Look
 
 if TYPE_CHECKING:
     from rigidcli.check.assignment import Prepared
+    from rigidcli.check.base import Judgement
     from rigidcli.check.files import Place
-    from rigidcli.check.records import Judgement
     from rigidcli.check.reports import Style
     from rigidcli.document.document import Document
     from rigidcli.report import Report
@@ -133,9 +133,9 @@ def check(
         from rigidcli.check import files
         from rigidcli.check import roster as students
         from rigidcli.check.assignment import prepare
+        from rigidcli.check.base import MISSING
         from rigidcli.check.judge import run
         from rigidcli.check.judge import selftest as test_keys
-        from rigidcli.check.records import MISSING
         from rigidcli.check.reports import Style
 
         prepared = prepare(assignment, studies(steps))

@@ -24,12 +24,11 @@ import numpy as np
 import pytest
 
 from rigidcli.check import workers
-from rigidcli.check.base import Asked, Outcome, Tree
+from rigidcli.check.base import Asked, Judgement, Outcome, Tree, sentence
 from rigidcli.check.files import MOST_BYTES, gather
 from rigidcli.check.judge import Item, run
 from rigidcli.check.kinds import KINDS
 from rigidcli.check.question import Question
-from rigidcli.check.records import Judgement, sentence
 from rigidcli.check.roster import Paper, papers
 from rigidcli.errors import ComputationError
 from rigidcli.sandbox import Limits

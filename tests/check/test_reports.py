@@ -17,8 +17,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from rigidcli.check import Feedback
-from rigidcli.check.base import CODES, VERDICTS, Finding
-from rigidcli.check.records import Judged, Judgement, reported, sentence
+from rigidcli.check.base import CODES, VERDICTS, Finding, Judged, Judgement, reported, sentence
 from rigidcli.check.reports import Style, items
 from rigidcli.check.reports.formats import FORMATS, csv_rows, harmless, render
 from rigidcli.check.reports.table import points

@@ -13,8 +13,7 @@ from xml.etree import ElementTree as ET
 import orjson
 
 from rigidcli.check import Feedback
-from rigidcli.check.base import Verdict
-from rigidcli.check.records import Judged, Judgement, reported, sentence
+from rigidcli.check.base import Judged, Judgement, Verdict, reported, sentence
 from rigidcli.check.reports import Style
 from rigidcli.check.reports.table import points, table
 from rigidcli.errors import printable

@@ -15,8 +15,7 @@ from typing import TypeAlias
 
 import orjson
 
-from rigidcli.check.base import VERDICTS, Verdict
-from rigidcli.check.records import Judged, Judgement
+from rigidcli.check.base import VERDICTS, Judged, Judgement, Verdict
 from rigidcli.check.reports import Style, read
 from rigidcli.check.reports.formats import csv_rows, json_line
 from rigidcli.check.reports.table import LONGEST_ANSWER, block, counted, painted, score

@@ -7,8 +7,7 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from statistics import fmean
 
-from rigidcli.check.base import VERDICTS, Verdict
-from rigidcli.check.records import Judged, Judgement
+from rigidcli.check.base import VERDICTS, Judged, Judgement, Verdict
 from rigidcli.check.reports import Style
 from rigidcli.errors import shortened
 from rigidcli.render.terminal import Page, Part, Row
