@@ -68,7 +68,7 @@ CODES: dict[str, str] = {
     "products_of_inertia_sign": "the products of inertia have the wrong sign",
     "second_order_form": "the equations are right, and of second order",
     "sign_error": "has the wrong sign",
-    "term_wrong": "a term is missing, or has a wrong factor",
+    "term_wrong": "one or more terms are wrong, missing, or too many",
     "time_range_short": "does not cover the time that is asked for",
     "timeout": "took too long to judge",
     "too_few_sig_figs": "has too few significant figures",

@@ -168,9 +168,7 @@ def check(
             failures.code = max(failures.code, NOT_CORRECT if unhanded else UsageError.exit_code)
         remarks.tell(roster or prepared.source, notes)
         with progress() as show:
-            # On a terminal, the results themselves show the progress.
-            seen = (lambda share: None) if width else show
-            judgements = run(prepared.items, papers, jobs, seen)
+            judgements = run(prepared.items, papers, jobs, show)
             late = list[str]()
             if person is not None:
                 judgements = students.overridden(judgements, person, late)

@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from itertools import pairwise
 from typing import Any, ClassVar, NamedTuple
@@ -24,7 +24,7 @@ from rigidcli.check.entries import NOISE, Cell, Entry, Layout, Ruler, Same, open
 from rigidcli.check.kinds.arrays import are_bare, has_unit_length, row, unit_vectors
 from rigidcli.check.kinds.tensors import Tensor, matched, products
 from rigidcli.check.mistakes import of_tensor, shared_factor
-from rigidcli.check.numbers import ROUNDING
+from rigidcli.check.numbers import ROUNDING, Number
 from rigidcli.check.question import RELATIVE, Question
 from rigidcli.core.arithmetic import Array, Floats, Mask
 from rigidcli.errors import ValueProblem, shown
@@ -118,13 +118,6 @@ class Axes(Kind):
             findings = findings if code is None else [Finding(code)]
         return Outcome.earning((worth - max(0, count - 3)) / 3, *findings)
 
-    def is_right(self, key: Key, value: Pairs) -> bool:
-        """Whether the outcome is `correct`: most pairs are soon seen not to be."""
-        if len(value.axes) != 3:
-            return False
-        answer = _Answer(key, value)
-        return all(answer.pair(k) for k in range(3)) and super().is_right(key, value)
-
     def mistaken(self, asked: Asked, key: Key) -> Iterator[tuple[str, Key]]:
         """The keys whose tensor comes out under a mistake, and that for axes which stand in columns."""
         for code, tensor in of_tensor(asked, key.usual):
@@ -152,23 +145,26 @@ class _Answer:
         squares = (self.units @ key.axes.T) ** 2
         inside, outside = np.sqrt(squares @ key.equal), np.sqrt(squares @ ~key.equal)
         self.near = np.where(inside > 0, np.arctan2(outside, inside), math.pi) <= self.ruler.angle
-        self.moments = [[self._same(own, each) for each in key.moments.tolist()] for own in pairs.moments]
-        if self.ruler.formulas is not None:
-            self.axes = [_without_zeros(axis) for axis in pairs.axes]
-            tensor = _without_zeros(key.tensor.ravel().tolist()).reshape(3, 3)
-            self.turned = [np.asarray(tensor @ axis) for axis in self.axes]
+        point = replace(self.ruler, formulas=None, noise=ROUNDING * self.ruler.largest)
+        self.moments = [[point.same(own, each) for each in key.moments.tolist()] for own in self._at_point()]
+        self.axes = [_without_zeros(axis) for axis in pairs.axes]
 
-    def _same(self, entry: Entry, moment: float) -> Same:
+    def _at_point(self) -> Sequence[Number]:
+        """The moments of an answer, those with symbols by their values at a point."""
         if self.ruler.formulas is None:
-            return self.ruler.same(entry, moment)
-        allowed = self.ruler.slack * abs(moment) + ROUNDING * self.ruler.largest
-        return abs(float(self.ruler.numbers([entry])[0, 0]) - moment) <= allowed
+            return self.given.moments
+        return [Number(value, value, 1.0) for value in self.ruler.numbers(self.given.moments)[:, 0].tolist()]
+
+    def vanish(self, k: int, residual: Callable[[Array, Array], Array]) -> Same:
+        """Whether a residual of I e and e vanishes in symbols; numbers have been compared already."""
+        if self.ruler.formulas is None:
+            return True
+        tensor, axis = _without_zeros(self.key.tensor.ravel().tolist()).reshape(3, 3), self.axes[k]
+        return self.ruler.formulas.vanish(residual(np.asarray(tensor @ axis), axis))
 
     def axis(self, k: int) -> Same:
         """Whether e and I e are parallel."""
-        if self.ruler.formulas is None or not self.near[k].any():
-            return bool(self.near[k].any())
-        return self.ruler.formulas.vanish(np.cross(self.turned[k], self.axes[k]))
+        return bool(self.near[k].any()) and self.vanish(k, np.cross)
 
     def pair(self, k: int) -> Same:
         """Whether I e = lambda e; without moments, whether e is an axis."""
@@ -176,9 +172,9 @@ class _Answer:
             return self.axis(k)
         both = [same for same, near in zip(self.moments[k], self.near[k], strict=True) if near]
         truth = True in both or next((same for same in both if same), False)
-        if self.ruler.formulas is None or truth is False:
+        if truth is not True:
             return truth
-        return self.ruler.formulas.vanish(self.turned[k] - self.axes[k] * self.given.moments[k])
+        return self.vanish(k, lambda turned, axis: turned - axis * self.given.moments[k])
 
     def independent(self, places: Sequence[int]) -> bool:
         """Whether axes span as many dimensions as they are, however wide the tolerance."""

@@ -37,23 +37,13 @@ _VERDICT = max(map(len, VERDICTS))
 def table(students: Iterable[Judgement], style: Style) -> Iterator[str]:
     """A block for each student, and where there are several, a summary and all that needs a person.
 
-    What needs a person is read first. A file or pipe has it at the top, and so begins when all is judged. A
-    terminal shows each student at once; its last lines are seen first, and there it stands above the summary.
+    What needs a person is read first.
     """
-    at_once = style.width is not None
-    seen: list[Judgement] = []
-    for student in students:
-        seen.append(student)
-        if at_once:
-            yield _block(student, style)
-    parts = ["" if at_once else "".join(_block(student, style) for student in seen)]
+    seen = list(students)
+    parts = ["".join(_block(student, style) for student in seen)]
     if len(seen) > 1:
-        urgent = _urgent(seen, style)
-        parts = [*parts, urgent] if at_once else [urgent, *parts]
-        parts.append(_summary(seen, style))
-    text = "\n".join(filter(None, parts))
-    if text:
-        yield f"\n{text}" if at_once else text
+        parts = [_urgent(seen, style), *parts, _summary(seen, style)]
+    yield "\n".join(filter(None, parts))
 
 
 def _block(student: Judgement, style: Style) -> str:
