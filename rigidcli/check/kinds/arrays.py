@@ -101,8 +101,8 @@ class List(Kind):
         """The entries of an answer of the shape that is asked. Raises Unreadable."""
         shape, cells = self.layout(opened(answer))
         if not self.fits(key, shape):
-            sizes = (" by ".join(map(str, each)) for each in (shape, key.entries.shape))
-            raise Unreadable("wrong_shape", "read {} entries, expected {}".format(*sizes))
+            words = f"{shown(answer)} as one entry" if len(cells) == 1 else counted(shape)
+            raise Unreadable("wrong_shape", f"read {words}, expected {counted(key.entries.shape)}")
         entries = key.ruler.read(cells)
         return Reading(entries, _bracketed(filled(shown_as(entries), shape).tolist()))
 
@@ -182,6 +182,11 @@ def listed(names: Sequence[str]) -> str:
     names = sorted(set(names), key=lambda name: (len(name), name))
     more = f" and {len(names) - 6} more" if len(names) > 6 else ""
     return ("; " if "," in names[0] else ", ").join(names[:6]) + more
+
+
+def counted(shape: tuple[int, ...]) -> str:
+    """How many numbers there are: `3 numbers`, `2 by 2 numbers`."""
+    return " by ".join(map(str, shape)) + (" number" if shape == (1,) else " numbers")
 
 
 def _bracketed(texts: list[Any]) -> str:

@@ -21,7 +21,7 @@ from rigidcli.algebra.reading import from_tree
 from rigidcli.check import entries
 from rigidcli.check.base import Asked, Finding, Kind, Outcome, Reading, Tree, Unreadable
 from rigidcli.check.entries import NOISE, Cell, Entry, Layout, Ruler, Same, opened, shown_as
-from rigidcli.check.kinds.arrays import are_bare, has_unit_length, row, unit_vectors
+from rigidcli.check.kinds.arrays import are_bare, counted, has_unit_length, row, unit_vectors
 from rigidcli.check.kinds.tensors import Tensor, matched, products
 from rigidcli.check.mistakes import of_tensor, shared_factor
 from rigidcli.check.numbers import ROUNDING, Number
@@ -203,7 +203,7 @@ class _Answer:
             place = f"axis {k + 1}"
             axis = self.axis(k) if truth is False else truth
             if axis is not False and not self.independent([*seen, k]):
-                findings.append(Finding("missing_axis", place))  # it stands twice, or is made up of others
+                findings.append(Finding("missing_axis", place, "it is made up of the axes before it"))
                 continue
             seen += [k] * (axis is not False)
             is_free = self.key.question.orthogonal == "optional" or truth is not True
@@ -263,6 +263,9 @@ def _cells(answer: Tree) -> tuple[list[Cell], list[list[Cell]]]:
     if not 0 < len(pairs) <= MOST_PAIRS or len(moments) not in (0, len(pairs)):
         expected = f"expected at most {MOST_PAIRS} pairs `[moment, [x, y, z]]`"
         raise Unreadable("wrong_shape", f"read {shown(answer)}, {expected}")
+    if all(isinstance(axis, str) and not re.search(r"[\s,;(\[{]", axis.strip()) for _, axis in pairs):
+        expected = "expected an axis beside each moment: `[moment, [x, y, z]]`"
+        raise Unreadable("wrong_shape", f"read {counted((len(pairs),))} and no axes, {expected}")
     return moments, [_components(axis, f"axis {k}") for k, (_, axis) in enumerate(pairs, 1)]
 
 

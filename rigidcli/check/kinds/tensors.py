@@ -14,7 +14,7 @@ import numpy as np
 
 from rigidcli.check.base import Asked, Finding, Outcome, Tree, Unreadable
 from rigidcli.check.entries import Cell, Entry, Layout, Ruler, Same
-from rigidcli.check.kinds.arrays import AXES, Key, List, Matrix, Triples, compared, listed, rows
+from rigidcli.check.kinds.arrays import AXES, Key, List, Matrix, Triples, compared, counted, listed, rows
 from rigidcli.check.mistakes import OTHER_PRODUCTS, Arrays, of_tensor
 from rigidcli.core.arithmetic import Array
 from rigidcli.errors import ValueProblem, shown
@@ -137,7 +137,7 @@ class Moments(List):
             zero = {place for place, right in enumerate(key.right) if key.ruler.has_value(right, 0)}
             # Where only zeros are right, nothing is.
             share = 0 if own.keys() <= zero and len(zero) < count else len(own)
-            detail = f"read {len(value)}, expected {count}"
+            detail = f"read {counted((len(value),))}, expected {count}"
             surplus = max(0, len(value) - count)
             return Outcome.earning((share - surplus) / count, Finding("wrong_shape", detail=detail))
         rest = (k for k in _ranks(key.ruler, value) if partners[k] is None)

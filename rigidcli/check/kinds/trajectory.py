@@ -123,7 +123,8 @@ class Trajectory(Kind):
             [table[name].in_si(unit) if name in table else missing for name, unit in named]
         )
         heads = ", ".join(name for name in (TIME, *key.columns) if name in table)
-        return Reading(rows, f"{len(rows)} rows of {heads}, t from {rows[0, 0]:.6g} to {rows[-1, 0]:.6g}")
+        count = "1 row" if len(rows) == 1 else f"{len(rows)} rows"
+        return Reading(rows, f"{count} of {heads}, t from {rows[0, 0]:.6g} to {rows[-1, 0]:.6g}")
 
     @np.errstate(all="ignore")
     def judge(self, key: Key, value: Floats) -> Outcome:

@@ -16,7 +16,7 @@ from typing import NamedTuple
 
 from rigidcli.check.base import Judgement
 from rigidcli.check.files import listed, noted
-from rigidcli.check.reports.table import points
+from rigidcli.check.reports.formats import points
 from rigidcli.check.roster import LOGINS, NAMES, Roster, points_in
 from rigidcli.errors import UsageError, nearest, shown
 

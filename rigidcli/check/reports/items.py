@@ -17,8 +17,7 @@ import orjson
 
 from rigidcli.check.base import VERDICTS, Judged, Judgement, Verdict
 from rigidcli.check.reports import Style, read
-from rigidcli.check.reports.formats import csv_rows, json_line
-from rigidcli.check.reports.table import LONGEST_ANSWER, block, counted, painted, score
+from rigidcli.check.reports.formats import LONGEST_ANSWER, block, counted, csv_rows, json_line, painted, score
 from rigidcli.errors import DocumentError, Problem, printable, shortened
 from rigidcli.render.terminal import Row
 
