@@ -179,6 +179,14 @@ class _System:
             columns = [k for k, slope in enumerate(row) if slope.terms]
             if len(columns) == 1:
                 given.setdefault(self.unknowns[columns[0]], []).append(row[columns[0]])
+        for row in self.rows if self.unclear and not given else ():
+            block = [k for k, slope in enumerate(row) if slope.terms]
+            rows = [r for r in self.rows if not any(e.terms for k, e in enumerate(r) if k not in block)]
+            chosen, columns = self._rank(rows)
+            if block and columns == block:
+                with suppress(ExpressionError):
+                    whole = determinant([[rows[i][k] for k in block] for i in chosen])
+                    return {self.unknowns[k]: [whole] for k in block}
         return given
 
     def _row(self, residual: Node) -> list[Expr] | None:
