@@ -353,12 +353,7 @@ def _tensor_of_pairs(ruler: Ruler, pairs: Array) -> Array:
             raise ValueProblem("the axes are not at right angles")
         terms = (np.outer(e, e) * (moment / (e @ e)) for moment, e in zip(moments, axes, strict=True))
         return ruler.entries(np.vectorize(from_tree, otypes=[object])(sum(terms)))
-    # I e = lambda e for three axes, which need be at right angles only where the moments differ.
     units = unit_vectors(axes.T).T
-    if not np.isfinite(units).all() or np.linalg.svd(units, compute_uv=False)[2] < RELATIVE:
-        raise ValueProblem("the axes do not span the space")
-    # It may be typed with few digits.
-    tensor = np.asarray(np.linalg.solve(units, moments[:, None] * units))
-    if np.abs(tensor - tensor.T).max() > RELATIVE * np.abs(tensor).max():
+    if not np.abs(units @ units.T - np.eye(3)).max() <= RELATIVE:  # also where an axis has no direction
         raise ValueProblem("the axes are not at right angles")
-    return (tensor + tensor.T) / 2
+    return np.asarray(units.T * moments @ units)
