@@ -45,7 +45,7 @@ CODES: dict[str, str] = {
     "hamilton_sign": "a sign in Hamilton's equations is wrong: q' = dH/dp, p' = -dH/dq",
     "kinetic_factor": "the kinetic energy has a wrong factor",
     "lagrangian_or_potential_sign": "this is T - V instead of T + V, or the potential has the wrong sign",
-    "missing_axis": "an axis is missing",
+    "missing_axis": "an axis is missing: three independent ones are asked for",
     "missing_column": "a column is missing",
     "missing_equation": "an equation is missing",
     "missing_file": "there is no such file",

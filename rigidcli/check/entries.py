@@ -144,14 +144,14 @@ class Ruler:
 
     def numbers(self, entries: Iterable[Entry | Right]) -> Floats:
         """Entries (n) as SI numbers (n by 1), trees by their values at some points (n by k); NaN for none."""
-        rows = [self._numbers(entry) for entry in entries]
+        rows = list[list[float]]()
+        for entry in entries:
+            if isinstance(entry, Number | float):
+                rows.append([entry.value if isinstance(entry, Number) else entry])
+            else:
+                balls = self.formulas.values(entry) if self.formulas else []
+                rows.append([math.nan if ball is None else float(ball.mid()) for ball in balls])
         return np.array(rows, dtype=np.float64).reshape(len(rows), -1 if rows else 1)
-
-    def _numbers(self, entry: Entry | Right) -> list[float]:
-        if isinstance(entry, Number | float):
-            return [entry.value if isinstance(entry, Number) else entry]
-        assert self.formulas is not None
-        return [math.nan if ball is None else float(ball.mid()) for ball in self.formulas.values(entry)]
 
     def entries(self, value: Any) -> Array:
         """An array of numbers, exact numbers or trees as entries of a key. Raises ValueProblem."""

@@ -18,7 +18,7 @@ from rigidcli.check.answers import folded
 from rigidcli.check.base import MISSING, Judgement, Outcome, Unreadable
 from rigidcli.check.files import CANVAS, MOODLE, Batch, Place, is_answer, listed, noted, submitted, uncounted
 from rigidcli.errors import DocumentError, Problem, nearest, printable, shown
-from rigidcli.fields.texts import read_text
+from rigidcli.fields.texts import ending, read_text
 
 NAMES = ("Student", "LastName", "FirstName")
 """The columns of a student's name, in one or in two."""
@@ -77,7 +77,9 @@ def papers(batch: Batch, roster: Roster | None = None) -> tuple[list[Paper], lis
     for key, student in names.items():
         last, earlier = _latest(answers[key])
         notes += noted(f"handed in again by {printable(student)}, and the earlier left out", earlier)
-        scans = [each for each in others[key] if each.way or _is_hand_in(each.file.name)]
+        # A table beside answer files is one that they name; any other file is a hand-in, such as a pdf.
+        files = [(each, each.file.name) for each in others[key]]
+        scans = [name for each, name in files if each.way or submitted(name)[0] or ending(name) not in TABLES]
         if len(last) == 1:
             rows.append(Paper(student, last[0].file, last[0].source))
         elif last:
@@ -85,18 +87,15 @@ def papers(batch: Batch, roster: Roster | None = None) -> tuple[list[Paper], lis
             detail = f"{len(last)} answer files are this student's: {listed([each.source for each in last])}"
             rows.append(Paper(student, outcome=Unreadable("duplicate_key", detail).outcome))
         elif scans:
-            detail = f"read {listed([each.file.name for each in scans])}, which is no answer file"
+            detail = f"read {listed(scans)}, which is no answer file"
             rows.append(Paper(student, outcome=Outcome.review(detail)))
     notes += noted("more than one answer file, and none of them judged", double)
     if roster is not None:
         given = {folded(paper.student) for paper in rows}
-        rows += [Paper(label, outcome=MISSING) for label in roster.present() if folded(label) not in given]
+        rows += [
+            Paper(label, outcome=MISSING) for label in roster.labels.values() if folded(label) not in given
+        ]
     return rows, notes
-
-
-def _is_hand_in(name: str) -> bool:
-    """Whether a file beside answer files is a hand-in of its own, such as a pdf, and not one they name."""
-    return bool(submitted(name)[0]) or Path(name).suffix.lower() not in TABLES
 
 
 def _latest(places: Sequence[Place]) -> tuple[list[Place], list[str]]:
@@ -204,6 +203,8 @@ class Roster:
         for key, raw in students.items():
             cells = {column: printable(cell.strip()) for column, cell in raw.items()}
             name = cells.get("Student") or ", ".join(filter(None, map(cells.get, NAMES[1:])))
+            if name == TEST_STUDENT:
+                continue
             logins = [cells[column] for column in LOGINS if cells.get(column)]
             self._names[key], self.labels[key] = name, next(iter(logins), name)
             for login in logins:
@@ -213,10 +214,6 @@ class Roster:
                 self._meant[spelling].add(key)
         alike = Counter(self._names.values())
         self.labels |= {key: name for key, name in self._names.items() if name and alike[name] == 1}
-
-    def present(self) -> list[str]:
-        """The students, without Canvas' own."""
-        return [label for key, label in self.labels.items() if self._names[key] != TEST_STUDENT]
 
     def owner(self, place: Place, name: str) -> set[int]:
         """The students whom the deepest folder that names any may mean, or else the file, or the `name`."""
@@ -248,7 +245,7 @@ class Roster:
             else:
                 (doubtful if keys else unknown).append(name)
         several = [students[place] for rows in places.values() if len(rows) > 1 for place in rows]
-        absent = [name for key, name in self._names.items() if key not in places and name != TEST_STUDENT]
+        absent = [name for key, name in self._names.items() if key not in places]
         notes = noted("not found in the gradebook", unknown)
         notes += noted("more than one student of the gradebook may be meant by", doubtful)
         notes += noted("several hand-ins of one student, and none of them taken", several)

@@ -203,7 +203,7 @@ class _Answer:
             place = f"axis {k + 1}"
             axis = self.axis(k) if truth is False else truth
             if axis is not False and not self.independent([*seen, k]):
-                findings.append(Finding("missing_axis", place, "it is made up of the axes before it"))
+                findings.append(Finding("missing_axis", place))  # it stands twice, or is made up of others
                 continue
             seen += [k] * (axis is not False)
             is_free = self.key.question.orthogonal == "optional" or truth is not True

@@ -90,14 +90,11 @@ def _json(students: Students, style: Style) -> Iterator[str]:
         line: dict[str, object] = {"schema": "rigidcli.check/1"}
         line |= {name: getattr(student, name) for name in ("student", "source", "score", "max_score")}
         line["questions"] = [
-            {name: getattr(question, name) for name in FIELDS} | {"feedback": _feedback(question)}
+            {name: getattr(question, name) for name in FIELDS}
+            | {"feedback": [{"code": each.code, "message": sentence(each)} for each in question.findings]}
             for question in student.questions
         ]
         yield json_line(line)
-
-
-def _feedback(question: Judged) -> list[dict[str, str]]:
-    return [{"code": finding.code, "message": sentence(finding)} for finding in question.findings]
 
 
 def _gradescope(students: Students, style: Style) -> Iterator[str]:
