@@ -202,7 +202,7 @@ def _key(kind: Kind, asked: Asked, folder: Path, *place: str | int) -> Any:
     except Unreadable as unreadable:
         first = unreadable.findings[0]
         words = sentence(first)
-        raise ValueProblem(words if first.place else f"the key {words}", path=place) from None
+        raise ValueProblem(words if first.place else f"the key: {words}", path=place) from None
 
 
 # --- documents
@@ -230,7 +230,9 @@ class _Library:
         """What a question asks for, and the name of its kind. Raises ValueProblem."""
         if question.ask is not None:
             return self._computed(id, question, question.ask)
-        assert question.kind is not None
+        if question.kind is None:
+            hint = f"a literal answer has one of {', '.join(KINDS)}"
+            raise ValueProblem("missing, expected the kind of the `answer`", path=("kind",), hint=hint)
         return Asked(id, question, question.answer), question.kind
 
     def _computed(self, id: str, question: Question, ask: str) -> tuple[Asked, str]:
@@ -240,7 +242,8 @@ class _Library:
         if study not in self.studies:
             hint = _known(study, self.studies)
             raise ValueProblem(f"there is no command {shown(study)}", path=("ask",), hint=hint)
-        assert question.document is not None
+        if question.document is None:
+            raise ValueProblem("missing, expected the document that is asked", path=("document",))
         document, report = self._report(question.document, study)
         tree = report.tree()
         value = _value_at(study, tree, way)

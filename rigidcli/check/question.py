@@ -99,7 +99,7 @@ class Question(Section):
     )
 
     ONE_OF = ("ask", "answer")
-    NEEDS: ClassVar = {"ask": "document", "document": "ask", "answer": "kind"}
+    NEEDS: ClassVar = {"document": "ask"}
 
     document: str | None = None
     """the file that the key is computed from, beside the assignment: `document: cube.yaml`"""

@@ -406,8 +406,8 @@ def test_a_persons_word_is_over_the_tools(small: Path, program: Program) -> None
     book.write_text("student,question,score,reason\ntwo,a,2.5,a slip\nONE,A,0,copied\nzoe,a,1,\n")
     done = program(*words, "-f", "csv", "--no-header")
     assert done.out.splitlines() == [
-        f"one,a,incorrect,0.0,4.0,overridden,was judged by a person; copied,{small}/answers/one.yaml",
-        f"two,a,partial,2.5,4.0,overridden,was judged by a person; a slip,{small}/answers/two.yaml",
+        f"one,a,incorrect,0.0,4.0,overridden,a person has judged this; copied,{small}/answers/one.yaml",
+        f"two,a,partial,2.5,4.0,overridden,a person has judged this; a slip,{small}/answers/two.yaml",
     ]
     assert "note: nobody of this name has a row, and the override is left out: `zoe`" in done.err
     book.write_text("student;question;score\ntwo;a;4\n")

@@ -152,7 +152,7 @@ class _Answer:
     def _at_point(self) -> Sequence[Number]:
         """The moments of an answer, those with symbols by their values at a point."""
         if self.ruler.formulas is None:
-            return self.given.moments
+            return [each for each in self.given.moments if isinstance(each, Number)]
         return [Number(value, value, 1.0) for value in self.ruler.numbers(self.given.moments)[:, 0].tolist()]
 
     def vanish(self, k: int, residual: Callable[[Array, Array], Array]) -> Same:
