@@ -9,7 +9,7 @@ import stat
 import zipfile
 from collections.abc import Iterator, Sequence
 from contextlib import suppress
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 from rigidcli.check.base import Tree, Unreadable
@@ -26,6 +26,9 @@ MOST_UNPACKED = 500_000_000
 
 HIDDEN = (".", "__MACOSX")
 """Beginnings of names that are passed over without a word: some systems put such files beside others."""
+
+GRADESCOPE = "submission_metadata.yml"
+"""The list of who has submitted what in Gradescope's export."""
 
 ELSEWHERE = frozenset("/\\:\0")
 """Characters by which a name leads out of its folder, on one system or another."""
@@ -90,13 +93,14 @@ def noted(what: str, names: Sequence[str]) -> list[str]:
 class Place:
     """A file below one of ANSWERS: `way` are the folders that lead to it, `source` is its name in reports.
 
-    `root` tells the ANSWERS apart.
+    `root` tells the ANSWERS apart, and `owners` are the students whom the platform itself names.
     """
 
     file: Path
     source: str
     root: int = 0
     way: tuple[str, ...] = ()
+    owners: tuple[str, ...] = ()
 
 
 @dataclass(slots=True)
@@ -145,7 +149,7 @@ def gather(paths: Sequence[str], assignment: str | None, scratch: Path) -> Batch
                 batch.trouble(path, "no answer files: their names end in .json, .yaml, .yml")
         else:
             places = [Place(path, safe_name(path), -2, ways.get(given, ()))]
-        for place in places:
+        for place in _named(places):
             if _spot(place.file) not in seen:
                 seen.add(_spot(place.file))
                 is_judged = place.file == path or is_answer(place.file.name)
@@ -201,6 +205,25 @@ def _unpacked(path: Path, folder: Path, batch: Batch) -> Path:
         reason = getattr(error, "strerror", None) or str(error)
         batch.trouble(path, f"cannot be read as a zip: {reason}")
     return folder
+
+
+def _named(places: Sequence[Place]) -> Iterator[Place]:
+    """The places with the students whom Gradescope's list in their folder names, and without the list."""
+    from rigidcli.check.answers import tree_of
+
+    owners: dict[str, tuple[str, ...]] = {}
+    for place in places:
+        if place.file.name == GRADESCOPE:
+            with suppress(Unreadable):
+                tree = tree_of(read_file(place.file))
+                for name, entry in tree.items() if isinstance(tree, dict) else ():
+                    people = entry.get(":submitters") if isinstance(entry, dict) else None
+                    emails = [each.get(":email") or each.get(":name") for each in people or () if each]
+                    owners[name] = tuple(filter(None, emails))
+    for place in places:
+        if place.file.name != GRADESCOPE:
+            own = next((owners[folder] for folder in place.way if folder in owners), ())
+            yield replace(place, owners=own)
 
 
 def _reason(error: Exception) -> str:

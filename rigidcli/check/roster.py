@@ -62,15 +62,15 @@ def papers(batch: Batch, roster: Roster | None = None) -> tuple[list[Paper], lis
     answers, others = defaultdict[str, list[Place]](list), defaultdict[str, list[Place]](list)
     notes, unknown, doubtful = list[str](), list[str](), list[str]()
     everything, judged = [*batch.answers, *batch.others], set(batch.answers)
-    for place, name in zip(everything, _students(everything), strict=True):
-        student, is_judged = name, place in judged
-        if roster is not None:
-            keys = roster.owner(place, name)
-            student = roster.labels[min(keys)] if len(keys) == 1 else name
-            if is_judged and len(keys) != 1:
+    for place, plain in zip(everything, _students(everything), strict=True):
+        is_judged = place in judged
+        for name in place.owners or (plain,):
+            keys = set[int]() if roster is None else roster.owner(place, name)
+            student = roster.labels[min(keys)] if roster is not None and len(keys) == 1 else name
+            if roster is not None and is_judged and len(keys) != 1:
                 (doubtful if keys else unknown).append(name)
-        names.setdefault(folded(student), student)
-        (answers if is_judged else others)[folded(student)].append(place)
+            names.setdefault(folded(student), student)
+            (answers if is_judged else others)[folded(student)].append(place)
     notes += noted("not found in the roster", unknown)
     notes += noted("more than one student of the roster may be meant by", doubtful)
     rows, double = list[Paper](), list[str]()
@@ -218,7 +218,8 @@ class Roster:
     def owner(self, place: Place, name: str) -> set[int]:
         """The students whom the deepest folder that names any may mean, or else the file, or the `name`."""
         folders = (submitted(folder, (MOODLE,))[0] or folder for folder in reversed(place.way))
-        return next(filter(None, map(self.find, [*folders, place.file.stem, name])), set())
+        ways = [] if place.owners else [*folders, place.file.stem]
+        return next(filter(None, map(self.find, [*ways, name])), set())
 
     def find(self, name: str) -> set[int]:
         """The students that a name may mean, by the first way that leads to any."""

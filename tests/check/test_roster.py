@@ -205,6 +205,29 @@ def test_an_archive_is_bounded(tmp_path: Path) -> None:
     assert "cannot be read as a zip" in found(tmp_path, "no.zip").problems[0].message
 
 
+METADATA = """
+---
+submission_1:
+  :submitters:
+  - :name: Ada L
+    :sid: '11'
+    :email: ada@x.edu
+  :created_at: 2024-01-01 00:00:00 Z
+submission_2:
+  :submitters:
+  - :name: Bob
+  - :name: Eve
+"""
+
+
+def test_gradescope_says_whose_a_folder_is(tmp_path: Path) -> None:
+    made(tmp_path, "export/submission_1/hw.yaml", "export/submission_2/hw.yaml")
+    (tmp_path / "export/submission_metadata.yml").write_text(METADATA)
+    expected = {"ada@x.edu": "hw.yaml", "Bob": "hw.yaml", "Eve": "hw.yaml"}
+    assert owners(tmp_path) == expected
+    assert owners(tmp_path / "export") == expected
+
+
 # --- lists of students
 
 LIST = 'Name,Login,ID\n"Doe, Jane",jdoe@x.edu,101\nMax Roe,mroe,102\nZoë O\'Brien,zob,103\nMax Roe,max2,104\n'
