@@ -22,6 +22,8 @@ from rigidcli.fields.texts import require_bounded
 MAX_DEPTH = 50
 """The deepest nesting of lists and mappings: documents have ten levels, and Python's stack has a thousand."""
 
+_TOO_DEEP = f"nested more than {MAX_DEPTH} deep"
+
 MAX_INTEGER_DIGITS = 400
 """The most digits of a whole number: more than any float has, fewer than are slow to read."""
 
@@ -67,6 +69,9 @@ def read_tree(
         events = _LOADER(data).get_event
         return _Builder(events, source, number, {} if lines is None else lines, typed).root()
     except yaml.MarkedYAMLError as error:
+        if "maximum nesting depth" in (error.problem or ""):  # newer libyaml refuses it by itself
+            problem = Problem(source, _TOO_DEEP, error.problem_mark.line + 1, code="too_deep")
+            raise DocumentError([problem]) from None
         from rigidcli.document.complaints import find_slip
 
         slip = find_slip(text, error)
@@ -126,7 +131,7 @@ class _Builder:
         if type(event) is yaml.ScalarEvent:
             return event.value if event.style else self._plain(event, is_text)
         if depth == MAX_DEPTH:
-            raise self._refusal(event, f"nested more than {MAX_DEPTH} deep", code="too_deep")
+            raise self._refusal(event, _TOO_DEEP, code="too_deep")
         if type(event) is yaml.MappingStartEvent:
             return self._mapping(path, depth + 1)
         items: list[Any] = []
