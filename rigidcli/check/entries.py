@@ -7,7 +7,7 @@ tensors and axes is made of questions about single entries.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Iterable, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
 from typing import Any, TypeAlias
@@ -17,7 +17,6 @@ import numpy as np
 from rigidcli.algebra.expressions import Expr
 from rigidcli.algebra.trees import to_tree
 from rigidcli.check.base import Asked, Finding, Tree, Unreadable
-from rigidcli.check.lists import read_list
 from rigidcli.check.numbers import ROUNDING, Number, as_typed, read_number
 from rigidcli.check.question import RELATIVE, Tolerance
 from rigidcli.check.reading import exactly, names_of, plain, read_expression
@@ -38,12 +37,6 @@ Right: TypeAlias = float | tree.Node
 
 Same: TypeAlias = bool | str
 """Whether two entries are the same, or the reason why that is open."""
-
-Cell: TypeAlias = tuple[str, Tree]
-"""The name of a place, and what was typed there."""
-
-Layout: TypeAlias = tuple[tuple[int, ...], list[Cell]]
-"""The shape of an answer, and its cells row by row."""
 
 NOISE = 1e-12
 """A number below this, in units of the largest beside it, is zero but for rounding."""
@@ -68,10 +61,13 @@ class Ruler:
     largest: float = 0.0
     noise: float = 0.0
 
-    def read(self, cells: Iterable[Cell]) -> tuple[Entry, ...]:
-        """The entries of cells. Raises Unreadable with all that cannot be read, a repeated problem once."""
+    def read(self, cells: Iterable[Tree], places: Sequence[str]) -> tuple[Entry, ...]:
+        """The entries that were typed in these places.
+
+        Raises Unreadable with all that cannot be read, a repeated problem once.
+        """
         entries, problems = list[Entry](), dict[tuple[str, str], Finding]()
-        for place, typed in cells:
+        for place, typed in zip(places, cells, strict=True):
             try:
                 if self.formulas is None:
                     entries.append(read_number(typed, self.unit, place))
@@ -195,21 +191,6 @@ class Ruler:
 # --- reading
 
 
-def opened(answer: Tree) -> Tree:
-    """The list, table or mapping that was typed, with its factor and its unit moved into each entry."""
-    listed = read_list(answer)
-
-    def moved(entry: Tree) -> Tree:
-        if isinstance(entry, list):
-            return [moved(each) for each in entry]
-        if isinstance(entry, dict):
-            return {name: moved(each) for name, each in entry.items()}
-        typed = f"({listed.factor})*({entry})" if listed.factor else entry
-        return f"{typed} {listed.unit}" if listed.unit else typed
-
-    return moved(listed.entries)
-
-
 def shown_as(entries: Iterable[Entry]) -> list[str]:
     """How entries were read."""
     return [entry.read_as if isinstance(entry, Number) else plain(entry) for entry in entries]
@@ -223,19 +204,23 @@ def is_constant(entry: Entry | Right) -> bool:
 # --- keys
 
 
-def literal(asked: Asked, layout: Callable[[Tree], Layout]) -> tuple[Ruler, Array]:
-    """The ruler and the entries of a literal key, laid out as answers are. Raises Unreadable."""
-    shape, cells = layout(asked.value)
+def literal(asked: Asked, table: Array, places: Sequence[str]) -> tuple[Ruler, Array]:
+    """The ruler and the entries of a literal key, of a table of what is typed. Raises Unreadable."""
+    cells = table.ravel().tolist()
     ruler = Ruler(asked.question.tolerance)
     try:
-        units = [each.unit for each in (as_typed(typed) for _, typed in cells) if each.unit is not None]
+        units = [each.unit for each in map(as_typed, cells) if each.unit is not None]
     except Unreadable:
         symbols = asked.question.symbols
-        trees = [] if symbols else [read_expression(typed, None, place) for place, typed in cells]
+        trees = (
+            []
+            if symbols
+            else [read_expression(cell, None, place) for cell, place in zip(cells, places, strict=True)]
+        )
         ruler = _with_symbols(ruler, asked, trees)
-        return ruler, filled(ruler.read(cells), shape)
+        return ruler, filled(ruler.read(cells, places), table.shape)
     ruler = replace(ruler, unit=units[0] if units else None)
-    return _measured(ruler, ruler.numbers(ruler.read(cells))[:, 0].tolist(), shape)
+    return _measured(ruler, ruler.numbers(ruler.read(cells, places))[:, 0].tolist(), table.shape)
 
 
 def computed(asked: Asked, value: Any) -> tuple[Ruler, Array]:
