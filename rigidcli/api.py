@@ -169,7 +169,6 @@ def check(
     from rigidcli.check import roster as students
     from rigidcli.check.assignment import prepare
     from rigidcli.check.judge import run
-    from rigidcli.check.overrides import read_overrides
     from rigidcli.check.reports import Style
     from rigidcli.check.reports.formats import render
 
@@ -180,7 +179,7 @@ def check(
     if not answers:
         raise UsageError("no answers are named: expected files, folders of them, or a zip")
     prepared = prepare(os.fspath(assignment), {name: globals()[name] for name in STUDIES})
-    person = None if overrides is None else read_overrides(overrides, prepared.items)
+    person = None if overrides is None else students.read_overrides(overrides, prepared.worth)
     with TemporaryDirectory(prefix="rigidcli-") as scratch:
         gathered = files.gather([os.fspath(name) for name in answers], os.fspath(assignment), Path(scratch))
         if gathered.problems:
@@ -190,7 +189,7 @@ def check(
         judged = list(run(prepared.items, papers, jobs))
     notes = [*map(str, prepared.notes), *notes, *(note for paper in judged for note in paper.notes)]
     if person is not None:
-        judged = list(person.over(judged, notes))
+        judged = list(students.overridden(judged, person, notes))
     style = Style(Feedback(feedback))
     return Judgements([json.loads(line) for line in render("json", judged, style)], notes)
 

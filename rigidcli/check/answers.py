@@ -9,6 +9,7 @@ the text that it is: `[1, 2] cm`, `- 3.2`, `|T|`.
 from __future__ import annotations
 
 import re
+import unicodedata
 from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import TypeAlias
@@ -57,8 +58,8 @@ _LATEX = re.compile(
 
 
 def folded(id: str) -> str:
-    """The name of a question, however it is spelled."""
-    return id.strip().casefold()
+    """The name of a question or a student, however it is spelled."""
+    return unicodedata.normalize("NFC", id.strip()).casefold()
 
 
 def tree_of(text: str) -> Tree:

@@ -14,11 +14,10 @@ import numpy as np
 from pydantic import ValidationError
 
 from rigidcli.check.answers import as_typed
-from rigidcli.check.base import Asked, Kind, Unreadable
+from rigidcli.check.base import Asked, Kind, Unreadable, sentence
 from rigidcli.check.judge import Accepted, Item, with_table
 from rigidcli.check.kinds import KINDS
 from rigidcli.check.question import EVERYWHERE, Assignment, Question
-from rigidcli.check.records import sentence
 from rigidcli.document.complaints import explain
 from rigidcli.document.draft import of_text
 from rigidcli.document.load import load
@@ -69,6 +68,11 @@ class Prepared:
     files: tuple[Path, ...] = ()
     solutions: Mapping[str, Report] = field(default_factory=dict)
 
+    @property
+    def worth(self) -> dict[str, float]:
+        """The points of each question."""
+        return {id: item.points for id, item in self.items.items()}
+
 
 def prepare(path: str, studies: Mapping[str, Study], text: str | None = None) -> Prepared:
     """Read an assignment, if its `text` is not read yet, and work out its keys by the `studies`.
@@ -109,9 +113,10 @@ def prepare(path: str, studies: Mapping[str, Study], text: str | None = None) ->
             problems.append(placed(keys, error.message, error.hint))
     if problems:
         raise DocumentError(problems)
-    read = (Path(path), *library.files)
+    read = [Path(path), *(library.folder / name for name in library.documents)]
+    read += [file for document in library.documents.values() for file in document.files]
     title = title or Path(path).stem
-    return Prepared(title, source, questions, items, tuple(notes), read, solutions)
+    return Prepared(title, source, questions, items, tuple(notes), tuple(read), solutions)
 
 
 def _tree(text: str, source: str) -> dict[str, Any]:
@@ -197,7 +202,7 @@ def _key(kind: Kind, asked: Asked, folder: Path, *place: str | int) -> Any:
     except Unreadable as unreadable:
         first = unreadable.findings[0]
         words = sentence(first)
-        raise ValueProblem(words if first.place else f"the key {words}", path=place) from None
+        raise ValueProblem(words if first.place else f"the key: {words}", path=place) from None
 
 
 # --- documents
@@ -212,12 +217,6 @@ class _Library:
     documents: dict[str, Document] = field(default_factory=dict)
     reports: dict[tuple[str, str], Report] = field(default_factory=dict)
 
-    @property
-    def files(self) -> Iterator[Path]:
-        """The documents, and the files that these name."""
-        for name, document in self.documents.items():
-            yield from (self.folder / name, *document.files)
-
     def _report(self, name: str, study: str) -> tuple[Document, Report]:
         """A document, and what a study finds of it. Raises DocumentError."""
         if name not in self.documents:
@@ -231,8 +230,6 @@ class _Library:
         """What a question asks for, and the name of its kind. Raises ValueProblem."""
         if question.ask is not None:
             return self._computed(id, question, question.ask)
-        if question.document is not None:
-            raise ValueProblem("a `document` is for `ask`; an `answer` stands by itself", path=("document",))
         if question.kind is None:
             hint = f"a literal answer has one of {', '.join(KINDS)}"
             raise ValueProblem("missing, expected the kind of the `answer`", path=("kind",), hint=hint)
@@ -259,10 +256,6 @@ class _Library:
         if document.system is not None and document.system.functions and name in OF_SYMBOLS:
             hint = "write a formula for each of `system.functions` into the document of the key"
             raise ValueProblem("answers with unknown functions cannot be judged", path=("ask",), hint=hint)
-        if name == "trajectory":
-            value = next((tree[motion] for motion in MOTIONS if tree.get(motion) is not None), None)
-            if value is None:
-                raise ValueProblem("the document has no such trajectory", path=("ask",))
         return Asked(id, question, value, unit, path, document, report), name
 
 

@@ -6,10 +6,13 @@ import hashlib
 import math
 import operator
 from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import suppress
 from fractions import Fraction
 from functools import lru_cache
 from typing import Any, TypeAlias
 
+from rigidcli.algebra.reading import from_tree
+from rigidcli.errors import ExpressionError
 from rigidcli.language import tree
 from rigidcli.language.tree import Node
 
@@ -264,24 +267,13 @@ def _number(text: str, rounded: int) -> Ball:
 @lru_cache(1024)
 def _rational(node: Node) -> Fraction | None:
     """The exponent that a formula without names is, where it is a small rational number."""
-    operands: list[Fraction | None] = [_rational(part) for part in tree.operands(node)]
-    inner = [part for part in operands if part is not None]
-    if len(inner) < len(operands):
+    if tree.names_in(node):
         return None
-    total = None
-    match node:
-        case tree.Number(text, value) if abs(value) <= MAX_POWER and len(text) < 20:
-            total = Fraction(text)
-        case tree.Negative():
-            total = -inner[0]
-        case tree.Reciprocal() if inner[0]:
-            total = 1 / inner[0]
-        case tree.Sum():
-            total = sum(inner, Fraction(0))
-        case tree.Product():
-            total = math.prod(inner, start=Fraction(1))
-    is_small = total is not None and abs(total) <= MAX_POWER and total.denominator <= MAX_POWER
-    return total if is_small else None
+    with suppress(ExpressionError):
+        number = from_tree(node).as_number
+        if number is not None and max(abs(number.numerator), number.denominator) <= MAX_POWER:
+            return Fraction(number)
+    return None
 
 
 def _inverse(value: Ball) -> Ball:

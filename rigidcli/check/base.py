@@ -1,11 +1,19 @@
-"""What all kinds of answers share: what is asked, what was read, and what is said of it."""
+"""What all kinds of answers share: what is asked, what was read, the mark, and what is said of it."""
 
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from decimal import ROUND_HALF_UP, Decimal
+from functools import cache
 from typing import TYPE_CHECKING, Any, ClassVar, Literal, NamedTuple, TypeAlias, get_args
+
+import orjson
+from pydantic import TypeAdapter
+
+from rigidcli.check import Feedback
+from rigidcli.errors import printable, shortened
 
 if TYPE_CHECKING:
     from rigidcli.check.question import Question
@@ -22,12 +30,12 @@ VERDICTS: tuple[Verdict, ...] = get_args(Verdict)
 
 CODES: dict[str, str] = {
     "accepted": "this answer was foreseen",
-    "additive_constant": "differs from the expected answer by a constant",
+    "additive_constant": "this differs from the expected answer by a constant",
     "axes_not_orthogonal": "the axes are not at right angles to each other",
     "axis_not_normalised": "the axis is right, but it is no unit vector",
     "component_wrong": "this component is not right",
     "components_permuted": "the components are right, but in another order",
-    "constant_factor": "differs from the expected answer by a constant factor",
+    "constant_factor": "this differs from the expected answer by a constant factor",
     "degrees_radians": "degrees and radians are confused",
     "duplicate_key": "a name stands twice, so that it is not clear which answer is meant",
     "equation_wrong": "this equation does not hold for the motion",
@@ -37,44 +45,44 @@ CODES: dict[str, str] = {
     "hamilton_sign": "a sign in Hamilton's equations is wrong: q' = dH/dp, p' = -dH/dq",
     "kinetic_factor": "the kinetic energy has a wrong factor",
     "lagrangian_or_potential_sign": "this is T - V instead of T + V, or the potential has the wrong sign",
-    "missing_axis": "an axis is missing",
+    "missing_axis": "an axis is missing: three independent ones are asked for",
     "missing_column": "a column is missing",
     "missing_equation": "an equation is missing",
     "missing_file": "there is no such file",
     "moment_axis_pairing": "the moments and the axes are right, but wrongly paired",
-    "not_a_number": "cannot be read as a number",
-    "not_allowed": "is not allowed in an answer",
-    "not_an_eigenvector": "is not along a principal axis",
+    "not_a_number": "this cannot be read as a number",
+    "not_allowed": "this is not allowed in an answer",
+    "not_an_eigenvector": "this is not along a principal axis",
     "not_symmetric": "the tensor is not symmetric",
     "number_for_symbol": "a number stands in place of a symbol",
-    "other_frame": "is right, but along other axes than those asked for",
-    "outside_tolerance": "is not right",
-    "overridden": "was judged by a person",
+    "other_frame": "this is right, but along other axes than those asked for",
+    "outside_tolerance": "this is not right",
+    "overridden": "a person has judged this",
     "parallel_axis_missing": "this is about the centre of mass: the parallel-axis theorem is not applied",
     "parallel_axis_sign": "the parallel-axis theorem is applied with the wrong sign",
-    "parse_error": "cannot be read",
-    "path_outside": "names a file that is not beside the answer file",
+    "parse_error": "this cannot be read",
+    "path_outside": "this is a file that is not beside the answer file",
     "potential_sign": "the potential energy has the wrong sign",
-    "power_of_ten": "is wrong by a power of ten",
+    "power_of_ten": "this is wrong by a power of ten",
     "products_of_inertia_missing": "the products of inertia are missing",
     "products_of_inertia_sign": "the products of inertia have the wrong sign",
     "second_order_form": "the equations are right, and of second order",
-    "sign_error": "has the wrong sign",
-    "term_wrong": "a term is missing, or has a wrong factor",
-    "time_range_short": "does not cover the time that is asked for",
-    "timeout": "took too long to judge",
-    "too_few_sig_figs": "has too few significant figures",
-    "too_large": "is too large",
+    "sign_error": "the sign is wrong",
+    "term_wrong": "one or more terms are wrong, missing, or too many",
+    "time_range_short": "this does not cover the time that is asked for",
+    "timeout": "this took too long to judge",
+    "too_few_sig_figs": "this has too few significant figures",
+    "too_large": "this is too large",
     "transposed": "rows and columns are exchanged",
     "trivial_equation": "this equation is true of every motion",
     "undecided": "the program cannot say whether this is right: a person will judge it",
     "unit_incompatible": "the unit does not fit what is asked",
     "unit_missing": "the unit is missing",
-    "unknown_symbol": "holds a symbol that is not in the question",
+    "unknown_symbol": "this holds a symbol that is not in the question",
     "velocity_in_hamiltonian": "the Hamiltonian is a function of coordinates and momenta, not of velocities",
     "wrong_initial_condition": "the initial conditions are not right",
     "wrong_order": "the order is not the one asked for",
-    "wrong_shape": "does not have the form that is expected",
+    "wrong_shape": "this does not have the form that is asked for",
     "wrong_unit_right_number": "the number is right, the unit is not",
 }
 """What is said of an answer: codes for programs, and the sentence that a student reads.
@@ -200,3 +208,145 @@ class Kind(ABC):
     @abstractmethod
     def typed(self, key: Any) -> Tree:
         """The key as a student would type it; judging this answer gives `correct`."""
+
+
+# --- marks
+
+PLACES = 6
+"""Decimal places of a score: shares such as 1/3 need an end."""
+
+MISSING = Outcome("missing", 0.0)
+"""The outcome of a student, or a question, without an answer."""
+
+UNREAD = frozenset(["parse_error", "unknown_symbol", "too_large"])
+"""What is said of parts of an answer that cannot be read, such as one of several equations."""
+
+
+@dataclass(frozen=True, slots=True)
+class Judged:
+    """One question of a hand-in: the `answer` as it was typed, `read_as`, how it was read, and its mark."""
+
+    id: str
+    title: str
+    answer: str
+    read_as: str
+    verdict: Verdict
+    score: float
+    max_score: float
+    findings: tuple[Finding, ...] = ()
+
+    @property
+    def codes(self) -> tuple[str, ...]:
+        """The codes of the findings, without repetition, in their order."""
+        return tuple(dict.fromkeys(finding.code for finding in self.findings))
+
+    @property
+    def sentences(self) -> list[str]:
+        """What is said of the answer, one sentence a finding."""
+        return [sentence(finding) for finding in self.findings]
+
+    @property
+    def message(self) -> str:
+        """The sentences, one a line."""
+        return "\n".join(self.sentences)
+
+    @property
+    def reading(self) -> str:
+        """How the answer was read, where that says more than what was typed."""
+        return "" if "".join(self.read_as.split()) == "".join(self.answer.split()) else self.read_as
+
+    @property
+    def is_urgent(self) -> bool:
+        """Whether a person must look at it first: it is not judged, or not read, or not all of it is read."""
+        loses = self.verdict in ("partial", "incorrect") and not UNREAD.isdisjoint(self.codes)
+        return loses or self.verdict in ("review", "invalid")
+
+    def overridden(self, score: float, reason: str) -> Judged:
+        """The question as a person has judged it."""
+        verdict: Verdict = "correct" if score >= self.max_score else "partial" if score > 0 else "incorrect"
+        return replace(self, verdict=verdict, score=score, findings=(Finding("overridden", detail=reason),))
+
+
+def judged(
+    id: str, title: str, points: float, outcome: Outcome, answer: str = "", read_as: str = ""
+) -> Judged:
+    """A question with the points that its outcome earns."""
+    score = round(outcome.share * points, PLACES)
+    return Judged(id, title, answer, read_as, outcome.verdict, score, points, outcome.findings)
+
+
+@dataclass(frozen=True, slots=True)
+class Judgement:
+    """What a student has handed in, judged; `source` is the answer file, empty where there is none.
+
+    `notes` are for the instructor, and `files` lie beside the answer file, which names them.
+    """
+
+    student: str
+    source: str
+    questions: tuple[Judged, ...]
+    notes: tuple[str, ...] = ()
+    files: tuple[str, ...] = ()
+
+    def to_bytes(self) -> bytes:
+        """The judgement as one process hands it to another: plain JSON, never objects."""
+        return orjson.dumps(self)
+
+    @classmethod
+    def from_bytes(cls, data: bytes) -> Judgement:
+        """A judgement from another process."""
+        return _reader().validate_json(data)
+
+    @property
+    def score(self) -> float:
+        """Points earned."""
+        return round(sum((question.score for question in self.questions), 0.0), PLACES)
+
+    @property
+    def max_score(self) -> float:
+        """Points that could be earned."""
+        return round(sum((question.max_score for question in self.questions), 0.0), PLACES)
+
+    def score_to(self, places: int) -> float:
+        """Points earned, rounded half up to so many decimal places, as a gradebook has them."""
+        return float(Decimal(str(self.score)).quantize(Decimal(1).scaleb(-places), ROUND_HALF_UP))
+
+
+@cache
+def _reader() -> TypeAdapter[Judgement]:
+    return TypeAdapter(Judgement)
+
+
+def reported(judgement: Judgement, feedback: Feedback) -> Judgement:
+    """A hand-in as reports show it, with what waits for a person before the other questions.
+
+    All texts are safe to print, and only the level `full` has references.
+    """
+    waiting_first = sorted(judgement.questions, key=lambda question: question.verdict != "review")
+    return replace(
+        judgement,
+        student=printable(judgement.student),
+        source=printable(judgement.source),
+        questions=tuple(_reported(question, feedback) for question in waiting_first),
+    )
+
+
+def _reported(question: Judged, feedback: Feedback) -> Judged:
+    findings = question.findings if feedback.reasons else ()
+    if feedback is not Feedback.full:
+        findings = tuple(replace(finding, reference="") for finding in findings)
+    return replace(
+        question,
+        id=printable(question.id),
+        title=printable(question.title),
+        answer=printable(question.answer),
+        read_as=printable(question.read_as),
+        findings=findings,
+    )
+
+
+def sentence(finding: Finding) -> str:
+    """What a student reads of a finding."""
+    text = f"{finding.place}: {CODES[finding.code]}" if finding.place else CODES[finding.code]
+    text = f"{text}; {shortened(finding.detail, 500)}" if finding.detail else text
+    return printable(f"{text}; {finding.reference}" if finding.reference else text)

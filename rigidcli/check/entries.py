@@ -7,7 +7,8 @@ tensors and axes is made of questions about single entries.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Iterable, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from typing import Any, TypeAlias
 
@@ -16,8 +17,7 @@ import numpy as np
 from rigidcli.algebra.expressions import Expr
 from rigidcli.algebra.trees import to_tree
 from rigidcli.check.base import Asked, Finding, Tree, Unreadable
-from rigidcli.check.lists import read_list
-from rigidcli.check.numbers import NOISE, Number, as_typed, beside, is_right, is_short, read_number, share
+from rigidcli.check.numbers import ROUNDING, Number, as_typed, read_number
 from rigidcli.check.question import RELATIVE, Tolerance
 from rigidcli.check.reading import exactly, names_of, plain, read_expression
 from rigidcli.check.same import Formulas, formulas_of
@@ -38,14 +38,8 @@ Right: TypeAlias = float | tree.Node
 Same: TypeAlias = bool | str
 """Whether two entries are the same, or the reason why that is open."""
 
-Cell: TypeAlias = tuple[str, Tree]
-"""The name of a place, and what was typed there."""
-
-Layout: TypeAlias = tuple[tuple[int, ...], list[Cell]]
-"""The shape of an answer, and its cells row by row."""
-
-EXACT = 1e-9
-"""How far numbers that should be the same may be apart by rounding, relative to their size."""
+NOISE = 1e-12
+"""A number below this, in units of the largest beside it, is zero but for rounding."""
 
 WIDEST = 0.05
 """The largest angle (rad) that a relative tolerance leaves to a direction: beyond, axes would be mixed up."""
@@ -58,18 +52,22 @@ class Ruler:
     """By what the entries of a question are read and compared.
 
     Numbers without a unit are in `unit`. A reference that is zero is measured by the `largest` number (SI)
-    beside it. `formulas` is None where all entries are numbers.
+    beside it, and may be off by the `noise` (SI) of rounding. `formulas` is None where all are numbers.
     """
 
     tolerance: Tolerance
     unit: Unit | None = None
     formulas: Formulas | None = None
     largest: float = 0.0
+    noise: float = 0.0
 
-    def read(self, cells: Iterable[Cell]) -> tuple[Entry, ...]:
-        """The entries of cells. Raises Unreadable with all that cannot be read, a repeated problem once."""
+    def read(self, cells: Iterable[Tree], places: Sequence[str]) -> tuple[Entry, ...]:
+        """The entries that were typed in these places.
+
+        Raises Unreadable with all that cannot be read, a repeated problem once.
+        """
         entries, problems = list[Entry](), dict[tuple[str, str], Finding]()
-        for place, typed in cells:
+        for place, typed in zip(places, cells, strict=True):
             try:
                 if self.formulas is None:
                     entries.append(read_number(typed, self.unit, place))
@@ -83,6 +81,27 @@ class Ruler:
             raise Unreadable(first.code, first.detail, place=first.place, also=tuple(others))
         return tuple(entries)
 
+    def margin(self, reference: float, scale: float = 1.0) -> float:
+        """How far (SI) a number may be from a reference: the largest of what the tolerance allows.
+
+        A half in the last figure is of the number in the unit of the answer, which is `scale` in SI units.
+        """
+        size, figures = abs(reference) or self.largest, self.tolerance.significant_figures
+        allowed = max(self.relative * size, self.tolerance.absolute or 0.0, 0.0 if reference else self.noise)
+        if figures is not None and size:
+            power = math.floor(math.log10(size / scale) + ROUNDING) + 1 - figures
+            allowed = max(allowed, 0.5 * 10.0**power * scale)
+        return allowed * (1 + ROUNDING)
+
+    def is_near(self, value: float, reference: float, scale: float = 1.0) -> bool:
+        """Whether an SI value is within the tolerance, where one of its unit is `scale`."""
+        return abs(value - reference) <= self.margin(reference, scale)
+
+    def too_few(self, number: Number) -> bool:
+        """Whether a decimal number has fewer significant figures than are asked for; zero needs none."""
+        asked = self.tolerance.significant_figures
+        return asked is not None and 0 < number.figures < asked and number.value != 0
+
     def same(self, entry: Entry, right: Right) -> Same:
         """Whether an entry is that of the key."""
         if isinstance(right, tree.Node):
@@ -90,25 +109,27 @@ class Ruler:
             assert isinstance(entry, tree.Node)
             return self.formulas.same(entry, right)
         assert isinstance(entry, Number)
-        if is_right(entry, right, self.tolerance, self.largest):
+        if self.too_few(entry):
+            return False
+        if self.is_near(entry.value, right, entry.scale):
             return True
-        grouped = None if entry.thousands is None else replace(entry, value=entry.thousands)
-        return COMMA if grouped and is_right(grouped, right, self.tolerance, self.largest) else False
+        return COMMA if entry.thousands and self.is_near(entry.thousands, right, entry.scale) else False
 
     def is_short(self, entry: Entry, right: Right) -> bool:
         """Whether an entry is the number of the key, rounded to one figure less than is asked."""
-        return (
-            isinstance(entry, Number)
-            and isinstance(right, float)
-            and is_short(entry, right, self.tolerance, self.largest)
+        figures = (self.tolerance.significant_figures or 1) - 1
+        fewer = self.tolerance.model_copy(
+            update={"significant_figures": figures, "relative": None, "absolute": None}
         )
+        is_decimal = isinstance(entry, Number) and 0 < figures == entry.figures
+        return is_decimal and replace(self, tolerance=fewer).same(entry, right) is True
 
     def differ(self, one: Entry | Right, other: Entry | Right) -> bool:
         """Whether two entries of one answer, or of one key, are certainly not the same."""
         if isinstance(one, tree.Node) and isinstance(other, tree.Node):
             return self.formulas is not None and self.formulas.same(one, other) is False
         first, second = self.numbers([one, other])[:, 0].tolist()
-        allowed = self.slack * max(abs(first), abs(second)) + EXACT * self.largest
+        allowed = self.slack * max(abs(first), abs(second)) + ROUNDING * self.largest
         return bool(abs(first - second) > allowed)
 
     def has_value(self, right: Right, *values: int) -> bool:
@@ -119,21 +140,21 @@ class Ruler:
 
     def numbers(self, entries: Iterable[Entry | Right]) -> Floats:
         """Entries (n) as SI numbers (n by 1), trees by their values at some points (n by k); NaN for none."""
-        rows = [self._numbers(entry) for entry in entries]
+        rows = list[list[float]]()
+        for entry in entries:
+            if isinstance(entry, Number | float):
+                rows.append([entry.value if isinstance(entry, Number) else entry])
+            else:
+                balls = self.formulas.values(entry) if self.formulas else []
+                rows.append([math.nan if ball is None else float(ball.mid()) for ball in balls])
         return np.array(rows, dtype=np.float64).reshape(len(rows), -1 if rows else 1)
-
-    def _numbers(self, entry: Entry | Right) -> list[float]:
-        if isinstance(entry, Number | float):
-            return [entry.value if isinstance(entry, Number) else entry]
-        assert self.formulas is not None
-        return [math.nan if ball is None else float(ball.mid()) for ball in self.formulas.values(entry)]
 
     def entries(self, value: Any) -> Array:
         """An array of numbers, exact numbers or trees as entries of a key. Raises ValueProblem."""
         array = np.asarray(value, dtype=object)
         entries = [_entry(each) for each in array.flat]
         if self.formulas is None:
-            numbers = np.array(list(map(_value, entries))).reshape(array.shape)
+            numbers = np.array(list(map(value_of, entries))).reshape(array.shape)
             largest = max(self.largest, float(np.abs(numbers).max(initial=0.0)))
             return np.where(np.abs(numbers) <= NOISE * largest, 0.0, numbers)
         return filled([exactly(each) if isinstance(each, float) else each for each in entries], array.shape)
@@ -145,10 +166,16 @@ class Ruler:
         return repr(right) if self.unit is None else f"{right / self.unit.scale!r} {self.unit.text}"
 
     @property
+    def relative(self) -> float:
+        """The relative tolerance, which holds where no other is given."""
+        others = self.tolerance.absolute, self.tolerance.significant_figures
+        return self.tolerance.relative or (RELATIVE if {self.tolerance.relative, *others} == {None} else 0.0)
+
+    @property
     def slack(self) -> float:
         """The tolerance as a share of a number."""
         figures = self.tolerance.significant_figures
-        return max(share(self.tolerance), 0.0 if figures is None else 0.5 * 10.0 ** (1 - figures))
+        return max(self.relative, 0.0 if figures is None else 0.5 * 10.0 ** (1 - figures))
 
     @property
     def angle(self) -> float:
@@ -164,21 +191,6 @@ class Ruler:
 # --- reading
 
 
-def opened(answer: Tree) -> Tree:
-    """The list, table or mapping that was typed, with its factor and its unit moved into each entry."""
-    listed = read_list(answer)
-
-    def moved(entry: Tree) -> Tree:
-        if isinstance(entry, list):
-            return [moved(each) for each in entry]
-        if isinstance(entry, dict):
-            return {name: moved(each) for name, each in entry.items()}
-        typed = f"({listed.factor})*({entry})" if listed.factor else entry
-        return f"{typed} {listed.unit}" if listed.unit else typed
-
-    return moved(listed.entries)
-
-
 def shown_as(entries: Iterable[Entry]) -> list[str]:
     """How entries were read."""
     return [entry.read_as if isinstance(entry, Number) else plain(entry) for entry in entries]
@@ -192,19 +204,23 @@ def is_constant(entry: Entry | Right) -> bool:
 # --- keys
 
 
-def literal(asked: Asked, layout: Callable[[Tree], Layout]) -> tuple[Ruler, Array]:
-    """The ruler and the entries of a literal key, laid out as answers are. Raises Unreadable."""
-    shape, cells = layout(asked.value)
+def literal(asked: Asked, table: Array, places: Sequence[str]) -> tuple[Ruler, Array]:
+    """The ruler and the entries of a literal key, of a table of what is typed. Raises Unreadable."""
+    cells = table.ravel().tolist()
     ruler = Ruler(asked.question.tolerance)
     try:
-        units = [each.unit for each in (as_typed(typed) for _, typed in cells) if each.unit is not None]
+        units = [each.unit for each in map(as_typed, cells) if each.unit is not None]
     except Unreadable:
         symbols = asked.question.symbols
-        trees = [] if symbols else [read_expression(typed, None, place) for place, typed in cells]
+        trees = (
+            []
+            if symbols
+            else [read_expression(cell, None, place) for cell, place in zip(cells, places, strict=True)]
+        )
         ruler = _with_symbols(ruler, asked, trees)
-        return ruler, filled(ruler.read(cells), shape)
+        return ruler, filled(ruler.read(cells, places), table.shape)
     ruler = replace(ruler, unit=units[0] if units else None)
-    return _measured(ruler, ruler.numbers(ruler.read(cells))[:, 0].tolist(), shape)
+    return _measured(ruler, ruler.numbers(ruler.read(cells, places))[:, 0].tolist(), table.shape)
 
 
 def computed(asked: Asked, value: Any) -> tuple[Ruler, Array]:
@@ -215,7 +231,7 @@ def computed(asked: Asked, value: Any) -> tuple[Ruler, Array]:
         ruler = _with_symbols(ruler, asked, [each for each in entries if isinstance(each, tree.Node)])
         return ruler, ruler.entries(value)
     ruler = replace(ruler, unit=parse_unit(asked.unit) if asked.unit else None, largest=beside(asked))
-    return _measured(ruler, list(map(_value, entries)), array.shape)
+    return _measured(ruler, list(map(value_of, entries)), array.shape)
 
 
 def _measured(ruler: Ruler, numbers: Sequence[float], shape: tuple[int, ...]) -> tuple[Ruler, Array]:
@@ -230,6 +246,22 @@ def _with_symbols(ruler: Ruler, asked: Asked, trees: Iterable[tree.Node]) -> Rul
     return replace(ruler, formulas=formulas_of(asked, names_of(asked, used)))
 
 
+def beside(asked: Asked) -> float:
+    """The largest number (SI) of the array that is asked, or from which an entry is; 0 where there is none.
+
+    A centre of mass may be at the origin, beside the radius of gyration.
+    """
+    result: Any = None if asked.report is None else asked.report.tree()
+    with suppress(TypeError, ValueError, KeyError, IndexError, ZeroDivisionError):  # it has no numbers
+        if "center_of_mass" in asked.path:
+            return math.sqrt(np.abs(np.array(result["tensor"], dtype=float)).max() / float(result["mass"]))
+        for step in asked.path[1:]:
+            result = result[int(step)] if step.isdecimal() else result[step]
+            if isinstance(result, list | np.ndarray):
+                return float(np.abs(np.array(result, dtype=float)).max(initial=0.0))
+    return 0.0
+
+
 def _entry(value: Any) -> Right:
     """A number, exact number or tree as an entry. Raises ValueProblem for what is none of them."""
     if isinstance(value, Expr):
@@ -241,7 +273,9 @@ def _entry(value: Any) -> Right:
     return float(value)
 
 
-def _value(entry: Right) -> float:
+def value_of(result: Any) -> float:
+    """The number that a result is. Raises ValueProblem."""
+    entry = _entry(result)
     try:
         return entry if isinstance(entry, float) else real(entry, {})
     except ExpressionError:

@@ -9,7 +9,7 @@ import stat
 import zipfile
 from collections.abc import Iterator, Sequence
 from contextlib import suppress
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 from rigidcli.check.base import Tree, Unreadable
@@ -218,12 +218,12 @@ def _named(places: Sequence[Place]) -> Iterator[Place]:
                 tree = tree_of(read_file(place.file))
                 for name, entry in tree.items() if isinstance(tree, dict) else ():
                     people = entry.get(":submitters") if isinstance(entry, dict) else None
-                    named = [each.get(":email") or each.get(":name") for each in people or () if each]
-                    owners[name] = tuple(filter(None, named))
+                    emails = [each.get(":email") or each.get(":name") for each in people or () if each]
+                    owners[name] = tuple(filter(None, emails))
     for place in places:
         if place.file.name != GRADESCOPE:
             own = next((owners[folder] for folder in place.way if folder in owners), ())
-            yield Place(place.file, place.source, place.root, place.way, own)
+            yield replace(place, owners=own)
 
 
 def _reason(error: Exception) -> str:

@@ -13,12 +13,22 @@ from pathlib import Path
 from typing import Any, TypeAlias
 
 from rigidcli.check.answers import as_typed, capped, folded, read_answers
-from rigidcli.check.base import CODES, Finding, Kind, Outcome, Tree, Unreadable
+from rigidcli.check.base import (
+    CODES,
+    MISSING,
+    Finding,
+    Judged,
+    Judgement,
+    Kind,
+    Outcome,
+    Tree,
+    Unreadable,
+    judged,
+)
 from rigidcli.check.files import beside, is_contested, read_file, safe_name
 from rigidcli.check.question import RELATIVE, Question, Tolerance
-from rigidcli.check.records import MISSING, Judged, Judgement, judged
 from rigidcli.check.roster import Paper
-from rigidcli.check.workers import Ended, each
+from rigidcli.check.workers import each
 from rigidcli.errors import nearest, printable, shortened, shown
 from rigidcli.sandbox import LIMITS, ForbiddenError, LateError, Limits, timed, usable_cores
 
@@ -222,8 +232,8 @@ def run(
     results = each(partial(judge_file, dict(items), {}), files, jobs or usable_cores(), limits, progress)
     for paper in papers:
         result = paper.outcome or next(results)
-        if isinstance(result, Ended):
-            result = Unreadable(result.code, result.detail).outcome
+        if isinstance(result, Unreadable):
+            result = result.outcome
         graded = same_for_all(items, result) if isinstance(result, Outcome) else Judgement.from_bytes(result)
         yield replace(graded, student=safe_name(paper.student), source=paper.source)
 

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterator
-from dataclasses import dataclass, replace
 from itertools import pairwise
 from typing import Any
 
@@ -14,19 +13,6 @@ from rigidcli.errors import ExpressionError, shown
 from rigidcli.language.latex import plain as without_latex
 from rigidcli.language.typed import unnamed
 
-
-@dataclass(frozen=True, slots=True)
-class Listed:
-    """A list as it was typed: entries are texts, lists of them, or mappings.
-
-    A `factor` stands before it, a `unit` behind it, each a text, and empty where there is none.
-    """
-
-    entries: Any
-    factor: str = ""
-    unit: str = ""
-
-
 _OPEN, _CLOSE = "[({", "])}"
 _UNIT_TAIL = re.compile(r"(?P<entry>.*[\d)\]])\s+(?P<unit>(?![\d+*/^)\]-])\S.*)", re.DOTALL)
 _NUMBER = re.compile(r"[-+]?(?:\d+\.?|\d*[.,]\d+)(?:[eE][-+]?\d+)?(?:/\d+)?")
@@ -34,16 +20,17 @@ _NAMED = re.compile(r"[^\W\d]\w*\s*[=:]")
 _PAIR = re.compile(r"\s*(?P<name>[^\W\d][\w ]*?)\s*[=:]\s*(?P<value>[^=:]+)\Z", re.DOTALL)
 
 
-def read_list(answer: Tree) -> Listed:
+def read_list(answer: Tree) -> Tree:
     """A list, a table or a mapping, with or without brackets: `1, 2, 3`, `M/12 * [[1, 2], [3, 4]] kg`.
 
-    Where `;` separates, a comma between digits is a decimal comma. Raises Unreadable.
+    A factor before it and a unit behind it are moved into each entry, which is a text. Where `;` separates, a
+    comma between digits is a decimal comma. Raises Unreadable.
     """
     if isinstance(answer, dict):
-        return Listed(answer)
+        return answer
     if isinstance(answer, list):
         if not any(isinstance(entry, str) and ";" in entry for entry in answer):
-            return Listed([_entry(each) for entry in answer for each in _equal(entry)])
+            return [_entry(each) for entry in answer for each in _equal(entry)]
         if any(isinstance(entry, list | dict) for entry in answer):
             raise Unreadable("wrong_shape", "`;` and `,` are mixed, separate entries with `;`")
         answer = ",".join(map(str, answer))  # YAML has cut `1,5; 2,5` at its decimal commas
@@ -53,18 +40,25 @@ def read_list(answer: Tree) -> Listed:
         text = without_latex(answer)
         is_mapping = len(_NAMED.findall(_outside(text))) > 1
         factor, inner, unit = _parts(text.strip() if is_mapping else unnamed(text).strip())
-        listed = Listed(_entries(inner), factor, unit)
+        entries = _entries(inner)
     except ExpressionError as error:
         raise Unreadable(error.code or "parse_error", with_hint(error)) from None
-    if not factor and not unit and isinstance(listed.entries, list):
-        listed = _with_unit_of_last(listed)
-    return listed
+    return _moved(entries, factor, unit) if factor or unit else _with_unit_of_last(entries)
+
+
+def _moved(entry: Tree, factor: str, unit: str) -> Tree:
+    """The entries of a list with its factor and its unit, of which one may be empty."""
+    if isinstance(entry, list):
+        return [_moved(each, factor, unit) for each in entry]
+    if isinstance(entry, dict):
+        return {name: _moved(each, factor, unit) for name, each in entry.items()}
+    return f"({factor})*({entry}) {unit}".rstrip() if factor else f"{entry} {unit}"
 
 
 def _entry(entry: Tree) -> Tree:
     """An entry of a list in YAML, which may itself be a row typed as text: `(1, 2, 3)`."""
     is_row = isinstance(entry, str) and re.fullmatch(r"\s*[\[(].*[,;].*[\])]\s*", entry, re.DOTALL)
-    return read_list(entry).entries if is_row and not _is_call(entry) else entry
+    return read_list(entry) if is_row and not _is_call(entry) else entry
 
 
 def _is_call(text: str) -> bool:
@@ -175,10 +169,12 @@ def _blanks(piece: str) -> list[Any]:
     return list(numbers) if len(numbers) > 1 and all(map(_NUMBER.fullmatch, numbers)) else [piece]
 
 
-def _with_unit_of_last(listed: Listed) -> Listed:
-    """The unit behind the last entry, where no other has one, as that of all: `1, 2, 3 kg m^2`."""
-    *others, last = listed.entries or [""]
+def _with_unit_of_last(entries: Tree) -> Tree:
+    """A list where the unit behind the last entry is that of all, if no other has one: `1, 2, 3 kg m^2`."""
+    if not isinstance(entries, list):
+        return entries
+    *others, last = entries or [""]
     tail = _UNIT_TAIL.fullmatch(last) if isinstance(last, str) else None
     if tail is None or not others or any(not isinstance(e, str) or _UNIT_TAIL.fullmatch(e) for e in others):
-        return listed
-    return replace(listed, entries=[*others, tail["entry"]], unit=tail["unit"])
+        return entries
+    return _moved([*others, tail["entry"]], "", tail["unit"])

@@ -7,23 +7,20 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Sequence
-from contextlib import suppress
 from itertools import combinations, permutations
 from typing import TYPE_CHECKING, TypeAlias
 
 import numpy as np
 
-from rigidcli.algebra.calculus import derivative
 from rigidcli.algebra.expansion import expand
 from rigidcli.algebra.expressions import Expr, total
 from rigidcli.algebra.trees import to_tree
 from rigidcli.check.base import Asked
+from rigidcli.check.entries import NOISE
 from rigidcli.check.motions import Motion, state_of
-from rigidcli.check.numbers import NOISE
 from rigidcli.core.arithmetic import Array, Floats
 from rigidcli.core.tensor import point_tensor, rotate
 from rigidcli.document.variables import velocity
-from rigidcli.errors import ExpressionError
 from rigidcli.fields.dimensions import DIMENSIONLESS
 from rigidcli.fields.units import Unit
 from rigidcli.language.tree import Negative, Node, Number, Product, Sum
@@ -112,8 +109,8 @@ def of_energy(kinetic: Node, rest: Node, *, is_lagrangian: bool) -> Iterator[tup
 def of_motion(key: Motion) -> Iterator[tuple[str, dict[str, Node]]]:
     """The rates that mistakes change.
 
-    Of Hamilton's equations, q' = -dH/dp or p' = dH/dq, and the force of a potential with the other sign. Of
-    others, one equation of the wrong sign or all of them, and cross terms of Euler's equations.
+    Of Hamilton's equations, q' = -dH/dp or p' = dH/dq. Of others, one equation of the wrong sign or all of
+    them, and cross terms of Euler's equations.
     """
     turned: dict[str, Node] = {rate: Negative(node) for rate, node in key.rates.items()}
     if key.is_hamiltonian:
@@ -122,25 +119,12 @@ def of_motion(key: Motion) -> Iterator[tuple[str, dict[str, Node]]]:
             for names in (key.coordinates, key.momenta)
         )
         yield from (("hamilton_sign", rates) for rates in (back, forward, {**forward, **back}))
-        with suppress(ExpressionError):
-            yield from (("potential_sign", rates) for rates in _other_forces(key))
         return
     yield from (("sign_error", {rate: node}) for rate, node in turned.items())
     yield "sign_error", turned
     crossed = _other_cross_terms(key)
     for count in (1, 2, 3):
         yield from (("euler_sign", dict(some)) for some in combinations(crossed.items(), count))
-
-
-def _other_forces(key: Motion) -> Iterator[dict[str, Node]]:
-    """The rates of momenta in the potential of the other sign, where that is not the sign of all of them."""
-    if key.potential is None:
-        return
-    energy = key.exact(key.potential)
-    forces = {velocity(p): derivative(energy, q) for q, p in zip(key.coordinates, key.momenta, strict=True)}
-    rates = {rate: key.exact(key.rates[rate]) + force + force for rate, force in forces.items()}
-    if any(rate != forces[name] for name, rate in rates.items()):
-        yield {name: to_tree(rate) for name, rate in rates.items()}
 
 
 def _other_cross_terms(key: Motion) -> dict[str, Node]:

@@ -31,7 +31,6 @@ class Motion:
 
     `rates` has the derivatives of the states: `xdot` and `p_xdot`, or `xddot` where `xdot` is a state itself.
     Equations of second order may be for `coordinates`, whose `momenta` (or velocities) are states, too.
-    `potential` is the energy at rest of a Hamiltonian.
     """
 
     formulas: Formulas
@@ -41,7 +40,6 @@ class Motion:
     aliases: Mapping[str, Node] = field(default_factory=dict)
     is_hamiltonian: bool = False
     first_order: bool = False
-    potential: Node | None = None
 
     @property
     def names(self) -> Names:
@@ -92,22 +90,13 @@ def state_of(rate: str) -> str:
 
 def of_document(asked: Asked) -> Motion:
     """The motion by the equations in a report. Raises ValueProblem."""
-    equations, report = asked.value, asked.report
-    if (
-        asked.path[-1:] != ("equations",)
-        or not isinstance(equations, Mapping)
-        or len(equations) % 2
-        or report is None
-    ):
+    equations = asked.value
+    if asked.path[-1:] != ("equations",) or not isinstance(equations, Mapping) or len(equations) % 2:
         raise ValueProblem("this result has no equations of motion, expected `hamilton.equations`")
     states = tuple(equations)
     half = len(states) // 2
     rates = {velocity(name): to_tree(rate) for name, rate in equations.items()}
     names = names_of(asked)
-    potential = None
-    if "transform" not in asked.path and report.get("hamiltonian") is not None:
-        energy = to_tree(report["hamiltonian"])
-        potential = bound(energy, dict.fromkeys(states[half:], to_tree(ZERO)))
     coordinates, tolerance = states[:half], asked.question.tolerance
     names = _with_rates(names, states, [*rates, *map(acceleration, coordinates)])
     return Motion(
@@ -116,7 +105,6 @@ def of_document(asked: Asked) -> Motion:
         coordinates,
         states[half:],
         is_hamiltonian=True,
-        potential=potential,
     )
 
 

@@ -1,4 +1,4 @@
-"""Numbers in answers: read as they are typed, with their units and figures, and held against a key.
+"""Numbers in answers, read as they are typed, with their units and figures.
 
     read_number("20,8 rad/s", None)      # a pure number is asked for: Unreadable
     read_number("~22.4 rpm", unit)       # .value in SI units, .figures 3
@@ -13,13 +13,10 @@ import re
 from contextlib import suppress
 from dataclasses import dataclass, replace
 from fractions import Fraction
-from typing import TYPE_CHECKING, Any
-
-import numpy as np
 
 from rigidcli.algebra.reading import from_tree
 from rigidcli.algebra.values import is_zero
-from rigidcli.check.base import Asked, Tree, Unreadable
+from rigidcli.check.base import Tree, Unreadable
 from rigidcli.errors import ExpressionError, ValueProblem, shown
 from rigidcli.fields.dimensions import ANGLE, DIMENSIONLESS, Dimension, check_dimension
 from rigidcli.fields.units import MAX_TEXT, Unit, known_names, parse_unit
@@ -28,17 +25,11 @@ from rigidcli.language.expression import RESERVED
 from rigidcli.language.latex import plain
 from rigidcli.language.typed import expression, unnamed
 
-if TYPE_CHECKING:
-    from rigidcli.check.question import Tolerance
-
 LONGEST = 400
 """The most characters of a number."""
 
 ROUNDING = 1e-9
-"""A relative slack of every comparison, so that a value on the very limit is accepted."""
-
-NOISE = 1e-12
-"""A number below this, in units of the largest beside it, is zero but for rounding."""
+"""The share of a number that rounding may change: a value on the very limit of a tolerance is accepted."""
 
 PURE = Unit("", Fraction(1), 0, DIMENSIONLESS)
 PERCENT = Unit("%", Fraction(1, 100), 0, DIMENSIONLESS)
@@ -273,63 +264,3 @@ def scale_in(unit: Unit, expected: Dimension) -> float:
 def with_hint(problem: ValueProblem) -> str:
     """What a problem says, in one line."""
     return problem.message if problem.hint is None else f"{problem.message} ({problem.hint})"
-
-
-# --- comparing
-
-
-def beside(asked: Asked) -> float:
-    """The largest number (SI) of the array that is asked, or from which an entry is; 0 where there is none.
-
-    A centre of mass may be at the origin, beside the radius of gyration.
-    """
-    result: Any = None if asked.report is None else asked.report.tree()
-    with suppress(TypeError, ValueError, KeyError, IndexError, ZeroDivisionError):  # it has no numbers
-        if "center_of_mass" in asked.path:
-            return math.sqrt(np.abs(np.array(result["tensor"], dtype=float)).max() / float(result["mass"]))
-        for step in asked.path[1:]:
-            result = result[int(step)] if step.isdecimal() else result[step]
-            if isinstance(result, list | np.ndarray):
-                return float(np.abs(np.array(result, dtype=float)).max(initial=0.0))
-    return 0.0
-
-
-def share(tolerance: Tolerance) -> float:
-    """The relative tolerance of a question, which holds where no other is given."""
-    from rigidcli.check.question import RELATIVE
-
-    others = tolerance.absolute, tolerance.significant_figures
-    return tolerance.relative or (RELATIVE if (tolerance.relative, *others) == (None,) * 3 else 0.0)
-
-
-def margin(reference: float, tolerance: Tolerance, largest: float = 0.0, scale: float = 1.0) -> float:
-    """How far an answer may be from a reference, in SI units: the largest of what the tolerance allows.
-
-    A reference of zero is measured by the `largest` entry beside it. A half in the last figure is of the
-    number in the unit of the answer, which is `scale` in SI units.
-    """
-    size, figures = abs(reference) or abs(largest), tolerance.significant_figures
-    allowed = max(share(tolerance) * size, tolerance.absolute or 0.0)
-    if figures is not None and size:
-        power = math.floor(math.log10(size / scale) + ROUNDING) + 1 - figures
-        allowed = max(allowed, 0.5 * 10.0**power * scale)
-    return allowed * (1 + ROUNDING)
-
-
-def is_right(number: Number, reference: float, tolerance: Tolerance, largest: float = 0.0) -> bool:
-    """Whether a number is within the tolerance, and has as many figures as are asked for."""
-    gap = abs(number.value - reference)
-    return gap <= margin(reference, tolerance, largest, number.scale) and not too_few(number, tolerance)
-
-
-def is_short(number: Number, reference: float, tolerance: Tolerance, largest: float = 0.0) -> bool:
-    """Whether a number is the reference, rounded to one figure less than is asked."""
-    figures = (tolerance.significant_figures or 1) - 1
-    fewer = tolerance.model_copy(update={"significant_figures": figures, "relative": None, "absolute": None})
-    return 0 < figures == number.figures and is_right(number, reference, fewer, largest)
-
-
-def too_few(number: Number, tolerance: Tolerance) -> bool:
-    """Whether a decimal number has fewer significant figures than are asked for; zero needs none."""
-    asked = tolerance.significant_figures
-    return asked is not None and 0 < number.figures < asked and number.value != 0

@@ -6,7 +6,7 @@ The text below a field is what `rigidcli explain assignment` says of the key.
 from __future__ import annotations
 
 from decimal import Decimal
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any, ClassVar, Literal
 
 from pydantic import ConfigDict, Field
 
@@ -99,6 +99,7 @@ class Question(Section):
     )
 
     ONE_OF = ("ask", "answer")
+    NEEDS: ClassVar = {"document": "ask"}
 
     document: str | None = None
     """the file that the key is computed from, beside the assignment: `document: cube.yaml`"""

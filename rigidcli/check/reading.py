@@ -194,12 +194,13 @@ def described(answer: Tree | Unreadable, path: Path) -> str:
         raise
 
 
-def describe(answer: Tree) -> str:
-    """An answer as it is read without its question. Raises Unreadable for what no kind reads."""
+def describe(answer: Tree, *, is_entry: bool = False) -> str:
+    """An answer, or an entry of a list, as it is read without its question. Raises Unreadable."""
     if isinstance(answer, dict):
-        return "; ".join(f"{name}: {describe(value)}" for name, value in answer.items())
+        return "; ".join(f"{name}: {describe(value, is_entry=is_entry)}" for name, value in answer.items())
     if isinstance(answer, list):
-        return f"[{', '.join(map(describe, read_list(answer).entries))}]"
+        entries = answer if is_entry else read_list(answer)
+        return f"[{', '.join(describe(entry, is_entry=True) for entry in entries)}]"
     text = str(answer)
     with suppress(Unreadable):
         return as_typed(text).read_as
@@ -209,11 +210,9 @@ def describe(answer: Tree) -> str:
             return "; ".join(f"{plain(left)} = {plain(right)}" for _, left, right in equations)
     with suppress(Unreadable):
         return plain(read_expression(text, None))
-    listed = read_list(text)
-    if isinstance(listed.entries, str) or listed.entries in ([text], [text.strip()]):
-        read_expression(text, None)  # it says what is wrong
-    inside = describe(listed.entries)
-    return " ".join(filter(None, (listed.factor and f"{listed.factor} *", inside, listed.unit)))
+    if is_entry or (listed := read_list(text)) in ([text], [text.strip()]):
+        return plain(read_expression(text, None))  # it says what is wrong
+    return describe(listed, is_entry=True)
 
 
 # --- equations

@@ -1,4 +1,4 @@
-"""Whose a hand-in is: by the folders above it, by the name of its file, or by a list of the students."""
+"""Whose a hand-in is, and the tables of instructors: lists of students, and scores by a person."""
 
 from __future__ import annotations
 
@@ -8,16 +8,17 @@ import os
 import re
 import unicodedata
 from collections import Counter, defaultdict
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
 from itertools import takewhile
 from pathlib import Path
+from typing import TypeAlias
 
-from rigidcli.check.base import Outcome, Unreadable
+from rigidcli.check.answers import folded
+from rigidcli.check.base import MISSING, Judgement, Outcome, Unreadable
 from rigidcli.check.files import CANVAS, MOODLE, Batch, Place, is_answer, listed, noted, submitted, uncounted
-from rigidcli.check.records import MISSING
-from rigidcli.errors import DocumentError, Problem, printable
-from rigidcli.fields.texts import read_text
+from rigidcli.errors import DocumentError, Problem, nearest, printable, shown
+from rigidcli.fields.texts import ending, read_text
 
 NAMES = ("Student", "LastName", "FirstName")
 """The columns of a student's name, in one or in two."""
@@ -60,25 +61,25 @@ def papers(batch: Batch, roster: Roster | None = None) -> tuple[list[Paper], lis
     names: dict[str, str] = {}
     answers, others = defaultdict[str, list[Place]](list), defaultdict[str, list[Place]](list)
     notes, unknown, doubtful = list[str](), list[str](), list[str]()
-    everything = [*batch.answers, *batch.others]
-    for count, (place, plain) in enumerate(zip(everything, _students(everything), strict=True)):
-        is_judged = count < len(batch.answers)
+    everything, judged = [*batch.answers, *batch.others], set(batch.answers)
+    for place, plain in zip(everything, _students(everything), strict=True):
+        is_judged = place in judged
         for name in place.owners or (plain,):
-            student = name
-            if roster is not None:
-                keys = roster.owner(place, name)
-                student = roster.labels[min(keys)] if len(keys) == 1 else name
-                if is_judged and len(keys) != 1:
-                    (doubtful if keys else unknown).append(name)
-            names.setdefault(_folded(student), student)
-            (answers if is_judged else others)[_folded(student)].append(place)
+            keys = set[int]() if roster is None else roster.owner(place, name)
+            student = roster.labels[min(keys)] if roster is not None and len(keys) == 1 else name
+            if roster is not None and is_judged and len(keys) != 1:
+                (doubtful if keys else unknown).append(name)
+            names.setdefault(folded(student), student)
+            (answers if is_judged else others)[folded(student)].append(place)
     notes += noted("not found in the roster", unknown)
     notes += noted("more than one student of the roster may be meant by", doubtful)
     rows, double = list[Paper](), list[str]()
     for key, student in names.items():
         last, earlier = _latest(answers[key])
         notes += noted(f"handed in again by {printable(student)}, and the earlier left out", earlier)
-        scans = [each for each in others[key] if each.way or _is_hand_in(each.file.name)]
+        # A table beside answer files is one that they name; any other file is a hand-in, such as a pdf.
+        files = [(each, each.file.name) for each in others[key]]
+        scans = [name for each, name in files if each.way or submitted(name)[0] or ending(name) not in TABLES]
         if len(last) == 1:
             rows.append(Paper(student, last[0].file, last[0].source))
         elif last:
@@ -86,22 +87,15 @@ def papers(batch: Batch, roster: Roster | None = None) -> tuple[list[Paper], lis
             detail = f"{len(last)} answer files are this student's: {listed([each.source for each in last])}"
             rows.append(Paper(student, outcome=Unreadable("duplicate_key", detail).outcome))
         elif scans:
-            detail = f"read {listed([each.file.name for each in scans])}, which is no answer file"
+            detail = f"read {listed(scans)}, which is no answer file"
             rows.append(Paper(student, outcome=Outcome.review(detail)))
     notes += noted("more than one answer file, and none of them judged", double)
     if roster is not None:
-        given = {_folded(paper.student) for paper in rows}
-        rows += [Paper(label, outcome=MISSING) for label in roster.present() if _folded(label) not in given]
+        given = {folded(paper.student) for paper in rows}
+        rows += [
+            Paper(label, outcome=MISSING) for label in roster.labels.values() if folded(label) not in given
+        ]
     return rows, notes
-
-
-def _is_hand_in(name: str) -> bool:
-    """Whether a file beside answer files is a hand-in of its own, such as a pdf, and not one they name."""
-    return bool(submitted(name)[0]) or Path(name).suffix.lower() not in TABLES
-
-
-def _folded(name: str) -> str:
-    return unicodedata.normalize("NFC", name).casefold()
 
 
 def _latest(places: Sequence[Place]) -> tuple[list[Place], list[str]]:
@@ -209,6 +203,8 @@ class Roster:
         for key, raw in students.items():
             cells = {column: printable(cell.strip()) for column, cell in raw.items()}
             name = cells.get("Student") or ", ".join(filter(None, map(cells.get, NAMES[1:])))
+            if name == TEST_STUDENT:
+                continue
             logins = [cells[column] for column in LOGINS if cells.get(column)]
             self._names[key], self.labels[key] = name, next(iter(logins), name)
             for login in logins:
@@ -218,10 +214,6 @@ class Roster:
                 self._meant[spelling].add(key)
         alike = Counter(self._names.values())
         self.labels |= {key: name for key, name in self._names.items() if name and alike[name] == 1}
-
-    def present(self) -> list[str]:
-        """The students, without Canvas' own."""
-        return [label for key, label in self.labels.items() if self._names[key] != TEST_STUDENT]
 
     def owner(self, place: Place, name: str) -> set[int]:
         """The students whom the deepest folder that names any may mean, or else the file, or the `name`."""
@@ -254,7 +246,7 @@ class Roster:
             else:
                 (doubtful if keys else unknown).append(name)
         several = [students[place] for rows in places.values() if len(rows) > 1 for place in rows]
-        absent = [name for key, name in self._names.items() if key not in places and name != TEST_STUDENT]
+        absent = [name for key, name in self._names.items() if key not in places]
         notes = noted("not found in the gradebook", unknown)
         notes += noted("more than one student of the gradebook may be meant by", doubtful)
         notes += noted("several hand-ins of one student, and none of them taken", several)
@@ -278,3 +270,57 @@ def _spellings(name: str) -> set[str]:
     last, _, first = name.partition(",")
     both = ["".join(_words(part)) for part in (last, first)]
     return {_sorted(name), "".join(both), "".join(reversed(both))} - {""}
+
+
+# --- scores that a person has given
+
+COLUMNS = ("student", "question", "score", "reason")
+"""The columns of a table of scores that a person has given; the last may be missing."""
+
+
+Scores: TypeAlias = dict[tuple[str, str], tuple[float, str, str]]
+"""Scores with their reasons and the student as spelled, by the folded names of student and question."""
+
+
+def overridden(judgements: Iterable[Judgement], scores: Scores, notes: list[str]) -> Iterator[Judgement]:
+    """The judgements with the scores of a person; at the end, notes on students who are not there."""
+    unknown = {student: name for (student, _), (_, _, name) in scores.items()}
+    for judgement in judgements:
+        student = folded(judgement.student)
+        unknown.pop(student, None)
+        marks = [scores.get((student, folded(question.id))) for question in judgement.questions]
+        both = zip(judgement.questions, marks, strict=True)
+        yield replace(judgement, questions=tuple(q.overridden(*mark[:2]) if mark else q for q, mark in both))
+    notes += noted("nobody of this name has a row, and the override is left out", list(unknown.values()))
+
+
+def read_overrides(path: str | os.PathLike[str], worth: Mapping[str, float]) -> Scores:
+    """The overrides in a file, of questions that are `worth` points. Raises DocumentError."""
+    source = os.fsencode(path).decode(errors="backslashreplace")
+    head, rows = read_table(path)
+    heads = list(map(folded, head))
+    if missing := [name for name in COLUMNS[:3] if name not in heads]:
+        message = f"the columns {', '.join(missing)} are missing, expected {','.join(COLUMNS)}"
+        raise DocumentError([Problem(source, message, 1)])
+    most = {folded(id): points for id, points in worth.items()}
+    scores, problems = Scores(), list[Problem]()
+    for line, row in enumerate(rows, 2):
+        if not any(cell.strip() for cell in row):
+            continue
+        cells = dict(zip(heads, row, strict=False))
+        student, question, score, reason = (cells.get(name, "").strip() for name in COLUMNS)
+        whole, points = most.get(folded(question)), points_in(score)
+        if whole is None:
+            near = nearest(question, list(worth))
+            guess = f" (did you mean {near}?)" if near else ""
+            problems.append(Problem(source, f"there is no question {shown(question)}{guess}", line))
+        elif points is None or not 0 <= points <= whole:
+            expected = f"points from 0 to {whole:.12g}"
+            problems.append(Problem(source, f"read {shown(score)}, expected {expected}", line, "score"))
+        elif (folded(student), folded(question)) in scores:
+            problems.append(Problem(source, f"{shown(student)} has this question twice", line))
+        else:
+            scores[folded(student), folded(question)] = points, reason, student
+    if problems:
+        raise DocumentError(problems)
+    return scores

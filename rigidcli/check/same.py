@@ -23,7 +23,7 @@ from rigidcli.algebra.expressions import Expr, symbol
 from rigidcli.algebra.reading import from_tree
 from rigidcli.check import balls
 from rigidcli.check.balls import Ball, NoValue, Point, Steps, Unclear
-from rigidcli.errors import ExpressionError
+from rigidcli.errors import ExpressionError, shortened
 from rigidcli.language import tree
 from rigidcli.language.text import reading
 from rigidcli.language.tree import Node
@@ -182,7 +182,7 @@ class _Comparison:
         if lost or unclear:
             return "it has no value at some points where the right answer has one"
         if (hidden := self.steps.hidden) is not None:
-            return f"`{_short(hidden)}` is too small beside its neighbours to be seen"
+            return f"`{shortened(reading(hidden), 60)}` is too small beside its neighbours to be seen"
         return self.one_sided() or True
 
     def moved(self, point: Point, changing: Sequence[str], place: int) -> Point:
@@ -227,7 +227,8 @@ class _Comparison:
                 shared = [self.steps.nodes[place] for f, place in self.steps.sided(other) if f == function]
                 shared += [further.nodes[place] for f, place in sided if f == function]
                 if not any(self.proportional(argument, one) for one in shared):
-                    return f"the argument of {function} in `{_short(argument)}` shows one sign only"
+                    words = shortened(reading(argument), 60)
+                    return f"the argument of {function} in `{words}` shows one sign only"
         return ""
 
     def proportional(self, one: Node, other: Node) -> bool:
@@ -256,8 +257,3 @@ class _Comparison:
             and len({sign > 0 for _, sign in changes if not sign.contains(0)}) == 1
             for changes in (quotients, products)
         )
-
-
-def _short(node: Node) -> str:
-    text = reading(node)
-    return text if len(text) <= 60 else f"{text[:57]}..."

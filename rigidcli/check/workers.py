@@ -14,11 +14,11 @@ import sys
 import time
 import warnings
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass
 from multiprocessing import get_context
 from multiprocessing.connection import wait
-from typing import TYPE_CHECKING, Any, NoReturn, TypeAlias, TypeVar
+from typing import TYPE_CHECKING, Any, TypeAlias, TypeVar
 
+from rigidcli.check.base import Unreadable
 from rigidcli.errors import ComputationError
 from rigidcli.sandbox import Limits, address_space, confine, start_clock, stop_clock
 
@@ -34,37 +34,22 @@ PATIENCE = {"fork": 0.5, "spawn": 60.0}
 """Seconds beyond the limit after which a process is ended from outside: a new one loads the program first."""
 
 
-@dataclass(frozen=True, slots=True)
-class Ended:
-    """Work that came to nothing: the code of a finding, and its detail."""
+MEMORY, LONG = 103, 104
+"""Exit codes that nothing else has: there is no memory left, and there is too much to hand over."""
 
-    code: str
-    detail: str = ""
+_NO_MEMORY = Unreadable("too_large", "it takes too much memory")
+_STOPPED = Unreadable("not_allowed", "the process that judged it was stopped")
 
-
-_LATE = Ended("timeout")
-_NO_MEMORY = Ended("too_large", "it takes too much memory")
-_STOPPED = Ended("not_allowed", "the process that judged it was stopped")
-
-_BY_NUMBER = {
-    getattr(signal, name, None): ended
-    for name, ended in {
-        "SIGALRM": _LATE,
-        "SIGABRT": _NO_MEMORY,
-        "SIGBUS": _NO_MEMORY,
-        "SIGKILL": _NO_MEMORY,
-        "SIGSEGV": Ended("too_large", "the process that judged it broke down"),
-    }.items()
+ENDS: dict[str | int, Unreadable] = {
+    "SIGALRM": Unreadable("timeout"),
+    **dict.fromkeys(("SIGABRT", "SIGBUS", "SIGKILL", MEMORY), _NO_MEMORY),
+    "SIGSEGV": Unreadable("too_large", "the process that judged it broke down"),
+    LONG: Unreadable("too_large", "there is too much to say of it"),
 }
-"""What it means when a signal ends a process; the system kills one when memory runs out for all."""
+"""What it means when a process ends by a signal or with a code; the system kills one that has its memory."""
 
-_FRESH, _WORN, _MEMORY, _LONG = b"f", b"w", b"m", b"l"
-"""Marks before what is handed over: bytes, because pickled objects of a process in doubt are not opened."""
-
-_NOTHING = {_MEMORY: _NO_MEMORY, _LONG: Ended("too_large", "there is too much to say of it")}
-
-Result: TypeAlias = bytes | Ended
-"""What comes of work: what it hands over, or why that is nothing."""
+Result: TypeAlias = bytes | Unreadable
+"""What work hands over, as bytes: pickles of a process in doubt are not opened; or why there is nothing."""
 
 
 def each(
@@ -137,13 +122,15 @@ class _Worker:
         """What has come of its task, and whether it may have another."""
         try:
             if not self.line.poll():
-                return _LATE, False
+                return ENDS["SIGALRM"], False
             message = self.line.recv_bytes()
+            return message[1:], message[:1] == b"+"
         except (EOFError, OSError):
             self._process.kill()
             self._process.join()
-            return _BY_NUMBER.get(-self._process.exitcode, _STOPPED), False
-        return _NOTHING.get(message[:1], message[1:]), message[:1] == _FRESH
+            code = self._process.exitcode
+            name = next((each.name for each in signal.Signals if each == -code), code)
+            return ENDS.get(name, _STOPPED), False
 
     def end(self) -> None:
         """End the process, and leave nothing of it behind."""
@@ -174,7 +161,7 @@ def _interrupts_held() -> Iterator[None]:
         signal.pthread_sigmask(signal.SIG_SETMASK, before)
 
 
-def _serve(line: Connection, work: Callable[[_Task], bytes], limits: Limits) -> NoReturn:
+def _serve(line: Connection, work: Callable[[_Task], bytes], limits: Limits) -> None:
     """Work on what comes, hand over the results, and end with the line.
 
     The process ends at once, so that nothing is done or written that belongs to the one it is a fork of.
@@ -186,16 +173,16 @@ def _serve(line: Connection, work: Callable[[_Task], bytes], limits: Limits) -> 
         while True:
             task = line.recv()
             start_clock(limits.seconds)
-            try:
-                data = work(task)
-                mark = _FRESH if len(data) <= limits.handed else _LONG
-            except MemoryError:
-                mark = _MEMORY
+            data = work(task)
             stop_clock()
-            if mark == _FRESH and (address_space() or 0) - start >= limits.memory / 8:  # the next has room
-                mark = _WORN
-            line.send_bytes(mark + data if mark in (_FRESH, _WORN) else mark)
+            if len(data) > limits.handed:
+                code = LONG
+                return
+            has_room = (address_space() or 0) - start < limits.memory / 8  # for the next task
+            line.send_bytes((b"+" if has_room else b"-") + data)
     except EOFError:
         code = 0
+    except MemoryError:
+        code = MEMORY
     finally:
         os._exit(code)

@@ -21,8 +21,8 @@ from rigidcli.errors import UsageError
 
 if TYPE_CHECKING:
     from rigidcli.check.assignment import Prepared
+    from rigidcli.check.base import Judgement
     from rigidcli.check.files import Place
-    from rigidcli.check.records import Judgement
     from rigidcli.check.reports import Style
     from rigidcli.document.document import Document
     from rigidcli.report import Report
@@ -126,10 +126,9 @@ def check(
         from rigidcli.check import files
         from rigidcli.check import roster as students
         from rigidcli.check.assignment import prepare
+        from rigidcli.check.base import MISSING
         from rigidcli.check.judge import run
         from rigidcli.check.judge import selftest as test_keys
-        from rigidcli.check.overrides import read_overrides
-        from rigidcli.check.records import MISSING
         from rigidcli.check.reports import Style
 
         prepared = prepare(assignment, studies(steps))
@@ -151,7 +150,7 @@ def check(
         batch = files.gather(answers, assignment, Path(scratch))
         target.protect(*(place.file for place in batch.answers))
         class_list = None if roster is None else students.read_roster(roster)
-        person = None if overrides is None else read_overrides(overrides, prepared.items)
+        person = None if overrides is None else students.read_overrides(overrides, prepared.worth)
         papers, notes = students.papers(batch, class_list)
         # Gradescope waits for a result of those, too, who have handed in nothing.
         unhanded = format is CheckFormat.gradescope and not papers
@@ -163,12 +162,10 @@ def check(
             failures.code = max(failures.code, NOT_CORRECT if unhanded else UsageError.exit_code)
         remark(roster or prepared.source, notes)
         with progress() as show:
-            # On a terminal, the results themselves show the progress.
-            seen = (lambda share: None) if width else show
-            judgements = run(prepared.items, papers, jobs, seen)
+            judgements = run(prepared.items, papers, jobs, show)
             late = list[str]()
             if person is not None:
-                judgements = person.over(judgements, late)
+                judgements = students.overridden(judgements, person, late)
             judged = noted(judgements, batch.others, prepared.source, failures, remark, target)
             for piece in view(judged, style):
                 target.write(piece)
@@ -252,10 +249,9 @@ def view_of(
 
         return lambda judgements, style: report.TEXTS[format](report.tally(judgements), style)
     if regrade is not None:
-        from rigidcli.check.reports import regrade as again
+        from rigidcli.check.reports.items import changes, run_of
 
-        old = again.read(regrade)
-        return partial(again.table, old)
+        return partial(changes, run_of(regrade))
     if canvas is not None:
         from rigidcli.check.reports import canvas as gradebook
         from rigidcli.check.reports import read

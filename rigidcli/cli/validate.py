@@ -129,10 +129,9 @@ def _assignment(file: str, text: str, quiet: bool) -> list[str]:
 def _answers(text: str, path: Path, failures: Failures) -> list[str]:
     """Lines with each answer as it is read without the key; unreadable answers are printed as errors."""
     from rigidcli.check.answers import read_answers
-    from rigidcli.check.base import Unreadable
+    from rigidcli.check.base import Unreadable, sentence
     from rigidcli.check.files import safe_name
     from rigidcli.check.reading import described
-    from rigidcli.check.records import sentence
 
     source, readings = safe_name(str(path)), list[str]()
 

@@ -4,8 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from rigidcli.check.base import Asked, Finding, Kind, Outcome, Reading, Tree, Verdict
-from rigidcli.check.records import Judged, judged
+from rigidcli.check.base import Asked, Finding, Judged, Kind, Outcome, Reading, Tree, Verdict, judged
 
 
 class Same(Kind):

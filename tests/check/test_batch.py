@@ -24,15 +24,14 @@ import numpy as np
 import pytest
 
 from rigidcli.check import workers
-from rigidcli.check.base import Asked, Outcome, Tree
+from rigidcli.check.base import Judgement, Outcome, Tree, sentence
 from rigidcli.check.files import MOST_BYTES, gather
 from rigidcli.check.judge import Item, run
 from rigidcli.check.kinds import KINDS
-from rigidcli.check.question import Question
-from rigidcli.check.records import Judgement, sentence
 from rigidcli.check.roster import Paper, papers
 from rigidcli.errors import ComputationError
 from rigidcli.sandbox import Limits
+from tests.check.asking import asked
 from tests.check.standins import Same
 
 pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="there are no such files and limits")
@@ -616,64 +615,36 @@ def test_no_room_for_a_process(
         list(run(ITEMS, rows, 6))
 
 
+KEYS = """
+number: {answer: 20.8}
+quantity: {answer: 20.8 rad/s}
+vector: {answer: [1, 2, 3]}
+moments: {answer: [2, 11, 11]}
+matrix: {answer: [[1, 2], [3, 4]]}
+tensor: {answer: [[8, -3, -3], [-3, 8, -3], [-3, -3, 8]]}
+axes: {answer: {tensor: [[1, 0, 0], [0, 2, 0], [0, 0, 2.5]]}}
+expression: {answer: m*x**2/2, symbols: {m: positive, x: real}}
+equations: {answer: {xdot: p_x/m, p_xdot: -k*x}, symbols: {m: positive, k: positive}, coordinates: [x]}
+trajectory: {answer: {t: [0, 1, 0.1], columns: {x: cos(t)}}}
+choice: {answer: prolate}
+"""
+
+
 def real_items() -> dict[str, Item]:
     """A question of every kind that a literal key can have."""
-    questions: dict[str, dict[str, Any]] = {
-        "number": {"answer": "20.8"},
-        "quantity": {"answer": "20.8 rad/s"},
-        "vector": {"answer": ["1", "2", "3"]},
-        "moments": {"answer": ["2", "11", "11"]},
-        "matrix": {"answer": [["1", "2"], ["3", "4"]]},
-        "tensor": {"answer": [["8", "-3", "-3"], ["-3", "8", "-3"], ["-3", "-3", "8"]]},
-        "axes": {"answer": {"tensor": [["1", "0", "0"], ["0", "2", "0"], ["0", "0", "2.5"]]}},
-        "expression": {"answer": "m*x**2/2", "symbols": {"m": "positive", "x": "real"}},
-        "equations": {
-            "answer": {"xdot": "p_x/m", "p_xdot": "-k*x"},
-            "symbols": {"m": "positive", "k": "positive"},
-            "coordinates": ["x"],
-            "momenta": ["p_x"],
-        },
-        "trajectory": {"answer": {"t": ["0", "1", "0.1"], "columns": {"x": "cos(t)"}}},
-        "choice": {"answer": "prolate"},
-    }
+    questions = dict(line.split(": {", 1) for line in KEYS.strip().splitlines())
     assert questions.keys() == KINDS.keys()
-    items = {}
-    for name, entry in questions.items():
-        question = Question.model_validate(entry | {"kind": name})
-        items[name] = Item(KINDS[name], KINDS[name].key(Asked(name, question, entry["answer"])), 1.0)
-    return items
+    return {kind: asked(f"{{kind: {kind}, {question}") for kind, question in questions.items()}
 
 
 BOMBS = [
-    "9**9**9**9",
-    "(" * 5000 + "1" + ")" * 5000,
-    "-" * 5000 + "1",
-    "2**" * 5000 + "1",
-    "sin(" * 2000 + "1" + ")" * 2000,
-    "1e999999999",
-    "1e-999999999",
-    "9" * 400,
-    "9" * 5000,
-    "." + "0" * 5000 + "1",
-    "x**x**x**x**x",
-    "(x+1)**99999999",
-    "exp(exp(exp(exp(9))))",
-    "__import__('os').system('touch hacked')",
-    "().__class__.__bases__[0].__subclasses__()",
-    "lambda: 0",
-    "=cmd|' /C calc'!A0",
-    "\x1b[31m",
-    "\u202e1\u202c",
-    "NaN",
-    ".inf",
-    "-Infinity",
-    "0x41",
-    "1_000",
-    "1/0",
-    "0**-1",
-    "/etc/passwd",
-    "\N{ARABIC-INDIC DIGIT ONE}",
-]
+    "9**9**9**9", "(" * 5000 + "1" + ")" * 5000, "-" * 5000 + "1", "2**" * 5000 + "1",
+    "sin(" * 2000 + "1" + ")" * 2000, "1e999999999", "1e-999999999", "9" * 400, "9" * 5000,
+    "." + "0" * 5000 + "1", "x**x**x**x**x", "(x+1)**99999999", "exp(exp(exp(exp(9))))",
+    "__import__('os').system('touch hacked')", "().__class__.__bases__[0].__subclasses__()", "lambda: 0",
+    "=cmd|' /C calc'!A0", "\x1b[31m", "\u202e1\u202c", "NaN", ".inf", "-Infinity", "0x41", "1_000", "1/0",
+    "0**-1", "/etc/passwd", "\N{ARABIC-INDIC DIGIT ONE}",
+]  # fmt: skip
 
 
 @pytest.mark.parametrize("form", ["text", "list", "rows", "mapping"])
@@ -697,9 +668,7 @@ def test_bombs_for_every_kind(tmp_path: Path, form: str) -> None:
 
 def test_the_keys_of_every_kind_are_right_through_a_pipe(tmp_path: Path) -> None:
     items = real_items()
-    answers = {}
-    for id, item in items.items():
-        answers[id] = item.kind.typed(item.key)
+    answers = {id: item.kind.typed(item.key) for id, item in items.items()}
     (tmp_path / "a.json").write_text(json.dumps({"answers": answers}))
     (judgement,) = run(items, handed(tmp_path))
     assert verdicts(judgement) == ["correct"] * len(items)

@@ -10,7 +10,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from rigidcli.check.records import Judgement
+from rigidcli.check.base import Judgement
 from rigidcli.check.reports import read
 from rigidcli.check.reports.canvas import fill
 from rigidcli.errors import DocumentError, UsageError

@@ -6,8 +6,7 @@ from collections.abc import Sequence
 
 import pytest
 
-from rigidcli.check.base import CODES, Finding, Verdict
-from rigidcli.check.records import Judgement
+from rigidcli.check.base import CODES, Finding, Judgement, Verdict
 from rigidcli.check.reports import Style
 from rigidcli.check.reports.items import MOST_SHOWN, UNNAMED, Taken, csv, json, table, tally
 from tests.check.standins import mark

@@ -11,10 +11,9 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from rigidcli.check.base import Finding, Outcome, Unreadable
+from rigidcli.check.base import Finding, Judged, Judgement, Outcome, Unreadable, sentence
 from rigidcli.check.judge import Accepted, Item, Seen, judge
 from rigidcli.check.kinds import KINDS
-from rigidcli.check.records import Judged, Judgement, sentence
 from rigidcli.sandbox import ForbiddenError
 from tests.check.standins import Same, mark
 

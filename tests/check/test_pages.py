@@ -12,8 +12,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from rigidcli.check import Feedback
-from rigidcli.check.base import CODES, VERDICTS, Finding
-from rigidcli.check.records import Judged, Judgement
+from rigidcli.check.base import CODES, VERDICTS, Finding, Judged, Judgement
 from rigidcli.check.reports import Style
 from rigidcli.check.reports.pages import Course, file_name, one_page, pages
 from rigidcli.render.web.page import page

@@ -5,10 +5,9 @@ from __future__ import annotations
 from rigidcli.check.base import Kind
 from rigidcli.check.kinds.arrays import Matrix, Vector
 from rigidcli.check.kinds.axes import Axes
-from rigidcli.check.kinds.choice import Choice
 from rigidcli.check.kinds.equations import Equations
 from rigidcli.check.kinds.expression import Expression
-from rigidcli.check.kinds.number import Quantity
+from rigidcli.check.kinds.single import Choice, Quantity
 from rigidcli.check.kinds.tensors import Moments, Tensor
 from rigidcli.check.kinds.trajectory import Trajectory
 

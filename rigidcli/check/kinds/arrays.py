@@ -12,9 +12,7 @@ import numpy as np
 
 from rigidcli.check.base import Asked, Finding, Kind, Outcome, Reading, Tree, Unreadable
 from rigidcli.check.entries import (
-    EXACT,
     Entry,
-    Layout,
     Right,
     Ruler,
     Same,
@@ -22,11 +20,11 @@ from rigidcli.check.entries import (
     filled,
     is_constant,
     literal,
-    opened,
     shown_as,
 )
+from rigidcli.check.lists import read_list
 from rigidcli.check.mistakes import Arrays, of_vector, shared_factor
-from rigidcli.check.numbers import Number
+from rigidcli.check.numbers import ROUNDING, Number
 from rigidcli.check.question import Question
 from rigidcli.core.arithmetic import Array, Floats
 from rigidcli.errors import ValueProblem, shown
@@ -77,35 +75,36 @@ class List(Kind):
     uncounted: ClassVar[tuple[int, ...]] = ()
     """Numbers that stand in a key by themselves, and so earn no points."""
 
-    def layout(self, answer: Tree) -> Layout:
-        """The shape of an opened answer, and its cells row by row. Raises Unreadable."""
-        return row(answer, self.word)
+    def table(self, answer: Tree) -> Array:
+        """What was typed for each entry, as a list or by names. Raises Unreadable."""
+        return row(read_list(answer))
 
-    def labels(self, entries: Array) -> tuple[str, ...]:
-        """The names of the entries of a key."""
-        return tuple(place for place, _ in self.layout(entries.tolist())[1])
+    def labels(self, shape: tuple[int, ...]) -> tuple[str, ...]:
+        """The names of the entries of a table of this shape."""
+        return numbered(self.word, shape[0])
 
     def key(self, asked: Asked) -> Key:
         """The key of a question, literal or computed. Raises ValueProblem."""
         if asked.report is None:
-            ruler, entries = literal(asked, lambda answer: self.layout(opened(answer)))
+            table = self.table(asked.value)
+            ruler, entries = literal(asked, table, self.labels(table.shape))
         else:
             ruler, entries = computed(asked, asked.value)
         if entries.ndim != self.dimensions or not entries.size:
             raise ValueProblem(f"this is no {self.name}: a vector is a list, a matrix a list of rows")
-        labels = self.labels(entries)
+        labels = self.labels(entries.shape)
         key = Key(asked.question, asked.path, ruler, entries, labels, frozenset(labels))
         counted = key.counted - key.named(*self.uncounted)
         return replace(key, counted=counted or key.counted)
 
     def read(self, key: Key, answer: Tree) -> Reading:
         """The entries of an answer of the shape that is asked. Raises Unreadable."""
-        shape, cells = self.layout(opened(answer))
-        if not self.fits(key, shape):
-            sizes = (" by ".join(map(str, each)) for each in (shape, key.entries.shape))
-            raise Unreadable("wrong_shape", "read {} entries, expected {}".format(*sizes))
-        entries = key.ruler.read(cells)
-        return Reading(entries, _bracketed(filled(shown_as(entries), shape).tolist()))
+        table = self.table(answer)
+        if not self.fits(key, table.shape):
+            words = f"{shown(answer)} as one entry" if table.size == 1 else counted(table.shape)
+            raise Unreadable("wrong_shape", f"read {words}, expected {counted(key.entries.shape)}")
+        entries = key.ruler.read(table.ravel().tolist(), self.labels(table.shape))
+        return Reading(entries, _bracketed(filled(shown_as(entries), table.shape).tolist()))
 
     def fits(self, key: Key, shape: tuple[int, ...]) -> bool:
         """Whether an answer of this shape can be judged."""
@@ -136,7 +135,7 @@ class List(Kind):
             return [Finding("component_wrong", listed(wrong))]
         _, entries, expected = zip(*triples, strict=True)
         own, right = key.ruler.numbers(entries), key.ruler.numbers(expected)
-        code = shared_factor(own, right, key.ruler.unit, key.path, max(key.ruler.slack, EXACT))
+        code = shared_factor(own, right, key.ruler.unit, key.path, max(key.ruler.slack, ROUNDING))
         return [Finding(code or "outside_tolerance")]
 
     def mistakes(self, asked: Asked, key: Key) -> Arrays:
@@ -185,48 +184,61 @@ def listed(names: Sequence[str]) -> str:
     return ("; " if "," in names[0] else ", ").join(names[:6]) + more
 
 
+def counted(shape: tuple[int, ...]) -> str:
+    """How many numbers there are: `3 numbers`, `2 by 2 numbers`."""
+    return " by ".join(map(str, shape)) + (" number" if shape == (1,) else " numbers")
+
+
 def _bracketed(texts: list[Any]) -> str:
     return f"[{', '.join(each if isinstance(each, str) else _bracketed(each) for each in texts)}]"
 
 
-# --- layouts
+# --- tables of what is typed
 
 
-def row(answer: Tree, word: str) -> Layout:
-    """The cells of a list, of a column, or of a mapping from the names of components. Raises Unreadable."""
+def row(answer: Tree) -> Array:
+    """A list, a column, or a mapping from the names of components, as it was typed. Raises Unreadable."""
     if isinstance(answer, dict):
-        places = [AXES.get(re.sub(r"[\s_{}()]", "", name).lower()[-1:]) for name in answer]
-        if sorted(places, key=str) != list(range(len(answer))):
-            expected = "expected a list, or `{x: .., y: .., z: ..}`"
-            raise Unreadable("wrong_shape", f"read {shown(answer)}, {expected}")
-        cells = [(shown(name), entry) for name, entry in answer.items()]
-        return (len(cells),), [cells[places.index(k)] for k in range(len(cells))]
-    if isinstance(answer, list) and answer and all(isinstance(each, list) for each in answer):
-        # One row, or one column.
-        answer = answer[0] if len(answer) == 1 else [each[0] if len(each) == 1 else each for each in answer]
-    if not isinstance(answer, list) or not answer or any(isinstance(each, list | dict) for each in answer):
-        raise Unreadable("wrong_shape", f"read {shown(answer)}, expected a list of numbers")
-    return _limited((len(answer),)), [(f"{word} {k + 1}", entry) for k, entry in enumerate(answer)]
+        expected = "a list, or `{x: .., y: .., z: ..}`"
+        cells = by_places(answer, 1, len(answer), expected)
+        answer = [cells[k,] for k in range(len(cells))]
+    table = rows(answer, "a list of numbers")
+    return table.ravel() if 1 in table.shape else table
 
 
-def rows(answer: Tree) -> Layout:
-    """The cells of a list of rows of one length. Raises Unreadable."""
-    table = answer if isinstance(answer, list) else []
-    if table and not any(isinstance(each, list) for each in table):
-        table = [table]
-    widths = {len(each) if isinstance(each, list) else 0 for each in table}
-    entries = [entry for each in table if isinstance(each, list) for entry in each]
-    if len(widths) != 1 or 0 in widths or any(isinstance(entry, list | dict) for entry in entries):
-        raise Unreadable("wrong_shape", f"read {shown(answer)}, expected rows of the same length")
-    shape = _limited((len(table), widths.pop()))
-    places = (f"row {i + 1}, column {j + 1}" for i, j in np.ndindex(*shape))
-    return shape, list(zip(places, entries, strict=True))
-
-
-def _limited(shape: tuple[int, ...]) -> tuple[int, ...]:
-    if math.prod(shape) > MOST_ENTRIES:
+def rows(answer: Tree, expected: str = "rows of the same length") -> Array:
+    """A list of rows of one length, or one row, as it was typed. Raises Unreadable."""
+    lines = answer if isinstance(answer, list) else []
+    if not any(isinstance(line, list) for line in lines):
+        lines = [lines]
+    is_table = all(isinstance(line, list) for line in lines)
+    cells = [cell for line in lines for cell in line] if is_table else []
+    if not cells or len(set(map(len, lines))) > 1 or any(isinstance(cell, list | dict) for cell in cells):
+        raise Unreadable("wrong_shape", f"read {shown(answer)}, expected {expected}")
+    if len(cells) > MOST_ENTRIES:
         raise Unreadable("too_large", f"expected at most {MOST_ENTRIES} numbers")
-    return shape
+    return filled(cells, (len(lines), len(lines[0])))
+
+
+def by_places(
+    answer: dict[str, Tree], dimensions: int, size: int, expected: str
+) -> dict[tuple[int, ...], Tree]:
+    """The entries of a mapping by the places that the ends of their names say: `L_x`, `I12`."""
+    places: dict[tuple[int, ...], Tree] = {}
+    for name, entry in answer.items():
+        ends = re.sub(r"[\s_{}()]", "", name).lower()[-dimensions:]
+        place = tuple(AXES.get(end, size) for end in ends)
+        if len(place) != dimensions or max(place) >= size:
+            raise Unreadable("wrong_shape", f"read {shown(name)}, expected {expected}")
+        if place in places:
+            raise Unreadable("duplicate_key", f"read {shown(name)}")
+        places[place] = entry
+    return places
+
+
+def numbered(word: str, count: int) -> tuple[str, ...]:
+    """The names of the entries of a list."""
+    return tuple(f"{word} {k}" for k in range(1, count + 1))
 
 
 # --- vectors
@@ -300,9 +312,13 @@ class Matrix(List):
     dimensions: ClassVar[int] = 2
     uncounted: ClassVar[tuple[int, ...]] = (0, 1)
 
-    def layout(self, answer: Tree) -> Layout:
-        """The cells of a list of rows. Raises Unreadable."""
-        return rows(answer)
+    def table(self, answer: Tree) -> Array:
+        """What was typed for each entry, in rows. Raises Unreadable."""
+        return rows(read_list(answer))
+
+    def labels(self, shape: tuple[int, ...]) -> tuple[str, ...]:
+        """The rows and columns of a table of this shape."""
+        return tuple(f"row {i + 1}, column {j + 1}" for i, j in np.ndindex(*shape))
 
     def is_right(self, key: Key, value: Sequence[Entry]) -> bool:
         """Whether all entries are right: a mistake makes many keys, and the first wrong entry is enough."""

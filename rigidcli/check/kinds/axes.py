@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from itertools import pairwise
 from typing import Any, ClassVar, NamedTuple
@@ -20,11 +20,12 @@ import numpy as np
 from rigidcli.algebra.reading import from_tree
 from rigidcli.check import entries
 from rigidcli.check.base import Asked, Finding, Kind, Outcome, Reading, Tree, Unreadable
-from rigidcli.check.entries import Cell, Entry, Layout, Ruler, Same, opened, shown_as
-from rigidcli.check.kinds.arrays import are_bare, has_unit_length, row, unit_vectors
+from rigidcli.check.entries import NOISE, Entry, Ruler, Same, shown_as
+from rigidcli.check.kinds.arrays import are_bare, counted, has_unit_length, numbered, row, unit_vectors
 from rigidcli.check.kinds.tensors import Tensor, matched, products
+from rigidcli.check.lists import read_list
 from rigidcli.check.mistakes import of_tensor, shared_factor
-from rigidcli.check.numbers import NOISE
+from rigidcli.check.numbers import ROUNDING, Number
 from rigidcli.check.question import RELATIVE, Question
 from rigidcli.core.arithmetic import Array, Floats, Mask
 from rigidcli.errors import ValueProblem, shown
@@ -47,7 +48,7 @@ class Pairs(NamedTuple):
     """The moments (n, or none at all) and the axes (n by 3) of an answer, as they were read."""
 
     moments: tuple[Entry, ...]
-    axes: tuple[tuple[Entry, ...], ...]
+    axes: Sequence[Sequence[Entry]]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -94,12 +95,15 @@ class Axes(Kind):
 
     def read(self, key: Key, answer: Tree) -> Reading:
         """A list of pairs, or of axes. Raises Unreadable."""
-        moments, axes = _cells(answer)
-        if not key.alone and not moments:
+        table = _typed(answer)
+        count, width = table.shape
+        if not key.alone and width == 3:
             raise Unreadable("wrong_shape", "expected a moment with each axis: `[moment, [x, y, z]]`")
+        moments = key.ruler.read(table[:, :-3].ravel(), numbered("moment", count * (width - 3)))
         direction = replace(key.ruler, unit=None)
-        pairs = Pairs(key.ruler.read(moments), tuple(map(direction.read, axes)))
-        names = [f"{name}: " for name in shown_as(pairs.moments)] or [""] * len(axes)
+        components = direction.read(table[:, -3:].ravel(), np.repeat(numbered("axis", count), 3).tolist())
+        pairs = Pairs(moments, entries.filled(components, (count, 3)).tolist())
+        names = [f"{name}: " for name in shown_as(pairs.moments)] or [""] * count
         texts = (f"{name}[{', '.join(shown_as(axis))}]" for name, axis in zip(names, pairs.axes, strict=True))
         return Reading(pairs, "; ".join(texts))
 
@@ -117,13 +121,6 @@ class Axes(Kind):
             code = shared_factor(own, expected, key.ruler.unit, key.path, key.ruler.slack)
             findings = findings if code is None else [Finding(code)]
         return Outcome.earning((worth - max(0, count - 3)) / 3, *findings)
-
-    def is_right(self, key: Key, value: Pairs) -> bool:
-        """Whether the outcome is `correct`: most pairs are soon seen not to be."""
-        if len(value.axes) != 3:
-            return False
-        answer = _Answer(key, value)
-        return all(answer.pair(k) for k in range(3)) and super().is_right(key, value)
 
     def mistaken(self, asked: Asked, key: Key) -> Iterator[tuple[str, Key]]:
         """The keys whose tensor comes out under a mistake, and that for axes which stand in columns."""
@@ -152,23 +149,26 @@ class _Answer:
         squares = (self.units @ key.axes.T) ** 2
         inside, outside = np.sqrt(squares @ key.equal), np.sqrt(squares @ ~key.equal)
         self.near = np.where(inside > 0, np.arctan2(outside, inside), math.pi) <= self.ruler.angle
-        self.moments = [[self._same(own, each) for each in key.moments.tolist()] for own in pairs.moments]
-        if self.ruler.formulas is not None:
-            self.axes = [_without_zeros(axis) for axis in pairs.axes]
-            tensor = _without_zeros(key.tensor.ravel().tolist()).reshape(3, 3)
-            self.turned = [np.asarray(tensor @ axis) for axis in self.axes]
+        point = replace(self.ruler, formulas=None, noise=ROUNDING * self.ruler.largest)
+        self.moments = [[point.same(own, each) for each in key.moments.tolist()] for own in self._at_point()]
+        self.axes = [_without_zeros(axis) for axis in pairs.axes]
 
-    def _same(self, entry: Entry, moment: float) -> Same:
+    def _at_point(self) -> Sequence[Number]:
+        """The moments of an answer, those with symbols by their values at a point."""
         if self.ruler.formulas is None:
-            return self.ruler.same(entry, moment)
-        allowed = self.ruler.slack * abs(moment) + entries.EXACT * self.ruler.largest
-        return abs(float(self.ruler.numbers([entry])[0, 0]) - moment) <= allowed
+            return [each for each in self.given.moments if isinstance(each, Number)]
+        return [Number(value, value, 1.0) for value in self.ruler.numbers(self.given.moments)[:, 0].tolist()]
+
+    def vanish(self, k: int, residual: Callable[[Array, Array], Array]) -> Same:
+        """Whether a residual of I e and e vanishes in symbols; numbers have been compared already."""
+        if self.ruler.formulas is None:
+            return True
+        tensor, axis = _without_zeros(self.key.tensor.ravel().tolist()).reshape(3, 3), self.axes[k]
+        return self.ruler.formulas.vanish(residual(np.asarray(tensor @ axis), axis))
 
     def axis(self, k: int) -> Same:
         """Whether e and I e are parallel."""
-        if self.ruler.formulas is None or not self.near[k].any():
-            return bool(self.near[k].any())
-        return self.ruler.formulas.vanish(np.cross(self.turned[k], self.axes[k]))
+        return bool(self.near[k].any()) and self.vanish(k, np.cross)
 
     def pair(self, k: int) -> Same:
         """Whether I e = lambda e; without moments, whether e is an axis."""
@@ -176,9 +176,9 @@ class _Answer:
             return self.axis(k)
         both = [same for same, near in zip(self.moments[k], self.near[k], strict=True) if near]
         truth = True in both or next((same for same in both if same), False)
-        if self.ruler.formulas is None or truth is False:
+        if truth is not True:
             return truth
-        return self.ruler.formulas.vanish(self.turned[k] - self.axes[k] * self.given.moments[k])
+        return self.vanish(k, lambda turned, axis: turned - axis * self.given.moments[k])
 
     def independent(self, places: Sequence[int]) -> bool:
         """Whether axes span as many dimensions as they are, however wide the tolerance."""
@@ -252,42 +252,46 @@ def _without_zeros(trees: Sequence[Entry]) -> Array:
 # --- reading
 
 
-def _cells(answer: Tree) -> tuple[list[Cell], list[list[Cell]]]:
-    """The cells of moments, none for axes alone, and of the components of axes. Raises Unreadable."""
+def _typed(answer: Tree) -> Array:
+    """What was typed, a row for each pair: its moment, unless axes stand alone, and three components.
+
+    Raises Unreadable.
+    """
     lines = _LINES.split(answer.strip()) if isinstance(answer, str) else []
-    answer = lines if lines and all(":" in line for line in lines) else opened(answer)
+    answer = lines if lines and all(":" in line for line in lines) else read_list(answer)
     if isinstance(answer, dict) and set(answer) == {"moments", "axes"}:
-        columns = [each for name in ("moments", "axes") if isinstance(each := opened(answer[name]), list)]
+        columns = [each for name in ("moments", "axes") if isinstance(each := read_list(answer[name]), list)]
         are_alike = len(columns) == 2 and len(columns[0]) == len(columns[1])
         answer = list(map(list, zip(*columns, strict=True))) if are_alike else []
     elif isinstance(answer, dict):
         answer = [answer] if set(answer) == {"moment", "axis"} else list(map(list, answer.items()))
     pairs = [_pair(each) for each in answer] if isinstance(answer, list) else []
-    moments = [(f"moment {k}", moment) for k, (moment, _) in enumerate(pairs, 1) if moment is not None]
-    if not 0 < len(pairs) <= MOST_PAIRS or len(moments) not in (0, len(pairs)):
+    if not 0 < len(pairs) <= MOST_PAIRS or len({len(pair) for pair in pairs}) > 1:
         expected = f"expected at most {MOST_PAIRS} pairs `[moment, [x, y, z]]`"
         raise Unreadable("wrong_shape", f"read {shown(answer)}, {expected}")
-    return moments, [_components(axis, f"axis {k}") for k, (_, axis) in enumerate(pairs, 1)]
+    if all(isinstance(axis, str) and not re.search(r"[\s,;(\[{]", axis.strip()) for *_, axis in pairs):
+        expected = "expected an axis beside each moment: `[moment, [x, y, z]]`"
+        raise Unreadable("wrong_shape", f"read {counted((len(pairs),))} and no axes, {expected}")
+    cells = list[Tree]()
+    for k, (*moment, axis) in enumerate(pairs, 1):
+        components = row(read_list(axis))
+        if components.shape != (3,):
+            raise Unreadable(
+                "wrong_shape", f"read {shown(axis)}, expected three components", place=f"axis {k}"
+            )
+        cells += [*moment, *components]
+    return entries.filled(cells, (len(pairs), -1))
 
 
-def _pair(entry: Tree) -> tuple[Tree, Tree]:
-    """The moment (None for an axis alone) and the axis in an entry of a list."""
+def _pair(entry: Tree) -> list[Tree]:
+    """The moment and the axis in an entry of a list, or an axis alone."""
     if isinstance(entry, dict) and set(entry) == {"moment", "axis"}:
-        return entry["moment"], entry["axis"]
+        return [entry["moment"], entry["axis"]]
     if isinstance(entry, str) and ":" in entry:
-        moment, axis = entry.split(":", 1)
-        return moment, axis
+        return list(entry.split(":", 1))
     if isinstance(entry, list) and len(entry) in (2, 4):
-        return entry[0], entry[1] if len(entry) == 2 else entry[1:]
-    return None, entry
-
-
-def _components(axis: Tree, place: str) -> list[Cell]:
-    """The three cells of an axis."""
-    shape, cells = row(opened(axis), place)
-    if shape != (3,):
-        raise Unreadable("wrong_shape", f"read {shown(axis)}, expected three components", place=place)
-    return cells
+        return entry if len(entry) == 2 else [entry[0], entry[1:]]
+    return [entry]
 
 
 # --- keys
@@ -330,20 +334,16 @@ def _literal(asked: Asked) -> tuple[Ruler, Array, Array | None]:
             raise ValueProblem("a tensor with symbols is no key", hint="write pairs: `[moment, [x, y, z]]`")
         ruler, tensor, pairs = key.ruler, key.entries * products(asked), None
     else:
-        ruler, typed = entries.literal(asked, _pair_cells)
+        table = _typed(asked.value)
+        if table.shape != (3, 4):
+            expected = "expected three pairs of a moment and an axis, or `{tensor: [[..]]}`"
+            raise Unreadable("wrong_shape", expected)
+        ruler, typed = entries.literal(asked, table, np.repeat(numbered("pair", 3), 4).tolist())
         tensor = _tensor_of_pairs(ruler, typed)
         pairs = None if ruler.formulas is None else typed
     if ruler.unit is not None and ruler.unit.dimension != KG_M2.dimension:
         raise ValueProblem(f"read a unit of {ruler.unit.dimension}, expected one of a moment of inertia")
     return replace(ruler, unit=ruler.unit or KG_M2), tensor, pairs
-
-
-def _pair_cells(answer: Tree) -> Layout:
-    """The cells of three pairs, each a moment and an axis."""
-    moments, axes = _cells(answer)
-    if len(moments) != 3 or len(axes) != 3:
-        raise Unreadable("wrong_shape", "expected three pairs of a moment and an axis, or `{tensor: [[..]]}`")
-    return (3, 4), [cell for moment, axis in zip(moments, axes, strict=True) for cell in (moment, *axis)]
 
 
 def _tensor_of_pairs(ruler: Ruler, pairs: Array) -> Array:
@@ -354,12 +354,7 @@ def _tensor_of_pairs(ruler: Ruler, pairs: Array) -> Array:
             raise ValueProblem("the axes are not at right angles")
         terms = (np.outer(e, e) * (moment / (e @ e)) for moment, e in zip(moments, axes, strict=True))
         return ruler.entries(np.vectorize(from_tree, otypes=[object])(sum(terms)))
-    # I e = lambda e for three axes, which need be at right angles only where the moments differ.
     units = unit_vectors(axes.T).T
-    if not np.isfinite(units).all() or np.linalg.svd(units, compute_uv=False)[2] < RELATIVE:
-        raise ValueProblem("the axes do not span the space")
-    # It may be typed with few digits.
-    tensor = np.asarray(np.linalg.solve(units, moments[:, None] * units))
-    if np.abs(tensor - tensor.T).max() > RELATIVE * np.abs(tensor).max():
+    if not np.abs(units @ units.T - np.eye(3)).max() <= RELATIVE:  # also where an axis has no direction
         raise ValueProblem("the axes are not at right angles")
-    return (tensor + tensor.T) / 2
+    return np.asarray(units.T * moments @ units)

@@ -9,8 +9,8 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from contextlib import suppress
-from dataclasses import dataclass, replace
-from typing import ClassVar
+from dataclasses import replace
+from typing import ClassVar, TypeAlias
 
 from rigidcli.algebra.atoms import Atom
 from rigidcli.algebra.calculus import derivative
@@ -28,13 +28,8 @@ from rigidcli.errors import ExpressionError, ValueProblem
 from rigidcli.language.text import text
 from rigidcli.language.tree import Negative, Node, Sum, bound, names_in
 
-
-@dataclass(frozen=True, slots=True)
-class Answer:
-    """The equations that can be read, and what is wrong with the others."""
-
-    sides: tuple[Sides, ...]
-    unread: tuple[Finding, ...] = ()
+Answer: TypeAlias = tuple[Sequence[Sides], Sequence[Finding]]
+"""The equations that can be read, and what is wrong with the others."""
 
 
 class Equations(Kind):
@@ -65,20 +60,18 @@ class Equations(Kind):
         unread: list[Unreadable] = []
         sides = read_equations(answer, key.names, of_functions(key), unread)
         shown = "; ".join(f"{plain(left)} = {plain(right)}" for _, left, right in sides)
-        findings = tuple(finding for each in unread for finding in each.findings)
-        return Reading(Answer(tuple(sides), findings), shown)
+        return Reading((sides, [finding for each in unread for finding in each.findings]), shown)
 
     def judge(self, key: Motion, value: Answer) -> Outcome:
         """What is true, what determines the motion, and what is too much."""
+        sides, unread = value
         exactly = replace(key.formulas, relative=None)
-        trivial = [exactly.same(left, right) is True for _, left, right in value.sides]
-        kept = [side for side, says_nothing in zip(value.sides, trivial, strict=True) if not says_nothing]
-        places = [side[0] for side, says_nothing in zip(value.sides, trivial, strict=True) if says_nothing]
-        remarks = [*(Finding("trivial_equation", place) for place in places), *value.unread]
-        truths = [key.is_true(left, right) for _, left, right in kept]
-        true = [side for side, truth in zip(kept, truths, strict=True) if truth is True]
-        false = [side for side, truth in zip(kept, truths, strict=True) if truth is False]
-        open_ = next((truth for truth in truths if isinstance(truth, str)), "")
+        kept = [side for side in sides if exactly.same(*side[1:]) is not True]
+        remarks = [*(Finding("trivial_equation", side[0]) for side in sides if side not in kept), *unread]
+        truths = [(side, key.is_true(*side[1:])) for side in kept]
+        true = [side for side, truth in truths if truth is True]
+        false = [side for side, truth in truths if truth is False]
+        open_ = next((truth for _, truth in truths if isinstance(truth, str)), "")
         if open_ and not false:
             return Outcome.review(f"it is not proved that the equation is true: {open_}", *remarks)
         systems = [_System(key, second, true) for second in _readings(key, true)]
@@ -106,7 +99,7 @@ class Equations(Kind):
 
     def is_right(self, key: Motion, value: Answer) -> bool:
         """Whether all equations are true, and determine the motion: most mistakes make one false."""
-        are_true = (key.is_true(left, right) is True for _, left, right in value.sides)
+        are_true = (key.is_true(left, right) is True for _, left, right in value[0])
         return all(are_true) and super().is_right(key, value)
 
     def _complete(self, key: Motion, systems: Sequence[_System], remarks: list[Finding]) -> Outcome:

@@ -7,14 +7,10 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Sequence
-from contextlib import suppress
 from dataclasses import dataclass, replace
-from fractions import Fraction
 from typing import ClassVar
 
-from rigidcli.algebra.expansion import expand
 from rigidcli.algebra.expressions import Expr
-from rigidcli.algebra.reading import from_tree
 from rigidcli.algebra.trees import to_tree
 from rigidcli.check.balls import Ball
 from rigidcli.check.base import Asked, Finding, Kind, Outcome, Reading, Tree, Unreadable
@@ -22,7 +18,7 @@ from rigidcli.check.mistakes import common_factor, of_energy
 from rigidcli.check.question import Tolerance
 from rigidcli.check.reading import names_of, plain, read_expression
 from rigidcli.check.same import NEEDED, Formulas, formulas_of
-from rigidcli.errors import ExpressionError, ValueProblem
+from rigidcli.errors import ValueProblem
 from rigidcli.language.text import text
 from rigidcli.language.tree import Name, Negative, Node, Number, Sum, bound, names_in
 
@@ -163,7 +159,7 @@ def _findings(key: Key, answer: Node) -> list[Finding]:
     factor = _common([a / b for a, b in pairs if not b.contains(0)])
     if factor is not None and math.isfinite(factor) and factor and abs(factor - 1) > EXACT:
         return [Finding(common_factor(factor, None, (), EXACT) or "constant_factor")]
-    return [Finding("term_wrong" if _is_term_wrong(key, answer) else "outside_tolerance")]
+    return [Finding("term_wrong" if isinstance(key.tree, Sum) else "outside_tolerance")]
 
 
 def _common(balls: Sequence[Ball]) -> float | None:
@@ -173,23 +169,6 @@ def _common(balls: Sequence[Ball]) -> float | None:
     best = min(balls, key=lambda ball: float(ball.rad()))
     is_common = all(ball.overlaps(best) for ball in balls)
     return float(best.mid()) if is_common and best.rad() <= EXACT * abs(best.mid()) else None
-
-
-def _is_term_wrong(key: Key, answer: Node) -> bool:
-    """Whether the answer is the key but for the factor of one term, as it is written or multiplied out."""
-    written = key.tree.terms if isinstance(key.tree, Sum) else ()
-    with suppress(ExpressionError):
-        whole, own, *terms = (
-            expand(from_tree(key.formulas.names.without_derived(node)))
-            for node in (key.tree, answer, *written)
-        )
-        gap = (own - whole).terms
-        parts = [*(term.terms for term in terms), *({power: c} for power, c in whole.terms.items())]
-        return any(
-            gap.keys() == part.keys() and len({Fraction(gap[power]) / c for power, c in part.items()}) == 1
-            for part in parts[: len(parts) * (len(whole.terms) > 1)]
-        )
-    return False
 
 
 def _energies(key: Key) -> tuple[Node, Node] | None:

@@ -5,7 +5,6 @@ Products of inertia have a minus sign, Ixy = -sum m x y, unless a question says 
 
 from __future__ import annotations
 
-import re
 from collections.abc import Sequence
 from dataclasses import replace
 from typing import Any, ClassVar
@@ -13,11 +12,12 @@ from typing import Any, ClassVar
 import numpy as np
 
 from rigidcli.check.base import Asked, Finding, Outcome, Tree, Unreadable
-from rigidcli.check.entries import Cell, Entry, Layout, Ruler, Same
-from rigidcli.check.kinds.arrays import AXES, Key, List, Matrix, Triples, compared, listed, rows
+from rigidcli.check.entries import Entry, Ruler, Same, filled
+from rigidcli.check.kinds.arrays import Key, List, Matrix, Triples, by_places, compared, counted, listed, rows
+from rigidcli.check.lists import read_list
 from rigidcli.check.mistakes import OTHER_PRODUCTS, Arrays, of_tensor
 from rigidcli.core.arithmetic import Array
-from rigidcli.errors import ValueProblem, shown
+from rigidcli.errors import ValueProblem
 
 COMPONENTS = ("Ixx", "Ixy", "Ixz", "Ixy", "Iyy", "Iyz", "Ixz", "Iyz", "Izz")
 """The components of a tensor, row by row; those with mirror images stand twice."""
@@ -30,13 +30,14 @@ class Tensor(Matrix):
     options: ClassVar[frozenset[str]] = List.options | {"products"}
     uncounted: ClassVar[tuple[int, ...]] = (0,)
 
-    def layout(self, answer: Tree) -> Layout:
-        """The cells of rows, or of a mapping from the names of components. Raises Unreadable."""
-        return ((3, 3), _components(answer)) if isinstance(answer, dict) else rows(answer)
+    def table(self, answer: Tree) -> Array:
+        """What was typed for each component, in rows or by names. Raises Unreadable."""
+        entries = read_list(answer)
+        return _components(entries) if isinstance(entries, dict) else rows(entries)
 
-    def labels(self, entries: Array) -> tuple[str, ...]:
+    def labels(self, shape: tuple[int, ...]) -> tuple[str, ...]:
         """The names of the components. Raises ValueProblem."""
-        if entries.shape != (3, 3):
+        if shape != (3, 3):
             raise ValueProblem("this is not a tensor, which has 3 rows of 3")
         return COMPONENTS
 
@@ -79,22 +80,13 @@ def _odd(ruler: Ruler, entries: Sequence[Any]) -> list[str]:
     return [COMPONENTS[i] for i, j in pairs if ruler.differ(entries[i], entries[j])]
 
 
-def _components(answer: dict[str, Tree]) -> list[Cell]:
-    """The cells of a tensor from the names of components, which stand for their mirror images, too."""
-    places = {f"{a}{b}": (i, j) for a, i in AXES.items() for b, j in AXES.items() if max(i, j) < 3}
-    cells: dict[tuple[int, int], Cell] = {}
-    for name, entry in answer.items():
-        place = places.get(re.sub(r"[\s_{}]", "", name).lower()[1:])
-        if place is None:
-            expected = ", ".join(dict.fromkeys(COMPONENTS))
-            raise Unreadable("wrong_shape", f"read {shown(name)}, expected {expected}")
-        if place in cells:
-            raise Unreadable("duplicate_key", f"read {shown(name)}")
-        cells[place] = shown(name), entry
-    whole = [cells.get((i, j)) or cells.get((j, i)) for i, j in np.ndindex(3, 3)]
-    if missing := [name for name, cell in zip(COMPONENTS, whole, strict=True) if cell is None]:
+def _components(answer: dict[str, Tree]) -> Array:
+    """What was typed for components by their names, which stand for their mirror images, too."""
+    given, places = by_places(answer, 2, 3, ", ".join(dict.fromkeys(COMPONENTS))), list(np.ndindex(3, 3))
+    given = {(j, i): entry for (i, j), entry in given.items()} | given
+    if missing := [name for name, place in zip(COMPONENTS, places, strict=True) if place not in given]:
         raise Unreadable("wrong_shape", f"{listed(missing)} missing")
-    return [cell for cell in whole if cell is not None]
+    return filled([given[place] for place in places], (3, 3))
 
 
 # --- moments
@@ -137,7 +129,7 @@ class Moments(List):
             zero = {place for place, right in enumerate(key.right) if key.ruler.has_value(right, 0)}
             # Where only zeros are right, nothing is.
             share = 0 if own.keys() <= zero and len(zero) < count else len(own)
-            detail = f"read {len(value)}, expected {count}"
+            detail = f"read {counted((len(value),))}, expected {count}"
             surplus = max(0, len(value) - count)
             return Outcome.earning((share - surplus) / count, Finding("wrong_shape", detail=detail))
         rest = (k for k in _ranks(key.ruler, value) if partners[k] is None)

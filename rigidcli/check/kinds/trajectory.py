@@ -15,8 +15,8 @@ from typing import ClassVar
 import numpy as np
 
 from rigidcli.check.base import Asked, Finding, Kind, Outcome, Reading, Tree, Unreadable
+from rigidcli.check.entries import Ruler
 from rigidcli.check.mistakes import shared_factor
-from rigidcli.check.numbers import margin
 from rigidcli.check.tables import SECOND, TIME, Column, read_table, table_text, tabulated
 from rigidcli.core.arithmetic import Floats, Mask
 from rigidcli.document.sampling import DEFAULT_TOLERANCE
@@ -103,7 +103,7 @@ class Trajectory(Kind):
         values = np.where(np.isfinite(periods), np.unwrap(values, axis=0), values)
         sizes = np.minimum(np.abs(values).max(axis=0), periods / 2)
         sizes = np.where(sizes <= NOISE * sizes.max(), sizes.max() or 1.0, sizes)
-        margins = np.array([margin(size, question.tolerance) for size in sizes.tolist()])
+        margins = np.array([Ruler(question.tolerance).margin(size) for size in sizes.tolist()])
         if (margins >= periods / 4).any():
             raise ValueProblem("any angle is within this tolerance", path=("tolerance",))
         units = tuple(table[name].unit for name in names)
@@ -123,7 +123,8 @@ class Trajectory(Kind):
             [table[name].in_si(unit) if name in table else missing for name, unit in named]
         )
         heads = ", ".join(name for name in (TIME, *key.columns) if name in table)
-        return Reading(rows, f"{len(rows)} rows of {heads}, t from {rows[0, 0]:.6g} to {rows[-1, 0]:.6g}")
+        count = "1 row" if len(rows) == 1 else f"{len(rows)} rows"
+        return Reading(rows, f"{count} of {heads}, t from {rows[0, 0]:.6g} to {rows[-1, 0]:.6g}")
 
     @np.errstate(all="ignore")
     def judge(self, key: Key, value: Floats) -> Outcome:

@@ -14,9 +14,9 @@ from collections.abc import Iterable, Sequence
 from contextlib import suppress
 from typing import NamedTuple
 
+from rigidcli.check.base import Judgement
 from rigidcli.check.files import listed, noted
-from rigidcli.check.records import Judgement
-from rigidcli.check.reports.table import points
+from rigidcli.check.reports.formats import points
 from rigidcli.check.roster import LOGINS, NAMES, Roster, points_in
 from rigidcli.errors import UsageError, nearest, shown
 

@@ -1,4 +1,4 @@
-"""The questions as a class has answered them: which wrong answers are shared, and what they have in common.
+"""The questions as a class has answered them, and what a new run changes in the marks of an old one.
 
 Many who err alone err differently. A wrong answer that several students share, and that no known mistake
 leads to, is a reason to look at the key. Only what students wrote is shown, never a reference value.
@@ -6,17 +6,19 @@ leads to, is a reason to look at the key. Only what students wrote is shown, nev
 
 from __future__ import annotations
 
+import os
 import re
 from collections import Counter
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import astuple, dataclass, fields
+from typing import TypeAlias
 
-from rigidcli.check.base import VERDICTS, Verdict
-from rigidcli.check.records import Judged, Judgement
-from rigidcli.check.reports import Style
-from rigidcli.check.reports.formats import csv_rows, json_line
-from rigidcli.check.reports.table import LONGEST_ANSWER, block, counted, painted
-from rigidcli.errors import printable, shortened
+import orjson
+
+from rigidcli.check.base import VERDICTS, Judged, Judgement, Verdict
+from rigidcli.check.reports import Style, read
+from rigidcli.check.reports.formats import LONGEST_ANSWER, block, counted, csv_rows, json_line, painted, score
+from rigidcli.errors import DocumentError, Problem, printable, shortened
 from rigidcli.render.terminal import Row
 
 MOST_SHOWN = 10
@@ -32,7 +34,6 @@ UNNAMED = {
 _NUMBER = re.compile(
     r"(?<![A-Za-z_0-9.])(?:[0-9]++(?:\.[0-9]*+)?+|\.[0-9]++)(?:[eE][-+]?[0-9]{1,3}+)?+(?![A-Za-z_0-9.])"
 )
-_BLANKS = re.compile(r"\s+")
 
 
 @dataclass(frozen=True, slots=True)
@@ -70,14 +71,14 @@ def tally(judgements: Iterable[Judgement]) -> tuple[Tally, ...]:
 
 
 def _tally(id: str, given: Sequence[Judged]) -> Tally:
-    verdicts = Counter(each.verdict for each in given)
+    counts: dict[Verdict, int] = dict.fromkeys(VERDICTS, 0)
+    counts |= Counter(each.verdict for each in given)
     # A key is not wrong because one slip is popular: it must be half as popular as the key.
-    least = max(3, verdicts["correct"] / 2)
-    wrong = [each for each in given if each.answer and each.verdict not in ("correct", "missing")]
-    typed: dict[str, str] = {}
-    for each in wrong:
-        typed.setdefault(_alike(each.answer), each.answer)
-    alike = Counter((typed[_alike(each.answer)], each.verdict, each.codes) for each in wrong)
+    least = max(3, counts["correct"] / 2)
+    typed, alike = dict[str, str](), Counter[tuple[str, Verdict, tuple[str, ...]]]()
+    for each in given:
+        if each.answer and each.verdict not in ("correct", "missing"):
+            alike[typed.setdefault(_alike(each.answer), each.answer), each.verdict, each.codes] += 1
     # What waits for a person, then what many have in common.
     ranked = sorted(alike.items(), key=lambda entry: (entry[0][1] != "review", -entry[1], entry[0]))
     answers = tuple(
@@ -91,39 +92,32 @@ def _tally(id: str, given: Sequence[Judged]) -> Tally:
         )
         for (answer, verdict, codes), count in ranked
     )
-    counts = {verdict: verdicts[verdict] for verdict in VERDICTS}
     return Tally(printable(id), counts, any(answer.suspicious for answer in answers), answers)
 
 
 def _alike(answer: str) -> str:
     """A text that is the same for answers that differ in blanks and in the last digits only."""
-    return _NUMBER.sub(lambda number: f"{float(number[0]):.3g}", _BLANKS.sub("", answer))
+    return _NUMBER.sub(lambda number: f"{float(number[0]):.3g}", "".join(answer.split()))
 
 
 def table(tallies: Sequence[Tally], style: Style) -> Iterator[str]:
     """A block for each question: its counts, then the answers that are not right."""
     for tally in tallies:
         yield block((), [Row(((tally.question, "bold"),), counted(tally.verdicts))], style)
-        yield block((), _answers(tally), style)
+        widest = max((len(str(taken.students)) for taken in tally.answers), default=0)
+        rows = []
+        for taken in tally.answers[:MOST_SHOWN]:
+            notes = [" ".join(taken.codes), "no known mistake: the key may be wrong" * taken.suspicious]
+            lines = filter(None, [shortened(taken.answer, LONGEST_ANSWER), ", ".join(filter(None, notes))])
+            heads = ((f"  {taken.students:>{widest}} x", ""), painted(taken.verdict))
+            rows.append(Row(heads, "\n".join(lines)))
+        yield block((), rows, style)
         if len(tally.answers) > MOST_SHOWN:
             yield f"  and {len(tally.answers) - MOST_SHOWN} other answers\n"
     doubted = [tally.question for tally in tallies if tally.suspicious]
     if doubted:
         doubt = "the key may be wrong: several gave the same answer, and no known mistake leads to it"
         yield "\n" + block((), [Row(((", ".join(doubted), ""),), doubt)], style)
-
-
-def _answers(tally: Tally) -> list[Row]:
-    """The first answers that are not right, and what they are judged to be."""
-    widest = max((len(str(taken.students)) for taken in tally.answers), default=0)
-    rows = []
-    for taken in tally.answers[:MOST_SHOWN]:
-        note = "no known mistake: the key may be wrong" if taken.suspicious else ""
-        why = ", ".join(filter(None, [" ".join(taken.codes), note]))
-        lines = filter(None, [shortened(taken.answer, LONGEST_ANSWER), why])
-        heads = ((f"  {taken.students:>{widest}} x", ""), painted(taken.verdict))
-        rows.append(Row(heads, "\n".join(lines)))
-    return rows
 
 
 def json(tallies: Sequence[Tally], style: Style) -> Iterator[str]:
@@ -149,3 +143,56 @@ def csv(tallies: Sequence[Tally], style: Style) -> Iterator[str]:
 
 TEXTS = {"table": table, "json": json, "csv": csv}
 """The formats of these tallies."""
+
+
+# --- two runs
+
+Run: TypeAlias = dict[tuple[str, str], str]
+"""Marks in words, such as `partial 1/2`, by student and question."""
+
+
+def run_of(path: str | os.PathLike[str]) -> Run:
+    """The run that was written to a file with `-f json`. Raises DocumentError."""
+    text, source = read(path)
+    run: Run = {}
+    for number, line in enumerate(text.removeprefix("\ufeff").splitlines(), 1):
+        try:
+            entry = orjson.loads(line)
+            if entry["schema"] != "rigidcli.check/1":
+                raise ValueError
+            questions = [
+                Judged(each["id"], "", "", "", each["verdict"], each["score"], each["max_score"])
+                for each in entry["questions"]
+            ]
+            run |= _marks([Judgement(entry["student"], "", tuple(questions))])
+        except (TypeError, KeyError, ValueError, AttributeError):
+            hint = "an old run is what `rigidcli check -f json` has printed"
+            message = "not an object of `rigidcli.check/1`"
+            raise DocumentError([Problem(source, message, number, hint=hint)]) from None
+    return run
+
+
+def _marks(judgements: Iterable[Judgement]) -> Run:
+    return {
+        (printable(each.student), printable(question.id)): printable(f"{question.verdict} {score(question)}")
+        for each in judgements
+        for question in each.questions
+    }
+
+
+def changes(old: Run, judgements: Iterable[Judgement], style: Style) -> Iterator[str]:
+    """A line for each mark that differs, what waits for a person first, and below how many there are.
+
+    Students of the new run come before those who are gone.
+    """
+    new = _marks(judgements)
+    changed = [place for place in new | old if old.get(place) != new.get(place)]
+    waiting = [place for place in changed if new.get(place, "").startswith("review")]
+    rows = [
+        Row(((place[0], "bold"), (place[1], "")), f"{old.get(place, 'none')} -> {new.get(place, 'none')}")
+        for place in sorted(changed, key=lambda place: place not in waiting)
+    ]
+    yield block([], rows, style)
+    counts = {"waiting for a person": len(waiting), "questions changed": len(changed)}
+    words = ", ".join(f"{name}: {count}" for name, count in counts.items() if count)
+    yield block([(words or "nothing has changed", "")], [], style)

@@ -14,9 +14,9 @@ from pathlib import Path
 from statistics import fmean
 from urllib.parse import quote
 
-from rigidcli.check.records import Judged, Judgement, reported
+from rigidcli.check.base import Judged, Judgement, reported
 from rigidcli.check.reports import Style
-from rigidcli.check.reports.table import LONGEST_ANSWER, as_one, mean_of, points, score, share, urgent
+from rigidcli.check.reports.formats import LONGEST_ANSWER, as_one, mean_of, points, score, share, urgent
 from rigidcli.errors import ExpressionError, printable, shortened
 from rigidcli.render import Look
 from rigidcli.render.web.page import page, resource, text
