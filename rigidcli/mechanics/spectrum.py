@@ -216,7 +216,7 @@ def _of_squares(a: Expr, b: Expr, c: Expr, given: Values, bounded: bool) -> list
         return [_of_square(tidy(-c / b), given, -1 if bounded else None)]
     middle, rest = tidy(-b / (2 * a)), tidy(b**2 - 4 * a * c)
     # Of two squares with a positive product both have the sign of their mean, else one has either.
-    product, mean = sign_of(c / a, given), sign_of(middle, given)
+    product, mean = (1, -1) if bounded else (sign_of(c / a, given), sign_of(middle, given))
     are_real = 1 if bounded or product == -1 else sign_of(rest, given)
     if are_real == 0:
         raise ExpressionError("it depends on symbols whether roots are equal")
@@ -225,7 +225,6 @@ def _of_squares(a: Expr, b: Expr, c: Expr, given: Values, bounded: bool) -> list
         growth, angular = (positive_root(tidy((size + side * middle) / 2), given) for side in (1, -1))
         return [Root(growth, angular, False)]
     signs = (mean, mean) if are_real and product == 1 else (1, -1) if product == -1 else (None, None)
-    signs = (-1, -1) if bounded else signs
     width = positive_root(rest, given)
     squares = [
         shortest([(-b + side * width) / (2 * a), tidy((-b + side * width) / (2 * a))]) for side in (1, -1)
@@ -251,23 +250,19 @@ def _of_squares(a: Expr, b: Expr, c: Expr, given: Values, bounded: bool) -> list
 def _damped(a: Expr, b: Expr, c: Expr, given: Values) -> list[Root]:
     """The roots of a s^2 + b s + c: real ones, or one of two that are complex."""
     if not a:
-        return [_real(tidy(-c / b), given)]
-    middle, discriminant = tidy(-b / (2 * a)), tidy((b**2 - 4 * a * c) / (4 * a**2))
+        middle, discriminant = tidy(-c / b), ZERO
+    else:
+        middle, discriminant = tidy(-b / (2 * a)), tidy((b**2 - 4 * a * c) / (4 * a**2))
     sign, decay = sign_of(discriminant, given), sign_of(middle, given)
-    if decay is None:
-        raise ExpressionError("it depends on symbols whether motion decays")
-    if sign is None or sign < 0:
+    if decay is not None and (sign is None or sign < 0):
         condition = None if sign else -discriminant
         return [Root(middle, positive_root(-discriminant, given), decay <= 0, condition)]
     width = positive_root(discriminant, given) if sign else ZERO
-    return [_real(tidy(middle + side * width), given) for side in ((1, -1) if sign else (1,))]
-
-
-def _real(value: Expr, given: Values) -> Root:
-    sign = sign_of(value, given)
-    if sign is None:
+    values = [tidy(middle + side * width) for side in ((1, -1) if sign else (1,))]
+    signs = [sign_of(value, given) for value in values]
+    if decay is None or None in signs:
         raise ExpressionError("it depends on symbols whether motion decays")
-    return Root(value, ZERO, sign < 0 if sign else None)
+    return [Root(value, ZERO, sign < 0 if sign else None) for value, sign in zip(values, signs, strict=True)]
 
 
 def _null_vectors(motion: LinearMotion, root: Root) -> tuple[list[list[Expr]], int]:
