@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from functools import lru_cache
 
 import numpy as np
+from numpy.typing import NDArray
 
 from rigidcli.bodies import mesh_files, surfaces
 from rigidcli.bodies.surfaces import Surface
@@ -71,11 +72,12 @@ def _checked(path: pathlib.Path, state: tuple[int, int, int]) -> Checked:
         )
     is_inward = surface.volume < 0
     probes, count = np.arange(0, surface.triangles, max(1, surface.triangles // PROBES)), None
+    labels = np.zeros(surface.triangles, dtype=np.intp)
     if surface.triangles <= COUNTED:
         labels = surfaces.components(surfaces.vertex_keys(surface.corners))
         first = np.sort(np.unique(labels, return_index=True)[1])
         probes, count = np.append(probes, first[:: -(-len(first) // PROBES)]), len(first)
-    notes += _overlaps(path, surface, surface.some(probes), -1 if is_inward else 1)
+    notes += _overlaps(path, surface, probes, labels, -1 if is_inward else 1)
     if is_inward:
         notes.append("it is wound inside out, and was turned")
     return Checked(surface, tuple(notes), count, is_inward)
@@ -146,26 +148,35 @@ def _point(point: Floats) -> str:
     return f"({', '.join(f'{coordinate:.9g}' for coordinate in point)})"
 
 
-def _overlaps(path: pathlib.Path, surface: Surface, triangles: Floats, orientation: int) -> list[str]:
-    """A note on a place beside one of the triangles that a closed surface encloses more than once.
+def _overlaps(
+    path: pathlib.Path, surface: Surface, probes: NDArray[np.intp], labels: NDArray[np.intp], orientation: int
+) -> list[str]:
+    """Notes on places beside triangles, the `probes` (k), that a closed surface encloses not just once.
 
-    Raises ValueProblem where it goes round a place the wrong way, and so encloses no body.
+    Triangles (n) with the same of the `labels` hang together. Raises ValueProblem for a part that is wound
+    the other way and lies outside the others, so that it encloses no space.
     """
+    triangles = surface.some(probes)
     middles, normals = triangles.mean(axis=1), surfaces.normals(triangles)
     points = np.concatenate([middles + side * BESIDE * surface.size * normals for side in (-1, 1)])
     counts = orientation * surfaces.windings(surface.corners, surface.box, points)
-    if counts.min() < 0:
-        raise ValueProblem(
-            f"{path}: a part is wound the other way, and is no cavity, as it is outside the others: "
-            f"{_point(points[np.argmin(counts)])}",
-            hint="let the program that made the file orient its faces",
-        )
+    below, notes = np.flatnonzero(counts < 0), list[str]()
+    for part, place in zip(*np.unique(np.tile(labels[probes], 2)[below], return_index=True), strict=True):
+        if orientation * Surface(surface.corners[:, :, labels == part]).volume <= 0:
+            raise ValueProblem(
+                f"{path}: a part is wound the other way, and is no cavity, as it is outside the others: "
+                f"{_point(points[below[place]])}",
+                hint="let the program that made the file orient its faces",
+            )
+    if len(below):
+        where = f"the surface crosses itself: {_point(points[below[0]])} is enclosed the wrong way round"
+        notes.append(f"{where}, and counts as less than nothing; mend it in the program that made the file")
     # What no point has met may still be seen in the sums: no body has a negative mean of squares.
     spread = np.linalg.eigvalsh(surface.second)
     if spread[0] < -ROUNDING * surface.cancelled * spread[2]:
         raise ValueProblem(f"{path}: overlaps itself: no body has the moments that come out")
     most = int(np.argmax(counts))
-    if counts[most] <= 1:
-        return []
-    text = f"parts overlap: {_point(points[most])} is inside {counts[most]} times, and counts as often"
-    return [f"{text}; to count it once, unite the parts in the program that made the file"]
+    if counts[most] > 1:
+        text = f"parts overlap: {_point(points[most])} is inside {counts[most]} times, and counts as often"
+        notes.append(f"{text}; to count it once, unite the parts in the program that made the file")
+    return notes

@@ -32,6 +32,7 @@ FILES = {
 """The box in formats of text."""
 
 INNER = box((0.25, 0.25, 0.25), (0.5, 0.5, 0.5))
+CROSSED = np.where((BOX == 0).all(axis=2, keepdims=True), [0.5, 1, 3.5], BOX)  # a corner beyond the face
 APART = box((2, 0, 0), (2.5, 0.5, 0.5))
 
 
@@ -283,6 +284,7 @@ def test_what_encloses_no_body_is_refused(triangles: Triangles, reason: str, tmp
             ") is inside 2 times, and counts as often",
         ),
         (np.concatenate([BOX, BOX + 0.5]), 12, ") is inside 2 times, and counts as often"),
+        (CROSSED, np.linalg.det(CROSSED).sum() / 6, "the surface crosses itself: ("),
         (BOX + 1e-6 * np.random.default_rng(1).uniform(-1, 1, BOX.shape), 6, "vertices were nearer than 3.7"),
         (np.concatenate([BOX[:1] + 1e-6, BOX[1:]]), 6, "3 vertices were nearer than 3.7"),
     ],
