@@ -39,7 +39,7 @@ PAGES = {
     "rpm": ["measures angular velocity (rad/s)", "is  0.10471975512 rad/s"],
     "atan2": ["angle of the point (x, y), from -pi to pi"],
     "mrad": ["is  0.001 rad"],
-    "sign_error": ["has the wrong sign"],
+    "sign_error": ["the sign is wrong"],
     "assignment": ["questions.points", "questions.tolerance.significant_figures"],
     "shape": ["box ", "cone ", "radius, height"],
 }
