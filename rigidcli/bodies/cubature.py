@@ -65,8 +65,7 @@ def integral(
         # A root of the function may come near a line without crossing it: short pieces bear that better.
         ends = np.linspace(0, 1, 1 + 4 * pieces[along])
         runs = [partial(_along_lines, f, kinks, along, ends, which) for which in (0, 1)]
-        # What a kink leaves of the others may hide between the end of a box and the nodes of both runs.
-        pieces = [3 * number for number in (*pieces[:along], *pieces[along + 1 :])]
+        pieces = [*pieces[:along], *pieces[along + 1 :]]
     refined = [_by_boxes(run, pieces, peaks, cost, NODES + which) for which, run in enumerate(runs)]
     best, error = np.zeros(1), np.inf
     for (_, enough, hopeless), one, two in zip(LEVELS, *refined, strict=True):
