@@ -317,11 +317,12 @@ def tried(document: Document, draft: Draft, read: Callable[[Mapping[str, Any]], 
         except ComputationError:
             continue
     refused = []
-    names = ", ".join(f"`{name}`" for name in symbols)
+    used = [name for name in symbols if name not in document.unused]
+    names = ", ".join(f"`{name}`" for name in used)
     for (key, check), count in failed.items():
         amount = "all" if count == TRIALS else "some"
         sentence = f"for {amount} positive values of {names} that were tried: {check}"
-        if count == TRIALS and len(symbols) <= MOST_SYMBOLS:
+        if count == TRIALS and len(used) <= MOST_SYMBOLS:
             refused.append(document.problem(sentence, key))
         else:
             document.reading.environment.notes.append(f"{key}: {sentence}" if key else sentence)
