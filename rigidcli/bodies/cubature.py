@@ -2,14 +2,14 @@
 
 The box is cut in smaller ones, which have products of Gauss's rules, and boxes are halved where the highest
 coefficients of the function in Legendre's polynomials are largest. Where it has kinks or jumps, the integral
-along one coordinate is taken first, on lines that are cut there. Two runs have different points: the error
-is ten times their difference, or thirty times beside kinks.
+along one coordinate is taken first, on lines that are cut there. All is done twice with different points: the
+error is ten times the difference, or thirty times beside kinks.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Sequence
 from functools import partial
 from itertools import product
 from typing import TypeAlias
@@ -21,11 +21,14 @@ from rigidcli.core.arithmetic import EPS, Floats
 Function: TypeAlias = Callable[[Floats], Floats]
 """Values (n, or c by n) at points (d by n) of the unit box. A kink is where such a one changes its sign."""
 
-LEVELS = (40_000, 1e-12, np.inf), (160_000, 1e-11, np.inf), (600_000, 1e-9, 0.01), (2_400_000, np.inf, np.inf)
-"""Points of a run, the relative error that is small enough, and the one at which there is no hope.
+ENOUGH, FEW = 3e-13, 40_000
+"""The relative error that is small enough after so many points; it grows as the square of their number."""
 
-Beside kinks 10^4 times that error is enough. The most points take some seconds.
-"""
+HOPELESS, MANY = 0.01, 600_000
+"""A relative error that is larger than this after so many points will not become small."""
+
+MOST = 2_400_000
+"""The most points, which take some seconds."""
 
 NODES = 8
 """Nodes along each coordinate of a box; the second run has one more."""
@@ -42,8 +45,17 @@ BLOCK = 30_000
 TINY = 1e-13
 """Boxes and pieces below this are not cut further: they are the rounding of a place."""
 
-NEAR = 1e-7
-"""The sides of the boxes that are first taken at a peak: less than a peak that may be answered."""
+UNSEEN = 1e-3
+"""The least share of a box's urgency that its halves keep, as they may have missed what it saw.
+
+Where the function is smooth, its highest terms fall by 2^-8.
+"""
+
+NEAR, BESIDE = 1e-7, 1e-2
+"""The sides of the first boxes that hold a peak, and of those beside it: below those of peaks that count."""
+
+AT_ONCE = 1e200
+"""The urgency of boxes at a peak, which are halved before all others."""
 
 
 def integral(
@@ -54,28 +66,19 @@ def integral(
     The box is first cut in so many `pieces` along each coordinate. At the `peaks` (points, d) the function
     may be much larger than elsewhere. A value of `f` counts as `cost` points.
     """
-    runs: list[Function] = [f, f]
-    margin, looser = 10.0, 1.0
+    runs: tuple[Function, ...] = f, f
+    margin, enough = 10.0, ENOUGH
     if kinks:
         # Both runs may pass by the same edge of a kink.
-        cost, margin, looser = cost * ON_LINE, 30.0, 1e4
+        cost, margin, enough = cost * ON_LINE, 30.0, 1e4 * ENOUGH
         lines = np.random.default_rng(1).random((len(pieces), 64))
         cuts = [[_crossings(kink, k, lines, SAMPLES[0]) for kink in kinks] for k in range(len(pieces))]
         along = int(np.argmax([(np.hstack(places) < 1).sum() for places in cuts]))  # most often crossed
         # A root of the function may come near a line without crossing it: short pieces bear that better.
         ends = np.linspace(0, 1, 1 + 4 * pieces[along])
-        runs = [partial(_along_lines, f, kinks, along, ends, which) for which in (0, 1)]
+        runs = tuple(partial(_along_lines, f, kinks, along, ends, which) for which in (0, 1))
         pieces = [*pieces[:along], *pieces[along + 1 :]]
-    refined = [_by_boxes(run, pieces, peaks, cost, NODES + which) for which, run in enumerate(runs)]
-    best, error = np.zeros(1), np.inf
-    for (_, enough, hopeless), one, two in zip(LEVELS, *refined, strict=True):
-        with np.errstate(all="ignore"):
-            change = float(margin * np.abs(two - one).max() / abs(two[0]))
-        if change < error:
-            best, error = two, max(change, EPS)
-        if not looser * enough < error < hopeless:
-            break
-    return best, error
+    return _refined(runs, pieces, peaks, cost, margin, enough)
 
 
 def downhill(function: Function, points: Floats, step: float) -> Floats:
@@ -101,66 +104,78 @@ def product_rule(rules: Sequence[tuple[Floats, Floats]]) -> tuple[Floats, Floats
     return np.array(list(nodes)).T, np.array([math.prod(factors) for factors in weights])
 
 
-# --- boxes, each a column of its lower corner (d) and its sides (d)
+# --- boxes, each a column: lower corner, sides and the urgency to halve each (3 d), both integrals (2 c)
 
 
-def _by_boxes(
-    f: Function, pieces: Sequence[int], peaks: Sequence[Floats], cost: int, count: int
-) -> Iterator[Floats]:
-    """The integral (c) at each of `LEVELS`, with so many nodes along a side of a box."""
+def _refined(
+    runs: Sequence[Function],
+    pieces: Sequence[int],
+    peaks: Sequence[Floats],
+    cost: int,
+    margin: float,
+    enough: float,
+) -> tuple[Floats, float]:
+    """The integral (c) of the second of two functions, and so many times its change from the first."""
     depth = len(pieces)
-    points = cost * count**depth
     sides = np.reshape([1 / number for number in pieces], (depth, 1))
     low = np.indices(tuple(pieces)).reshape(depth, math.prod(pieces)) * sides
-    boxes = np.vstack([low, np.broadcast_to(sides, low.shape)])
-    parts = _in_boxes(f, boxes, count)
-    used = boxes.shape[1] * points
-    for most, _, _ in LEVELS:
-        while True:
-            low, size = np.split(boxes, 2)
-            tails = np.where(size > TINY, parts[:depth], 0.0)
-            for peak in peaks:
-                holds = ((peak >= low.T) & (peak <= (low + size).T)).all(axis=1)
-                tails[(size == size.max(axis=0)) & (size > NEAR) & holds] = np.inf
-            worst = tails.max(axis=0, initial=0.0)
-            is_done = used >= most or worst.sum() <= TINY * abs(parts[depth].sum())
-            if is_done and np.isfinite(worst).all():
-                break
-            descending = np.argsort(-worst)
-            half = 1 + int(np.searchsorted(worst[descending].cumsum(), worst.sum() / 2))
-            chosen = descending[: min(half, max(1, BLOCK // points))]
-            halves, axes = np.repeat(boxes[:, chosen], 2, axis=1), tails[:, chosen].argmax(axis=0).repeat(2)
-            column = np.arange(axes.size)
-            halves[depth + axes, column] /= 2
-            halves[axes, column] += halves[depth + axes, column] * (column % 2)
-            boxes = np.hstack([np.delete(boxes, chosen, 1), halves])
-            parts = np.hstack([np.delete(parts, chosen, 1), _in_boxes(f, halves, count)])
-            used += halves.shape[1] * points
-        yield parts[depth:].sum(axis=1)
+    boxes = _in_boxes(runs, low, np.broadcast_to(sides, low.shape), np.zeros(low.shape))
+    points = cost * NODES**depth
+    used = points * boxes.shape[1]
+    while True:
+        low, size, urgency = boxes[: 3 * depth].reshape(3, depth, boxes.shape[1])
+        one, two = boxes[3 * depth :].reshape(2, -1, boxes.shape[1]).sum(axis=2)
+        urgency = np.where(size > TINY, urgency, 0.0)
+        for peak in peaks:
+            reach = np.where(size > BESIDE, size, 0.0)
+            holds = ((peak >= (low - reach).T) & (peak <= (low + size + reach).T)).all(axis=1)
+            urgency[(size == size.max(axis=0)) & (size > NEAR) & holds] = AT_ONCE
+        worst = urgency.max(axis=0, initial=0.0)
+        with np.errstate(all="ignore"):
+            error = float(np.nan_to_num(margin * np.abs(two - one).max() / abs(two[0]), nan=np.inf))
+        is_small = used > FEW and error < enough * (used / FEW) ** 2
+        is_vain = used > MOST or (used > MANY and error > HOPELESS) or worst.sum() <= TINY * abs(two[0])
+        if (is_small or is_vain) and worst.max() < AT_ONCE:
+            return two, max(error, EPS)
+        descending = np.argsort(-worst)
+        half = 1 + int(np.searchsorted(worst[descending].cumsum(), worst.sum() / 2))
+        chosen = descending[: min(half, max(1, BLOCK // points))]
+        column, axes = np.arange(2 * chosen.size), urgency[:, chosen].argmax(axis=0).repeat(2)
+        low, size, kept = boxes[: 3 * depth, chosen].repeat(2, axis=1).reshape(3, depth, column.size)
+        size[axes, column] /= 2
+        low[axes, column] += size[axes, column] * (column % 2)
+        boxes = np.hstack([np.delete(boxes, chosen, 1), _in_boxes(runs, low, size, UNSEEN * kept)])
+        used += points * column.size
 
 
-def _in_boxes(f: Function, boxes: Floats, count: int) -> Floats:
-    """The size of the highest terms of `f` in boxes (d by n), and below them its integrals (c by n).
+def _in_boxes(runs: Sequence[Function], low: Floats, size: Floats, least: Floats) -> Floats:
+    """Boxes with these corners and sides, of at `least` this urgency along each side (all d by n).
 
-    Where `f` is infinite it counts as zero.
+    Where a function is infinite it counts as zero. The second one has one node more along each side.
     """
-    (low, size), (nodes, weights) = np.split(boxes, 2), gauss(count)
     depth, n = low.shape
-    grid = nodes[np.indices((count,) * depth).reshape(depth, 1, count**depth)]
-    values = f((low[:, :, None] + size[:, :, None] * grid).reshape(depth, n * count**depth))
-    values = np.where(np.isfinite(values), values, 0.0).reshape(-1, n, *[count] * depth)
-    values = values * size.prod(axis=0).reshape(-1, *[1] * depth)
-    # Coefficients of the two highest of Legendre's polynomials.
-    high = np.polynomial.legendre.legvander(2 * nodes - 1, count - 1)[:, -2:] * weights[:, None] * 2 * count
-    tails = np.zeros((depth, n))
-    for k in range(depth):
-        tail = np.abs(np.moveaxis(values, 2 + k, -1) @ high).max(axis=-1)
-        for _ in range(depth - 1):
-            tail = tail @ weights
-        tails[k] = tail.max(axis=0)
-    for _ in range(depth):
-        values = values @ weights
-    return np.vstack([tails, values])
+    urgency, both = least, []
+    for count, f in enumerate(runs, NODES):
+        nodes, weights = gauss(count)
+        grid = nodes[np.indices((count,) * depth).reshape(depth, 1, count**depth)]
+        values = f((low[:, :, None] + size[:, :, None] * grid).reshape(depth, n * count**depth))
+        values = np.where(np.isfinite(values), values, 0.0).reshape(-1, n, *[count] * depth)
+        values = values * size.prod(axis=0).reshape(-1, *[1] * depth)
+        # Coefficients of the two highest of Legendre's polynomials.
+        high = (
+            np.polynomial.legendre.legvander(2 * nodes - 1, count - 1)[:, -2:] * weights[:, None] * 2 * count
+        )
+        tails = np.zeros((depth, n))
+        for k in range(depth):
+            tail = np.abs(np.moveaxis(values, 2 + k, -1) @ high).max(axis=-1)
+            for _ in range(depth - 1):
+                tail = tail @ weights
+            tails[k] = tail.max(axis=0)
+        urgency = np.maximum(urgency, tails)
+        for _ in range(depth):
+            values = values @ weights
+        both.append(values)
+    return np.vstack([low, size, urgency, *both])
 
 
 # --- lines
