@@ -14,6 +14,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from rigidcli.bodies.cubature import gauss
 from rigidcli.core.arithmetic import Arithmetic, Array, Floats, Scalar
 
 FACES = 8
@@ -84,8 +85,7 @@ class Chart:
         turn = self.coordinates[coordinate]
         if right_angles(turn) == 4:
             return np.arange(8) / 8, np.full(8, 1 / 8)  # exact for harmonics below the eighth
-        nodes, weights = np.polynomial.legendre.leggauss(4 if turn is None else 16)
-        return (1 + nodes) / 2, weights / 2
+        return gauss(4 if turn is None else 16)
 
     def faces(self) -> list[Floats]:
         """The surface as faces of four corners (4 by 3, m) in the shape's own axes; a curve is one line.
