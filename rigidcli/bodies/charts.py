@@ -14,7 +14,6 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from rigidcli.bodies.cubature import gauss
 from rigidcli.core.arithmetic import Arithmetic, Array, Floats, Scalar
 
 FACES = 8
@@ -119,6 +118,12 @@ class Chart:
 def right_angles(turn: Turn | None) -> int:
     """How many right angles a coordinate goes over: at least one, also where it is no angle."""
     return 1 if turn is None else math.ceil(2 * turn.end / math.pi - 1e-9)
+
+
+def gauss(count: int) -> tuple[Floats, Floats]:
+    """Nodes from 0 to 1 and weights of Gauss's rule, exact for polynomials of degree 2 count - 1."""
+    nodes, weights = np.polynomial.legendre.leggauss(count)
+    return (1 + nodes) / 2, weights / 2
 
 
 def _argument(turn: Turn | None, unit: Floats) -> Any:

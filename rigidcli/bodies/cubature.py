@@ -16,6 +16,7 @@ from typing import TypeAlias
 
 import numpy as np
 
+from rigidcli.bodies.charts import gauss
 from rigidcli.core.arithmetic import EPS, Floats
 
 Function: TypeAlias = Callable[[Floats], Floats]
@@ -93,12 +94,6 @@ def downhill(function: Function, points: Floats, step: float) -> Floats:
         values = function(moved.reshape(len(points), columns.size * count)).reshape(columns.size, count)
         points, step = moved[:, columns, values.argmin(axis=1)], step / 2
     return points
-
-
-def gauss(count: int) -> tuple[Floats, Floats]:
-    """Nodes from 0 to 1 and weights of Gauss's rule, exact for polynomials of degree 2 count - 1."""
-    nodes, weights = np.polynomial.legendre.leggauss(count)
-    return (1 + nodes) / 2, weights / 2
 
 
 def product_rule(rules: Sequence[tuple[Floats, Floats]]) -> tuple[Floats, Floats]:

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from rigidcli.bodies import cubature
-from rigidcli.bodies.charts import Chart, Spot, right_angles, simplex
+from rigidcli.bodies.charts import Chart, Spot, gauss, right_angles, simplex
 from rigidcli.bodies.density import (
     FIRST,
     NEGATIVE,
@@ -111,7 +111,7 @@ def of_mesh(formula: Formula, mesh: Checked, unit: float, contains: Callable[...
     from rigidcli.bodies.surfaces import blocks  # a density of a shape needs none of it
 
     surface, degree = mesh.surface, _degree(formula)
-    rule = [cubature.gauss((degree + power) // 2 + 1) for power in (4, 3, 2)]  # with places and the measure
+    rule = [gauss((degree + power) // 2 + 1) for power in (4, 3, 2)]  # with places and the measure
     nodes, weights = cubature.product_rule(rule)
     if weights.size * surface.triangles > MOST_POINTS:
         raise ComputationError(
