@@ -99,7 +99,7 @@ def shape_called(name: object, raw: Mapping[str, Any]) -> tuple[type[Shape] | No
         return SHAPES[near] if near else None, ValueProblem(not_one_of(name, list(SHAPES)))
     called += [relative for shape in called for relative in RELATIVES.get(shape, "").split()]
     best = max((SHAPES[shape] for shape in called), key=lambda shape: _likeness(shape, raw))
-    if best.word() == word:
+    if best.word() in (word, word.replace("disc", "disk")):  # both spellings are English
         return best, None
     return best, ValueProblem(f"read {shown(name)} (did you mean {best.word()}?)", hint=best.summary())
 

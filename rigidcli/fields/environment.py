@@ -154,7 +154,9 @@ class Environment:
         try:
             unit = _unit(written.unit, dimension)
         except ValueProblem:
-            if names is not None and not others:
+            # A text that is no expression is meant as one all the same if it has names of the document.
+            own = {*variables, *self.declared}.intersection(re.findall(r"[^\W\d]\w*", written.unit))
+            if own if names is None else not others:
                 return None
             raise
         digits, letters, touches = written

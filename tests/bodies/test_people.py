@@ -48,6 +48,8 @@ ANSWERED: list[tuple[str, str, Any]] = [
     ("body: {shape: annulus, outer_radius: 3, inner_radius: 1, density: 2 g/m^2}", "mass", 0.016 * math.pi),
     ("body: {shape: tube, outer_radius: 3, inner_radius: 1, height: 2, density: 2*s}", "mass",
      8 * math.pi * 26 / 3),
+    # Two spellings.
+    ("body: {shape: disc, radius: 2, density: 3}", "mass", 12 * math.pi),
     # A thickness, and the unit of a mesh.
     ("parameters: {t: 6 mm}\nbody: {shape: box, size: [1, 1, t], density: 1000}", "mass", 6),
     ("parameters: {t: 2}\nbody: {shape: cube, side: t, mass: 6}\nmotion: {omega: [0, 0, t]}", "mass", 6),
@@ -86,7 +88,8 @@ def test_a_hole_in_symbols_has_the_density_of_all_parts() -> None:
 
 
 TOLD: list[tuple[str, int, str, str, str]] = [
-    ("body: {shape: disc, radius: 1, mass: 1}", 1, "body.shape", "did you mean disk?", "a disk has `radius`"),
+    ("body: {shape: disc, radius: 1, height: 2, mass: 1}", 1, "body.shape", "did you mean cylinder?",
+     "a cylinder has `radius`"),
     (parts(CUBE, OTHER, moved(HOLE, 0.5)), 1, "body.parts.2.density", "missing: the hole does not lie in one",
      ""),
     (parts("{shape: cube, side: 1, density: 1 + x}", HOLE), 1, "body.parts.1.density", "missing", ""),
