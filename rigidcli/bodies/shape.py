@@ -184,10 +184,8 @@ class Shape(Form):
     def _unknown(cls, key: str, raw: Mapping[str, Any]) -> ValueProblem:
         for radius in halved(key):
             if radius in cls.model_fields:
-                return ValueProblem(
-                    f"a diameter is not read, expected `{radius}`",
-                    hint=f"write `{radius}: {_half(raw[key])}`, which is half of it",
-                )
+                hint = f"write `{radius}: {_half(raw[key])}`, half of the diameter"
+                return ValueProblem(f"unknown key (did you mean {radius}?)", hint=hint)
         dimension = cls.key_for(key, raw[key])
         if dimension is not None and raw.get(dimension) is None:
             hint = None if cls.holds(dimension, raw[key]) else cls.summary()
