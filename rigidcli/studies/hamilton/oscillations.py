@@ -30,8 +30,7 @@ from rigidcli.language.text import latex_name
 from rigidcli.mechanics import linear_motion
 from rigidcli.mechanics.hamilton_equations import TIME
 from rigidcli.mechanics.linear_motion import LinearMotion, Root, Vector
-from rigidcli.mechanics.numeric_spectrum import ROUNDING, ROUNDING_OF_FLOATS
-from rigidcli.mechanics.spectrum import spectrum
+from rigidcli.mechanics.spectrum import ROUNDING, ROUNDING_OF_FLOATS, spectrum
 from rigidcli.report import Column, Field, Table
 from rigidcli.studies.common import require_values
 from rigidcli.studies.hamilton.derivation import Derivation
