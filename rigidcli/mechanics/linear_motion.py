@@ -72,10 +72,10 @@ class LinearMotion:
         """Whether there are no second derivatives."""
         return not any(e for row in self.masses for e in row)
 
-    def pencil(self, s: Expr) -> list[list[Expr]]:
+    def pencil(self, s: Expr, square: Expr) -> list[list[Expr]]:
         """M s^2 + C s + K, which takes the vector of a motion y = Re(v exp(s t)) to zero."""
         rows = zip(*self.parts, strict=True)
-        return [[m * s**2 + c * s + k for m, c, k in zip(*row, strict=True)] for row in rows]
+        return [[m * square + c * s + k for m, c, k in zip(*row, strict=True)] for row in rows]
 
     def changed(self, change: Callable[[Expr], Expr]) -> LinearMotion:
         """This motion with every entry of its matrices changed."""

@@ -31,7 +31,7 @@ from rigidcli.algebra.matrices import Matrix
 from rigidcli.algebra.roots import Rational
 from rigidcli.algebra.simplification import shortest
 from rigidcli.algebra.substitution import rebuilt, substitute, with_powers
-from rigidcli.algebra.values import enclosed, sampled
+from rigidcli.algebra.values import enclosed, is_zero, sampled
 from rigidcli.core.arithmetic import Array
 from rigidcli.core.elimination import echelon
 from rigidcli.errors import ExpressionError
@@ -184,8 +184,10 @@ def _ascending(roots: Iterator[Root], given: Values) -> list[Root]:
 
 def _determinant_roots(motion: LinearMotion, given: Values, bounded: bool) -> Iterator[Root]:
     """The roots of det(M s^2 + C s + K); `bounded` says that all of them are imaginary."""
-    determinant = matrices.short_determinant(motion.pencil(S))
+    determinant = matrices.short_determinant(motion.pencil(S, S**2))
     powers = coefficients(determinant, [str(S)]) or {}
+    if not motion.is_of_first_order and is_zero(powers.get((2 * len(motion.masses),), ZERO)):
+        raise ZeroDivisionError
     is_even = all(k % 2 == 0 for (k,) in powers)
     if is_even:
         determinant = total(e * S ** (k // 2) for (k,), e in powers.items())

@@ -3,16 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from itertools import groupby
-from operator import attrgetter
+from typing import Any, cast
 
 import numpy as np
 
 from rigidcli.algebra.arithmetic import EXACT
 from rigidcli.algebra.expansion import coefficients
-from rigidcli.algebra.expressions import Expr, symbol
+from rigidcli.algebra.expressions import ZERO, Expr, symbol
 from rigidcli.algebra.matrices import Matrix, short_determinant
 from rigidcli.algebra.simplification import tidy
+from rigidcli.algebra.substitution import substitute
 from rigidcli.core.arithmetic import FLOAT
 from rigidcli.document.document import Document
 from rigidcli.errors import ExpressionError
@@ -22,6 +22,7 @@ from rigidcli.report import Field, Step, Table
 from rigidcli.studies.hamilton.findings import as_typed
 from rigidcli.studies.hamilton.linear_equations import MOST_COLUMNS
 from rigidcli.studies.hamilton.oscillations import Oscillations
+from rigidcli.studies.hamilton.system import known_values
 from rigidcli.studies.steps.axes import reduced, solution
 from rigidcli.studies.steps.writing import formula, free_name, power, product, total
 
@@ -47,26 +48,21 @@ def of_oscillations(
     """Show the linear equations about an equilibrium, the polynomial of the rates, and the mode vectors."""
     motion = oscillations.motion
     names = frozenset(name for e in motion.entries for name in e.names)
-    is_free = all(e.is_zero for row in motion.rates for e in row)
-    unknown = free_name(("omega", "Omega"), names) if is_free else free_name(("s", "S", "sigma"), names)
-    x = symbol(unknown)
+    is_free, is_small = not any(e for row in motion.rates for e in row), len(motion.masses) <= MOST_COLUMNS
+    unknown = free_name(("omega", "Omega") if is_free else ("s", "S", "sigma"), names)
+    x, named = symbol(unknown), dict(zip("MCK", motion.parts, strict=True))
     if is_free:
-        equations = "M y'' + K y = 0"
+        named.pop("C")
+        equations, matrix = "M y'' + K y = 0", motion.pencil(ZERO, -(x**2))
         way = "At the rate of a mode this determinant vanishes; where its square is negative, motion grows."
-        rows = zip(motion.stiffness, motion.masses, strict=True)
-        matrix = [[k - m * x**2 for k, m in zip(*row, strict=True)] for row in rows]
         title = f"det(K - {unknown}^2 M)"
         head = rf"\det(\mathbf{{K}} - \{unknown}^2\,\mathbf{{M}})"
     else:
-        equations = "M y'' + C y' + K y = 0"
+        equations, matrix = "M y'' + C y' + K y = 0", motion.pencil(x, x**2)
         way = f"For y = Re(v exp({unknown} t)) this determinant vanishes; a root with Re {unknown} > 0 grows."
-        matrix = motion.pencil(x)
         title = f"det(M {unknown}^2 + C {unknown} + K)"
         head = rf"\det(\mathbf{{M}} {unknown}^2 + \mathbf{{C}} {unknown} + \mathbf{{K}})"
-    fields: list[Field] = []
-    if len(matrix) <= MOST_COLUMNS:
-        named = zip("MCK", motion.parts, strict=True)
-        fields += [_matrix(name, part, document) for name, part in named if name in equations]
+    fields = [_matrix(name, part, document) for name, part in named.items()] if is_small else []
     fields += _polynomial(matrix, unknown, document, title, head)
     yield Step(
         "Small oscillations",
@@ -74,28 +70,30 @@ def of_oscillations(
         (*place, *fields),
         tuple(modes),
     )
-    if is_free and len(matrix) <= MOST_COLUMNS:
-        yield from _vectors(oscillations, unknown)
+    if is_free and is_small:
+        yield from _vectors(oscillations, document, unknown)
 
 
-def _vectors(oscillations: Oscillations, unknown: str) -> Iterator[Step]:
+def _vectors(oscillations: Oscillations, document: Document, unknown: str) -> Iterator[Step]:
     """Show the equations (K - omega^2 M) v = 0 at each rate, and the vectors that solve them."""
     motion, names, number = oscillations.motion, list(oscillations.place), 1
-    for root, group in groupby(oscillations.modes or (), key=attrgetter("root")):
-        modes, n = list(group), EXACT if isinstance(root.rate, Expr) else FLOAT
+    known = known_values(document)
+    for root in oscillations.roots or ():
+        n = EXACT if isinstance(root.rate, Expr) else FLOAT
+        motion = motion if n.exact else motion.changed(lambda e: substitute(e, known))
         masses, stiffness = (n.array(part) for part in (motion.masses, motion.stiffness))
-        square = root.angular**2 - root.growth**2
+        square = cast(Any, root.angular) ** 2 - cast(Any, root.growth) ** 2
         matrix = n.tidy(stiffness - square * masses)
         head = f"K - {unknown}^2 M"
         fields = [
             Field("", square, f"{unknown}^2", rf"\{unknown}^2"),
             Field("", matrix, head, rf"\mathbf{{K}} - \{unknown}^2\,\mathbf{{M}}"),
         ]
-        echelon = reduced(matrix, len(matrix) - len(modes), n)
+        echelon = reduced(matrix, len(matrix) - len(root.vectors), n)
         fields += [] if echelon is None else solution(*echelon, names, n)
-        vectors = [n.array([x for x, _ in mode.vector]) for mode in modes]
+        vectors = [n.array([x for x, _ in vector]) for vector in root.vectors]
         fields += [Field("", vector, "v", r"\mathbf{v}") for vector in vectors]
-        last = number + len(modes) - 1
+        last = number + len(vectors) - 1
         yield Step(
             f"Vector of mode {number}" if last == number else f"Vectors of modes {number} to {last}",
             f"At the rate of the mode, ({head}) v = 0 tells the ratios of the components of v; where several "
