@@ -20,7 +20,7 @@ from contextlib import suppress
 from dataclasses import dataclass, replace
 from fractions import Fraction
 from itertools import combinations_with_replacement
-from typing import NamedTuple, cast
+from typing import NamedTuple
 
 from rigidcli.algebra import arithmetic, matrices
 from rigidcli.algebra.atoms import Applied, Atom, Group, is_positive
@@ -208,8 +208,9 @@ def _of_powers(K: Expr, v: str, P: Expr) -> list[Branch]:
     """
 
     def inner(atom: Atom) -> Expr | None:
-        is_size = isinstance(atom, Applied) and atom.function == "abs" and v in atom.names
-        return expr(cast(Applied, atom).arguments[0]) if is_size else None
+        if isinstance(atom, Applied) and atom.function == "abs" and v in atom.names:
+            return expr(atom.arguments[0])
+        return None
 
     positive = mapped(K, inner)  # K where u is positive
     is_absolute, slope = positive != K, derivative(positive, v)
