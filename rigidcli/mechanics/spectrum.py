@@ -25,12 +25,11 @@ from rigidcli.algebra import matrices
 from rigidcli.algebra.arithmetic import polynomial_factors, root_of_either_sign, sqrt, tidy, weak_sign
 from rigidcli.algebra.atoms import Atom, Group
 from rigidcli.algebra.expansion import coefficients, expand
-from rigidcli.algebra.expressions import PI, ZERO, Expr, power, symbol, total
+from rigidcli.algebra.expressions import PI, ZERO, Expr, symbol, total
 from rigidcli.algebra.functions import apply
 from rigidcli.algebra.matrices import Matrix
-from rigidcli.algebra.roots import Rational
 from rigidcli.algebra.simplification import shortest
-from rigidcli.algebra.substitution import rebuilt, substitute, with_powers
+from rigidcli.algebra.substitution import mapped, rebuilt, substitute
 from rigidcli.algebra.values import enclosed, is_zero, sampled
 from rigidcli.core.arithmetic import Array
 from rigidcli.core.elimination import echelon
@@ -316,13 +315,14 @@ def _radicands(e: Expr) -> dict[Expr, Expr]:
 
 
 def _with_radicands(e: Expr, written: Mapping[Expr, Expr]) -> Expr:
-    """An expression with these sums under its roots, so that vectors have the roots of their rate."""
+    """An expression with its sums as they are `written`, so that vectors have the roots of their rate."""
 
-    def change(atom: Atom, n: Rational) -> Expr | None:
-        inner = written.get(expand(atom.inner)) if isinstance(atom, Group) and n.denominator > 1 else None
-        return power(rebuilt(atom, lambda e: _with_radicands(e, written)) if inner is None else inner, n)
+    def change(atom: Atom) -> Expr | None:
+        if not isinstance(atom, Group):
+            return None
+        return written.get(expand(atom.inner)) or rebuilt(atom, lambda e: _with_radicands(e, written))
 
-    return with_powers(e, change) if written else e
+    return mapped(e, change) if written else e
 
 
 def _numeric_roots(motion: LinearMotion, is_free: bool, rounding: float) -> list[Root]:
