@@ -82,14 +82,10 @@ class LinearMotion:
         return LinearMotion(*([[change(e) for e in row] for row in part] for part in self.parts))
 
     def blocks(self) -> list[tuple[list[int], LinearMotion]]:
-        """The places that act on each other, with their motion; a coordinate goes with its momentum."""
-        size = len(self.masses)
-        freedoms = size // 2 if self.is_of_first_order else size
-
-        def linked(i: int, j: int) -> bool:
-            return (i - j) % freedoms == 0 or any(part[i][j] or part[j][i] for part in self.parts)
-
-        blocks = matrices.connected(size, linked)
+        """The places that act on each other, with their motion."""
+        blocks = matrices.connected(
+            len(self.masses), lambda i, j: any(part[i][j] or part[j][i] for part in self.parts)
+        )
         return [(b, LinearMotion(*(matrices.part(part, b, b) for part in self.parts))) for b in blocks]
 
 

@@ -162,7 +162,8 @@ def _exact_roots(motion: LinearMotion, given: Values, is_free: bool, needs_vecto
                 # Of several complex vectors it is open which are multiples of others.
                 raise ExpressionError("the vectors have no closed form")
             is_whole = count == root.times or bool(root.growth)
-            written = _radicands(cast(Expr, root.growth) + cast(Expr, root.angular))
+            inside = (cast(Expr, root.growth) + cast(Expr, root.angular)).everywhere()
+            written = {expand(atom.inner): atom.inner for atom in inside if isinstance(atom, Group)}
             placed = []
             for vector in vectors[:count]:
                 pairs = dict(zip(block, _from_first(vector, len(block)), strict=True))
@@ -309,13 +310,11 @@ def _from_first(vector: Sequence[Expr], size: int) -> list[tuple[Expr, Expr]]:
     return [(tidy((x * re + y * im) / square), tidy((y * re - x * im) / square)) for x, y in pairs]
 
 
-def _radicands(e: Expr) -> dict[Expr, Expr]:
-    """The sums in an expression as they are written, by what they are multiplied out."""
-    return {expand(atom.inner): atom.inner for atom in e.everywhere() if isinstance(atom, Group)}
-
-
 def _with_radicands(e: Expr, written: Mapping[Expr, Expr]) -> Expr:
-    """An expression with its sums as they are `written`, so that vectors have the roots of their rate."""
+    """An expression with its sums as they are `written`, so that vectors have the roots of their rate.
+
+    The keys are the sums multiplied out.
+    """
 
     def change(atom: Atom) -> Expr | None:
         if not isinstance(atom, Group):

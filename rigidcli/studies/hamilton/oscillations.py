@@ -245,9 +245,7 @@ def _notes(roots: Sequence[Root] | None) -> Iterator[str]:
         yield NO_MODES
     for root in roots or ():
         if root.condition is not None:
-            yield from len(root.vectors) * [
-                f"the mode with the rate {root.rate} oscillates where {root.condition} > 0"
-            ]
+            yield f"the mode with the rate {root.rate} oscillates where {root.condition} > 0"
 
 
 def fields(oscillations: Oscillations) -> list[Field]:
