@@ -23,7 +23,6 @@ from rigidcli.algebra.calculus import derivative
 from rigidcli.algebra.expressions import ONE, ZERO, Expr, symbol, total
 from rigidcli.algebra.simplification import tidy
 from rigidcli.algebra.substitution import substitute
-from rigidcli.algebra.trigonometry import exponentials_merged
 from rigidcli.algebra.values import sampled
 from rigidcli.mechanics.hamilton_equations import TIME, Phase
 from rigidcli.mechanics.legendre import Momenta
@@ -50,15 +49,7 @@ class LagrangeEquations:
         inverse = matrices.inverse(self.matrix, matrices.FEW_TERMS)
         if inverse is None:
             return None
-        return tuple(map(self._combined, inverse))
-
-    def _combined(self, row: Sequence[Expr]) -> Expr:
-        """One acceleration, from its row of M^-1."""
-        acting = [(-m, r) for m, r in zip(row, self.rest, strict=True) if m and r]
-        a = total(m * r for m, r in acting)
-        # One product of what is tidy is tidy, but for exponentials that cancel.
-        is_tidy = len(acting) == len(a.terms) == 1 and len(acting[0][1].terms) == 1
-        return a if is_tidy and exponentials_merged(a) == a else tidy(a)
+        return tuple(tidy(total(-m * r for m, r in zip(row, self.rest, strict=True))) for row in inverse)
 
 
 def lagrange_equations(

@@ -34,9 +34,6 @@ from rigidcli.mechanics.velocity_inversion import Branch, inverted
 MOST_BRANCHES = 16
 """The most branches that are listed: more of them nobody would read."""
 
-NOTHING: Mapping[str, Expr] = {}
-"""Values of no names."""
-
 
 @dataclass(frozen=True, slots=True)
 class Momenta:
@@ -63,7 +60,7 @@ def legendre_transform(
     lagrangian: Expr,
     velocities: Sequence[str],
     names: Sequence[str],
-    values: Mapping[str, Expr] = NOTHING,
+    values: Mapping[str, Expr] | None = None,
     momenta: Momenta | None = None,
     squares: Squares = (),
 ) -> list[Branch]:
@@ -83,7 +80,7 @@ def legendre_transform(
     ]
     try:
         if curved:
-            return _mixed(moving, still, curved, velocities, P, values)
+            return _mixed(moving, still, curved, velocities, P, values or {})
         branch = _quadratic(lagrangian, moving, still, momenta, velocities, P, squares)
     except ExpressionError:
         return []

@@ -42,11 +42,20 @@ class LinearMotion:
 
     @classmethod
     def of_matrix(cls, matrix: Matrix) -> LinearMotion:
-        """The motion z' = A z, with the coordinates before their momenta."""
-        units = range(len(matrix))
-        zero = [[ZERO for _ in units] for _ in units]
-        one = [[ONE if i == j else ZERO for j in units] for i in units]
-        return cls(zero, one, [[-e for e in row] for row in matrix])
+        """The motion z' = A z of coordinates q and their momenta p, without the momenta where that can be.
+
+        With q' = A q + B p, p' = D q + E p they are p = M (q' - A q), where M = B^-1. Where B has no inverse,
+        the motion stays one of first order, with M = 0, C = 1 and K = -A.
+        """
+        size, whole = len(matrix) // 2, np.array(matrix, dtype=object)
+        (a, b), (d, e) = (np.hsplit(rows, [size]) for rows in np.vsplit(whole, [size]))
+        masses: Any = inverse_of(b.tolist())
+        if masses is None:
+            one = [[ONE if i == j else ZERO for j in range(2 * size)] for i in range(2 * size)]
+            return cls((0 * whole).tolist(), one, (-whole).tolist())
+        masses = np.array(masses, dtype=object)
+        parts = masses, -(masses @ a) - e @ masses, e @ masses @ a - d
+        return cls(*(part.tolist() for part in parts)).changed(tidy)
 
     @property
     def parts(self) -> tuple[Matrix, Matrix, Matrix]:
@@ -63,24 +72,20 @@ class LinearMotion:
         """Whether there are no second derivatives."""
         return not any(e for row in self.masses for e in row)
 
-    def pencil(self, s: Expr) -> list[list[Expr]]:
+    def pencil(self, s: Expr, square: Expr) -> list[list[Expr]]:
         """M s^2 + C s + K, which takes the vector of a motion y = Re(v exp(s t)) to zero."""
         rows = zip(*self.parts, strict=True)
-        return [[m * s**2 + c * s + k for m, c, k in zip(*row, strict=True)] for row in rows]
+        return [[m * square + c * s + k for m, c, k in zip(*row, strict=True)] for row in rows]
 
     def changed(self, change: Callable[[Expr], Expr]) -> LinearMotion:
         """This motion with every entry of its matrices changed."""
         return LinearMotion(*([[change(e) for e in row] for row in part] for part in self.parts))
 
     def blocks(self) -> list[tuple[list[int], LinearMotion]]:
-        """The places that act on each other, with their motion; a coordinate goes with its momentum."""
-        size = len(self.masses)
-        freedoms = size // 2 if self.is_of_first_order else size
-
-        def linked(i: int, j: int) -> bool:
-            return (i - j) % freedoms == 0 or any(part[i][j] or part[j][i] for part in self.parts)
-
-        blocks = matrices.connected(size, linked)
+        """The places that act on each other, with their motion."""
+        blocks = matrices.connected(
+            len(self.masses), lambda i, j: any(part[i][j] or part[j][i] for part in self.parts)
+        )
         return [(b, LinearMotion(*(matrices.part(part, b, b) for part in self.parts))) for b in blocks]
 
 
@@ -138,7 +143,7 @@ def momenta_at_rest(velocities: Sequence[Expr], phase: Phase) -> dict[str, Expr]
     """
     parts = linear(velocities, phase.momenta)
     if parts is not None:
-        inverse = _inverse(parts[0])
+        inverse = inverse_of(parts[0])
         if inverse is None:
             return None
         values = [tidy(total(-a * b for a, b in zip(row, parts[1], strict=True))) for row in inverse]
@@ -147,25 +152,16 @@ def momenta_at_rest(velocities: Sequence[Expr], phase: Phase) -> dict[str, Expr]
     return still if all(is_zero(substitute(v, still)) for v in velocities) else None
 
 
-def of_hamilton(equations: Sequence[Expr], phase: Phase, place: Mapping[str, Expr]) -> LinearMotion | None:
-    """Hamilton's equations near the equilibrium at the coordinates and momenta `place`.
-
-    With y' = A y + B z, z' = D y + E z the momenta are z = M (y' - A y), where M = B^-1: None without it.
-    """
-    slopes = [[tidy(substitute(derivative(e, name), place)) for name in phase.names] for e in equations]
-    size, whole = len(phase.coordinates), np.array(slopes, dtype=object)
-    (a, b), (d, e) = (np.hsplit(rows, [size]) for rows in np.vsplit(whole, [size]))
-    inverse = _inverse(b.tolist())
-    if inverse is None:
-        return None
-    masses: Any = np.array(inverse, dtype=object)
-    parts = masses, -(masses @ a) - e @ masses, e @ masses @ a - d
-    return LinearMotion(*(part.tolist() for part in parts)).changed(tidy)
+def of_hamilton(equations: Sequence[Expr], phase: Phase, place: Mapping[str, Expr]) -> LinearMotion:
+    """Hamilton's equations near the equilibrium at the coordinates and momenta `place`."""
+    return LinearMotion.of_matrix(
+        [[tidy(substitute(derivative(e, name), place)) for name in phase.names] for e in equations]
+    )
 
 
-def _inverse(matrix: Matrix) -> Matrix | None:
+def inverse_of(matrix: Matrix) -> Matrix | None:
     """The inverse; None where there is none, or it is too large."""
     try:
         return matrices.inverse(matrix)
-    except ExpressionError:
+    except (ExpressionError, ZeroDivisionError):
         return None

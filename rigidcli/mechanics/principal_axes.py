@@ -24,7 +24,7 @@ from rigidcli.algebra.arithmetic import (
     weak_sign,
 )
 from rigidcli.algebra.atoms import Surd
-from rigidcli.algebra.expressions import ZERO, Expr
+from rigidcli.algebra.expressions import Expr
 from rigidcli.core.arithmetic import Array
 from rigidcli.core.principal import PIVOT_TIE, PrincipalFrame
 from rigidcli.errors import ComputationError, ExpressionError
@@ -79,11 +79,6 @@ def _require_short(array: Array, what: str, most: int = LONGEST) -> None:
         raise ComputationError(f"the exact principal {what} are too long to print")
 
 
-def _coupled(tensor: Array) -> list[tuple[int, int]]:
-    """The pairs of axes with a product of inertia."""
-    return [pair for pair in combinations(range(3), 2) if tensor[pair] != 0]
-
-
 def _ascending(moments: Sequence[Expr]) -> tuple[list[Expr], bool]:
     """The moments in ascending order, and whether that is their order for all values of the symbols."""
     doubtful = []
@@ -134,32 +129,13 @@ def _first_largest(values: Sequence[float]) -> int:
 
 def _eigenvector(tensor: Array, moment: Expr) -> Array:
     """The unit vector along the axis of a moment that no other one equals; its sign is free."""
-    coupled = _coupled(tensor)
-    if len(coupled) == 1 and sign(tensor[coupled[0]]) is not None:
-        axis = _in_plane(tensor, moment, *coupled[0])
-    else:
-        axis = _in_space(tensor, moment)
+    axis = _in_space(tensor, moment)
     _require_short(axis, "axes")
     if any(np.isnan(size(component)) for component in axis):
         # Differences of almost equal roots, of which floats cannot tell which is larger.
         raise ComputationError(
             "the exact principal axes have components too close to zero to tell their signs"
         )
-    return axis
-
-
-def _in_plane(tensor: Array, moment: Expr, i: int, j: int) -> Array:
-    """The axis of a moment, where axes i and j alone have a product of inertia.
-
-    Its components are the cosine and the sine of an angle: cos^2 = (lambda - Ijj)/(2 lambda - Iii - Ijj).
-    """
-    (alone,) = {0, 1, 2} - {i, j}
-    if sign(moment - tensor[alone, alone]) == 0:
-        return np.array(_ONE[alone])
-    twice = 2 * moment - tensor[i, i] - tensor[j, j]
-    cosine, sine = (sqrt(tidy((moment - tensor[k, k]) / twice)) for k in (j, i))
-    axis = np.array([ZERO, ZERO, ZERO])
-    axis[[i, j]] = cosine, sine if size(tensor[i, j] * (moment - tensor[i, i])) > 0 else -sine
     return axis
 
 
@@ -177,8 +153,11 @@ def _in_space(tensor: Array, moment: Expr) -> Array:
     row = tidy_array(adjugate[pivot])
     _require_short(row, "axes")
     square = tidy(3 * offset**2 - half)
-    if all(isinstance(atom, Surd) for atom in moment.everywhere()):
-        # Square roots of the squares are short: sqrt(2 - sqrt(2))/2 for sin(pi/8).
+    products = [tensor[pair] for pair in combinations(range(3), 2) if tensor[pair] != 0]
+    is_plane = len(products) == 1 and sign(products[0]) is not None
+    if is_plane or all(isinstance(atom, Surd) for atom in moment.everywhere()):
+        # Square roots of the squares are short: sqrt(2 - sqrt(2))/2 for sin(pi/8), or, where two axes alone
+        # have a product of inertia, cos^2 = (lambda - Ijj)/(2 lambda - Iii - Ijj).
         roots = [sqrt(tidy(adjugate[k, k] / square)) for k in range(3)]
         return np.array([root if size(entry) > 0 else -root for root, entry in zip(roots, row, strict=True)])
     axis = row / root_of_either_sign(row[pivot] * square)

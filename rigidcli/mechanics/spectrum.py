@@ -1,7 +1,8 @@
 """The spectrum of linear motion M y'' + C y' + K y = 0: the rates s of exp(s t), with their vectors.
 
 Rates are the roots of det(M s^2 + C s + K). Without forces beside L or H it is a polynomial in s^2.
-It is factored: factors of degree 1 and 2 have roots in closed form. `numeric_spectrum` is for numbers.
+It is factored: factors of degree 1 and 2 have roots in closed form. Numbers are eigenvalues to some 70
+digits, so that a zero mode differs from a slow one, and what neither grows nor decays from what does.
 
 Motion stays bounded if no rate has a positive real part, and a rate without a real part has as many vectors
 as its multiplicity. Where M and K are positive definite, and C is antisymmetric, all rates are imaginary.
@@ -18,20 +19,22 @@ from dataclasses import replace
 from fractions import Fraction
 from typing import Any, TypeAlias, cast
 
+import numpy as np
+
 from rigidcli.algebra import matrices
 from rigidcli.algebra.arithmetic import polynomial_factors, root_of_either_sign, sqrt, tidy, weak_sign
 from rigidcli.algebra.atoms import Atom, Group
 from rigidcli.algebra.expansion import coefficients, expand
-from rigidcli.algebra.expressions import PI, ZERO, Expr, power, symbol, total
+from rigidcli.algebra.expressions import PI, ZERO, Expr, symbol, total
 from rigidcli.algebra.functions import apply
 from rigidcli.algebra.matrices import Matrix
-from rigidcli.algebra.roots import Rational
 from rigidcli.algebra.simplification import shortest
-from rigidcli.algebra.substitution import rebuilt, substitute, with_powers
-from rigidcli.algebra.values import sampled
+from rigidcli.algebra.substitution import mapped, rebuilt, substitute
+from rigidcli.algebra.values import enclosed, is_zero, sampled
+from rigidcli.core.arithmetic import Array
+from rigidcli.core.elimination import echelon
 from rigidcli.errors import ExpressionError
-from rigidcli.mechanics.linear_motion import LinearMotion, Root
-from rigidcli.mechanics.numeric_spectrum import ROUNDING, numeric_spectrum
+from rigidcli.mechanics.linear_motion import LinearMotion, Root, Vector
 
 S = symbol("rate s")
 """The variable of characteristic polynomials, or its square; with a blank in it, it is no document's name."""
@@ -39,18 +42,39 @@ S = symbol("rate s")
 SIGNS = 12
 """Random points at which a root must have one sign, so that few of another sign are missed."""
 
+BITS = 256
+"""Bits of numbers: 77 digits, of which a double eigenvalue without a second vector leaves one half."""
+
+ROUNDING = 1e-22
+"""What is smaller than this, in units of the largest, is rounding; real modes are not so far apart."""
+
+ROUNDING_OF_FLOATS = 1e-6
+"""What is rounding where the equilibrium is known in floats: squares of rates have errors of some 1e-14."""
+
+NOISE = 1e-12
+"""Rounding of floats: rates closer than this are equal, and entries of a vector below it are zero."""
+
+INDEPENDENT = 1e-8
+"""Vectors of length 1 that depend on each other but for this, are parallel."""
+
 Values: TypeAlias = Mapping[str, Expr]
 """The parameters that have values, with these."""
 
 
 def spectrum(
-    motion: LinearMotion, given: Values, is_exact: bool, is_free: bool, rounding: float = ROUNDING
+    motion: LinearMotion,
+    given: Values,
+    is_exact: bool,
+    is_free: bool,
+    rounding: float = ROUNDING,
+    needs_vectors: bool = True,
 ) -> list[Root] | None:
-    """The roots by ascending rates, with their vectors unless the motion is of first order.
+    """The roots by ascending rates, with their vectors.
 
     They are exact where that is asked for, or there are symbols, as far as they have a closed form; else
     numbers, with this relative error of the matrices. None where symbols are without a closed form. Motion is
-    `is_free` if there are no forces beside L or H.
+    `is_free` if there are no forces beside L or H. Exact roots that are simple have vectors if these are
+    needed.
 
     Raises:
         ExpressionError: an entry has no value for the given parameters.
@@ -58,10 +82,10 @@ def spectrum(
     """
     if is_exact or _is_open(motion):
         try:
-            return _ascending(_exact_roots(motion, given, is_free), given)
+            return _ascending(_exact_roots(motion, given, is_free, needs_vectors), given)
         except ExpressionError:
             motion = motion.changed(lambda e: substitute(e, given))
-    return None if _is_open(motion) else numeric_spectrum(motion, is_free, rounding)
+    return None if _is_open(motion) else _numeric_roots(motion, is_free, rounding)
 
 
 def _is_open(motion: LinearMotion) -> bool:
@@ -123,40 +147,30 @@ def is_positive_definite(matrix: Matrix, given: Values) -> bool:
     return all(sign_of(minor, given) == 1 for minor in minors)
 
 
-def _is_bounded(motion: LinearMotion, given: Values) -> bool:
-    """Whether motion without forces is bounded by its energy, which is positive definite.
-
-    Of first order A = J S, with S the second derivatives of H.
-    """
-    if not motion.is_of_first_order:
-        return all(is_positive_definite(part, given) for part in (motion.masses, motion.stiffness))
-    half = len(motion.stiffness) // 2
-    turned = [[-e for e in row] for row in motion.stiffness[:half]]
-    return is_positive_definite([*motion.stiffness[half:], *turned], given)
-
-
-def _exact_roots(motion: LinearMotion, given: Values, is_free: bool) -> Iterator[Root]:
+def _exact_roots(motion: LinearMotion, given: Values, is_free: bool, needs_vectors: bool) -> Iterator[Root]:
     """The roots in closed form. Raises ExpressionError where one has none, or is too long."""
-    size, has_vectors = len(motion.masses), not motion.is_of_first_order
+    size = len(motion.masses)
     for block, own in motion.blocks():
-        bounded = is_free and _is_bounded(own, given)
+        # Motion without forces is bounded by its energy, where that is positive definite.
+        bounded = is_free and all(is_positive_definite(part, given) for part in (own.masses, own.stiffness))
         for root in _determinant_roots(own, given, bounded):
-            if not has_vectors and (root.times == 1 or root.growth):
+            if not needs_vectors and (root.times == 1 or root.growth):
                 yield root
                 continue
             vectors, count = _null_vectors(own, root)
-            if has_vectors and (not vectors or 1 < count < len(vectors)):
+            if not vectors or 1 < count < len(vectors):
                 # Of several complex vectors it is open which are multiples of others.
                 raise ExpressionError("the vectors have no closed form")
-            whole, growth = count == root.times, bool(root.growth)
-            written = _radicands(cast(Expr, root.growth) + cast(Expr, root.angular))
+            is_whole = count == root.times or bool(root.growth)
+            inside = (cast(Expr, root.growth) + cast(Expr, root.angular)).everywhere()
+            written = {expand(atom.inner): atom.inner for atom in inside if isinstance(atom, Group)}
             placed = []
-            for vector in vectors[:count] if has_vectors else ():
+            for vector in vectors[:count]:
                 pairs = dict(zip(block, _from_first(vector, len(block)), strict=True))
                 shown = {k: (_with_radicands(re, written), im) for k, (re, im) in pairs.items()}
                 placed.append(tuple(shown.get(k, (ZERO, ZERO)) for k in range(size)))
-            stable = root.is_stable and (whole or growth)
-            yield replace(root, is_stable=stable, is_whole=whole or growth, vectors=tuple(placed))
+            stable = root.is_stable and is_whole
+            yield replace(root, is_stable=stable, is_whole=is_whole, vectors=tuple(placed))
 
 
 def _ascending(roots: Iterator[Root], given: Values) -> list[Root]:
@@ -170,8 +184,10 @@ def _ascending(roots: Iterator[Root], given: Values) -> list[Root]:
 
 def _determinant_roots(motion: LinearMotion, given: Values, bounded: bool) -> Iterator[Root]:
     """The roots of det(M s^2 + C s + K); `bounded` says that all of them are imaginary."""
-    determinant = matrices.short_determinant(motion.pencil(S))
+    determinant = matrices.short_determinant(motion.pencil(S, S**2))
     powers = coefficients(determinant, [str(S)]) or {}
+    if not motion.is_of_first_order and is_zero(powers.get((2 * len(motion.masses),), ZERO)):
+        raise ZeroDivisionError
     is_even = all(k % 2 == 0 for (k,) in powers)
     if is_even:
         determinant = total(e * S ** (k // 2) for (k,), e in powers.items())
@@ -294,18 +310,87 @@ def _from_first(vector: Sequence[Expr], size: int) -> list[tuple[Expr, Expr]]:
     return [(tidy((x * re + y * im) / square), tidy((y * re - x * im) / square)) for x, y in pairs]
 
 
-def _radicands(e: Expr) -> dict[Expr, Expr]:
-    """The sums under roots as they are written, by what they are multiplied out."""
-    groups = [(atom.inner, n) for m in e.terms for atom, n in m if isinstance(atom, Group)]
-    own = {expand(inner): inner for inner, n in groups if n.denominator > 1}
-    return own | {key: inner for group, _ in groups for key, inner in _radicands(group).items()}
-
-
 def _with_radicands(e: Expr, written: Mapping[Expr, Expr]) -> Expr:
-    """An expression with these sums under its roots, so that vectors have the roots of their rate."""
+    """An expression with its sums as they are `written`, so that vectors have the roots of their rate.
 
-    def change(atom: Atom, n: Rational) -> Expr | None:
-        inner = written.get(expand(atom.inner)) if isinstance(atom, Group) and n.denominator > 1 else None
-        return power(rebuilt(atom, lambda e: _with_radicands(e, written)) if inner is None else inner, n)
+    The keys are the sums multiplied out.
+    """
 
-    return with_powers(e, change) if written else e
+    def change(atom: Atom) -> Expr | None:
+        if not isinstance(atom, Group):
+            return None
+        return written.get(expand(atom.inner)) or rebuilt(atom, lambda e: _with_radicands(e, written))
+
+    return mapped(e, change) if written else e
+
+
+def _numeric_roots(motion: LinearMotion, is_free: bool, rounding: float) -> list[Root]:
+    """The roots of motion whose matrices are exact numbers, by ascending rates.
+
+    Raises:
+        ZeroDivisionError: the mass matrix is singular.
+    """
+    from flint import acb, acb_mat, ctx
+
+    with ctx.workprec(BITS):
+        matrix, is_square = _companion(motion, is_free)
+        values, vectors = acb_mat(matrix).eig(right=True, algorithm="approx")
+        if is_square:
+            # What is left beside a negative square is rounding; the root of it would be of either sign.
+            real = [abs(value.imag) <= rounding * abs(value) for value in values]
+            values = [acb(v.real if is_real else v).sqrt() for v, is_real in zip(values, real, strict=True)]
+        # Of coordinates in different units, entries are compared in units of 1/sqrt(M_ii).
+        sizes = [abs(enclosed(row[i], {}, BITS)) for i, row in enumerate(motion.masses)]
+        weights = [size.sqrt() if size != 0 else size + 1 for size in sizes]
+        rows = [[vectors[i, j] * w for i, w in enumerate(weights)] for j in range(len(values))]
+        columns = np.array([[complex(e / max(map(abs, row))) for e in row] for row in rows])
+        rates = np.array(list(map(complex, values)))
+    rates[np.abs(rates) <= rounding * np.abs(rates).max()] = 0
+    for part in (rates.real, rates.imag):
+        part[np.abs(part) <= rounding * np.abs(rates)] = 0
+    roots, left = list[Root](), list(range(len(rates)))
+    while left:
+        rate = complex(rates[left[0]])
+        group = [k for k in left if abs(rates[k] - rate) <= max(rounding, NOISE) * abs(rate)]
+        left = [k for k in left if k not in group]
+        if rate.imag < 0 or ((is_free or is_square) and rate.real < 0):
+            continue
+        units = columns[group] / np.linalg.norm(columns[group], axis=1, keepdims=True)
+        rank = int((np.linalg.svd(units, compute_uv=False) > INDEPENDENT).sum())
+        times = 2 * len(group) if is_square and not rate else len(group)
+        # With fewer vectors than there are equal roots, motion grows by powers of the time.
+        whole = bool(rate.real) or rank == times
+        stable = None if not rate else rate.real < 0 or (not rate.real and whole)
+        shown = tuple(_independent(units, rank, np.array(list(map(float, weights)))))
+        roots.append(Root(rate.real, rate.imag, stable, None, times, whole, is_free or is_square, shown))
+    return sorted(roots, key=lambda root: (root.rate, root.angular))
+
+
+def _companion(motion: LinearMotion, is_free: bool) -> tuple[Any, bool]:
+    """A matrix whose eigenvalues are the roots; or their squares, where nothing depends on velocities."""
+    from flint import arb_mat
+
+    def balls(matrix: Matrix) -> Any:
+        return arb_mat([[enclosed(e, {}, BITS).mid() for e in row] for row in matrix])
+
+    masses, rates, stiffness = map(balls, motion.parts)
+    if motion.is_of_first_order:
+        return -stiffness, False
+    back, damping, size = masses.solve(stiffness), masses.solve(rates), len(motion.masses)
+    if is_free and not any(e for row in motion.rates for e in row):
+        return -back, True
+    rows = [[int(j == i + size) for j in range(2 * size)] for i in range(size)]
+    rows += [[-part[i, j] for part in (back, damping) for j in range(size)] for i in range(size)]
+    return arb_mat(rows), False
+
+
+def _independent(rows: Array, rank: int, weights: Array) -> Iterator[Vector]:
+    """As many independent vectors, over their first entries."""
+    reduced = echelon(rows, rank, INDEPENDENT)[0][:rank]
+    for part in (reduced.real, reduced.imag):
+        part[np.abs(part) <= NOISE * np.abs(reduced).max(axis=1, keepdims=True)] = 0.0
+    for row in reduced / weights:
+        first = np.flatnonzero(row)[0]
+        row /= row[first]
+        row[first] = 1.0
+        yield tuple((float(e.real), float(e.imag)) for e in row)

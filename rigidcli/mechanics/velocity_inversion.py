@@ -15,7 +15,6 @@ are derived here from dK/dv = P and H = P.v - K. Each way back is put to the tes
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterator, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
@@ -27,7 +26,7 @@ from rigidcli.algebra import arithmetic, matrices
 from rigidcli.algebra.atoms import Applied, Atom, Group, is_positive
 from rigidcli.algebra.calculus import derivative
 from rigidcli.algebra.expansion import Polynomial, coefficients, expand
-from rigidcli.algebra.expressions import Expr, atomic, expr, factored, gathered, symbol, total
+from rigidcli.algebra.expressions import ZERO, Expr, atomic, expr, factored, gathered, symbol, total
 from rigidcli.algebra.fractions import factors
 from rigidcli.algebra.functions import apply
 from rigidcli.algebra.simplification import tidy
@@ -203,52 +202,43 @@ def _quadratic_form(K: Expr, velocities: Sequence[str]) -> Polynomial:
 
 
 def _of_powers(K: Expr, v: str, P: Expr) -> list[Branch]:
-    """K = A (v + s)^n in one velocity, multiplied out or not, beside linear terms; or A |v + s|^n."""
-    polynomial = coefficients(K, [v])
-    if polynomial is not None:
-        (degree,) = max(polynomial)
-        lead = polynomial[(degree,)]
-        shift = tidy(coefficient(polynomial, 1, *[0] * (degree - 1)) / (degree * lead))
-        moved = [
-            tidy(total(e * math.comb(n, k) * (-shift) ** (n - k) for (n,), e in polynomial.items() if n >= k))
-            for k in range(degree)
-        ]
-        if degree < 3 or any(moved[2:]):
-            return []
-        return [
-            replace(b, hamiltonian=b.hamiltonian - moved[0]).shifted([shift], [P])
-            for b in _of_power(lead, Fraction(degree), False, P - moved[1])
-        ]
-    if len(K.terms) != 1:
-        return []
-    ((monomial, number),) = K.terms.items()
-    ((atom, n), *others) = [factor for factor in monomial if v in factor[0].names]
-    inner, is_absolute = symbol(v), isinstance(atom, Applied)
-    if isinstance(atom, Applied):
-        inner = expr(atom.arguments[0])
-        others += [] if atom.function == "abs" else [(atom, n)]
-    elif isinstance(atom, Group):
-        inner = atom.inner
-    line = coefficients(inner, [v])
-    if others or not has_degrees(line, 0, 1):
-        return []
-    A, c, d = gathered(number, {a: k for a, k in monomial if a is not atom}), line[(1,)], coefficient(line, 1)
-    return [
-        replace(b, velocities=((b.velocities[0] - d) / c,), hamiltonian=b.hamiltonian - P * d / c)
-        for b in _of_power(A, Fraction(n), is_absolute, P / c)
-    ]
+    """K = A u^n + B u + C with u = v + s, multiplied out or not; or K = A |u|^n.
 
+    The second derivative F = n (n - 1) A u^(n - 2) alone tells the exponent and u = (n - 2) F/F'.
+    """
 
-def _of_power(A: Expr, n: Fraction, is_absolute: bool, P: Expr) -> list[Branch]:
-    """K = A u^n, or A |u|^n."""
-    base = tidy(P / (n * A))
+    def inner(atom: Atom) -> Expr | None:
+        if isinstance(atom, Applied) and atom.function == "abs" and v in atom.names:
+            return expr(atom.arguments[0])
+        return None
+
+    positive = mapped(K, inner)  # K where u is positive
+    is_absolute, slope = positive != K, derivative(positive, v)
+    F = derivative(slope, v)
+    first = tidy(derivative(F, v))
+    if not first:
+        return []
+    ratio = arithmetic.tidy(F * derivative(first, v) / first**2).as_number
+    if ratio is None or ratio == 1:
+        return []
+    n = 2 + 1 / (1 - Fraction(ratio))
+    shift = tidy(arithmetic.tidy((n - 2) * F / first) - symbol(v))
+    if n in (0, 1) or v in shift.names:
+        return []
+    whole, rate, bend = (tidy(substitute(e, {v: 1 - shift})) for e in (K, slope, F))  # where u = 1
+    A = whole if is_absolute else tidy(bend / (n * (n - 1)))
+    B = ZERO if is_absolute else tidy(rate - n * A)
+    C = tidy(whole - A - B)
+    base = tidy((P - B) / (n * A))
     if is_absolute or (n.denominator == 1 and n % 2 == 0):
         size = apply("abs", base)
         u = apply("sign", base) * size ** (1 / (n - 1))
-        return [Branch((u,), (n - 1) * A * size ** (n / (n - 1)))]
-    u = base ** (1 / (n - 1))
-    roots = (u, -u) if n.denominator == 1 else (u,)
-    return [Branch((root,), (1 - 1 / n) * P * root, _positive([base])) for root in roots]
+        ways = [Branch((u,), (n - 1) * A * size ** (n / (n - 1)))]
+    else:
+        u = base ** (1 / (n - 1))
+        roots = (u, -u) if n.denominator == 1 else (u,)
+        ways = [Branch((root,), (1 - 1 / n) * (P - B) * root, _positive([base])) for root in roots]
+    return [replace(way, hamiltonian=way.hamiltonian - C).shifted([shift], [P]) for way in ways]
 
 
 def _undone(K: Expr, v: str, P: Expr) -> list[Branch]:

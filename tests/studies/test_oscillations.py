@@ -231,7 +231,11 @@ def test_modes_without_a_closed_form_are_told_with_values(program: Program) -> N
     assert json.loads(open_form.out)["modes"] is None
     assert "no closed form" in open_form.err
     document = rigidcli.loads(system(", ".join(names), body, place, m=1, k=1), exact=True)
-    assert all(isinstance(mode["rate"], float) for mode in rigidcli.hamilton(document)["modes"])
+    numbers = rigidcli.hamilton(document, steps=True)
+    assert all(isinstance(mode["rate"], float) for mode in numbers["modes"])
+    assert [step.title for step in numbers.steps if "mode" in step.title] == [
+        f"Vector of mode {number}" for number in range(1, 5)
+    ]
 
 
 def test_a_ring_of_masses_has_all_its_modes() -> None:

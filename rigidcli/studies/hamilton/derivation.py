@@ -2,20 +2,27 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from fractions import Fraction
 from functools import cached_property, lru_cache
 
+import numpy as np
+
 from rigidcli.algebra.calculus import derivative
 from rigidcli.algebra.expressions import ZERO, Expr, number, symbol, total
 from rigidcli.algebra.simplification import tidy
 from rigidcli.algebra.substitution import substitute
-from rigidcli.algebra.values import is_zero
+from rigidcli.algebra.trees import plain_tree
+from rigidcli.algebra.values import is_zero, sample_points
+from rigidcli.core.arithmetic import Floats
+from rigidcli.core.solution import NO_VALUE
 from rigidcli.document.document import Document
 from rigidcli.document.variables import acceleration
 from rigidcli.errors import ComputationError, ExpressionError
+from rigidcli.language import code
 from rigidcli.mechanics.hamilton_equations import (
     TIME,
     Phase,
@@ -34,7 +41,15 @@ from rigidcli.mechanics.lagrange_equations import (
 from rigidcli.mechanics.legendre import Momenta, canonical_momenta, legendre_transform
 from rigidcli.mechanics.velocity_inversion import Branch
 from rigidcli.studies.hamilton.system import SystemFunctions, known_values, system_functions
-from rigidcli.studies.hamilton.verification import MOST_RESIDUAL, is_short, residual_of
+
+MOST_RESIDUAL = 1e-6
+"""A residual of the equations of motion beyond this, in units of their size, is no rounding error."""
+
+CHECKS = 3
+"""The number of random points at which the equations of motion are compared."""
+
+LONGEST_KEY = 30_000
+"""The longest keys of H and of the velocities together that are worked with: about ten pages of text."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -71,7 +86,7 @@ class Derivation:
     @property
     def is_short(self) -> bool:
         """Whether there is an H, short enough to be worked with."""
-        return self.hamiltonian is not None and (self.branch is None or is_short(self.branch))
+        return self.hamiltonian is not None and (self.branch is None or _is_short(self.branch))
 
     @cached_property
     def equations(self) -> tuple[Expr, ...] | None:
@@ -267,7 +282,7 @@ def _inverted(derivation: Derivation, values: Mapping[str, Expr]) -> Derivation:
     for branch in legendre_transform(lagrangian, velocities, phase.momenta, values, momenta, typed):
         decided = [e.names for e in branch.region if e.names <= values.keys()]
         fixed = {name: values[name].evaluate() for names in decided for name in names}
-        residual = residual_of(lagrangian, momenta, branch, phase, velocities, fixed)
+        residual = _residual_of(lagrangian, momenta, branch, phase, velocities, fixed)
         if residual is None or residual < MOST_RESIDUAL:
             branches.append(branch)
             residuals += [] if residual is None else [residual]
@@ -280,7 +295,7 @@ def _inverted(derivation: Derivation, values: Mapping[str, Expr]) -> Derivation:
         notes.append("H is too long to be worked out in symbols; orbits solve for the velocities in numbers")
     elif not branches:
         notes.append("no closed form of the velocities in the momenta was found, so that H is not written")
-    elif not is_short(branches[0]):
+    elif not _is_short(branches[0]):
         notes.append("Hamilton's equations are too long to be worked out in symbols")
     worst = max(residuals, default=None)
     return replace(derivation, branches=tuple(branches), residual=worst, notes=tuple(notes))
@@ -309,3 +324,62 @@ def _require_regular(
             f"the mass matrix has rank {mass_rank} of {size} at the given values ({shown}), "
             "so that the momenta do not tell the velocities"
         )
+
+
+def _is_short(branch: Branch) -> bool:
+    """Whether H can be worked with in symbols."""
+    return sum(len(e.key) for e in (branch.hamiltonian, *branch.velocities)) <= LONGEST_KEY
+
+
+def _residual_of(
+    lagrangian: Expr,
+    momenta: Momenta,
+    branch: Branch,
+    phase: Phase,
+    velocities: tuple[str, ...],
+    fixed: Mapping[str, float],
+) -> float | None:
+    """Measure the error of a branch in the Euler-Lagrange equations at random points; None without any value.
+
+    Names have their `fixed` values, or random ones. There p = dL/dv must lead back to v, and -dH/dq be
+    dL/dq, or where H is long, H be p v - L. A point on another branch says nothing.
+    """
+    if _is_short(branch):
+        expected = [derivative(lagrangian, q) for q in phase.coordinates]
+        from_branch = [-derivative(branch.hamiltonian, q) for q in phase.coordinates]
+    else:
+        pairs = zip(momenta.definitions, velocities, strict=True)
+        expected, from_branch = [total(p * symbol(v) for p, v in pairs) - lagrangian], [branch.hamiltonian]
+    expected = [*momenta.definitions, *expected]
+    from_branch = [*branch.velocities, *from_branch]
+    names = lagrangian.names | branch.hamiltonian.names
+    shared = [*sorted(names - {*phase.names, *velocities, TIME}), TIME, *phase.coordinates]
+    from_velocities = code.function([plain_tree(e) for e in expected], [*shared, *velocities], {})(math)
+    limits = (*branch.conditions, *branch.region)
+    trees = [plain_tree(e) for e in (*from_branch, *limits)]
+    from_momenta = code.function(trees, [*shared, *phase.momenta], {})(math)
+    size, worst, seen = len(velocities), 0.0, 0
+    for place, point in enumerate(sample_points([*shared, *velocities], fixed)):
+        if place % 2:
+            point |= {name: -point[name] for name in velocities}
+        v = np.array([point[name] for name in velocities])
+        try:
+            known = np.array(from_velocities(*point.values()))
+            reached = np.array(from_momenta(*(point[name] for name in shared), *known[:size]))
+        except NO_VALUE:
+            continue
+        values, signs = np.split(reached, [len(from_branch)])
+        if not np.isfinite([*known, *reached]).all() or (signs <= 0).any():
+            continue
+        miss = max(_miss(v, values[:size]), _miss(known[size:], values[size:]))
+        if not branch.conditions or miss <= MOST_RESIDUAL:
+            worst, seen = max(worst, miss), seen + 1
+        if seen == CHECKS:
+            break
+    return worst if seen else None
+
+
+def _miss(a: Floats, b: Floats) -> float:
+    """The largest difference, in units of the largest entry."""
+    scale = max(np.abs(a).max(), np.abs(b).max())
+    return float(np.abs(a - b).max() / scale) if scale else 0.0

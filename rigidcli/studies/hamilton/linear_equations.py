@@ -77,11 +77,11 @@ def _roots(matrix: Matrix, document: Document, derivation: Derivation) -> list[R
     if any(TIME in e.names or e.unknown for row in matrix for e in row):
         return None
     known = known_values(document)
-    motion = LinearMotion.of_matrix(matrix)
     try:
         if not document.exact_results:
-            motion = motion.changed(lambda e: substitute(e, known))
-        roots = spectrum(motion, known, document.exact_results, not derivation.is_forced)
+            matrix = [[substitute(e, known) for e in row] for row in matrix]
+        motion, is_free = LinearMotion.of_matrix(matrix), not derivation.is_forced
+        roots = spectrum(motion, known, document.exact_results, is_free, needs_vectors=False)
     except ExpressionError:
         return None
     return None if roots is None or any(root.condition is not None for root in roots) else roots

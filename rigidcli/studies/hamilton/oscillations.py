@@ -6,15 +6,14 @@ import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
+from itertools import starmap
 from typing import Any, NamedTuple, cast
 
 import numpy as np
 
-from rigidcli.algebra import matrices
 from rigidcli.algebra.atoms import Applied, Atom
 from rigidcli.algebra.calculus import derivative
 from rigidcli.algebra.expressions import PI, ZERO, Expr, atomic, number, symbol
-from rigidcli.algebra.matrices import Matrix
 from rigidcli.algebra.reading import from_tree
 from rigidcli.algebra.simplification import tidy
 from rigidcli.algebra.substitution import substitute, without
@@ -30,8 +29,7 @@ from rigidcli.language.text import latex_name
 from rigidcli.mechanics import linear_motion
 from rigidcli.mechanics.hamilton_equations import TIME
 from rigidcli.mechanics.linear_motion import LinearMotion, Root, Vector
-from rigidcli.mechanics.numeric_spectrum import ROUNDING, ROUNDING_OF_FLOATS
-from rigidcli.mechanics.spectrum import spectrum
+from rigidcli.mechanics.spectrum import ROUNDING, ROUNDING_OF_FLOATS, spectrum
 from rigidcli.report import Column, Field, Table
 from rigidcli.studies.common import require_values
 from rigidcli.studies.hamilton.derivation import Derivation
@@ -60,26 +58,19 @@ UNITS = {"rate": "1/s", "frequency": "Hz", "period": "s", "decay": "1/s"}
 """Columns of the modes that people are shown where there is something in them, with their units."""
 
 
-class Mode(NamedTuple):
-    """A mode y = Re(v exp(s t)): the root s, and one of its vectors v."""
-
-    root: Root
-    vector: Vector
-
-    @property
-    def rate(self) -> float | Expr:
-        """The rate of the root."""
-        return self.root.rate
-
-
 @dataclass(frozen=True, slots=True)
 class Oscillations:
-    """The coordinates of the equilibrium, the linear motion near it, and its modes, None where not known."""
+    """The coordinates of the equilibrium, the linear motion near it, and its roots, None where not known."""
 
     place: Mapping[str, float | Expr]
     motion: LinearMotion
-    modes: Sequence[Mode] | None
+    roots: Sequence[Root] | None
     notes: tuple[str, ...]
+
+    @property
+    def modes(self) -> list[tuple[Root, Vector]]:
+        """The modes y = Re(v exp(s t)): the root s, and one of its vectors v."""
+        return [(root, vector) for root in self.roots or () for vector in root.vectors]
 
 
 class Place(NamedTuple):
@@ -109,30 +100,27 @@ def oscillations(document: Document, equilibrium: Equilibrium, derivation: Deriv
         there |= {name: substitute(p, there) for name, p in at_rest.items()}
         still = dict.fromkeys(derivation.velocity_names, ZERO)
         _require_smooth([derivation.generator, *derivation.system.forces], there | still)
-        motion = _motion(derivation, there)
+        motion = _motion(derivation, there).changed(lambda e: tidy(without(e, place.assumed)))
     except ExpressionError as error:
         raise document.refusal(
             f"the equations of motion have no value there: {error.message}", KEY
         ) from error
-    if motion is not None:
-        motion = motion.changed(lambda e: tidy(without(e, place.assumed)))
-    if motion is not None and any(TIME in e.names for e in motion.entries):
+    if any(TIME in e.names for e in motion.entries):
         raise ComputationError("the equations of motion near the equilibrium change with time")
+    rounding = ROUNDING_OF_FLOATS if equilibrium.is_sought else ROUNDING
+    is_exact, is_free = document.exact_results, not derivation.is_forced
     try:
-        if motion is None or _is_singular(motion.masses):
+        if motion.is_of_first_order:
             raise ZeroDivisionError
-        rounding = ROUNDING_OF_FLOATS if equilibrium.is_sought else ROUNDING
-        is_exact, is_free = document.exact_results, not derivation.is_forced
         roots = spectrum(motion, known_values(document), is_exact, is_free, rounding)
     except ZeroDivisionError:
         raise ComputationError(
             "the momenta do not tell the velocities at the equilibrium",
             hint="other coordinates may do: angles fail at their poles",
         ) from None
-    modes = None if roots is None else [Mode(root, vector) for root in roots for vector in root.vectors]
-    is_numeric = equilibrium.is_sought or not document.exact_results
+    is_numeric = equilibrium.is_sought or not is_exact
     values = {name: float(e) if is_numeric and not e.names else e for name, e in place.coordinates.items()}
-    return Oscillations(values, motion, modes, (*place.notes, *_notes(modes)))
+    return Oscillations(values, motion, roots, (*place.notes, *_notes(roots)))
 
 
 def _forces_at_rest(document: Document, derivation: Derivation) -> tuple[list[Expr], dict[str, Expr]]:
@@ -243,7 +231,7 @@ def _require_smooth(expressions: Sequence[Expr], there: Mapping[str, Expr]) -> N
                 raise ExpressionError(f"`{atom.function}({argument})` is not smooth")
 
 
-def _motion(derivation: Derivation, there: Mapping[str, Expr]) -> LinearMotion | None:
+def _motion(derivation: Derivation, there: Mapping[str, Expr]) -> LinearMotion:
     lagrange, phase = derivation.lagrange, derivation.phase
     if lagrange is not None:
         return linear_motion.of_lagrange(lagrange, phase, derivation.velocity_names, there)
@@ -251,25 +239,19 @@ def _motion(derivation: Derivation, there: Mapping[str, Expr]) -> LinearMotion |
     return linear_motion.of_hamilton(derivation.equations, phase, there)
 
 
-def _is_singular(masses: Matrix) -> bool:
-    """Whether the mass matrix has no inverse, as far as small blocks tell."""
-    blocks = (matrices.part(masses, block, block) for block in matrices.blocks(masses))
-    return any(is_zero(matrices.determinant(block)) for block in blocks if len(block) <= matrices.LARGEST)
-
-
-def _notes(modes: Sequence[Mode] | None) -> Iterator[str]:
+def _notes(roots: Sequence[Root] | None) -> Iterator[str]:
     """Write notes on where a mode oscillates."""
-    if modes is None:
+    if roots is None:
         yield NO_MODES
-    for mode in modes or ():
-        if mode.root.condition is not None:
-            yield f"the mode with the rate {mode.rate} oscillates where {mode.root.condition} > 0"
+    for root in roots or ():
+        if root.condition is not None:
+            yield f"the mode with the rate {root.rate} oscillates where {root.condition} > 0"
 
 
 def fields(oscillations: Oscillations) -> list[Field]:
     """Report the equilibrium and its modes as JSON has them, and the rates of the modes for CSV."""
-    modes = None if oscillations.modes is None else [_record(mode) for mode in oscillations.modes]
-    rates = [mode.rate for mode in oscillations.modes or ()]
+    modes = None if oscillations.roots is None else list(starmap(_record, oscillations.modes))
+    rates = [root.rate for root, _ in oscillations.modes]
     kind = object if any(isinstance(rate, Expr) for rate in rates) else float
     cells = {f"modes.{place}.rate": (place,) for place in range(len(rates))}
     keys = {f"equilibrium.{name}": (name, e) for name, e in oscillations.place.items()}
@@ -283,16 +265,16 @@ def fields(oscillations: Oscillations) -> list[Field]:
     ]
 
 
-def _record(mode: Mode) -> dict[str, Any]:
+def _record(root: Root, vector: Vector) -> dict[str, Any]:
     """Write a mode as JSON has it."""
-    root, angular = mode.root, cast(Any, mode.root.angular)
+    angular = cast(Any, root.angular)
     frequency = angular / (2 * (math.pi if isinstance(angular, float) else PI)) if angular else None
-    is_complex = any(y for _, y in mode.vector)
+    is_complex = any(y for _, y in vector)
     record = {
-        "rate": mode.rate,
+        "rate": root.rate,
         "frequency": frequency,
         "period": None if frequency is None else 1 / frequency,
-        "vector": [{"re": x, "im": y} if is_complex else x for x, y in mode.vector],
+        "vector": [{"re": x, "im": y} if is_complex else x for x, y in vector],
         "stable": root.is_stable,
     }
     return record | ({"decay": -root.growth} if root.growth and root.is_stable else {})
@@ -300,20 +282,20 @@ def _record(mode: Mode) -> dict[str, Any]:
 
 def tables(oscillations: Oscillations) -> list[Table]:
     """Make the table of the modes that people are shown, one mode in a row."""
-    if not oscillations.modes:
-        return []
     modes = oscillations.modes
-    records = [_record(mode) for mode in modes]
-    is_numeric = not any(isinstance(mode.rate, Expr) for mode in modes)
+    if not modes:
+        return []
+    records = list(starmap(_record, modes))
+    is_numeric = not any(isinstance(root.rate, Expr) for root, _ in modes)
     columns = [
         Column(key, [record.get(key) for record in records], (key,), unit if is_numeric else "")
         for key, unit in UNITS.items()
         if key == "rate" or ((is_numeric or key == "decay") and any(r.get(key) for r in records))
     ]
     for place, name in enumerate(oscillations.place):
-        entries = [_component(*mode.vector[place]) for mode in modes]
+        entries = [_component(*vector[place]) for _, vector in modes]
         columns.append(Column(name, entries, (name,), "", (latex_name(name),)))
-    columns.append(Column("motion", [_kind(mode.root) for mode in modes], ("motion",), ""))
+    columns.append(Column("motion", [_kind(root) for root, _ in modes], ("motion",), ""))
     return [Table("", "normal modes", tuple(columns))]
 
 

@@ -87,8 +87,8 @@ def modes(findings: Findings) -> Picture:
     names = findings.derivation.phase.coordinates
     ticks = tuple(_ruler(name) for name in names)
     panels = []
-    for number, mode in enumerate(small.modes[:MOST_PANELS], start=1):
-        vector = _numbers(findings.document, [*mode.vector])
+    for number, (root, entries) in enumerate(small.modes[:MOST_PANELS], start=1):
+        vector = _numbers(findings.document, [*entries])
         parts = [(vector[:, 0], "", 0), (vector[:, 1], "a quarter later", 1)]
         places = np.column_stack([np.arange(len(names)), np.zeros(len(names))])
         rest = np.array([[-0.5, 0.0], [len(names) - 0.5, 0.0]])
@@ -102,8 +102,8 @@ def modes(findings: Findings) -> Picture:
             ]
             if not np.any(vector[:, 1]):
                 break
-        rate = float(_numbers(findings.document, [(mode.rate, 0.0)])[0, 0])
-        kind = "rad/s" if mode.root.angular else "1/s"
+        rate = float(_numbers(findings.document, [(root.rate, 0.0)])[0, 0])
+        kind = "rad/s" if root.angular else "1/s"
         title = f"mode {number}: {rate:.4g} {kind}" if rate else f"mode {number}: zero mode"
         panels.append(Panel((Ruler("", ticks=ticks), Ruler("displacement")), tuple(marks), title))
     title = f"normal modes{_of(small.modes, 'modes')}"
