@@ -24,7 +24,7 @@ from rigidcli.core.solution import Flow
 from rigidcli.errors import ComputationError
 from rigidcli.language import evaluation
 from rigidcli.language.expression import Expression
-from rigidcli.language.functions import FUNCTIONS, Function
+from rigidcli.language.functions import FUNCTIONS, WITH_CORNERS
 from rigidcli.language.tree import Node, UnknownFunction, fold, insides, names_in, phases
 
 MOST_MULTIPLIED = 16
@@ -38,9 +38,6 @@ KEPT = 64
 
 _VARIABLE = re.compile(r"\bs\d+\b")
 """A variable that holds the value of an operation."""
-
-_POWER = Function(2, math.pow, "power", None, "power")
-"""What `pow` is in code; documents write `^`."""
 
 Value: TypeAlias = str | float
 """The name of a variable, or a number where it depends on constants alone."""
@@ -131,17 +128,19 @@ def _nested(known: Mapping[str, str], result: str) -> Iterator[str]:
 
 
 def _operation(name: str, module: ModuleType) -> Callable[..., Any]:
-    """What a function, or `pow`, is for the numbers of a module."""
-    function = FUNCTIONS.get(name, _POWER)
+    """What a function, or `pow`, is for the numbers of a module: `math`, `numpy` or `heyoka`."""
+    operation: Callable[..., Any]
     if module is math:
-        return function.real
-    if module.__name__ != "numpy" and function is _POWER:
+        operation = math.pow if name == "pow" else FUNCTIONS[name].real
+    elif module.__name__ == "numpy":
+        operation = getattr(module, "power" if name == "pow" else FUNCTIONS[name].numpy)
+    elif name == "pow":
         # Of the two, heyoka wants the base to be one of its own expressions.
         return lambda base, exponent: module.expression(1.0) * base**exponent
-    known = function.numpy if module.__name__ == "numpy" else function.heyoka
-    if known is None:
+    elif name in WITH_CORNERS:
         raise ComputationError(f"`{name}` has no Taylor series")
-    operation: Callable[..., Any] = getattr(module, known)
+    else:
+        operation = getattr(module, name)
     return operation
 
 
