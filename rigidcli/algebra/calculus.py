@@ -4,13 +4,12 @@ from __future__ import annotations
 
 from functools import cache
 
-from rigidcli.algebra.allowance import Allowance
 from rigidcli.algebra.atoms import Applied, Atom, Group, Symbol
 from rigidcli.algebra.expansion import expand
 from rigidcli.algebra.expressions import ONE, ZERO, Expr, atomic, gathered, power, symbol, total
 from rigidcli.algebra.functions import apply
 from rigidcli.algebra.reading import from_tree
-from rigidcli.algebra.roots import Rational, bounded
+from rigidcli.algebra.roots import Allowance, Rational, bounded
 from rigidcli.errors import ExpressionError
 from rigidcli.language.functions import FUNCTIONS
 from rigidcli.language.parser import read

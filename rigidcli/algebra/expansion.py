@@ -6,10 +6,9 @@ from collections.abc import Sequence
 from functools import cache
 from typing import TypeAlias
 
-from rigidcli.algebra.allowance import Allowance
 from rigidcli.algebra.atoms import Applied, Atom, Group, Monomial, Pi, Symbol, key_of_atom
 from rigidcli.algebra.expressions import ONE, Expr, gathered, multiplied, number, power, product, total
-from rigidcli.algebra.roots import Rational, bounded
+from rigidcli.algebra.roots import Allowance, Rational, bounded
 from rigidcli.algebra.substitution import rebuilt
 
 

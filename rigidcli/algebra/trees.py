@@ -16,8 +16,7 @@ from rigidcli.algebra.atoms import Applied, Atom, Group, Monomial, Pi, Surd, Sym
 from rigidcli.algebra.roots import Rational, content, magnitude
 from rigidcli.errors import ExpressionError
 from rigidcli.language import tree
-from rigidcli.language.evaluation import SIGNS, numbers
-from rigidcli.language.expression import Expression
+from rigidcli.language.expression import SIGNS, Expression, numbers
 from rigidcli.language.formula import Style
 from rigidcli.language.text import latex, text
 from rigidcli.language.tree import Node, fold
@@ -270,9 +269,6 @@ def _power(base: tree.Node, exponent: Rational) -> tree.Node:
     return tree.Power(base, _term((), exponent))
 
 
-KEPT = 128
-"""Texts that are kept: results of one system at many values of its parameters have the same ones."""
-
 PLAIN = Style()
 """Expressions as the algebra orders them, with fractions."""
 
@@ -335,17 +331,19 @@ class Exported(Terms):
 
         kind = numbers(
             number=lambda text, value: sympy.pi if text == "pi" else sympy.Rational(text),
-            negative=operator.neg,
-            joined=lambda left, sign, right: SIGNS[sign](int(left) if left in (0.0, 1.0) else left, right),
             power=operator.pow,
             call=called,
+            joined=lambda left, sign, right: SIGNS[sign](int(left) if left in (0.0, 1.0) else left, right),
         )
         return fold(to_tree(self), lambda n: sympy.Symbol(n, real=True, positive=n in positive or None), kind)
 
     _sympy_ = to_sympy  # by this name sympy's own functions take it
 
 
-@lru_cache(maxsize=KEPT)
+@lru_cache
 def _text(e: Exported, style: Style) -> str:
-    """The text of an expression; the style tells apart equal ones that are written in two ways."""
+    """The text of an expression; the style tells apart equal ones that are written in two ways.
+
+    Results of one system at many values of its parameters have the same texts.
+    """
     return text(e.tree())

@@ -22,7 +22,7 @@ from typing import Any, TypeAlias
 from rigidcli.core.estimate import Watched
 from rigidcli.core.solution import Flow
 from rigidcli.errors import ComputationError
-from rigidcli.language import evaluation
+from rigidcli.language import expression
 from rigidcli.language.expression import Expression
 from rigidcli.language.functions import FUNCTIONS, WITH_CORNERS
 from rigidcli.language.tree import Node, UnknownFunction, fold, insides, names_in, phases
@@ -164,28 +164,28 @@ class _Writer:
 
     def write(self, node: Node) -> Value:
         """The value of a tree, after statements that make it."""
-        kind = evaluation.numbers(
-            lambda text, value: evaluation.finite(value), self.negative, self.joined, self.power, self.called
+        kind = expression.numbers(
+            lambda text, value: expression.finite(value), self.power, self.called, self.joined, self.negative
         )
         written: Value = fold(node, self.named, kind)
         return written
 
     def named(self, name: str) -> Value:
-        return self.values[name] if name in self.values else evaluation.known(name, self.constants)
+        return self.values[name] if name in self.values else expression.known(name, self.constants)
 
     def negative(self, value: Value) -> Value:
         return -value if isinstance(value, float) else self.let(f"-{value}")
 
     def joined(self, left: Value, sign: str, right: Value) -> Value:
         if isinstance(left, float) and isinstance(right, float):
-            return evaluation.joined(left, sign, right)
+            return expression.joined(left, sign, right)
         if (left, sign) in ((0.0, "+"), (1.0, "*")):
             return right
         return self.let(f"{_text(left)} {sign} {_text(right)}")
 
     def power(self, base: Value, exponent: Value) -> Value:
         if isinstance(base, float) and isinstance(exponent, float):
-            return evaluation.power(base, exponent)
+            return expression.power(base, exponent)
         if isinstance(exponent, float) and exponent.is_integer() and abs(exponent) <= MOST_MULTIPLIED:
             return self.multiplied(_text(base), int(exponent))
         self.functions.add("pow")
@@ -209,7 +209,7 @@ class _Writer:
             return self.tried(name, values)
         numbers = [value for value in values if isinstance(value, float)]
         if len(numbers) == len(values):
-            return evaluation.call(name, numbers)
+            return expression.call(name, numbers)
         self.functions.add(name)
         return self.let(f"{name}({', '.join(map(_text, values))})")
 
