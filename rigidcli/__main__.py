@@ -24,11 +24,7 @@ def main() -> NoReturn:
     # Matrices are small here, and a second thread would mostly wait for the first.
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
     # pydantic looks through all installed distributions for plugins, of which documents use none.
-    os.environ.setdefault("PYDANTIC_DISABLE_PLUGINS", "1")
-    # What looks for them takes as long to load as yaml: a module that lists none stands in its place.
-    finder = type(sys)("pydantic.plugin._loader")
-    vars(finder)["get_plugins"] = tuple
-    sys.modules[finder.__name__] = finder
+    sys.modules["pydantic.plugin._loader"] = type("None", (), {"get_plugins": tuple})  # type: ignore[assignment]
     try:
         # This import stands here, so that an interrupt while it loads ends the program in the same way.
         from rigidcli.cli.app import main as program
