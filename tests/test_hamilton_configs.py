@@ -23,7 +23,7 @@ from numpy.typing import NDArray
 from scipy.integrate import solve_ivp
 
 import rigidcli
-from rigidcli.language.evaluation import real
+from rigidcli.language.expression import real
 from rigidcli.language.parser import read
 from rigidcli.language.text import reading
 from rigidcli.render import Format, Look, renderer

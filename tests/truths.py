@@ -10,7 +10,7 @@ from typing import Any
 import pytest
 import yaml
 
-from rigidcli.language.evaluation import real
+from rigidcli.language.expression import real
 from rigidcli.language.parser import read
 from tests.conftest import Program, printed
 

@@ -2,38 +2,28 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from fractions import Fraction
 from functools import cache
 
-from rigidcli.algebra.allowance import Allowance
 from rigidcli.algebra.atoms import Applied, Atom, Group, Symbol
 from rigidcli.algebra.expansion import expand
 from rigidcli.algebra.expressions import ONE, ZERO, Expr, atomic, gathered, power, symbol, total
 from rigidcli.algebra.functions import apply
-from rigidcli.algebra.roots import Rational, bounded
+from rigidcli.algebra.reading import from_tree
+from rigidcli.algebra.roots import Allowance, Rational, bounded
 from rigidcli.errors import ExpressionError
-from rigidcli.language.tree import UnknownFunction
+from rigidcli.language.functions import FUNCTIONS
+from rigidcli.language.parser import read
+from rigidcli.language.tree import Node, UnknownFunction
 
-_SLOPES: dict[str, Callable[[Expr], Expr]] = {
-    "sin": lambda x: apply("cos", x),
-    "cos": lambda x: -apply("sin", x),
-    "tan": lambda x: 1 + apply("tan", x) ** 2,
-    "asin": lambda x: (1 - x**2) ** Fraction(-1, 2),
-    "acos": lambda x: -((1 - x**2) ** Fraction(-1, 2)),
-    "atan": lambda x: 1 / (1 + x**2),
-    "sinh": lambda x: apply("cosh", x),
-    "cosh": lambda x: apply("sinh", x),
-    "tanh": lambda x: 1 - apply("tanh", x) ** 2,
-    "asinh": lambda x: (1 + x**2) ** Fraction(-1, 2),
-    "acosh": lambda x: (x - 1) ** Fraction(-1, 2) * (x + 1) ** Fraction(-1, 2),
-    "atanh": lambda x: 1 / (1 - x**2),
-    "exp": lambda x: apply("exp", x),
-    "log": lambda x: 1 / x,
-    "abs": lambda x: apply("sign", x),
-    "sign": lambda x: ZERO,
-}
-"""The derivative of each function of one argument."""
+
+def _at(formula: str, x: Expr) -> Expr:
+    """The value of a formula in x, in the expression language."""
+    return from_tree(_tree(formula), {"x": x})
+
+
+@cache
+def _tree(formula: str) -> Node:
+    return read(formula)[0]
 
 
 def derivative(e: Expr, name: str) -> Expr:
@@ -70,20 +60,14 @@ def derivative(e: Expr, name: str) -> Expr:
                 slopes = [apply(slope, *arguments) for slope in function.derivatives]
                 return total(f * of(x) for f, x in zip(slopes, arguments, strict=True))
             case Applied(function=function, arguments=(argument,)):
-                return _SLOPES[function](argument) * of(argument)
+                return _at(FUNCTIONS[function].slope, argument) * of(argument)
             case _:
                 return ONE
 
     return of(e)
 
 
-_INTEGRALS: dict[str, Callable[[Expr], Expr]] = {
-    "sin": lambda x: -apply("cos", x),
-    "cos": lambda x: apply("sin", x),
-    "sinh": lambda x: apply("cosh", x),
-    "cosh": lambda x: apply("sinh", x),
-    "exp": lambda x: apply("exp", x),
-}
+_INTEGRALS = {"sin": "-cos(x)", "cos": "sin(x)", "sinh": "cosh(x)", "cosh": "sinh(x)", "exp": "exp(x)"}
 """The integral of each function of one argument."""
 
 MAX_PARTS = 40
@@ -119,7 +103,7 @@ def _of_term(term: Expr, name: str) -> Expr | None:
     if not isinstance(atom, Applied) or atom.function not in _INTEGRALS or n != 1:
         return None
     slope = derivative(atom.arguments[0], name)
-    return None if name in slope.names else rest * _INTEGRALS[atom.function](atom.arguments[0]) / slope
+    return None if name in slope.names else rest * _at(_INTEGRALS[atom.function], atom.arguments[0]) / slope
 
 
 def _by_parts(rest: Expr, moving: dict[Atom, Rational], name: str) -> Expr | None:

@@ -2,27 +2,31 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from functools import cache
 from typing import TypeAlias
 
-from rigidcli.algebra.allowance import Allowance
 from rigidcli.algebra.atoms import Applied, Atom, Group, Monomial, Pi, Symbol, key_of_atom
 from rigidcli.algebra.expressions import ONE, Expr, gathered, multiplied, number, power, product, total
-from rigidcli.algebra.roots import Rational, bounded
+from rigidcli.algebra.roots import Allowance, Rational, bounded
 from rigidcli.algebra.substitution import rebuilt
 
 
-def expand(e: Expr, allowance: Allowance | None = None) -> Expr:
+def expand(e: Expr, allowance: Allowance | None = None, holding: frozenset[str] | None = None) -> Expr:
     """Everything multiplied out that stands in a product or under a natural power, at any depth.
+
+    With names, only the sums `holding` one of them are.
 
     Raises:
         ExpressionError: the result is too large.
     """
     steps = allowance or Allowance()
 
+    def is_kept(part: Expr | Atom) -> bool:
+        return holding is not None and holding.isdisjoint(part.names)
+
     def of(e: Expr) -> Expr:
-        if all(isinstance(atom, Symbol) for atom in e.atoms):
+        if is_kept(e) or all(isinstance(atom, Symbol) for atom in e.atoms):
             return e
         return total([of_term(monomial, coefficient) for monomial, coefficient in e.terms.items()])
 
@@ -36,7 +40,7 @@ def expand(e: Expr, allowance: Allowance | None = None) -> Expr:
         others = [number(coefficient)]
         for atom, exponent in monomial:
             base = of_atom(atom)
-            if len(base.terms) > 1 and exponent.denominator == 1 and exponent > 0:
+            if len(base.terms) > 1 and _is_natural(exponent) and not is_kept(atom):
                 steps.spend(int(exponent))
                 sums.extend([base] * int(exponent))
             else:
@@ -47,7 +51,8 @@ def expand(e: Expr, allowance: Allowance | None = None) -> Expr:
             result = ONE
         for factor in sums:
             result = _times(result, factor, steps)
-        if any(_is_open(atom, exponent) for inner in result.terms for atom, exponent in inner):
+        factors = (factor for inner in result.terms for factor in inner)
+        if any(isinstance(a, Group) and a.plain and _is_natural(n) and not is_kept(a) for a, n in factors):
             return of(result)
         return result
 
@@ -86,15 +91,12 @@ def _is_smooth(atom: Atom) -> bool:
     return isinstance(atom, Applied) and atom.function != "abs"
 
 
-def _is_open(atom: Atom, exponent: Rational) -> bool:
-    return isinstance(atom, Group) and atom.plain and exponent.denominator == 1 and exponent > 0
+def _is_natural(exponent: Rational) -> bool:
+    return exponent.denominator == 1 and exponent > 0
 
 
 Polynomial: TypeAlias = dict[tuple[int, ...], Expr]
 """Coefficients by the exponents of some symbols."""
-
-_STEPS_TO_MULTIPLY = 10
-"""Steps for the product of two coefficients, which is a sum of products itself."""
 
 
 def coefficients(e: Expr, names: Sequence[str]) -> Polynomial | None:
@@ -105,52 +107,16 @@ def coefficients(e: Expr, names: Sequence[str]) -> Polynomial | None:
     Raises:
         ExpressionError: the polynomial has too many terms.
     """
-    places = {name: place for place, name in enumerate(names)}
-    return _polynomial(e, places, Allowance())
-
-
-def _polynomial(e: Expr, places: Mapping[str, int], allowance: Allowance) -> Polynomial | None:
-    names = places.keys()
-    constant = (0,) * len(places)
-    if e.names.isdisjoint(names):
-        return {constant: e} if e.terms else {}
-    gathered_terms: dict[tuple[int, ...], list[Expr]] = {}
-    for monomial, coefficient in e.terms.items():
-        powers = list(constant)
-        kept: dict[Atom, Rational] = {}
-        groups: list[Polynomial] = []
-        for atom, exponent in monomial:
-            if atom.names.isdisjoint(names):
-                kept[atom] = exponent
-                continue
-            if exponent.denominator != 1 or exponent < 0:
-                return None
-            if isinstance(atom, Symbol):
-                powers[places[atom.name]] += int(exponent)
-                continue
-            inner = _polynomial(atom.inner, places, allowance) if isinstance(atom, Group) else None
-            if inner is None:
-                return None
-            allowance.spend(int(exponent))
-            groups.extend([inner] * int(exponent))
-        part = {tuple(powers): gathered(coefficient, kept)}
-        for factor in groups:
-            size = sum(len(value.terms) for value in part.values())
-            allowance.spend(_STEPS_TO_MULTIPLY * size * len(factor))
-            part = _multiplied(part, factor)
-        for exponents, value in part.items():
-            gathered_terms.setdefault(exponents, []).append(value)
-    return _totals(gathered_terms)
-
-
-def _multiplied(left: Polynomial, right: Polynomial) -> Polynomial:
     parts: dict[tuple[int, ...], list[Expr]] = {}
-    for first, a in left.items():
-        for second, b in right.items():
-            parts.setdefault(tuple(map(sum, zip(first, second, strict=True))), []).append(a * b)
-    return _totals(parts)
-
-
-def _totals(parts: Mapping[tuple[int, ...], Sequence[Expr]]) -> Polynomial:
+    for monomial, coefficient in expand(e, holding=frozenset(names)).terms.items():
+        powers = {atom.name: n for atom, n in monomial if isinstance(atom, Symbol) and atom.name in names}
+        kept = {atom: n for atom, n in monomial if not (isinstance(atom, Symbol) and atom.name in names)}
+        if not all(map(_is_natural, powers.values())) or any(
+            not atom.names.isdisjoint(names) for atom in kept
+        ):
+            return None
+        parts.setdefault(tuple(int(powers.get(name, 0)) for name in names), []).append(
+            gathered(coefficient, kept)
+        )
     sums = {exponents: total(values) for exponents, values in parts.items()}
     return {exponents: value for exponents, value in sums.items() if value.terms}

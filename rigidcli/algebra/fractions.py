@@ -15,11 +15,10 @@ from dataclasses import dataclass
 from fractions import Fraction
 from typing import Any
 
-from rigidcli.algebra.allowance import Allowance
 from rigidcli.algebra.atoms import Applied, Atom, Group, Surd, interned
 from rigidcli.algebra.expansion import expand
 from rigidcli.algebra.expressions import ONE, Expr, atomic, divided, factored, gathered, product, total
-from rigidcli.algebra.roots import Rational, magnitude
+from rigidcli.algebra.roots import Allowance, Rational, magnitude
 from rigidcli.errors import ExpressionError
 
 MOST_TERMS = 250

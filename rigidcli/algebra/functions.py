@@ -74,12 +74,8 @@ _KNOWN: dict[tuple[str, Expr], Expr] = {
     **{("acos", sine): PI * (_HALF - part) for part, sine in _SINES.items()},
     **{("acos", -sine): PI * (_HALF + part) for part, sine in _SINES.items()},
     **{("atan", tangent): PI * part for part, tangent in _TANGENTS.items()},
-    ("sinh", ZERO): ZERO,
     ("cosh", ZERO): ONE,
-    ("tanh", ZERO): ZERO,
-    ("asinh", ZERO): ZERO,
     ("acosh", ONE): ZERO,
-    ("atanh", ZERO): ZERO,
     ("exp", ZERO): ONE,
     ("log", ONE): ZERO,
 }
@@ -134,7 +130,7 @@ def _applied(function: str, argument: Expr) -> Expr:
     rational = argument.as_number
     if rational is not None:
         _require_value(function, rational)
-    known = _KNOWN.get((function, argument))
+    known = ZERO if function in _ODD and not argument.terms else _KNOWN.get((function, argument))
     if known is not None:
         return known
     if function in ("sin", "cos", "tan") and (value := _of_angle(function, argument)) is not None:

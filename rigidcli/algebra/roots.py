@@ -1,4 +1,4 @@
-"""Powers of rational numbers, each bounded before it is worked out."""
+"""Bounds of work: steps that may be done on an expression, and powers of numbers that are not too large."""
 
 from __future__ import annotations
 
@@ -11,6 +11,9 @@ from rigidcli.errors import ExpressionError
 
 Rational: TypeAlias = int | Fraction
 
+MOST_STEPS = 60_000
+"""Steps for one question about one expression: a few tenths of a second."""
+
 MAX_BITS = 10_000
 """Most bits of a numerator or denominator, about 3,000 digits, so that each operation is quick."""
 
@@ -19,6 +22,25 @@ MAX_ROOT_BITS = 512
 
 MAX_DIVISOR = 2_000
 """The largest prime factor that is looked for under a root. Larger ones stay together."""
+
+
+class Allowance:
+    """A number of steps, each about the handling of one factor of one term; what needs more is refused."""
+
+    __slots__ = ("left",)
+
+    def __init__(self, steps: int = MOST_STEPS) -> None:
+        self.left = steps
+
+    def spend(self, steps: int) -> None:
+        """Take off what is about to be done.
+
+        Raises:
+            ExpressionError: nothing is left.
+        """
+        self.left -= steps
+        if self.left < 0:
+            raise ExpressionError("the expression is too large to be multiplied out")
 
 
 def bounded(value: Rational) -> Rational:

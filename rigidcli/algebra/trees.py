@@ -16,8 +16,7 @@ from rigidcli.algebra.atoms import Applied, Atom, Group, Monomial, Pi, Surd, Sym
 from rigidcli.algebra.roots import Rational, content, magnitude
 from rigidcli.errors import ExpressionError
 from rigidcli.language import tree
-from rigidcli.language.evaluation import SIGNS, numbers
-from rigidcli.language.expression import Expression
+from rigidcli.language.expression import SIGNS, Expression, numbers
 from rigidcli.language.formula import Style
 from rigidcli.language.text import latex, text
 from rigidcli.language.tree import Node, fold
@@ -27,13 +26,27 @@ def to_tree(e: Terms) -> tree.Node:
     """The tree of an expression: positive terms first, denominators gathered in one."""
     if not e.terms:
         return _number(0)
-    terms = [_term(monomial, coefficient) for monomial, coefficient in e.ordered]
+    terms = _in_one_sign([_term(monomial, coefficient) for monomial, coefficient in e.ordered], e)
     for place, term in enumerate(terms):
         if not isinstance(term, tree.Negative):
             terms.insert(0, terms.pop(place))
             break
     flat = [inner for term in terms for inner in (term.terms if isinstance(term, tree.Sum) else [term])]
     return flat[0] if len(flat) == 1 else tree.Sum(tuple(flat))
+
+
+def _in_one_sign(terms: list[tree.Node], e: Terms) -> list[tree.Node]:
+    """The terms of a sum, no sum beside its negative: a/(p - q) + b/(q - p) is a/(p - q) - b/(p - q)."""
+    turned = [k for k, (_, c) in enumerate(e.ordered) if c < 0 and not isinstance(terms[k], tree.Negative)]
+    if turned and any(c > 0 for _, c in e.ordered):
+        sums = [{part for part in tree.nodes([term]) if isinstance(part, tree.Sum)} for term in terms]
+        for k in turned:
+            monomial, coefficient = e.ordered[k]
+            opposite = _term(monomial, -coefficient)
+            beside = set[tree.Node]().union(*sums[:k], *sums[k + 1 :])
+            if not beside.isdisjoint({*tree.nodes([opposite])} - sums[k]):
+                terms[k] = -opposite
+    return terms
 
 
 @lru_cache(4096)
@@ -256,9 +269,6 @@ def _power(base: tree.Node, exponent: Rational) -> tree.Node:
     return tree.Power(base, _term((), exponent))
 
 
-KEPT = 128
-"""Texts that are kept: results of one system at many values of its parameters have the same ones."""
-
 PLAIN = Style()
 """Expressions as the algebra orders them, with fractions."""
 
@@ -321,17 +331,19 @@ class Exported(Terms):
 
         kind = numbers(
             number=lambda text, value: sympy.pi if text == "pi" else sympy.Rational(text),
-            negative=operator.neg,
-            joined=lambda left, sign, right: SIGNS[sign](int(left) if left in (0.0, 1.0) else left, right),
             power=operator.pow,
             call=called,
+            joined=lambda left, sign, right: SIGNS[sign](int(left) if left in (0.0, 1.0) else left, right),
         )
         return fold(to_tree(self), lambda n: sympy.Symbol(n, real=True, positive=n in positive or None), kind)
 
     _sympy_ = to_sympy  # by this name sympy's own functions take it
 
 
-@lru_cache(maxsize=KEPT)
+@lru_cache
 def _text(e: Exported, style: Style) -> str:
-    """The text of an expression; the style tells apart equal ones that are written in two ways."""
+    """The text of an expression; the style tells apart equal ones that are written in two ways.
+
+    Results of one system at many values of its parameters have the same texts.
+    """
     return text(e.tree())

@@ -15,7 +15,7 @@ from rigidcli.errors import ExpressionError, ValueProblem
 from rigidcli.fields.environment import Formula
 from rigidcli.fields.quantities import Quantity
 from rigidcli.fields.section import environment
-from rigidcli.language import evaluation
+from rigidcli.language.expression import array
 from rigidcli.language.tree import Node
 
 VARIABLES = ("x", "y", "z", "r", "s")
@@ -55,10 +55,10 @@ class Density(Quantity):
 
 def _scale(formula: Formula) -> set[str]:
     """The symbol that is positive if a density is: its one factor of either sign."""
-    from rigidcli.algebra.allowance import Allowance
     from rigidcli.algebra.expressions import expr, symbol
     from rigidcli.algebra.fractions import factors
     from rigidcli.algebra.reading import from_tree
+    from rigidcli.algebra.roots import Allowance
 
     distances = {name: symbol(name, name in ("r", "s")) for name in VARIABLES}
     constants = {name: expr(value) for name, value in formula.constants.items()}
@@ -86,7 +86,7 @@ def places(
 
 def values(node: Node, formula: Formula, at: Mapping[str, Floats]) -> Floats:
     """The values (n) of a part of a formula; infinite or NaN where there are none."""
-    return np.broadcast_to(evaluation.array(node, {**at, **formula.constants}), at["x"].shape)
+    return np.broadcast_to(array(node, {**at, **formula.constants}), at["x"].shape)
 
 
 def at_points(formula: Formula, points: Floats) -> Floats:

@@ -10,14 +10,13 @@ from fractions import Fraction
 from functools import cache
 from typing import Any, TypeAlias
 
-from rigidcli.algebra.allowance import Allowance
 from rigidcli.algebra.atoms import Applied, Atom, Symbol
 from rigidcli.algebra.calculus import antiderivative
 from rigidcli.algebra.expansion import coefficients, expand
 from rigidcli.algebra.expressions import ONE, ZERO, Expr, expr, gathered, power, symbol, total
 from rigidcli.algebra.functions import apply
 from rigidcli.algebra.reading import from_tree
-from rigidcli.algebra.roots import Rational
+from rigidcli.algebra.roots import Allowance, Rational
 from rigidcli.algebra.substitution import substitute
 from rigidcli.bodies.charts import Chart, Spot, Turn
 from rigidcli.bodies.density import FIRST, SECOND, centred, places

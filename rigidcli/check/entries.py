@@ -26,7 +26,7 @@ from rigidcli.errors import ExpressionError, ValueProblem
 from rigidcli.fields.dimensions import ANGLE, DIMENSIONLESS
 from rigidcli.fields.units import Unit, parse_unit
 from rigidcli.language import tree
-from rigidcli.language.evaluation import real
+from rigidcli.language.expression import real
 from rigidcli.language.text import text
 
 Entry: TypeAlias = Number | tree.Node

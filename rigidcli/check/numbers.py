@@ -20,8 +20,8 @@ from rigidcli.check.base import Tree, Unreadable
 from rigidcli.errors import ExpressionError, ValueProblem, shown
 from rigidcli.fields.dimensions import ANGLE, DIMENSIONLESS, Dimension, check_dimension
 from rigidcli.fields.units import MAX_TEXT, Unit, known_names, parse_unit
-from rigidcli.language import evaluation, tree
-from rigidcli.language.expression import RESERVED
+from rigidcli.language import tree
+from rigidcli.language.expression import RESERVED, real
 from rigidcli.language.latex import plain
 from rigidcli.language.typed import expression, unnamed
 
@@ -177,7 +177,7 @@ def _value(text: str) -> float:
     node = expression(text, None, leading=False)
     if names := sorted(tree.names_in(node)):
         raise ExpressionError(f"{shown(names[0])} has no value")
-    value = _finite(evaluation.real(node, {}))
+    value = _finite(real(node, {}))
     with suppress(ExpressionError):  # it is proved that `cos(pi/2)` is zero, which no float shows
         return 0.0 if abs(value) < ROUNDING and is_zero(from_tree(node)) else value
     return value

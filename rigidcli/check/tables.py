@@ -19,8 +19,8 @@ from rigidcli.check.numbers import read_number, read_unit, scale_in
 from rigidcli.core.arithmetic import Floats
 from rigidcli.errors import ExpressionError, ValueProblem, shown
 from rigidcli.fields.units import Unit, parse_unit
-from rigidcli.language import evaluation, tree
-from rigidcli.language.expression import parse
+from rigidcli.language import tree
+from rigidcli.language.expression import array, parse
 from rigidcli.language.latex import plain
 
 TIME = "t"
@@ -172,7 +172,7 @@ def tabulated(span: Tree, texts: Tree) -> dict[str, Column]:
             raise ValueProblem(error.message, path=place) from None
         if not tree.names_in(root) <= {TIME} or name == TIME:
             raise ValueProblem("expected a formula of `t` and numbers alone", path=place)
-        values = evaluation.array(root, {TIME: times}) + 0 * times
+        values = array(root, {TIME: times}) + 0 * times
         if not np.isfinite(values).all():
             raise ValueProblem("has no finite real value at some of the times", path=place)
         columns[str(name)] = Column(str(name), None, values)

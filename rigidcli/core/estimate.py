@@ -170,7 +170,7 @@ def compared(
         return 0.0, None
     tolerance = first.tolerance * (100 if first.tolerance <= 1e-5 else 0.01)
     try:
-        second = again(tolerance, np.union1d(stops, walls(watched, first)).tolist())
+        second = again(tolerance, sorted({*stops.tolist(), *walls(watched, first).tolist()}))
     except Stopped as stop:
         return 1.0, stop.time
     except ComputationError:

@@ -22,7 +22,7 @@ from decimal import Decimal
 from difflib import get_close_matches
 from fractions import Fraction
 from functools import lru_cache
-from importlib import resources
+from pathlib import Path
 from typing import NamedTuple
 
 from rigidcli.errors import ValueProblem, shown
@@ -101,7 +101,7 @@ class Row(NamedTuple):
     """The source of the value, or which one of several units of this name is meant."""
 
 
-_LINES = resources.files("rigidcli.fields").joinpath("units.csv").read_text("utf-8").splitlines()
+_LINES = Path(__file__).with_name("units.csv").read_text("utf-8").splitlines()
 
 TABLE = tuple(Row(*line.split(",")) for line in _LINES[1:])
 """The units of mechanics courses."""

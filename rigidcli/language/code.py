@@ -22,9 +22,9 @@ from typing import Any, TypeAlias
 from rigidcli.core.estimate import Watched
 from rigidcli.core.solution import Flow
 from rigidcli.errors import ComputationError
-from rigidcli.language import evaluation
+from rigidcli.language import expression
 from rigidcli.language.expression import Expression
-from rigidcli.language.functions import FUNCTIONS, Function
+from rigidcli.language.functions import FUNCTIONS, WITH_CORNERS
 from rigidcli.language.tree import Node, UnknownFunction, fold, insides, names_in, phases
 
 MOST_MULTIPLIED = 16
@@ -38,9 +38,6 @@ KEPT = 64
 
 _VARIABLE = re.compile(r"\bs\d+\b")
 """A variable that holds the value of an operation."""
-
-_POWER = Function(2, math.pow, "power", None, "power")
-"""What `pow` is in code; documents write `^`."""
 
 Value: TypeAlias = str | float
 """The name of a variable, or a number where it depends on constants alone."""
@@ -131,17 +128,19 @@ def _nested(known: Mapping[str, str], result: str) -> Iterator[str]:
 
 
 def _operation(name: str, module: ModuleType) -> Callable[..., Any]:
-    """What a function, or `pow`, is for the numbers of a module."""
-    function = FUNCTIONS.get(name, _POWER)
+    """What a function, or `pow`, is for the numbers of a module: `math`, `numpy` or `heyoka`."""
+    operation: Callable[..., Any]
     if module is math:
-        return function.real
-    if module.__name__ != "numpy" and function is _POWER:
+        operation = math.pow if name == "pow" else FUNCTIONS[name].real
+    elif module.__name__ == "numpy":
+        operation = getattr(module, "power" if name == "pow" else FUNCTIONS[name].numpy)
+    elif name == "pow":
         # Of the two, heyoka wants the base to be one of its own expressions.
         return lambda base, exponent: module.expression(1.0) * base**exponent
-    known = function.numpy if module.__name__ == "numpy" else function.heyoka
-    if known is None:
+    elif name in WITH_CORNERS:
         raise ComputationError(f"`{name}` has no Taylor series")
-    operation: Callable[..., Any] = getattr(module, known)
+    else:
+        operation = getattr(module, name)
     return operation
 
 
@@ -165,28 +164,28 @@ class _Writer:
 
     def write(self, node: Node) -> Value:
         """The value of a tree, after statements that make it."""
-        kind = evaluation.numbers(
-            lambda text, value: evaluation.finite(value), self.negative, self.joined, self.power, self.called
+        kind = expression.numbers(
+            lambda text, value: expression.finite(value), self.power, self.called, self.joined, self.negative
         )
         written: Value = fold(node, self.named, kind)
         return written
 
     def named(self, name: str) -> Value:
-        return self.values[name] if name in self.values else evaluation.known(name, self.constants)
+        return self.values[name] if name in self.values else expression.known(name, self.constants)
 
     def negative(self, value: Value) -> Value:
         return -value if isinstance(value, float) else self.let(f"-{value}")
 
     def joined(self, left: Value, sign: str, right: Value) -> Value:
         if isinstance(left, float) and isinstance(right, float):
-            return evaluation.joined(left, sign, right)
+            return expression.joined(left, sign, right)
         if (left, sign) in ((0.0, "+"), (1.0, "*")):
             return right
         return self.let(f"{_text(left)} {sign} {_text(right)}")
 
     def power(self, base: Value, exponent: Value) -> Value:
         if isinstance(base, float) and isinstance(exponent, float):
-            return evaluation.power(base, exponent)
+            return expression.power(base, exponent)
         if isinstance(exponent, float) and exponent.is_integer() and abs(exponent) <= MOST_MULTIPLIED:
             return self.multiplied(_text(base), int(exponent))
         self.functions.add("pow")
@@ -210,7 +209,7 @@ class _Writer:
             return self.tried(name, values)
         numbers = [value for value in values if isinstance(value, float)]
         if len(numbers) == len(values):
-            return evaluation.call(name, numbers)
+            return expression.call(name, numbers)
         self.functions.add(name)
         return self.let(f"{name}({', '.join(map(_text, values))})")
 

@@ -4,20 +4,23 @@
     energy.names                                  # {'m', 'v'}
     energy.evaluate({"m": 2.0, "v": 3.0})         # 9.0
 
-`read` in `parser` holds the grammar, `tree` the nodes, `functions` what may be called.
+`read` in `parser` holds the grammar, `tree` the nodes, `functions` what may be called. Single numbers are
+worked out with `math`, arrays with numpy, many expressions at once by the functions that `code` makes.
 """
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+import math
+import operator
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
+from functools import partial, reduce
 from typing import TYPE_CHECKING, Any, overload
 
 from rigidcli.errors import ExpressionError
-from rigidcli.language import evaluation
 from rigidcli.language.functions import FUNCTIONS, RESERVED
 from rigidcli.language.parser import read
-from rigidcli.language.tree import Node, UnknownFunction
+from rigidcli.language.tree import Kind, Node, Parts, UnknownFunction, fold
 
 if TYPE_CHECKING:
     import numpy as np
@@ -54,8 +57,8 @@ class Expression:
             raise ExpressionError(f"no value for {', '.join(f'`{name}`' for name in missing[:5])}")
         known: Mapping[str, Any] = values
         if all(isinstance(known[name], (float, int)) for name in self.names):
-            return evaluation.real(self.root, known)
-        return evaluation.array(self.root, known)
+            return real(self.root, known)
+        return array(self.root, known)
 
 
 def parse(text: str, functions: Mapping[str, UnknownFunction] | None = None) -> Expression:
@@ -66,3 +69,110 @@ def parse(text: str, functions: Mapping[str, UnknownFunction] | None = None) -> 
     """
     root, names = read(text, functions or {})
     return Expression(text, root, names)
+
+
+SIGNS = {"+": operator.add, "-": operator.sub, "*": operator.mul, "/": operator.truediv}
+
+
+def _combined(left: Any, sign: str, right: Any) -> Any:
+    return SIGNS[sign](left, right)
+
+
+def numbers(
+    number: Callable[[str, float], Any],
+    power: Callable[[Any, Any], Any],
+    call: Callable[[str, list[Any]], Any],
+    joined: Callable[[Any, str, Any], Any] = _combined,
+    negative: Callable[[Any], Any] = operator.neg,
+) -> Kind:
+    """A kind whose values are joined from left to right, two by two with one of `+-*/` between them."""
+
+    def in_order(start: float, signs: str, parts: Parts) -> Any:
+        return reduce(lambda left, part: joined(left, signs[part[0]], part[1]), parts, start)
+
+    return Kind(number, negative, partial(in_order, 0.0, "+-"), partial(in_order, 1.0, "*/"), power, call)
+
+
+def real(node: Node, values: Mapping[str, float]) -> float:
+    """The value of a tree, a finite number.
+
+    Raises:
+        ExpressionError: there is no such value, at any step of the way.
+    """
+    return float(fold(node, lambda name: known(name, values), FLOATS))
+
+
+def known(name: str, values: Mapping[str, float]) -> float:
+    """The value of a name, a finite number; ExpressionError if it has none."""
+    if name not in values:
+        raise ExpressionError(f"no value for `{name}`")
+    try:
+        number = float(values[name])
+    except OverflowError:  # an integer beyond the range of floats
+        number = math.inf
+    if math.isfinite(number):
+        return number
+    raise ExpressionError(f"the value of `{name}` is not a finite number")
+
+
+def finite(value: float) -> float:
+    """The value; ExpressionError if it is not finite."""
+    if math.isfinite(value):
+        return value
+    raise ExpressionError("the value is too large" if math.isinf(value) else "there is no value")
+
+
+def joined(left: float, sign: str, right: float) -> float:
+    """The sum, difference, product or quotient; ExpressionError where it is not finite."""
+    try:
+        return finite(SIGNS[sign](left, right))
+    except ZeroDivisionError:
+        raise ExpressionError("division by zero") from None
+
+
+def power(base: float, exponent: float) -> float:
+    """The real power; ExpressionError where there is none."""
+    try:
+        return math.pow(base, exponent)
+    except OverflowError:
+        raise ExpressionError("the value is too large") from None
+    except ValueError:
+        if base == 0.0:
+            raise ExpressionError("division by zero") from None
+        raise ExpressionError(
+            f"a negative number ({base:g}) to the power {exponent:g} has no real value"
+        ) from None
+
+
+def call(function: str, arguments: list[float]) -> float:
+    """The value of a function; ExpressionError where there is none."""
+    require_formula(function)
+    try:
+        return finite(FUNCTIONS[function].real(*arguments))
+    except OverflowError:
+        raise ExpressionError(f"the value of `{function}` is too large") from None
+    except ValueError:
+        shown = ", ".join(f"{argument:g}" for argument in arguments)
+        raise ExpressionError(f"`{function}({shown})` has no finite real value") from None
+
+
+def require_formula(function: str) -> None:
+    """Raise ExpressionError for an unknown function."""
+    if isinstance(function, UnknownFunction):
+        raise ExpressionError(f"`{function.base}` has no formula, and so no value")
+
+
+FLOATS = numbers(lambda text, number: finite(number), power, call, joined)
+
+
+def array(node: Node, values: Mapping[str, float | NDArray[np.float64]]) -> NDArray[np.float64]:
+    """The values of a tree, element by element; infinite or NaN where there is none."""
+    import numpy as np
+
+    def called(function: str, arguments: list[Any]) -> Any:
+        require_formula(function)
+        return getattr(np, FUNCTIONS[function].numpy)(*arguments)
+
+    arrays = numbers(lambda text, number: np.float64(number), np.power, called)
+    with np.errstate(all="ignore"):
+        return np.asarray(fold(node, lambda name: np.asarray(values[name], dtype=np.float64), arrays))

@@ -50,17 +50,19 @@ class Style:
     def of(self, node: Node) -> Node:
         """The tree as it is to be written."""
         if self.sums:
-            node = _ordered(node, dict(self.sums))
+            typed = {frozenset(sum_.terms): sum_ for _, sum_ in self.sums}
+            node = _ordered(node, dict(self.sums), typed)
         return _in_decimals(node) if self.decimal else node
 
 
-def _ordered(node: Node, sums: Mapping[Sum, Sum]) -> Node:
+def _ordered(node: Node, squared: Mapping[Sum, Sum], typed: Mapping[frozenset[Node], Sum]) -> Node:
+    """A tree with the sums as they are `typed`, by their terms; under even powers by their squares, too."""
     match node:
         case Power(Sum() as base, exponent) if is_even(exponent):
-            node = Power(sums.get(base, base), exponent)
-        case Sum(terms) if {*sums.get(node, node).terms} == {*terms}:
-            node = sums.get(node, node)
-    return rebuilt(node, lambda operand: _ordered(operand, sums))
+            node = Power(squared.get(base, base), exponent)
+        case Sum(terms):
+            node = typed.get(frozenset(terms), node)
+    return rebuilt(node, lambda operand: _ordered(operand, squared, typed))
 
 
 def is_even(exponent: Node) -> bool:

@@ -12,38 +12,45 @@ def _sign(x: float) -> float:
 
 
 class Function(NamedTuple):
-    """What a function is for each kind of number: a callable for floats, names in numpy and heyoka; in words.
+    """A function: for floats, by its name in numpy and its sign in LaTeX, with its derivative, and in words.
 
-    heyoka has none for what is not smooth: a Taylor series does not see a corner ahead.
+    The sign in LaTeX is a command, a name in upright letters, or a pattern around the argument. The
+    derivative is one by x; those of atan2, which has two arguments, are in `algebra.calculus`.
     """
 
-    arity: int
     real: Callable[..., float]
     numpy: str
-    heyoka: str | None
+    latex: str
+    slope: str
     says: str
+    arity: int = 1
 
 
 FUNCTIONS: dict[str, Function] = {
-    "sin": Function(1, math.sin, "sin", "sin", "sine of x (rad)"),
-    "cos": Function(1, math.cos, "cos", "cos", "cosine of x (rad)"),
-    "tan": Function(1, math.tan, "tan", "tan", "tangent of x (rad)"),
-    "asin": Function(1, math.asin, "arcsin", "asin", "arc sine, from -pi/2 to pi/2"),
-    "acos": Function(1, math.acos, "arccos", "acos", "arc cosine, from 0 to pi"),
-    "atan": Function(1, math.atan, "arctan", "atan", "arc tangent, from -pi/2 to pi/2"),
-    "atan2": Function(2, math.atan2, "arctan2", "atan2", "angle of the point (x, y), from -pi to pi"),
-    "sinh": Function(1, math.sinh, "sinh", "sinh", "hyperbolic sine"),
-    "cosh": Function(1, math.cosh, "cosh", "cosh", "hyperbolic cosine"),
-    "tanh": Function(1, math.tanh, "tanh", "tanh", "hyperbolic tangent"),
-    "asinh": Function(1, math.asinh, "arcsinh", "asinh", "inverse hyperbolic sine"),
-    "acosh": Function(1, math.acosh, "arccosh", "acosh", "inverse hyperbolic cosine"),
-    "atanh": Function(1, math.atanh, "arctanh", "atanh", "inverse hyperbolic tangent"),
-    "exp": Function(1, math.exp, "exp", "exp", "e to the power of x"),
-    "log": Function(1, math.log, "log", "log", "natural logarithm"),
-    "sqrt": Function(1, math.sqrt, "sqrt", "sqrt", "square root"),
-    "abs": Function(1, math.fabs, "fabs", None, "absolute value"),
-    "sign": Function(1, _sign, "sign", None, "1, 0 or -1: the sign of x"),
+    "sin": Function(math.sin, "sin", r"\sin", "cos(x)", "sine of x (rad)"),
+    "cos": Function(math.cos, "cos", r"\cos", "-sin(x)", "cosine of x (rad)"),
+    "tan": Function(math.tan, "tan", r"\tan", "1 + tan(x)^2", "tangent of x (rad)"),
+    "asin": Function(math.asin, "arcsin", r"\arcsin", "1/sqrt(1 - x^2)", "arc sine, from -pi/2 to pi/2"),
+    "acos": Function(math.acos, "arccos", r"\arccos", "-1/sqrt(1 - x^2)", "arc cosine, from 0 to pi"),
+    "atan": Function(math.atan, "arctan", r"\arctan", "1/(1 + x^2)", "arc tangent, from -pi/2 to pi/2"),
+    "atan2": Function(math.atan2, "arctan2", "atan2", "", "angle of the point (x, y), from -pi to pi", 2),
+    "sinh": Function(math.sinh, "sinh", r"\sinh", "cosh(x)", "hyperbolic sine"),
+    "cosh": Function(math.cosh, "cosh", r"\cosh", "sinh(x)", "hyperbolic cosine"),
+    "tanh": Function(math.tanh, "tanh", r"\tanh", "1 - tanh(x)^2", "hyperbolic tangent"),
+    "asinh": Function(math.asinh, "arcsinh", "arsinh", "1/sqrt(1 + x^2)", "inverse hyperbolic sine"),
+    "acosh": Function(
+        math.acosh, "arccosh", "arcosh", "1/sqrt(x - 1)/sqrt(x + 1)", "inverse hyperbolic cosine"
+    ),
+    "atanh": Function(math.atanh, "arctanh", "artanh", "1/(1 - x^2)", "inverse hyperbolic tangent"),
+    "exp": Function(math.exp, "exp", r"\mathrm{{e}}^{{{}}}", "exp(x)", "e to the power of x"),
+    "log": Function(math.log, "log", r"\ln", "1/x", "natural logarithm"),
+    "sqrt": Function(math.sqrt, "sqrt", r"\sqrt{{{}}}", "1/(2*sqrt(x))", "square root"),
+    "abs": Function(math.fabs, "fabs", r"\left|{}\right|", "sign(x)", "absolute value"),
+    "sign": Function(_sign, "sign", "sgn", "0", "1, 0 or -1: the sign of x"),
 }
+
+WITH_CORNERS = frozenset(["abs", "sign"])
+"""Functions that heyoka does not have: a Taylor series does not see a corner ahead."""
 
 ALIASES = {"ln": "log"}
 """Further names of functions, which are read and never written."""

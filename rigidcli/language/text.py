@@ -17,7 +17,7 @@ from functools import lru_cache
 from typing import Any, NamedTuple
 
 from rigidcli.language import tree
-from rigidcli.language.functions import CONSTANTS
+from rigidcli.language.functions import CONSTANTS, FUNCTIONS
 from rigidcli.language.tokens import GREEK
 from rigidcli.language.tree import Kind, Parts, fold
 
@@ -66,7 +66,7 @@ class _Piece(NamedTuple):
     is_open: bool = False
     """Whether it ends in what a further factor would seem to belong to: a divisor, a bare argument."""
     called: tuple[str, Any] | None = None
-    """The name and the argument of a function, in LaTeX: a power of it may be written on its name."""
+    """The sign and the argument of a function, in LaTeX: a power of it may be written on its sign."""
 
 
 def _atom(word: str) -> _Piece:
@@ -136,23 +136,6 @@ def _starts_with_number(written: str) -> bool:
     return written[0].isdigit() or written[0] == "."
 
 
-_LATEX_FUNCTIONS = {
-    **{name: rf"\{name}" for name in ("sin", "cos", "tan", "sinh", "cosh", "tanh")},
-    **{f"a{name}": rf"\arc{name}" for name in ("sin", "cos", "tan")},
-    **{f"a{name}": rf"\operatorname{{ar{name}}}" for name in ("sinh", "cosh", "tanh")},
-    "atan2": r"\operatorname{atan2}",
-    "log": r"\ln",
-    "sign": r"\operatorname{sgn}",
-}
-"""The names of functions that stand before their arguments: all but the three of `_LATEX_SHAPES`."""
-
-_LATEX_SHAPES = {
-    "abs": (r"\left|{}\right|", _Strength.ATOM),
-    "sqrt": (r"\sqrt{{{}}}", _Strength.POWER),
-    "exp": (r"\mathrm{{e}}^{{{}}}", _Strength.POWER),
-}
-"""Functions with a notation of their own. The e is upright, as the number is; a name would be in italics."""
-
 _WORD_AT_END = re.compile(r"(?<!_\{)\\mathrm\{\w{2,}\}+$")
 _WORD_AT_START = re.compile(r"(?:\\d?dot\{)?\\mathrm\{\w{2,}\}")
 _SMALL_FRACTION = re.compile(r"(-?)\\frac\{(\w+)\}\{(\w+)\}")
@@ -178,8 +161,8 @@ def _latex_power(base: _Piece, exponent: _Piece) -> _Piece:
     raised = _signed(exponent)
     # `\sin^{-1}` would be the inverse.
     if base.called and not base.negative and raised.isdigit() and raised not in ("0", "1"):
-        function, argument = base.called
-        return _latex_call(f"{_LATEX_FUNCTIONS[function]}^{{{raised}}}", [argument])
+        head, argument = base.called
+        return _latex_call(f"{head}^{{{raised}}}", [argument])
     # A fraction in small type is hard to read.
     small = _SMALL_FRACTION.fullmatch(raised)
     raised = "{}{}/{}".format(*small.groups()) if small else raised
@@ -190,11 +173,13 @@ def _latex_function(function: str, arguments: list[_Piece]) -> _Piece:
     written = ", ".join(map(_signed, arguments))
     if isinstance(function, tree.UnknownFunction):
         return _Piece(f"{_latex_unknown(function)}({written})", _Strength.POWER)
-    if function in _LATEX_SHAPES:
-        shape, strength = _LATEX_SHAPES[function]
+    shape = FUNCTIONS[function].latex
+    if "{}" in shape:  # a notation of its own, such as a root
+        strength = _Strength.ATOM if function == "abs" else _Strength.POWER
         return _Piece(shape.format(written), strength)
-    called = (function, arguments[0]) if len(arguments) == 1 else None
-    return _latex_call(_LATEX_FUNCTIONS[function], arguments)._replace(called=called)
+    head = shape if shape.startswith("\\") else rf"\operatorname{{{shape}}}"
+    called = (head, arguments[0]) if len(arguments) == 1 else None
+    return _latex_call(head, arguments)._replace(called=called)
 
 
 _LATEX = Kind(_latex_number, _turned, _sum, _latex_factors, _latex_power, _latex_function)

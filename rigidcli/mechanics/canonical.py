@@ -19,7 +19,6 @@ from contextlib import suppress
 from dataclasses import dataclass, replace
 from itertools import combinations
 
-from rigidcli.algebra.allowance import Allowance
 from rigidcli.algebra.arithmetic import root_of_either_sign
 from rigidcli.algebra.arithmetic import tidy as in_lowest_terms
 from rigidcli.algebra.atoms import Applied, Atom, Group
@@ -28,10 +27,9 @@ from rigidcli.algebra.expansion import coefficients
 from rigidcli.algebra.expressions import ONE, ZERO, Expr, power, product, symbol, total
 from rigidcli.algebra.functions import apply
 from rigidcli.algebra.reading import from_tree
-from rigidcli.algebra.roots import Rational
-from rigidcli.algebra.simplification import shortest, tidy
+from rigidcli.algebra.roots import Allowance, Rational
+from rigidcli.algebra.simplification import exponentials_merged, shortest, tidy
 from rigidcli.algebra.substitution import rebuilt, substitute, with_powers
-from rigidcli.algebra.trigonometry import exponentials_merged
 from rigidcli.algebra.values import is_zero, sample_points
 from rigidcli.errors import ComputationError, ExpressionError
 from rigidcli.mechanics.hamilton_equations import TIME, Phase, bracket, linear

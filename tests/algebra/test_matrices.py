@@ -9,7 +9,7 @@ from rigidcli.algebra import matrices
 from rigidcli.algebra.expressions import ONE, ZERO
 from rigidcli.algebra.trees import to_tree
 from rigidcli.core.arithmetic import Floats
-from rigidcli.language.evaluation import real
+from rigidcli.language.expression import real
 from tests.trees import expression, matrix
 
 POINT = {"a": 0.7, "b": 1.3, "m": 2.1, "q": 0.4}

@@ -16,8 +16,7 @@ from hypothesis import strategies as st
 
 from rigidcli.errors import ExpressionError
 from rigidcli.language import tree
-from rigidcli.language.evaluation import real
-from rigidcli.language.expression import FUNCTIONS, parse
+from rigidcli.language.expression import FUNCTIONS, parse, real
 from rigidcli.language.text import reading, text
 from tests.tables import pairs_of
 from tests.trees import number, trees

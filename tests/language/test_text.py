@@ -11,7 +11,7 @@ from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
 from rigidcli.errors import ExpressionError
-from rigidcli.language.evaluation import real
+from rigidcli.language.expression import real
 from rigidcli.language.functions import FUNCTIONS
 from rigidcli.language.parser import MAX_DEPTH, read
 from rigidcli.language.text import latex, reading, text

@@ -14,7 +14,7 @@ from hypothesis import strategies as st
 
 from rigidcli.algebra.calculus import derivative
 from rigidcli.algebra.trees import to_tree
-from rigidcli.language.evaluation import real
+from rigidcli.language.expression import real
 from rigidcli.language.parser import read
 from rigidcli.language.tree import Node
 from rigidcli.mechanics.legendre import canonical_momenta, legendre_transform

@@ -15,7 +15,7 @@ from scipy.spatial.transform import Rotation
 
 from rigidcli.core import rotation
 from rigidcli.language import code, tree
-from rigidcli.language.evaluation import real
+from rigidcli.language.expression import real
 from rigidcli.mechanics import rigid_body
 
 Floats = NDArray[np.float64]

@@ -12,7 +12,7 @@ import yaml
 
 import rigidcli
 from rigidcli.algebra.expressions import number
-from rigidcli.language.evaluation import real
+from rigidcli.language.expression import real
 from rigidcli.language.parser import read
 from rigidcli.mechanics.linear_motion import LinearMotion
 from rigidcli.mechanics.spectrum import spectrum

@@ -14,8 +14,7 @@ import pytest
 import yaml
 
 import rigidcli
-from rigidcli.language.evaluation import real
-from rigidcli.language.expression import parse
+from rigidcli.language.expression import parse, real
 from rigidcli.language.parser import read
 from rigidcli.report import Report
 from tests.conftest import ROOT

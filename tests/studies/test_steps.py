@@ -10,7 +10,7 @@ import pytest
 
 import rigidcli
 from rigidcli.algebra.expressions import Expr
-from rigidcli.language.evaluation import real
+from rigidcli.language.expression import real
 from rigidcli.report import Step
 from tests.conftest import ROOT, Program
 

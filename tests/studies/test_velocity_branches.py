@@ -12,7 +12,7 @@ from scipy.optimize import brentq
 
 import rigidcli
 from rigidcli.errors import DocumentError
-from rigidcli.language.evaluation import real
+from rigidcli.language.expression import real
 from rigidcli.language.parser import read
 from rigidcli.report import Report
 from tests.conftest import Program

@@ -16,7 +16,6 @@ from rigidcli.document.document import Document
 from rigidcli.document.variables import acceleration
 from rigidcli.language.text import latex_name, reading
 from rigidcli.mechanics.hamilton_equations import TIME
-from rigidcli.picture import Picture
 from rigidcli.report import NOISE, Column, Field, Report, Step, Table
 from rigidcli.studies.common import if_known, noise, report, trusted
 from rigidcli.studies.hamilton import linear_equations
@@ -26,6 +25,7 @@ from rigidcli.studies.pictures import drawn
 from rigidcli.studies.results import field_of
 
 if TYPE_CHECKING:
+    from rigidcli.picture import Picture
     from rigidcli.studies.hamilton.orbit import OrbitSolution
     from rigidcli.studies.hamilton.transform import TransformedSystem
 
