@@ -24,7 +24,7 @@ def main() -> NoReturn:
     # Matrices are small here, and a second thread would mostly wait for the first.
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
     # pydantic looks through all installed distributions for plugins, of which documents use none.
-    sys.modules["pydantic.plugin._loader"] = type("None", (), {"get_plugins": tuple})  # type: ignore[assignment]
+    os.environ.setdefault("PYDANTIC_DISABLE_PLUGINS", "1")
     try:
         # This import stands here, so that an interrupt while it loads ends the program in the same way.
         from rigidcli.cli.app import main as program

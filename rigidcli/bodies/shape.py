@@ -184,8 +184,8 @@ class Shape(Form):
     def _unknown(cls, key: str, raw: Mapping[str, Any]) -> ValueProblem:
         for radius in halved(key):
             if radius in cls.model_fields:
-                hint = f"write `{radius}: {_half(raw[key])}`, half of the diameter"
-                return ValueProblem(f"unknown key (did you mean {radius}?)", hint=hint)
+                cure = f"write `{radius}: {_half(raw[key])}`, half of the diameter"
+                return ValueProblem(f"unknown key (did you mean {radius}?)", hint=cure)
         dimension = cls.key_for(key, raw[key])
         if dimension is not None and raw.get(dimension) is None:
             hint = None if cls.holds(dimension, raw[key]) else cls.summary()

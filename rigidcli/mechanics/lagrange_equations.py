@@ -21,7 +21,7 @@ import numpy as np
 from rigidcli.algebra import matrices
 from rigidcli.algebra.calculus import derivative
 from rigidcli.algebra.expressions import ONE, ZERO, Expr, symbol, total
-from rigidcli.algebra.simplification import exponentials_merged, tidy
+from rigidcli.algebra.simplification import tidy
 from rigidcli.algebra.substitution import substitute
 from rigidcli.algebra.values import sampled
 from rigidcli.mechanics.hamilton_equations import TIME, Phase
