@@ -37,7 +37,7 @@ settings : mapping or sequence of str
 steps : bool
     Show the working, too.
 picture : str
-    Work out a picture of this kind, such as "polhode", or the "best" one; `Result.save_picture` writes it.
+    The kind of picture that `Result.save_picture` writes, such as "polhode"; without it, the best one.
 progress : callable
     Of `euler` and `hamilton`: it is called with the fraction of the motion that is done.
 program : bool

@@ -128,9 +128,10 @@ def _results(report: Report, look: Look) -> Iterator[str]:
     yield '<table class="results"><caption>Results</caption>\n'
     for entry in shown_fields(report, look):
         # The formula of an equation begins with its left side, as the title of the row may end.
-        title = entry.title.removesuffix(f": {entry.symbol} =")
-        head = f'<th scope="row">{_title(title)}</th>'
-        yield f"<tr>{head}<td>{_result(entry, look)}</td></tr>\n"
+        title = _title(entry.title.removesuffix(f": {entry.symbol} ="))
+        # A result whose title is the symbol has this only once.
+        shown = replace(entry, symbol="") if title == formula(entry.symbol) else entry
+        yield f'<tr><th scope="row">{title}</th><td>{_result(shown, look)}</td></tr>\n'
     yield "</table>\n"
 
 

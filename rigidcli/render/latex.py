@@ -180,6 +180,7 @@ def value(entry: Field, digits: int) -> str:
             written = rf"\begin{{pmatrix}}{rows}\end{{pmatrix}}"
     # The unit is in upright letters: `kg m^2/s` becomes kg\,m^2/s.
     upright = rf"\,\mathrm{{{unit}}}".replace(" ", r"\,") if unit else ""
+    factor = factor.removeprefix(r"1 \times ")
     return f"{factor}{written}{upright}"
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 from typing import Any, TypeAlias
@@ -167,3 +168,9 @@ def _texts(value: Value, digits: int, notation: Notation) -> Any:
     if isinstance(value, np.ndarray):
         return [_texts(entry, digits, notation) for entry in value]
     return notation(value, digits)
+
+
+def raised(text: str) -> str:
+    """A unit with its powers as raised digits."""
+    digits = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
+    return re.sub(r"\^(-?[0-9]+)", lambda power: power[1].translate(digits), text)
