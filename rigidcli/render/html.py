@@ -23,7 +23,7 @@ _ANGLES = "|".join(sorted({*GREEK} - {"lambda", "omega"}))
 _NAME = re.compile(rf"\b(?:d(?P<rate>\w+)/dt|p_\w+|\w+dot|(?:{_ANGLES})\d*)\b")
 """A coordinate, velocity or momentum in the title of a result."""
 
-PAGE, NOTEBOOK = 300_000, 10_000
+PAGE, NOTEBOOK = 300_000, 8_000
 """The most numbers of a replay that change in time: 1.6 MB on a page; a result in a notebook takes 150 kB."""
 
 _NUMERIC = ' class="number"'
@@ -157,7 +157,7 @@ def _tables(tables: Iterable[Table], look: Look) -> Iterator[str]:
     for table in tables:
         if columns := shown_columns(table, look, number):
             yield f'<div class="wide" role="region" tabindex="0" aria-label="{text(table.title)}"><table>'
-            yield f"<caption><span>{_prose(table.title)}</span></caption>\n<thead><tr>"
+            yield f"<caption><span>{_title(table.title)}</span></caption>\n<thead><tr>"
             yield "".join(_head(column) for column, _ in columns)
             yield "</tr></thead>\n<tbody>\n"
             for row in zip(*(_cells(column, texts) for column, texts in columns), strict=True):

@@ -64,7 +64,7 @@ def replay(scene: Scene, look: Look, most: int) -> str:
     Where the samples have more than `most` numbers, evenly chosen ones are shown, and surfaces are coarser.
     """
     rows, arrays = _rows(scene, most), dict[str, int]()
-    finest = min(MOST_TRIANGLES, most // 16)
+    finest = min(MOST_TRIANGLES, most // 8)
     readings = replace(scene.readings, columns=tuple(map(without_noise, scene.readings.columns)))
     data = {
         "stages": [_stage(scene, stage, rows, finest, arrays) for stage in scene.stages],
