@@ -133,6 +133,8 @@ def entries(entry: Field, digits: int, notation: Notation) -> tuple[str, Any, st
 
     Symbols bring units of their own, so that there is none for a value that depends on them.
     """
+    if np.shape(entry.value) == (1,):  # a list of one number, such as that of the frequencies
+        entry = replace(entry, value=entry.value[0])
     value, factor = entry.value, ""
     if is_exact(value):
         numbers = np.ravel(np.array(value, dtype=object))

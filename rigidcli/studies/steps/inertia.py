@@ -44,9 +44,10 @@ def inertia_steps(document: Document, asked: Array) -> Iterator[Step]:
         yield from _points(body, physical.point, whole, own, n)
     elif isinstance(body, Composite):
         parts = [part.properties(n) for part in body.parts]
+        names = [part.name or getattr(part, "shape", None) or "part" for part in body.parts]
+        # Parts of the same name are numbered by their places.
         names = [
-            part.name or getattr(part, "shape", None) or f"part {place + 1}"
-            for place, part in enumerate(body.parts)
+            f"{name} ({place})" if names.count(name) > 1 else name for place, name in enumerate(names, 1)
         ]
         signs = [-1 if part.hole else 1 for part in body.parts]
         masses = [sign * (part.mass or 0) for sign, part in zip(signs, parts, strict=True)]
@@ -54,11 +55,8 @@ def inertia_steps(document: Document, asked: Array) -> Iterator[Step]:
         terms = []
         for name, sign, part in zip(names, signs, parts, strict=True):
             fields = list(_parallel(part, physical.point, n))
-            sentence = "The tensor of the part about this centre of mass, which is O."
-            if len(fields) > 3:
-                sentence = (
-                    "The tensor of the part about this centre of mass, and the parallel-axis term for O."
-                )
+            sentence = "The tensor of this part about the centre of mass of the part"
+            sentence += ", and the parallel-axis term." if len(fields) > 3 else ", which is O."
             sentence += " The part is a hole, and is taken away." if sign < 0 else ""
             yield Step(name, sentence, tuple(fields))
             terms.append(sign * sum(entry.value for entry in fields[2:]))
