@@ -25,6 +25,8 @@ SYMBOLS = {
     r"\bomega([123])\b": (r"$\\omega_\1$", r"ω<sub>\1</sub>"),
     r"(?<!\\)\bomega\b": (r"$\\boldsymbol{\\omega}$", "<b>ω</b>"),
     r"\b([pwLN])(?:\\?_)?([1-3i-kq])\b": (r"$\1_\2$", r"\1<sub>\2</sub>"),
+    r"\bI\\?_cm\b": (r"$\\mathbf{I}_\\mathrm{cm}$", "<b>I</b><sub>cm</sub>"),
+    r"(?<!\\)\b(alpha|beta|theta|phi|psi|epsilon|Omega)\b": (r"$\\\1$", r"&\1;"),
     r"\bqdot\b": (r"$\\dot q$", "q\N{COMBINING DOT ABOVE}"),
     r"(?:\^|\\textasciicircum\{\})(\d+|T\b)": (r"\\textsuperscript{\1}", r"<sup>\1</sup>"),
 }
