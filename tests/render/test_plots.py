@@ -78,7 +78,7 @@ def test_a_polhode_keeps_energy_and_momentum_and_the_separatrix_has_its_own_mome
 
 def test_the_trace_is_the_symmetry_axis_in_space() -> None:
     result, panel = drawn("euler", "top_cuspidal", "trace")
-    axis = labelled(panel, "axis of the top").points
+    axis = labelled(panel, "the axis of the top").points
     assert np.linalg.norm(axis, axis=1) == pytest.approx(np.ones(len(axis)))
     theta = result["trajectory"]["angles"][:, 1]
     assert axis[:, 2] == pytest.approx(np.cos(theta), abs=1e-12)
@@ -97,7 +97,7 @@ def test_the_potential_meets_the_energy_at_the_turning_points(config: str) -> No
     assert heights == pytest.approx([energy] * 2, abs=2e-3 * np.ptp(curve[:, 1]))
     inside = (curve[:, 0] > ends[0, 0]) & (curve[:, 0] < ends[1, 0])
     assert (curve[inside, 1] <= energy).all()
-    trace = labelled(drawn("precess", config, "trace")[1], "axis of the top").points
+    trace = labelled(drawn("precess", config, "trace")[1], "the axis of the top").points
     theta = np.arccos(trace[:, 2])
     assert [theta.min(), theta.max()] == pytest.approx(ends[:, 0], abs=1e-3)
 
