@@ -187,12 +187,7 @@ def half_cylinder(n: Arithmetic, radius: Length, height: Length) -> Figure:
 
 def sphere(n: Arithmetic, radius: Length) -> Figure:
     """A solid ball; origin at its centre."""
-    R = radius
-    return Figure(
-        lambda: Geometry(4 * n.pi * R**3 / 3, ORIGIN, 3 * [R**2 / 5]),
-        lambda: [charts.ball(R, n)],
-        lambda x, y, z: x**2 + y**2 + z**2 <= R**2,
-    )
+    return ellipsoid(n, 3 * (radius,))._replace(charts=lambda: [charts.ball(radius, n)])
 
 
 def hollow_sphere(n: Arithmetic, outer_radius: Length, inner_radius: OptionalLength) -> Figure:
