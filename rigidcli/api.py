@@ -37,7 +37,7 @@ settings : mapping or sequence of str
 steps : bool
     Show the working, too.
 picture : str
-    Work out a picture of this kind, such as "polhode", or the "best" one; `Result.save_picture` writes it.
+    The kind of picture that `Result.save_picture` writes, such as "polhode"; without it, the best one.
 progress : callable
     Of `euler` and `hamilton`: it is called with the fraction of the motion that is done.
 program : bool
@@ -120,7 +120,12 @@ def validate(document: Source, *, exact: bool = False, settings: Settings = ()) 
 
 def _placed(error: DocumentError) -> list[Problem]:
     """The problems of a document; a mapping has no lines."""
-    return [replace(p, line=None) if p.source.startswith(MAPPING) else p for p in error.problems]
+
+    def placed(problem: Problem) -> Problem:
+        name = problem.source.removeprefix(MAPPING)
+        return problem if name == problem.source else replace(problem, source=name.lstrip(), line=None)
+
+    return [placed(problem) for problem in error.problems]
 
 
 def _texts(settings: Settings) -> Sequence[str]:
@@ -187,7 +192,9 @@ def check(
         people = None if roster is None else students.read_roster(os.fspath(roster))
         papers, notes = students.papers(gathered, people)
         judged = list(run(prepared.items, papers, jobs))
+    beside = {str(Path(paper.source).parent / name) for paper in judged for name in paper.files}
     notes = [*map(str, prepared.notes), *notes, *(note for paper in judged for note in paper.notes)]
+    notes += files.unnamed(gathered.others, beside)
     if person is not None:
         judged = list(students.overridden(judged, person, notes))
     style = Style(Feedback(feedback))

@@ -42,6 +42,9 @@ class UsageError(RigidError):
 
     exit_code = 2
 
+    def __str__(self) -> str:
+        return self.message if self.hint is None else f"{self.message}\n  hint: {self.hint}"
+
 
 class ComputationError(RigidError):
     """The document is fine, but what was asked cannot be computed."""
@@ -134,7 +137,7 @@ class Excerpt(NamedTuple):
         return f"    {printable(self.text)}\n    {blanks}^"
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, repr=False)
 class Problem:
     """One thing that is wrong with a document, and where; `code` names its kind for programs."""
 
@@ -145,6 +148,9 @@ class Problem:
     hint: str | None = None
     code: str = ""
     excerpt: Excerpt | None = None
+
+    def __repr__(self) -> str:
+        return f"Problem({str(self)!r})"
 
     def __str__(self) -> str:
         place = self.source if self.line is None else f"{self.source}:{self.line}"

@@ -81,16 +81,18 @@ class Result(Report):
         return frame
 
     def save_picture(self, path: str | os.PathLike[str]) -> None:
-        """Write the picture that was asked for to a file, .png, .svg or .pdf.
+        """Write the picture to a file, .png, .svg or .pdf: the one that was asked for, or else the best one.
 
-        Raises UsageError where there is none, for other endings, and without matplotlib.
+        Raises RigidError where there is none, for other endings, and without matplotlib.
         """
         from rigidcli.render.plots import picture_file, require_ending
+        from rigidcli.studies.pictures import BEST
 
         require_ending(os.fspath(path))
-        if not self.pictures:
-            raise UsageError("there is no picture here", hint='ask for one, as in axes(..., picture="best")')
-        Path(path).write_bytes(picture_file(self, os.fspath(path)))
+        seen = self if self.pictures or self._again is None else self._again(picture=BEST)
+        if not seen.pictures:
+            raise UsageError("there is no picture here")
+        Path(path).write_bytes(picture_file(seen, os.fspath(path)))
 
     def _as_seen(self) -> Report:
         """The result with what a page has: the scene of a motion, and a picture where there is one.

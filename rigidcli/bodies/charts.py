@@ -87,9 +87,9 @@ class Chart:
         return gauss(4 if turn is None else 16)
 
     def faces(self) -> list[Floats]:
-        """The surface as faces of four corners (4 by 3, m) in the shape's own axes; a curve is one line.
+        """The surface as faces of 3 or 4 corners (k by 3, m) in the shape's own axes; a curve is one line.
 
-        Of a shape without thickness it is all of the shape. Corners coincide where a face is a triangle.
+        Of a shape without thickness it is all of the shape.
         """
         dimensions = len(self.coordinates)
         if dimensions == 1:
@@ -103,7 +103,10 @@ class Chart:
         corners = [(grid[:-1, :-1], grid[1:, :-1], grid[1:, 1:], grid[:-1, 1:]) for grid in grids]
         quads = np.vstack([np.stack(each, axis=2).reshape(-1, 4, 3) for each in corners])
         doubled = np.linalg.norm(np.cross(quads[:, 2] - quads[:, 0], quads[:, 3] - quads[:, 1]), axis=1)
-        return list(quads[doubled > EMPTY * doubled.max()])
+        quads = quads[doubled > EMPTY * doubled.max()]
+        # Two corners coincide where a face is a triangle, as at the middle of a disk.
+        sides = np.linalg.norm(quads - np.roll(quads, 1, axis=1), axis=2)
+        return [quad[side > EMPTY * sides.max()] for quad, side in zip(quads, sides, strict=True)]
 
     def _grid(self, fixed: int | None = None, end: float = 0.0) -> Floats:
         """Places (by each coordinate, 3) in all of the shape, or where a `fixed` coordinate has its `end`."""

@@ -11,17 +11,15 @@ shapes; frustum, cap and capsule are integrated. Tests hold every formula agains
 
 # Annotations here are objects, not texts: the dimensions of a section are made of them.
 
-from typing import Annotated, Any
+from typing import Any
 
 import numpy as np
-from pydantic import AfterValidator, Field, ValidationInfo
 
 from rigidcli.bodies import charts, solids
 from rigidcli.bodies.shape import Figure, Geometry
 from rigidcli.core.arithmetic import Arithmetic, Floats, Scalar
 from rigidcli.errors import ValueProblem
-from rigidcli.fields.quantities import AsList, Coordinate, Length, OptionalLength, Size2, Size3, Vector3
-from rigidcli.fields.section import environment
+from rigidcli.fields.quantities import Length, OptionalLength, Size2, Size3
 
 ORIGIN = (0, 0, 0)
 """The centre of a shape that is symmetric about its natural origin."""
@@ -93,51 +91,12 @@ def _ellipse(n: Arithmetic, a: Scalar, b: Scalar) -> Figure:
     )
 
 
-def _in_space(vertex: tuple[Scalar, ...]) -> tuple[Scalar, Scalar, Scalar]:
-    x, y, *z = vertex
-    return x, y, z[0] if z else 0 * x
-
-
-def _opened(vertices: tuple[Any, ...]) -> tuple[Any, ...]:
-    """The vertices without a last one that repeats the first, as in GeoJSON."""
-    return vertices[:-1] if len(vertices) > 3 and vertices[-1] == vertices[0] else vertices
-
-
-def _not_flat(vertices: tuple[Any, ...], info: ValidationInfo) -> tuple[Any, ...]:
-    """The vertices of a simplex. Raises ValueProblem where it has no measure."""
-    n = environment(info).arithmetic
-    if n.sign(solids.simplex_measure(n.array(vertices), n)) == 0:
-        raise ValueProblem(f"the vertices lie {'on a line' if len(vertices) == 3 else 'in a plane'}")
-    return vertices
-
-
-def _simple(vertices: tuple[Any, ...], info: ValidationInfo) -> tuple[Any, ...]:
-    """The vertices of a polygon. Raises ValueProblem unless it is plane and without crossings."""
-    n = environment(info).arithmetic
-    solids.require_simple_polygon(n.array(vertices), n)
-    return vertices
-
-
-Vertex = Annotated[
-    tuple[Coordinate, ...], AsList, Field(min_length=2, max_length=3), AfterValidator(_in_space)
-]
-Outline = Annotated[
-    tuple[Vertex, ...],
-    AsList,
-    Field(min_length=3, max_length=1000),
-    AfterValidator(_opened),
-    AfterValidator(_simple),
-]
-
-
-def triangle(
-    n: Arithmetic, vertices: Annotated[tuple[Vertex, Vertex, Vertex], AsList, AfterValidator(_not_flat)]
-) -> Figure:
+def triangle(n: Arithmetic, vertices: solids.Triangle) -> Figure:
     """A thin triangle, its vertices as given, in space or (two coordinates) in the plane z = 0."""
     return polygon(n, vertices)._replace(**_simplex(n, vertices))
 
 
-def polygon(n: Arithmetic, vertices: Outline) -> Figure:
+def polygon(n: Arithmetic, vertices: solids.Outline) -> Figure:
     """A thin plane polygon without crossings, its vertices in order, in space or in the plane z = 0."""
 
     def corners() -> Floats:
@@ -228,12 +187,7 @@ def half_cylinder(n: Arithmetic, radius: Length, height: Length) -> Figure:
 
 def sphere(n: Arithmetic, radius: Length) -> Figure:
     """A solid ball; origin at its centre."""
-    R = radius
-    return Figure(
-        lambda: Geometry(4 * n.pi * R**3 / 3, ORIGIN, 3 * [R**2 / 5]),
-        lambda: [charts.ball(R, n)],
-        lambda x, y, z: x**2 + y**2 + z**2 <= R**2,
-    )
+    return ellipsoid(n, 3 * (radius,))._replace(charts=lambda: [charts.ball(radius, n)])
 
 
 def hollow_sphere(n: Arithmetic, outer_radius: Length, inner_radius: OptionalLength) -> Figure:
@@ -374,10 +328,7 @@ def torus(n: Arithmetic, major_radius: Length, minor_radius: Length) -> Figure:
     )
 
 
-def tetrahedron(
-    n: Arithmetic,
-    vertices: Annotated[tuple[Vector3, Vector3, Vector3, Vector3], AsList, AfterValidator(_not_flat)],
-) -> Figure:
+def tetrahedron(n: Arithmetic, vertices: solids.Tetrahedron) -> Figure:
     """A tetrahedron, its vertices as given."""
 
     def corners() -> Floats:

@@ -1,13 +1,17 @@
-"""Bodies bounded by flat faces: simplices and plane polygons, by integrals about a central point."""
+"""Bodies bounded by flat faces: integrals of simplices and polygons, and their vertices in documents."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import Annotated, Any
 
 import numpy as np
+from pydantic import AfterValidator, Field, ValidationInfo
 
 from rigidcli.core.arithmetic import Arithmetic, Array, Floats, Mask, Scalar
 from rigidcli.errors import ComputationError, ValueProblem
+from rigidcli.fields.quantities import AsList, Coordinate, Vector3
+from rigidcli.fields.section import environment
 
 DEGENERATE = 1e-13
 """A simplex or polygon of less area or volume than this, in units of its size squared or cubed, is flat."""
@@ -199,3 +203,45 @@ def _first_crossing(outline: Array) -> tuple[int, int] | None:
         if touching.size:
             return i, int(touching[0])
     return None
+
+
+# --- vertices in a document
+
+
+def _in_space(vertex: tuple[Scalar, ...]) -> tuple[Scalar, Scalar, Scalar]:
+    x, y, *z = vertex
+    return x, y, z[0] if z else 0 * x
+
+
+def _opened(vertices: tuple[Any, ...]) -> tuple[Any, ...]:
+    """The vertices without a last one that repeats the first, as in GeoJSON."""
+    return vertices[:-1] if len(vertices) > 3 and vertices[-1] == vertices[0] else vertices
+
+
+def _not_flat(vertices: tuple[Any, ...], info: ValidationInfo) -> tuple[Any, ...]:
+    """The vertices of a simplex. Raises ValueProblem where it has no measure."""
+    n = environment(info).arithmetic
+    if n.sign(simplex_measure(n.array(vertices), n)) == 0:
+        raise ValueProblem(f"the vertices lie {'on a line' if len(vertices) == 3 else 'in a plane'}")
+    return vertices
+
+
+def _simple(vertices: tuple[Any, ...], info: ValidationInfo) -> tuple[Any, ...]:
+    """The vertices of a polygon. Raises ValueProblem unless it is plane and without crossings."""
+    n = environment(info).arithmetic
+    require_simple_polygon(n.array(vertices), n)
+    return vertices
+
+
+Vertex = Annotated[
+    tuple[Coordinate, ...], AsList, Field(min_length=2, max_length=3), AfterValidator(_in_space)
+]
+Triangle = Annotated[tuple[Vertex, Vertex, Vertex], AsList, AfterValidator(_not_flat)]
+Tetrahedron = Annotated[tuple[Vector3, Vector3, Vector3, Vector3], AsList, AfterValidator(_not_flat)]
+Outline = Annotated[
+    tuple[Vertex, ...],
+    AsList,
+    Field(min_length=3, max_length=1000),
+    AfterValidator(_opened),
+    AfterValidator(_simple),
+]

@@ -33,7 +33,7 @@ CODES: dict[str, str] = {
     "additive_constant": "this differs from the expected answer by a constant",
     "axes_not_orthogonal": "the axes are not at right angles to each other",
     "axis_not_normalised": "the axis is right, but it is no unit vector",
-    "component_wrong": "this component is not right",
+    "component_wrong": "not right",
     "components_permuted": "the components are right, but in another order",
     "constant_factor": "this differs from the expected answer by a constant factor",
     "degrees_radians": "degrees and radians are confused",
@@ -87,7 +87,7 @@ CODES: dict[str, str] = {
 }
 """What is said of an answer: codes for programs, and the sentence that a student reads.
 
-A sentence may follow the name of the part that is meant (`Ixy: this component is not right`). It holds no
+A sentence may follow the name of the part that is meant (`Ixy: not right`). It holds no
 number, so that it cannot give a reference value away.
 """
 

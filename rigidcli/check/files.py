@@ -7,7 +7,7 @@ import os
 import re
 import stat
 import zipfile
-from collections.abc import Iterator, Sequence
+from collections.abc import Collection, Iterator, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from pathlib import Path
@@ -84,6 +84,12 @@ def listed(names: Sequence[str]) -> str:
 def noted(what: str, names: Sequence[str]) -> list[str]:
     """A note on some students or files; none if there are none."""
     return [f"{what}: {listed(sorted(names))}"] if names else []
+
+
+def unnamed(others: Sequence[Place], named: Collection[str]) -> list[str]:
+    """A note on files beside the answers that no answer names."""
+    unused = [str(Path(*Path(place.source).parts[-2:])) for place in others if place.source not in named]
+    return noted("no answer files, and left out", unused)
 
 
 # --- finding

@@ -225,7 +225,7 @@ def noted(
 
     `others` are files beside the answers, which are listed in the end, if no answer names them.
     """
-    from rigidcli.check.files import noted
+    from rigidcli.check.files import unnamed
 
     named = set[str]()
     for judgement in judgements:
@@ -236,8 +236,7 @@ def noted(
         target.protect(*beside)
         named.update(beside)
         yield judgement
-    unused = [str(Path(*Path(place.source).parts[-2:])) for place in others if place.source not in named]
-    remark(source, noted("no answer files, and left out", unused))
+    remark(source, unnamed(others, named))
 
 
 def view_of(

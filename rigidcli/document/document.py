@@ -101,6 +101,8 @@ class Document(Section):
             what = "an assignment" if key == "questions" else "an answer file"
             hint = f"this is {what}: `rigidcli check ASSIGNMENT ANSWERS`"
             return ValueProblem("belongs to no document", hint=hint)
+        if isinstance(raw.get("parameters"), dict) and key in raw["parameters"]:
+            return ValueProblem("is a parameter", hint=f"its path is `parameters.{key}`")
         for word in (key, *keys_called(key)) if cls.called(key, raw) is None else ():
             if sections := _sections_with().get(word):
                 # Beside a system, a duration is that of the orbit, not of a motion.

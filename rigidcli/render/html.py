@@ -23,7 +23,7 @@ _ANGLES = "|".join(sorted({*GREEK} - {"lambda", "omega"}))
 _NAME = re.compile(rf"\b(?:d(?P<rate>\w+)/dt|p_\w+|\w+dot|(?:{_ANGLES})\d*)\b")
 """A coordinate, velocity or momentum in the title of a result."""
 
-PAGE, NOTEBOOK = 300_000, 10_000
+PAGE, NOTEBOOK = 300_000, 8_000
 """The most numbers of a replay that change in time: 1.6 MB on a page; a result in a notebook takes 150 kB."""
 
 _NUMERIC = ' class="number"'
@@ -128,9 +128,10 @@ def _results(report: Report, look: Look) -> Iterator[str]:
     yield '<table class="results"><caption>Results</caption>\n'
     for entry in shown_fields(report, look):
         # The formula of an equation begins with its left side, as the title of the row may end.
-        title = entry.title.removesuffix(f": {entry.symbol} =")
-        head = f'<th scope="row">{_title(title)}</th>'
-        yield f"<tr>{head}<td>{_result(entry, look)}</td></tr>\n"
+        title = _title(entry.title.removesuffix(f": {entry.symbol} ="))
+        # A result whose title is the symbol has this only once.
+        shown = replace(entry, symbol="") if title == formula(entry.symbol) else entry
+        yield f'<tr><th scope="row">{title}</th><td>{_result(shown, look)}</td></tr>\n'
     yield "</table>\n"
 
 
@@ -156,7 +157,7 @@ def _tables(tables: Iterable[Table], look: Look) -> Iterator[str]:
     for table in tables:
         if columns := shown_columns(table, look, number):
             yield f'<div class="wide" role="region" tabindex="0" aria-label="{text(table.title)}"><table>'
-            yield f"<caption><span>{_prose(table.title)}</span></caption>\n<thead><tr>"
+            yield f"<caption><span>{_title(table.title)}</span></caption>\n<thead><tr>"
             yield "".join(_head(column) for column, _ in columns)
             yield "</tr></thead>\n<tbody>\n"
             for row in zip(*(_cells(column, texts) for column, texts in columns), strict=True):

@@ -25,6 +25,8 @@ SYMBOLS = {
     r"\bomega([123])\b": (r"$\\omega_\1$", r"ω<sub>\1</sub>"),
     r"(?<!\\)\bomega\b": (r"$\\boldsymbol{\\omega}$", "<b>ω</b>"),
     r"\b([pwLN])(?:\\?_)?([1-3i-kq])\b": (r"$\1_\2$", r"\1<sub>\2</sub>"),
+    r"\bI\\?_cm\b": (r"$\\mathbf{I}_\\mathrm{cm}$", "<b>I</b><sub>cm</sub>"),
+    r"(?<!\\)\b(alpha|beta|theta|phi|psi|epsilon|Omega)\b": (r"$\\\1$", r"&\1;"),
     r"\bqdot\b": (r"$\\dot q$", "q\N{COMBINING DOT ABOVE}"),
     r"(?:\^|\\textasciicircum\{\})(\d+|T\b)": (r"\\textsuperscript{\1}", r"<sup>\1</sup>"),
 }
@@ -180,6 +182,7 @@ def value(entry: Field, digits: int) -> str:
             written = rf"\begin{{pmatrix}}{rows}\end{{pmatrix}}"
     # The unit is in upright letters: `kg m^2/s` becomes kg\,m^2/s.
     upright = rf"\,\mathrm{{{unit}}}".replace(" ", r"\,") if unit else ""
+    factor = factor.removeprefix(r"1 \times ")
     return f"{factor}{written}{upright}"
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 from typing import Any, TypeAlias
@@ -132,6 +133,8 @@ def entries(entry: Field, digits: int, notation: Notation) -> tuple[str, Any, st
 
     Symbols bring units of their own, so that there is none for a value that depends on them.
     """
+    if np.shape(entry.value) == (1,):  # a list of one number, such as that of the frequencies
+        entry = replace(entry, value=entry.value[0])
     value, factor = entry.value, ""
     if is_exact(value):
         numbers = np.ravel(np.array(value, dtype=object))
@@ -167,3 +170,9 @@ def _texts(value: Value, digits: int, notation: Notation) -> Any:
     if isinstance(value, np.ndarray):
         return [_texts(entry, digits, notation) for entry in value]
     return notation(value, digits)
+
+
+def raised(text: str) -> str:
+    """A unit with its powers as raised digits."""
+    digits = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
+    return re.sub(r"\^(-?[0-9]+)", lambda power: power[1].translate(digits), text)

@@ -45,6 +45,15 @@ def test_nothing_is_drawn_unless_it_is_asked_for() -> None:
     assert rigidcli.axes(ROOT / "configs/cube_corner.yaml").pictures == ()
 
 
+@pytest.mark.parametrize(
+    "shape",
+    ["{shape: disk, radius: 1, mass: 1}", "{shape: half_disk, radius: 1, mass: 1, axis: [1, 1, 0]}"],
+)
+def test_flat_bodies_whose_faces_meet_in_the_middle_are_drawn(shape: str, tmp_path: Path) -> None:
+    rigidcli.axes(f"body: {shape}").save_picture(tmp_path / "body.png")
+    assert (tmp_path / "body.png").stat().st_size > 10_000
+
+
 def test_omega_in_time_is_that_of_the_samples_and_a_fast_spin_has_a_panel_of_its_own() -> None:
     result, panel = drawn("euler", "t_handle")
     for place, mark in enumerate(panel.marks):
@@ -69,7 +78,7 @@ def test_a_polhode_keeps_energy_and_momentum_and_the_separatrix_has_its_own_mome
 
 def test_the_trace_is_the_symmetry_axis_in_space() -> None:
     result, panel = drawn("euler", "top_cuspidal", "trace")
-    axis = labelled(panel, "axis of the top").points
+    axis = labelled(panel, "the axis of the top").points
     assert np.linalg.norm(axis, axis=1) == pytest.approx(np.ones(len(axis)))
     theta = result["trajectory"]["angles"][:, 1]
     assert axis[:, 2] == pytest.approx(np.cos(theta), abs=1e-12)
@@ -81,14 +90,14 @@ def test_the_potential_meets_the_energy_at_the_turning_points(config: str) -> No
     top = result["top"]
     ends = labelled(panel, "turning points").points
     assert ends[:, 0] == pytest.approx([top["theta_min"], top["theta_max"]])
-    curve = labelled(panel, "V_eff").points
+    curve = labelled(panel, "effective potential").points
     curve = curve[np.isfinite(curve).all(axis=1)]
     heights = np.interp(ends[:, 0], *curve.T)
     energy = ends[0, 1]
     assert heights == pytest.approx([energy] * 2, abs=2e-3 * np.ptp(curve[:, 1]))
     inside = (curve[:, 0] > ends[0, 0]) & (curve[:, 0] < ends[1, 0])
     assert (curve[inside, 1] <= energy).all()
-    trace = labelled(drawn("precess", config, "trace")[1], "axis of the top").points
+    trace = labelled(drawn("precess", config, "trace")[1], "the axis of the top").points
     theta = np.arccos(trace[:, 2])
     assert [theta.min(), theta.max()] == pytest.approx(ends[:, 0], abs=1e-3)
 

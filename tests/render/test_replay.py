@@ -175,7 +175,7 @@ def test_readings_are_in_the_units_of_the_reader_and_the_motion_in_seconds() -> 
     assert [reading["unit"] for reading in data["readings"][:2]] == ["day", "deg/day"]
     assert data["readings"][0]["values"][-1] == pytest.approx(305)
     assert data["times"][-1] == pytest.approx(305 * 86400)
-    assert "<dt>t</dt>" in fragment
+    assert "<mi>t</mi>" in fragment
 
 
 # --- Triangles

@@ -86,8 +86,12 @@ class Equations(Kind):
         findings = [Finding(self._slip(key, side), side[0]) for side in false]
         if len(findings) > 1 and len(kept) > len(best.tops):  # of many guesses, none is pointed out
             findings = [Finding("equation_wrong", "one or more")]
-        if not best.is_complete:
-            findings.append(Finding("missing_equation", ", ".join(best.missing)))
+        # A wrong equation stands in the place of a missing one.
+        if len(best.missing) > len(false):
+            names = {side[0] for side in false}
+            findings.append(
+                Finding("missing_equation", ", ".join(name for name in best.missing if name not in names))
+            )
         surplus = max(0, best.right + len(false) - len(best.tops))
         return Outcome.earning((best.right - surplus) / len(best.tops), *findings, *remarks)
 

@@ -208,8 +208,13 @@ def table(students: Iterable[Judgement], style: Style) -> Iterator[str]:
 
 
 def _block(student: Judgement, style: Style) -> str:
-    """A student, the questions that are not right, and those with a remark."""
+    """A student, the questions that are not right or have a remark, and in one row what has no answer."""
     shown = [q for q in as_one(student) if q.verdict != "correct" or q.findings]
+    missing = [q for q in shown if q.verdict == "missing" and not q.findings]
+    if len(missing) > 1:
+        names, worth = ", ".join(q.id for q in missing), sum(q.max_score for q in missing)
+        others = replace(missing[0], id="others", title=names, max_score=worth)
+        shown = [*(q for q in shown if q not in missing), others]
     widest = max((len(score(question)) for question in shown), default=0)
     rows = [
         Row(

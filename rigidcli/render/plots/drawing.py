@@ -15,6 +15,7 @@ from matplotlib.ticker import MaxNLocator
 from mpl_toolkits.mplot3d.art3d import Poly3DCollection
 
 from rigidcli.picture import Mark, Panel, Picture, Ruler
+from rigidcli.render.values import raised
 from rigidcli.report import Report
 
 COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#000000", "#56B4E9")
@@ -165,23 +166,19 @@ def _measure(axes: Any, way: str, ruler: Ruler) -> None:
     largest = max(abs(low), abs(high))
     if high - low < 1e-9 * largest:  # the rounding of a constant is not drawn out to fill the panel
         getattr(axes, f"set_{way}lim")(*sorted((0.9 * low, 1.1 * low)))
-    unit = re.sub(r"\^(-?[0-9]+)", lambda match: _raised(match[1]), ruler.unit)
+    unit = raised(ruler.unit)
     if not 0.02 <= largest < 2e4:
         exponent = math.floor(math.log10(largest or 1.0) / 3) * 3
         axis.set_major_formatter(
             lambda value, _: f"{value / 10.0**exponent:.4g}".replace("-", "\N{MINUS SIGN}")
         )
-        unit = f"10{_raised(str(exponent))} {unit}".strip()
+        unit = f"10{raised(f'^{exponent}')} {unit}".strip()
     axis.set_label_text(f"{_name(ruler)} ({unit})" if unit else _name(ruler))
 
 
 def _name(ruler: Ruler) -> str:
     """The symbol as a formula where there is one, else the plain name."""
     return f"${ruler.symbol}$" if ruler.symbol else ruler.name.replace("$", r"\$")
-
-
-def _raised(digits: str) -> str:
-    return digits.translate(str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹"))
 
 
 def _look(mark: Mark) -> dict[str, Any]:

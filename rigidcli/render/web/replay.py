@@ -23,7 +23,8 @@ from rigidcli.core import rotation
 from rigidcli.core.arithmetic import FLOAT, Floats
 from rigidcli.picture import Picture
 from rigidcli.render import Look
-from rigidcli.render.values import without_noise
+from rigidcli.render.values import raised, without_noise
+from rigidcli.render.web.mathml import formula
 from rigidcli.render.web.page import resource, text
 from rigidcli.report import Table, single_cells
 from rigidcli.scene import Part, Scene, Stage
@@ -63,14 +64,14 @@ def replay(scene: Scene, look: Look, most: int) -> str:
     Where the samples have more than `most` numbers, evenly chosen ones are shown, and surfaces are coarser.
     """
     rows, arrays = _rows(scene, most), dict[str, int]()
-    finest = min(MOST_TRIANGLES, most // 16)
+    finest = min(MOST_TRIANGLES, most // 8)
     readings = replace(scene.readings, columns=tuple(map(without_noise, scene.readings.columns)))
     data = {
         "stages": [_stage(scene, stage, rows, finest, arrays) for stage in scene.stages],
         "arrays": list(arrays),
         "times": _packed(scene.times[rows], "f8"),
         "readings": [
-            {"unit": column.unit, "values": _packed(np.asarray(column.values)[rows], "f8")}
+            {"unit": raised(column.unit), "values": _packed(np.asarray(column.values)[rows], "f8")}
             for column in single_cells(readings)
         ],
         "digits": look.digits,
@@ -88,9 +89,9 @@ def _figure(scene: Scene, data: str) -> Iterator[str]:
     options = "".join(
         f"<option value={place}>{text(stage.title)}</option>" for place, stage in enumerate(scene.stages)
     )
-    heads = "".join(
-        f"<div><dt>{text(column.cells[0])}</dt><dd></dd></div>" for column in single_cells(scene.readings)
-    )
+    columns = single_cells(scene.readings)
+    names = (formula(column.symbols[0]) if column.symbols else text(column.cells[0]) for column in columns)
+    heads = "".join(f"<div><dt>{name}</dt><dd></dd></div>" for name in names)
     label = f"{scene.title}: {scene.stages[0].title}, in three dimensions"
     yield _CONTROLS.format(label=text(label), options=options, readings=heads)
     # A `<` in data is written as an escape of JSON, so that no text of a document ends the element.

@@ -45,7 +45,7 @@ def _groups(values: Floats) -> list[list[int]]:
 
 
 def polhode(motion: Trajectory, samples: Table) -> Picture:
-    """The path of omega along the principal axes, on the ellipsoid of the energy at the start."""
+    """The path of omega in the body, on the ellipsoid of the energy at the start."""
     frame = motion.problem.frame
     path = _column(samples, "omega").values @ frame.axes.T
     return polhode_picture(frame.moments, path, motion.free is not None)
@@ -55,9 +55,9 @@ def trace(motion: Trajectory, samples: Table) -> Picture:
     """The path in space of the top's axis, or of e3."""
     third = motion.problem.third
     is_top = motion.problem.weight.any()
-    name = "axis of the top" if is_top and motion.free is None else "e₃"
+    name = "the axis of the top" if is_top and motion.free is None else "e₃"
     axis = rotation.turned(motion.orientation, third)
-    return trace_picture(axis, name, f"trace of {name} on the unit sphere in space")
+    return trace_picture(axis, name, f"path of {name} on the unit sphere")
 
 
 def _column(samples: Table, key: str) -> Column:

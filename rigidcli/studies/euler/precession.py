@@ -33,11 +33,11 @@ def potential(document: Document, values: Mapping[str, Mapping[str, Value]]) -> 
     heights = np.where(heights <= energy + 1.5 * room, heights, np.nan)
     level = np.array([[theta[0], energy], [theta[-1], energy]])
     marks = (
-        Mark("line", np.column_stack([theta, heights]), "V_eff", style=0),
+        Mark("line", np.column_stack([theta, heights]), "effective potential", style=0),
         Mark("line", level, "energy E", style=1),
         Mark("dots", np.array([[low, energy], [high, energy]]), "turning points", style=1),
     )
-    rulers = Ruler("θ", unit="rad"), Ruler("V_eff", unit="J")
+    rulers = Ruler("θ", unit="rad"), Ruler("V_eff", r"V_\mathrm{eff}", unit="J")
     return Picture("potential", "effective potential of the tilt", (Panel(rulers, marks),))
 
 

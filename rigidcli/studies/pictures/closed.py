@@ -94,7 +94,7 @@ def polhode_picture(moments: Floats, omega: Floats, is_free: bool = True) -> Pic
         marks.append(Mark("line", curve, name, style=1, normals=curve * moments))
     marks.append(Mark("line", omega, "polhode", style=0, normals=omega * moments))
     marks.append(Mark("dots", omega[:1], "start", style=0))
-    title = "polhode, the path of omega along the principal axes"
+    title = "polhode, the path of omega in the body"
     return Picture("polhode", title, (Panel(ALONG, tuple(marks), is_even=True),))
 
 

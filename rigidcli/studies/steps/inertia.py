@@ -44,21 +44,19 @@ def inertia_steps(document: Document, asked: Array) -> Iterator[Step]:
         yield from _points(body, physical.point, whole, own, n)
     elif isinstance(body, Composite):
         parts = [part.properties(n) for part in body.parts]
+        names = [part.name or getattr(part, "shape", None) or "part" for part in body.parts]
+        # Parts of the same name are numbered by their places.
         names = [
-            part.name or getattr(part, "shape", None) or f"part {place + 1}"
-            for place, part in enumerate(body.parts)
+            f"{name} ({place})" if names.count(name) > 1 else name for place, name in enumerate(names, 1)
         ]
         signs = [-1 if part.hole else 1 for part in body.parts]
         masses = [sign * (part.mass or 0) for sign, part in zip(signs, parts, strict=True)]
-        yield _center(names, masses, [part.com for part in parts], whole, n)
+        yield _center(names, masses, [_place(part.com, part.error, n) for part in parts], whole, n)
         terms = []
         for name, sign, part in zip(names, signs, parts, strict=True):
             fields = list(_parallel(part, physical.point, n))
-            sentence = "The tensor of the part about this centre of mass, which is O."
-            if len(fields) > 3:
-                sentence = (
-                    "The tensor of the part about this centre of mass, and the parallel-axis term for O."
-                )
+            sentence = "The tensor of this part about the centre of mass of the part"
+            sentence += ", and the parallel-axis term." if len(fields) > 3 else ", which is O."
             sentence += " The part is a hole, and is taken away." if sign < 0 else ""
             yield Step(name, sentence, tuple(fields))
             terms.append(sign * sum(entry.value for entry in fields[2:]))
@@ -96,6 +94,11 @@ def _added(head: str, terms: Array, whole: Value, unit: str, n: Arithmetic) -> C
     return Column("", [*terms, whole], (head,), unit)
 
 
+def _place(place: Array, error: float, n: Arithmetic) -> Array:
+    """A place (3, m) with zeros where a float is within the error (m) of zero."""
+    return n.tidy(place) if n.exact else np.where(np.abs(place) > error, n.tidy(place), 0.0)
+
+
 def _center(
     names: Sequence[str],
     masses: Sequence[Scalar],
@@ -117,7 +120,11 @@ def _center(
     return Step(
         "Centre of mass",
         f"The centre of mass is the sum of m r, divided by the mass.{holes}",
-        (Field("", n.tidy(whole.com), "sum of m r / M", r"\frac{1}{M}\sum m\,\mathbf{r}", "m"),),
+        (
+            Field(
+                "", _place(whole.com, whole.error, n), "sum of m r / M", r"\frac{1}{M}\sum m\,\mathbf{r}", "m"
+            ),
+        ),
         (Table("", "terms of the sums", columns),),
     )
 
@@ -237,9 +244,7 @@ def _in_coordinates(density: Formula | Scalar, chart: Chart, n: Arithmetic) -> S
 
 def _parallel(part: MassProperties, point: Array, n: Arithmetic) -> Iterator[Field]:
     """Mass, place and tensor of a part, and the parallel-axis term about the point O."""
-    offset = n.tidy(part.com - point)
-    if not n.exact:
-        offset = np.where(np.abs(offset) > part.error, offset, 0.0)
+    offset = _place(part.com - point, part.error, n)
     yield Field("", part.mass, "mass", "M", "kg")
     yield Field("", offset, "d, from O to the centre of mass", r"\mathbf{d}", "m")
     yield Field(

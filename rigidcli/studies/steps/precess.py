@@ -93,7 +93,7 @@ def _nutation(section: Top, top: Results, n: Arithmetic) -> Step:
     b = sine**2 * start + a * cosine
     alpha = section.nutation**2 + sine**2 * start**2 + beta * cosine
     cubic = filled("(1 - u^2)*(alpha - beta*u) - (b - a*u)^2", n, alpha=alpha, beta=beta, a=a, b=b)
-    limits = (("theta_max", "u1"), ("theta_min", "u2"))
+    limits = (("theta_max", "1"), ("theta_min", "2"))
     return Step(
         "Nutation",
         "With u = cos(theta), a = lambda3 omega3/lambda1, b = p_phi/lambda1, beta = 2 M g R/lambda1, and "
@@ -101,7 +101,7 @@ def _nutation(section: Top, top: Results, n: Arithmetic) -> Step:
         "two of the roots.",
         (
             cubic,
-            *(Field("", float(precession.cosine(top[key], n)), name, name) for key, name in limits),
+            *(Field("", float(precession.cosine(top[key], n)), f"u{k}", f"u_{k}") for key, k in limits),
             *_shown("top", top, "theta_min", "theta_max"),
         ),
     )
