@@ -26,7 +26,6 @@ from .conftest import ROOT, Program
 
 BOUNDED = settings(
     derandomize=True,
-    deadline=None,
     phases=[Phase.explicit, Phase.generate],  # to shrink a failure takes a minute
     # `program` gives the streams anew for every run: one of it serves all examples.
     suppress_health_check=[HealthCheck.function_scoped_fixture, HealthCheck.too_slow],

@@ -35,7 +35,6 @@ def compared(reports: Iterable[Report], look: Look) -> Iterator[Report]:
     """One report with a table, if there are any reports: a row a number or word, a column a report.
 
     Beside each report after the first stands the difference to the first in percent, where both are numbers.
-    Results that are the same in all are counted, unless all are the same; a verbose look shows them, too.
     Raises UsageError where a FILE has several results, such as the links of a robot.
     """
     reports = named(reports)
@@ -56,12 +55,7 @@ def compared(reports: Iterable[Report], look: Look) -> Iterator[Report]:
         for report in reports
     ]
     units = {place: unit for result in reversed(results) for place, (_, unit) in result.items()}
-    every = list(dict.fromkeys(place for result in results for place in result))
-    rows = [
-        place
-        for place in every
-        if look.verbose or _varies([result.get(place, (None, ""))[0] for result in results], look)
-    ] or every
+    rows = list(dict.fromkeys(place for result in results for place in result))
     heads = [
         f"{title}{f', {cell}' if cell else ''}{f' ({units[title, cell]})' if units[title, cell] else ''}"
         for title, cell in rows
@@ -73,8 +67,7 @@ def compared(reports: Iterable[Report], look: Look) -> Iterator[Report]:
         if report is not first:
             pairs = zip(columns[1].values, values, strict=True)
             columns.append(Column("", [_percent(*pair) for pair in pairs], ("%",)))
-    same = f"; {len(every) - len(rows)} results are the same" if len(rows) < len(every) else ""
-    table = Table("", f"differences to {first.name} in percent{same}", tuple(columns))
+    table = Table("", f"differences to {first.name} in percent", tuple(columns))
     name = ", ".join(report.name for report in reports)
     yield Report(first.schema, name, first.source, first.title, (), tables=(table,))
 

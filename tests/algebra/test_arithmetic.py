@@ -119,7 +119,7 @@ def test_common_factor(rows: list[str], factor: str, rest: list[list[str]]) -> N
     assert [[str(entry) for entry in row] for row in left] == rest
 
 
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=60)
 @given(TREES)
 def test_tidying_and_signs_keep_to_the_value_of_any_tree(tree: Any) -> None:
     e = None

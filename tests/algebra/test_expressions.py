@@ -36,7 +36,7 @@ from tests.trees import expression as expr
 a, b, c, m, x, y = map(symbol, "abcmxy")
 FORMS = yaml.safe_load(Path(__file__).with_name("forms.yaml").read_text(encoding="utf-8"))
 
-thorough = settings(max_examples=100, deadline=None, suppress_health_check=[HealthCheck.filter_too_much])
+thorough = settings(max_examples=100, suppress_health_check=[HealthCheck.filter_too_much])
 
 
 def _require_bound(error: ExpressionError) -> None:

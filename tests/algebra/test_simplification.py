@@ -15,7 +15,7 @@ from rigidcli.language.tree import Node
 from tests.algebra.test_expressions import FORMS, kept
 from tests.trees import TREES, expression, written
 
-thorough = settings(max_examples=100, deadline=None, suppress_health_check=[HealthCheck.filter_too_much])
+thorough = settings(max_examples=100, suppress_health_check=[HealthCheck.filter_too_much])
 
 
 @thorough

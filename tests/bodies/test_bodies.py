@@ -27,7 +27,7 @@ from tests.bodies.test_shapes import loaded, result, scaled
 Floats = NDArray[np.float64]
 Body = Mapping[str, Any]
 
-few = settings(max_examples=30, deadline=None)
+few = settings(max_examples=30)
 
 
 def refusal(body: Body, **rest: Any) -> str:
@@ -454,7 +454,7 @@ def test_a_larger_copy_fits_into_no_shape(shape: str, factor: float) -> None:
     refusal({"parts": [solid(shape, **d, **place), other, cut(shape, **large, **place)]})
 
 
-@settings(max_examples=40, deadline=None, derandomize=True)
+@settings(max_examples=40, derandomize=True)
 @given(
     st.lists(st.integers(-64, 64), min_size=4, max_size=4).filter(any),
     st.sampled_from(["sphere", "cube", "cylinder", "ellipsoid", "tetrahedron", "cone"]),

@@ -89,7 +89,7 @@ finite = st.floats(-3, 3).map(lambda value: round(value, 3))
 three = st.tuples(finite, finite, finite)
 
 
-@settings(deadline=None, max_examples=25)
+@settings(max_examples=25)
 @given(three, three)
 def test_urdf_and_sdf_turn_the_tensor_by_roll_pitch_and_yaw(
     tmp_path_factory: pytest.TempPathFactory, xyz: tuple[float, ...], rpy: tuple[float, ...]

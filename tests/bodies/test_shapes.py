@@ -33,7 +33,7 @@ Dimensions = Mapping[str, Any]
 Patch = Callable[[Floats, Floats, Floats], tuple[Any, Any, Any, Any]]
 """From u, v, w (0 to 1 each) to x, y, z and the Jacobian; a surface leaves out w, a curve v and w."""
 
-few = settings(max_examples=40, deadline=None)
+few = settings(max_examples=40)
 
 TAU = 2 * math.pi
 

@@ -22,7 +22,7 @@ from rigidcli.errors import ValueProblem
 Floats = NDArray[np.float64]
 Moments = tuple[float, Floats, Floats]
 
-few = settings(max_examples=40, deadline=None)
+few = settings(max_examples=40)
 
 COORDINATE = st.floats(-3, 3).map(lambda x: 0.0 if abs(x) < 1e-6 else x)
 TURN: Floats = np.array(Rotation.from_euler("ZXZ", [0.4, 1.0, -2.0]).as_matrix())

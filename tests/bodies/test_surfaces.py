@@ -82,7 +82,7 @@ def test_turning_and_moving_a_body_turns_and_moves_what_is_measured(seed: int, t
 # --- edges
 
 
-@settings(max_examples=20, deadline=None)
+@settings(max_examples=20)
 @given(seed=st.integers(0, 200), data=st.data())
 def test_any_triangle_that_is_missing_or_turned_opens_the_surface(seed: int, data: st.DataObject) -> None:
     body = hull(seed)

@@ -86,7 +86,7 @@ COORDINATES = st.integers(-4, 4).map(float)
 POINTS = st.lists(st.tuples(st.integers(1, 5).map(float), *[COORDINATES] * 3), min_size=2, max_size=6)
 
 
-@settings(max_examples=15, deadline=None)
+@settings(max_examples=15)
 @given(POINTS, st.tuples(*[COORDINATES] * 3), st.sampled_from(["minus", "plus"]))
 def test_mistakes_on_the_way_to_a_tensor(
     points: list[tuple[float, ...]], origin: tuple[float, ...], products: str
@@ -174,7 +174,7 @@ def tree(values: Any, form: str) -> Any:
     return [tree(value, form) for value in values] if np.ndim(values) else form.format(float(values))
 
 
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=60)
 @given(keys(), st.sampled_from([None, 1e-6, 0.02]), st.data())
 def test_right_is_never_wrong(made: tuple[str, Floats], relative: float | None, data: st.DataObject) -> None:
     kind, values = made
@@ -203,7 +203,7 @@ CHANGES: dict[str, Callable[[Floats], Floats]] = {
 }
 
 
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=60)
 @given(keys(), st.sampled_from(["one entry off", *CHANGES]), st.data())
 def test_wrong_is_never_right(made: tuple[str, Floats], change: str, data: st.DataObject) -> None:
     kind, values = made

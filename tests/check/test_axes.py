@@ -136,7 +136,7 @@ def basis(body: Body, chance: random.Random) -> Floats:
     return rows
 
 
-@settings(max_examples=30, deadline=None)
+@settings(max_examples=30)
 @given(bodies(), st.integers(0, 2**32))
 def test_every_right_answer_is_right(body: Body, seed: int) -> None:
     chance = random.Random(seed)
@@ -145,7 +145,7 @@ def test_every_right_answer_is_right(body: Body, seed: int) -> None:
         assert judged(item, written(body, basis(body, chance), chance)).verdict == "correct"
 
 
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=40)
 @given(bodies(), st.integers(0, 2**32), st.sampled_from(["moment", "turned", "oblique", "double", "pairing"]))
 def test_no_wrong_answer_is_right(body: Body, seed: int, way: str) -> None:
     chance = random.Random(seed)

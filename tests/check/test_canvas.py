@@ -224,7 +224,7 @@ TEXTS = st.text(st.characters(exclude_categories=["Cs"], exclude_characters="\r"
     st.sampled_from([",", ";"]),
     st.sampled_from(["\n", "\r\n"]),
 )
-@settings(max_examples=100, deadline=None)
+@settings(max_examples=100)
 def test_whatever_is_in_a_gradebook_stays(
     students: list[tuple[str, str, float]], quoting: int, mark: str, end: str
 ) -> None:

@@ -20,7 +20,7 @@ def told(item: Any, answer: Any) -> str:
     return CHOICE.told(item, answer).removeprefix("incorrect ").removeprefix("invalid ")
 
 
-@settings(max_examples=100, deadline=None)
+@settings(max_examples=100)
 @given(st.data(), WORDS)
 def test_spelling_does_not_count(data: st.DataObject, words: list[str]) -> None:
     item = CHOICE.literal(data.draw(st.sampled_from(" _-")).join(words))
@@ -50,7 +50,7 @@ def test_what_is_no_text_makes_no_key(value: object) -> None:
         CHOICE.literal(value)
 
 
-@settings(max_examples=50, deadline=None)
+@settings(max_examples=50)
 @given(st.lists(st.sampled_from(["theta", "phi", "x", "the time"]), unique=True, min_size=1), st.data())
 def test_a_set_has_no_order(words: list[str], data: st.DataObject) -> None:
     item = CHOICE.literal(words)

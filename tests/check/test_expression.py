@@ -25,7 +25,6 @@ from tests.trees import NoValueError, value
 
 every = settings(
     max_examples=300,
-    deadline=None,
     derandomize=True,
     phases=[Phase.generate],
     suppress_health_check=list(HealthCheck),

@@ -156,7 +156,7 @@ QUESTIONS = st.builds(
 
 
 @given(st.lists(QUESTIONS, max_size=5).map(tuple))
-@settings(max_examples=100, deadline=None)
+@settings(max_examples=100)
 def test_what_goes_through_a_pipe_comes_out_the_same(questions: tuple[Judged, ...]) -> None:
     sheet = Judgement("ada", "ada.yaml", questions, ("a note",), ("a file",))
     assert Judgement.from_bytes(sheet.to_bytes()) == sheet

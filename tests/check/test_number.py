@@ -19,7 +19,7 @@ from rigidcli.errors import DocumentError
 from rigidcli.fields.units import parse_unit
 from tests.check.asking import Asking, cases, details, judged
 
-many = settings(max_examples=100, deadline=None)
+many = settings(max_examples=100)
 
 QUANTITY = Asking("quantity")
 
@@ -130,7 +130,7 @@ def test_what_is_no_number_is_invalid_with_the_reason(text: Any, code: str, hint
     assert hint in details(found)
 
 
-@settings(max_examples=200, deadline=None)
+@settings(max_examples=200)
 @given(
     st.one_of(st.text(max_size=60), st.text("0123456789.,eE+-*/^()_ xπ×·°%mskgradpiN⁻²³\\{}", max_size=450))
 )

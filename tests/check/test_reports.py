@@ -22,7 +22,7 @@ from rigidcli.check.reports.formats import FORMATS, csv_rows, harmless, points, 
 from rigidcli.render.terminal import Page, cells
 from tests.check.standins import mark, waiting
 
-few = settings(max_examples=100, deadline=None)
+few = settings(max_examples=100)
 
 SAYS = CODES
 

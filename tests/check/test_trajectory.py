@@ -346,7 +346,7 @@ def test_what_is_no_table(spring: Item) -> None:
 ATTACKS = ("frozen", "replay", "warp", "late", "one", "size", "slope", "still", "noise")
 
 
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=40)
 @given(st.integers(0, 10**9), st.sampled_from(ATTACKS))
 def test_wrong_answers_are_never_right(seed: int, attack: str) -> None:
     chance = np.random.default_rng(seed)
@@ -388,7 +388,7 @@ def test_wrong_answers_are_never_right(seed: int, attack: str) -> None:
     assert outcome.findings
 
 
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=40)
 @given(
     st.lists(st.tuples(*[st.floats(allow_nan=False, allow_infinity=False)] * 3), min_size=1, max_size=40),
     st.booleans(),

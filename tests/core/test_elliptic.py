@@ -18,7 +18,7 @@ Floats = NDArray[np.float64]
 
 EPS = float(np.finfo(np.float64).eps)
 
-few = settings(max_examples=30, deadline=None)
+few = settings(max_examples=30)
 
 COMPLEMENTS = [1.0, 0.7, 1e-3, 1e-20, 1e-140]
 

@@ -30,7 +30,7 @@ from tests.core.rigid_motion import (
     principal_frame,
 )
 
-few = settings(max_examples=20, deadline=None)
+few = settings(max_examples=20)
 
 TURNED = np.array(Rotation.from_quat([0.3, -0.5, 0.2, 0.7]).as_matrix())
 EPS = float(np.finfo(np.float64).eps)

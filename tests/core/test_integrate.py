@@ -30,7 +30,7 @@ from tests.core.flows import (
     same,
 )
 
-few = settings(max_examples=25, deadline=None)
+few = settings(max_examples=25)
 
 plain = partial(integrate.integrate, engine="runge-kutta")
 

@@ -16,7 +16,7 @@ from rigidcli.core.nutation import Nutation, nutation
 from rigidcli.core.precession import sleeping, steady
 from tests.core.tops import MOMENTS, RATES, SPINS, TILTS, WEIGHTS, Start
 
-fewest = settings(max_examples=15, deadline=None)
+fewest = settings(max_examples=15)
 
 
 def limits(start: Sequence[Any], digits: int = 60) -> dict[str, Any]:

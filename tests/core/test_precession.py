@@ -24,8 +24,8 @@ from tests.core.rigid_motion import Motion, angle, by_series, leaning, matrix
 
 Floats = NDArray[np.float64]
 
-few = settings(max_examples=40, deadline=None)
-many = settings(max_examples=80, deadline=None)
+few = settings(max_examples=40)
+many = settings(max_examples=80)
 
 # An expression stands where the formulas say float.
 ex: Any = expressions

@@ -20,7 +20,7 @@ from tests.core.rigid_motion import principal_frame
 
 Floats = NDArray[np.float64]
 
-few = settings(max_examples=30, deadline=None)
+few = settings(max_examples=30)
 
 EPS = float(np.finfo(np.float64).eps)
 

@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from rigidcli.core import mass_properties, rotation
 from tests.core.rigid_motion import Motion, leaning
 
-many = settings(max_examples=25, deadline=None)
+many = settings(max_examples=25)
 
 NUMBERS = st.floats(-3, 3).map(lambda x: 0.0 if abs(x) < 1e-9 else x)
 TIMES = st.lists(st.floats(-1e4, 1e4), min_size=1, max_size=20)

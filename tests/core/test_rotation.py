@@ -22,7 +22,7 @@ from rigidcli.errors import ValueProblem
 
 Floats = NDArray[np.float64]
 
-few = settings(max_examples=25, deadline=None)
+few = settings(max_examples=25)
 
 COMPONENT = st.floats(-1, 1).map(lambda x: 0.0 if abs(x) < 1e-8 else x)
 VECTORS = st.lists(COMPONENT, min_size=3, max_size=3).filter(lambda v: math.hypot(*v) > 1e-3)

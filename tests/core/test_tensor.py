@@ -20,7 +20,7 @@ from rigidcli.errors import ValueProblem
 
 Floats = NDArray[np.float64]
 
-few = settings(max_examples=25, deadline=None)
+few = settings(max_examples=25)
 
 # From atoms (1e-27 kg, 1e-10 m) to planets (1e37 kg, 1e11 m), in powers of two, by which floats are
 # multiplied without rounding: every absolute tolerance and every unit hidden in the code then shows.

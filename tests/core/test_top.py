@@ -19,8 +19,8 @@ from rigidcli.core.arithmetic import FLOAT
 from rigidcli.core.precession import sleeping, steady
 from tests.core.tops import MOMENTS, SPINS, TILTS, WEIGHTS
 
-few = settings(max_examples=30, deadline=None)
-many = settings(max_examples=80, deadline=None)
+few = settings(max_examples=30)
+many = settings(max_examples=80)
 
 # An expression stands where the formulas say float.
 ex: Any = expressions

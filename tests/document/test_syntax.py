@@ -323,7 +323,7 @@ TREE = st.recursive(
     lambda inner: st.lists(inner, max_size=4) | st.dictionaries(TEXT, inner, max_size=4),
     max_leaves=12,
 )
-BOUNDED = settings(derandomize=True, deadline=None, max_examples=100)
+BOUNDED = settings(derandomize=True, max_examples=100)
 
 
 @BOUNDED

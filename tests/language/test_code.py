@@ -19,8 +19,8 @@ from rigidcli.language.functions import WITH_CORNERS
 from tests.trees import number as written
 from tests.trees import trees
 
-many = settings(max_examples=120, deadline=None)
-few = settings(max_examples=15, deadline=None)
+many = settings(max_examples=120)
+few = settings(max_examples=15)
 
 ARGUMENTS = ("t", "x", "y")
 CONSTANTS = {"k": 0.75, "m": -3.0, "one": 1.0, "zero": 0.0}

@@ -243,7 +243,7 @@ SOUP = st.one_of(
 )
 
 
-@settings(max_examples=200, deadline=None)
+@settings(max_examples=200)
 @given(SOUP)
 def test_soup_is_an_expression_or_an_expression_error(source: str) -> None:
     error = None
@@ -279,7 +279,7 @@ def by_python(written: str, **values: float) -> float | None:
     return found if isinstance(found, float) and math.isfinite(found) else None
 
 
-@settings(max_examples=150, deadline=None)
+@settings(max_examples=150)
 @given(trees(LEAVES))
 def test_random_trees_have_the_value_python_gives_them(node: tree.Node) -> None:
     written = text(node)
@@ -291,7 +291,7 @@ def test_random_trees_have_the_value_python_gives_them(node: tree.Node) -> None:
         assert parse(written).evaluate(NAMED) == expected
 
 
-@settings(max_examples=100, deadline=None)
+@settings(max_examples=100)
 @given(trees(LEAVES), st.lists(st.floats(-10, 10), min_size=1, max_size=4))
 def test_arrays_agree_with_floats(node: tree.Node, numbers: list[float]) -> None:
     expression = parse(f"x + ({text(node)})")

@@ -19,7 +19,7 @@ from rigidcli.language.tree import Call, Constant, Name, Node
 from tests.tables import pairs_of, words_of
 from tests.trees import number, trees
 
-many = settings(max_examples=100, deadline=None)
+many = settings(max_examples=100)
 
 NAMES = {
     "x": "x",
@@ -282,7 +282,7 @@ class Typeset:
         return f"{name}({','.join(arguments)}){exponent}", False
 
 
-@settings(max_examples=150, deadline=None)
+@settings(max_examples=150)
 @given(TREES, POSITIVE)
 def test_latex_has_the_same_value(node: Node, values: dict[str, float]) -> None:
     try:

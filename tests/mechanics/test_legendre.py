@@ -21,7 +21,7 @@ from rigidcli.mechanics.legendre import canonical_momenta, legendre_transform
 from rigidcli.mechanics.velocity_inversion import Branch
 from tests.trees import CONTEXT, expression, value, written
 
-few = settings(max_examples=8, deadline=None, phases=[Phase.explicit, Phase.reuse, Phase.generate])
+few = settings(max_examples=8, phases=[Phase.explicit, Phase.reuse, Phase.generate])
 
 
 def slope(node: Node, point: Mapping[str, Any], name: str) -> Any:

@@ -50,7 +50,7 @@ def require_frame(frame: PrincipalFrame, of: Any, values: dict[str, Fraction] | 
 ENTRIES = st.integers(-9, 9)
 
 
-@settings(max_examples=3, deadline=None)
+@settings(max_examples=3)
 @given(st.lists(ENTRIES, min_size=6, max_size=6))
 def test_any_rational_tensor(entries: list[int]) -> None:
     a, b, c, d, e, f = entries

@@ -20,7 +20,7 @@ from rigidcli.mechanics import rigid_body
 
 Floats = NDArray[np.float64]
 
-few = settings(max_examples=50, deadline=None)
+few = settings(max_examples=50)
 
 NUMBERS = st.floats(-5, 5)
 THREE = st.tuples(NUMBERS, NUMBERS, NUMBERS)

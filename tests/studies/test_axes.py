@@ -20,7 +20,7 @@ import rigidcli
 from rigidcli.errors import ComputationError
 from tests.exact import numeric
 
-few = settings(max_examples=30, deadline=None)
+few = settings(max_examples=30)
 
 BODIES = yaml.safe_load(Path(__file__).with_name("bodies.yaml").read_text(encoding="utf-8"))
 BOX = {"shape": "box", "size": [1, 2, 3], "mass": 12}
