@@ -39,7 +39,7 @@ MOST_LINES = {
     "fields": 1677,  # a list without brackets in braces is one problem with its cure
     "check": 7255,  # missing answers are one row, and files that are no answers are noted in Python, too
     "language": 2319,  # numbers without commas have a hint
-    "mechanics": 2665,  # the matrix exponential has twice the digits of a float, without scipy
+    "mechanics": 2669,  # the matrix exponential has twice the digits of a float, without scipy
     "reference": 468,  # the JSON Schema of files came here from `document`
     "render": 2674,  # symbols and units are typeset in readings of a replay and in words
     "studies": 6127,  # the working shows brackets, vectors of modes, and the torque of the document

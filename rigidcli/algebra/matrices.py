@@ -54,7 +54,11 @@ def part(matrix: Matrix, rows: Sequence[int], columns: Sequence[int]) -> list[li
 def product(left: Matrix, right: Matrix) -> list[list[Expr]]:
     """The product of two matrices."""
     columns = list(zip(*right, strict=True))
-    return [[total(a * b for a, b in zip(row, column, strict=True)) for column in columns] for row in left]
+    # Most entries of large matrices are zeros.
+    return [
+        [total(a * b for a, b in zip(row, column, strict=True) if a and b) for column in columns]
+        for row in left
+    ]
 
 
 def inverse(matrix: Matrix, most_terms: int = MOST_TERMS) -> list[list[Expr]] | None:

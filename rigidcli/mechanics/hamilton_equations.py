@@ -90,10 +90,9 @@ def steps(e: Expr, names: Collection[str]) -> tuple[Expr, ...]:
 
 def bracket(f: Expr, g: Expr, phase: Phase) -> Expr:
     """The Poisson bracket {f, g} = sum_i df/dq_i dg/dp_i - df/dp_i dg/dq_i."""
-    return total(
-        derivative(f, q) * derivative(g, p) - derivative(f, p) * derivative(g, q)
-        for q, p in zip(phase.coordinates, phase.momenta, strict=True)
-    )
+    pairs = [*zip(phase.coordinates, phase.momenta, strict=True)]
+    terms = [derivative(f, q) * derivative(g, p) for q, p in pairs if q in f.names]
+    return total([*terms, *(-derivative(f, p) * derivative(g, q) for q, p in pairs if p in f.names)])
 
 
 def coefficient(polynomial: Polynomial, size: int, *places: int) -> Expr:

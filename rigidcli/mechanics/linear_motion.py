@@ -47,15 +47,16 @@ class LinearMotion:
         With q' = A q + B p, p' = D q + E p they are p = M (q' - A q), where M = B^-1. Where B has no inverse,
         the motion stays one of first order, with M = 0, C = 1 and K = -A.
         """
-        size, whole = len(matrix) // 2, np.array(matrix, dtype=object)
+        size, whole = len(matrix) // 2, _array(matrix)
         (a, b), (d, e) = (np.hsplit(rows, [size]) for rows in np.vsplit(whole, [size]))
-        masses: Any = inverse_of(b.tolist())
+        masses = inverse_of(b.tolist())
         if masses is None:
             one = [[ONE if i == j else ZERO for j in range(2 * size)] for i in range(2 * size)]
             return cls((0 * whole).tolist(), one, (-whole).tolist())
-        masses = np.array(masses, dtype=object)
-        parts = masses, -(masses @ a) - e @ masses, e @ masses @ a - d
-        return cls(*(part.tolist() for part in parts)).changed(tidy)
+        back = matrices.product(e.tolist(), masses)
+        rates = -_array(matrices.product(masses, a.tolist())) - _array(back)
+        stiffness = _array(matrices.product(back, a.tolist())) - d
+        return cls(masses, rates.tolist(), stiffness.tolist()).changed(tidy)
 
     @property
     def parts(self) -> tuple[Matrix, Matrix, Matrix]:
@@ -157,6 +158,10 @@ def of_hamilton(equations: Sequence[Expr], phase: Phase, place: Mapping[str, Exp
     return LinearMotion.of_matrix(
         [[tidy(substitute(derivative(e, name), place)) for name in phase.names] for e in equations]
     )
+
+
+def _array(matrix: Matrix) -> Any:
+    return np.array(matrix, dtype=object)
 
 
 def inverse_of(matrix: Matrix) -> Matrix | None:
