@@ -350,12 +350,10 @@ def _vectors(oscillations: Oscillations, document: Document, unknown: str) -> It
         vectors = [n.array([x for x, _ in vector]) for vector in root.vectors]
         fields += [Field("", vector, "v", r"\mathbf{v}") for vector in vectors]
         last = number + len(vectors) - 1
-        yield Step(
-            f"Vector of mode {number}" if last == number else f"Vectors of modes {number} to {last}",
-            f"At the rate of the mode, ({head}) v = 0 tells the ratios of the components of v; where several "
-            "modes have this rate, any solutions that are independent serve.",
-            tuple(fields),
-        )
+        title = f"Vector of mode {number}" if last == number else f"Vectors of modes {number} to {last}"
+        several = "" if last == number else "; any independent solutions serve"
+        sentence = f"At this rate ({head}) v = 0 tells the ratios of the components of v{several}."
+        yield Step(title, sentence, tuple(fields))
         number = last + 1
 
 
