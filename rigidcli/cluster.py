@@ -7,10 +7,11 @@ import sys
 import threading
 import warnings
 from collections.abc import Iterator
-from concurrent.futures import CancelledError, Executor, TimeoutError
+from concurrent.futures import CancelledError, Executor, InvalidStateError, TimeoutError
 from contextlib import contextmanager, suppress
 from importlib import util
 from typing import Any
+from weakref import WeakSet
 
 import rigidcli
 from rigidcli.errors import ComputationError, UsageError
@@ -20,6 +21,9 @@ ANSWERS_WITHIN = 5.0
 
 WORKERS_WITHIN = 60.0
 """Seconds to wait for the first worker: one that is started on demand takes half of them."""
+
+ASKED_EVERY = 0.5
+"""Seconds between looks at whether the scheduler is still there: a look costs nothing."""
 
 FEW = 16
 """A cluster counts as so many workers at least: more may come when there is work for them."""
@@ -44,9 +48,11 @@ def opened(address: str) -> Iterator[tuple[Executor, int]]:
             client = _reached(address)
         _require_same(client)
         executor = client.get_executor(pure=False)  # each pack is work of its own
+        ended = _watched(client, executor)
         try:
             yield executor, max(FEW, len(client.nthreads()))
         finally:
+            ended.set()
             with suppress(Exception):  # where the scheduler is gone, so is the work
                 executor.shutdown(wait=False)
     except Exception as error:  # noqa: BLE001 - whatever goes wrong far away
@@ -55,6 +61,29 @@ def opened(address: str) -> Iterator[tuple[Executor, int]]:
         if client is not None:
             client.close(timeout=1)
         logging.disable(before)
+
+
+def _watched(client: Any, executor: Any) -> threading.Event:
+    """End what waits for a client that is closed, until the event is set.
+
+    A client that has lost its scheduler closes itself, but leaves some futures waiting for ever.
+    """
+    ended, waiting, submit = threading.Event(), WeakSet[Any](), executor.submit
+
+    def submitted(*task: Any, **options: Any) -> Any:
+        future = submit(*task, **options)
+        waiting.add(future)
+        return future
+
+    def watch() -> None:
+        while not ended.wait(ASKED_EVERY):
+            for future in [*waiting] if client.status == "closed" else ():
+                with suppress(InvalidStateError):  # it has ended in the meantime
+                    future.set_exception(OSError("the scheduler is gone"))
+
+    executor.submit = submitted
+    threading.Thread(target=watch, daemon=True).start()
+    return ended
 
 
 def _reached(address: str) -> Any:
