@@ -31,7 +31,7 @@ from rigidcli.studies.pictures import KINDS as KINDS_OF_PICTURES
 from rigidcli.studies.results import RESULTS
 
 MOST_LINES = {
-    "algebra": 2869,
+    "algebra": 2873,
     "bodies": 5279,  # densities look again where a box sees what its halves miss
     "cli": 1872,  # settings that nothing uses are refused; rows of a sweep follow one header
     "core": 3902,  # how bodies add up came here from `bodies`; energies near a separatrix are fractions

@@ -14,7 +14,7 @@ from typing import Any
 
 import numpy as np
 
-from rigidcli.algebra.atoms import Pi, Symbol
+from rigidcli.algebra.atoms import Group, Pi, Symbol
 from rigidcli.algebra.expressions import Expr
 from rigidcli.algebra.fractions import vanishes
 from rigidcli.algebra.trees import plain_tree
@@ -45,15 +45,19 @@ _RANGES = tuple((Fraction(low), Fraction(width)) for low, width in (("1/4", 2), 
 def is_zero(e: Expr) -> bool:
     """Whether an expression vanishes wherever it has a value.
 
-    Different products of powers of symbols are independent, so that a sum of these is not zero. Otherwise
-    values at random points, with proved bounds, tell an expression from zero, or it vanishes as a fraction of
-    polynomials in which roots and functions have names. What both leave open is zero to 330 digits, and taken
-    for zero. An expression that has a value at none of the points is not zero unless that is proved.
+    Different products of powers of symbols are independent, so that a sum of these is not zero, and a product
+    of powers of such sums vanishes only with one of them. Otherwise values at random points, with proved
+    bounds, tell an expression from zero, or it vanishes as a fraction of polynomials in which roots and
+    functions have names. What both leave open is zero to 330 digits, and taken for zero. An expression that
+    has a value at none of the points is not zero unless that is proved.
     """
     if not e.terms:
         return True
     if all(isinstance(atom, (Symbol, Pi)) for atom in e.atoms):
         return False
+    if len(e.terms) == 1 and all(isinstance(atom, (Symbol, Pi, Group)) for atom in e.atoms):
+        ((monomial, _),) = e.terms.items()
+        return any(is_zero(atom.inner) for atom, n in monomial if isinstance(atom, Group) and n > 0)
     few, many = PRECISIONS
     if _seems_zero(e, few, POINTS) is False:
         return False
