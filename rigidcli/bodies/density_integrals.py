@@ -164,18 +164,18 @@ def _degree(formula: Formula) -> int:
     )
 
 
-def looked_at(density: Any, charts: Sequence[Chart], unit: str) -> list[Part]:
+def looked_at(density: Any, charts: Sequence[Chart], unit: str, is_searched: bool = True) -> list[Part]:
     """The density over each chart.
 
-    Raises ValueProblem where it is negative or has no value: at the points of a net, and where a search
-    from its lowest points ends. What is narrower than the net may escape it.
+    Raises ValueProblem where it is negative or has no value: at the points of a net, and where a search from
+    its lowest points ends, if it `is_searched`. What is narrower than the net may escape it.
     """
     parts = [Part(density, chart, unit) for chart in charts]
     heights = np.hstack([part.value(part.root, part.net) for part in parts])
     highest = heights[np.isfinite(heights)].max(initial=0.0)
     for part in parts:
         part.least = -NEGATIVE * highest
-        part.density(np.hstack([part.net, part.extremes(part.root, 1)]))
+        part.density(np.hstack([part.net, part.extremes(part.root, 1)]) if is_searched else part.net)
     return parts
 
 

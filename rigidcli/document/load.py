@@ -338,7 +338,7 @@ def _require_physical(document: Document) -> None:
         from rigidcli.bodies.density_integrals import looked_at
 
         with at("body"):
-            looked_at(shape.density, shape.maps(FLOAT), shape.UNIT)
+            looked_at(shape.density, shape.maps(FLOAT), shape.UNIT, is_searched=False)
     if not varying:
         document.physical.require()
 
