@@ -64,7 +64,7 @@ class Terms:
         """The symbols in it, at any depth."""
         return frozenset().union(*(atom.names for atom in self.atoms))
 
-    @property
+    @cached_property
     def unknown(self) -> frozenset[str]:
         """The unknown functions in it, at any depth, by the names under which they are declared."""
         functions = (atom.function for atom in self.everywhere() if isinstance(atom, Applied))

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from functools import cache
+from functools import cache, lru_cache
 
 from rigidcli.algebra.atoms import Applied, Atom, Group, Symbol
 from rigidcli.algebra.expansion import expand
@@ -26,6 +26,7 @@ def _tree(formula: str) -> Node:
     return read(formula)[0]
 
 
+@lru_cache(4096)
 def derivative(e: Expr, name: str) -> Expr:
     """The derivative with respect to a symbol; that of `abs` is `sign`, that of `sign` is 0."""
     allowance = Allowance()

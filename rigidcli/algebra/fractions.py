@@ -11,9 +11,8 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
 from fractions import Fraction
-from typing import Any
+from typing import Any, NamedTuple
 
 from rigidcli.algebra.atoms import Applied, Atom, Group, Surd, interned
 from rigidcli.algebra.expansion import expand
@@ -34,8 +33,7 @@ _SQUARED = {"sin": ("cos", -1), "sinh": ("cosh", 1)}
 """Functions whose squares go: sin^2 = 1 - cos^2, sinh^2 = -1 + cosh^2."""
 
 
-@dataclass(frozen=True, slots=True)
-class _Ring:
+class _Ring(NamedTuple):
     """Variables, each a power of an atom, and the squares that some of them have (polynomials)."""
 
     context: Any
@@ -146,8 +144,7 @@ def _square(atom: Atom, step: Fraction, radicands: dict[Atom, Expr]) -> Expr | N
     return radicands.get(atom) if step == Fraction(1, 2) else None
 
 
-@dataclass(frozen=True, slots=True)
-class _Quotient:
+class _Quotient(NamedTuple):
     """An expression as powers of what stands `outside`, times a fraction of two polynomials."""
 
     ring: _Ring
@@ -215,7 +212,8 @@ def vanishes(e: Expr) -> bool:
 
     Raises ExpressionError where it is too large, or the denominator vanishes.
     """
-    return bool(_quotient(e, None).above == 0)
+    quotient = _quotient(e, None)
+    return quotient.outside[0][0].is_zero or bool(quotient.above == 0)
 
 
 def factors(e: Expr, allowance: Allowance | None = None) -> list[tuple[Expr, int]]:

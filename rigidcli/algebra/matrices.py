@@ -53,12 +53,10 @@ def part(matrix: Matrix, rows: Sequence[int], columns: Sequence[int]) -> list[li
 
 def product(left: Matrix, right: Matrix) -> list[list[Expr]]:
     """The product of two matrices."""
-    columns = list(zip(*right, strict=True))
     # Most entries of large matrices are zeros.
-    return [
-        [total(a * b for a, b in zip(row, column, strict=True) if a and b) for column in columns]
-        for row in left
-    ]
+    columns = [{k: b for k, b in enumerate(column) if b} for column in zip(*right, strict=True)]
+    rows = [{k: a for k, a in enumerate(row) if a} for row in left]
+    return [[total(row[k] * b for k, b in column.items() if k in row) for column in columns] for row in rows]
 
 
 def inverse(matrix: Matrix, most_terms: int = MOST_TERMS) -> list[list[Expr]] | None:

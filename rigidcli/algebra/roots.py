@@ -44,14 +44,15 @@ class Allowance:
 
 
 def bounded(value: Rational) -> Rational:
-    """The number itself.
+    """The number itself, as an integer where it is one, as that is several times faster.
 
     Raises:
         ExpressionError: it is too large.
     """
-    if value.numerator.bit_length() > MAX_BITS or value.denominator.bit_length() > MAX_BITS:
+    above, below = value.numerator, value.denominator
+    if above.bit_length() > MAX_BITS or below.bit_length() > MAX_BITS:
         raise ExpressionError(f"a number has more than {MAX_BITS:,} bits")
-    return value
+    return above if below == 1 else value
 
 
 def magnitude(value: Rational) -> Rational:

@@ -145,7 +145,7 @@ def _expanded(e: Expr, allowance: Allowance) -> Expr:
 
 
 def _reduced(e: Expr, allowance: Allowance) -> Expr:
-    if len(e.terms) > MAX_TERMS_TO_TIDY:
+    if len(e.terms) > MAX_TERMS_TO_TIDY or all(isinstance(atom, Symbol) for atom in e.atoms):
         return e
     e = exponentials_merged(_roots_above(e))
     replaced = tangents_replaced(e)

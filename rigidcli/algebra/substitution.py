@@ -65,14 +65,15 @@ def mapped(e: Expr, change: Callable[[Atom], Expr | None]) -> Expr:
 
 
 def with_powers(e: Expr, change: Callable[[Atom, Rational], Expr | None]) -> Expr:
-    """The expression with powers of atoms changed; None leaves one as it is."""
+    """The expression with powers of atoms changed, each worked out once; None leaves one as it is."""
+    changes = {factor: change(*factor) for monomial in e.terms for factor in monomial}
+    changed = {factor: value for factor, value in changes.items() if value is not None}
+    if not changed:
+        return e
     parts = []
     for monomial, coefficient in e.terms.items():
-        changes = [change(*factor) for factor in monomial]
-        changed = [value for value in changes if value is not None]
-        if changed:
-            kept = (factor for factor, value in zip(monomial, changes, strict=True) if value is None)
-            parts.append(product([gathered(coefficient, dict(kept)), *changed]))
-        else:
-            parts.append(Expr({monomial: coefficient}))
+        kept = {atom: n for atom, n in monomial if (atom, n) not in changed}
+        values = [changed[factor] for factor in monomial if factor in changed]
+        whole = gathered(coefficient, kept) if values else Expr({monomial: coefficient})
+        parts.append(product([whole, *values]))
     return total(parts)

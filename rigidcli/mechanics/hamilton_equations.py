@@ -11,7 +11,7 @@ from collections.abc import Collection, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
 from itertools import combinations_with_replacement
-from typing import TypeGuard
+from typing import NamedTuple, TypeGuard
 
 from rigidcli.algebra.atoms import Applied, Group
 from rigidcli.algebra.calculus import derivative
@@ -114,15 +114,15 @@ def linear(expressions: Sequence[Expr], names: Sequence[str]) -> tuple[list[list
         if not has_degrees(polynomial, 0, 1):
             return None
         offset.append(coefficient(polynomial, size))
-        matrix.append([tidy(coefficient(polynomial, size, place)) for place in range(size)])
+        factors = {powers.index(1): factor for powers, factor in polynomial.items() if any(powers)}
+        matrix.append([tidy(factors.get(place, ZERO)) for place in range(size)])
     return matrix, offset
 
 
 TIME = "t"
 
 
-@dataclass(frozen=True, slots=True)
-class Particle:
+class Particle(NamedTuple):
     """A mass at a position (up to 3), and a moment of inertia that turns by an angle; or one of these."""
 
     mass: Expr | None
