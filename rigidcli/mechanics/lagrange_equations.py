@@ -84,18 +84,10 @@ def rank(matrix: matrices.Matrix, fixed: Mapping[str, Expr]) -> int | None:
 
     Names have their `fixed` values, others any.
     """
-    blocks = matrices.blocks(matrix)
-    ranks = [_of_block(matrices.part(matrix, block, block), fixed) for block in blocks]
-    known = [n for n in ranks if n is not None]
-    return sum(known) if len(known) == len(ranks) else None
-
-
-def _of_block(matrix: matrices.Matrix, fixed: Mapping[str, Expr]) -> int | None:
-    size = len(matrix)
     there = sampled([substitute(entry, fixed) for row in matrix for entry in row], {})
     if there is None:
         return None
-    there = there.reshape(-1, size, size)
+    there = there.reshape(-1, len(matrix), len(matrix))
     # Rows and columns are divided by the square roots of their sizes.
     sizes = np.sqrt(np.abs(there).max(axis=2, keepdims=True))
     sizes[sizes == 0] = 1.0
