@@ -12,16 +12,15 @@ import os
 import signal
 import sys
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
 from itertools import pairwise
 from threading import current_thread, main_thread
+from typing import NamedTuple
 
 if sys.platform != "win32":
     import resource
 
 
-@dataclass(frozen=True, slots=True)
-class Limits:
+class Limits(NamedTuple):
     """What one piece of work may take in a process that may serve many.
 
     `seconds` of time; bytes of `memory`, besides what the process begins with; bytes that it has `handed`

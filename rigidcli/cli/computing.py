@@ -5,7 +5,6 @@
 import inspect
 from collections import defaultdict
 from collections.abc import Callable, Iterable, Iterator, Sequence
-from dataclasses import replace
 from enum import StrEnum
 from functools import partial
 from pathlib import Path
@@ -205,8 +204,8 @@ def _run(asked: Asked, work: Work) -> int:
             output.protect(*(file for file in (*asked.files, *asked.tables) if file != "-"))
         width, colour = target.terminal()
         several = len(asked.files) > 1 or any(map(is_robot, asked.files))
-        look = replace(work.look, width=width, colour=colour, several=several)
-        work = replace(work, look=look)
+        look = work.look._replace(width=width, colour=colour, several=several)
+        work = work._replace(look=look)
         if work.settings or asked.sweep is not None:
             require_used(work, asked.files, asked.sweep)
         if traits.file and is_folder(asked.output):

@@ -8,7 +8,7 @@ import sys
 import threading
 import time
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass
+from typing import NamedTuple
 
 import typer
 
@@ -42,8 +42,7 @@ def bad_parameter(option: str | None = None) -> Iterator[None]:
         raise typer.BadParameter(message, param_hint=option and f"'{option}'") from None
 
 
-@dataclass(frozen=True, slots=True)
-class Failure:
+class Failure(NamedTuple):
     """The message of an error, its exit code, and in a sweep the `place` where it occurred."""
 
     text: str

@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import AbstractContextManager
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from importlib import import_module
 from typing import TYPE_CHECKING, Any, NamedTuple, TypeAlias
 
@@ -34,8 +34,7 @@ TASKS, MOST_BLOCKS = 64, 16
 """Tasks of a large ensemble, and blocks of starts in a task: few, as each task reads the document again."""
 
 
-@dataclass(frozen=True, slots=True)
-class Work:
+class Work(NamedTuple):
     """The work on every document: a study with its options, the way of reading, and the format of results.
 
     `settings` are texts of `--set`; `named` has the keys among them that have an option of their own. `plot`
@@ -220,7 +219,7 @@ def _answers(task: Task, work: Work, watch: Watch | None) -> Iterator[Answer]:
             report = replace(report, swept=tuple(swept))
         yield work.answer(report, files)
     except (RigidError, MemoryError) as error:
-        failed = replace(failure(error, task.source), place=", ".join(settings))
+        failed = failure(error, task.source)._replace(place=", ".join(settings))
         yield Answer(task.source, failed, files=files)
 
 
@@ -233,14 +232,14 @@ def _of_ensemble(document: Document, work: Work, starts: range | None) -> Iterat
     if work.command.name == "euler":
         from rigidcli.studies.euler.closed import together as several
     shown = ("picture", "scene", "steps")
-    alone = replace(work, options={name: work.options[name] for name in work.options if name not in shown})
+    alone = work._replace(options={name: work.options[name] for name in work.options if name not in shown})
     source, files = document.source, tuple(document.files)
     require_one_start(document, work.options)
     places = range(len(document.ensemble)) if starts is None else starts
     form = TRAITS[work.format].ensembles
     for place, report in reports(document, alone.run, form, places, several):
         if isinstance(report, RigidError):
-            yield Answer(source, replace(failure(report, source), place=f"start {place}"), files=files)
+            yield Answer(source, failure(report, source)._replace(place=f"start {place}"), files=files)
         else:
             yield work.answer(report, files)
 

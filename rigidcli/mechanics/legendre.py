@@ -17,8 +17,8 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from contextlib import suppress
-from dataclasses import dataclass
 from itertools import product as combinations
+from typing import NamedTuple
 
 from rigidcli.algebra import matrices
 from rigidcli.algebra.calculus import derivative
@@ -35,8 +35,7 @@ MOST_BRANCHES = 16
 """The most branches that are listed: more of them nobody would read."""
 
 
-@dataclass(frozen=True, slots=True)
-class Momenta:
+class Momenta(NamedTuple):
     """The momenta p_i = dL/dv_i (n), and the matrix of their derivatives by the velocities (n by n)."""
 
     definitions: tuple[Expr, ...]

@@ -12,8 +12,7 @@ C, and forces, are not there.
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
-from typing import Any, TypeAlias
+from typing import Any, NamedTuple, TypeAlias
 
 import numpy as np
 
@@ -32,8 +31,7 @@ Vector: TypeAlias = "tuple[tuple[float | Expr, float | Expr], ...]"
 """The real and imaginary parts of the components."""
 
 
-@dataclass(frozen=True, slots=True)
-class LinearMotion:
+class LinearMotion(NamedTuple):
     """The matrices M, C and K (n by n each)."""
 
     masses: Matrix
@@ -90,8 +88,7 @@ class LinearMotion:
         return [(b, LinearMotion(*(matrices.part(part, b, b) for part in self.parts))) for b in blocks]
 
 
-@dataclass(frozen=True, slots=True)
-class Root:
+class Root(NamedTuple):
     """A root s = `growth` + i `angular` of the determinant, with what it stands for.
 
     `growth` (1/s) is negative where motion decays. `is_stable` is None of a zero mode, which is displaced to

@@ -15,7 +15,6 @@ Mathematical Methods of Classical Mechanics, appendix 6.
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import replace
 from fractions import Fraction
 from typing import Any, TypeAlias, cast
 
@@ -121,10 +120,14 @@ def _real_roots(d: Expr, c: Expr, b: Expr, a: Expr) -> list[Expr]:
             return [tidy(-d / c)]
         root = root_of_either_sign(c**2 - 4 * b * d)
         return [tidy((-c - root) / (2 * b)), tidy((-c + root) / (2 * b))]
+    message = "they are roots of a cubic with symbols"
+    p = tidy((b**2 - 3 * a * c) / (9 * a**2))
+    if p.names:
+        raise ExpressionError(message)
     b, c, d = (tidy(e / a) for e in (b, c, d))
-    p, q = tidy((b**2 - 3 * c) / 9), tidy((9 * b * c - 2 * b**3 - 27 * d) / 54)
-    if p.names or q.names:
-        raise ExpressionError("they are roots of a cubic with symbols")
+    q = tidy((9 * b * c - 2 * b**3 - 27 * d) / 54)
+    if q.names:
+        raise ExpressionError(message)
     radius = sqrt(p)
     angle = apply("acos", tidy(q / radius**3)) / 3
     return [2 * radius * apply("cos", angle + 2 * PI * j / 3) - b / 3 for j in (1, 2, 0)]
@@ -170,7 +173,7 @@ def _exact_roots(motion: LinearMotion, given: Values, is_free: bool, needs_vecto
                 shown = {k: (_with_radicands(re, written), im) for k, (re, im) in pairs.items()}
                 placed.append(tuple(shown.get(k, (ZERO, ZERO)) for k in range(size)))
             stable = root.is_stable and is_whole
-            yield replace(root, is_stable=stable, is_whole=is_whole, vectors=tuple(placed))
+            yield root._replace(is_stable=stable, is_whole=is_whole, vectors=tuple(placed))
 
 
 def _ascending(roots: Iterator[Root], given: Values) -> list[Root]:
@@ -200,7 +203,7 @@ def _determinant_roots(motion: LinearMotion, given: Values, bounded: bool) -> It
         roots = _of_squares(a, b, c, given, bounded) if is_square else _damped(a, b, c, given)
         for root in roots:
             is_twice = is_square and not root.growth and not root.angular
-            yield replace(root, times=2 * times if is_twice else times, is_paired=is_square)
+            yield root._replace(times=2 * times if is_twice else times, is_paired=is_square)
 
 
 def positive_root(square: Expr, given: Values) -> Expr:
@@ -248,7 +251,7 @@ def _of_squares(a: Expr, b: Expr, c: Expr, given: Values, bounded: bool) -> list
     pair = [_of_square(square, given, sign) for square, sign in zip(squares, signs, strict=True)]
     if not are_real:
         condition = tidy(rest / (4 * a**2))
-        pair = [replace(r, is_stable=None, condition=condition) if r.is_stable else r for r in pair]
+        pair = [r._replace(is_stable=None, condition=condition) if r.is_stable else r for r in pair]
     if product != 1 or any(root.growth for root in pair):
         return pair
     # sqrt(m - d) = sqrt((m + r)/2) - sqrt((m - r)/2), where r^2 = m^2 - d^2, may be shorter, and m > r is
@@ -258,7 +261,7 @@ def _of_squares(a: Expr, b: Expr, c: Expr, given: Values, bounded: bool) -> list
     first, second = (positive_root(tidy((side * size - middle) / 2), given) for side in (1, -1))
     forms = tidy(first - second), tidy(first + second)
     return [
-        replace(root, angular=shortest([cast(Expr, root.angular), form]), condition=limit)
+        root._replace(angular=shortest([cast(Expr, root.angular), form]), condition=limit)
         for root, form in zip(pair, forms, strict=True)
     ]
 
@@ -371,7 +374,8 @@ def _companion(motion: LinearMotion, is_free: bool) -> tuple[Any, bool]:
     from flint import arb_mat
 
     def balls(matrix: Matrix) -> Any:
-        return arb_mat([[enclosed(e, {}, BITS).mid() for e in row] for row in matrix])
+        known = {e: enclosed(e, {}, BITS).mid() for row in matrix for e in {*row}}
+        return arb_mat([[known[e] for e in row] for row in matrix])
 
     masses, rates, stiffness = map(balls, motion.parts)
     if motion.is_of_first_order:

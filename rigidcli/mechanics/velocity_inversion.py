@@ -17,7 +17,6 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from contextlib import suppress
-from dataclasses import dataclass, replace
 from fractions import Fraction
 from itertools import combinations_with_replacement
 from typing import NamedTuple
@@ -42,8 +41,7 @@ SAME = 1e-9
 """Two values of a velocity are one if they differ by less than this share: floats are right to 1e-16."""
 
 
-@dataclass(frozen=True, slots=True)
-class Branch:
+class Branch(NamedTuple):
     """One way back from momenta: velocities, H = P v - K, and expressions that must be positive for that.
 
     These are `conditions` on the momenta, and the `region` of coordinates and parameters: elsewhere the
@@ -84,7 +82,7 @@ class Branch:
         """The inverse of K(v + `shift`) from that of K(v)."""
         velocities = tuple(v - s for v, s in zip(self.velocities, shift, strict=True))
         turned = total(P * s for P, s in zip(momenta, shift, strict=True))
-        return replace(self, velocities=velocities, hamiltonian=self.hamiltonian - turned)
+        return self._replace(velocities=velocities, hamiltonian=self.hamiltonian - turned)
 
 
 def inverted(K: Expr, velocities: Sequence[str], momenta: Sequence[Expr]) -> list[Branch]:
@@ -238,7 +236,7 @@ def _of_powers(K: Expr, v: str, P: Expr) -> list[Branch]:
         u = base ** (1 / (n - 1))
         roots = (u, -u) if n.denominator == 1 else (u,)
         ways = [Branch((root,), (1 - 1 / n) * (P - B) * root, _positive([base])) for root in roots]
-    return [replace(way, hamiltonian=way.hamiltonian - C).shifted([shift], [P]) for way in ways]
+    return [way._replace(hamiltonian=way.hamiltonian - C).shifted([shift], [P]) for way in ways]
 
 
 def _undone(K: Expr, v: str, P: Expr) -> list[Branch]:
@@ -254,7 +252,7 @@ def _undone(K: Expr, v: str, P: Expr) -> list[Branch]:
             half = None if period is None else period / 2
             twin = next((e for e in ways if half is not None and tidy(velocity - e) in (half, -half)), None)
             if twin is not None:
-                ways[twin] = replace(ways[twin], period=half)
+                ways[twin] = ways[twin]._replace(period=half)
                 continue
             energy = tidy(momentum * velocity - _on_main_branch(substitute(K, {v: velocity})))
             put = {str(momentum): P}

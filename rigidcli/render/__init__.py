@@ -3,18 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Sequence
-from dataclasses import dataclass
 from enum import StrEnum
 from importlib import import_module
 from types import ModuleType
-from typing import Any, Literal, TypeAlias
+from typing import Any, Literal, NamedTuple, TypeAlias
 
 from rigidcli.errors import UsageError
 from rigidcli.report import Report
 
 
-@dataclass(frozen=True, slots=True)
-class Look:
+class Look(NamedTuple):
     """The look of the output: significant digits for people, the csv header, width and colour.
 
     `columns` are those of rows and of tables of data that are shown; none stands for all. With `several`
@@ -55,8 +53,7 @@ Ensembles: TypeAlias = Literal["rows", "starts", "few"]
 `starts`, or a `few` samples of each start, for a summary."""
 
 
-@dataclass(frozen=True, slots=True)
-class Traits:
+class Traits(NamedTuple):
     """The needs and abilities of a format.
 
     A format for `people` has units and digits by choice, the working, and comparisons: its module has a

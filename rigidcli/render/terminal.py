@@ -8,9 +8,8 @@ from __future__ import annotations
 
 import io
 from collections.abc import Sequence
-from dataclasses import dataclass
 from math import inf
-from typing import TypeAlias
+from typing import NamedTuple, TypeAlias
 
 Part: TypeAlias = tuple[str, str]
 """A text without line breaks, and its style: `bold`, a colour, or none."""
@@ -28,8 +27,7 @@ def cells(text: str) -> int:
     return cell_len(text)
 
 
-@dataclass(frozen=True, slots=True)
-class Row:
+class Row(NamedTuple):
     """Heads, each in a column of its own, and the lines of a body beside them; words of `prose` may wrap."""
 
     heads: tuple[Part, ...]

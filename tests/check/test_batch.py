@@ -15,7 +15,6 @@ import subprocess
 import sys
 import time
 from collections.abc import Callable, Iterator, Mapping
-from dataclasses import replace
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -248,7 +247,7 @@ def test_a_long_result_comes_through(tmp_path: Path) -> None:
 
 def test_a_result_that_is_too_long(tmp_path: Path) -> None:
     (tmp_path / "a.yaml").write_text(f"answers: {{a: {'x' * 10_000}}}")
-    (judgement,) = run(ITEMS, handed(tmp_path), limits=replace(SHORT, handed=5_000))
+    (judgement,) = run(ITEMS, handed(tmp_path), limits=SHORT._replace(handed=5_000))
     assert codes(judgement) == {"too_large"}
 
 

@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable
-from dataclasses import dataclass, replace
-from typing import TypeAlias
+from typing import NamedTuple, TypeAlias
 
 from rigidcli.algebra.calculus import derivative
 from rigidcli.algebra.expressions import ZERO, Expr, total
@@ -18,8 +17,7 @@ from rigidcli.mechanics import hamilton_equations as energies
 from rigidcli.mechanics.hamilton_equations import linear
 
 
-@dataclass(frozen=True, slots=True)
-class SystemFunctions:
+class SystemFunctions(NamedTuple):
     """The functions of a system that a document gives; None for what it does not say.
 
     `natural` says whether the coordinates are natural, None where that is open, and `reason` why. `forces`
@@ -59,7 +57,7 @@ def system_functions(document: Document) -> SystemFunctions:
 
     given = system.forces or {}
     forces = tuple(read(given.get(q), f"forces.{q}") or ZERO for q in system.coordinates)
-    return replace(_energies(system, read), forces=forces)
+    return _energies(system, read)._replace(forces=forces)
 
 
 def _energies(system: System, read: _Read) -> SystemFunctions:
