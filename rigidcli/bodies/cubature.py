@@ -65,7 +65,8 @@ def integral(
     """The integral of `f` over the unit box (c), and its error in units of the first, which is positive.
 
     The box is first cut in so many `pieces` along each coordinate. At the `peaks` (points, d) the function
-    may be much larger than elsewhere. A value of `f` counts as `cost` points.
+    may be much larger than elsewhere; one that goes on along a coordinate has NaN for it. A value of `f`
+    counts as `cost` points.
     """
     runs: tuple[Function, ...] = f, f
     margin, enough = 10.0, ENOUGH
@@ -125,9 +126,12 @@ def _refined(
         one, two = boxes[3 * depth :].reshape(2, -1, boxes.shape[1]).sum(axis=2)
         urgency = np.where(size > TINY, urgency, 0.0)
         for peak in peaks:
-            reach = np.where(size > BESIDE, size, 0.0)
-            holds = ((peak >= (low - reach).T) & (peak <= (low + size + reach).T)).all(axis=1)
-            urgency[(size == size.max(axis=0)) & (size > NEAR) & holds] = AT_ONCE
+            bound = ~np.isnan(peak)
+            at, own = low[bound].T, size[bound].T
+            reach = np.where(own > BESIDE, own, 0.0)
+            holds = ((peak[bound] >= at - reach) & (peak[bound] <= at + own + reach)).all(axis=1)
+            sides = np.where(bound[:, None], size, 0.0)
+            urgency[(sides == sides.max(axis=0)) & (sides > NEAR) & holds] = AT_ONCE
         worst = urgency.max(axis=0, initial=0.0)
         with np.errstate(all="ignore"):
             error = float(np.nan_to_num(margin * np.abs(two - one).max() / abs(two[0]), nan=np.inf))

@@ -260,14 +260,25 @@ class Part:
     def _peaks(self, function: tree.Node, ends: Floats) -> list[Floats]:
         """Those of the ends of searches at which a function in the density is much higher than on a net.
 
-        No point of that net is at a place that people like.
+        No point of that net is at a place that people like. A coordinate along which a peak goes on is NaN,
+        such as the angles at the middle of a ball.
         """
+
+        def heights(points: Floats) -> Floats:
+            return np.nan_to_num(np.abs(self.value(function, points)), posinf=0.0)
+
         self.density(ends)
-        usual, highest = (
-            np.nan_to_num(np.abs(self.value(function, points)), posinf=0.0)
-            for points in (0.0137 + 0.9683 * self.net, ends)
-        )
-        return list(ends[:, highest > max(PEAK * usual.max(), EPS * highest.max())].T)
+        usual, highest = heights(0.0137 + 0.9683 * self.net).max(), heights(ends)
+        peaks = dict[bytes, Floats]()
+        for end in ends[:, highest > max(PEAK * usual, EPS * highest.max())].T:
+            peak = end.copy()
+            for k in range(peak.size):
+                along = np.repeat(end[:, None], NET, axis=1)
+                along[k] = np.linspace(0, 1, NET)
+                if heights(along).min() > PEAK * usual:
+                    peak[k] = np.nan
+            peaks[peak.tobytes()] = peak
+        return list(peaks.values())
 
 
 def _argument(node: tree.Node) -> tree.Node | None:
