@@ -60,13 +60,19 @@ AT_ONCE = 1e200
 
 
 def integral(
-    f: Function, kinks: Sequence[Function], peaks: Sequence[Floats], pieces: Sequence[int], cost: int
+    f: Function,
+    kinks: Sequence[Function],
+    peaks: Sequence[Floats],
+    is_seen: Callable[[Floats, Floats], bool],
+    pieces: Sequence[int],
+    cost: int,
 ) -> tuple[Floats, float]:
     """The integral of `f` over the unit box (c), and its error in units of the first, which is positive.
 
     The box is first cut in so many `pieces` along each coordinate. At the `peaks` (points, d) the function
-    may be much larger than elsewhere; one that goes on along a coordinate has NaN for it. A value of `f`
-    counts as `cost` points.
+    may be much larger than elsewhere; one that goes on along a coordinate has NaN for it. The error is
+    infinite unless all `is_seen` in the boxes with these corners and sides (d by n). A value of `f` counts as
+    `cost` points.
     """
     runs: tuple[Function, ...] = f, f
     margin, enough = 10.0, ENOUGH
@@ -80,7 +86,7 @@ def integral(
         ends = np.linspace(0, 1, 1 + 4 * pieces[along])
         runs = tuple(partial(_along_lines, f, kinks, along, ends, which) for which in (0, 1))
         pieces = [*pieces[:along], *pieces[along + 1 :]]
-    return _refined(runs, pieces, peaks, cost, margin, enough)
+    return _refined(runs, pieces, peaks, is_seen, cost, margin, enough)
 
 
 def downhill(function: Function, points: Floats, step: float) -> Floats:
@@ -110,6 +116,7 @@ def _refined(
     runs: Sequence[Function],
     pieces: Sequence[int],
     peaks: Sequence[Floats],
+    is_seen: Callable[[Floats, Floats], bool],
     cost: int,
     margin: float,
     enough: float,
@@ -138,7 +145,7 @@ def _refined(
         is_small = used > FEW and error < enough * (used / FEW) ** 2
         is_vain = used > MOST or (used > MANY and error > HOPELESS) or worst.sum() <= TINY * abs(two[0])
         if (is_small or is_vain) and worst.max() < AT_ONCE:
-            return two, max(error, EPS)
+            return two, max(error, EPS) if is_seen(low, size) else np.inf
         descending = np.argsort(-worst)
         half = 1 + int(np.searchsorted(worst[descending].cumsum(), worst.sum() / 2))
         chosen = descending[: min(half, max(1, BLOCK // points))]
@@ -199,9 +206,12 @@ def _along_lines(
     nodes, weights = gauss(ON_PIECE + which)
     # A root at an end of a piece becomes smooth in u where t = u^3 (10 - 15 u + 6 u^2).
     shares, slopes = nodes**3 * (10 + nodes * (6 * nodes - 15)), 30 * (nodes * (1 - nodes)) ** 2
-    at = np.repeat(lines[:, pieces.nonzero()[0]], nodes.size, axis=1)
-    at[k] = (start[:, None] + width[:, None] * shares).ravel()
-    values = f(at).reshape(-1, width.size, nodes.size) @ (weights * slopes) * width
+    parts = []
+    for part in np.array_split(np.arange(width.size), 1 + width.size * nodes.size // BLOCK):
+        at = np.repeat(lines[:, pieces.nonzero()[0][part]], nodes.size, axis=1)
+        at[k] = (start[part, None] + width[part, None] * shares).ravel()
+        parts.append(f(at).reshape(-1, part.size, nodes.size) @ (weights * slopes) * width[part])
+    values = np.hstack(parts)
     sums = np.zeros((len(values), *pieces.shape))
     sums[:, pieces] = values
     return np.asarray(sums.sum(axis=2))

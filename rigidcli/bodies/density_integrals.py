@@ -41,6 +41,15 @@ NET = 13
 STARTS = 8
 """Points of the net from which the least value is searched for, by halved steps."""
 
+RIDGE = 100
+"""Searches from random places that look for a ridge: one of its points may be missed, hardly all."""
+
+HIDDEN = 1.5
+"""A density this many times that at the nodes of its box has not been seen: it stands between them."""
+
+COMMON = 0.95
+"""The share of the places on a net at which a function is no higher than usual, if it has ridges."""
+
 PEAK = 5.0
 """A function that rises by this factor between the points of a net is not seen well enough by others."""
 
@@ -224,11 +233,15 @@ class Part:
 
     def extremes(self, node: tree.Node, sign: int) -> Floats:
         """Points at which a part of the formula is least (1) or largest (-1), by searches from the net."""
+        heights = np.nan_to_num(sign * self.value(node, self.net))
+        return self._downhill(node, sign, self.net[:, np.argsort(heights, kind="stable")[:STARTS]])
+
+    def _downhill(self, node: tree.Node, sign: int, start: Floats) -> Floats:
+        """Where searches end that begin at these points."""
 
         def height(points: Floats) -> Floats:
             return np.nan_to_num(sign * self.value(node, points))
 
-        start = self.net[:, np.argsort(height(self.net), kind="stable")[:STARTS]]
         return cubature.downhill(height, start, 1 / (NET - 1))
 
     def moments(self, about: Floats, units: Floats) -> tuple[Floats, float]:
@@ -239,11 +252,16 @@ class Part:
 
         def moments(points: Floats) -> Floats:
             mass, place = self.density(points)
-            factors = np.vstack([np.ones_like(mass), (place - about[:, None]) / units[:, None]])
-            products = mass * factors[FIRST] * factors[SECOND]
+            place -= about[:, None]
+            place /= units[:, None]
+            products = np.empty((10, mass.size))  # in the order of FIRST and SECOND
+            products[0], products[1:4] = mass, mass * place
+            products[4:7], products[7:9] = products[1] * place, products[2] * place[1:]
+            products[9] = products[3] * place[2]
             return np.asarray(products.reshape(10, -1, self.weights.size) @ self.weights)
 
-        kinks, peaks = list[cubature.Function](), list[Floats]()
+        chance = np.random.default_rng(1)
+        kinks, peaks, ridges = list[cubature.Function](), list[Floats](), [self.net[:, :0]]
         for function in tree.nodes([self.root]):
             node = _argument(function)
             if node is None or tree.names_in(node).isdisjoint({*VARIABLES} - self.formula.constants.keys()):
@@ -252,30 +270,49 @@ class Part:
             low, high = (self.value(node, points) for points in ends)
             if low.min() < 0 < high.max() and getattr(function, "function", None) in KINKED:
                 kinks.append(partial(self.value, node))
-            peaks += [peak for points in ends for peak in self._peaks(function, points)]
+            for sign, points in zip((1, -1), ends, strict=True):
+                peaks += self._peaks(function, points)
+                if self._heights(function, points).max() > PEAK * np.quantile(self._usual(function), COMMON):
+                    ridges.append(self._downhill(node, sign, chance.random((len(points), RIDGE))))
         kinks = [] if peaks else kinks
-        integrals, error = cubature.integral(moments, kinks, peaks, self.pieces, self.weights.size)
+        is_seen = partial(self._is_seen, np.hstack(ridges[:1] if kinks else ridges))
+        integrals, error = cubature.integral(moments, kinks, peaks, is_seen, self.pieces, self.weights.size)
         return integrals, error * abs(integrals[0])
 
+    def _is_seen(self, ridges: Floats, low: Floats, size: Floats) -> bool:
+        """Whether boxes (d by n) have nodes where the density is about as high as at the points on ridges."""
+        nodes, _ = cubature.product_rule([gauss(cubature.NODES)] * len(low))
+        for point in ridges.T:
+            box = [int(((point >= low.T) & (point <= (low + size).T)).all(axis=1).argmax())]
+            height, seen = (
+                self.value(self.root, at) for at in (point[:, None], low[:, box] + size[:, box] * nodes)
+            )
+            if np.isfinite(height) and height > HIDDEN * seen.max():
+                return False
+        return True
+
+    def _heights(self, function: tree.Node, points: Floats) -> Floats:
+        """The sizes of a part of the formula; zero where it is infinite."""
+        return np.nan_to_num(np.abs(self.value(function, points)), posinf=0.0)
+
+    def _usual(self, function: tree.Node) -> Floats:
+        """The sizes on a net of which no point is at a place that people like."""
+        return self._heights(function, 0.0137 + 0.9683 * self.net)
+
     def _peaks(self, function: tree.Node, ends: Floats) -> list[Floats]:
-        """Those of the ends of searches at which a function in the density is much higher than on a net.
+        """Those of the ends of searches at which a function in the density is much higher than is usual.
 
-        No point of that net is at a place that people like. A coordinate along which a peak goes on is NaN,
-        such as the angles at the middle of a ball.
+        A coordinate along which a peak goes on is NaN, such as the angles at the middle of a ball.
         """
-
-        def heights(points: Floats) -> Floats:
-            return np.nan_to_num(np.abs(self.value(function, points)), posinf=0.0)
-
         self.density(ends)
-        usual, highest = heights(0.0137 + 0.9683 * self.net).max(), heights(ends)
+        usual, highest = self._usual(function).max(), self._heights(function, ends)
         peaks = dict[bytes, Floats]()
         for end in ends[:, highest > max(PEAK * usual, EPS * highest.max())].T:
             peak = end.copy()
             for k in range(peak.size):
                 along = np.repeat(end[:, None], NET, axis=1)
                 along[k] = np.linspace(0, 1, NET)
-                if heights(along).min() > PEAK * usual:
+                if self._heights(function, along).min() > PEAK * usual:
                     peak[k] = np.nan
             peaks[peak.tobytes()] = peak
         return list(peaks.values())
