@@ -91,6 +91,8 @@ def euler_steps(motion: Trajectory, fields: Sequence[Field], stability: Table) -
             ),
         ),
     )
+    if motion.problem.weight.any():
+        return
     yield Step(
         "Stability",
         "Near a rotation w about axis i, a small component x along another obeys x'' = -w^2 (lambda_i - "
@@ -107,14 +109,11 @@ def euler_steps(motion: Trajectory, fields: Sequence[Field], stability: Table) -
         ),
         (stability,),
     )
-    results = {entry.key: replace(entry, key="") for entry in fields}
-    words = results["motion"].words
     if free is None:
-        sentence = f"Kind of motion: {words}. Method: {motion.method}."
-        yield Step("Motion", sentence, (results["angular_momentum"], results["kinetic_energy"]))
         return
+    results = {entry.key: replace(entry, key="") for entry in fields}
     shown = [results["angular_momentum"], results["kinetic_energy"]]
-    sentence = f"No torque acts: L in space and T are constant. Kind of motion: {words}."
+    sentence = f"No torque acts: L in space and T are constant. Kind of motion: {results['motion'].words}."
     body, omegas, _ = along_entries(motion.problem)
     path = circulation(body, omegas[0]) if free.regime.startswith("about") else None
     if path is not None:

@@ -52,12 +52,16 @@ ENERGIES = {
 def hamilton_steps(findings: Findings, fields: Sequence[Field], tables: Sequence[Table]) -> Iterator[Step]:
     """Lead to the results step by step; brackets with H show that quantities are conserved."""
     derivation, system = findings.derivation, findings.derivation.system
+    # T + V is no step where it is H, nor is a matrix that leads to no rates, or whose rates modes have.
+    repeated = {"energy"} if derivation.energy_excess == ZERO else set()
+    if any(entry.key == "stability" and entry.diagnostic for entry in fields):
+        repeated |= {"matrix", "offset", "frequencies", "stability"}
     if system.kinetic is not None:
         shown = [_titled(entry) for entry in fields if entry.key == "lagrangian"]
         sentence = ENERGIES[bool(system.particles)]
         yield Step("Lagrangian", sentence, (*_energies(derivation), *shown))
     for part in PARTS if derivation.momenta is not None else PARTS[3:]:
-        shown = [entry for entry in fields if _belongs(entry, part)]
+        shown = [entry for entry in fields if _belongs(entry, part) and entry.key not in repeated]
         listed = tuple(table for table in tables if table.key in part.keys)
         if not (shown or listed) or [(entry.key, entry.value) for entry in shown] == [("dH_dt", 0)]:
             continue
@@ -72,9 +76,8 @@ def hamilton_steps(findings: Findings, fields: Sequence[Field], tables: Sequence
         yield from _of_oscillations(findings.oscillations, findings.document, place, modes)
     if derivation.hamiltonian is None:
         return
-    momenta = [(name, symbol(name)) for name in derivation.conserved if name != "H"]
-    for name, e in (*momenta, *((reading(e.tree()), e) for e in findings.invariants or ())):
-        yield _bracket(name, e, derivation.hamiltonian, derivation.phase)
+    for e in findings.invariants or ():
+        yield _bracket(reading(e.tree()), e, derivation.hamiltonian, derivation.phase)
 
 
 def _energies(derivation: Derivation) -> Iterator[Field]:
