@@ -47,7 +47,7 @@ def test_the_cube_reads_like_a_textbook(program: Program) -> None:
         "e1 (sqrt(3)/3, sqrt(3)/3, sqrt(3)/3)",
     ):
         assert line in lines
-    assert "any two orthogonal vectors of this plane serve" in out
+    assert "any two orthogonal vectors of length one in this plane serve, such as e2 and e3." in out
     assert "paragraph" in program("axes", "configs/cube_symbolic.yaml", "--steps", "-f", "latex").out
 
 

@@ -60,8 +60,7 @@ UNITS = {"rate": "1/s", "frequency": "Hz", "period": "s", "decay": "1/s"}
 
 @dataclass(frozen=True, slots=True)
 class Oscillations:
-    """The coordinates of the equilibrium, whether the document gives them or their search, the linear motion
-    near it, and its roots, None where not known."""
+    """The equilibrium, whether the document gives it, the motion near it, its roots, None if not known."""
 
     place: Mapping[str, float | Expr]
     is_given: bool

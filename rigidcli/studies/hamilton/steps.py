@@ -42,12 +42,6 @@ MOST_BRACKETS = 6
 MOST_PARTICLES = 3
 """Particles whose positions are shown: those of further ones follow the same rule."""
 
-ENERGIES = {
-    True: "The velocities are the rates of the positions, T is the sum of m v^2/2, and L = T - V.",
-    False: "L = T - V.",
-}
-"""The sentence on the energies, which depends on whether positions of particles are given."""
-
 
 def hamilton_steps(findings: Findings, fields: Sequence[Field], tables: Sequence[Table]) -> Iterator[Step]:
     """Lead to the results step by step; brackets with H show that quantities are conserved."""
@@ -58,7 +52,8 @@ def hamilton_steps(findings: Findings, fields: Sequence[Field], tables: Sequence
         repeated |= {"matrix", "offset", "frequencies", "stability"}
     if system.kinetic is not None:
         shown = [_titled(entry) for entry in fields if entry.key == "lagrangian"]
-        sentence = ENERGIES[bool(system.particles)]
+        way = "The velocities are the rates of the positions, T is the sum of m v^2/2, and "
+        sentence = f"{way if system.particles else ''}L = T - V."
         yield Step("Lagrangian", sentence, (*_energies(derivation), *shown))
     for part in PARTS if derivation.momenta is not None else PARTS[3:]:
         shown = [entry for entry in fields if _belongs(entry, part) and entry.key not in repeated]
@@ -236,6 +231,9 @@ def _titled(entry: Field) -> Field:
     return replace(entry, key="", cells={}, title=name, symbol=latex_name(name))
 
 
+_MOVING = " The change depends on the time: what makes the new variables move at fixed old ones is added."
+
+
 def _of_transform(
     document: Document, transform: TransformedSystem, old: Phase, fields: Sequence[Field]
 ) -> Iterator[Step]:
@@ -271,9 +269,9 @@ def _of_transform(
     if transform.hamiltonian is not None:
         yield Step(
             "Hamiltonian in the new variables",
-            "The old variables are put into H as functions of the new ones; where the change holds the time, "
-            "the function that makes the new variables move at fixed old ones is added. Its derivatives are "
-            "the new equations.",
+            "The old variables are put into H as functions of the new ones."
+            + _MOVING * any(TIME in e.names for e in values.values())
+            + " The derivatives of the new H are the new equations.",
             tuple(
                 _titled(entry)
                 for entry in fields

@@ -149,7 +149,7 @@ def _axis(
     if len(group) == 2:
         title, last = (
             "Axes",
-            "The root is double: any two orthogonal vectors of this plane serve, of length one",
+            "The root is double: any two orthogonal vectors of length one in this plane serve, such as",
         )
     else:
         title, last = "Axis", "The solution of length one is"
