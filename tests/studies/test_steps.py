@@ -66,9 +66,8 @@ def test_parts_and_their_parallel_axis_terms_add_up() -> None:
     assert np.allclose(sum(terms), result["tensor"], rtol=1e-12)
     assert np.array_equal(value(last, "I"), result["tensor"])
     for head, place in (("Ixx", (0, 0)), ("Iyz", (1, 2))):
-        assert listed(last, head) == pytest.approx(
-            [*(term[place] for term in terms), result["tensor"][place]]
-        )
+        added = [*(term[place] for term in terms), result["tensor"][place]]
+        assert listed(last, head) == pytest.approx(added)
     assert listed(center, "m")[:2] == [4, -0.03]
     for k, axis in enumerate("xyz"):
         own = [m * x for m, x in zip(listed(center, "m")[:2], listed(center, axis), strict=False)]
@@ -245,7 +244,6 @@ def test_the_steps_of_hamilton_show_the_results_themselves() -> None:
     substituted = evaluated(value(result.steps[3], "p_q qdot - L"), **numbers)
     assert substituted == pytest.approx(result["hamiltonian"].evaluate(**numbers), rel=1e-12)
     assert titles[-1] == "Energy"  # that p_phi is conserved, dL/dphi = 0 says
-    assert all(entry.title != "T + V" for entry in result.steps[-1].fields)
     plane = "system: {coordinates: [x, y], lagrangian: (xdot^2 + ydot^2)/2 - (x^2 + y^2)^2}"
     proof = rigidcli.hamilton(rigidcli.loads(plane), steps=True).steps[-1]
     assert proof.title == "x p_y - y p_x is conserved"
