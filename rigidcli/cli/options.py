@@ -161,7 +161,7 @@ Columns = Annotated[
 Verbose = Annotated[
     bool, _option("Show residuals, drifts, trusted digits and the method, too.", "-v", "--verbose")
 ]
-Steps = Annotated[bool, _option("Show the working, to people.", "--steps")]
+Steps = Annotated[bool, _option("Show the working, in table, latex and html.", "--steps")]
 Standalone = Annotated[bool, _option("LaTeX that compiles by itself.", "--standalone", more=True)]
 PlotPath = Annotated[
     str | None,

@@ -260,10 +260,9 @@ def _urgent(students: Sequence[Judgement], style: Style) -> str:
         )
         for place, question in urgent(students)
     ]
-    if not rows:
-        return ""
     count = "1 answer needs a person" if len(rows) == 1 else f"{len(rows)} answers need a person"
-    return block(((f"{count}: not judged, or not readable", COLOURS["review"]),), rows, style)
+    head = ((f"{count}: not judged, or not readable", COLOURS["review"]),)
+    return block(head, rows, style) if rows else ""
 
 
 def _summary(students: Sequence[Judgement], style: Style) -> str:
