@@ -266,7 +266,7 @@ def test_the_polynomial_of_modes_is_the_determinant_of_the_matrices(is_numeric: 
         for omega in (0.3, 2.5):
             exact = np.linalg.det((stiffness - omega**2 * masses).reshape(2, 2))
             assert evaluated(form, omega=omega, **numbers) == pytest.approx(exact, rel=1e-12)
-    assert step.tables[0].title == "normal modes"
+    assert not step.tables  # the modes stand above
 
 
 @pytest.mark.parametrize(

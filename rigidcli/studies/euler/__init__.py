@@ -61,7 +61,7 @@ def run(
     if steps:
         from rigidcli.studies.euler.steps import euler_steps
 
-        working += euler_steps(motion, fields, stability)
+        working += euler_steps(motion, fields)
     for place, rate in enumerate(stability.columns[-1].values):
         fields.append(Field("", rate, unit="1/s", cells={f"stability.{place}.rate": ()}))
     pictures, notes = drawn("euler", picture, motion, samples), motion.problem.notes

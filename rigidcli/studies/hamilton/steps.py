@@ -67,8 +67,7 @@ def hamilton_steps(findings: Findings, fields: Sequence[Field], tables: Sequence
         yield from _of_transform(findings.document, findings.transform, derivation.phase, fields)
     if findings.oscillations is not None:
         place = [_titled(entry) for entry in fields if entry.key.startswith("equilibrium.")]
-        modes = [table for table in tables if not table.key]
-        yield from _of_oscillations(findings.oscillations, findings.document, place, modes)
+        yield from _of_oscillations(findings.oscillations, findings.document, place)
     if derivation.hamiltonian is None:
         return
     for e in findings.invariants or ():
@@ -300,7 +299,7 @@ def _of_matrix(matrix: Sequence[Sequence[Expr]], document: Document) -> list[Fie
 
 
 def _of_oscillations(
-    oscillations: Oscillations, document: Document, place: Sequence[Field], modes: Sequence[Table]
+    oscillations: Oscillations, document: Document, place: Sequence[Field]
 ) -> Iterator[Step]:
     """Show the linear equations about an equilibrium, the polynomial of the rates, and the mode vectors."""
     motion = oscillations.motion
@@ -325,7 +324,6 @@ def _of_oscillations(
         "Small oscillations",
         f"To first order in the displacement y from the equilibrium, {equations}. {way}",
         (*place, *fields),
-        tuple(modes),
     )
     if is_free and is_small:
         yield from _vectors(oscillations, document, unknown)
