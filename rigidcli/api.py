@@ -63,10 +63,8 @@ rigidcli.RigidError
 """
 """The help of a study."""
 
-
 Settings: TypeAlias = Mapping[str, object] | Sequence[str]
 """Values by their keys, where a key that no document has is a parameter; or texts such as `body.mass=3`."""
-
 
 Study: TypeAlias = Callable[..., Result]
 """A study as a function. Each takes the options that its help names, and refuses others."""
@@ -98,6 +96,8 @@ def _answer(
 ) -> Result:
     """The result of a study; that of one document can be worked again with what is only made to be seen."""
     run = import_module(f"rigidcli.studies.{row.name}").run
+    if unknown := options.keys() - inspect.signature(run).parameters.keys():
+        raise TypeError(f"{row.name}() got an unexpected keyword argument {unknown.pop()!r}")
     try:
         document = read_source(source, exact, _texts(settings))
         report = run(document, **options)
@@ -122,7 +122,7 @@ def _placed(error: DocumentError) -> list[Problem]:
     """The problems of a document; a mapping has no lines."""
 
     def placed(problem: Problem) -> Problem:
-        name = problem.source.removeprefix(MAPPING)
+        name = problem.source.removeprefix(MAPPING).replace("with --set", "with settings")
         return problem if name == problem.source else replace(problem, source=name.lstrip(), line=None)
 
     return [placed(problem) for problem in error.problems]

@@ -252,8 +252,9 @@ class Judged:
 
     @property
     def reading(self) -> str:
-        """How the answer was read, where that says more than what was typed."""
-        return "" if "".join(self.read_as.split()) == "".join(self.answer.split()) else self.read_as
+        """How the answer was read, where that says more than what was typed: brackets and blanks do not."""
+        typed, read = ([c for c in text if c not in " \n\t[]{}:;=,"] for text in (self.answer, self.read_as))
+        return "" if typed == read else self.read_as
 
     @property
     def is_urgent(self) -> bool:

@@ -185,7 +185,7 @@ def described(answer: Tree | Unreadable, path: Path) -> str:
         if "file" in answer:
             text = read_file(beside(answer["file"], path), shown(answer["file"]), table=True)
         head, *rows = [line for line in text.splitlines() if line.strip()] or [""]
-        return f"a table with {len(rows)} rows below `{shortened(head)}`"
+        return f"a table with {len(rows)} row{'s' * (len(rows) != 1)} below `{shortened(head)}`"
     try:
         return f"read as {shortened(describe(answer))}"
     except Unreadable:

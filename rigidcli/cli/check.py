@@ -15,7 +15,7 @@ import typer
 import rigidcli
 from rigidcli.check import Feedback
 from rigidcli.cli.failures import Failures, complain, progress, tell_notes
-from rigidcli.cli.options import NoHeader, OutputPath, Quiet, format_option, listed
+from rigidcli.cli.options import NoHeader, OutputPath, Quiet, format_option, listed, whole
 from rigidcli.cli.output import Folder, Output
 from rigidcli.errors import UsageError
 
@@ -65,7 +65,7 @@ KEYS = "Show each key, judge it, and list the mistakes that are named."
 
 Form = Annotated[CheckFormat, format_option(CheckFormat)]
 Level = Annotated[Feedback, typer.Option("--feedback", help=LEVELS)]
-Jobs = Annotated[int | None, typer.Option("-j", "--jobs", min=1, max=1024, metavar="N", help="Processes.")]
+Jobs = Annotated[int | None, typer.Option("-j", "--jobs", parser=whole, metavar="N", help="Processes.")]
 Items = Annotated[bool, typer.Option("--items", help=ITEMS)]
 Regrade = Annotated[str | None, _file("--regrade", "OLD.json", OLD)]
 Canvas = Annotated[

@@ -112,8 +112,9 @@ def command_of(name: str) -> Callable[..., None]:
         )
         if steps and not traits.people:
             tell_notes("--steps", [f"{form} has no working: use table, latex or html"], quiet)
-        if wanted and not traits.people:
-            tell_notes("--units", [f"{form} has SI units, whatever `--units` says"], quiet)
+        if wanted and (steps or not traits.people):
+            other = "the working" if traits.people else form
+            tell_notes("--units", [f"{other} has SI units, whatever `--units` says"], quiet)
         options: dict[str, Any] = {"steps": steps and traits.people}
         if swept is None and not compare and (kind := _picture_kind(name, traits, asked, plot_kind)):
             options["picture"] = kind

@@ -17,18 +17,15 @@ from rigidcli.errors import UsageError, shown
 MORE = "More options"
 """The head of the help above the options that few users need."""
 
-LIST = "@"
-"""The sign before the name of a list; a file whose own name begins so is given as `./@name`."""
-
 
 def listed(files: Sequence[str]) -> tuple[list[str], list[str]]:
     """FILES with the names in each `@list.txt` instead of the list, and the names of the lists.
 
     Raises BadParameter.
     """
-    lists = [file.removeprefix(LIST) for file in files if file.startswith(LIST)]
+    lists = [file.removeprefix("@") for file in files if file.startswith("@")]
     with bad_parameter():
-        names = [name for file in files for name in (_names_in(file) if file.startswith(LIST) else [file])]
+        names = [name for file in files for name in (_names_in(file) if file.startswith("@") else [file])]
     return names, lists
 
 
@@ -37,7 +34,7 @@ def _names_in(file: str) -> list[str]:
 
     Blanks round a name, empty lines and comments (#) are ignored; blanks within a name belong to it.
     """
-    name = file.removeprefix(LIST)
+    name = file.removeprefix("@")
     try:
         data = sys.stdin.buffer.read() if name == "-" else Path(name).read_bytes()
     except (OSError, ValueError, AttributeError) as error:  # a closed standard input is None
@@ -83,18 +80,18 @@ def read_sweep(texts: Sequence[str] | None, pair: bool) -> Any:
         return sweeps.read_sweep(texts or (), pair)
 
 
-MOST_JOBS = 1024
-"""The most processes: more than any machine has cores for."""
-
-
 def _read_jobs(text: str | None) -> int | str | None:
     """The number of processes, or the address of a scheduler. Raises BadParameter."""
     if text is None or (text.startswith(("tcp://", "tls://")) and text.rpartition(":")[2].isdecimal()):
         return text
-    if text.isdecimal() and 1 <= int(text[:9]) <= MOST_JOBS:
+    return whole(text, other=" (or the scheduler of a Dask cluster, as in `tcp://host:8786`)")
+
+
+def whole(text: str, most: int = 1024, other: str = "") -> int:
+    """The number from 1 to `most` that a text is; no machine has more cores. Raises BadParameter."""
+    if text.isdecimal() and 1 <= int(text[:9]) <= most:
         return int(text)
-    problem = f"read {shown(text)}, expected a number of processes from 1 to {MOST_JOBS}"
-    raise typer.BadParameter(f"{problem} (or the scheduler of a Dask cluster, as in `tcp://host:8786`)")
+    raise typer.BadParameter(f"read {shown(text)}, expected a number from 1 to {most}{other}")
 
 
 def _option(help: str, *names: str, more: bool = False, **settings: Any) -> Any:
@@ -146,7 +143,9 @@ Jobs = Annotated[
 Compare = Annotated[
     bool, _option("FILEs side by side, with differences to the first in percent.", "--compare", more=True)
 ]
-Digits = Annotated[int, _option("Significant digits for people.", min=1, max=17, metavar="N")]
+Digits = Annotated[
+    int, _option("Significant digits for people, 1 to 17.", metavar="N", parser=lambda text: whole(text, 17))
+]
 Exact = Annotated[
     bool, _option("Exact arithmetic: decimals are rationals, parameters may stay symbols.", "--exact")
 ]
@@ -162,7 +161,7 @@ Columns = Annotated[
 Verbose = Annotated[
     bool, _option("Show residuals, drifts, trusted digits and the method, too.", "-v", "--verbose")
 ]
-Steps = Annotated[bool, _option("Show the working, to people.", "--steps")]
+Steps = Annotated[bool, _option("Show the working, in table, latex and html.", "--steps")]
 Standalone = Annotated[bool, _option("LaTeX that compiles by itself.", "--standalone", more=True)]
 PlotPath = Annotated[
     str | None,

@@ -220,7 +220,7 @@ class Grammar(ABC):
     def unclear_quotient(self, factors: list[tree.Node]) -> ExpressionError:
         """What is wrong with these factors, of which the last is a divisor, before one without a sign."""
         # Only needed here: documents without mistakes are read sooner.
-        from rigidcli.language.text import text
+        from rigidcli.language.text import reading
 
         column = self.token.column
         *above, divisor = factors
@@ -228,8 +228,8 @@ class Grammar(ABC):
         factor = self.factor()
         kept = above if above != [tree.Number("1", 1.0)] else []
         readings = [
-            text(tree.Product((*above, tree.Reciprocal(tree.Product((divisor.operand, factor)))))),
-            text(tree.Product((*kept, factor, divisor))),
+            reading(tree.Product((*above, tree.Reciprocal(tree.Product((divisor.operand, factor)))))),
+            reading(tree.Product((*kept, factor, divisor))),
         ]
         if max(map(len, readings)) > _SHOWN_READING:
             readings = ["a/(b*c)", "a*c/b"]

@@ -13,7 +13,6 @@ from rigidcli.language import tree
 Step = tuple[str, tree.Node]
 """A name, and its value from names before."""
 
-
 SIGNED = (tree.Negative, tree.Reciprocal)
 """A tree with another sign, or below a fraction bar."""
 
@@ -66,8 +65,7 @@ def shared(steps: Sequence[Step], values: Sequence[tree.Node]) -> Formulas:
         return names[node]
 
     for name, value in kept:
-        # What it is made of comes first.
-        made.append((name, write(value)))
+        made.append((name, write(value)))  # after what it is made of
     written = tuple(map(write, values))
     return Formulas(tuple(made), written)
 
@@ -92,8 +90,8 @@ def solved(
 ) -> tuple[list[Step], list[tree.Node]]:
     """Steps, and then x: a x = b is solved for a symmetric matrix (n by n) and b (n), for `code.function`.
 
-    The factors are L D L^T without pivots, as a positive definite matrix has them: a mass matrix is that.
-    Zeros save steps. Names of steps begin with a dot, as no name of a document does.
+    The factors are L D L^T without pivots, as a positive definite matrix has them: a mass matrix is one, or
+    its square is. Zeros save steps. Names of steps begin with a dot, as no name of a document does.
     """
     size, steps = len(matrix), list[Step]()
 
@@ -105,8 +103,11 @@ def solved(
 
     # Zero has one tree from here on, however it is written.
     rows = [[tree.ZERO if getattr(entry, "value", None) == 0 else entry for entry in row] for row in matrix]
+    if any(rows[i][i] == tree.ZERO for i in range(size)):
+        right = [sum((a * b for a, b in zip(row, right, strict=True)), tree.ZERO) for row in rows]
+        rows = [[sum((a * b for a, b in zip(r, s, strict=True)), tree.ZERO) for s in rows] for r in rows]
     factors: list[list[tree.Node]] = [[tree.ZERO] * size for _ in rows]
-    pivots: list[tree.Node] = []
+    pivots, ahead = list[tree.Node](), list[tree.Node]()
     for j in range(size):
         # D_j = A_jj - sum_k L_jk^2 D_k,  L_ij = (A_ij - sum_k L_ik L_jk D_k)/D_j
         carried = [factors[j][k] * pivots[k] for k in range(j)]
@@ -114,11 +115,10 @@ def solved(
         for i in range(j + 1, size):
             entry = sum((-factors[i][k] * carried[k] for k in range(j)), rows[i][j])
             factors[i][j] = named("l", entry / pivots[j])
-    ahead: list[tree.Node] = []
     for i in range(size):
         ahead.append(named("y", sum((-factors[i][k] * ahead[k] for k in range(i)), right[i])))
     answers: list[tree.Node] = [tree.ZERO] * size
     for i in reversed(range(size)):
-        own = ahead[i] / pivots[i]
-        answers[i] = named("x", sum((-factors[k][i] * answers[k] for k in range(i + 1, size)), own))
+        others = (-factors[k][i] * answers[k] for k in range(i + 1, size))
+        answers[i] = named("x", sum(others, ahead[i] / pivots[i]))
     return steps, answers

@@ -6,6 +6,7 @@ from collections import defaultdict
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import replace
 from itertools import product
+from operator import getitem
 
 import numpy as np
 
@@ -46,27 +47,26 @@ def compared(reports: Iterable[Report], look: Look) -> Iterator[Report]:
         if names.setdefault(report.source, report.name) != report.name:
             hint = "`body: {robot: arm.urdf, link: forearm}` in a document is one of its links"
             raise UsageError(f"--compare: `{report.source}` has several results", hint=hint)
+    shown = {entry.key for report in reports for entry in shown_fields(report, look)}
     results = [
         {
-            (entry.title.strip(), cell): (value, entry.unit)
-            for entry in shown_fields(report, look)
+            (f"{entry.title.strip()}{cell and f', {cell}'}", entry.unit): value
+            for entry in report.fields
+            if entry.title and entry.key in shown
             for cell, value in _entries(entry)
         }
         for report in reports
     ]
-    units = {place: unit for result in reversed(results) for place, (_, unit) in result.items()}
-    rows = list(dict.fromkeys(place for result in results for place in result))
-    heads = [
-        f"{title}{f', {cell}' if cell else ''}{f' ({units[title, cell]})' if units[title, cell] else ''}"
-        for title, cell in rows
-    ]
-    columns = [Column("", heads, ("result",))]
+    rows = list(dict.fromkeys(row for result in results for row in result))
+    columns = [Column("", [f"{title}{unit and f' ({unit})'}" for title, unit in rows], ("result",))]
     for report, result in zip(reports, results, strict=True):
-        values = [result.get(row, (None, ""))[0] for row in rows]
+        values = [result.get(row) for row in rows]
         columns.append(Column("", values, (report.name,)))
         if report is not first:
-            pairs = zip(columns[1].values, values, strict=True)
-            columns.append(Column("", [_percent(*pair) for pair in pairs], ("%",)))
+            # The components of a direction have no difference in percent.
+            sized = (unit or ", " not in title for title, unit in rows)
+            pairs = zip(sized, columns[1].values, values, strict=True)
+            columns.append(Column("", [_percent(*pair) if has else None for has, *pair in pairs], ("%",)))
     table = Table("", f"differences to {first.name} in percent", tuple(columns))
     name = ", ".join(report.name for report in reports)
     yield Report(first.schema, name, first.source, first.title, (), tables=(table,))
@@ -79,10 +79,12 @@ def _entries(entry: Field) -> Iterator[tuple[str, Value]]:
         is_cell = value is None or isinstance(value, str | bool | int | float) or is_exact(value)
         yield "", value if is_cell else entry.words
         return
+    is_square = value.shape[0] == value.shape[-1]
+    axes = ("xyz123456789", "xyz") if is_square else ("12", "xyz")
     places = entry.cells or {
-        "".join("xyz123456789"[step] for step in place): place
+        "".join(map(getitem, axes, place)): place
         for place in product(*map(range, value.shape))
-        if place == tuple(sorted(place))
+        if place == tuple(sorted(place)) or not is_square
     }
     for name, place in places.items():
         yield name, value[place]

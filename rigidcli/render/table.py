@@ -8,7 +8,7 @@ from rigidcli.errors import printable
 from rigidcli.render import Look
 from rigidcli.render.terminal import Page, Row
 from rigidcli.render.values import entries, is_exact, shown_columns, shown_fields
-from rigidcli.report import Column, Field, Report, Table, Value
+from rigidcli.report import Field, Report, Table, Value
 
 
 def render(reports: Iterable[Report], look: Look) -> Iterator[str]:
@@ -37,12 +37,9 @@ def _block(head: str, words: str, fields: Iterable[Field], tables: Iterable[Tabl
         if shown := shown_columns(table, look, number):
             page.line()
             page.line((table.title, "bold"))
-            page.columns([[_head(column), *texts] for column, texts in shown])
+            heads = [f"{column.cells[0]}{column.unit and f' ({column.unit})'}" for column, _ in shown]
+            page.columns([[head, *texts] for head, (_, texts) in zip(heads, shown, strict=True)])
     return str(page)
-
-
-def _head(column: Column) -> str:
-    return f"{column.cells[0]} ({column.unit})" if column.unit else column.cells[0]
 
 
 def _value(entry: Field, digits: int) -> tuple[str, str]:

@@ -55,7 +55,7 @@ def inertia_fields(document: Document) -> tuple[Field, ...]:
     values = {"mass": mass, "center_of_mass": com, "about": about, "tensor": asked, "tensor_com": central}
     fields = tuple(field_of("inertia", key, value) for key, value in values.items())
     if com is not None and about is not None and (about == com).all():
-        fields[-1].diagnostic = True
+        fields[2].words, fields[4].diagnostic = "the centre of mass", True
     if body.integrated is None:
         return fields
     is_small = body.integrated <= 1e-9  # as for every smooth density

@@ -15,7 +15,7 @@ from rigidcli.document.motion import Motion
 from rigidcli.document.orbit import Orbit
 from rigidcli.errors import RigidError, UsageError
 from rigidcli.report import Column, Field, Report, Table, single_cells
-from rigidcli.studies.common import require_values
+from rigidcli.studies.common import SHOWN_DIGITS, require_values
 from rigidcli.studies.pictures import ANY
 from rigidcli.studies.results import field_of
 
@@ -170,19 +170,23 @@ def _summary(parts: Iterator[Report]) -> Report:
     over = {"mean": mean, "deviation": starts.std(axis=0), "least": starts.min(axis=0)}
     over["most"] = starts.max(axis=0)
     tables = [
-        _in_time(
+        Table(
+            "",
             f"{variable.cells[0]} over the starts",
-            times,
-            *(
-                Column(key, values[:, k], (field_of("euler", key, None).title,), variable.unit)
-                for key, values in over.items()
+            (
+                Column("t", times, ("t",), "s", ("t",)),
+                *(
+                    Column(key, values[:, k], (field_of("euler", key, None).title,), variable.unit)
+                    for key, values in over.items()
+                ),
             ),
         )
         for k, variable in enumerate(shown)
     ]
     fields = [field_of("euler", "starts", len(starts))]
     if np.isfinite(digits):
-        fields.append(Field("trusted_digits", digits, "trusted digits, the least of all"))
+        is_good = digits >= SHOWN_DIGITS
+        fields.append(Field("trusted_digits", digits, "trusted digits, the least of all", diagnostic=is_good))
     summary = replace(first, fields=tuple(fields), tables=tuple(tables), notes=tuple(notes))
     return replace(summary, steps=(), pictures=(), scene=None)
 
@@ -190,7 +194,3 @@ def _summary(parts: Iterator[Report]) -> Report:
 def _samples(report: Report) -> Table:
     """The table of the samples of a motion or an orbit."""
     return next(table for table in report.tables if table.data)
-
-
-def _in_time(title: str, times: Floats, *columns: Column) -> Table:
-    return Table("", title, (Column("t", times, ("t",), "s", ("t",)), *columns))

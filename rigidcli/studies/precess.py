@@ -157,9 +157,9 @@ def _at_tilt(
     }
     if steady.complex_roots:
         real, imaginary = ([root[part] for root in steady.complex_roots] for part in (0, 1))
-        columns = (Column("re", real, ("re",), "rad/s"), Column("im", imaginary, ("im",), "rad/s"))
-        title = "no steady precession: complex roots"
-        tables.append(Table("top.complex_roots", title, columns, records=True))
+        parts = {"re": real, "im": imaginary}
+        columns = tuple(Column(key, part, (key,), "rad/s", hidden=True) for key, part in parts.items())
+        tables.append(Table("top.complex_roots", "", columns, records=True))
         notes.append("the top is too slow for steady precession: it does not precess at the gyroscopic rate")
     if n.exact:
         notes.append("nutation needs elliptic integrals, which have no exact form: give numbers for it")

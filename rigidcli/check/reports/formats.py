@@ -198,16 +198,16 @@ _VERDICT = max(map(len, VERDICTS))
 def table(students: Iterable[Judgement], style: Style) -> Iterator[str]:
     """A block for each student, and where there are several, a summary and all that needs a person.
 
-    What needs a person is read first.
+    What needs a person is read first, and of this the blocks have only the marks.
     """
     seen = list(students)
-    parts = ["".join(_block(student, style) for student in seen)]
+    parts = ["".join(_block(student, style, len(seen) > 1) for student in seen)]
     if len(seen) > 1:
         parts = [_urgent(seen, style), *parts, _summary(seen, style)]
     yield "\n".join(filter(None, parts))
 
 
-def _block(student: Judgement, style: Style) -> str:
+def _block(student: Judgement, style: Style, brief: bool) -> str:
     """A student, the questions that are not right or have a remark, and in one row what has no answer."""
     shown = [q for q in as_one(student) if q.verdict != "correct" or q.findings]
     missing = [q for q in shown if q.verdict == "missing" and not q.findings]
@@ -219,7 +219,7 @@ def _block(student: Judgement, style: Style) -> str:
     rows = [
         Row(
             ((f"  {question.id}", ""), (f"{score(question):>{widest}}", ""), painted(question.verdict)),
-            "\n".join(filter(None, [question.title, _answer(question, style), question.message])),
+            question.title if brief and question.is_urgent else _remarks(question, style, question.title),
         )
         for question in shown
     ]
@@ -228,12 +228,12 @@ def _block(student: Judgement, style: Style) -> str:
     return block(((student.student, "bold"), (earned, "")), rows, style)
 
 
-def _answer(question: Judged, style: Style) -> str:
-    """The answer as it was typed, and how it was read where that says more."""
-    if not question.answer or not style.feedback.reasons:
-        return ""
+def _remarks(question: Judged, style: Style, title: str = "") -> str:
+    """A title, the answer as it was typed, how it was read where that says more, and what is said of it."""
     typed, read_as = (shortened(text, LONGEST_ANSWER) for text in (question.answer, question.reading))
-    return f"`{typed}`" + (f", read as `{read_as}`" if read_as else "")
+    answer = f"`{typed}`" + (f", read as `{read_as}`" if read_as else "")
+    shown = answer if question.answer and style.feedback.reasons else ""
+    return "\n".join(filter(None, [title, shown, question.message]))
 
 
 def as_one(student: Judgement) -> Sequence[Judged]:
@@ -256,14 +256,13 @@ def _urgent(students: Sequence[Judgement], style: Style) -> str:
     rows = [
         Row(
             ((f"  {students[place].student}", "bold"), (question.id, ""), painted(question.verdict)),
-            "\n".join(filter(None, [_answer(question, style), question.message])),
+            _remarks(question, style),
         )
         for place, question in urgent(students)
     ]
-    if not rows:
-        return ""
     count = "1 answer needs a person" if len(rows) == 1 else f"{len(rows)} answers need a person"
-    return block(((f"{count}: not judged, or not readable", COLOURS["review"]),), rows, style)
+    head = ((f"{count}: not judged, or not readable", COLOURS["review"]),)
+    return block(head, rows, style) if rows else ""
 
 
 def _summary(students: Sequence[Judgement], style: Style) -> str:

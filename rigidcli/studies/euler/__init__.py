@@ -61,7 +61,7 @@ def run(
     if steps:
         from rigidcli.studies.euler.steps import euler_steps
 
-        working += euler_steps(motion, fields, stability)
+        working += euler_steps(motion, fields)
     for place, rate in enumerate(stability.columns[-1].values):
         fields.append(Field("", rate, unit="1/s", cells={f"stability.{place}.rate": ()}))
     pictures, notes = drawn("euler", picture, motion, samples), motion.problem.notes
@@ -135,11 +135,14 @@ def _stability(motion: Trajectory) -> Table:
     stable = [one.stable for one in about]
     slopes = [one.rate_per_spin for one in about]
     words = tuple(VERDICTS[one] if moment else "" for one, moment in zip(stable, frame.moments, strict=True))
-    columns = (
+    columns = [
         Column("axis", ["e1", "e2", "e3"], ("axis",)),
         Column("moment", frame.moments.tolist(), ("moment",), "kg m^2"),
         Column("stable", stable, ("stable",), words=words),
         Column("rate_per_spin", slopes, ("rate/spin",), hidden=True),
         Column("rate", [slope and slope * speed for slope in slopes], ("rate",), "1/s"),
-    )
-    return Table("stability", "rotation about the principal axes, when left alone", columns, records=True)
+    ]
+    if motion.problem.weight.any():  # which leaves no axis alone
+        columns = [replace(column, hidden=True) for column in columns]
+    title = "rotation about the principal axes, when left alone"
+    return Table("stability", title, tuple(columns), records=True)

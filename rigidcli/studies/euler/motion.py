@@ -244,8 +244,10 @@ class Trajectory:
             key = field.key.removeprefix("trajectory.")
             if key in values:
                 symbols, size = tuple(field.symbol.split(", ")), NOISE if key == "t" else error
-                cells, hidden = tuple(field.cells), key in HIDDEN
-                columns.append(Column(key, values[key], cells, field.unit, symbols, hidden, size))
+                hidden = key in HIDDEN or (key == "kinetic_energy" and self.free is not None)
+                columns.append(
+                    Column(key, values[key], tuple(field.cells), field.unit, symbols, hidden, size)
+                )
         own = "the body" if np.array_equal(axes, np.eye(3)) else "`frame`"
         title = f"the motion: 1, 2, 3 are the axes x, y, z of {own}, which turn with it"
         return Table("trajectory", title, tuple(columns), data=True)

@@ -13,7 +13,7 @@ from rigidcli.core.principal import PrincipalFrame
 from rigidcli.document.motion import SpaceTorque
 from rigidcli.language.text import reading
 from rigidcli.language.tree import Name, Node, bound, number
-from rigidcli.report import NOISE, Field, Step, Table
+from rigidcli.report import NOISE, Field, Step
 from rigidcli.studies.euler.closed import along_entries
 from rigidcli.studies.euler.motion import InitialValueProblem, Trajectory
 from rigidcli.studies.steps.writing import filled, product, total
@@ -67,7 +67,7 @@ def _combined(numbers: Iterable[float], nodes: Iterable[Node]) -> list[Node]:
     return [product(FLOAT, float(x), node) for x, node in pairs if x and reading(node) not in ("0", "0.0")]
 
 
-def euler_steps(motion: Trajectory, fields: Sequence[Field], stability: Table) -> Iterator[Step]:
+def euler_steps(motion: Trajectory, fields: Sequence[Field]) -> Iterator[Step]:
     """The way to the motion, along e1, e2, e3, shown by the results themselves."""
     frame, free = motion.problem.frame, motion.free
     numbers = {f"lambda{k + 1}": float(moment) for k, moment in enumerate(frame.moments)}
@@ -91,6 +91,8 @@ def euler_steps(motion: Trajectory, fields: Sequence[Field], stability: Table) -
             ),
         ),
     )
+    if motion.problem.weight.any():
+        return
     yield Step(
         "Stability",
         "Near a rotation w about axis i, a small component x along another obeys x'' = -w^2 (lambda_i - "
@@ -105,16 +107,12 @@ def euler_steps(motion: Trajectory, fields: Sequence[Field], stability: Table) -
             for i, j, k in ((1, 2, 3), (2, 3, 1), (3, 1, 2))
             if all(numbers.values())
         ),
-        (stability,),
     )
-    results = {entry.key: replace(entry, key="") for entry in fields}
-    words = results["motion"].words
     if free is None:
-        sentence = f"Kind of motion: {words}. Method: {motion.method}."
-        yield Step("Motion", sentence, (results["angular_momentum"], results["kinetic_energy"]))
         return
+    results = {entry.key: replace(entry, key="") for entry in fields}
     shown = [results["angular_momentum"], results["kinetic_energy"]]
-    sentence = f"No torque acts: L in space and T are constant. Kind of motion: {words}."
+    sentence = f"No torque acts: L in space and T are constant. Kind of motion: {results['motion'].words}."
     body, omegas, _ = along_entries(motion.problem)
     path = circulation(body, omegas[0]) if free.regime.startswith("about") else None
     if path is not None:

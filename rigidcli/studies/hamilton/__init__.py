@@ -86,22 +86,24 @@ def _results(findings: Findings) -> list[Field]:
     natural = f"{TRUTH[system.natural]}: {system.reason}"
     is_energy = derivation.energy_excess is not None and derivation.energy_excess.is_zero
     words = ", ".join("H = T + V" if name == "H" and is_energy else name for name in conserved)
-    definitions = None if momenta is None else momenta.definitions
+    definitions, velocities = None if momenta is None else momenta.definitions, derivation.velocity_names
     vanishing, solved = (None, None) if lagrange is None else (lagrange.equations, lagrange.accelerations)
-    is_diagonal = _is_diagonal(definitions or (), derivation.velocity_names)
+    is_diagonal = _is_diagonal(definitions or (), velocities)
     inverse = phase.coordinates if is_diagonal else ()
     second = [*map(acceleration, phase.coordinates)]
     # That L alone does not tell T from V, or that H is T + V, stands in other rows.
     repeats = system.natural is None or (system.natural and is_energy)
-    # People are shown the shorter form of the equations of motion.
-    is_solved = vanishing is not None and solved is not None and _length(solved) <= _length(vanishing)
+    # People are shown the shorter form of the equations of motion, or accelerations that are constant.
+    moving = (*phase.coordinates, *velocities, TIME)
+    is_solved = solved is not None and all(e.names.isdisjoint(moving) for e in solved)
+    is_solved |= bool(vanishing and solved and _length(solved) <= _length(vanishing))
     return [
         Field("coordinates", list(phase.coordinates)),
-        Field("velocities", list(derivation.velocity_names)),
+        Field("velocities", list(velocities)),
         Field("momenta", list(phase.momenta)),
         _expression("lagrangian", system.lagrangian),
         *_by_name("momentum_definitions", phase.momenta, definitions, _own),
-        *_by_name("velocity_solutions", derivation.velocity_names, derivation.velocities),
+        *_by_name("velocity_solutions", velocities, derivation.velocities),
         _expression("hamiltonian", derivation.hamiltonian),
         *_by_name("equations", phase.names, derivation.equations, _rate, hidden=inverse),
         *(

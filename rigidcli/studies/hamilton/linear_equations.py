@@ -64,11 +64,13 @@ def fields(document: Document, derivation: Derivation) -> list[Field]:
     is_shifted = any(not e.is_zero and TIME not in e.names for e in offset)
     if stability == "stable" and is_shifted and _drifts(matrix, offset):
         stability = "marginal"
+    words = STABILITY[stability] + driven
+    is_still = not any(root.angular or root.growth for root in roots)  # nothing swings, as in free fall
     return [
         *shown_anyway,
         Field("eigenvalues", [{"re": re, "im": im} for re, im in pairs]),
         field_of("hamilton", "frequencies", frequencies, unit="rad/s" if numeric else "", **changes),
-        field_of("hamilton", "stability", stability, words=STABILITY[stability] + driven),
+        field_of("hamilton", "stability", stability, words=words, diagnostic=is_still),
     ]
 
 

@@ -60,9 +60,10 @@ UNITS = {"rate": "1/s", "frequency": "Hz", "period": "s", "decay": "1/s"}
 
 @dataclass(frozen=True, slots=True)
 class Oscillations:
-    """The coordinates of the equilibrium, the linear motion near it, and its roots, None where not known."""
+    """The equilibrium, whether the document gives it, the motion near it, its roots, None if not known."""
 
     place: Mapping[str, float | Expr]
+    is_given: bool
     motion: LinearMotion
     roots: Sequence[Root] | None
     notes: tuple[str, ...]
@@ -120,7 +121,7 @@ def oscillations(document: Document, equilibrium: Equilibrium, derivation: Deriv
         ) from None
     is_numeric = equilibrium.is_sought or not is_exact
     values = {name: float(e) if is_numeric and not e.names else e for name, e in place.coordinates.items()}
-    return Oscillations(values, motion, roots, (*place.notes, *_notes(roots)))
+    return Oscillations(values, not equilibrium.is_sought, motion, roots, (*place.notes, *_notes(roots)))
 
 
 def _forces_at_rest(document: Document, derivation: Derivation) -> tuple[list[Expr], dict[str, Expr]]:
@@ -257,7 +258,7 @@ def fields(oscillations: Oscillations) -> list[Field]:
     keys = {f"equilibrium.{name}": (name, e) for name, e in oscillations.place.items()}
     return [
         *(
-            Field(key, e, f"equilibrium, {name}", latex_name(name), cells={key: ()})
+            Field(key, e, f"equilibrium, {name}", cells={key: ()}, diagnostic=oscillations.is_given)
             for key, (name, e) in keys.items()
         ),
         Field("modes", modes),

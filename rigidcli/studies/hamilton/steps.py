@@ -42,22 +42,21 @@ MOST_BRACKETS = 6
 MOST_PARTICLES = 3
 """Particles whose positions are shown: those of further ones follow the same rule."""
 
-ENERGIES = {
-    True: "The velocities are the rates of the positions, T is the sum of m v^2/2, and L = T - V.",
-    False: "L = T - V.",
-}
-"""The sentence on the energies, which depends on whether positions of particles are given."""
-
 
 def hamilton_steps(findings: Findings, fields: Sequence[Field], tables: Sequence[Table]) -> Iterator[Step]:
     """Lead to the results step by step; brackets with H show that quantities are conserved."""
     derivation, system = findings.derivation, findings.derivation.system
+    # T + V is no step where it is H, nor is a matrix that leads to no rates, or whose rates modes have.
+    repeated = {"energy"} if derivation.energy_excess == ZERO else set()
+    if any(entry.key == "stability" and entry.diagnostic for entry in fields):
+        repeated |= {"matrix", "offset", "frequencies", "stability"}
     if system.kinetic is not None:
         shown = [_titled(entry) for entry in fields if entry.key == "lagrangian"]
-        sentence = ENERGIES[bool(system.particles)]
+        way = "The velocities are the rates of the positions, T is the sum of m v^2/2, and "
+        sentence = f"{way if system.particles else ''}L = T - V."
         yield Step("Lagrangian", sentence, (*_energies(derivation), *shown))
     for part in PARTS if derivation.momenta is not None else PARTS[3:]:
-        shown = [entry for entry in fields if _belongs(entry, part)]
+        shown = [entry for entry in fields if _belongs(entry, part) and entry.key not in repeated]
         listed = tuple(table for table in tables if table.key in part.keys)
         if not (shown or listed) or [(entry.key, entry.value) for entry in shown] == [("dH_dt", 0)]:
             continue
@@ -68,13 +67,11 @@ def hamilton_steps(findings: Findings, fields: Sequence[Field], tables: Sequence
         yield from _of_transform(findings.document, findings.transform, derivation.phase, fields)
     if findings.oscillations is not None:
         place = [_titled(entry) for entry in fields if entry.key.startswith("equilibrium.")]
-        modes = [table for table in tables if not table.key]
-        yield from _of_oscillations(findings.oscillations, findings.document, place, modes)
+        yield from _of_oscillations(findings.oscillations, findings.document, place)
     if derivation.hamiltonian is None:
         return
-    momenta = [(name, symbol(name)) for name in derivation.conserved if name != "H"]
-    for name, e in (*momenta, *((reading(e.tree()), e) for e in findings.invariants or ())):
-        yield _bracket(name, e, derivation.hamiltonian, derivation.phase)
+    for e in findings.invariants or ():
+        yield _bracket(reading(e.tree()), e, derivation.hamiltonian, derivation.phase)
 
 
 def _energies(derivation: Derivation) -> Iterator[Field]:
@@ -233,6 +230,9 @@ def _titled(entry: Field) -> Field:
     return replace(entry, key="", cells={}, title=name, symbol=latex_name(name))
 
 
+_MOVING = " The change depends on the time: what makes the new variables move at fixed old ones is added."
+
+
 def _of_transform(
     document: Document, transform: TransformedSystem, old: Phase, fields: Sequence[Field]
 ) -> Iterator[Step]:
@@ -268,9 +268,9 @@ def _of_transform(
     if transform.hamiltonian is not None:
         yield Step(
             "Hamiltonian in the new variables",
-            "The old variables are put into H as functions of the new ones; where the change holds the time, "
-            "the function that makes the new variables move at fixed old ones is added. Its derivatives are "
-            "the new equations.",
+            "The old variables are put into H as functions of the new ones."
+            + _MOVING * any(TIME in e.names for e in values.values())
+            + " The derivatives of the new H are the new equations.",
             tuple(
                 _titled(entry)
                 for entry in fields
@@ -299,7 +299,7 @@ def _of_matrix(matrix: Sequence[Sequence[Expr]], document: Document) -> list[Fie
 
 
 def _of_oscillations(
-    oscillations: Oscillations, document: Document, place: Sequence[Field], modes: Sequence[Table]
+    oscillations: Oscillations, document: Document, place: Sequence[Field]
 ) -> Iterator[Step]:
     """Show the linear equations about an equilibrium, the polynomial of the rates, and the mode vectors."""
     motion = oscillations.motion
@@ -324,7 +324,6 @@ def _of_oscillations(
         "Small oscillations",
         f"To first order in the displacement y from the equilibrium, {equations}. {way}",
         (*place, *fields),
-        tuple(modes),
     )
     if is_free and is_small:
         yield from _vectors(oscillations, document, unknown)

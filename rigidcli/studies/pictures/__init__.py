@@ -27,7 +27,7 @@ def require_kind(command: str, kind: str) -> None:
     """Raise UsageError unless this command has pictures of this kind."""
     if kind != BEST and kind not in KINDS[command]:
         guess = f" (did you mean {near}?)" if (near := nearest(kind, list(KINDS[command]))) else ""
-        hint = f"the pictures are {', '.join(KINDS[command])}"
+        hint = f"kinds of pictures here: {', '.join(KINDS[command])}"
         raise UsageError(f"`{kind}` is no picture here{guess}", hint=hint)
 
 

@@ -36,12 +36,6 @@ def axes_steps(
     else:
         for group in frame.groups:
             yield _axis(rest, factor, frame, group, n)
-    turned = n.tidy(np.diag(frame.moments))
-    yield Step(
-        "Diagonal form",
-        "Along e1, e2, e3 the products of inertia vanish, and the moments stand on the diagonal.",
-        (Field("", turned, "tensor along the axes", r"\mathbf{I}'", "kg m^2"),),
-    )
 
 
 def motion_step(tensor: Array, fields: Sequence[Field], n: Arithmetic) -> Step:
@@ -155,7 +149,7 @@ def _axis(
     if len(group) == 2:
         title, last = (
             "Axes",
-            "The root is double: any two orthogonal vectors of this plane serve, of length one",
+            "The root is double: any two orthogonal vectors of length one in this plane serve, such as",
         )
     else:
         title, last = "Axis", "The solution of length one is"

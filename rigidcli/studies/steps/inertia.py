@@ -22,14 +22,7 @@ from rigidcli.studies.steps.writing import free_name
 MOST_POINTS = 20
 """The most point masses whose terms are listed, so that the table fits on a screen."""
 
-PAIRS = (
-    ("x", "x", 0, 0),
-    ("y", "y", 1, 1),
-    ("z", "z", 2, 2),
-    ("x", "y", 0, 1),
-    ("x", "z", 0, 2),
-    ("y", "z", 1, 2),
-)
+PAIRS = tuple(("xyz"[i], "xyz"[j], i, j) for i, j in ((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2)))
 """The coordinates of second moments, with the places of the moments in a tensor."""
 
 

@@ -11,6 +11,7 @@ from rigidcli.core.arithmetic import Arithmetic
 from rigidcli.document.document import Document
 from rigidcli.document.motion import Tide, Top
 from rigidcli.report import Field, Step, Value
+from rigidcli.studies.body import body_frame, principal_omega
 from rigidcli.studies.results import field_of
 from rigidcli.studies.steps.writing import filled, law
 
@@ -23,8 +24,8 @@ def precess_steps(document: Document, results: Mapping[str, Results]) -> Iterato
     n = document.arithmetic
     if document.top is not None and "top" in results:
         yield from _top(document.top, results["top"], n)
-    if "free" in results:
-        yield _free(results["free"])
+    if results.get("free", {}).get("body_rate") is not None:
+        yield _free(document, results["free"])
     if document.tide is not None and "tide" in results:
         yield _tide(document.tide, results["tide"], n)
 
@@ -107,19 +108,22 @@ def _nutation(section: Top, top: Results, n: Arithmetic) -> Step:
     )
 
 
-def _free(free: Results) -> Step:
-    if "body_rate" not in free:
-        return Step(
-            "Free motion",
-            "The three moments differ. omega moves along the polhode, on which T and L are constant, with a "
-            "period that is an elliptic integral.",
-            _shown("free", free, "angular_momentum", "kinetic_energy"),
-        )
+def _free(document: Document, free: Results) -> Step:
+    """The rates of a symmetric body, with numbers."""
+    n, frame = document.arithmetic, body_frame(document)
+    axis = next((group[0] for group in frame.groups if len(group) == 1), 2)
+    omega, L = principal_omega(document, frame), free["angular_momentum"]
+    numbers = {"lambda1": frame.moments[1], "lambda3": frame.moments[axis], "omega3": omega[axis], "L": L}
     return Step(
         "Free motion",
-        "Across the symmetry axis both moments are lambda1, and Euler's equations are linear: omega turns "
+        "Across the symmetry axis e3 both moments are lambda1, and Euler's equations are linear: omega turns "
         "about e3 in the body at (lambda3 - lambda1)/lambda1 omega3, and e3 about L in space at L/lambda1.",
-        _shown("free", free, "moments", "body_rate", "angular_momentum", "space_rate"),
+        (
+            filled("(lambda3 - lambda1)*omega3/lambda1", n, **numbers),
+            *_shown("free", free, "body_rate"),
+            filled("L/lambda1", n, **numbers),
+            *_shown("free", free, "space_rate"),
+        ),
     )
 
 
