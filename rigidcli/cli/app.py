@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import sys
 from collections.abc import Callable
+from functools import cache
 from importlib import import_module
 from pathlib import Path
 from typing import Annotated, Any, NoReturn
@@ -82,9 +83,7 @@ class Commands(TyperGroup):
     def get_command(self, ctx: Any, name: str) -> Any:
         """The command of this name; None where there is none."""
         if name in COMMANDS and name not in self.commands:
-            alone = typer.Typer(add_completion=False, rich_markup_mode=None)
-            alone.command(cls=Command)(_function(name))
-            self.add_command(typer.main.get_command(alone))
+            self.add_command(_command(name))
         return super().get_command(ctx, name)
 
     def resolve_command(self, ctx: Any, args: list[str]) -> Any:
@@ -95,6 +94,14 @@ class Commands(TyperGroup):
             for name in COMMANDS:  # the message compares the word with all of them
                 self.get_command(ctx, name)
         return super().resolve_command(ctx, args)
+
+
+@cache
+def _command(name: str) -> Any:
+    """The command of this name, made once: typer takes some milliseconds for its options."""
+    alone = typer.Typer(add_completion=False, rich_markup_mode=None)
+    alone.command(cls=Command)(_function(name))
+    return typer.main.get_command(alone)
 
 
 def _function(name: str) -> Callable[..., None]:
