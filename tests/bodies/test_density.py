@@ -113,7 +113,6 @@ KINKS: list[tuple[str, dict[str, Any], float]] = [
     ("2 + sign(x - 0.5)", {"shape": "disk", "radius": 1}, math.pi + 2 * (math.pi / 3 - math.sqrt(3) / 4)),
     ("2 + sign(r - 0.3)", {"shape": "cylinder", "radius": 1, "height": 2}, 6 * math.pi - 8 * math.pi * 0.009),
     ("2 + sign(x + y - 0.1)", {"shape": "plate", "size": [1, 1]}, 2 - 0.19),
-    ("2 + sign(0.09 - (x - 0.1)^2 - y^2 - z^2)", {"shape": "cube", "side": 1}, 1 + 8 * math.pi * 0.027 / 3),
     ("2 + sign(x + y - z)", {"shape": "sphere", "radius": 1}, 8 * math.pi / 3),
     ("2 + sign(x + y - z)", {"shape": "torus", "major_radius": 2, "minor_radius": 0.5}, 2 * math.pi**2),
     ("exp(-((z - 0.3)/1e-5)^2)", {"shape": "rod", "length": 1}, 1e-5 * math.sqrt(math.pi)),
