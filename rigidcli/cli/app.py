@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import sys
-from collections.abc import Callable
 from functools import cache
 from importlib import import_module
 from pathlib import Path
@@ -98,20 +97,11 @@ class Commands(TyperGroup):
 
 @cache
 def _command(name: str) -> Any:
-    """The command of this name, made once: typer takes some milliseconds for its options."""
+    """The command of this name, made once: typer makes options from the signature of its function."""
+    module = import_module(f"rigidcli.cli.{COMMANDS[name].module or 'computing'}")
     alone = typer.Typer(add_completion=False, rich_markup_mode=None)
-    alone.command(cls=Command)(_function(name))
+    alone.command(cls=Command)(module.command_of(name) if COMMANDS[name].needs else getattr(module, name))
     return typer.main.get_command(alone)
-
-
-def _function(name: str) -> Callable[..., None]:
-    """The function of a command, from whose signature typer makes options."""
-    if COMMANDS[name].needs:
-        from rigidcli.cli.computing import command_of
-
-        return command_of(name)
-    function: Callable[..., None] = getattr(import_module(f"rigidcli.cli.{COMMANDS[name].module}"), name)
-    return function
 
 
 app = typer.Typer(
