@@ -28,6 +28,14 @@ settings.register_profile("search", derandomize=False, deadline=None)
 settings.load_profile("gate")
 
 
+@pytest.hookimpl(optionalhook=True)
+def pytest_xdist_make_scheduler(config: pytest.Config, log: Any) -> Any:
+    """A file is worked by one process as far as can be, so that what its tests share is made once."""
+    from xdist.scheduler import WorkStealingScheduling
+
+    return WorkStealingScheduling(config, log)
+
+
 def printed(figure: str) -> Any:
     """What rounds to the figure, in the digits it is printed in."""
     exponent = Decimal(figure).as_tuple().exponent

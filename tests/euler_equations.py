@@ -25,9 +25,17 @@ def integrated(
 
     def rate(t: float, y: Floats) -> Floats:
         q, w = y[:4] / np.linalg.norm(y[:4]), y[4:]
-        turning = rotation.compose(q, np.array([0, *w])) / 2
-        acting = np.zeros(3) if torque is None else torque(t, q, w)
-        return np.concatenate([turning, inverse @ (acting - np.cross(w, tensor @ w))])
+        (a, b, c, d), (w1, w2, w3), (l1, l2, l3) = q.tolist(), w.tolist(), (tensor @ w).tolist()
+        turning = [
+            -(b * w1 + c * w2 + d * w3) / 2,
+            (a * w1 + c * w3 - d * w2) / 2,
+            (a * w2 + d * w1 - b * w3) / 2,
+            (a * w3 + b * w2 - c * w1) / 2,
+        ]
+        acting = np.array([w3 * l2 - w2 * l3, w1 * l3 - w3 * l1, w2 * l1 - w1 * l2])
+        if torque is not None:
+            acting += torque(t, q, w)
+        return np.array([*turning, *(inverse @ acting)])
 
     start = np.concatenate([[1.0, 0, 0, 0], omega])
     slack = 1e-13 * np.concatenate([np.ones(4), np.full(3, np.linalg.norm(omega))])

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import sys
-from collections.abc import Callable
+from functools import cache
 from importlib import import_module
 from pathlib import Path
 from typing import Annotated, Any, NoReturn
@@ -82,9 +82,7 @@ class Commands(TyperGroup):
     def get_command(self, ctx: Any, name: str) -> Any:
         """The command of this name; None where there is none."""
         if name in COMMANDS and name not in self.commands:
-            alone = typer.Typer(add_completion=False, rich_markup_mode=None)
-            alone.command(cls=Command)(_function(name))
-            self.add_command(typer.main.get_command(alone))
+            self.add_command(_command(name))
         return super().get_command(ctx, name)
 
     def resolve_command(self, ctx: Any, args: list[str]) -> Any:
@@ -97,14 +95,13 @@ class Commands(TyperGroup):
         return super().resolve_command(ctx, args)
 
 
-def _function(name: str) -> Callable[..., None]:
-    """The function of a command, from whose signature typer makes options."""
-    if COMMANDS[name].needs:
-        from rigidcli.cli.computing import command_of
-
-        return command_of(name)
-    function: Callable[..., None] = getattr(import_module(f"rigidcli.cli.{COMMANDS[name].module}"), name)
-    return function
+@cache
+def _command(name: str) -> Any:
+    """The command of this name, made once: typer makes options from the signature of its function."""
+    module = import_module(f"rigidcli.cli.{COMMANDS[name].module or 'computing'}")
+    alone = typer.Typer(add_completion=False, rich_markup_mode=None)
+    alone.command(cls=Command)(module.command_of(name) if COMMANDS[name].needs else getattr(module, name))
+    return typer.main.get_command(alone)
 
 
 app = typer.Typer(

@@ -400,7 +400,7 @@ def test_holes_are_where_something_is(whole: str, hole: str, fits: bool, tmp_pat
 # --- hostile files
 
 
-@settings(max_examples=350, deadline=5000)
+@settings(max_examples=200, deadline=5000)
 @given(data=st.data())
 def test_a_damaged_file_is_read_or_refused(data: st.DataObject, tmp_path_factory: Any) -> None:
     """Bytes changed, cut out, doubled: an answer with finite numbers, or a refusal that names the file."""

@@ -24,7 +24,7 @@ from tests.conftest import ROOT
 from tests.trees import NoValueError, value
 
 every = settings(
-    max_examples=300,
+    max_examples=120,
     derandomize=True,
     phases=[Phase.generate],
     suppress_health_check=list(HealthCheck),
@@ -78,7 +78,7 @@ def test_of_other_forms_hardly_any_is_left_to_a_person_and_none_is_wrong() -> No
     # What is drawn comes in clusters of the same form: each counts once.
     seen: dict[tuple[Node, Node], bool | str] = {}
 
-    @settings(every, max_examples=1200)
+    @settings(every, max_examples=400)
     @given(EXPRESSIONS.flatmap(lambda node: st.tuples(st.just(node), rewritten(node))))
     def judge(pair: tuple[Node, Node]) -> None:
         seen[pair] = FORMULAS.same(pair[1], pair[0])

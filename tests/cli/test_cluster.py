@@ -21,7 +21,7 @@ import pytest
 from tests.conftest import ROOT, Outcome, Program
 
 TOP = "configs/cone_top.yaml"
-SWEEP = ("inertia", "-q", "-f", "json", "--sweep", "body.scale=-1:5:500", "configs/bracket.yaml")
+SWEEP = ("inertia", "-q", "-f", "json", "--sweep", "body.scale=-1:5:300", "configs/bracket.yaml")
 """A sweep of which some values are refused, and whose rows are several times what a pipe holds.
 
 A mesh is worked value by value, so that there are many tasks.

@@ -80,14 +80,14 @@ def bounded(*arguments: str, stdin: str, megabytes: int) -> Outcome:
 def test_samples_need_memory_which_is_told_before_it_is_asked_for(
     command: str, document: str, key: str
 ) -> None:
-    for count, code in (("9000000", 4), ("1000", 0)):
-        words = (command, "-f", "csv", "-s", f"{key}.samples={count}", "-")
-        outcome = bounded(*words, stdin=document, megabytes=600)
-        assert outcome.code == code, outcome.err
-    told = bounded(command, "-s", f"{key}.samples=9000000", "-", stdin=document, megabytes=600).err
-    assert "9,000,000 samples need about " in told
-    assert " GB of memory, and " in told
-    assert "hint: ask for fewer samples" in told
+    many, few = (
+        bounded(command, "-f", "csv", "-s", f"{key}.samples={count}", "-", stdin=document, megabytes=600)
+        for count in (9_000_000, 1000)
+    )
+    assert (many.code, few.code) == (4, 0), few.err
+    assert "9,000,000 samples need about " in many.err
+    assert " GB of memory, and " in many.err
+    assert "hint: ask for fewer samples" in many.err
 
 
 @pytest.mark.skipif(sys.platform != "linux", reason="only Linux tells how much a process has")

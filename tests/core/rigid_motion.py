@@ -25,7 +25,7 @@ START = np.array([0.5, -0.7, 0.1, 0.5])
 
 WIDE = Context(prec=40, Emax=10**9, Emin=-(10**9))
 ORDER = 24
-PRECISE = Decimal("1e-24")
+PRECISE = Decimal("1e-20")
 """What a step of the series leaves out, in units of the state."""
 
 State = tuple[Sequence[Any], Any]

@@ -5,9 +5,11 @@ from __future__ import annotations
 import csv
 import io
 import re
+import runpy
 import shutil
 import subprocess
 import sys
+from contextlib import redirect_stdout
 from pathlib import Path
 
 import numpy as np
@@ -45,9 +47,11 @@ def _written(report: Report, form: str) -> str:
 
 
 def _run_python(source: str, folder: Path) -> str:
+    """What the program prints, run in this process, where warnings are errors, too."""
     (folder / "program.py").write_text(source, encoding="utf-8")
-    command = [sys.executable, "-W", "error", "program.py"]
-    return subprocess.run(command, cwd=folder, check=True, capture_output=True, text=True, timeout=60).stdout
+    with redirect_stdout(io.StringIO()) as out:
+        runpy.run_path(str(folder / "program.py"), run_name="__main__")
+    return out.getvalue()
 
 
 def _compile(source: str, folder: Path, *options: str) -> None:
@@ -104,6 +108,13 @@ orbit: {initial: {theta: 1, p_theta: 0}, duration: 10, samples: 101}
 @pytest.mark.parametrize("form", ["python", "c"])
 def test_golden_text(form: str) -> None:
     assert _written(_result(SMALL), form) == (GOLDEN / f"program_{form}.txt").read_text()
+
+
+def test_a_program_in_python_needs_nothing_of_ours(tmp_path: Path) -> None:
+    (tmp_path / "program.py").write_text((GOLDEN / "program_python.txt").read_text(), encoding="utf-8")
+    command = [sys.executable, "-I", "-W", "error", "program.py"]
+    out = subprocess.run(command, cwd=tmp_path, check=True, capture_output=True, text=True, timeout=60).stdout
+    _assert_same_orbit(out, _written(_result(SMALL), "csv"))
 
 
 HOSTILE = r"""a\n#error\r\nimport os */ =# /* #= ??/\n\"\"\" \\ $(x) \u2028 coding: utf-7 ??/"""
