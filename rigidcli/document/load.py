@@ -282,7 +282,7 @@ def _document(
         raise DocumentError(sorted(placed, key=lambda problem: problem.line or 0))
     if document.orbit is not None and document.system is not None and document.orbit.ensemble is None:
         env.notes += document.orbit.degrees_meant(document.system, draft.tree["orbit"]["initial"])
-    env.notes += [f"parameter `{name}` is not used" for name in document.unused]
+    env.notes += [f"parameter `{name}` is not used" for name in (document.unused if is_physical else ())]
     return document
 
 
