@@ -184,7 +184,7 @@ def _times(e: Terms, factor: Rational) -> Terms:
 
 def _taken_out(atom: Atom, exponent: Rational, coefficient: Rational) -> tuple[Rational, Rational]:
     """The factor to take out of a sum below its power, and the coefficient with it."""
-    share = _share(atom)
+    share = _share(atom, abs(exponent) == 1)
     if share == 1 or exponent.denominator > 2:
         return 1, coefficient
     if exponent.denominator == 1:
@@ -196,10 +196,11 @@ def _taken_out(atom: Atom, exponent: Rational, coefficient: Rational) -> tuple[R
 
 
 @lru_cache(4096)
-def _share(atom: Atom) -> Rational:
+def _share(atom: Atom, is_alone: bool) -> Rational:
     """The factor to take out of a sum for its one momentum or velocity to stand by itself: p + q*B/2.
 
-    Of several it is the only one without a factor, as p_y in p_y + x*p_z/2, where no other number stands.
+    Of several it is the only one without a factor, as p_y in (p_y + x*p_z/2)^2, where no other number stands;
+    a sum that `is_alone`, without a power, stays 2*p_y + x*p_z.
 
     Else it is what its terms have in common as they are written: (4 (p + q*B/2)^2 + 4 m^2) has 4.
     """
@@ -212,7 +213,7 @@ def _share(atom: Atom) -> Rational:
     ]
     alone = [(m, c) for m, c in moving if len(m) == 1 and m[0][1] == 1]
     others = {magnitude(c) for m, c in atom.inner.terms.items() if (m, c) not in alone}
-    if len(alone) == 1 and (len(moving) == 1 or others == {1}):
+    if len(alone) == 1 and (len(moving) == 1 or (others == {1} and not is_alone)):
         return magnitude(alone[0][1]) if atom.plain else 1
     return content([_as_written(monomial, c) for monomial, c in atom.inner.terms.items()])
 
