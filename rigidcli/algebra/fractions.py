@@ -228,6 +228,10 @@ def _factors(quotient: _Quotient) -> list[tuple[Expr, int]]:
     parts = list(quotient.outside)
     for polynomial, sign in ((quotient.above, 1), (quotient.below, -1)):
         content, irreducible = polynomial.factor()
-        parts.append((_rational(content) ** sign * ONE, 1))
-        parts += [(quotient.ring.expr(factor), sign * int(power)) for factor, power in irreducible]
+        size, powers = _rational(content), [(quotient.ring.expr(factor), int(n)) for factor, n in irreducible]
+        # The first term of each is positive, so that the laws of sines find the same form for it everywhere.
+        signs = [1 if factor.ordered[0][1] > 0 else -1 for factor, _ in powers]
+        size *= math.prod(own**n for own, (_, n) in zip(signs, powers, strict=True))
+        parts.append((size**sign * ONE, 1))
+        parts += [(own * factor, sign * n) for own, (factor, n) in zip(signs, powers, strict=True)]
     return parts

@@ -305,7 +305,7 @@ def _in_one_function(e: Expr, allowance: Allowance) -> Expr:
     arguments = dict.fromkeys((_PAIR_OF[atom.function], atom.arguments[0]) for atom in _functions(e))
     for pair, x in sorted(arguments, key=lambda each: (_PAIRS.index(each[0]), each[1].key)):
         ways = [_without_squares(e, pair, function, x, allowance) for function in (pair.odd, pair.even)]
-        e = min([e, *ways], key=lambda way: (len(way.terms), len(way.key)))
+        e = min([e, *ways], key=lambda way: (len(way.terms), len(way.key), way.key))
     return e
 
 
