@@ -169,12 +169,23 @@ def _written(monomial: Monomial, coefficient: Rational) -> tree.Node:
 
 
 def _under_one_root(monomial: Monomial) -> Monomial:
-    """The same product, with one root of all symbols under square roots: sqrt(k)/sqrt(m) is sqrt(k/m)."""
-    inside = {a: 2 * n for a, n in monomial if isinstance(a, Symbol) and abs(n) == Fraction(1, 2)}
-    if len(inside) < 2:
+    """The same product, with one root of all symbols under square roots: sqrt(k)/sqrt(m) is sqrt(k/m).
+
+    Sums of numbers, and products that stand under a root already, come under the same one.
+    """
+    roots = {a: n for a, n in monomial if abs(n) == Fraction(1, 2) and isinstance(a, (Symbol, Group))}
+    inside: dict[Atom, Rational] = {}
+    kept = [(a, n) for a, n in monomial if a not in roots]
+    for a, n in roots.items():
+        if isinstance(a, Symbol) or not a.names:
+            inside[a] = inside.get(a, 0) + 2 * n
+        elif not a.plain and n > 0 and [*a.inner.terms.values()] == [1]:
+            inside = dict(_multiplied(tuple(inside.items()), dict(*a.inner.terms)))
+        else:
+            kept.append((a, n))
+    if len(roots) - sum(a in roots for a, _ in kept) < 2:
         return monomial
-    root = Group(Terms({tuple(inside.items()): 1}), plain=False)
-    kept = [(a, n) for a, n in monomial if a not in inside]
+    root = Group(Terms({tuple(sorted(inside.items(), key=key_of_atom)): 1}), plain=False)
     return tuple(sorted([*kept, (root, Fraction(1, 2))], key=key_of_atom))
 
 
