@@ -80,13 +80,11 @@ class Matrix(Turn):
         return rotation.from_matrix(self.matrix, n)
 
 
-Rotation: TypeAlias = Annotated[
-    Turn,
-    by_key(
-        {"axis": AxisAngle, "euler": Euler, "quaternion": Quaternion, "matrix": Matrix},
-        "{axis: [0, 0, 1], angle: 30 deg}",
-    ),
-]
+TURN = by_key(
+    {"axis": AxisAngle, "euler": Euler, "quaternion": Quaternion, "matrix": Matrix},
+    "{axis: [0, 0, 1], angle: 30 deg}",
+)
+Rotation: TypeAlias = Annotated[Turn, TURN]
 
 
 class Form(Section):

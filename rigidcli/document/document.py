@@ -11,7 +11,6 @@ from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Self, get_args
 
 from pydantic import Field, model_validator
 
-from rigidcli.bodies.form import Rotation
 from rigidcli.core.arithmetic import Arithmetic, Scalar
 from rigidcli.document.draft import Draft
 from rigidcli.document.physical import Physical
@@ -26,6 +25,7 @@ from rigidcli.language.expression import Expression
 
 if TYPE_CHECKING:
     from rigidcli.bodies.bodies import Body
+    from rigidcli.bodies.form import Rotation
     from rigidcli.document.motion import Motion, Tide, Top
     from rigidcli.document.orbit import Orbit
     from rigidcli.document.sampling import Ensemble
@@ -33,6 +33,7 @@ if TYPE_CHECKING:
 else:
     # Loaded when a document has the section, as no document has all of them.
     Body = Annotated[Section, Elsewhere("rigidcli.bodies.bodies", "BODY")]
+    Rotation = Annotated[Section, Elsewhere("rigidcli.bodies.form", "TURN")]
     Orbit = Annotated[Section, Elsewhere("rigidcli.document.orbit", "Orbit")]
     System = Annotated[Section, Elsewhere("rigidcli.document.system", "System")]
     Motion, Tide, Top = (

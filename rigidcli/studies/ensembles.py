@@ -5,19 +5,21 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import replace
 from itertools import chain, groupby
-from typing import Literal, TypeAlias
+from typing import TYPE_CHECKING, Literal, TypeAlias
 
 import numpy as np
 
 from rigidcli.core.arithmetic import Floats
 from rigidcli.document.document import Document
-from rigidcli.document.motion import Motion
-from rigidcli.document.orbit import Orbit
 from rigidcli.errors import RigidError, UsageError
 from rigidcli.report import Column, Field, Report, Table, single_cells
 from rigidcli.studies.common import SHOWN_DIGITS, require_values
 from rigidcli.studies.pictures import ANY
 from rigidcli.studies.results import field_of
+
+if TYPE_CHECKING:
+    from rigidcli.document.motion import Motion
+    from rigidcli.document.orbit import Orbit
 
 Form: TypeAlias = Literal["rows", "starts", "few"]
 """The form of the reports: all samples in rows that begin with the start, a whole report for each start, or
