@@ -291,7 +291,7 @@ def loop() -> None:
 def eat() -> None:
     eaten = []
     while True:
-        eaten.append(np.zeros(1_000_000))
+        eaten.append(np.zeros(5_000_000))  # too large for what the process has freed before
 
 
 def nest(depth: int = 0) -> int:
