@@ -182,8 +182,8 @@ def _null_sums(terms: Sequence[Expr], hamiltonian: Expr, phase: Phase) -> Iterat
     null = rows[(singular > NONE * singular.max(initial=1.0)).sum() :] / sizes
     for turn in (1, -1):
         for row in echelon(null[:, ::turn], len(null), DEPENDENT)[0]:
-            numbers = [Fraction(x).limit_denominator(LARGEST) for x in row[::turn].tolist()]
-            e = total(number * term for number, term in zip(numbers, terms, strict=True) if number)
+            numbers = {k: x for k, x in enumerate(row[::turn].tolist()) if abs(x) > 0.5 / LARGEST}
+            e = total(Fraction(x).limit_denominator(LARGEST) * terms[k] for k, x in numbers.items())
             if e and is_zero(bracket(e, hamiltonian, phase)):
                 yield e
 
