@@ -120,17 +120,13 @@ def _real_roots(d: Expr, c: Expr, b: Expr, a: Expr) -> list[Expr]:
             return [tidy(-d / c)]
         root = root_of_either_sign(c**2 - 4 * b * d)
         return [tidy((-c - root) / (2 * b)), tidy((-c + root) / (2 * b))]
-    message = "they are roots of a cubic with symbols"
     p = tidy((b**2 - 3 * a * c) / (9 * a**2))
-    if p.names:
-        raise ExpressionError(message)
-    b, c, d = (tidy(e / a) for e in (b, c, d))
-    q = tidy((9 * b * c - 2 * b**3 - 27 * d) / 54)
-    if q.names:
-        raise ExpressionError(message)
+    b, c, d = (e / a for e in (b, c, d))
+    if p.names or (q := tidy((9 * b * c - 2 * b**3 - 27 * d) / 54)).names:
+        raise ExpressionError("they are roots of a cubic with symbols")
     radius = sqrt(p)
     angle = apply("acos", tidy(q / radius**3)) / 3
-    return [2 * radius * apply("cos", angle + 2 * PI * j / 3) - b / 3 for j in (1, 2, 0)]
+    return [2 * radius * apply("cos", angle + 2 * PI * j / 3) - tidy(b) / 3 for j in (1, 2, 0)]
 
 
 def sign_of(e: Expr, given: Values) -> int | None:
