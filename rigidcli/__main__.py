@@ -9,10 +9,14 @@ import sys
 from rigidcli import TYPE_CHECKING
 
 if TYPE_CHECKING:
+    from sys import UnraisableHookArgs
     from typing import NoReturn
 
 INTERRUPTED = 130
 """The exit code after Ctrl-C: 128 and the number of the signal, as shells expect."""
+
+AGAIN_AFTER = 0.02
+"""Seconds within which a destructor ends: a second interrupt in the same one would be lost as well."""
 
 THRESHOLDS = (100_000, 20, 100)
 """Thresholds of the garbage collection, so high that it takes no time: the usual ones take 3 % of a run."""
@@ -25,6 +29,7 @@ def main() -> NoReturn:
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
     # pydantic looks through all installed distributions for plugins, of which documents use none.
     os.environ.setdefault("PYDANTIC_DISABLE_PLUGINS", "1")
+    sys.unraisablehook = _interrupted_in_vain
     try:
         # This import stands here, so that an interrupt while it loads ends the program in the same way.
         from rigidcli.cli.app import main as program
@@ -32,6 +37,20 @@ def main() -> NoReturn:
         program()
     except KeyboardInterrupt:
         sys.exit(INTERRUPTED)
+
+
+def _interrupted_in_vain(error: UnraisableHookArgs) -> None:
+    """Interrupt again where Ctrl-C came in a destructor, which no exception leaves; tell other errors.
+
+    The futures of a cluster have one that takes so long that one interrupt in seven comes there.
+    """
+    if not issubclass(error.exc_type, KeyboardInterrupt):
+        sys.__unraisablehook__(error)
+        return
+    import _thread
+    import threading
+
+    threading.Timer(AGAIN_AFTER, _thread.interrupt_main).start()
 
 
 def run() -> NoReturn:

@@ -43,7 +43,7 @@ MOST_LINES = {
     "reference": 468,  # the JSON Schema of files came here from `document`
     "render": 2668,  # symbols and units are typeset in readings of a replay and in words
     "studies": 6123,  # the working shows brackets, vectors of modes, and the torque of the document
-    "": 1680,  # usage errors show their hints in Python; what waits for a lost scheduler is ended
+    "": 1698,  # usage errors show their hints in Python; an interrupt that comes in a destructor is not lost
 }
 """The most lines of Python that each room may have; "" is what stands at the top.
 

@@ -37,6 +37,16 @@ except KeyboardInterrupt:
     raise ImportError("initialization failed")
 """
 
+INTERRUPTED_IN_A_DESTRUCTOR = """
+import signal, time
+class Future:
+    def __del__(self):
+        signal.raise_signal(signal.SIGINT)
+Future()
+for _ in range(600):
+    time.sleep(0.1)
+"""
+
 
 def run(folder: Path, name: str, source: str, *arguments: str) -> subprocess.CompletedProcess[str]:
     """The program where the module `name` is replaced."""
@@ -57,6 +67,7 @@ def run(folder: Path, name: str, source: str, *arguments: str) -> subprocess.Com
     [
         ("typer", INTERRUPTED, "axes configs/cube_corner.yaml"),
         ("yaml", INTERRUPTED, "axes configs/cube_corner.yaml"),
+        ("yaml", INTERRUPTED_IN_A_DESTRUCTOR, "axes configs/cube_corner.yaml"),
         ("heyoka", INTERRUPTED_IN_COMPILED_CODE, "euler -s motion.method=taylor configs/driven_gyro.yaml"),
     ],
 )
