@@ -38,8 +38,9 @@ needs_dask = pytest.mark.skipif(util.find_spec("distributed") is None, reason="d
 
 
 def environment() -> dict[str, str]:
-    """That of processes which load this very package, wherever they run."""
-    return {**os.environ, "PYTHONPATH": str(ROOT), "OPENBLAS_NUM_THREADS": "1"}
+    """That of processes which load this very package; none waits half a minute for a worker that is gone."""
+    here = {"PYTHONPATH": str(ROOT), "OPENBLAS_NUM_THREADS": "1"}
+    return {**os.environ, **here, "DASK_DISTRIBUTED__COMM__TIMEOUTS__CONNECT": "3s"}
 
 
 class Cluster:
