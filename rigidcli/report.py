@@ -139,7 +139,7 @@ class Report(Mapping[str, Value]):
         return f"{self.name}: {title}" if self.name else title
 
     def tree(self) -> dict[str, Value]:
-        """All values as JSON nests them."""
+        """All values as JSON nests them; a table with the key of a field shows that field to people."""
         tree: dict[str, Value] = {}
         pairs = [(entry.key, entry.value) for entry in self.fields if entry.key]
         for table in self.tables:
@@ -149,7 +149,7 @@ class Report(Mapping[str, Value]):
             place = tree
             for step in way:
                 place = place.setdefault(step, {})
-            place[last] = value
+            place.setdefault(last, value)
         return tree
 
     @property

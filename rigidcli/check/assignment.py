@@ -247,8 +247,8 @@ class _Library:
         document, report = self._report(question.document, study)
         tree = report.tree()
         value = _value_at(study, tree, way)
-        keys = [".".join(way[:count]) for count in range(1, len(way) + 1)]
-        unit = next((field.unit for field in report.fields if field.key in keys), "")
+        names = ".".join(step for step in way if not step.isdecimal())  # a unit is that of all rows
+        unit = next((unit for key, unit in report.units.items() if f"{names}.".startswith(f"{key}.")), "")
         name = question.kind or _kind_of(path, value, unit)
         if name is None:
             hint = f"ask for one of {', '.join(_paths(ask, value))}"

@@ -146,9 +146,7 @@ def as_typed(answer: Tree, unit: Unit | None = None, place: str = "") -> Number:
 def _signs_of_units(text: str) -> str:
     """A text whose minutes of arc, micro and ohm are not read as primes and Greek letters."""
     text = re.sub(r"(?<=\d)\s*″", " arcsec", re.sub(r"(?<=\d)\s*′", " arcmin", text))
-    return (
-        re.sub("μ(?=[A-Za-z])", "\N{MICRO SIGN}", text).replace("Å", "angstrom").replace("\u212b", "angstrom")
-    )
+    return re.sub("[Å\u212b]", "angstrom", re.sub("μ(?=[A-Za-z])", "\N{MICRO SIGN}", text))
 
 
 def _thousands(text: str, unit: Unit | None) -> float | None:

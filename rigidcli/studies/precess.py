@@ -226,7 +226,7 @@ def _tide(tide: Tide, n: Arithmetic, notes: list[str], tables: list[Table]) -> d
     columns = (
         Column("name", names, ("name",)),
         Column("rate", rates, ("rate",), "rad/s"),
-        Column("rate_arcsec_per_year", yearly, ("in a Julian year",), "arcsec"),
+        Column("rate_arcsec_per_year", yearly, ("in a Julian year",), "arcsec/yr"),
     )
     tables.append(Table("tide.perturbers", "precession by each perturber", columns, records=True))
     if n.sign(total) == 0:

@@ -85,6 +85,8 @@ class Quantity(Kind):
         try:
             scale = value.scale if value.unit is None else scale_in(value.unit, key.unit.dimension)
         except ValueProblem as problem:
+            if key.unit is PURE and key.path[:1] == ("hamilton",) and key.is_near(value.value, value.scale):
+                return Outcome.review("the unit of this result is not known")
             return Outcome.earning(0.0, _of_misfit(key, value, with_hint(problem)))
         number = replace(value, value=value.typed * scale, scale=scale)
         is_right = key.is_near(number.value, scale)

@@ -297,7 +297,7 @@ def tables(oscillations: Oscillations) -> list[Table]:
         entries = [_component(*vector[place]) for _, vector in modes]
         columns.append(Column(name, entries, (name,), "", (latex_name(name),)))
     columns.append(Column("motion", [_kind(root) for root, _ in modes], ("motion",), ""))
-    return [Table("", "normal modes", tuple(columns))]
+    return [Table("modes", "normal modes", tuple(columns), records=True)]
 
 
 def _component(real: float | Expr, imaginary: float | Expr) -> float | Expr | str:
