@@ -19,7 +19,7 @@ from rigidcli.algebra.trees import to_tree
 from rigidcli.check.base import Asked, Finding, Tree, Unreadable
 from rigidcli.check.numbers import ROUNDING, Number, as_typed, read_number
 from rigidcli.check.question import RELATIVE, Tolerance
-from rigidcli.check.reading import exactly, names_of, plain, read_expression
+from rigidcli.check.reading import exactly, names_of, read_expression
 from rigidcli.check.same import Formulas, formulas_of
 from rigidcli.core.arithmetic import Array, Floats
 from rigidcli.errors import ExpressionError, ValueProblem
@@ -27,7 +27,7 @@ from rigidcli.fields.dimensions import ANGLE, DIMENSIONLESS
 from rigidcli.fields.units import Unit, parse_unit
 from rigidcli.language import tree
 from rigidcli.language.expression import real
-from rigidcli.language.text import text
+from rigidcli.language.text import reading, text
 
 Entry: TypeAlias = Number | tree.Node
 """An entry of an answer: a number as it was typed, or a tree."""
@@ -193,7 +193,7 @@ class Ruler:
 
 def shown_as(entries: Iterable[Entry]) -> list[str]:
     """How entries were read."""
-    return [entry.read_as if isinstance(entry, Number) else plain(entry) for entry in entries]
+    return [entry.read_as if isinstance(entry, Number) else reading(entry) for entry in entries]
 
 
 def is_constant(entry: Entry | Right) -> bool:

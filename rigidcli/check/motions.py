@@ -16,7 +16,7 @@ from rigidcli.algebra.reading import from_tree
 from rigidcli.algebra.trees import to_tree
 from rigidcli.check.base import Asked
 from rigidcli.check.question import Question
-from rigidcli.check.reading import Domain, Names, names_in_all, names_of, read_equations
+from rigidcli.check.reading import Domain, Names, in_other_letters, names_in_all, names_of, read_equations
 from rigidcli.check.same import Formulas, formulas_of
 from rigidcli.document.variables import acceleration, momentum, velocity
 from rigidcli.errors import ExpressionError, ValueProblem
@@ -110,16 +110,14 @@ def of_document(asked: Asked) -> Motion:
 
 def _with_rates(names: Names, states: Sequence[str], rates: Sequence[str]) -> Names:
     """The names of a motion with its derivatives, in the spellings of the states."""
-    spelled = dict(names.spellings)
-    for other, name in names.spellings.items():
-        for dots in ("dot", "ddot"):
-            if f"{name}{dots}" in rates:
-                spelled[f"{other}{dots}"] = f"{name}{dots}"
-    for name in states:  # `pdot_x` for p_xdot, `xdot_1` for x_1dot
-        letters, _, index = name.partition("_")
-        if index:
-            spelled |= {f"{letters}{dots}_{index}": f"{name}{dots}" for dots in ("dot", "ddot")}
-    spelled = {other: name for other, name in spelled.items() if name in {*names.domains, *rates}}
+    spelled = {**dict(in_other_letters(states)), **names.spellings}
+    for other, name in [*spelled.items(), *zip(states, states, strict=True)]:
+        parts = re.fullmatch(r"([A-Za-z]+?)(?:_(\w+)|(\d+))", other)
+        for dots in ("dot", "ddot"):  # `pdot_x` for p_xdot, `xdot_1` for x_1dot and x1dot
+            spelled[f"{other}{dots}"] = f"{name}{dots}"
+            if parts:
+                spelled[f"{parts[1]}{dots}_{parts[2] or parts[3]}"] = f"{name}{dots}"
+    spelled = {other: name for other, name in spelled.items() if name in {*names.domains, *states, *rates}}
     domains: dict[str, Domain] = dict.fromkeys((*states, *rates), "real")
     domains |= names.domains
     further = tuple(name for name in (*names.further, *states, *rates) if name not in names.states)

@@ -11,6 +11,7 @@ from contextlib import suppress
 from dataclasses import dataclass, field
 from fractions import Fraction
 from functools import cached_property
+from itertools import product
 from pathlib import Path
 from typing import Literal, TypeAlias
 
@@ -80,10 +81,8 @@ def names_of(asked: Asked, used: Iterable[str] = ()) -> Names:
     """
     question, document = asked.question, asked.document
     listed = {TIME if n == TIME else read_name(n): domain for n, domain in (question.symbols or {}).items()}
-    coordinates, momenta, velocities = (
-        tuple(map(read_name, names))
-        for names in (question.coordinates, question.momenta, question.velocities)
-    )
+    lists = (question.coordinates, question.momenta, question.velocities)
+    coordinates, momenta, velocities = (tuple(map(read_name, names)) for names in lists)
     domains: dict[str, Domain] = {}
     values: dict[str, Node] = {}
     derived: dict[str, Node] = {}
@@ -133,10 +132,11 @@ def spellings(
 ) -> dict[str, str]:
     """Other spellings that can mean one name only, besides underscores that are left out or added.
 
-    `p` of one momentum, `p_x` of the momentum of x, `p1` for `p_theta1`, `xdot1` for `x1dot`.
+    `p` of one momentum, `p_x` of the momentum of x, `p1` for `p_theta1`, `xdot1` for `x1dot`, `omega` of w.
     """
     pairs = [*zip(map(momentum, coordinates), momenta, strict=False)]
     pairs += [("p", momenta[0])] if len(momenta) == 1 else []
+    pairs += in_other_letters(names)
     pairs += [(f"p{digits[0]}", name) for name in momenta if (digits := re.search(r"\d+\Z", name))]
     indexed = ((re.fullmatch(r"(\w*?[A-Za-z])_?(\d+)(d?dot)", name), name) for name in velocities)
     pairs += [(f"{parts[1]}{parts[3]}_{parts[2]}", name) for parts, name in indexed if parts]
@@ -144,6 +144,13 @@ def spellings(
     for other, name in pairs:
         meanings.setdefault(other, set()).add(name)
     return {other: meant.pop() for other, meant in meanings.items() if len(meant) == 1 and other not in names}
+
+
+def in_other_letters(names: Iterable[str]) -> Iterator[tuple[str, str]]:
+    """Names with w for omega or omega for w, and those with l with the letter ell of print."""
+    for name, (own, other) in product(names, (("w", "omega"), ("omega", "w"), ("l", "ell"))):
+        if parts := re.fullmatch(rf"{own}(_?\d*)", name):
+            yield f"{other}{parts[1]}", name
 
 
 def read_expression(answer: Tree, names: Names | None, place: str = "", *, leading: bool = True) -> Node:
@@ -157,11 +164,6 @@ def read_expression(answer: Tree, names: Names | None, place: str = "", *, leadi
         return typed.expression(str(answer), None if names is None else names.words, leading=leading)
     except ExpressionError as error:
         raise Unreadable(error.code or "parse_error", with_hint(error), place=place) from None
-
-
-def plain(node: Node) -> str:
-    """A formula as the student is shown it."""
-    return reading(node)
 
 
 # --- without a question
@@ -207,11 +209,11 @@ def describe(answer: Tree, *, is_entry: bool = False) -> str:
     if text.count("=") > 1 or _EQUATION.search(text):
         with suppress(Unreadable):
             equations = read_equations(text, None)
-            return "; ".join(f"{plain(left)} = {plain(right)}" for _, left, right in equations)
+            return "; ".join(f"{reading(left)} = {reading(right)}" for _, left, right in equations)
     with suppress(Unreadable):
-        return plain(read_expression(text, None))
+        return reading(read_expression(text, None))
     if is_entry or (listed := read_list(text)) in ([text], [text.strip()]):
-        return plain(read_expression(text, None))  # it says what is wrong
+        return reading(read_expression(text, None))  # it says what is wrong
     return describe(listed, is_entry=True)
 
 
@@ -283,6 +285,8 @@ def _texts(answer: Tree, place: str, failed: list[Unreadable]) -> Iterator[tuple
             return
         for count, piece in enumerate(pieces, 1):
             here = place or (f"equation {count}" if len(pieces) > 1 else "")
+            n = here.removeprefix("equation ") if here[-1:].isdigit() else "1"  # as `(1)` beside an equation
+            piece = re.sub(rf"\A\s*\(?{n}[.)]\s+(?=[^\W\d])|(?<=[\w)}}\]])\s+\({n}\)\s*\Z", "", piece)
             sides = re.split(r"==?", piece)
             if len(sides) == 1:
                 message = f"no `=` in {shown(piece.strip())}, expected `left = right`"

@@ -21,7 +21,7 @@ MAX_NESTING = 60
 
 _SIGNS = str.maketrans(
     GREEK_LETTERS
-    | {"∞": " inf ", "√": " sqrt "}
+    | {"∞": " inf ", "√": " sqrt ", "ℓ": "ell"}
     | {"½": "(1/2)", "¼": "(1/4)", "¾": "(3/4)", "⅓": "(1/3)", "⅔": "(2/3)"}
     | dict.fromkeys("−–—‐‑", "-")
     | dict.fromkeys("·⋅×∗•", "*")
@@ -38,11 +38,9 @@ _GREEK = {
     **{name: name for name in (*GREEK, *map(str.capitalize, GREEK), "hbar", "ell")},
     "varphi": "phi", "vartheta": "theta", "varepsilon": "epsilon", "varrho": "rho", "varsigma": "sigma",
 }  # fmt: skip
-_FUNCTIONS = {name: name for name in CALLED} | {
-    "arcsin": "asin", "arccos": "acos", "arctan": "atan", "arsinh": "asinh", "arcosh": "acosh",
-    "artanh": "atanh",
-}  # fmt: skip
-_SPACES = ("quad", "qquad", "thinspace", "space", *",;:! >")
+_FUNCTIONS = {name: name for name in CALLED} | {"arcsin": "asin", "arccos": "acos", "arctan": "atan"}
+_FUNCTIONS |= {"arsinh": "asinh", "arcosh": "acosh", "artanh": "atanh"}
+_SPACES = ("tag", "quad", "qquad", "thinspace", "space", *",;:! >")
 _DROPPED = (
     "left", "right", "big", "Big", "bigl", "bigr", "Bigl", "Bigr", "bigg", "biggl", "biggr", "displaystyle",
     "textstyle", "rm", "it", "bf", "limits", "hline", *"()[]",
@@ -62,9 +60,10 @@ _CONTENT = {
 }  # fmt: skip
 _FRACTIONS = {"frac", "dfrac", "tfrac", "cfrac", "nicefrac"}
 _MATRICES = {"pmatrix", "bmatrix", "matrix", "Bmatrix", "smallmatrix", "array"}
-_LINES = {
-    "aligned", "align", "align*", "cases", "split", "gathered", "gather", "equation", "equation*", "eqnarray",
-}  # fmt: skip
+_LINES = {"aligned", "cases", "split", "gathered", "align", "gather", "equation", "eqnarray"}
+_SYSTEM = re.compile(
+    r"(?s)\\left\s*\\\{\s*\\begin\{(?:array\}\{\w*|aligned)\}(.*?)\\end\{\w+\}\s*\\right\s*\."
+)
 _TOKEN = re.compile(r"\\([A-Za-z]+\*?|.)|(\{)|(\})|([_^])|\$+|[^\\{}_^$]", re.DOTALL)
 _DERIVATIVE = re.compile(r"\s*d\s*(?:\^\s*(2)\s*)?(?P<name>[^\W\d]\w*'*)?\s*")
 _BY_TIME = re.compile(r"\s*d\s*t\s*(?:\^\s*2\s*)?")
@@ -84,6 +83,7 @@ def plain(text: str) -> str:
     text = unicodedata.normalize("NFD", text).replace("\u0301", "") if not text.isascii() else text
     text = _DOTTED.sub(lambda match: f"{match[1]}{'dot' if match[2] == chr(0x307) else 'ddot'}", text)
     text = re.sub(SUPERSCRIPT, lambda match: f"^{match[0].translate(LOWERED)} ", text).translate(_SIGNS)
+    text = re.sub("&?=&?", "=", _SYSTEM.sub(r"\\begin{cases}\1\\end{cases}", text))
     return _Latex(text).whole() if set("\\{}$").intersection(text) else text
 
 
@@ -196,7 +196,7 @@ class _Latex:
 
     def environment(self) -> str:
         """The rows of a matrix as lists, or lines."""
-        name = self.argument().strip("()")
+        name = self.argument().strip("()*")
         if name not in _MATRICES | _LINES:
             raise ExpressionError(f"the LaTeX environment `{name[:24]}` has no meaning in an answer")
         if name == "array" and self.text.startswith("{", self.place):

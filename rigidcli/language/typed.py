@@ -92,7 +92,7 @@ class Words:
             products: dict[tuple[str, ...], tuple[str, ...]] = {}
             for cut in range(start + 1, end + 1):
                 part = word[start:cut]
-                meant = part if part in FUNCTIONS or part in CONSTANTS else self.meaning(part)
+                meant = part if part in CALLED or part in CONSTANTS else self.meaning(part)
                 if meant is None or part[0] == "_":
                     continue
                 for rest in spelled[cut]:
@@ -106,9 +106,8 @@ def unknown(word: str, words: Words) -> ExpressionError:
     near = nearest(word, words.names) if len(word) <= LONGEST_PRODUCT else None
     listed = ", ".join(f"`{name}`" for name in words.names[:MOST_LISTED]) or "none"
     more = ", ..." if len(words.names) > MOST_LISTED else ""
-    hint = f"the symbols are {listed}{more}"
     message = f"read {shown(word)}" + (f" (did you mean `{near}`?)" if near else "")
-    return ExpressionError(message, hint=hint, code="unknown_symbol")
+    return ExpressionError(message, hint=f"the symbols are {listed}{more}", code="unknown_symbol")
 
 
 def expression(text: str, words: Words | None, *, leading: bool = True) -> tree.Node:
@@ -139,6 +138,7 @@ def slopes(text: str) -> str:
         ),
         text,
     )
+    text = re.sub(r"(?<=\w)-(d?dot)\b", r"\1", text)
     text = _PRIMED.sub(lambda match: f"{match[1]}{'dot' if match[2] == chr(39) else 'ddot'} ", text)
     return text if "atan2" in text else re.sub(r"(?<=\d),(?=\d)", ".", text)
 
@@ -171,9 +171,10 @@ class _Reader(Grammar):
         return super().begins_factor() or (self.token.text == "|" and not self.barred[-1])
 
     def further(self) -> Sequence[tree.Node]:
-        """A factor without a sign, or the names that a word is the product of."""
+        """A factor without a sign, or the names that a word is the product of; a cotangent is one factor."""
         is_word, factor = self.token.kind == "name", self.factor()
-        return factor.factors if is_word and isinstance(factor, tree.Product) else [factor]
+        parts = factor.factors if is_word and isinstance(factor, tree.Product) else (factor,)
+        return [factor] if isinstance(parts[-1], tree.Reciprocal) else parts
 
     def power(self, base: tree.Node, exponent: tree.Node) -> tree.Node:
         """A base with its exponent; e is the number where it is no letter of the question."""
@@ -255,8 +256,7 @@ class _Reader(Grammar):
             if function == "sqrt" and not (self.token.kind == "name" and self.token.touches):
                 return factors[0]
         if self.token.kind == "name" and self.token.text not in CALLED:
-            word = self.descend()
-            factors += self.named(word)
+            factors += self.named(self.descend())
             self.depth -= 1
         if not factors:
             message = f"`{function}` needs its argument in brackets"

@@ -11,7 +11,8 @@ from hypothesis import strategies as st
 
 from rigidcli.check.base import Unreadable
 from rigidcli.check.lists import read_list
-from rigidcli.check.reading import Names, describe, plain, read_expression
+from rigidcli.check.reading import Names, describe, read_expression
+from rigidcli.language.text import reading
 from tests.check.asking import cases
 
 NAMES = Names(
@@ -55,7 +56,7 @@ NAMES = Names(
     m g z | U = V = mgz  U = m z g/1 = mgz  U = mgz  $U = mgz$  U(z) = mgz.  \[ U = mgz \]
     """)
 def test_a_formula_is_read_as_people_write_it(typed: str, formula: str) -> None:
-    assert plain(read_expression(typed, NAMES)) == formula
+    assert reading(read_expression(typed, NAMES)) == formula
 
 
 @cases(r"""

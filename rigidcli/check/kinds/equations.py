@@ -22,10 +22,10 @@ from rigidcli.check.balls import Ball
 from rigidcli.check.base import Asked, Finding, Kind, Outcome, Reading, Tree, Unreadable
 from rigidcli.check.mistakes import of_motion
 from rigidcli.check.motions import Motion, of_document, of_functions, of_text
-from rigidcli.check.reading import Sides, names_in_all, plain, read_equations
+from rigidcli.check.reading import Sides, names_in_all, read_equations
 from rigidcli.document.variables import acceleration, velocity
 from rigidcli.errors import ExpressionError, ValueProblem
-from rigidcli.language.text import text
+from rigidcli.language.text import reading, text
 from rigidcli.language.tree import Negative, Node, Sum, bound, names_in
 
 Answer: TypeAlias = tuple[Sequence[Sides], Sequence[Finding]]
@@ -59,7 +59,7 @@ class Equations(Kind):
         """The equations of an answer; one that cannot be read costs only itself. Raises Unreadable."""
         unread: list[Unreadable] = []
         sides = read_equations(answer, key.names, of_functions(key), unread)
-        shown = "; ".join(f"{plain(left)} = {plain(right)}" for _, left, right in sides)
+        shown = "; ".join(f"{reading(left)} = {reading(right)}" for _, left, right in sides)
         return Reading((sides, [finding for each in unread for finding in each.findings]), shown)
 
     def judge(self, key: Motion, value: Answer) -> Outcome:
@@ -88,10 +88,8 @@ class Equations(Kind):
             findings = [Finding("equation_wrong", "one or more")]
         # A wrong equation stands in the place of a missing one.
         if len(best.missing) > len(false):
-            names = {side[0] for side in false}
-            findings.append(
-                Finding("missing_equation", ", ".join(name for name in best.missing if name not in names))
-            )
+            lacking = ", ".join(name for name in best.missing if name not in {side[0] for side in false})
+            findings.append(Finding("missing_equation", lacking))
         surplus = max(0, best.right + len(false) - len(best.tops))
         return Outcome.earning((best.right - surplus) / len(best.tops), *findings, *remarks)
 
@@ -247,7 +245,7 @@ class _System:
             balls = [ball for ball in self._values(factor) if ball is not None]
             changes = len({ball > 0 for ball in balls}) > 1 or any(ball.contains(0) for ball in balls)
             if changes and atom not in poles:
-                return f"where `{plain(to_tree(factor))}` is zero"
+                return f"where `{reading(to_tree(factor))}` is zero"
         return ""
 
 

@@ -16,10 +16,10 @@ from rigidcli.check.balls import Ball
 from rigidcli.check.base import Asked, Finding, Kind, Outcome, Reading, Tree, Unreadable
 from rigidcli.check.mistakes import common_factor, of_energy
 from rigidcli.check.question import Tolerance
-from rigidcli.check.reading import names_of, plain, read_expression
+from rigidcli.check.reading import names_of, read_expression
 from rigidcli.check.same import NEEDED, Formulas, formulas_of
 from rigidcli.errors import ValueProblem
-from rigidcli.language.text import text
+from rigidcli.language.text import reading, text
 from rigidcli.language.tree import Name, Negative, Node, Number, Sum, bound, names_in
 
 ENERGIES = ("hamiltonian", "lagrangian", "energy")
@@ -82,7 +82,7 @@ class Expression(Kind):
     def read(self, key: Key, answer: Tree) -> Reading:
         """A formula in the symbols of the question. Raises Unreadable."""
         node = read_expression(answer, key.formulas.names)
-        return Reading(node, plain(node))
+        return Reading(node, reading(node))
 
     def judge(self, key: Key, value: Node) -> Outcome:
         """Whether the answer is the key, perhaps up to a constant."""

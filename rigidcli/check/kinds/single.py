@@ -63,12 +63,11 @@ class Quantity(Kind):
         if not math.isfinite(reference) or (value and not reference):
             raise ValueProblem("the number is beyond the range of SI units")
         noise = NOISE * max(beside(asked) * unit.scale, asked.report is not None and unit.dimension == ANGLE)
-        needless = unit.dimension in (DIMENSIONLESS, ANGLE)
         return Key(
             0.0 if abs(reference) <= noise else reference,
             unit,
             Ruler(question.tolerance, unit, noise=noise),
-            question.unit == "required" and not needless,
+            question.unit == "required" and unit.dimension not in (DIMENSIONLESS, ANGLE),
             asked.path,
         )
 
