@@ -11,6 +11,7 @@ from dataclasses import dataclass, replace
 from typing import ClassVar
 
 from rigidcli.algebra.expressions import Expr
+from rigidcli.algebra.reading import from_tree
 from rigidcli.algebra.trees import to_tree
 from rigidcli.check.balls import Ball
 from rigidcli.check.base import Asked, Finding, Kind, Outcome, Reading, Tree, Unreadable
@@ -175,7 +176,7 @@ def _energies(key: Key) -> tuple[Node, Node] | None:
     """The kinetic energy and what is left at rest, where the rest is the same for motion backwards."""
     if not key.rates or names_in(key.tree).isdisjoint(key.rates):
         return None
-    resting = bound(key.tree, dict.fromkeys(key.rates, ZERO))
+    resting = to_tree(from_tree(bound(key.tree, dict.fromkeys(key.rates, ZERO))))
     back = bound(key.tree, {name: Negative(Name(name)) for name in key.rates})
     if key.same(back) is not True or key.formulas.same(resting, ZERO) is not False:
         return None
