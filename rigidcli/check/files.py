@@ -244,8 +244,8 @@ def _spot(path: Path) -> str:
 # --- reading
 
 
-def read_file(path: Path, place: str = "", *, table: bool = False) -> str:
-    """The text of a regular file, in UTF-8, or UTF-16 with its mark; a `table` may be in Windows' own code.
+def read_file(path: Path, place: str = "") -> str:
+    """The text of a regular file, in UTF-8, UTF-16 with its mark, or Windows' own code.
 
     Only what is a regular file is opened, because opening alone may hang, or have an effect. Raises
     Unreadable: missing_file; not_allowed for links, folders, devices and pipes; too_large; and parse_error
@@ -267,7 +267,7 @@ def read_file(path: Path, place: str = "", *, table: bool = False) -> str:
     try:
         return data.decode("utf-16" if data[:2] in (b"\xff\xfe", b"\xfe\xff") else "utf-8-sig")
     except UnicodeDecodeError as error:
-        if table and b"\0" not in data:
+        if b"\0" not in data:
             return data.decode("cp1252", errors="replace")
         wrong = f"not UTF-8 text: byte {error.start} is {data[error.start]:#04x}"
         raise Unreadable("parse_error", wrong, place=place) from None

@@ -149,7 +149,7 @@ def with_table(kind: Kind, answer: Tree, path: Path) -> Tree:
     if kind.name != "trajectory" or not isinstance(answer, dict) or "file" not in answer:
         return answer
     others = {key: value for key, value in answer.items() if key != "file"}
-    return others | {"csv": read_file(beside(answer["file"], path), shown(answer["file"]), table=True)}
+    return others | {"csv": read_file(beside(answer["file"], path), shown(answer["file"]))}
 
 
 def _judged(item: Item, answer: Tree) -> tuple[Outcome, str]:

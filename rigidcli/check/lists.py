@@ -17,6 +17,7 @@ _OPEN, _CLOSE = "[({", "])}"
 _UNIT_TAIL = re.compile(r"(?P<entry>.*[\d)\]])\s+(?P<unit>(?![\d+*/^)\]-])\S.*)", re.DOTALL)
 _NUMBER = re.compile(r"[-+]?(?:\d+\.?|\d*[.,]\d+)(?:[eE][-+]?\d+)?(?:/\d+)?")
 _NAMED = re.compile(r"[^\W\d]\w*\s*[=:]")
+_ARRAY = re.compile(r"(?:\b(?:np|numpy|sp|sympy)\.)?\b(?:array|[Mm]atrix)\s*(?=\()")
 _PAIR = re.compile(r"\s*(?P<name>[^\W\d][\w ]*?)\s*[=:]\s*(?P<value>[^=:]+)\Z", re.DOTALL)
 
 
@@ -37,7 +38,7 @@ def read_list(answer: Tree) -> Tree:
     if not isinstance(answer, str):
         raise Unreadable("wrong_shape", f"read {shown(answer)}, expected a list")
     try:
-        text = without_latex(answer)
+        text = _ARRAY.sub("", re.sub(r",?\s+and\s+", ";" if ";" in answer else ",", without_latex(answer)))
         is_mapping = len(_NAMED.findall(_outside(text))) > 1
         factor, inner, unit = _parts(text.strip() if is_mapping else unnamed(text).strip())
         entries = _entries(inner)
@@ -58,7 +59,9 @@ def _moved(entry: Tree, factor: str, unit: str) -> Tree:
 def _entry(entry: Tree) -> Tree:
     """An entry of a list in YAML, which may itself be a row typed as text: `(1, 2, 3)`."""
     is_row = isinstance(entry, str) and re.fullmatch(r"\s*[\[(].*[,;].*[\])]\s*", entry, re.DOTALL)
-    return read_list(entry) if is_row and not _is_call(entry) else entry
+    if is_row and not _is_call(entry):
+        return read_list(entry)
+    return _row(entry) if isinstance(entry, str) and entry.strip()[:1] not in (*_OPEN,) else entry
 
 
 def _is_call(text: str) -> bool:
@@ -94,7 +97,7 @@ def _parts(text: str) -> tuple[str, str, str]:
             if re.search(r"[\w)]\Z", text[:start]) and re.search(r"[^\W\d]\w*\Z", factor) and sign == "(":
                 continue  # the bracket of a function, as in `atan2(1, 2), 3`
             behind = text[end + 1 :].strip()
-            if divided := re.match(r"/\s*(\d+(?:[.,]\d+)?)\s*(.*)", behind, re.DOTALL):
+            if divided := re.match(r"/\s*((?:sqrt)?\s*\(?\d+(?:[.,]\d+)?\)?)\s*(.*)", behind, re.DOTALL):
                 return f"({factor or 1})/{divided[1]}", text[start + 1 : end], divided[2]
             if re.match(r"[,;+/-]", behind) or re.search(r"[,;\n+]\s*\Z", text[:start]):
                 break  # rows without brackets round them
@@ -109,7 +112,7 @@ def split(text: str) -> list[str]:
     for sign in ("\n", ";", ","):
         cuts = [place for place, character, depth in _depths(text) if character == sign and depth == 0]
         ends = pairwise([-1, *cuts, len(text)])
-        pieces = [text[before + 1 : end].strip() for before, end in ends]
+        pieces = [text[before + 1 : end].strip().rstrip(",;" * (sign == "\n")) for before, end in ends]
         if not pieces[-1]:
             pieces.pop()
         if len(pieces) > 1:
@@ -123,6 +126,8 @@ def _entries(text: str) -> Any:
     pairs = [_PAIR.match(piece) for piece in pieces]
     if pieces and all(pairs):
         return {pair["name"].strip(): pair["value"].strip() for pair in pairs if pair}
+    if len(pieces) == 1 and pieces[0].startswith(("[[", "[(")):
+        return _entries(pieces[0][1:-1])
     if len(pieces) == 1:
         pieces = _blanks(pieces[0])
     elif "," in text and not re.search(r"[;\n]", _outside(text)):
@@ -146,7 +151,7 @@ def _inner(piece: str) -> Any:
     """An entry, or the list that stands in its brackets."""
     piece = piece.strip()
     bracketed = piece[:1] in tuple(_OPEN) and not _is_call(piece)
-    if bracketed and (piece[0] != "(" or len(split(piece[1:-1])) > 1):
+    if bracketed and (piece[0] != "(" or max(len(split(piece[1:-1])), len(_blanks(piece[1:-1]))) > 1):
         return _entries(piece[1:-1])
     return piece
 

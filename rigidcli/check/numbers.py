@@ -46,10 +46,13 @@ _PRODUCTS = {
 }
 """Two units that people run together; a power belongs to the second, as in `kgm^2`."""
 
+_BRACKETS = str.maketrans("[]", "()")
 _KNOWN = frozenset(known_names())
-_UNIT_NAME = re.compile(r"(?P<name>[^\W\d]\w*)(?P<power>-\d+|\s*(?:\^|\*\*)\s*\(?\s*[-+]?\d+\s*\)?)?")
+_UNIT_NAME = re.compile(
+    r"(?P<name>[^\W\d]\w*)(?P<power>-\d+|\s*(?:\^|\*\*)\s*(?:\(\s*[-+]?\d+\s*\)|[-+]?\d+))?"
+)
 _WORDS_OF_NUMBERS = rf"(?:{'|'.join(sorted(RESERVED - {'t', 'sec'}))})(?![^\W\d])"
-_UNIT_BEGINS = rf"(?!{_WORDS_OF_NUMBERS})[^\W\d_]|[°%]"
+_UNIT_BEGINS = rf"[(\[]*(?!{_WORDS_OF_NUMBERS})[^\W\d_]|[°%]"
 _PER = rf"/\s*(?!{_WORDS_OF_NUMBERS})[^\W\d_]"
 _DECIMAL = re.compile(
     r"(?P<sign>[-+]?)\s*(?P<mantissa>(?>\d++[.,]?+\d*+|[.,]\d++))"
@@ -200,7 +203,7 @@ def _finite(value: float) -> float:
 
 def read_unit(text: str, expected: Unit | None = None, place: str = "") -> Unit:
     """A unit as typed in homework; names of the `expected` one may stand in it, too. Raises Unreadable."""
-    text = re.sub(r"^\s*/", "1/", text.strip()).strip()
+    text = re.sub(r"^\s*/", "1/", re.sub(r"(^|\s)per\s", "/", text.strip())).translate(_BRACKETS).strip()
     if text == PERCENT.text:
         return PERCENT
     own = set() if expected is None else {match["name"] for match in _UNIT_NAME.finditer(expected.text)}

@@ -185,7 +185,7 @@ def described(answer: Tree | Unreadable, path: Path) -> str:
     if isinstance(answer, dict) and answer.keys() & {"file", "csv"}:
         text = str(answer.get("csv", ""))
         if "file" in answer:
-            text = read_file(beside(answer["file"], path), shown(answer["file"]), table=True)
+            text = read_file(beside(answer["file"], path), shown(answer["file"]))
         head, *rows = [line for line in text.splitlines() if line.strip()] or [""]
         return f"a table with {len(rows)} row{'s' * (len(rows) != 1)} below `{shortened(head)}`"
     try:

@@ -92,9 +92,8 @@ def papers(batch: Batch, roster: Roster | None = None) -> tuple[list[Paper], lis
     notes += noted("more than one answer file, and none of them judged", double)
     if roster is not None:
         given = {folded(paper.student) for paper in rows}
-        rows += [
-            Paper(label, outcome=MISSING) for label in roster.labels.values() if folded(label) not in given
-        ]
+        lacking = (label for label in roster.labels.values() if folded(label) not in given)
+        rows += [Paper(label, outcome=MISSING) for label in lacking]
     return rows, notes
 
 

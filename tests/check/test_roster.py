@@ -380,22 +380,21 @@ def test_a_file_that_may_be_of_two_students_is_told(folder: Path, text: str, con
 
 
 @pytest.mark.parametrize(
-    ("data", "table", "expected"),
+    ("data", "expected"),
     [
-        ("t,φ\n".encode(), False, "t,φ\n"),
-        ("\ufefft,φ\n".encode(), False, "t,φ\n"),
-        ("t\tφ\n".encode("utf-16"), False, "t\tφ\n"),
-        ("t;µ\n".encode("cp1252"), True, "t;µ\n"),
-        ("t;µ\n".encode("cp1252"), False, None),
-        (b"\0\xff", True, None),
+        ("t,φ\n".encode(), "t,φ\n"),
+        ("\ufefft,φ\n".encode(), "t,φ\n"),
+        ("t\tφ\n".encode("utf-16"), "t\tφ\n"),
+        ("t;µ\n".encode("cp1252"), "t;µ\n"),
+        (b"\0\xff", None),
     ],
 )
 def test_texts_in_the_codes_of_spreadsheets_are_read(
-    tmp_path: Path, data: bytes, table: bool, expected: str | None
+    tmp_path: Path, data: bytes, expected: str | None
 ) -> None:
     (tmp_path / "x.csv").write_bytes(data)
     if expected is None:
         with pytest.raises(Unreadable):
-            read_file(tmp_path / "x.csv", table=table)
+            read_file(tmp_path / "x.csv")
     else:
-        assert read_file(tmp_path / "x.csv", table=table) == expected
+        assert read_file(tmp_path / "x.csv") == expected

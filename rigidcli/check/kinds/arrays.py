@@ -100,6 +100,8 @@ class List(Kind):
     def read(self, key: Key, answer: Tree) -> Reading:
         """The entries of an answer of the shape that is asked. Raises Unreadable."""
         table = self.table(answer)
+        if self.dimensions == 2 and len(table) == 1 and table.size == key.entries.size:  # row after row
+            table = table.reshape(key.entries.shape)
         if not self.fits(key, table.shape):
             words = f"{shown(answer)} as one entry" if table.size == 1 else counted(table.shape)
             raise Unreadable("wrong_shape", f"read {words}, expected {counted(key.entries.shape)}")

@@ -93,8 +93,7 @@ class Quantity(Kind):
             return Outcome.earning(0.0, Finding("too_few_sig_figs"))
         unitless = [Finding("unit_missing")] if key.needs_unit and value.unit is None else []
         if is_right:
-            nothing = value.typed == 0  # zero is zero in any unit
-            return Outcome.earning(0.0, *unitless) if unitless and not nothing else Outcome.correct()
+            return Outcome.earning(0.0, *unitless) if value.typed and unitless else Outcome.correct()
         if number.thousands is not None and key.is_near(number.thousands, scale):
             return Outcome.review(COMMA)
         return Outcome.earning(0.0, *unitless, Finding(self._slip(key, number)))
@@ -170,8 +169,7 @@ class Choice(Kind):
     def read(self, key: Words, answer: Tree) -> Reading:
         """A text, or a set of texts where one is asked. Raises Unreadable."""
         if isinstance(key.plain, str):
-            text = _text(answer)
-            return Reading(text, text)
+            return Reading(_text(answer), _text(answer))
         words = answer if isinstance(answer, list) else re.split("[,;]|\\band\\b", _text(answer))
         if len(words) > LONGEST:
             raise Unreadable("too_large", f"{len(words)} words")
@@ -213,5 +211,5 @@ def _plain(text: str) -> str:
     letters = unicodedata.normalize("NFKC", text)
     with suppress(ValueProblem):  # a brace may stand in a text that is no LaTeX
         letters = without_latex(letters)
-    words = _BETWEEN.sub(" ", letters.casefold().strip().removesuffix(".").rstrip())
+    words = _BETWEEN.sub(" ", letters.casefold().lstrip("\"'“‘„ \n").rstrip("\"'“”‘’ .\n"))
     return TRUTH.get(words, words)

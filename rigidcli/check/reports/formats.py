@@ -58,12 +58,8 @@ def _written(cell: Cell) -> str | float | None:
     if isinstance(cell, bool):
         return str(cell).lower()
     text = " ".join(cell) if isinstance(cell, tuple) else cell
-    return harmless(text) if isinstance(text, str) else text
-
-
-def harmless(text: str) -> str:
-    """A text that no spreadsheet takes for a formula: an apostrophe stands before what could begin one."""
-    return _FORMULA.sub(r"\1\2'", printable(text))
+    # No spreadsheet takes a text for a formula if an apostrophe stands before what could begin one.
+    return _FORMULA.sub(r"\1\2'", printable(text)) if isinstance(text, str) else text
 
 
 def json_line(entry: object) -> str:

@@ -78,7 +78,9 @@ def _tally(id: str, given: Sequence[Judged]) -> Tally:
     typed, alike = dict[str, str](), Counter[tuple[str, Verdict, tuple[str, ...]]]()
     for each in given:
         if each.answer and each.verdict not in ("correct", "missing"):
-            alike[typed.setdefault(_alike(each.answer), each.answer), each.verdict, each.codes] += 1
+            # Answers that differ in blanks and in the last digits only are the same.
+            same = _NUMBER.sub(lambda number: f"{float(number[0]):.3g}", "".join(each.answer.split()))
+            alike[typed.setdefault(same, each.answer), each.verdict, each.codes] += 1
     # What waits for a person, then what many have in common.
     ranked = sorted(alike.items(), key=lambda entry: (entry[0][1] != "review", -entry[1], entry[0]))
     answers = tuple(
@@ -93,11 +95,6 @@ def _tally(id: str, given: Sequence[Judged]) -> Tally:
         for (answer, verdict, codes), count in ranked
     )
     return Tally(printable(id), counts, any(answer.suspicious for answer in answers), answers)
-
-
-def _alike(answer: str) -> str:
-    """A text that is the same for answers that differ in blanks and in the last digits only."""
-    return _NUMBER.sub(lambda number: f"{float(number[0]):.3g}", "".join(answer.split()))
 
 
 def table(tallies: Sequence[Tally], style: Style) -> Iterator[str]:
