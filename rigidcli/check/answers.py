@@ -174,7 +174,7 @@ class _Entry:
         is_text = isinstance(tree, str) and texts and not texts[0].startswith(("'", '"', "|", ">"))
         # YAML would join the lines of a text, each of which may be an equation; and where semicolons separate
         # numbers, it would cut these at their decimal commas.
-        is_cut = texts and texts[0].startswith(("[", "{")) and any(";" in text for text in texts)
+        is_cut = texts and texts[0].startswith(("[", "{")) and ";" in _QUOTED.sub("", "\n".join(texts))
         return "\n".join(texts) if is_text or is_cut else tree
 
 
