@@ -37,8 +37,8 @@ _E = tree.Name("e")
 _ANGLE = re.compile(r"(theta|phi|psi|alpha|beta|gamma|chi|vartheta)[_0-9]*")
 """Names that are the whole argument of a sine, so that `sin theta x` has one meaning."""
 
-_LEADING = re.compile(r"\s*(?!\d)[\w']+(?:\s*\((?:[\w',\s]|dot)*\))?\s*(?::=|={1,2}|:)(?!=)|\s*[~=]")
-"""A name before the answer: `H =`, `H(x, p) =`; or the sign of `~20.8`."""
+_LEADING = re.compile(r"\s*(?!\d)[\w']+(?:/dt|\s*\((?:[\w',\s]|dot)*\))?\s*(?::=|={1,2}|:)(?!=)|\s*[~=]")
+"""A name before the answer: `H =`, `H(x, p) =`, `dx/dt =`; or the sign of `~20.8`."""
 _MEMBERS = re.compile(r"\A(?:[^\[{,;\n]|(?<=\d),(?=\d))*=")
 _NAME = r"[^\W\d]\w*+"
 _SLOPE = re.compile(
