@@ -82,17 +82,17 @@ def tidy_array(array: Array) -> Array:
 def common_factor(array: Array) -> tuple[Expr, Array]:
     """The factor that leaves an array of exact numbers shortest, and what it leaves.
 
-    The numbers that remain are integers without a common divisor where all were rational. The factor is 1
-    and the array as given where nothing gets shorter.
+    Rational entries become integers without a common divisor. Where nothing gets shorter, the factor is 1.
     """
     entries = [factored(entry) for entry in array.flat if entry]
     if not entries:
         return ONE, array
     shared: dict[Atom, Rational] = dict(entries[0][1])
-    for _, monomial in entries[1:]:
-        powers = dict(monomial)
+    for powers in (dict(monomial) for _, monomial in entries[1:]):
         shared = {a: min(n, powers[a], key=magnitude) for a, n in shared.items() if n * powers.get(a, 0) > 0}
-    factor = gathered(content([number for number, _ in entries]), shared)
+    numbers = [number for number, _ in entries]
+    is_turned = numbers[0] < 0 and any(isinstance(atom, Group) for atom in shared)  # b - 1 becomes 1 - b
+    factor = gathered(-content(numbers) if is_turned else content(numbers), shared)
     rest = np.array([entry / factor for entry in array.flat], dtype=object).reshape(array.shape)
     before, after = (sum(len(str(entry)) for entry in entries.flat) for entries in (array, rest))
     return (factor, rest) if after + len(str(factor)) < before else (ONE, array)

@@ -54,7 +54,7 @@ class Density(Quantity):
 
 
 def _scale(formula: Formula) -> set[str]:
-    """The symbol that is positive if a density is: its one factor of either sign."""
+    """The symbol that is positive, as in all trials of a density: its one factor of either sign."""
     from rigidcli.algebra.expressions import expr, symbol
     from rigidcli.algebra.fractions import factors
     from rigidcli.algebra.reading import from_tree
@@ -67,7 +67,7 @@ def _scale(formula: Formula) -> set[str]:
     except ExpressionError:
         return set()
     odd = [factor for factor, exponent in parts if exponent % 2]
-    names = {str(factor) for factor in odd if factor.sign() != 1 and abs(factor) != factor}
+    names = {str(factor) for factor in odd if factor.sign() != 1 and factor.names.isdisjoint(VARIABLES)}
     return names if len(names) == 1 and names <= formula.constants.keys() else set()
 
 
