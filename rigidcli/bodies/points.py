@@ -131,8 +131,8 @@ _NUMERALS = b"0123456789+-.eE \t\r"
 
 _NUMBER = re.compile(rb"[-+]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][-+]?[0-9]+)?")
 
-_HEAD = re.compile(r"([mxyz])\s*(?:\(\s*(.+?)\s*\))?")
-"""The head of a column: its name, and perhaps its unit, as in `x (cm)`."""
+_HEAD = re.compile(r'(")?([mxyz])\s*(?:[(\[]\s*(.+?)\s*[)\]])?(?(1)")')
+"""The head of a column: its name, and perhaps its unit, as in `x (cm)`, also in quotes as R writes them."""
 
 _PLAIN = {b",": None, b"\t": bytes.maketrans(b"\t", b","), b";": bytes.maketrans(b";,", b",.")}
 """What makes commas of the separators of a table, and points of the decimal commas beside `;`."""
@@ -169,7 +169,7 @@ def _layout(header: bytes, name: str) -> _Layout:
     text = header.decode("utf-8-sig", "replace").strip()
     separator = next((sign for sign in ";,\t" if sign in text), ",")
     heads = [_HEAD.fullmatch(head.strip()) for head in text.split(separator)]
-    names = [head[1] for head in heads if head is not None]
+    names = [head[2] for head in heads if head is not None]
     if len(heads) != len(COLUMNS) or sorted(names) != sorted(COLUMNS):
         hint = (
             "columns are separated by `,`, `;` or tabs, and may have units: `m (g), x (cm), y (cm), z (cm)`"
@@ -177,15 +177,14 @@ def _layout(header: bytes, name: str) -> _Layout:
         message = f"{name}:1: header {shown(text)}, expected `m,x,y,z` in any order"
         raise ValueProblem(message, hint=hint)
     units = np.ones(len(COLUMNS))
-    for head in heads:
-        if head is not None and head[2]:
-            column = COLUMNS.index(head[1])
+    for column, head in zip(map(COLUMNS.index, names), heads, strict=True):
+        if head is not None and head[3]:
             try:
-                unit = parse_unit(head[2])
+                unit = parse_unit(head[3])
                 check_dimension(unit.text, unit.dimension, LENGTH if column else MASS)
             except ValueProblem as problem:
                 raise ValueProblem(
-                    f"{name}:1: column {head[1]}: {problem.message}", hint=problem.hint
+                    f"{name}:1: column {head[2]}: {problem.message}", hint=problem.hint
                 ) from None
             units[column] = unit.si(Fraction(1))
     return _Layout(separator.encode(), [names.index(column) for column in COLUMNS], units)

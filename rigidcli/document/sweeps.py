@@ -124,9 +124,8 @@ def read_sweep(texts: Sequence[str], paired: bool) -> Sweep:
     """The sweep that the texts after `--sweep` describe. Raises UsageError."""
     keys = tuple(map(_read_key, texts))
     names = [key.name for key in keys]
-    for name in names:
-        if names.count(name) > 1:
-            raise UsageError(f"`{name}` is swept twice")
+    if twice := [name for name in names if names.count(name) > 1]:
+        raise UsageError(f"`{twice[0]}` is swept twice")
     if paired and len(keys) < 2:
         raise UsageError("`--zip` pairs the values of several keys", hint="give `--sweep` for each of them")
     if paired and len({key.size for key in keys}) > 1:
@@ -199,7 +198,7 @@ def split_outside(text: str, mark: str) -> tuple[str, ...]:
 
 
 def _column(name: str, text: str) -> tuple[tuple[str, ...], str]:
-    """The values of a column of a table, and the file of that. Raises UsageError."""
+    """The values of a column, with the unit in a head such as `x (cm)`, and its file. Raises UsageError."""
     path, _, head = text.rpartition(":")
     if not path or not head:
         raise UsageError(f"`{name}`: read {shown('@' + text)}, expected @table.csv:column")
@@ -207,18 +206,18 @@ def _column(name: str, text: str) -> tuple[tuple[str, ...], str]:
         rows = csv_rows(path)
         _, heads = next(rows, (1, []))
         if head not in heads:
-            near = nearest(head, heads)
-            guess = f" (did you mean {near}?)" if near else ""
+            guess = f" (did you mean {near}?)" if (near := nearest(head, heads)) else ""
             hint = f"its columns are {', '.join(heads)}"
             raise UsageError(f"`{path}` has no column {shown(head)}{guess}", hint=hint)
         place, cells = heads.index(head), []
+        unit = re.search(r"(?<=[(\[])[^)\]]+(?=[)\]]$)", head)
         for line, row in rows:
             cells.append("".join(row[place : place + 1]))
             if not cells[-1]:
                 raise UsageError(f"{path}:{line}: this cell of the column is empty")
     except ValueProblem as problem:
         raise UsageError(f"`{path}` {problem.message}") from None
-    return tuple(cells), path
+    return tuple(f"{cell} {unit[0]}" if unit else cell for cell in cells), path
 
 
 def _value(text: str, exact: bool) -> tuple[Any, str]:
