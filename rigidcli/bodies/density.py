@@ -98,8 +98,9 @@ def at_points(formula: Formula, points: Floats) -> Floats:
 def require_density(density: Floats, at: Floats, least: float, unit: str, body: str) -> None:
     """Raise ValueProblem if a density (n) at places (3 by n, m) is below the `least`, or has no value."""
     if not (density >= least).all():
-        worst = int(np.argmin(density))
-        value, where = density[worst], ", ".join(f"{coordinate:.6g}" for coordinate in at[:, worst])
+        worst, size = int(np.argmin(density)), np.abs(at).max() or 1
+        where = ", ".join(f"{round(place / size, 9) * size + 0:.6g}" for place in at[:, worst])
+        value = density[worst]
         what = f"negative ({value:.6g} {unit})" if np.isfinite(value) else "without a value"
         raise ValueProblem(f"the density is {what} at x, y, z = ({where}) m of the {body}", path=("density",))
 

@@ -177,10 +177,10 @@ def _require_material_in(hole: Leaf, others: Sequence[Leaf]) -> None:
             there = there + other.density_at(points, other.reaches(points, hole))
         elif other is not hole:
             taken = taken + other.density_at(points, other.contains(points))
-    worst = int(np.argmax(taken - there - SLACK * own))
+    worst, size = int(np.argmax(taken - there - SLACK * own)), hole.ball[1]
     if taken[worst] - there[worst] > SLACK * own[worst]:
         amounts = f"{taken[worst]:.6g} from {there[worst]:.6g} {hole.region.UNIT}"
         what = f"more is taken away than is there ({amounts})"
-        where = ", ".join(f"{coordinate:.6g}" for coordinate in points[:, worst])
+        where = ", ".join(f"{round(place / size, 6) * size + 0:.6g}" for place in points[:, worst])
         reason = what if there[worst] else "the hole reaches outside the body"
         raise ValueProblem(f"{reason}: at ({where}) m", path=hole.path)
