@@ -35,11 +35,11 @@ MOST_LINES = {
     "bodies": 5368,  # a density with a ridge that no box has seen is refused
     "cli": 1866,  # settings that nothing uses are refused; rows of a sweep follow one header
     "core": 3900,  # how bodies add up came here from `bodies`; energies near a separatrix are fractions
-    "document": 2794,  # a sweep of a bare parameter names its path
+    "document": 2793,  # a sweep of a bare parameter names its path
     "fields": 1677,  # a list without brackets in braces is one problem with its cure
     "check": 7255,  # missing answers are one row, and files that are no answers are noted in Python, too
     "language": 2319,  # numbers without commas have a hint
-    "mechanics": 2655,  # the matrix exponential has twice the digits of a float, without scipy
+    "mechanics": 2654,  # the matrix exponential has twice the digits of a float, without scipy
     "reference": 468,  # the JSON Schema of files came here from `document`
     "render": 2668,  # symbols and units are typeset in readings of a replay and in words
     "studies": 6123,  # the working shows brackets, vectors of modes, and the torque of the document

@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import replace
 from functools import cmp_to_key
-from itertools import combinations
+from itertools import combinations, pairwise
 
 import numpy as np
 
@@ -63,12 +63,8 @@ def _principal_frame(tensor: Array, turn: Array) -> PrincipalFrame:
     _require_short(tensor, "moments")
     moments, ordered = _ascending(symmetric_roots(tensor.tolist()))
     _require_short(np.array(moments), "moments", LONGEST_MOMENT)
-    groups: list[tuple[int, ...]] = []
-    for index, moment in enumerate(moments):
-        if groups and sign(moment - moments[index - 1]) == 0:
-            groups[-1] = (*groups[-1], index)
-        else:
-            groups.append((index,))
+    ends = [0, *(k for k in (1, 2) if sign(moments[k] - moments[k - 1]) != 0), 3]
+    groups = [tuple(range(begin, end)) for begin, end in pairwise(ends)]
     axes = _axes(tensor, moments, groups, turn)
     return PrincipalFrame(np.array(moments, dtype=object), axes, tuple(groups), ordered)
 
@@ -86,12 +82,15 @@ def _ascending(moments: Sequence[Expr]) -> tuple[list[Expr], bool]:
     def compare(first: Expr, second: Expr) -> int:
         order = weak_sign(first - second)
         if order is None:
-            doubtful.append(first)
-            return 1 if size(first - second) > 0 else -1
+            is_larger = size(first - second) > 0
+            doubtful.append(first if is_larger else second)
+            return 1 if is_larger else -1
         return order[0]
 
-    ordered = sorted(moments, key=cmp_to_key(compare))
-    return ordered, not doubtful
+    *lower, highest = sorted(moments, key=cmp_to_key(compare))
+    # The highest moment of a lamina is the sum of the others, whatever their symbols are.
+    is_flat = bool(doubtful) and sign(highest - lower[0] - lower[1]) == 0
+    return [*lower, highest], all(is_flat and moment == highest for moment in doubtful)
 
 
 def _axes(tensor: Array, moments: Sequence[Expr], groups: Sequence[Sequence[int]], turn: Array) -> Array:
