@@ -278,6 +278,9 @@ def _texts(answer: Tree, place: str, failed: list[Unreadable]) -> Iterator[tuple
         for count, entry in enumerate(answer, 1):
             yield from _texts(entry, f"equation {count}", failed)
     elif isinstance(answer, str):
+        lines = [line.strip() for line in answer.strip().splitlines()]
+        if len(lines) > 1 and all(line[:2] in ("- ", "* ", "• ") for line in lines):
+            answer = "\n".join(line[2:] for line in lines)  # a list, and no signs
         try:
             pieces = list(_equations_in(without_latex(_LAW.sub("", answer))))
         except ExpressionError as error:
