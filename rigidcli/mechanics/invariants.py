@@ -20,7 +20,7 @@ from itertools import combinations_with_replacement, permutations, product
 
 import numpy as np
 
-from rigidcli.algebra.atoms import Applied, Atom, Group, Monomial, Symbol
+from rigidcli.algebra.atoms import Applied, Atom, Group, Monomial
 from rigidcli.algebra.calculus import derivative
 from rigidcli.algebra.expansion import expand
 from rigidcli.algebra.expressions import ONE, Expr, factored, gathered, symbol, total
@@ -70,9 +70,9 @@ DEPENDENT = 1e-6
 def conserved_quantities(hamiltonian: Expr, phase: Phase, known: Sequence[Expr]) -> tuple[Expr, ...]:
     """Quantities with {F, H} = 0 that are no functions of H, of the `known` ones and of one another.
 
-    An H that holds the time is not searched. The search ends where expressions become too large.
+    Where H holds the time, they are linear in the momenta. The search ends where expressions are too large.
     """
-    if TIME in hamiltonian.names or len(phase.coordinates) < 2 or hamiltonian.names.isdisjoint(phase.names):
+    if len(phase.coordinates) < 2 or hamiltonian.names.isdisjoint(phase.names):
         return ()
     quantities: list[Expr] = []
     with suppress(ExpressionError):
@@ -88,35 +88,30 @@ def _trial_sums(hamiltonian: Expr, phase: Phase) -> Iterator[list[Expr]]:
     """The terms of the sums that are looked for, list by list: linear in the momenta, then of degree 2."""
     momenta, coordinates = [symbol(p) for p in phase.momenta], [symbol(q) for q in phase.coordinates]
     parts = _parts(hamiltonian, phase)
-    if len(coordinates) > MOST_COORDINATES:
-        yield momenta
-        return
     straight, angles = _kinds(hamiltonian, phase)
-    if angles and len(hamiltonian.key) > LONGEST_TURNING:
+    if len(coordinates) > MOST_COORDINATES or (angles and len(hamiltonian.key) > LONGEST_TURNING):
         yield momenta
         return
     waves = [apply(function, symbol(q)) for q in angles for function in ("sin", "cos")]
     lines = [symbol(q) for q in straight]
     pieces = _simplest(_pieces(parts, phase))
     backwards = substitute(hamiltonian, {p: -symbol(p) for p in phase.momenta})
-    factors = _simplest([ONE, *(a / b for a, b in permutations(dict.fromkeys(parts.values()), 2))])[
-        :MOST_FACTORS
-    ]
+    ratios = (a / b for a, b in permutations(dict.fromkeys(parts.values()), 2))
+    factors = _simplest([ONE, *ratios])[:MOST_FACTORS]
     functions = _simplest([ONE, *lines, *waves])
+    squares = [a * b for a, b in combinations_with_replacement(lines, 2)]
     if len(coordinates) <= FEW_COORDINATES:
-        functions += _turning(parts, angles, pieces)
-    linear = _products(functions, momenta)
+        functions += [*_turning(parts, angles, pieces), *squares]
+    linear = _products([*functions, *factors], momenta)
     if backwards != hamiltonian:
-        squares = [a * b for a, b in combinations_with_replacement(lines, 2)]
         linear += _products([*lines, *waves, *squares], factors)
     yield linear[:MOST_TERMS]
-    if len(coordinates) > FEW_COORDINATES:
+    if len(coordinates) > FEW_COORDINATES or TIME in hamiltonian.names:
         return
-    lines = [] if angles else lines
-    powers = [ONE, *lines, *(a * b for a, b in combinations_with_replacement(lines, 2))]
+    powers = [ONE] if angles else [ONE, *lines, *squares]
     kinetic = [*powers, *pieces] if angles else powers
     pairs = [a * b for a, b in combinations_with_replacement(momenta, 2)]
-    alone = _simplest([*powers, *waves, *pieces, *_products(pieces, lines)])
+    alone = _simplest([*powers, *waves, *pieces, *_products(pieces, [] if angles else lines)])
     quadratic = [*_products(kinetic, pairs), *_products(alone[1:], factors)]
     yield quadratic[:MOST_TERMS] if backwards == hamiltonian else [*quadratic, *linear][:MOST_TERMS]
 
@@ -153,19 +148,24 @@ def _pieces(parts: Iterable[Monomial], phase: Phase) -> Iterator[Expr]:
 
 
 def _kinds(hamiltonian: Expr, phase: Phase) -> tuple[list[str], list[str]]:
-    """The coordinates that are taken by themselves, and the angles, which stand in functions or nowhere."""
-    functions = [atom for atom in hamiltonian.everywhere() if isinstance(atom, Applied)]
-    inside = {name for atom in functions for name in atom.names}.intersection(phase.coordinates)
-    outside = {atom.name for atom in _outside(hamiltonian) if isinstance(atom, Symbol)}
+    """The coordinates that are taken by themselves, and the angles, which stand in sines or nowhere."""
+    waves = filter(_is_wave, hamiltonian.everywhere())
+    inside = {name for atom in waves for name in atom.names}.intersection(phase.coordinates)
+    outside = {*_outside(hamiltonian)}
     straight = [q for q in phase.coordinates if q in outside or q not in inside]
     angles = [q for q in phase.coordinates if q in inside or (inside and q not in outside)]
     return straight, angles if len(phase.coordinates) <= FEW_COORDINATES else []
 
 
-def _outside(e: Expr) -> Iterator[Atom]:
-    """The atoms that do not stand in functions."""
+def _is_wave(atom: Atom) -> bool:
+    return isinstance(atom, Applied) and str(atom.function)[:3] in ("sin", "cos", "tan", "ata")
+
+
+def _outside(e: Expr) -> Iterator[str]:
+    """The names that stand outside of sines, arc tangents and the like."""
     for atom in e.atoms:
-        yield from _outside(atom.inner) if isinstance(atom, Group) else (atom,)
+        if not _is_wave(atom):
+            yield from _outside(atom.inner) if isinstance(atom, Group) else atom.names
 
 
 def _null_sums(terms: Sequence[Expr], hamiltonian: Expr, phase: Phase) -> Iterator[Expr]:
@@ -184,7 +184,7 @@ def _null_sums(terms: Sequence[Expr], hamiltonian: Expr, phase: Phase) -> Iterat
         for row in echelon(null[:, ::turn], len(null), DEPENDENT)[0]:
             numbers = {k: x for k, x in enumerate(row[::turn].tolist()) if abs(x) > 0.5 / LARGEST}
             e = total(Fraction(x).limit_denominator(LARGEST) * terms[k] for k, x in numbers.items())
-            if e and is_zero(bracket(e, hamiltonian, phase)):
+            if TIME not in e.names and not is_zero(e) and is_zero(bracket(e, hamiltonian, phase)):
                 yield e
 
 

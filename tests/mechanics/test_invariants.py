@@ -131,7 +131,6 @@ def test_total_momentum_of_a_chain_is_found_though_the_whole_list_is_too_long() 
     ("coordinates", "hamiltonian"),
     [
         ("theta", "p_theta**2/(2*m*l**2) - m*g*l*cos(theta)"),
-        ("x y", f"{FREE} + k*x*cos(w*t)"),
         ("x y", "k"),
         ("x y", f"{FREE} + sqrt(-1 - x**2 - y**2)"),
     ],
