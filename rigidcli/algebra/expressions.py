@@ -267,8 +267,9 @@ def _common(e: Expr) -> dict[Atom, Rational]:
             exponents.setdefault(atom, []).append(exponent)
     common = {}
     for atom, powers in exponents.items():
-        if all(exponent.denominator == 1 for exponent in powers):
-            least = min(powers) if len(powers) == len(e.terms) else min(0, *powers)
+        in_all = len(powers) == len(e.terms)
+        if all(exponent.denominator == 1 for exponent in powers) or (in_all and len({*powers}) == 1):
+            least = min(powers) if in_all else min(0, *powers)
             if least:
                 common[atom] = least
     return common

@@ -70,17 +70,16 @@ def shortest(forms: Sequence[Expr]) -> Expr:
 
 
 def over_shared_sums(e: Expr) -> Expr:
-    """Terms divided by the same sum, and the same symbols, over one fraction bar, where that is shorter."""
-
-    def divisors(monomial: Monomial) -> set[tuple[Atom, Rational]]:
-        return {(a, n) for a, n in monomial if n < 0 and isinstance(a, Symbol)}
-
+    """Terms over the same power of a sum and of symbols over one fraction bar, where that is shorter."""
     for divisor in dict.fromkeys(a for m in e.terms for a, n in m if isinstance(a, Group) and n < 0):
-        sharing = {m: c for m, c in e.terms.items() if any(a is divisor and n < 0 for a, n in m)}
-        symbols = list(map(divisors, sharing))
-        if len(sharing) > 1 and all(below == symbols[0] for below in symbols):
-            rest = {m: c for m, c in e.terms.items() if m not in sharing}
-            e = shortest([e, total([_with_factors(Expr(sharing)), Expr(rest)])])
+        sharing: dict[frozenset[tuple[Atom, Rational]], dict[Monomial, Rational]] = {}
+        for m, c in e.terms.items():
+            below = frozenset((a, n) for a, n in m if n < 0 and (a is divisor or isinstance(a, Symbol)))
+            if divisor in dict(below):
+                sharing.setdefault(below, {})[m] = c
+        for own in sharing.values():
+            rest = Expr({m: c for m, c in e.terms.items() if m not in own})
+            e = shortest([e, total([_with_factors(Expr(own)), rest])])
     return e
 
 

@@ -21,7 +21,7 @@ import numpy as np
 from rigidcli.algebra import matrices
 from rigidcli.algebra.calculus import derivative
 from rigidcli.algebra.expressions import ONE, ZERO, Expr, symbol, total
-from rigidcli.algebra.simplification import tidy
+from rigidcli.algebra.simplification import over_shared_sums, tidy
 from rigidcli.algebra.substitution import substitute
 from rigidcli.algebra.values import sampled
 from rigidcli.mechanics.hamilton_equations import TIME, Phase
@@ -40,8 +40,8 @@ class LagrangeEquations:
     def equations(self) -> tuple[Expr, ...]:
         """Expressions that vanish along every motion."""
         a = [symbol(name) for name in self.names]
-        pairs = zip(self.matrix, self.rest, strict=True)
-        return tuple(total([*(m * x for m, x in zip(row, a, strict=True)), r]) for row, r in pairs)
+        sums = (total(m * x for m, x in zip(row, a, strict=True)) for row in self.matrix)
+        return tuple(over_shared_sums(e + r) for e, r in zip(sums, self.rest, strict=True))
 
     @cached_property
     def accelerations(self) -> tuple[Expr, ...] | None:

@@ -109,7 +109,7 @@ def _by_inverse(
 
     if len(momenta) == 2:
         # (M^-1)_ij/(M^-1)_ii = -M_ij/M_jj, and what is left when the square is complete is P_j^2/M_jj.
-        for j in pivots[-1:]:
+        for j in reversed(pivots):
             square = momenta[1 - j] - tidy(matrix[0][1] / matrix[j][j]) * momenta[j]
             whole = inverse[1 - j][1 - j] * HALF * square**2
             yield Energy(whole + tidy(HALF / matrix[j][j]) * momenta[j] ** 2, velocities)

@@ -50,6 +50,12 @@ def test_it_is_the_shortest_function_and_has_no_further_poles(name: str) -> None
     assert found["verified"] < 1e-9
 
 
+def test_forces_on_a_fast_charge_have_one_root() -> None:
+    found = hamilton("x y", "lagrangian", "-m*c**2*sqrt(1 - (xdot**2 + ydot**2)/c**2) + q*B*x*ydot - q*E*x")
+    assert all(str(e).count("sqrt") == 1 and len(str(e)) < 90 for e in found["accelerations"].values())
+    assert all(str(e).count("3/2") == 1 for e in found["lagrange_equations"].values())
+
+
 def test_an_orbit_begins_at_a_horizon() -> None:
     found = rigidcli.hamilton(
         rigidcli.loads(
