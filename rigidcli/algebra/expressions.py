@@ -260,7 +260,7 @@ def _content(e: Expr) -> Rational:
 
 
 def _common(e: Expr) -> dict[Atom, Rational]:
-    """The powers of atoms that all terms of a sum have in common, of those with integer exponents only."""
+    """The powers of atoms that all terms of a sum have in common; fractional ones where they are equal."""
     exponents: dict[Atom, list[Rational]] = {}
     for monomial in e.terms:
         for atom, exponent in monomial:

@@ -60,8 +60,7 @@ def _tidied(e: Expr, allowance: Allowance) -> Expr:
     inner = e
     with suppress(ExpressionError):
         inner = mapped(e, tidied)
-    forms = list(dict.fromkeys([e, *_forms(inner, allowance)]))
-    return shortest(forms)
+    return shortest(list(dict.fromkeys([e, *_forms(inner, allowance)])))
 
 
 def shortest(forms: Sequence[Expr]) -> Expr:
@@ -324,16 +323,17 @@ def _without_squares(e: Expr, pair: _Pair, function: str, x: Expr, allowance: Al
 
 
 def tangents_replaced(e: Expr) -> Expr:
-    """The expression with sin/cos for tan where the sine or cosine of the same angle stands beside it."""
-    beside = {(atom.function[3:], atom.arguments) for atom in _functions(e)}
+    """The expression with sin/cos for tan, where that is squared or beside a sine or cosine of its angle."""
+    squares = {a for m in e.terms for a, n in m if n == 2 and isinstance(a, Applied)}
+    tangents = (a for a in squares if a.function in ("tan", "tanh"))
+    beside = {(atom.function[3:], atom.arguments) for atom in (*_functions(e), *tangents)}
 
     def change(atom: Atom) -> Expr | None:
         if isinstance(atom, Applied) and atom.function in ("tan", "tanh"):
             end = atom.function[3:]
-            if (end, atom.arguments) not in beside:
-                return None
-            quotient: Expr = apply(f"sin{end}", *atom.arguments) / apply(f"cos{end}", *atom.arguments)
-            return quotient
+            if (end, atom.arguments) in beside:
+                quotient: Expr = apply(f"sin{end}", *atom.arguments) / apply(f"cos{end}", *atom.arguments)
+                return quotient
         return None
 
     return mapped(e, change)
