@@ -325,7 +325,7 @@ def _without_squares(e: Expr, pair: _Pair, function: str, x: Expr, allowance: Al
 def tangents_replaced(e: Expr) -> Expr:
     """The expression with sin/cos for tan, where that is squared or beside a sine or cosine of its angle."""
     squares = {a for m in e.terms for a, n in m if n == 2 and isinstance(a, Applied)}
-    tangents = (a for a in squares if a.function in ("tan", "tanh"))
+    tangents = (a for a in squares if a.function == "tan")
     beside = {(atom.function[3:], atom.arguments) for atom in (*_functions(e), *tangents)}
 
     def change(atom: Atom) -> Expr | None:
