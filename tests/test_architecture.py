@@ -31,7 +31,7 @@ from rigidcli.studies.pictures import KINDS as KINDS_OF_PICTURES
 from rigidcli.studies.results import RESULTS
 
 MOST_LINES = {
-    "algebra": 2888,  # one root for sums of numbers and symbols, and one sign of factors
+    "algebra": 2891,  # terms come over one fraction bar for each power of a sum
     "bodies": 5368,  # a density with a ridge that no box has seen is refused
     "cli": 1866,  # settings that nothing uses are refused; rows of a sweep follow one header
     "core": 3900,  # how bodies add up came here from `bodies`; energies near a separatrix are fractions

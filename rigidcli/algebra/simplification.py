@@ -71,15 +71,18 @@ def shortest(forms: Sequence[Expr]) -> Expr:
 def over_shared_sums(e: Expr) -> Expr:
     """Terms over the same power of a sum and of symbols over one fraction bar, where that is shorter."""
     for divisor in dict.fromkeys(a for m in e.terms for a, n in m if isinstance(a, Group) and n < 0):
-        sharing: dict[frozenset[tuple[Atom, Rational]], dict[Monomial, Rational]] = {}
-        for m, c in e.terms.items():
-            below = frozenset((a, n) for a, n in m if n < 0 and (a is divisor or isinstance(a, Symbol)))
-            if divisor in dict(below):
-                sharing.setdefault(below, {})[m] = c
-        for own in sharing.values():
-            rest = Expr({m: c for m, c in e.terms.items() if m not in own})
-            e = shortest([e, total([_with_factors(Expr(own)), rest])])
+        for below in dict.fromkeys(_below(m, divisor) for m in e.terms):
+            # The terms are looked for anew, since those of another divisor may have been joined to them.
+            own = {m: c for m, c in e.terms.items() if _below(m, divisor) == below}
+            if len(own) > 1 and divisor in dict(below):
+                rest = Expr({m: c for m, c in e.terms.items() if m not in own})
+                e = shortest([e, total([_with_factors(Expr(own)), rest])])
     return e
+
+
+def _below(monomial: Monomial, divisor: Atom) -> frozenset[tuple[Atom, Rational]]:
+    """The powers of a sum and of symbols by which a term is divided."""
+    return frozenset((a, n) for a, n in monomial if n < 0 and (a is divisor or isinstance(a, Symbol)))
 
 
 def is_product(e: Expr) -> bool:

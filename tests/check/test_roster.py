@@ -389,9 +389,7 @@ def test_a_file_that_may_be_of_two_students_is_told(folder: Path, text: str, con
         (b"\0\xff", None),
     ],
 )
-def test_texts_in_the_codes_of_spreadsheets_are_read(
-    tmp_path: Path, data: bytes, expected: str | None
-) -> None:
+def test_texts_in_the_codes_of_spreadsheets(tmp_path: Path, data: bytes, expected: str | None) -> None:
     (tmp_path / "x.csv").write_bytes(data)
     if expected is None:
         with pytest.raises(Unreadable):
