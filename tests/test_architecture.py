@@ -39,7 +39,7 @@ MOST_LINES = {
     "fields": 1677,  # a list without brackets in braces is one problem with its cure
     "check": 7258,  # dashes before all equations of an answer are those of a list
     "language": 2319,  # numbers without commas have a hint
-    "mechanics": 2654,  # the matrix exponential has twice the digits of a float, without scipy
+    "mechanics": 2655,  # the matrix exponential has twice the digits of a float, without scipy
     "reference": 468,  # the JSON Schema of files came here from `document`
     "render": 2668,  # symbols and units are typeset in readings of a replay and in words
     "studies": 6123,  # the working shows brackets, vectors of modes, and the torque of the document

@@ -40,7 +40,7 @@ class LagrangeEquations:
     def equations(self) -> tuple[Expr, ...]:
         """Expressions that vanish along every motion."""
         a = [symbol(name) for name in self.names]
-        sums = (total(m * x for m, x in zip(row, a, strict=True)) for row in self.matrix)
+        sums = (total(m * x for m, x in zip(row, a, strict=True) if m) for row in self.matrix)
         return tuple(over_shared_sums(e + r) for e, r in zip(sums, self.rest, strict=True))
 
     @cached_property
@@ -49,7 +49,7 @@ class LagrangeEquations:
         inverse = matrices.inverse(self.matrix, matrices.FEW_TERMS)
         if inverse is None:
             return None
-        return tuple(tidy(total(-m * r for m, r in zip(row, self.rest, strict=True))) for row in inverse)
+        return tuple(tidy(total(-m * r for m, r in zip(row, self.rest, strict=True) if m)) for row in inverse)
 
 
 def lagrange_equations(
@@ -68,7 +68,8 @@ def lagrange_equations(
     moving = [*zip(phase.coordinates, map(symbol, velocities), strict=True), (TIME, ONE)]
     rest = []
     for p, q, force in zip(momenta.definitions, phase.coordinates, forces, strict=True):
-        moved, slope = total(derivative(p, name) * rate for name, rate in moving), derivative(lagrangian, q)
+        moved = total(derivative(p, name) * rate for name, rate in moving if name in p.names)
+        slope = derivative(lagrangian, q)
         # Hamilton's equations have the tidied slope as it is, so that it is known already.
         free = tidy(moved - slope) if moved else -tidy(slope)
         rest.append(free - substitute(force, defined))
