@@ -37,7 +37,7 @@ MOST_LINES = {
     "core": 3900,  # how bodies add up came here from `bodies`; energies near a separatrix are fractions
     "document": 2793,  # a sweep of a bare parameter names its path
     "fields": 1677,  # a list without brackets in braces is one problem with its cure
-    "check": 7258,  # dashes before all equations of an answer are those of a list
+    "check": 7262,  # dashes before all equations of an answer are those of a list; a unit may be told twice
     "language": 2319,  # numbers without commas have a hint
     "mechanics": 2655,  # the matrix exponential has twice the digits of a float, without scipy
     "reference": 468,  # the JSON Schema of files came here from `document`

@@ -206,6 +206,10 @@ def read_unit(text: str, expected: Unit | None = None, place: str = "") -> Unit:
     text = re.sub(r"^\s*/", "1/", re.sub(r"(^|\s)per\s", "/", text.strip())).translate(_BRACKETS).strip()
     if text == PERCENT.text:
         return PERCENT
+    if twice := re.fullmatch(r"([^\s()]+)\s*\(([^\W\d_]+)\)", text):  # as in `J (joules)`
+        unit, again = (read_unit(part, expected, place) for part in twice.groups())
+        if (unit.scale, unit.dimension) == (again.scale, again.dimension):
+            return unit
     own = set() if expected is None else {match["name"] for match in _UNIT_NAME.finditer(expected.text)}
 
     def spelled(match: re.Match[str]) -> str:
