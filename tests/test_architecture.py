@@ -32,7 +32,7 @@ from rigidcli.studies.results import RESULTS
 
 MOST_LINES = {
     "algebra": 2891,  # terms come over one fraction bar for each power of a sum
-    "bodies": 5368,  # a density with a ridge that no box has seen is refused
+    "bodies": 5372,  # a density with a ridge that no box has seen is refused; places are told without noise
     "cli": 1866,  # settings that nothing uses are refused; rows of a sweep follow one header
     "core": 3900,  # how bodies add up came here from `bodies`; energies near a separatrix are fractions
     "document": 2793,  # a sweep of a bare parameter names its path

@@ -98,11 +98,15 @@ def at_points(formula: Formula, points: Floats) -> Floats:
 def require_density(density: Floats, at: Floats, least: float, unit: str, body: str) -> None:
     """Raise ValueProblem if a density (n) at places (3 by n, m) is below the `least`, or has no value."""
     if not (density >= least).all():
-        worst, size = int(np.argmin(density)), np.abs(at).max() or 1
-        where = ", ".join(f"{round(place / size, 9) * size + 0:.6g}" for place in at[:, worst])
-        value = density[worst]
+        worst = int(np.argmin(density))
+        value, where = density[worst], place_text(at[:, worst], np.abs(at).max() or 1)
         what = f"negative ({value:.6g} {unit})" if np.isfinite(value) else "without a value"
-        raise ValueProblem(f"the density is {what} at x, y, z = ({where}) m of the {body}", path=("density",))
+        raise ValueProblem(f"the density is {what} at x, y, z = {where} m of the {body}", path=("density",))
+
+
+def place_text(place: Floats, size: float) -> str:
+    """A place (3) in a body of this size, without the noise of rounding."""
+    return f"({', '.join(f'{round(coordinate / size, 8) * size + 0:.6g}' for coordinate in place)})"
 
 
 def centred(moments: Array, n: Arithmetic = FLOAT) -> tuple[Any, Array, Array]:

@@ -14,7 +14,7 @@ from typing import Any
 
 import numpy as np
 
-from rigidcli.bodies.density import at_points
+from rigidcli.bodies.density import at_points, place_text
 from rigidcli.bodies.form import Form
 from rigidcli.bodies.meshes import Mesh
 from rigidcli.bodies.shape import DRAWN_IN, Lamina, NoValueError, Region, Shape, floats
@@ -177,10 +177,10 @@ def _require_material_in(hole: Leaf, others: Sequence[Leaf]) -> None:
             there = there + other.density_at(points, other.reaches(points, hole))
         elif other is not hole:
             taken = taken + other.density_at(points, other.contains(points))
-    worst, size = int(np.argmax(taken - there - SLACK * own)), hole.ball[1]
+    worst = int(np.argmax(taken - there - SLACK * own))
     if taken[worst] - there[worst] > SLACK * own[worst]:
         amounts = f"{taken[worst]:.6g} from {there[worst]:.6g} {hole.region.UNIT}"
         what = f"more is taken away than is there ({amounts})"
-        where = ", ".join(f"{round(place / size, 6) * size + 0:.6g}" for place in points[:, worst])
+        where = place_text(points[:, worst], hole.ball[1])
         reason = what if there[worst] else "the hole reaches outside the body"
-        raise ValueProblem(f"{reason}: at ({where}) m", path=hole.path)
+        raise ValueProblem(f"{reason}: at {where} m", path=hole.path)
