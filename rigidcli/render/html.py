@@ -93,8 +93,7 @@ def _section(report: Report, look: Look, head: str, anchor: str, *, is_cell: boo
     return "".join(
         [
             f'<section class="rigidcli"{name}>\n<{head}>{text(report.heading)}</{head}>\n',
-            *_figures(report, look, is_cell=is_cell),
-            *_results(report, look),
+            *_front(_figures(report, look, is_cell=is_cell), _results(report, look)),
             *_tables(report.tables, look),
             *_working(report.steps if look.steps else (), look),
             *_notes(report),
@@ -102,6 +101,15 @@ def _section(report: Report, look: Look, head: str, anchor: str, *, is_cell: boo
             "</section>\n",
         ]
     )
+
+
+def _front(figures: Iterable[str], results: Iterable[str]) -> Iterator[str]:
+    """Figures and results, which stand side by side where the page is wide enough."""
+    drawn = "".join(figures)
+    yield '<div class="front">\n'
+    if drawn:
+        yield f'<div class="figures">\n{drawn}</div>\n'
+    yield f"<div>{''.join(results)}</div>\n</div>\n"
 
 
 def _figures(report: Report, look: Look, *, is_cell: bool) -> Iterator[str]:

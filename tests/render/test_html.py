@@ -215,7 +215,7 @@ def test_no_style_of_a_notebook_leaves_its_section() -> None:
     assert root.all("html") == root.all("script") == []
     assert len(root.all("img")) == 1
     (style,) = root.all("style")
-    bare = re.sub(r"@media[^{]*\{((?:[^{}]*\{[^{}]*\})*)\s*\}", r"\1", style.text)
+    bare = re.sub(r"@(?:media|container)[^{]*\{((?:[^{}]*\{[^{}]*\})*)\s*\}", r"\1", style.text)
     selectors = [each.strip() for rule in re.findall(r"([^{}]+)\{", bare) for each in rule.split(",")]
     assert selectors
     assert all(each.startswith(".rigidcli") for each in selectors)
