@@ -1,9 +1,9 @@
-"""Runs each claim of the README on speed beside its peer, and writes the README's table.
+"""Runs each claim on speed beside its peer, and writes the table beside this file and the rows of the README.
 
     python tests/benchmarks [--rows NAME,...] [--repeats N] [--quick] [--write]
 
 Both are whole commands, each in a process of its own, and run in turn. Told are medians of processor time,
-elapsed time and the peak of memory. What cannot be run is said, and keeps its older figures in the README.
+elapsed time and the peak of memory. What cannot be run is said, and keeps its older figures.
 """
 
 from __future__ import annotations
@@ -24,7 +24,10 @@ from typing import NamedTuple
 
 HERE = Path(__file__).resolve().parent
 ROOT = HERE.parents[1]
-README = ROOT / "README.md"
+TABLE = HERE / "README.md"
+"""The file with all rows."""
+FRONT = ROOT / "README.md"
+"""The project's README, which shows a few of them."""
 
 # Python runs this folder as a program, and knows nothing of the package that it is in.
 sys.path.insert(0, str(ROOT))
@@ -153,6 +156,17 @@ def cut(text: str) -> tuple[str, str, str]:
     return text[:first], text[first:last], text[last:]
 
 
+def front(lines: Sequence[str]) -> list[str]:
+    """The lines of the table that stand in the project's README."""
+    return [*lines[:2], *(line for line, claim in zip(lines[2:], CLAIMS, strict=True) if claim.front)]
+
+
+def write(path: Path, lines: Sequence[str]) -> None:
+    """Put the lines in the place of the table in a file."""
+    before, _, after = cut(path.read_text())
+    path.write_text(before + "\n".join(lines) + "\n" + after)
+
+
 def main() -> None:
     """Run what is asked for, and print the table."""
     parser = argparse.ArgumentParser(prog="python tests/benchmarks", description=__doc__.partition("\n")[0])
@@ -160,7 +174,7 @@ def main() -> None:
     parser.add_argument("--rows", metavar="NAME,...", help=f"only these: {names}")
     parser.add_argument("--repeats", type=int, default=5, metavar="N", help="runs of each (default 5)")
     parser.add_argument("--quick", action="store_true", help="small jobs, once: do they start?")
-    parser.add_argument("--write", action="store_true", help="put the table into README.md")
+    parser.add_argument("--write", action="store_true", help="write the table and the rows of the README")
     given = parser.parse_args()
     chosen = [claim.name for claim in CLAIMS] if given.rows is None else given.rows.split(",")
     if unknown := {*chosen} - {claim.name for claim in CLAIMS}:
@@ -168,13 +182,14 @@ def main() -> None:
     if given.repeats < 1 or (given.quick and given.write):
         parser.error("expected at least one repeat, and for --write no --quick")
     claims = [claim for claim in CLAIMS if claim.name in chosen]
+    before = cut(TABLE.read_text())[1]
     lines = []
-    for line in table(claims, 1 if given.quick else given.repeats, given.quick, cut(README.read_text())[1]):
+    for line in table(claims, 1 if given.quick else given.repeats, given.quick, before):
         print(line, flush=True)
         lines.append(line)
     if given.write:
-        before, _, after = cut(README.read_text())
-        README.write_text(before + "\n".join(lines) + "\n" + after)
+        write(TABLE, lines)
+        write(FRONT, front(lines))
     sys.stderr.write(f"Python {platform.python_version()}, {os.cpu_count()} cores\n")
 
 

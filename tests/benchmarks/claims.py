@@ -1,4 +1,4 @@
-"""What the README claims on speed: each job with its peer, and how to run both."""
+"""What is claimed on speed: each job with its peer, and how to run both."""
 
 from __future__ import annotations
 
@@ -21,6 +21,7 @@ class Claim:
     would take minutes, the peer does {part} of it, one of `parts`, and its time beyond IDLE is multiplied.
     `each` tells what one of many in a job takes. `needs` are modules of the peer.
     `without` is a module that `rigidcli` does not find in this job, as if it were not installed.
+    The rows that are at the `front` stand in the project's README, too.
     """
 
     name: str
@@ -35,6 +36,7 @@ class Claim:
     parts: int = 1
     each: bool = False
     without: str = ""
+    front: bool = False
 
 
 def _read() -> tuple[Claim, ...]:
@@ -44,4 +46,4 @@ def _read() -> tuple[Claim, ...]:
 
 
 CLAIMS = _read()
-"""What the README claims, in its order."""
+"""What is claimed, in the order of the table."""
