@@ -40,8 +40,8 @@ MOST_LINES = {
     "check": 7262,  # dashes before all equations of an answer are those of a list; a unit may be told twice
     "language": 2319,  # numbers without commas have a hint
     "mechanics": 2655,  # the matrix exponential has twice the digits of a float, without scipy
-    "reference": 468,  # the JSON Schema of files came here from `document`
-    "render": 2668,  # symbols and units are typeset in readings of a replay and in words
+    "reference": 488,  # `explain conventions` came here from the README
+    "render": 2676,  # results stand beside the figures of a page
     "studies": 6123,  # the working shows brackets, vectors of modes, and the torque of the document
     "": 1698,  # usage errors show their hints in Python; an interrupt that comes in a destructor is not lost
 }

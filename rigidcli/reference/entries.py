@@ -33,6 +33,23 @@ FILES: Mapping[str, tuple[str, type[Section]]] = {
 }
 """The files that people write."""
 
+CONVENTIONS = {
+    "units": "plain numbers are in SI units: kg, m, s, rad",
+    "products of inertia": "Ixy = -sum m x y; with `products: plus` the typed tensor has plus sums",
+    "moments": "ascending; equal if they differ by less than 1e-12 of the largest",
+    "principal axes": "the rows e1, e2, e3: unit vectors, right-handed; e1 and e3 have a positive largest "
+    "component, and e2 = e3 x e1; the axes of equal moments are those nearest to x, y, z",
+    "kinetic energy": "T = omega.I.omega/2",
+    "rotations": "active, from body to space; zxz turns about the moving axes: Rz(phi) Rx(theta) Rz(psi)",
+    "quaternions": "scalar first, from body to space",
+    "gravity": "9.80665 m/s^2 along -z, unless it is given",
+    "body_rate": "(lambda3 - lambda1)/lambda1 omega3; Taylor's Omega_b is its negative",
+    "velocities": "the velocity of x is xdot, its momentum p_x, and the time t",
+    "conserved energy": "three questions are kept apart. Is H conserved (dH/dt = 0)? Is H = T + V? Are the "
+    "coordinates natural, that is, do positions follow from them without the time?",
+}
+"""The conventions, by what they are about."""
+
 
 def entries() -> list[Entry]:
     """All entries; the topics are those with a path of one name."""
@@ -68,6 +85,9 @@ def _others() -> Iterator[Entry]:
     yield Entry(("mistakes",), "what `check` may say")
     for code, sentence in CODES.items():
         yield Entry(("mistakes", code), sentence)
+    yield Entry(("conventions",), "signs, orders and axes, as documents and results have them")
+    for name, text in CONVENTIONS.items():
+        yield Entry(("conventions", name), text)
     yield Entry(("exit-codes",), "what the exit codes mean")
     for number, meaning in EXIT_CODES.items():
         yield Entry(("exit-codes", str(number)), meaning)
