@@ -19,6 +19,8 @@ if TYPE_CHECKING:
 class Result(Report):
     """The answer to a document: a mapping from the fields of the json output to their values.
 
+    A field is also an attribute, `result.moments`, unless it has the name of a method, or of a keyword.
+
     It shows itself as the table of the command line, in notebooks as the page: with formulas, the picture and
     the replay of a motion. `units` has the units of its fields, and `to_dataframe` makes a table for pandas.
     """
@@ -32,6 +34,17 @@ class Result(Report):
             return tree[key]
         near = nearest(key, list(tree))
         raise KeyError(f"{key}: no such result" + (f" (did you mean {near}?)" if near else ""))
+
+    def __getattr__(self, name: str) -> Any:
+        if name.startswith("_") or name in Result.__dataclass_fields__:
+            raise AttributeError(name)
+        try:
+            return self[name]
+        except KeyError as error:
+            raise AttributeError(error.args[0]) from None
+
+    def __dir__(self) -> list[str]:
+        return sorted({*object.__dir__(self), *self})
 
     def __reduce__(self) -> tuple[type[Result], tuple[Any, ...]]:
         return Result, tuple(getattr(self, part.name) for part in fields(Report))

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import copy
 import doctest
 import json
+import pickle
 import sys
 from fractions import Fraction
 from pathlib import Path
@@ -142,6 +144,16 @@ def test_a_result_shows_itself_as_the_table_of_the_command_line(
 ) -> None:
     path = f"configs/{config}.yaml"
     assert repr(getattr(rigidcli, study)(path)) + "\n" == program(study, path).out
+
+
+def test_a_field_is_an_attribute_too() -> None:
+    result = rigidcli.axes({"body": {"moments": [1, 2, 3], "mass": 1}})
+    assert result.moments is not None
+    assert list(result.moments) == [1, 2, 3]
+    assert "moments" in dir(result)
+    assert list(copy.deepcopy(pickle.loads(pickle.dumps(result))).moments) == [1, 2, 3]
+    with pytest.raises(AttributeError, match="did you mean moments"):
+        result.momnts  # noqa: B018 - the access is what fails
 
 
 def test_notebooks_show_formulas() -> None:
