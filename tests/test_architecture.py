@@ -33,7 +33,7 @@ from rigidcli.studies.results import RESULTS
 MOST_LINES = {
     "algebra": 2891,  # terms come over one fraction bar for each power of a sum
     "bodies": 5372,  # a density with a ridge that no box has seen is refused; places are told without noise
-    "cli": 1866,  # settings that nothing uses are refused; rows of a sweep follow one header
+    "cli": 1878,  # `new -o` names the command to run next
     "core": 3900,  # how bodies add up came here from `bodies`; energies near a separatrix are fractions
     "document": 2793,  # a sweep of a bare parameter names its path
     "fields": 1677,  # a list without brackets in braces is one problem with its cure
@@ -43,7 +43,7 @@ MOST_LINES = {
     "reference": 488,  # `explain conventions` came here from the README
     "render": 2676,  # results stand beside the figures of a page
     "studies": 6123,  # the working shows brackets, vectors of modes, and the torque of the document
-    "": 1698,  # usage errors show their hints in Python; an interrupt that comes in a destructor is not lost
+    "": 1713,  # the fields of a result are attributes, too
 }
 """The most lines of Python that each room may have; "" is what stands at the top.
 

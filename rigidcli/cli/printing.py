@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import re
+import shlex
 from enum import StrEnum
 from importlib import resources
 from typing import Annotated
@@ -40,8 +42,18 @@ def new(
         complain(str(Problem(output, "this file is there already, and is not overwritten", hint=hint)))
         raise typer.Exit(UsageError.exit_code)
     starter = resources.files("rigidcli").joinpath("starters", kind + ENDINGS.get(kind, ".yaml"))
+    text = starter.read_text(encoding="utf-8")
     with Output(output) as target:
-        target.write(starter.read_text(encoding="utf-8"))
+        target.write(text)
+    if output is not None and is_file(output) and (command := _COMMAND.search(text)):
+        complain(f"wrote {output}; next: {_FILE.sub(lambda _: shlex.quote(output), command[0])}")
+
+
+_COMMAND = re.compile(r"rigidcli [a-z]+(?: -[-a-z]+)* FILE[.a-z]*")
+"""The first command that a starter names for itself."""
+
+_FILE = re.compile("FILE[.a-z]*")
+"""The name of the starter's own file in that command."""
 
 
 SchemaKind = StrEnum("SchemaKind", "document assignment answers")

@@ -664,3 +664,13 @@ def test_a_starter_is_commented_and_valid(kind: str, program: Program) -> None:
     assert (outcome.code, outcome.err) == (0, "")
     assert set(re.findall(r"rigidcli (\w+)", starter)) <= set(COMMANDS)
     assert kind != "shape" or program("new").out == starter
+
+
+@pytest.mark.parametrize("kind", sorted({*Kind} - {Kind.mesh}))  # there is no mesh beside its starter
+def test_a_written_starter_names_a_command_that_works(kind: str, program: Program, tmp_path: Path) -> None:
+    target = tmp_path / f"my {kind}{ENDINGS.get(Kind(kind), '.yaml')}"
+    wrote = program("new", kind, "-o", str(target))
+    assert (wrote.code, wrote.out) == (0, "")
+    told, _, command = wrote.err.rstrip("\n").partition("; next: rigidcli ")
+    assert told == f"wrote {target}"
+    assert program(*shlex.split(command)).code == 0
