@@ -144,7 +144,7 @@ def _results(report: Report, look: Look) -> Iterator[str]:
 
 
 def _title(title: str) -> str:
-    """The title of a result, in which names are set like the formulas beside them."""
+    """Words in which the names of coordinates, velocities and momenta are set like the formulas beside them."""
     if not (name := _NAME.search(title)):
         return _prose(title)
     before, after = title[: name.start()], title[name.end() :]
@@ -155,9 +155,10 @@ def _title(title: str) -> str:
 def _result(entry: Field, look: Look) -> str:
     """The formula of a result, or its words."""
     if entry.words or entry.value is None:
-        return _prose(entry.words or "not known")
-    symbol = f"{entry.symbol} = " if entry.symbol else ""
-    return formula(f"{symbol}{value(entry, look.digits)}")
+        return _title(entry.words or "not known")
+    found = value(entry, look.digits)
+    # A parameter without a value is its own result: M, and not M = M.
+    return formula(f"{entry.symbol} = {found}" if entry.symbol not in ("", found) else found)
 
 
 def _tables(tables: Iterable[Table], look: Look) -> Iterator[str]:
@@ -195,7 +196,7 @@ def _working(steps: Iterable[Step], look: Look) -> Iterator[str]:
     if steps:
         yield '<div class="working"><h3>The working</h3>\n<ol>\n'
         for step in steps:
-            yield f"<li><h4>{_prose(step.title)}</h4><p>{_prose(step.sentence)}</p>\n"
+            yield f"<li><h4>{_prose(step.title)}</h4><p>{_title(step.sentence)}</p>\n"
             for entry in step.fields:
                 title = "" if entry.symbol else f"{_prose(entry.title)}: "
                 yield f'<p class="formula">{title}{_result(entry, look)}</p>\n'
