@@ -32,10 +32,10 @@ from rigidcli.studies.results import RESULTS
 
 MOST_LINES = {
     "algebra": 2891,  # terms come over one fraction bar for each power of a sum
-    "bodies": 5372,  # a density with a ridge that no box has seen is refused; places are told without noise
+    "bodies": 5450,  # a density with a ridge that no box has seen is refused; places are told without noise
     "cli": 1878,  # `new -o` names the command to run next
     "core": 3900,  # how bodies add up came here from `bodies`; energies near a separatrix are fractions
-    "document": 2793,  # a sweep of a bare parameter names its path
+    "document": 2794,  # a sweep of a bare parameter names its path
     "fields": 1677,  # a list without brackets in braces is one problem with its cure
     "check": 7262,  # dashes before all equations of an answer are those of a list; a unit may be told twice
     "language": 2319,  # numbers without commas have a hint

@@ -130,7 +130,7 @@ def documents(work: Work, files: Sequence[str], sweep: Sweep | None, jobs: Jobs)
     divided = sweep is None and jobs != 1 and len(files) <= FEW and work.command.section
     for file in files:
         try:
-            drafts, notes = work.drafts(file)
+            drafts, notes, _ = work.drafts(file)
         except (RigidError, MemoryError) as error:
             yield Task(file, failure(error, file))
             continue

@@ -60,10 +60,11 @@ _TEXT = re.compile(r"\n|:\s|\{")
 
 
 class Drafts(NamedTuple):
-    """The drafts of all documents in a file, and notes on the file as a whole."""
+    """The drafts of all documents in a file, notes on the file as a whole, and a `cure` where it has none."""
 
     each: Sequence[Draft]
     notes: Sequence[str]
+    cure: str | None = None
 
 
 def drafts(path: str | os.PathLike[str], **options: Any) -> Drafts:
@@ -85,7 +86,7 @@ def drafts(path: str | os.PathLike[str], **options: Any) -> Drafts:
     robot = robot_drafts(text, source, folder, **options)
     if not robot.each:
         message = "; ".join(["no link has a mass that is written", *robot.notes])
-        raise DocumentError([Problem(source, message)])
+        raise DocumentError([Problem(source, message, hint=robot.cure)])
     return robot
 
 
@@ -111,7 +112,7 @@ def robot_drafts(text: str, source: str, folder: str, **options: Any) -> Drafts:
         f"{len(names)} link{'s have' if len(names) > 1 else ' has'} {reason}: {listed(names)}"
         for reason, names in without.items()
     ]
-    return Drafts(links, [*robot.notes, *notes])
+    return Drafts(links, [*robot.notes, *notes], robot.cure)
 
 
 def load(path: str | os.PathLike[str], **options: Any) -> Document:

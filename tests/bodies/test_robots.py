@@ -141,25 +141,41 @@ def test_mjcf_with_a_full_tensor(tmp_path: Path) -> None:
     agree(read(text, ".xml", tmp_path)[0], text)
 
 
+INERTIAL = '<inertial pos="0 0 .1" mass="2" diaginertia="1 1 1.5"/><geom size=".1"/>'
+CURE = "saveinertial"
+
+
 @pytest.mark.parametrize(
     ("compiler", "inside", "reason"),
     [
-        ('<compiler inertiafromgeom="true"/>', "", "`inertiafromgeom` lets MuJoCo change masses and tensors"),
-        ('<compiler balanceinertia="true"/>', "", "`balanceinertia` lets MuJoCo"),
-        ('<compiler boundmass="2.5"/>', "", "`boundmass` lets MuJoCo"),
-        ('<compiler boundinertia="1e-3"/>', "", "`boundinertia` lets MuJoCo"),
-        ('<compiler settotalmass="7"/>', "", "`settotalmass` lets MuJoCo"),
-        ('<compiler boundmass="x"/>', "", "`boundmass` of `<compiler>`: read `x`, expected a number"),
+        ('<compiler inertiafromgeom="true"/>', INERTIAL, "`inertiafromgeom` lets MuJoCo change masses and"),
+        ('<compiler balanceinertia="true"/>', INERTIAL, "`balanceinertia` lets MuJoCo"),
+        ('<compiler boundmass="2.5"/>', INERTIAL, "`boundmass` lets MuJoCo"),
+        ('<compiler boundinertia="1.2"/>', INERTIAL, "`boundinertia` lets MuJoCo"),
+        ('<compiler settotalmass="7"/>', INERTIAL, "`settotalmass` lets MuJoCo"),
         ("", '<include file="more.xml"/>', "`<include>` is not read"),
-        ("", '<frame pos="1 0 0"><inertial/></frame>', "an `<inertial>` in a `<frame>` is not read"),
+        ("", f"<frame pos='1 0 0'>{INERTIAL}</frame>", "an `<inertial>` in a `<frame>` is not read"),
         ("", '<geom size="1"/>', "1 link has no `<inertial>`: MuJoCo infers mass and tensor from the geoms"),
     ],
 )
-def test_what_mujoco_would_make_of_a_file_is_not_guessed(
-    compiler: str, inside: str, reason: str, tmp_path: Path
+@pytest.mark.filterwarnings("ignore:compiler attribute 'settotalmass' is deprecated")
+def test_what_mujoco_would_make_of_a_file_is_read_once_it_has_saved_it(
+    compiler: str, inside: str, reason: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    with pytest.raises(RigidError, match=re.escape(reason)):
+    monkeypatch.chdir(tmp_path)  # MuJoCo writes its log there
+    with pytest.raises(RigidError, match=re.escape(reason)) as told:
         read(MJCF.format(compiler, inside), ".xml", tmp_path)
+    assert CURE in str(told.value)
+    (tmp_path / "more.xml").write_text('<mujoco><geom size="1"/></mujoco>')
+    text = MJCF.format(f'<compiler {CURE}="true"/>{compiler}', inside)
+    (tmp_path / "robot.xml").write_text(text)
+    mujoco: Any = pytest.importorskip("mujoco", reason="MuJoCo saves the file")
+    model = mujoco.MjModel.from_xml_path(str(tmp_path / "robot.xml"))
+    mujoco.mj_saveLastXML(str(tmp_path / "saved.xml"), model)
+    (saved,) = read((tmp_path / "saved.xml").read_text(), ".xml", tmp_path)
+    moments = np.linalg.eigvalsh(saved["tensor_com"])
+    np.testing.assert_allclose(moments, np.sort(model.body_inertia[1]), rtol=1e-5)  # it writes six digits
+    assert saved["mass"] == pytest.approx(model.body_mass[1], rel=1e-5)
 
 
 def test_settings_of_mjcf_that_change_nothing_are_read(tmp_path: Path) -> None:

@@ -2,7 +2,12 @@
 
 from __future__ import annotations
 
+import itertools
 import json
+import math
+import re
+import shutil
+from collections.abc import Iterator
 from pathlib import Path
 
 import numpy as np
@@ -13,6 +18,7 @@ from rigidcli.bodies.points import MOLECULE, READERS
 from rigidcli.document.draft import BODY_FILES
 from tests.conftest import ROOT, Program
 
+STARTERS = ROOT / "rigidcli" / "starters"
 CLOUD = "m,x,y,z\n1,1,0,0\n2,0,1,0\n3,0,0,1\n"
 
 
@@ -66,3 +72,54 @@ def test_starters_of_files_and_of_what_is_in_them(program: Program, tmp_path: Pa
         )
         found = json.loads(program("axes", str(path), "-f", "json").out)
         assert found["mass"] == pytest.approx(mass, rel=1e-5)
+
+
+COMMENTED = re.compile(r"( *)# (- \{|['\"]?[a-z0-9_.]+['\"]?: )")
+"""A key that a starter offers in a comment."""
+
+
+def blocks(lines: list[str]) -> Iterator[set[int]]:
+    """The numbers of the lines of each key, with the deeper ones below it."""
+    depths = [len(line) - len(line.lstrip(" -")) if line.split("#")[0].strip() else 99 for line in lines]
+    for start, depth in enumerate(depths):
+        end = next((k for k in range(start + 1, len(lines)) if depths[k] <= depth), len(lines))
+        yield {*range(start, end)}
+
+
+@pytest.mark.parametrize("path", sorted(STARTERS.glob("*.yaml")), ids=lambda path: path.stem)
+def test_every_key_that_a_starter_offers_is_accepted(path: Path, program: Program, tmp_path: Path) -> None:
+    """A key that stands in a comment goes beside the others, with its neighbours, or in place of two."""
+    for name in ("bracket.stl", "three_masses.yaml"):
+        shutil.copy(ROOT / "configs" / name, tmp_path)
+    (tmp_path / "cloud.csv").write_text(CLOUD)
+    (tmp_path / "orbit.csv").write_text("t,x\n0,1\n1,2\n")
+    lines = path.read_text().splitlines()
+    offered = [COMMENTED.match(line) is not None for line in lines]
+    for number in (k for k, is_offered in enumerate(offered) if is_offered):
+        run = {k for k in range(len(lines)) if all(offered[min(k, number) : max(k, number) + 1])}
+        texts = []
+        for switched in ({number}, run):
+            text = [
+                COMMENTED.sub(r"\1\2", line, count=1) if k in switched else line
+                for k, line in enumerate(lines)
+            ]
+            others = [block - switched for block in blocks(text) if min(block) not in switched]
+            cuts = [
+                set[int]().union(*few) for count in range(3) for few in itertools.combinations(others, count)
+            ]
+            texts += [[line for k, line in enumerate(text) if k not in cut] for cut in cuts]
+        assert any(validated(program, tmp_path / path.name, text) for text in texts), lines[number]
+
+
+def validated(program: Program, path: Path, lines: list[str]) -> bool:
+    path.write_text("\n".join(lines))
+    return program("validate", "-q", str(path)).code == 0
+
+
+def test_a_pendulum_of_mjcf_swings_as_its_form_says(program: Program) -> None:
+    result = json.loads(
+        program("axes", "-f", "json", "configs/clock_pendulum.xml", "-s", "axis=[0, 1, 0]").out
+    )
+    rod, bob = 7850 * math.pi * 0.005**2, 8500 * math.pi * 0.08**2 * 0.02
+    moment = rod * (0.005**2 / 4 + 1 / 12 + 1 / 4) + bob * (0.08**2 / 2 + 0.9**2)
+    assert result["axis_moment"] == pytest.approx(moment, rel=1e-5)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import replace
 from functools import lru_cache
 from importlib import import_module
@@ -46,9 +45,9 @@ def read_robot(text: str, source: str, folder: Path) -> Robot:
 
 
 @lru_cache(maxsize=4)
-def links_of(text: str, source: str, folder: Path) -> Sequence[Link]:
-    """The links of `read_robot`, kept for other documents that have one of them."""
-    return read_robot(text, source, folder).links
+def robot_of(text: str, source: str, folder: Path) -> Robot:
+    """The robot of `read_robot`, kept for other documents that have one of its links."""
+    return read_robot(text, source, folder)
 
 
 def one_link(path: Path, name: str | None) -> Link:
@@ -60,16 +59,17 @@ def one_link(path: Path, name: str | None) -> Link:
     from rigidcli.fields.texts import read_text
 
     try:
-        links = links_of(read_text(str(path), str(path)), str(path), path.parent)
+        robot = robot_of(read_text(str(path), str(path)), str(path), path.parent)
     except DocumentError as error:
         raise _as_value(error.problems[0]) from None
+    links = robot.links
     named = [link for link in links if (not link.without if name is None else link.name == name)]
     if len(named) == 1 and named[0].problem is not None and not named[0].without:
         raise _as_value(named[0].problem)
     if len(named) == 1 and not named[0].without:
         return named[0]
     if named and name is not None:
-        raise ValueProblem(f"{path}:{named[0].line}: link {name}: {named[0].without}")
+        raise ValueProblem(f"{path}:{named[0].line}: link {name}: {named[0].without}", hint=robot.cure)
     weighed = listed([link.name for link in links if not link.without])
     read = f"there is no link {shown(name)}" if name else f"there are {len(named)} links with a mass"
     raise ValueProblem(f"{path}: {read}, expected the name of one", hint=f"with a mass: {weighed}")

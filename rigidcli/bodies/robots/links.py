@@ -72,10 +72,11 @@ class Link:
 
 @dataclass(frozen=True, slots=True)
 class Robot:
-    """The links of a file, and what is to be said of the file as a whole."""
+    """The links of a file, what is to be said of it as a whole, and a `cure` where no link has a mass."""
 
     links: Sequence[Link]
     notes: Sequence[str] = ()
+    cure: str | None = None
 
     def named_once(self) -> Robot:
         """The robot, in which a link without a name, or with that of another one, has a problem."""

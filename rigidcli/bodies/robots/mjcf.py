@@ -23,8 +23,14 @@ from rigidcli.errors import shown
 INFERRED = "no `<inertial>`: MuJoCo infers mass and tensor from the geoms, if there are any"
 """Why a body has no mass properties here."""
 
-LEAST = ("boundmass", "boundinertia", "settotalmass")
-"""Settings of `<compiler>` that change masses or tensors where they are positive."""
+SAVED = (
+    'MuJoCo writes what it made of a file: put `<compiler saveinertial="true"/>` into it, '
+    'and run `mujoco.mj_saveLastXML("saved.xml", mujoco.MjModel.from_xml_path(FILE))`'
+)
+"""How to come to a file that is read here. Without that setting MuJoCo 4 saves no `<inertial>` at all."""
+
+ROUNDED = 1e-12
+"""The relative error of a principal moment that is worked out from `fullinertia`."""
 
 REPEATING = ("attach", "composite", "flexcomp", "replicate")
 """Elements from which MuJoCo makes bodies that are not written in the file."""
@@ -38,12 +44,11 @@ def read(root: Element, folder: Path) -> Robot:
     compiler, notes = dict[str, str](), list[str]()
     for element in root.below():
         if element.tag == "include":
-            hint = "give each file by itself, or put them into one"
-            raise element.refusal("`<include>` is not read", hint)
+            raise element.refusal("`<include>` is not read", SAVED)
         if element.tag in REPEATING:
             notes.append(f"bodies that `<{element.tag}>` in line {element.line} makes are left out")
     for element in root.all("compiler"):
-        _require_as_written(element)
+        _require_as_written(element, root)
         compiler |= element.attributes
     names, links = Counter[str](), []
     for body in (element for world in root.all("worldbody") for element in world.below()):
@@ -53,19 +58,43 @@ def read(root: Element, folder: Path) -> Robot:
             if "name" not in body.attributes and names[name] > 1:
                 name = f"{name}, number {names[name]}"
             links.append(Link(name, body.source, body.line).weighed(partial(_weight, body, compiler)))
-    return Robot(links, notes)
+    return Robot(links, notes, SAVED)
 
 
-def _require_as_written(compiler: Element) -> None:
-    """Raise DocumentError for a setting by which masses and tensors are not as they are written."""
+def _require_as_written(compiler: Element, root: Element) -> None:
+    """Raise DocumentError for a setting by which masses and tensors are not as they are written.
+
+    A bound that no `<inertial>` is below changes nothing; MuJoCo keeps it in the files that it saves.
+    """
     given = compiler.attributes
     changing = [key for key in ("inertiafromgeom", "balanceinertia") if given.get(key) == "true"]
-    changing += [key for key in LEAST if compiler.numbers(key, 1, "0")[0] > 0]
+    if compiler.numbers("settotalmass", 1, "0")[0] > 0:
+        changing.append("settotalmass")
+    bounds = {key: float(compiler.numbers(key, 1, "0")[0]) for key in ("boundmass", "boundinertia")}
+    for element in root.below() if any(bound > 0 for bound in bounds.values()) else ():
+        if element.tag == "inertial":
+            xx, yy, zz, xy, xz, yz = map(float, _moments(element))
+            least = np.linalg.eigvalsh([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])[0] * (1 + ROUNDED)
+            written = {"boundmass": float(element.numbers("mass", 1)[0]), "boundinertia": least}
+            changing += [key for key, bound in bounds.items() if written[key] < bound]
     for key in changing:
         raise compiler.refusal(
-            f"`{key}` lets MuJoCo change masses and tensors, expected them as they are written",
-            hint="MuJoCo itself writes what it made of them: `mujoco.mj_saveLastXML`",
+            f"`{key}` lets MuJoCo change masses and tensors, expected them as they are written", SAVED
         )
+
+
+def _moments(element: Element) -> list[Any]:
+    """M11 M22 M33 M12 M13 M23 of an `<inertial>` (kg m^2). Raises DocumentError."""
+    given = [key for key in ("diaginertia", "fullinertia") if key in element.attributes]
+    if len(given) != 1:
+        message = "expected one of `diaginertia` and `fullinertia`"
+        raise element.refusal(f"{message}, read {'both' if given else 'none of them'}")
+    if given == ["diaginertia"]:
+        return [*element.numbers("diaginertia", 3), 0, 0, 0]
+    if element.attributes.keys() & WAYS:
+        message = "`fullinertia` is along the axes of the body, expected no orientation beside it"
+        raise element.refusal(message)
+    return element.numbers("fullinertia", 6)
 
 
 def _weight(body: Element, compiler: Mapping[str, str]) -> Weight:
@@ -73,25 +102,15 @@ def _weight(body: Element, compiler: Mapping[str, str]) -> Weight:
     element = body.find("inertial")
     for other in body.all("frame") if element is None else ():
         if other.find("inertial") is not None:
-            raise other.refusal("an `<inertial>` in a `<frame>` is not read, expected it in the body itself")
+            message = "an `<inertial>` in a `<frame>` is not read, expected it in the body itself"
+            raise other.refusal(message, SAVED)
     if element is None:
         return INFERRED
     (mass,) = element.numbers("mass", 1)
     if not mass:
         return NO_MASS
     frame = placed(element.numbers("pos", 3), **_turn(element, compiler))
-    given = [key for key in ("diaginertia", "fullinertia") if key in element.attributes]
-    if len(given) != 1:
-        message = "expected one of `diaginertia` and `fullinertia`"
-        raise element.refusal(f"{message}, read {'both' if given else 'none of them'}")
-    if given == ["diaginertia"]:
-        xx, yy, zz = element.numbers("diaginertia", 3)
-        xy = xz = yz = 0
-    elif element.attributes.keys() & WAYS:
-        message = "`fullinertia` is along the axes of the body, expected no orientation beside it"
-        raise element.refusal(message)
-    else:
-        xx, yy, zz, xy, xz, yz = element.numbers("fullinertia", 6)
+    xx, yy, zz, xy, xz, yz = _moments(element)
     lines = dict.fromkeys(("mass", "inertia", "position"), element.line)
     inertia = dict(zip(ENTRIES, (xx, xy, xz, yy, yz, zz), strict=True))
     return {"mass": mass, "inertia": inertia, **frame}, lines
