@@ -35,14 +35,14 @@ MOST_LINES = {
     "bodies": 5450,  # a density with a ridge that no box has seen is refused; places are told without noise
     "cli": 1878,  # `new -o` names the command to run next
     "core": 3900,  # how bodies add up came here from `bodies`; energies near a separatrix are fractions
-    "document": 2794,  # a sweep of a bare parameter names its path
-    "fields": 1677,  # a list without brackets in braces is one problem with its cure
+    "document": 2823,  # generating functions of four types
+    "fields": 1678,  # a list without brackets in braces is one problem with its cure
     "check": 7262,  # dashes before all equations of an answer are those of a list; a unit may be told twice
     "language": 2319,  # numbers without commas have a hint
-    "mechanics": 2655,  # the matrix exponential has twice the digits of a float, without scipy
+    "mechanics": 2784,  # the relations of a generating function are solved for one side
     "reference": 488,  # `explain conventions` came here from the README
-    "render": 2676,  # results stand beside the figures of a page
-    "studies": 6123,  # the working shows brackets, vectors of modes, and the torque of the document
+    "render": 2677,  # results stand beside the figures of a page
+    "studies": 6208,  # generating functions, with their working
     "": 1713,  # the fields of a result are attributes, too
 }
 """The most lines of Python that each room may have; "" is what stands at the top.

@@ -148,6 +148,23 @@ def _read_side(raw: object, info: ValidationInfo) -> dict[str, Expression]:
     return {name: given[name] for name in side or given}
 
 
+def _read_generating(raw: object, info: ValidationInfo) -> Expression:
+    """A generating function of half of the old variables, half of the new ones, and t."""
+    env, new = environment(info), info.data.get("new_variables")
+    if env.coordinates is None or new is None:
+        return env.symbolic(raw, None, None)
+    half, kind = len(new) // 2, str(info.field_name)
+    old = env.coordinates if kind in ("F1", "F2") else tuple(map(momentum, env.coordinates))
+    variables = (*old, *(new[:half] if kind in ("F1", "F3") else new[half:]))
+    try:
+        return env.symbolic(raw, None, (*variables, "t"))
+    except ValueProblem as problem:
+        if problem.hint is None:
+            problem.hint = f"{kind} is a function of {', '.join(variables)} and t"
+        raise
+
+
+Generating: TypeAlias = Annotated[Expression, ReadBy(_read_generating, EXPRESSION_SCHEMA)]
 Side: TypeAlias = Annotated[
     dict[str, Expression],
     ReadBy(_read_side, {"type": "object", "additionalProperties": EXPRESSION_SCHEMA}),
@@ -160,7 +177,8 @@ NewVariables: TypeAlias = Annotated[
 class Transform(Section):
     """New variables of phase space: half of them coordinates, then their momenta in the same order."""
 
-    ONE_OF: ClassVar = ("old", "new")
+    GENERATING: ClassVar = ("F1", "F2", "F3", "F4")
+    ONE_OF: ClassVar = ("old", "new", *GENERATING)
 
     # The first to be read: the expressions are in these names.
     new_variables: NewVariables = Field(
@@ -168,6 +186,17 @@ class Transform(Section):
     )
     old: Side | None = optional("Old coordinates and momenta, as expressions in the new variables and t")
     new: Side | None = optional("New variables, as expressions in the old coordinates, momenta and t")
+
+    F1: Generating | None = optional("Generating function of old coordinates, new coordinates and t")
+    F2: Generating | None = optional("Generating function of old coordinates, new momenta and t")
+    F3: Generating | None = optional("Generating function of old momenta, new coordinates and t")
+    F4: Generating | None = optional("Generating function of old momenta, new momenta and t")
+
+    @property
+    def generating(self) -> tuple[str, Expression] | None:
+        """The type of the generating function, such as "F1", and the function; None if there is none."""
+        functions = ((kind, getattr(self, kind)) for kind in self.GENERATING)
+        return next(((kind, function) for kind, function in functions if function is not None), None)
 
     @property
     def coordinates(self) -> tuple[str, ...]:

@@ -75,7 +75,8 @@ class Section(BaseModel):
             if len(given) > 1 or (not given and keys is cls.ONE_OF):
                 words = " and ".join(f"`{key}`" for key in given or keys)
                 expected = "exactly one" if keys is cls.ONE_OF else "at most one"
-                yield ValueProblem(f"{'both' if given else 'neither'} of {words} given, expected {expected}")
+                which = ("both", "neither") if len(given or keys) == 2 else ("all", "none")
+                yield ValueProblem(f"{which[not given]} of {words} given, expected {expected}")
         for key, needed in cls.NEEDS.items():
             if raw.get(key) is not None and raw.get(needed) is None:
                 yield ValueProblem(f"there is no `{needed}` beside it", path=(key,))

@@ -136,10 +136,10 @@ def inverse(values: Mapping[str, Expr], new: Phase, old: Phase, branch: Branch) 
             return _of_linear(parts[0], shifted, old)
         trials = Allowance(MOST_TRIALS)
         if any(not values[Q].names.isdisjoint(old.momenta) for Q in new.coordinates):
-            return _solution([symbol(n) - values[n] for n in new.names], old.names, trials, branch)
+            return solution([symbol(n) - values[n] for n in new.names], old.names, trials, branch)
         # Of a change Q(q) the momenta follow: p_i = sum_j (P_j - P_j(p = 0)) dQ_j/dq_i.
         equations = [symbol(Q) - values[Q] for Q in new.coordinates]
-        coordinates = _solution(equations, old.coordinates, trials, branch)
+        coordinates = solution(equations, old.coordinates, trials, branch)
         if coordinates is not None:
             at_rest = dict.fromkeys(old.momenta, ZERO)
             shifted = [symbol(P) - substitute(values[P], at_rest) for P in new.momenta]
@@ -171,7 +171,7 @@ def _values(equation: Expr, unknown: str) -> Iterator[Expr]:
         yield from (value for value, _, _ in solutions(equation, unknown))
 
 
-def _solution(
+def solution(
     equations: Sequence[Expr], unknowns: Sequence[str], trials: Allowance, branch: Branch
 ) -> dict[str, Expr] | None:
     """Values of the unknowns for which the equations (expressions that vanish) hold; None where none follow.
@@ -194,7 +194,7 @@ def _solution(
                         if e is not equation
                     ]
                     left = [name for name in unknowns if name != unknown]
-                    rest = _solution(others, left, trials, branch)
+                    rest = solution(others, left, trials, branch)
                     if rest is not None:
                         return rest | {unknown: branch.put(here[unknown], rest)}
     return None
@@ -221,11 +221,15 @@ class NewHamiltonian:
 
 @dataclass(frozen=True, slots=True)
 class Change:
-    """A canonical change from `old` to `new` variables. `values` has one side by the other."""
+    """A canonical change from `old` to `new` variables. `values` has one side by the other.
+
+    Where a generating function makes it, `rate` is its derivative by the time, at fixed arguments.
+    """
 
     values: Mapping[str, Expr]
     old: Phase
     new: Phase
+    rate: Expr | None = None
 
     def hamiltonian(self, hamiltonian: Expr) -> NewHamiltonian | None:
         """K for an H; None where no way leads to the old variables, or to R.
@@ -237,7 +241,7 @@ class Change:
         if old is None:
             return None
         slopes = _added_slopes(old, self.old, self.new)
-        added = _function_with(slopes, self.new.names)
+        added = _function_with(slopes, self.new.names) if self.rate is None else substitute(self.rate, old)
         if added is None:
             return None
         k = _gathered(branch.with_roots(hamiltonian, old) + added, self.new)

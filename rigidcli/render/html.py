@@ -144,7 +144,7 @@ def _results(report: Report, look: Look) -> Iterator[str]:
 
 
 def _title(title: str) -> str:
-    """Words in which the names of coordinates, velocities and momenta are set like the formulas beside them."""
+    """Words in which names of coordinates, velocities and momenta are set like the formulas beside them."""
     if not (name := _NAME.search(title)):
         return _prose(title)
     before, after = title[: name.start()], title[name.end() :]

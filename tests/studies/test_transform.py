@@ -160,3 +160,43 @@ def test_a_way_back_that_is_not_found_is_admitted() -> None:
     assert report["transform"]["canonical"] is True
     assert report["transform"]["hamiltonian"] is None
     assert any("not found" in note for note in report.notes)
+
+
+GENERATING = yaml.safe_load(Path(__file__).with_name("generating.yaml").read_text(encoding="utf-8"))
+SIGNS = {"F1": (1, -1), "F2": (1, 1), "F3": (-1, -1), "F4": (-1, 1)}
+"""The signs of dF/d(old argument) and dF/d(new argument), from Goldstein's table 9.1."""
+
+
+@pytest.mark.parametrize("name", GENERATING)
+def test_a_generating_function_makes_its_change_and_k(name: str) -> None:
+    case = GENERATING[name]
+    (kind,) = SIGNS.keys() & case.keys()
+    old = [*case["coordinates"].split(), *(f"p_{q}" for q in case["coordinates"].split())]
+    new, half = case["new"].split(), len(old) // 2
+    names = {n for key in ("hamiltonian", kind, "K") for n in read(case[key])[1]} - {*old, *new, "t"}
+    found = rigidcli.hamilton(
+        rigidcli.loads(
+            yaml.safe_dump(
+                {
+                    "parameters": dict.fromkeys(names),
+                    "system": {"coordinates": old[:half], "hamiltonian": case["hamiltonian"]},
+                    "transform": {"new_variables": new, kind: case[kind]},
+                }
+            )
+        )
+    )["transform"]
+    assert found["canonical"] is True
+    side = "old" if found["old"] else "new"
+    given = {n: str(e) for n, e in found[side].items()}
+    change = (case["coordinates"], case["hamiltonian"], side, case["new"], given)
+    holds(*change, str(found["hamiltonian"]))
+    symbols = sorted({*names, *old, *new, "t"})
+    point = {n: CONTEXT.mpf((41 * i) % 83 + 29) / 67 for i, n in enumerate(symbols)}
+    # K itself, with what depends on the time alone; and the relations of the function.
+    assert abs(value(read(str(found["hamiltonian"]))[0], point) - value(read(case["K"])[0], point)) < 1e-15
+    point |= {n: value(read(text)[0], point) for n, text in given.items()}
+    for phase, momenta, sign in zip((old, new), (kind in "F3 F4", kind in "F2 F4"), SIGNS[kind], strict=True):
+        for i in range(half):
+            argument, other = phase[i + half * momenta], phase[i + half * (not momenta)]
+            (slope,) = gradient(case[kind], point, [argument])
+            assert abs(point[other] - sign * slope) < 1e-15, other

@@ -25,6 +25,7 @@ from rigidcli.studies.pictures import drawn
 from rigidcli.studies.results import field_of
 
 if TYPE_CHECKING:
+    from rigidcli.mechanics.generating import Generated
     from rigidcli.picture import Picture
     from rigidcli.studies.hamilton.orbit import OrbitSolution
     from rigidcli.studies.hamilton.transform import TransformedSystem
@@ -230,10 +231,30 @@ def _transform(transform: TransformedSystem) -> list[Field]:
     return [
         _row("transform.canonical", not wrong, words=words),
         _row("transform.conditions", list(transform.conditions)),
+        *_generated(transform.generated),
         *(Field(f"transform.brackets.{name}", e, name, rf"\{name[:-1]}\}}") for name, e in brackets),
         if_known(_row("transform.hamiltonian", transform.hamiltonian)),
         *_by_name("transform.equations", transform.names, transform.equations, _rate),
     ]
+
+
+def _generated(generated: Generated | None) -> list[Field]:
+    """Show the relations that follow from a generating function, and one side for which they are solved."""
+    if generated is None:
+        return []
+    relations = generated.relations
+    fields = _by_name("transform.change", tuple(relations), tuple(relations.values()), _as_named)
+    shown = [side for side in (generated.old, generated.new) if side is not None][:1]
+    for key, side in (("transform.old", generated.old), ("transform.new", generated.new)):
+        values = None if side is None else tuple(side.values())
+        repeated = [name for name, e in (side or {}).items() if relations.get(name) == e]
+        titled = partial(_as_named, hidden=repeated if side in shown else tuple(side or ()))
+        fields += _by_name(key, tuple(side or ()), values, titled)
+    return fields
+
+
+def _as_named(name: str, hidden: Sequence[str] = ()) -> tuple[str, str]:
+    return ("", "") if name in hidden else (name, latex_name(name))
 
 
 def _orbit_quality(orbit: OrbitSolution) -> list[Field]:
@@ -306,7 +327,13 @@ def _notes(findings: Findings) -> list[str]:
         may_be_chaotic = len(derivation.phase.coordinates) > 1 or derivation.explicit_time
         notes.append(unshared("orbit", findings.orbit.lost, may_be_chaotic))
     transform = findings.transform
-    if transform is not None and not transform.wrong and transform.hamiltonian is None:
+    generated = None if transform is None else transform.generated
+    if generated is not None and generated.old is None and generated.new is None:
+        notes.append(
+            "the relations of the generating function are not solved for the old variables or the new ones: "
+            "the change stays implicit, and so does K = H + dF/dt"
+        )
+    elif transform is not None and not transform.wrong and transform.hamiltonian is None:
         notes.append(
             "H in the new variables is not found: H has not one form, or the old variables do not follow "
             "from the new ones by equations that are solved one by one"

@@ -18,10 +18,12 @@ from rigidcli.algebra.simplification import tidy
 from rigidcli.algebra.substitution import substitute
 from rigidcli.core.arithmetic import FLOAT
 from rigidcli.document.document import Document
+from rigidcli.document.variables import Transform
 from rigidcli.errors import ExpressionError
 from rigidcli.language.formula import Formula
 from rigidcli.language.text import latex_name, reading
 from rigidcli.language.tree import Name, Negative, Node, Product, Sum, bound
+from rigidcli.mechanics.generating import Generated
 from rigidcli.mechanics.hamilton_equations import TIME, Phase, velocity
 from rigidcli.report import Field, Step, Table
 from rigidcli.studies.hamilton.derivation import Derivation
@@ -238,7 +240,9 @@ def _of_transform(
 ) -> Iterator[Step]:
     """Lead to the verdict on a change of variables, and to H in the new ones."""
     assert document.transform is not None
-    values, pairs, phase = given_side(document, document.transform, old)
+    values, pairs, phase = given_side(document, document.transform, old, transform.generated)
+    if transform.generated is not None:
+        yield _of_generating(document.transform, transform.generated, fields)
     for (a, b), (name, result) in islice(
         zip(combinations(pairs.names, 2), transform.brackets.items(), strict=True), MOST_BRACKETS
     ):
@@ -277,6 +281,33 @@ def _of_transform(
                 if entry.key.startswith(("transform.hamiltonian", "transform.equations."))
             ),
         )
+
+
+_RELATIONS = {
+    "F1": "p = dF/dq and P = -dF/dQ",
+    "F2": "p = dF/dq and Q = dF/dP",
+    "F3": "q = -dF/dp and P = -dF/dQ",
+    "F4": "q = -dF/dp and Q = dF/dP",
+}
+"""What follows from each type of generating function."""
+
+
+def _of_generating(transform: Transform, generated: Generated, fields: Sequence[Field]) -> Step:
+    """Lead from a generating function to the change of variables."""
+    assert transform.generating is not None
+    kind, function = transform.generating
+    sentence = f"A generating function of type {kind} gives {_RELATIONS[kind]}."
+    solved = next((side for side in ("old", "new") if getattr(generated, side) is not None), None)
+    sentence += f" These relations are solved for the {solved} variables." if solved else ""
+    keys = ("transform.change.", *([f"transform.{solved}."] if solved else []))
+    relations = [
+        replace(_titled(entry), title=name, symbol=latex_name(name))
+        for entry in fields
+        for key in keys
+        if entry.key.startswith(key) and (name := entry.key.removeprefix(key))
+    ]
+    shown = Field("", Formula(function.root, exact=True), kind, f"{kind[0]}_{kind[1]}")
+    return Step("Generating function", sentence, (shown, *relations))
 
 
 def _product(first: Expr, second: Expr) -> list[Node]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from contextlib import suppress
 from dataclasses import dataclass
 
@@ -16,6 +17,8 @@ from rigidcli.document.variables import Transform
 from rigidcli.errors import ComputationError, ExpressionError
 from rigidcli.mechanics import canonical
 from rigidcli.mechanics.canonical import Change, NewHamiltonian, added_by_forces
+from rigidcli.mechanics.generating import Generated
+from rigidcli.mechanics.generating import generated as generated_by
 from rigidcli.mechanics.hamilton_equations import TIME, Phase, equations
 from rigidcli.studies.hamilton.derivation import Derivation
 from rigidcli.studies.hamilton.system import derived_parameters, known_values
@@ -26,7 +29,7 @@ class TransformedSystem:
     """New `names` (coordinates, then momenta), the fundamental brackets, and what `canonical` ones are.
 
     All holds under the `conditions`. H and its equations in the new variables are None where the change is
-    not canonical, or where no way leads to them.
+    not canonical, or where no way leads to them. `generated` is what a generating function makes.
     """
 
     names: tuple[str, ...]
@@ -35,6 +38,7 @@ class TransformedSystem:
     conditions: tuple[str, ...]
     hamiltonian: Expr | None
     equations: tuple[Expr, ...] | None
+    generated: Generated | None = None
 
     @property
     def wrong(self) -> list[str]:
@@ -52,8 +56,11 @@ class TransformedSystem:
 def transformed(document: Document, transform: Transform, derivation: Derivation) -> TransformedSystem:
     """Judge a change of variables, for all values of the parameters or else for the given ones."""
     old, known, hamiltonian = derivation.phase, known_values(document), derivation.hamiltonian
-    values, pairs, phase = given_side(document, transform, old)
-    new = phase if pairs is old else pairs
+    generated = _generated(document, transform, old)
+    values, pairs, phase = given_side(document, transform, old, generated)
+    new = Phase(transform.coordinates, transform.momenta)
+    if not values:  # the relations stay implicit; a change that follows from a function is canonical
+        return TransformedSystem(new.names, {}, {}, (), None, None, generated)
     brackets = canonical.brackets(values, pairs, phase)
     expected = {pair: canonical.expected(*pair, pairs) for pair in brackets}
     misses = {pair: e - expected[pair] for pair, e in brackets.items()}
@@ -66,7 +73,8 @@ def transformed(document: Document, transform: Transform, derivation: Derivation
     new_h = None
     if needed is not None and hamiltonian is not None:
         with suppress(ComputationError, ExpressionError):
-            new_h = Change(values, old, new).hamiltonian(hamiltonian)
+            rate = None if generated is None else generated.rate
+            new_h = Change(values, old, new, rate).hamiltonian(hamiltonian)
     if new_h is not None:
         signs = {name: sign(value) for name, value in known.items()}
         new_h = new_h.shorter([name for name in new_h.hamiltonian.names - {TIME} if signs.get(name, 1) == 1])
@@ -80,12 +88,31 @@ def transformed(document: Document, transform: Transform, derivation: Derivation
         tuple(f"{name} > 0" for name in assumed if name not in known),
         None if new_h is None else new_h.hamiltonian,
         None if new_h is None else _equations(new_h, new, derivation),
+        generated,
     )
 
 
-def given_side(document: Document, transform: Transform, old: Phase) -> tuple[dict[str, Expr], Phase, Phase]:
-    """The given variables as functions of the other ones, the names of the given ones, and of the others."""
+def _generated(document: Document, transform: Transform, old: Phase) -> Generated | None:
+    """What the generating function of a document makes, if there is one."""
+    if transform.generating is None:
+        return None
+    kind, function = transform.generating
+    expression = from_tree(function.root, derived_parameters(document))
+    return generated_by(kind, expression, old, Phase(transform.coordinates, transform.momenta))
+
+
+def given_side(
+    document: Document, transform: Transform, old: Phase, generated: Generated | None
+) -> tuple[Mapping[str, Expr], Phase, Phase]:
+    """The given variables as functions of the other ones, the names of the given ones, and of the others.
+
+    Those of a generating function are the old ones, else the new ones, else none.
+    """
     new = Phase(transform.coordinates, transform.momenta)
+    if generated is not None:
+        is_old = generated.old is not None
+        found = generated.old if is_old else generated.new
+        return (found or {}, old, new) if is_old else (found or {}, new, old)
     given = transform.old if transform.old is not None else transform.new
     assert given is not None
     derived = derived_parameters(document)
