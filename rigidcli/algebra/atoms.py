@@ -6,7 +6,7 @@ This module only holds the data. `expressions.Expr` adds the arithmetic, and is 
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from functools import cached_property
 from typing import Generic, TypeAlias, TypeVar, cast
 from weakref import WeakValueDictionary
@@ -15,8 +15,8 @@ from rigidcli.algebra.roots import Rational
 from rigidcli.errors import ExpressionError
 from rigidcli.language.tree import UnknownFunction
 
-MAX_LENGTH = 200_000
-"""Largest number of characters in the key of an atom, which is about as long as its text."""
+MOST_NODES = 20_000
+"""The most nodes of a function or a group: its text would fill some 20 pages."""
 
 MAX_DEPTH = 120
 """Largest depth to which functions and groups may stand inside each other."""
@@ -89,6 +89,11 @@ class Terms:
         return max((atom.depth for atom in self.atoms), default=0)
 
     @cached_property
+    def nodes(self) -> int:
+        """The number of its terms and their factors, at any depth: its size, whatever its names are."""
+        return sum(1 + sum(atom.nodes for atom, _ in monomial) for monomial in self.terms)
+
+    @cached_property
     def ordered(self) -> tuple[tuple[Monomial, Rational], ...]:
         """The terms in canonical order."""
         return tuple(sorted(self.terms.items(), key=_place))
@@ -151,16 +156,18 @@ class Atom:
     numbers, masses, other symbols, groups, momenta and velocities, functions.
     """
 
-    __slots__ = ("__weakref__", "depth", "key", "names")
+    __slots__ = ("__weakref__", "depth", "key", "names", "nodes")
 
-    def __init__(self, key: str, depth: int = 0, names: frozenset[str] = frozenset()) -> None:
-        if depth > MAX_DEPTH:
-            raise ExpressionError(f"functions and sums are nested deeper than {MAX_DEPTH} levels")
-        if len(key) > MAX_LENGTH:
-            raise ExpressionError("the expression is too large")
+    def __init__(self, key: str, parts: Sequence[Terms] = (), names: frozenset[str] = frozenset()) -> None:
+        """An atom with its arguments, or its sum, as `parts`; names are those of the parts and `names`."""
         self.key = key
-        self.depth = depth
-        self.names = names
+        self.depth = 1 + max(part.depth for part in parts) if parts else 0
+        self.names = names.union(*(part.names for part in parts))
+        self.nodes = 1 + sum(part.nodes for part in parts)
+        if self.depth > MAX_DEPTH:
+            raise ExpressionError(f"functions and sums are nested deeper than {MAX_DEPTH} levels")
+        if self.nodes > MOST_NODES:
+            raise ExpressionError("the expression is too large")
 
     def __repr__(self) -> str:
         return f"<{self.key}>"
@@ -216,9 +223,7 @@ class Applied(Atom, Generic[E]):
         # Two documents may have unknown functions of one name, and of other parameters.
         name = f"{function}{function.parameters}" if isinstance(function, UnknownFunction) else function
         super().__init__(
-            f"7{_FUNCTION_ORDER.get(function, 3)}{name}({';'.join(e.key for e in arguments)})",
-            1 + max(argument.depth for argument in arguments),
-            frozenset().union(*(argument.names for argument in arguments)),
+            f"7{_FUNCTION_ORDER.get(function, 3)}{name}({';'.join(e.key for e in arguments)})", arguments
         )
         self.function = function
         self.arguments = arguments
@@ -236,7 +241,7 @@ class Group(Atom, Generic[E]):
     def __init__(self, inner: E, plain: bool) -> None:
         self.has_rates = any(map(_is_rate, inner.names))
         place = "3" if all(map(_is_mass, inner.names)) else "5"
-        super().__init__(f"{place}({inner.key})", 1 + inner.depth, inner.names)
+        super().__init__(f"{place}({inner.key})", (inner,))
         self.inner = inner
         self.plain = plain
         self.positive = inner.sign() == 1 and inner.is_strict()
