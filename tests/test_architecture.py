@@ -31,7 +31,7 @@ from rigidcli.studies.pictures import KINDS as KINDS_OF_PICTURES
 from rigidcli.studies.results import RESULTS
 
 MOST_LINES = {
-    "algebra": 2891,  # terms come over one fraction bar for each power of a sum
+    "algebra": 2896,  # the size of an expression is the number of its nodes
     "bodies": 5450,  # a density with a ridge that no box has seen is refused; places are told without noise
     "cli": 1878,  # `new -o` names the command to run next
     "core": 3900,  # how bodies add up came here from `bodies`; energies near a separatrix are fractions
@@ -39,7 +39,7 @@ MOST_LINES = {
     "fields": 1678,  # a list without brackets in braces is one problem with its cure
     "check": 7262,  # dashes before all equations of an answer are those of a list; a unit may be told twice
     "language": 2319,  # numbers without commas have a hint
-    "mechanics": 2784,  # the relations of a generating function are solved for one side
+    "mechanics": 2793,  # the relations of a generating function are solved for one side
     "reference": 488,  # `explain conventions` came here from the README
     "render": 2677,  # results stand beside the figures of a page
     "studies": 6208,  # generating functions, with their working

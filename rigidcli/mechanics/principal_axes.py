@@ -30,11 +30,11 @@ from rigidcli.core.principal import PIVOT_TIE, PrincipalFrame
 from rigidcli.errors import ComputationError, ExpressionError
 from rigidcli.mechanics.spectrum import symmetric_roots
 
-LONGEST = 1_000
-"""Length of the longest component of an axis, along the body's own axes: a dozen lines of a terminal."""
+MOST_NODES = 250
+"""The most nodes of a component of an axis, along the body's own axes: a dozen lines of a terminal."""
 
-LONGEST_MOMENT = LONGEST // 5
-"""Length of the longest moment: it stands several times in each component of its axis."""
+MOST_NODES_OF_MOMENT = 50
+"""The most nodes of a moment: it stands several times in each component of its axis."""
 
 _ONE = tidy_array(np.eye(3, dtype=object))
 
@@ -62,16 +62,16 @@ def _principal_frame(tensor: Array, turn: Array) -> PrincipalFrame:
         return replace(frame, moments=tidy_array(factor * frame.moments))
     _require_short(tensor, "moments")
     moments, ordered = _ascending(symmetric_roots(tensor.tolist()))
-    _require_short(np.array(moments), "moments", LONGEST_MOMENT)
+    _require_short(np.array(moments), "moments", MOST_NODES_OF_MOMENT)
     ends = [0, *(k for k in (1, 2) if sign(moments[k] - moments[k - 1]) != 0), 3]
     groups = [tuple(range(begin, end)) for begin, end in pairwise(ends)]
     axes = _axes(tensor, moments, groups, turn)
     return PrincipalFrame(np.array(moments, dtype=object), axes, tuple(groups), ordered)
 
 
-def _require_short(array: Array, what: str, most: int = LONGEST) -> None:
+def _require_short(array: Array, what: str, most: int = MOST_NODES) -> None:
     """Raise ComputationError for an entry that is too long."""
-    if max(len(str(entry)) for entry in array.flat) > most:
+    if max(entry.nodes for entry in array.flat) > most:
         raise ComputationError(f"the exact principal {what} are too long to print")
 
 
@@ -98,7 +98,7 @@ def _axes(tensor: Array, moments: Sequence[Expr], groups: Sequence[Sequence[int]
     if len(groups) == 1:
         return _ONE
     alone = {
-        group[0]: _oriented(tidy_array(turn @ _eigenvector(tensor, moments[group[0]])))
+        group[0]: _oriented(tidy_array(turn @ _eigenvector(tensor, moments, group[0])))
         for group in groups
         if len(group) == 1
     }
@@ -126,9 +126,9 @@ def _first_largest(values: Sequence[float]) -> int:
     return next(k for k, value in enumerate(values) if value >= max(values) - PIVOT_TIE)
 
 
-def _eigenvector(tensor: Array, moment: Expr) -> Array:
+def _eigenvector(tensor: Array, moments: Sequence[Expr], index: int) -> Array:
     """The unit vector along the axis of a moment that no other one equals; its sign is free."""
-    axis = _in_space(tensor, moment)
+    axis = _unit_vector(tensor, moments[index], *_square(tensor, moments, index))
     _require_short(axis, "axes")
     if any(np.isnan(size(component)) for component in axis):
         # Differences of almost equal roots, of which floats cannot tell which is larger.
@@ -138,27 +138,36 @@ def _eigenvector(tensor: Array, moment: Expr) -> Array:
     return axis
 
 
-def _in_space(tensor: Array, moment: Expr) -> Array:
-    """The axis of a moment of any tensor.
+def _square(tensor: Array, moments: Sequence[Expr], index: int) -> tuple[Array, Expr]:
+    """The matrix e e^T of the axis e of a moment, times a factor, and that factor.
 
-    With B = I - t/3, mu = lambda - t/3 and q = tr(B^2)/2 the adjugate of I - lambda is
-    B^2 + mu B + mu^2 - q. It is (3 mu^2 - q) e e^T.
+    Where the other two moments are both mu, it is I - mu, and the factor lambda - mu. Else, with B = I - t/3,
+    nu = lambda - t/3 and q = tr(B^2)/2, it is the adjugate of I - lambda, B^2 + nu B + nu^2 - q, and the
+    factor 3 nu^2 - q.
     """
+    moment, other = moments[index], moments[index - 1]
+    if sign(moments[index - 2] - other) == 0:
+        return tidy_array(tensor - other * _ONE), tidy(moment - other)
     mean = tensor.trace() / 3
     rest, offset = tidy_array(tensor - mean * _ONE), tidy(moment - mean)
     half = tidy((rest * rest).sum() / 2)
-    adjugate = rest @ rest + offset * rest + (offset**2 - half) * _ONE
-    pivot = max(range(3), key=lambda k: abs(size(adjugate[k, k])))
-    row = tidy_array(adjugate[pivot])
+    return rest @ rest + offset * rest + (offset**2 - half) * _ONE, tidy(3 * offset**2 - half)
+
+
+def _unit_vector(tensor: Array, moment: Expr, square: Array, factor: Expr) -> Array:
+    """The axis e of a moment, from `square` = `factor` e e^T."""
+    pivot = max(range(3), key=lambda k: abs(size(square[k, k])))
+    row = tidy_array(square[pivot])
     _require_short(row, "axes")
-    square = tidy(3 * offset**2 - half)
     products = [tensor[pair] for pair in combinations(range(3), 2) if tensor[pair] != 0]
     is_plane = len(products) == 1 and sign(products[0]) is not None
-    if is_plane or all(isinstance(atom, Surd) for atom in moment.everywhere()):
+    has_signs = not any(entry.names for entry in row)
+    if is_plane or (has_signs and all(isinstance(atom, Surd) for atom in moment.everywhere())):
         # Square roots of the squares are short: sqrt(2 - sqrt(2))/2 for sin(pi/8), or, where two axes alone
-        # have a product of inertia, cos^2 = (lambda - Ijj)/(2 lambda - Iii - Ijj).
-        roots = [sqrt(tidy(adjugate[k, k] / square)) for k in range(3)]
+        # have a product of inertia, cos^2 = (lambda - Ijj)/(2 lambda - Iii - Ijj). A root forgets the sign of
+        # a component, so that this is no way where a symbol decides it.
+        roots = [sqrt(tidy(square[k, k] / factor)) for k in range(3)]
         return np.array([root if size(entry) > 0 else -root for root, entry in zip(roots, row, strict=True)])
-    axis = row / root_of_either_sign(row[pivot] * square)
-    _require_short(axis, "axes", 2 * LONGEST)  # what is longer does not shrink so much
+    axis = row / root_of_either_sign(row[pivot] * factor)
+    _require_short(axis, "axes", 2 * MOST_NODES)  # what is longer does not shrink so much
     return tidy_array(axis)

@@ -2,17 +2,21 @@
 
 from __future__ import annotations
 
+import random
 from fractions import Fraction
+from pathlib import Path
 from typing import Any
 
 import mpmath
 import numpy as np
 import pytest
 import sympy
+import yaml
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import rigidcli
+from rigidcli.algebra.atoms import Symbol
 from rigidcli.algebra.expressions import Expr, expr, symbol
 from rigidcli.core.principal import PrincipalFrame
 from rigidcli.errors import ComputationError
@@ -105,10 +109,34 @@ def test_what_is_turned_as_a_whole_keeps_its_moments(body: str) -> None:
     assert np.abs(np.array(found["axes"], dtype=float) - floating["axes"]).max() < 1e-12
 
 
-def test_a_symbolic_rod_about_another_point() -> None:
-    rod = "body: {shape: rod, length: L, mass: M, axis: [1, 1, 0]}, about: [x, 0, 0]"
-    found = rigidcli.axes(rigidcli.loads(f"{{parameters: {{L: null, M: null, x: null}}, {rod}}}"))
-    floating = rigidcli.axes(rigidcli.loads(f"{{parameters: {{L: 2, M: 3, x: 0.7}}, {rod}}}"))
-    values = {"L": 2, "M": 3, "x": 0.7}
-    moments = sorted(e.evaluate(**{name: values[name] for name in e.names}) for e in found["moments"])
-    assert moments == pytest.approx(list(floating["moments"]), rel=1e-13)
+SYMBOLIC = yaml.safe_load(Path(__file__).with_name("axes.yaml").read_text(encoding="utf-8"))
+
+
+@pytest.mark.parametrize("case", SYMBOLIC.values(), ids=SYMBOLIC.keys())
+def test_axes_turn_the_tensor_into_its_moments_at_values_of_both_signs(case: dict[str, Any]) -> None:
+    letters = case["letters"].split()
+    document = {"parameters": dict.fromkeys(letters), "about": case["about"], "body": case["body"]}
+    found = rigidcli.axes(rigidcli.loads(yaml.safe_dump(document)))
+    tensor, axes, moments = (np.atleast_2d(found[key]) for key in ("tensor", "axes", "moments"))
+    atoms = [atom for e in (*tensor.flat, *axes.flat) for atom in e.everywhere()]
+    positive = {atom.name for atom in atoms if isinstance(atom, Symbol) and atom.positive}
+    chance = random.Random(6)
+    for _ in range(20):
+        point = {name: chance.uniform(0.2, 2.5) for name in letters}
+        point = {name: x if name in positive else x * chance.choice((1, -1)) for name, x in point.items()}
+        I, A, (diagonal,) = (  # noqa: E741 - as in textbooks
+            np.array([[e.evaluate(**{n: point[n] for n in e.names}) for e in row] for row in array])
+            for array in (tensor, axes, moments)
+        )
+        assert pytest.approx(np.eye(3), abs=1e-9) == A @ A.T
+        assert pytest.approx(np.diag(diagonal), abs=1e-8 * np.abs(I).max()) == A @ I @ A.T
+
+
+DUMBBELL = "{points: [[m, a*sin(u), 0, a*cos(u)], [m, -a*sin(u), 0, -a*cos(u)]]}"
+
+
+def test_a_skew_dumbbell_has_its_axis_along_itself() -> None:
+    found = rigidcli.axes(
+        rigidcli.loads(f"{{parameters: {{m: null, a: null, u: null}}, body: {DUMBBELL}, about: com}}")
+    )
+    assert [str(e) for e in found["axes"][0]] == ["sin(u)", "0", "cos(u)"]
