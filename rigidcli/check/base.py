@@ -166,10 +166,14 @@ class Asked:
 
 
 class Reading(NamedTuple):
-    """An answer as it was read: the `value` for the judge, and `read_as`, the text that students see."""
+    """An answer as it was read: the `value` for the judge, and `read_as`, the text that students see.
+
+    A `doubt` says why a person must look at it, whatever the value is.
+    """
 
     value: Any
     read_as: str
+    doubt: str = ""
 
 
 class Kind(ABC):

@@ -170,8 +170,8 @@ def _by_key(kind: Kind, key: Any, answer: Tree) -> tuple[Outcome, Any, str]:
     """The outcome by a key, the value of the answer, and how it was read."""
     value, read_as = None, ""
     try:
-        value, read_as = kind.read(key, answer)
-        return kind.judge(key, value), value, read_as
+        value, read_as, doubt = kind.read(key, answer)
+        return Outcome.review(doubt) if doubt else kind.judge(key, value), value, read_as
     except Unreadable as unreadable:
         return unreadable.outcome, value, read_as
     except (MemoryError, RecursionError):

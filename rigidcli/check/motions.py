@@ -51,8 +51,8 @@ class Motion:
         """The derivatives of all kinds as formulas in the states."""
         rates = dict(self.rates)
         with suppress(ExpressionError):
-            for name in self.coordinates:
-                rates[acceleration(name)] = self._change(rates[velocity(name)])
+            for name in (*self.coordinates, *self.momenta):
+                rates.setdefault(acceleration(name), self._change(rates[velocity(name)]))
         return {**{alias: bound(node, rates) for alias, node in self.aliases.items()}, **rates}
 
     def _change(self, node: Node) -> Node:
@@ -98,7 +98,7 @@ def of_document(asked: Asked) -> Motion:
     rates = {velocity(name): to_tree(rate) for name, rate in equations.items()}
     names = names_of(asked)
     coordinates, tolerance = states[:half], asked.question.tolerance
-    names = _with_rates(names, states, [*rates, *map(acceleration, coordinates)])
+    names = _with_rates(names, states, [*rates, *map(acceleration, states)])
     return Motion(
         formulas_of(asked, names, tolerance.relative),
         rates,
@@ -152,7 +152,8 @@ def of_text(asked: Asked) -> Motion:
     names = names_of(asked, used - {*tops, *states, *aliases})
     names = replace(names, domains={n: d for n, d in names.domains.items() if n not in aliases or n in used})
     partners = {} if second else _partners(question, functions, rates)
-    derivatives = [*rates, *map(acceleration, partners), *aliases, *map(velocity, functions)]
+    second_rates = [acceleration(name) for pair in partners.items() for name in pair]
+    derivatives = [*rates, *second_rates, *aliases, *map(velocity, functions)]
     return Motion(
         formulas_of(asked, _with_rates(names, states, derivatives), question.tolerance.relative),
         rates,

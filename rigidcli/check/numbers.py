@@ -10,9 +10,11 @@ from __future__ import annotations
 
 import math
 import re
+from collections.abc import Callable, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
 from fractions import Fraction
+from typing import Any
 
 from rigidcli.algebra.reading import from_tree
 from rigidcli.algebra.values import is_zero
@@ -23,7 +25,8 @@ from rigidcli.fields.units import MAX_TEXT, Unit, known_names, parse_unit
 from rigidcli.language import tree
 from rigidcli.language.expression import RESERVED, real
 from rigidcli.language.latex import plain
-from rigidcli.language.typed import expression, unnamed
+from rigidcli.language.statements import TWO_ANSWERS, is_label, second_name
+from rigidcli.language.typed import expression, last_member, slopes
 
 LONGEST = 400
 """The most characters of a number."""
@@ -72,7 +75,8 @@ class Number:
     """A number as it was typed: `value` in SI units, of which its unit is `scale`; `typed` is in that unit.
 
     `mantissa` has the digits before a power of ten; it is empty for an expression such as `2*pi`. Where
-    commas may stand for thousands, `thousands` is the number that is meant then.
+    commas may stand for thousands, `thousands` is the number that is meant then. `before` are the members of
+    a chain of equalities before the number.
     """
 
     value: float
@@ -82,6 +86,7 @@ class Number:
     mantissa: str = ""
     power: int = 0
     thousands: float | None = None
+    before: tuple[str, ...] = ()
 
     @property
     def figures(self) -> int:
@@ -122,7 +127,8 @@ def as_typed(answer: Tree, unit: Unit | None = None, place: str = "") -> Number:
     if len(text) > LONGEST:
         raise Unreadable("too_large", f"{len(text)} characters", place=place)
     try:
-        text = unnamed(plain(_signs_of_units(text))).strip()
+        last, members = last_member(plain(_signs_of_units(text)))
+        text, before = last.strip(), tuple(members)
         if _UNCERTAIN.search(text):
             raise ExpressionError("an uncertainty is not read, give the value")
         decimal = _DECIMAL.fullmatch(text)
@@ -132,7 +138,7 @@ def as_typed(answer: Tree, unit: Unit | None = None, place: str = "") -> Number:
         if decimal is None:
             assert value is not None
             typed = _value(value)
-            return Number(_finite(typed * scale), typed, scale, own)
+            return Number(_finite(typed * scale), typed, scale, own, before=before)
         mantissa = decimal["mantissa"].replace(",", ".")
         power = int((decimal["e"] or decimal["p"] or "0").replace(" ", ""))
         typed = float(f"{decimal['sign']}{mantissa}e{power}")
@@ -140,10 +146,45 @@ def as_typed(answer: Tree, unit: Unit | None = None, place: str = "") -> Number:
             if mantissa.strip("0."):
                 raise ExpressionError("it is too small for a number")
             power = 0
-        return Number(_finite(typed * scale), typed, scale, own, mantissa, power, _thousands(text, unit))
+        thousands = _thousands(text, unit)
+        return Number(_finite(typed * scale), typed, scale, own, mantissa, power, thousands, before)
     except ExpressionError as error:
         message = f"read {shown(answer)}: {with_hint(error)}"
         raise Unreadable(error.code or "not_a_number", message, place=place) from None
+
+
+CONTRADICTION = "the members of the chain of equalities are not equal"
+
+
+def doubt(before: Sequence[str], read: Callable[[str], Any], is_equal: Callable[[Any], bool]) -> str:
+    """Why a person must look at an answer behind `=`: a member before it is another value, or no name.
+
+    What can be read is compared; a name alone is only a name. Raises Unreadable where a second answer begins.
+    """
+    for place, member in enumerate(before):
+        is_name = place == 0 and is_label(slopes(member))
+        if is_name and len(member.split()) == 1:
+            continue
+        try:
+            other = read(member)
+        except Unreadable:
+            if place == 0 and not is_name:
+                return f"what stands before `=` is no name: {shown(member.strip())}"
+            if place and begins_another(member, read):
+                raise Unreadable("wrong_shape", TWO_ANSWERS) from None
+        else:
+            if not is_equal(other):
+                return CONTRADICTION
+    return ""
+
+
+def begins_another(member: str, read: Callable[[str], Any]) -> bool:
+    """Whether a member is a value and the name of a second answer: `3.1 rad/s fast`."""
+    value = second_name(member)
+    try:
+        return value is not None and read(value) is not None
+    except Unreadable:
+        return False
 
 
 def _signs_of_units(text: str) -> str:

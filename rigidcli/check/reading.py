@@ -21,9 +21,10 @@ from rigidcli.check.lists import read_list, split
 from rigidcli.check.numbers import as_typed, with_hint
 from rigidcli.document.parameters import read_name
 from rigidcli.document.variables import acceleration, momentum, velocity
-from rigidcli.errors import ExpressionError, shortened, shown
+from rigidcli.errors import ExpressionError, ValueProblem, shortened, shown
 from rigidcli.language import typed
 from rigidcli.language.latex import plain as without_latex
+from rigidcli.language.statements import two_answers
 from rigidcli.language.text import reading
 from rigidcli.language.tree import Name, Negative, Node, Number, Product, Reciprocal, bound, names_in
 from rigidcli.language.typed import Words
@@ -58,7 +59,15 @@ class Names:
     def states(self) -> frozenset[str]:
         """All that changes while the system moves, but the time."""
         rates = map(acceleration, self.coordinates)
-        return frozenset((*self.coordinates, *self.momenta, *self.velocities, *self.further, *rates))
+        both = ({name, of(name)} for name in self.domains for of in (momentum, velocity))
+        pairs = (name for pair in both if pair <= self.domains.keys() for name in pair)
+        return frozenset((*self.coordinates, *self.momenta, *self.velocities, *self.further, *rates, *pairs))
+
+    @property
+    def variable(self) -> frozenset[str]:
+        """All that a constant may not hold: states, the time, and what is no positive parameter."""
+        open_ = {name for name, domain in self.domains.items() if domain != "positive"}
+        return self.states | open_ | {TIME}
 
     @cached_property
     def words(self) -> Words:
@@ -100,6 +109,11 @@ def names_of(asked: Asked, used: Iterable[str] = ()) -> Names:
         coordinates = coordinates or (document.system.coordinates if document.system else ())
         if document.transform is not None and "transform" in asked.path:
             further = document.transform.new_variables
+    for key, own in (("momenta", momenta), ("velocities", velocities)):
+        if own and len(own) != len(coordinates):
+            count = f"{len(own)} {key} and {len(coordinates)} coordinates"
+            hint = "list the `coordinates` to which they belong, in the same order: `coordinates: [x, theta]`"
+            raise ValueProblem(f"{count}, expected as many of both", path=(key,), hint=hint)
     momenta = momenta or tuple(map(momentum, coordinates))
     velocities = velocities or tuple(map(velocity, coordinates))
     moving = (*coordinates, *momenta, *velocities, *further)
@@ -229,26 +243,34 @@ def read_equations(
     names: Names | None,
     tops: Mapping[str, str] | None = None,
     unread: list[Unreadable] | None = None,
+    chained: list[Sides] | None = None,
 ) -> list[Sides]:
     """The equations of a mapping, of a list of texts, or of lines.
 
     In a mapping whose keys are all functions of the time, `x` stands for its derivative, which `tops` has.
-    Raises Unreadable; with a list for what is `unread`, only where no equation can be read.
+    Of a chain of equalities the last member counts; those between that can be read are added to what is
+    `chained`, with the last. Raises Unreadable; with a list for what is `unread`, only where no equation can
+    be read.
     """
     failed: list[Unreadable] = []
     equations = list(_texts(answer, "", failed))
     if len(equations) > 200:  # twice the variables of the largest system that anybody writes
         raise Unreadable("too_large", f"{len(equations)} equations")
     tops = tops or {}
-    keys = [left.strip() for _, left, _, label in equations if label]
+    keys = [sides[0].strip() for _, sides, label in equations if label]
     if names is not None:
         keys = [names.words.meaning(key) or key for key in keys]
     short = len(keys) == len(equations) and all(key in tops for key in keys)
-    sides = []
-    for count, (place, left, right, _) in enumerate(equations):
+    sides = list[Sides]()
+    others = chained if chained is not None else []
+    for count, (place, (first, *between, last), _) in enumerate(equations):
         try:
-            above = Name(tops[keys[count]]) if short else read_expression(left, names, place, leading=False)
-            sides.append((place, above, read_expression(right, names, place, leading=False)))
+            above = Name(tops[keys[count]]) if short else read_expression(first, names, place, leading=False)
+            below = read_expression(last, names, place, leading=False)
+            sides.append((place, above, below))
+            for member in between:
+                with suppress(Unreadable):
+                    others.append((place, read_expression(member, names, leading=False), below))
         except Unreadable as problem:
             failed.append(problem)
     if failed and (unread is None or not sides):
@@ -260,8 +282,8 @@ def read_equations(
     return sides
 
 
-def _texts(answer: Tree, place: str, failed: list[Unreadable]) -> Iterator[tuple[str, str, str, bool]]:
-    """The place and the sides of every equation, and whether the left one was a key of a mapping.
+def _texts(answer: Tree, place: str, failed: list[Unreadable]) -> Iterator[tuple[str, list[str], bool]]:
+    """The place and the members of every equation, and whether the first one was a key of a mapping.
 
     What is no equation is added to what has `failed`.
     """
@@ -273,7 +295,7 @@ def _texts(answer: Tree, place: str, failed: list[Unreadable]) -> Iterator[tuple
             elif "=" in value:
                 yield from _texts(value, str(key), failed)
             else:
-                yield str(key), str(key), value, True
+                yield str(key), [str(key), value], True
     elif isinstance(answer, list):
         for count, entry in enumerate(answer, 1):
             yield from _texts(entry, f"equation {count}", failed)
@@ -282,7 +304,7 @@ def _texts(answer: Tree, place: str, failed: list[Unreadable]) -> Iterator[tuple
         if len(lines) > 1 and all(line[:2] in ("- ", "* ", "• ") for line in lines):
             answer = "\n".join(line[2:] for line in lines)  # a list, and no signs
         try:
-            pieces = list(_equations_in(without_latex(_LAW.sub("", answer))))
+            pieces = list(_equations_in(typed.slopes(without_latex(_LAW.sub("", answer)))))
         except ExpressionError as error:
             failed.append(Unreadable(error.code or "parse_error", with_hint(error), place=place))
             return
@@ -295,16 +317,29 @@ def _texts(answer: Tree, place: str, failed: list[Unreadable]) -> Iterator[tuple
                 message = f"no `=` in {shown(piece.strip())}, expected `left = right`"
                 failed.append(Unreadable("parse_error", message, place=here))
             else:
-                yield here, sides[0], sides[-1], False  # between them a person may write the way there
+                yield here, sides, False
     else:
         failed.append(Unreadable("wrong_shape", f"read {shown(answer)}, expected equations", place=place))
 
 
+_SECOND = re.compile(r"(?<=[\w)\]}])\s+(?=[^\W\d]\w*dot(?:_?\w+)?\s*=)")
+"""What stands between two equations for derivatives, where nothing but a blank does."""
+
+
 def _equations_in(text: str) -> Iterator[str]:
-    """The equations of a text, between lines, semicolons, `and`, and commas before another equation."""
-    for line in re.split(r"[\n;]|\band\b", re.sub(r"\s*\n\s*(?==)", " ", text)):
+    """The equations of a text, between lines, semicolons, `and`, and commas before another equation.
+
+    Raises ExpressionError where one equation or another is given.
+    """
+    text = re.sub(r"\s*\n\s*(?==(?!>))", " ", text)
+    if len(re.split(r"\b(?:or|oder|ou)\b|\s\|\s", text)) > 1:
+        raise two_answers()
+    for line in re.split(r"[\n;]|=>|\b(?:and|und|et)\b|\s[y/]\s+(?=[^\W\d]\w*\s*=)", text):
         whole = ""
-        for piece in split(line):
+        pieces = split(line)
+        if all(re.match(r"\s*[^\W\d]\w*dot\w*\s*=", piece) for piece in pieces):
+            pieces = [part for piece in pieces for part in _SECOND.split(piece)]
+        for piece in pieces:
             if whole and "=" in piece and "=" in whole:
                 yield whole
                 whole = piece

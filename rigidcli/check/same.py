@@ -57,8 +57,8 @@ class Formulas:
     ) -> bool | str:
         """Whether the answer is the key, or a sentence that says why this is open.
 
-        A `constant` may differ: all that changes neither with the states nor with the time. Functions with
-        two sides that stand in formulas `beside` the key count as those of the key do.
+        A `constant` may differ: what holds positive parameters only, so neither states nor the time.
+        Functions with two sides that stand in formulas `beside` the key count as those of the key do.
         """
         from flint import ctx
 
@@ -137,7 +137,7 @@ class _Comparison:
         self.terms = [term for root in roots for term in self.steps.terms(root)]
         used = self.steps.names
         self.domains = {name: domain for name, domain in names.domains.items() if name in used}
-        self.changing = [name for name in self.domains if name in names.states | {"t"}] if constant else None
+        self.changing = [name for name in self.domains if name in names.variable] if constant else None
         self.seed = f"{formulas.name}\n{self.steps.parts}"
 
     def outcome(self) -> bool | str:

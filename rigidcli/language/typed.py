@@ -23,6 +23,7 @@ from rigidcli.language import tree
 from rigidcli.language.functions import ALIASES, CALLED, CONSTANTS, FUNCTIONS
 from rigidcli.language.latex import plain
 from rigidcli.language.parser import CLOSING, Grammar, applied, multiplied
+from rigidcli.language.statements import judged_member
 from rigidcli.language.text import text as written
 from rigidcli.language.tokens import Token, tokenize
 
@@ -39,6 +40,7 @@ _ANGLE = re.compile(r"(theta|phi|psi|alpha|beta|gamma|chi|vartheta)[_0-9]*")
 
 _LEADING = re.compile(r"\s*(?!\d)[\w']+(?:/dt|\s*\((?:[\w',\s]|dot)*\))?\s*(?::=|={1,2}|:)(?!=)|\s*[~=]")
 """A name before the answer: `H =`, `H(x, p) =`, `dx/dt =`; or the sign of `~20.8`."""
+_COLON = re.compile(r"\s*(?!\d)[\w']+(?:\s*\([\w',\s]*\))?\s*:(?!=)|\s*[~=]")
 _MEMBERS = re.compile(r"\A(?:[^\[{,;\n]|(?<=\d),(?=\d))*=")
 _NAME = r"[^\W\d]\w*+"
 _SLOPE = re.compile(
@@ -113,14 +115,24 @@ def unknown(word: str, words: Words) -> ExpressionError:
 def expression(text: str, words: Words | None, *, leading: bool = True) -> tree.Node:
     """The tree of a formula in these words; without words, a name is taken whole, whatever it is.
 
-    A name and `=` may be `leading`.
+    A name and `=` may be `leading`; of a chain of equalities this is the last member.
 
     Raises:
         ExpressionError: the text is no formula, or can be read in two ways. Its `code` is `unknown_symbol`
             for a name that the question does not have, `too_large` beyond the bounds.
     """
     formula = plain(text)
-    return _Reader(slopes(unnamed(formula) if leading else formula), words).whole()
+    return _Reader(slopes(last_member(formula)[0] if leading else formula), words).whole()
+
+
+def last_member(text: str) -> tuple[str, list[str]]:
+    """The last member of a chain of equalities in a plain text, without a final dot, and those before it.
+
+    A name and a colon, or a sign that says `about`, may stand in front. Raises ExpressionError.
+    """
+    leading = _COLON.match(text)
+    last, before = judged_member(text if leading is None else text[leading.end() :])
+    return re.sub(r"(?<![\d\s])\.\s*\Z|[;,\s]+\Z", "", last), before
 
 
 def unnamed(text: str) -> str:

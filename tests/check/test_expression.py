@@ -346,3 +346,11 @@ def test_a_key_is_right_by_itself(name: str, ask: str) -> None:
     if (name, ask) != ("relativistic_oscillator", "energy"):
         item = of_config(name, f"hamilton.{ask}")
         assert is_right(item, item.kind.typed(item.key))
+
+
+@pytest.mark.parametrize("key", ["momenta", "velocities"])
+def test_momenta_need_the_coordinates_to_which_they_belong(key: str) -> None:
+    for coordinates in ([], ["x"]):
+        listed = {key: ["p", "q"][: len(coordinates) + 1], "coordinates": coordinates}
+        with pytest.raises(DocumentError, match="expected as many of both"):
+            FORMULA.literal("p^2/(2*m) + k*x^2/2", **listed)

@@ -62,7 +62,7 @@ def test_a_formula_is_read_as_people_write_it(typed: str, formula: str) -> None:
 @cases(r"""
     hint | typed
     two ways | 1/2 m  m/2 x  \cos\theta^2  sin(k) x / 2 m  sin k x  sin x/2
-    unexpected | x!  2 x = 3  x ; y
+    unexpected | x!  x ; y
     never closed | ((x)  \frac{x}{m
     closes nothing | x)  x}
     has no meaning | \foo  \begin{document}

@@ -22,6 +22,7 @@ from rigidcli.check.balls import Ball
 from rigidcli.check.base import Asked, Finding, Kind, Outcome, Reading, Tree, Unreadable
 from rigidcli.check.mistakes import of_motion
 from rigidcli.check.motions import Motion, of_document, of_functions, of_text
+from rigidcli.check.numbers import CONTRADICTION
 from rigidcli.check.reading import Sides, names_in_all, read_equations
 from rigidcli.document.variables import acceleration, velocity
 from rigidcli.errors import ExpressionError, ValueProblem
@@ -58,9 +59,12 @@ class Equations(Kind):
     def read(self, key: Motion, answer: Tree) -> Reading:
         """The equations of an answer; one that cannot be read costs only itself. Raises Unreadable."""
         unread: list[Unreadable] = []
-        sides = read_equations(answer, key.names, of_functions(key), unread)
+        chained: list[Sides] = []
+        sides = read_equations(answer, key.names, of_functions(key), unread, chained)
         shown = "; ".join(f"{reading(left)} = {reading(right)}" for _, left, right in sides)
-        return Reading((sides, [finding for each in unread for finding in each.findings]), shown)
+        differ = any(key.is_true(member, last) is False for _, member, last in chained)
+        findings = [finding for each in unread for finding in each.findings]
+        return Reading((sides, findings), shown, CONTRADICTION if differ else "")
 
     def judge(self, key: Motion, value: Answer) -> Outcome:
         """What is true, what determines the motion, and what is too much."""
@@ -146,14 +150,17 @@ class _System:
         self.key = key
         partners = {p: q for q, p in zip(key.coordinates, key.momenta, strict=False) if q in second}
         gone = {velocity(name) for name in (*second, *partners)}
-        self.tops = (*(rate for rate in key.rates if rate not in gone), *map(acceleration, sorted(second)))
         used = names_in_all(sides)
+        # Who has an equation for p'' has a p of its own, until another equation ties it to the velocity.
+        loose = [p for p in partners if acceleration(p) in used]
+        rates = (rate for rate in key.rates if rate not in gone)
+        self.tops = (*rates, *map(acceleration, sorted(second)), *loose)
         further = [name for p in partners for name in (p, velocity(p)) if name in used]
         excluded = key.meanings.keys() - {*self.tops, *further, *map(velocity, second), *key.aliases}
         residuals = [bound(Sum((left, Negative(right))), key.aliases) for _, left, right in sides]
         self.residuals = [node for node in residuals if names_in(node).isdisjoint(excluded)]
         # A derivative is determined where it is so whatever the further unknowns are: these come first.
-        self.unknowns = [*further, *self.tops]
+        self.unknowns = list(dict.fromkeys([*further, *self.tops]))
         self.slopes = list[list[Expr]]()
         """Factors of unknowns that are given: it is enough if one of a list vanishes nowhere."""
         while given := self._given():

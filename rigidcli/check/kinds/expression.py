@@ -16,12 +16,15 @@ from rigidcli.algebra.trees import to_tree
 from rigidcli.check.balls import Ball
 from rigidcli.check.base import Asked, Finding, Kind, Outcome, Reading, Tree, Unreadable
 from rigidcli.check.mistakes import common_factor, of_energy
+from rigidcli.check.numbers import doubt
 from rigidcli.check.question import Tolerance
 from rigidcli.check.reading import names_of, read_expression
 from rigidcli.check.same import NEEDED, Formulas, formulas_of
 from rigidcli.errors import ValueProblem
+from rigidcli.language.latex import plain
 from rigidcli.language.text import reading, text
 from rigidcli.language.tree import Name, Negative, Node, Number, Sum, bound, names_in
+from rigidcli.language.typed import last_member
 
 ENERGIES = ("hamiltonian", "lagrangian", "energy")
 """Last names of results to which a constant may be added."""
@@ -82,8 +85,14 @@ class Expression(Kind):
 
     def read(self, key: Key, answer: Tree) -> Reading:
         """A formula in the symbols of the question. Raises Unreadable."""
-        node = read_expression(answer, key.formulas.names)
-        return Reading(node, reading(node))
+        names = key.formulas.names
+        node = read_expression(answer, names)
+        why = doubt(
+            last_member(plain(answer))[1],
+            lambda member: read_expression(member, names),
+            lambda other: key.formulas.same(other, node) is not False,
+        )
+        return Reading(node, reading(node), why)
 
     def judge(self, key: Key, value: Node) -> Outcome:
         """Whether the answer is the key, perhaps up to a constant."""

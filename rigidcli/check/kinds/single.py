@@ -14,7 +14,7 @@ import numpy as np
 from rigidcli.check.base import Asked, Finding, Kind, Outcome, Reading, Tree, Unreadable
 from rigidcli.check.entries import COMMA, NOISE, Ruler, beside, value_of
 from rigidcli.check.mistakes import TURN, common_factor
-from rigidcli.check.numbers import PURE, Number, as_typed, scale_in, with_hint
+from rigidcli.check.numbers import PURE, Number, as_typed, doubt, read_number, scale_in, with_hint
 from rigidcli.errors import ValueProblem, shown
 from rigidcli.fields.dimensions import ANGLE, DIMENSIONLESS
 from rigidcli.fields.units import Unit, parse_unit
@@ -77,7 +77,23 @@ class Quantity(Kind):
         if key.ruler.tolerance.significant_figures is not None and not number.mantissa:
             raise Unreadable("not_a_number", "significant figures are asked for: write a decimal number")
         bare = number.unit is None and key.unit.text and not key.needs_unit
-        return Reading(number, f"{number.read_as} {key.unit.text}" if bare else number.read_as)
+        read_as = f"{number.read_as} {key.unit.text}" if bare else number.read_as
+        return Reading(number, read_as, self._doubt(key, number))
+
+    def _doubt(self, key: Key, number: Number) -> str:
+        """Why a person must look at a chain of equalities. Raises Unreadable where it is two answers."""
+        if not number.before:
+            return ""
+        try:
+            scale = number.scale if number.unit is None else scale_in(number.unit, key.unit.dimension)
+        except ValueProblem:
+            return ""
+        value = number.typed * scale
+        return doubt(
+            number.before,
+            lambda member: read_number(member, key.unit),
+            lambda other: key.ruler.is_near(other.value, value, scale),
+        )
 
     def judge(self, key: Key, value: Number) -> Outcome:
         """The value first, then its unit and its figures."""
