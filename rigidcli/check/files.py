@@ -3,23 +3,28 @@
 from __future__ import annotations
 
 import errno
+import lzma
 import os
 import re
 import stat
 import zipfile
+import zlib
 from collections.abc import Collection, Iterator, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 from rigidcli.check.base import Tree, Unreadable
-from rigidcli.errors import Problem, printable, shown
+from rigidcli.errors import Problem, printable, shortened, shown
 
 MOST_BYTES = 1_000_000
 """Length of an answer file, and of one beside it."""
 
 MOST_FILES = 50_000
 """Files of an archive that are unpacked, and of a folder in which names are looked for."""
+
+MOST_FOLDERS = 9
+"""Parts of a name in an archive: a download has two or three, and a student may add some."""
 
 MOST_UNPACKED = 500_000_000
 """Bytes that an archive may become: those of a class of thousands, which every disk has room for."""
@@ -40,6 +45,12 @@ SUFFIXES = frozenset([".yaml", ".yml", ".json"])
 MOODLE = re.compile(r"(?P<name>.+?)_(?P<id>[0-9]+)_assignsubmission_(?:file|onlinetext)(?:_(?P<own>.*))?")
 # And Canvas, with a number for each file: doejane_LATE_4711_98765_homework.yaml
 CANVAS = re.compile(r"(?P<name>[^_]+)(?:_LATE)?_(?P<id>[0-9]+)_(?P<number>[0-9]+)_(?P<own>.+)")
+
+_UTF8 = 0x800
+"""The flag of an entry of an archive whose name is in UTF-8."""
+
+_BROKEN = (zipfile.BadZipFile, zlib.error, lzma.LZMAError)
+"""What is raised for an entry of an archive that is broken."""
 
 _NOT_THERE = (errno.ENOENT, errno.ENOTDIR, errno.ENAMETOOLONG)
 
@@ -111,15 +122,20 @@ class Place:
 
 @dataclass(slots=True)
 class Batch:
-    """What is handed in: the answer files, the other files among them, and notes on what cannot be read."""
+    """What is handed in: the answer files, the other files among them, and what cannot be read.
+
+    It is not `is_whole` where a folder, an archive, or what was given is missing as a whole.
+    """
 
     answers: list[Place] = field(default_factory=list)
     others: list[Place] = field(default_factory=list)
     problems: list[Problem] = field(default_factory=list)
+    is_whole: bool = True
 
-    def trouble(self, path: Path, message: str) -> None:
-        """Take note of a file that cannot be read."""
+    def trouble(self, path: Path, message: str, *, is_whole: bool = True) -> None:
+        """Take note of a file that cannot be read, and whether the batch is whole without it."""
         self.problems.append(Problem(safe_name(path), message))
+        self.is_whole &= is_whole
 
 
 def gather(paths: Sequence[str], assignment: str | None, scratch: Path) -> Batch:
@@ -139,7 +155,7 @@ def gather(paths: Sequence[str], assignment: str | None, scratch: Path) -> Batch
             path.lstat()
             is_folder = path.is_dir() and not is_answer(path.name)
         except (OSError, ValueError) as error:
-            batch.trouble(path, _reason(error))
+            batch.trouble(path, _reason(error), is_whole=False)
             continue
         is_archive = path.suffix.lower() == ".zip" and not is_folder
         if is_folder or is_archive:
@@ -152,7 +168,7 @@ def gather(paths: Sequence[str], assignment: str | None, scratch: Path) -> Batch
                 name = path.absolute().stem if is_archive else path.absolute().name
                 places = [Place(each.file, each.source, -1, (name, *each.way)) for each in places]
             if not places:
-                batch.trouble(path, "no answer files: their names end in .json, .yaml, .yml")
+                batch.trouble(path, "no answer files in it")
         else:
             places = [Place(path, safe_name(path), -2, ways.get(given, ()))]
         for place in _named(places):
@@ -174,7 +190,10 @@ def _ways(files: Sequence[str]) -> dict[str, tuple[str, ...]]:
 def _walk(folder: Path, batch: Batch) -> Iterator[Path]:
     """What there is in a folder and its folders, but for folders that are looked into."""
     for name, folders, files in os.walk(
-        folder, onerror=lambda error: batch.trouble(Path(error.filename), _reason(error))
+        folder,
+        onerror=lambda error: batch.trouble(
+            Path(error.filename), _reason(error), is_whole=Path(error.filename) != folder
+        ),
     ):
         here = Path(name)
         named = sorted(each for each in {*files, *folders} if not each.startswith(HIDDEN))
@@ -184,33 +203,76 @@ def _walk(folder: Path, batch: Batch) -> Iterator[Path]:
 
 
 def _unpacked(path: Path, folder: Path, batch: Batch) -> Path:
-    """The folder of the files of an archive, each cut off where it is too long to be judged anyway."""
+    """The folder of the files of an archive, each cut off where it is too long to be judged anyway.
+
+    A file that cannot be unpacked is left out by itself, and told.
+    """
     left = MOST_UNPACKED
     folder.mkdir(parents=True, exist_ok=True)
     try:
-        with zipfile.ZipFile(path) as archive:
-            for number, info in enumerate(archive.infolist()):
-                parts = [part for part in re.split(r"[/\\]", info.filename) if part not in ("", ".")]
-                if info.is_dir() or not parts:
-                    continue
-                inside = safe_name(Path(*parts))
-                if number >= MOST_FILES or left <= 0 or len(parts) > 9:  # a download has one or two folders
-                    batch.trouble(path, f"`{inside}` is left out: the archive is too large or too deep")
-                    break
-                if stat.S_ISLNK(info.external_attr >> 16) or ".." in parts or ELSEWHERE & set("".join(parts)):
-                    batch.trouble(path, f"`{inside}` is left out: it is a link, or has no name for a file")
-                    continue
-                with archive.open(info) as packed:
-                    data = packed.read(MOST_BYTES + 1)
-                left -= len(data)
-                file = folder.joinpath(*parts)
-                file.parent.mkdir(parents=True, exist_ok=True)
-                file.write_bytes(data)
-    except (zipfile.BadZipFile, OSError, RuntimeError, NotImplementedError, ValueError, EOFError) as error:
-        # zipfile has an error of its own for an archive that is broken, locked, or packed in another way.
-        reason = getattr(error, "strerror", None) or str(error)
-        batch.trouble(path, f"cannot be read as a zip: {reason}")
+        archive = zipfile.ZipFile(path)
+    except (zipfile.BadZipFile, OSError, NotImplementedError, ValueError) as error:
+        reason = getattr(error, "strerror", None) or printable(str(error))
+        batch.trouble(path, f"cannot be read as a zip: {reason}", is_whole=False)
+        return folder
+    with archive:
+        named = [(_parts_of(info), info) for info in archive.infolist() if not info.is_dir()]
+        # Where a file and a folder have one name, the file stays if it may be an answer, else the folder.
+        answers = {parts for parts, _ in named if parts and is_answer(parts[-1])}
+        folders = {above for parts, _ in named for above in _above(parts) if above not in answers}
+        # The smallest come first, so that no large one takes the room of others.
+        named.sort(key=lambda each: each[1].file_size)
+        for number, (parts, info) in enumerate(named):
+            if number >= MOST_FILES or left <= 0:
+                message = f"{len(named) - number:,} files are left out: the archive is too large"
+                batch.trouble(path, message, is_whole=False)
+                break
+            try:
+                if parts in folders or not answers.isdisjoint(_above(parts)):
+                    raise ValueError("a file and a folder have one name")
+                left -= _unpack(archive, info, folder.joinpath(*_harmless(parts, info)))
+            except (*_BROKEN, OSError, RuntimeError, ValueError, EOFError) as error:
+                reason = "it is encrypted" if info.flag_bits & 1 else "it is broken, or its form is unknown"
+                if isinstance(error, OSError | ValueError):
+                    reason = getattr(error, "strerror", None) or str(error)
+                name = shortened(safe_name("/".join(parts)))
+                batch.trouble(path, f"`{name}` is left out: {reason}")
     return folder
+
+
+def _parts_of(info: zipfile.ZipInfo) -> tuple[str, ...]:
+    """The folders and the name of an entry; some programs write UTF-8 without saying so."""
+    name = info.filename
+    if not info.flag_bits & _UTF8:
+        with suppress(UnicodeError):
+            name = name.encode("cp437").decode()
+    return tuple(part for part in re.split(r"[/\\]", name) if part not in ("", "."))
+
+
+def _above(parts: tuple[str, ...]) -> list[tuple[str, ...]]:
+    """The folders above an entry."""
+    return [parts[:depth] for depth in range(1, len(parts))]
+
+
+def _harmless(parts: tuple[str, ...], info: zipfile.ZipInfo) -> tuple[str, ...]:
+    """The parts of a name below which an entry may be written. Raises ValueError for other entries."""
+    if stat.S_ISLNK(info.external_attr >> 16):
+        raise ValueError("it is a link")
+    if not parts or ".." in parts or ELSEWHERE & set("".join(parts)):
+        raise ValueError("its name leads out of the folder")
+    if len(parts) > MOST_FOLDERS:
+        raise ValueError("it lies too deep")
+    return parts
+
+
+def _unpack(archive: zipfile.ZipFile, info: zipfile.ZipInfo, file: Path) -> int:
+    """Write an entry of an archive into a file that is not there yet, and return how long it is."""
+    with archive.open(info) as packed:
+        data = packed.read(MOST_BYTES + 1)
+    file.parent.mkdir(parents=True, exist_ok=True)
+    with file.open("xb") as target:
+        target.write(data)
+    return len(data)
 
 
 def _named(places: Sequence[Place]) -> Iterator[Place]:

@@ -39,7 +39,7 @@ SPELLINGS = {
 TEST_STUDENT = "Student, Test"
 """The student that Canvas adds to every course, who is nobody."""
 
-TABLES = frozenset([".csv", ".tsv", ".txt", ".npy"])
+TABLES = frozenset([".csv", ".tsv", ".npy"])
 """Endings of files that answers name: one that lies beside answer files is no hand-in by itself."""
 
 _STUDENT = re.compile(r"(?P<name>.+)_(?P<id>[0-9]+)")
@@ -62,10 +62,11 @@ def papers(batch: Batch, roster: Roster | None = None) -> tuple[list[Paper], lis
     answers, others = defaultdict[str, list[Place]](list), defaultdict[str, list[Place]](list)
     notes, unknown, doubtful = list[str](), list[str](), list[str]()
     everything, judged = [*batch.answers, *batch.others], set(batch.answers)
-    for place, plain in zip(everything, _students(everything), strict=True):
+    named = _students(everything) if roster is None else _named(everything, roster)
+    for place, plain in zip(everything, named, strict=True):
         is_judged = place in judged
         for name in place.owners or (plain,):
-            keys = set[int]() if roster is None else roster.owner(place, name)
+            keys = set[int]() if roster is None else roster.find(name)
             student = roster.labels[min(keys)] if roster is not None and len(keys) == 1 else name
             if roster is not None and is_judged and len(keys) != 1:
                 (doubtful if keys else unknown).append(name)
@@ -143,6 +144,29 @@ def _students(places: Sequence[Place]) -> list[str]:
     return students
 
 
+def _named(places: Sequence[Place], roster: Roster) -> list[str]:
+    """The name of each place that a roster is asked for: that of a folder, or of the file.
+
+    Of the folders of each of ANSWERS, the first level decides that has the name of a student or the form of a
+    platform. A student chooses the names of what lies deeper, and could take the place of another by them.
+    Where no folder has, the names of files decide; and where these are unknown, too, the list is no help.
+    """
+    names = [tuple(submitted(folder, (MOODLE,))[0] or folder for folder in place.way) for place in places]
+    levels: dict[int, int] = {}
+    for place, folders in zip(places, names, strict=True):
+        for level, (folder, name) in enumerate(zip(place.way, folders, strict=True)):
+            if folder != name or roster.find(name):
+                levels[place.root] = min(level, levels.get(place.root, level))
+    named = []
+    for place, folders, plain in zip(places, names, _students(places), strict=True):
+        if (level := levels.get(place.root, len(folders))) < len(folders):
+            named.append(folders[level])
+        else:
+            is_plain = place.root not in levels and not roster.find(place.file.stem)
+            named.append(plain if is_plain else place.file.stem)
+    return named
+
+
 def _shared(ways: Sequence[tuple[str, ...]]) -> tuple[str, ...]:
     """The folders that all ways into folders begin with."""
     levels = takewhile(lambda level: len(set(level)) == 1, zip(*filter(None, ways), strict=False))
@@ -181,30 +205,30 @@ def read_roster(path: str | os.PathLike[str]) -> Roster:
         source = os.fsencode(path).decode(errors="backslashreplace")
         hint = "its first line names columns such as `name`, `login` and `id`"
         raise DocumentError([Problem(source, "read no list of students", 1, hint=hint)])
-    students = {
-        number: {column: cell for column, cell in zip(columns, row, strict=False) if column}
-        for number, row in enumerate(rows)
-        if row and "Points Possible" not in row[0]
-    }
     return Roster(
-        {number: cells for number, cells in students.items() if any(map(str.strip, cells.values()))}
+        {
+            number: [(column, cell) for column, cell in zip(columns, row, strict=False) if column]
+            for number, row in enumerate(rows)
+            if row and "Points Possible" not in row[0]
+        }
     )
 
 
 class Roster:
     """The students of a list, or of a gradebook, by all that a name in a download may say of one."""
 
-    def __init__(self, students: Mapping[int, Mapping[str, str]]) -> None:
-        """The cells about each student by the names of their columns."""
+    def __init__(self, students: Mapping[int, Sequence[tuple[str, str]]]) -> None:
+        """The cells about each student, with the names of their columns, of which several may be alike."""
         self.labels: dict[int, str] = {}
         self._names: dict[int, str] = {}
         self._meant: dict[str, set[int]] = defaultdict(set)
         for key, raw in students.items():
-            cells = {column: printable(cell.strip()) for column, cell in raw.items()}
-            name = cells.get("Student") or ", ".join(filter(None, map(cells.get, NAMES[1:])))
-            if name == TEST_STUDENT:
+            cells = [(column, printable(cell.strip())) for column, cell in raw if cell.strip()]
+            parts = dict(reversed(cells))
+            name = parts.get("Student") or ", ".join(filter(None, map(parts.get, NAMES[1:])))
+            if name == TEST_STUDENT or not cells:
                 continue
-            logins = [cells[column] for column in LOGINS if cells.get(column)]
+            logins = [cell for kind in LOGINS for column, cell in cells if column == kind]
             self._names[key], self.labels[key] = name, next(iter(logins), name)
             for login in logins:
                 self._meant[login.casefold()].add(key)
@@ -213,12 +237,6 @@ class Roster:
                 self._meant[spelling].add(key)
         alike = Counter(self._names.values())
         self.labels |= {key: name for key, name in self._names.items() if name and alike[name] == 1}
-
-    def owner(self, place: Place, name: str) -> set[int]:
-        """The students whom the deepest folder that names any may mean, or else the file, or the `name`."""
-        folders = (submitted(folder, (MOODLE,))[0] or folder for folder in reversed(place.way))
-        ways = [] if place.owners else [*folders, place.file.stem]
-        return next(filter(None, map(self.find, [*ways, name])), set())
 
     def find(self, name: str) -> set[int]:
         """The students that a name may mean, by the first way that leads to any."""

@@ -160,6 +160,10 @@ def check(
             complain(str(problem))
             remarks.append(str(problem))
             failures.code = max(failures.code, NOT_CORRECT if unhanded else UsageError.exit_code)
+        if canvas is not None and not batch.is_whole:
+            raise UsageError("not all of ANSWERS can be read, and the gradebook is not filled")
+        if not papers and not batch.problems:
+            raise UsageError("there is no hand-in in ANSWERS", hint="; ".join(notes) or None)
         remark(roster or prepared.source, notes)
         with progress() as show:
             judgements = run(prepared.items, papers, jobs, show)

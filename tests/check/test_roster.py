@@ -193,7 +193,7 @@ def test_an_archive_is_bounded(tmp_path: Path) -> None:
     gathered = found(tmp_path, "class.zip")
     (place,) = gathered.answers
     assert place.file.stat().st_size == MOST_BYTES + 1
-    assert "too large or too deep" in gathered.problems[0].message
+    assert "too deep" in gathered.problems[0].message
     with zipfile.ZipFile(tmp_path / "link.zip", "w") as archive:
         link = zipfile.ZipInfo("ada.yaml")
         link.external_attr = (stat.S_IFLNK | 0o777) << 16
@@ -203,6 +203,28 @@ def test_an_archive_is_bounded(tmp_path: Path) -> None:
     assert "it is a link" in gathered.problems[0].message
     (tmp_path / "no.zip").write_text("no archive")
     assert "cannot be read as a zip" in found(tmp_path, "no.zip").problems[0].message
+
+
+def class_archive(path: Path) -> Path:
+    """An archive of three students, and beside them what cannot be unpacked."""
+    files = {f"{name}/hw.yaml": "answers: {a: 1}" for name in ("ada", "Zoë", "bob")}
+    bad = dict.fromkeys([f"ada/{'x' * 300}.yaml", "bob", "bob/hw.yaml/x.yaml", "eve/broken.yaml"], "x")
+    packed(path, {**dict(list(files.items())[:1]), **bad, **files})
+    data = path.read_bytes().replace("Zoë".encode(), b"Zo\xc3\xab")
+    place = data.index(b"eve/broken.yaml") + len(b"eve/broken.yaml")
+    path.write_bytes(data[:place] + b"\xff\xff\xff" + data[place + 3 :])
+    return path
+
+
+@pytest.mark.filterwarnings("ignore:Duplicate name")
+def test_an_entry_that_cannot_be_unpacked_costs_no_other(tmp_path: Path) -> None:
+    class_archive(tmp_path / "class.zip")
+    gathered = found(tmp_path, "class.zip")
+    assert {place.source[len(f"{tmp_path}/class.zip/") :] for place in gathered.answers} == {
+        *("ada/hw.yaml", "bob/hw.yaml", "Zoë/hw.yaml")
+    }
+    assert all(place.file.is_file() for place in gathered.answers)
+    assert gathered.is_whole
 
 
 METADATA = """
@@ -286,6 +308,25 @@ def test_with_a_roster_folders_and_files_are_known_and_all_have_a_row(tmp_path: 
     rows, notes = papers(found(tmp_path / "in"), roster)
     assert notes == ["not found in the roster: `x`"]
     assert len(rows) == 5
+
+
+@pytest.mark.parametrize(
+    ("files", "expected"),
+    [
+        ([f"J Doe_1_{MOODLE}_/Max Moe/hw.yaml", f"Max Moe_2_{MOODLE}_/hw.yaml"], "hw.yaml hw.yaml missing"),
+        ([f"J Doe_1_{MOODLE}_/Max Moe/hw.yaml"], "hw.yaml missing missing"),
+        (["week/jdoe/max/x/hw.yaml", "week/max/zob/zob.yaml"], "hw.yaml zob.yaml missing"),
+        (["jdoe/max/hw.yaml", "jdoe/hw.yaml", "zob.yaml"], "duplicate_key missing zob.yaml"),
+    ],
+)
+def test_what_lies_in_the_folder_of_a_student_is_nobody_elses(
+    tmp_path: Path, files: list[str], expected: str
+) -> None:
+    text = "name,login,email\nJ Doe,jdoe,j@x.edu\nMax Moe,max,m@x.edu\nZoë B,zob,z@x.edu\n"
+    roster = listed(tmp_path, text)
+    found = owners(made(tmp_path / "in", *files), roster=roster)
+    assert [found.pop(name) for name in ("J Doe", "Max Moe", "Zoë B")] == expected.split()
+    assert found == {}
 
 
 @pytest.mark.parametrize("text", ["", "\n", "a,b\n1,2\n", "\0", "answers: {a: 1}"])

@@ -106,15 +106,14 @@ def _value(row: Sequence[str], place: int) -> str:
     return row[place].strip() if place < len(row) else ""
 
 
-def _students(rows: Sequence[Sequence[str]], worth: Sequence[str]) -> dict[int, dict[str, str]]:
+def _students(rows: Sequence[Sequence[str]], worth: Sequence[str]) -> dict[int, list[tuple[str, str]]]:
     """What the gradebook says of each student, by the number of the row."""
     about = {place: name for place, cell in enumerate(rows[0]) if (name := cell.strip()) in (*NAMES, *LOGINS)}
-    students = {
-        number: {name: _value(row, place) for place, name in about.items()}
+    return {
+        number: [(name, _value(row, place)) for place, name in about.items()]
         for number, row in enumerate(rows)
         if number and row is not worth
     }
-    return {number: cells for number, cells in students.items() if any(cells.values())}
 
 
 def _place(head: Sequence[str], worth: Sequence[str], wanted: str) -> int:
