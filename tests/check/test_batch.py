@@ -498,7 +498,7 @@ from rigidcli.check.roster import Paper
 class Loop:
     name = "loop"
     def read(self, key, answer):
-        return answer, ""
+        return answer, "", ""
     def judge(self, key, value):
         while True: pass
     def typed(self, key):
