@@ -6,7 +6,8 @@ It is where the argument of a function passes zero, as x does in tanh(x/w), or i
 and a step ends there: its last slope shows what is sudden, and the error of the step makes the next ones
 short. Where the argument depends on the motion, a second solution has such steps, and differs from the first.
 
-This second solution has a larger tolerance, too. The digits that both share are right.
+This second solution has a larger tolerance, too. The digits that both share are right. Where they share few,
+a third is compared with the second, and so on, until two have found the same walls.
 """
 
 from __future__ import annotations
@@ -19,9 +20,27 @@ from typing import TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from rigidcli.core.arithmetic import Floats
+from rigidcli.core.arithmetic import EPS, Floats
 from rigidcli.core.solution import MOST_STEPS, Flow, Solution, Stopped, TooManySteps
 from rigidcli.errors import ComputationError
+
+TO_A_FLOAT = 11
+"""Rounds in which a place is narrowed down beyond the digits of a float."""
+
+ENDS = (0.0, 0.02, 0.04, 0.96, 0.98, 1.0)
+"""Places in a step, near its ends, in units of its length."""
+
+POLYNOMIALS = np.linalg.inv(np.vander(ENDS, increasing=True))
+"""The coefficients (rows) of Lagrange's polynomials of these places (columns)."""
+
+MISSED = 1e-5
+"""The difference of two solutions, in units of their size, from which on one may have missed a wall."""
+
+MOST_TURNS = 24
+"""The most solutions that are compared, one with the next: each may find another wall."""
+
+PROGRESS = 0.05
+"""By how much of the span two solutions must agree for longer than the two before, or no wall was missed."""
 
 Indices: TypeAlias = NDArray[np.int_]
 
@@ -80,11 +99,13 @@ def columns(flow: Flow) -> Callable[..., Floats]:
     return values
 
 
-def landmarks(values: Callable[[Floats], Floats], grid: Floats, most: int = MOST_STEPS) -> Floats:
+def landmarks(
+    values: Callable[[Floats], Floats], grid: Floats, most: int = MOST_STEPS, rounds: int = TO_A_FLOAT
+) -> Floats:
     """The times at which one of the `values` (m by k at times k) passes zero, or is largest or smallest.
 
-    They are looked for between the times of the `grid` (k, ascending), and narrowed down to a float. Of more
-    than `most` the ones where the grid is coarsest are taken.
+    They are looked for between the times of the `grid` (k, ascending), and narrowed down 30 times in each of
+    so many `rounds`. Of more than `most` the ones where the grid is coarsest are taken.
     """
     at = values(grid)
     with np.errstate(all="ignore"):
@@ -98,7 +119,7 @@ def landmarks(values: Callable[[Floats], Floats], grid: Floats, most: int = MOST
     up = np.repeat([0.0, 1.0], [passed.sum(), turned.sum()]) * np.sign(change)[rows, first]
     last = first + 1 + (up != 0)
     best = np.argsort(grid[first] - grid[last], kind="stable")[:most]
-    places = [_narrowed(values, rows[some], up[some], grid[first[some]], grid[last[some]])
+    places = [_narrowed(values, rows[some], up[some], grid[first[some]], grid[last[some]], rounds)
               for some in np.array_split(best, 1 + len(best) // 2048)]  # fmt: skip
     times = np.array(sorted({*np.concatenate(places).tolist()}))  # `np.unique` loads masked arrays
     inside: Floats = times[(times > grid[0]) & (times < grid[-1])]
@@ -106,7 +127,7 @@ def landmarks(values: Callable[[Floats], Floats], grid: Floats, most: int = MOST
 
 
 def _narrowed(
-    values: Callable[[Floats], Floats], rows: Indices, up: Floats, low: Floats, high: Floats
+    values: Callable[[Floats], Floats], rows: Indices, up: Floats, low: Floats, high: Floats, rounds: int
 ) -> Floats:
     """The times (k) between `low` and `high` at which `up` times a value is largest, or its size smallest.
 
@@ -118,7 +139,7 @@ def _narrowed(
         return values(times.ravel())[rows[:, None], np.arange(times.size).reshape(times.shape)]
 
     begin, end = low, high
-    for _ in range(11):  # beyond the digits of a float
+    for _ in range(rounds):
         times = np.linspace(begin, end, 64, axis=-1)
         value = chosen(times)
         place = np.nan_to_num(np.where(up[:, None] == 0, -np.abs(value), up[:, None] * value), nan=-np.inf)
@@ -135,20 +156,38 @@ def _narrowed(
 
 
 def walls(watched: Watched, solution: Solution) -> Floats:
-    """At most 32 times in the 256 longest steps of a solution at which something sudden may happen.
+    """At most 64 times in the longest steps of a solution at which something sudden may happen.
 
-    Each of these steps, which go over most, is looked at eight times.
+    In 256 steps it is looked for along the solution, and in 16 along a polynomial through its states near
+    both ends of the step, as a wall bends the solution beside it.
     """
     values, knots = columns(watched.moving), solution.knots
-    longest = np.sort(np.argsort(-np.diff(knots), kind="stable")[:256])
-    steps = np.diff(knots)[longest]
-    grid = (knots[longest, None] + steps[:, None] * np.arange(8) / 8).ravel()
+    if not len(values(knots[:1], *solution.sample(knots[:1]).T)):
+        return np.empty(0)
+    steps = np.diff(knots)
+    order = np.argsort(-steps, kind="stable")
+    far = np.sort(order[:16])
+    near = solution.sample((knots[far, None] + steps[far, None] * ENDS).ravel()).reshape(
+        len(far), len(ENDS), -1
+    )
+
+    def grid(places: Indices) -> Floats:
+        inside = knots[places, None] + steps[places, None] * np.arange(8) / 8
+        return np.append(inside.ravel(), knots[places[-1:] + 1])
 
     def along(times: Floats) -> Floats:
         times = np.clip(times, knots[0], knots[-1])
         return values(times, *solution.sample(times).T)
 
-    return landmarks(along, np.append(grid, knots[longest[-1:] + 1]), 32)
+    def between(times: Floats) -> Floats:
+        place = np.clip(np.searchsorted(knots[far], times, side="right") - 1, 0, len(far) - 1)
+        share = np.minimum((times - knots[far[place]]) / steps[far[place]], 1.0)
+        powers = share[:, None] ** np.arange(len(ENDS))
+        return values(times, *np.einsum("ki,kij->jk", powers @ POLYNOMIALS, near[place]))
+
+    # A time is as uncertain as the solution is: fewer rounds reach its digits.
+    found = (landmarks(along, grid(np.sort(order[:256])), 32, 7), landmarks(between, grid(far), 32, 7))
+    return np.concatenate(found)
 
 
 def compared(
@@ -158,26 +197,58 @@ def compared(
     stops: Floats,
     distance: Callable[[Floats, Floats], Floats],
     times: Floats,
-) -> tuple[float, float | None]:
-    """By how much two solutions differ at most at `times` (k), and from which time on they share no digit.
+) -> tuple[Solution, float, float | None]:
+    """The `first` solution or a better one, its error at `times` (k), and when it loses its last digit.
 
     `again` solves the problem of the `first` to a tolerance, in steps that end at given times, among which
-    are the `stops` of the first. That tolerance is a hundred times as large, or a hundredth where this would
-    be too crude. `distance` gives how far states (k by n) are from each other, in units of their size or in
-    rad: from 0.1 on they share no digit.
+    are the `stops` of the first. The error is the largest difference from a second solution, to a hundred
+    times the tolerance, or a hundredth where this would be too crude. `distance` gives how far states
+    (k by n) are from each other, in units of their size or in rad: from 0.1 on they share no digit.
+
+    Where the second differs by more than MISSED, the first may have gone over a wall. Then a third solution,
+    to the first tolerance, also stops where the second has found something narrow, and takes the place of
+    the first if it is nearer to the second; and so on, wall by wall.
     """
     if not first.steps:
-        return 0.0, None
-    tolerance = first.tolerance * (100 if first.tolerance <= 1e-5 else 0.01)
-    try:
-        second = again(tolerance, sorted({*stops.tolist(), *walls(watched, first).tolist()}))
-    except Stopped as stop:
-        return 1.0, stop.time
-    except ComputationError:
-        return 1.0, float(times[0])
-    apart = np.nan_to_num(distance(first.at(times), second.at(times)), nan=1.0)
-    lost = np.flatnonzero(apart > 0.1)
-    return (1.0, float(times[lost[0]])) if len(lost) else (float(apart.max(initial=0.0)), None)
+        return first, 0.0, None
+    coarse = first.tolerance * (100 if first.tolerance <= 1e-5 else 0.01)
+    looks = np.linspace(times[0], times[-1], 257)
+    best, error, lost, reached = first, 1.0, None, 0.0
+    before, places = first, {*stops.tolist()}
+    for turn in range(MOST_TURNS):
+        more = {*walls(watched, before).tolist()} - places
+        if turn and not more:
+            break
+        places |= more
+        try:
+            after = again(first.tolerance if turn % 2 else coarse, sorted(places))
+        except ComputationError as stop:
+            if not turn:
+                lost = stop.time if isinstance(stop, Stopped) else float(times[0])
+            break
+        apart = np.nan_to_num(distance(before.at(times), after.at(times)), nan=1.0)
+        far, now = np.flatnonzero(apart > 0.1), float(apart.max(initial=0.0))
+        if turn or now > MISSED:
+            on_the_way = np.nan_to_num(distance(before.at(looks), after.at(looks)), nan=1.0)
+            until = float(looks[max(1, int(np.argmax(np.append(on_the_way, 1.0) > 0.1))) - 1])
+            if turn and not (now < error / 10 or until > reached + PROGRESS * times[-1]):
+                break
+            reached = until
+        best, error = after if turn % 2 else best, 1.0 if len(far) else now
+        lost = float(times[far[0]]) if len(far) else None
+        if error <= MISSED:
+            break
+        before = after
+    return best, error, lost
+
+
+def rounding(solution: Solution, stops: Floats) -> float:
+    """The error of a solution by rounding, which a second one has, too, in units of its size.
+
+    In each step it is of either sign; and at each stop, a sudden change comes a few units in the last place
+    too early or too late.
+    """
+    return EPS * (math.sqrt(solution.steps) + 4 * len(stops))
 
 
 def unshared(section: str, lost: float, may_be_chaotic: bool) -> str:

@@ -21,7 +21,7 @@ import numpy as np
 
 from rigidcli.core import dormand_prince, runge_kutta
 from rigidcli.core.arithmetic import Floats
-from rigidcli.core.solution import Engine, Flow, Solution, Stop, Stopped, TooManySteps
+from rigidcli.core.solution import Engine, Flow, Solution, Stop, Stopped, TooManySteps, largest
 from rigidcli.errors import ComputationError
 
 __all__ = ["Engine", "Flow", "Solution", "Stop", "Stopped", "TooManySteps", "integrate"]
@@ -107,12 +107,12 @@ def integrate(
     least = None if like is None else like.sizes
     if least is None:
         least = runge_kutta.least_sizes(f, t0, y0.tolist(), t1, sizes, longest=longest, stops=stops)
-    steps = runge_kutta.march(f, times, states, t1, least=least, stops=stops, roundings=errors, **common)
+    march = runge_kutta.march(f, times, states, t1, least=least, stops=stops, roundings=errors, **common)
     if engine == "taylor":
         from rigidcli.core import taylor
 
         taylor.loaded()
-        next(steps, None)  # the first of them show the sizes of the variables
+        next(march, None)  # the first of them show the sizes of the variables
         try:
             return compiled()
         except TooManySteps:
@@ -121,7 +121,7 @@ def integrate(
             note = f"{error}: the method `auto` is taken"
     may_change = engine == "auto" and not len(stops) and find_spec("heyoka") is not None
     trial = TRIAL / starts if may_change else math.inf
-    for t in steps:
+    for t in march:
         tell(t)
         if len(times) > trial:
             left = len(states) * ((t1 - t) / (t - t0))
@@ -132,9 +132,8 @@ def integrate(
                     return compiled()
     knots, path = np.frombuffer(times), np.frombuffer(states).reshape(len(times), -1)
     sample = dormand_prince.sampler(flow, knots, path)
-    return Solution(
-        len(times) - 1, dormand_prince.METHOD, "runge-kutta", tolerance, knots, sample, least, note
-    )
+    steps, method = len(times) - 1, dormand_prince.METHOD
+    return Solution(steps, method, "runge-kutta", tolerance, knots, sample, largest(path), least, note)
 
 
 def _by_percent(progress: Callable[[float], None] | None, t0: float, t1: float) -> Callable[[float], None]:

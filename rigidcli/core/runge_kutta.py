@@ -78,8 +78,8 @@ def march(
     if not finite(f, t, y):
         raise Stopped(name, Stop.AT_START, t)
     k: State = f(t, *y)
-    goals = iter([*stops, end])
-    goal = next(goals)
+    sides = _sides(t, stops, end)
+    goal, beyond = next(sides)
     h = math.copysign(min(abs(span) / 1000, longest), span)
     failures = taken = jumps = 0
     regular, reach = True, abs(h)
@@ -87,8 +87,15 @@ def march(
     least = least_sizes(f, t, y, end, blocks, longest=longest, stops=stops) if least is None else least
     most = min(MOST_STEPS, MOST_NUMBERS // count)
     while t != end:
-        while goal == t:
-            goal = next(goals)
+        if goal == t:
+            across = _across(f, t, y, k, beyond)
+            # At the start there is a side to leave only where the slopes jump.
+            if across is not None and (len(times) > 1 or _jumps(k, across[1])):
+                t, (y, k) = beyond, across
+                times.append(t)
+                states.extend(y)
+            goal, beyond = next(sides)
+            continue
         left = goal - t
         shortest = SHORTEST * max(abs(t), ORIGIN * abs(span))
         if abs(h) < shortest:
@@ -132,6 +139,38 @@ def march(
             if failures == 4:  # rounding errors may be the reason
                 reach = abs(h)
                 floor = floor_here()
+
+
+def _sides(start: float, stops: Sequence[float], end: float) -> Iterator[tuple[float, float]]:
+    """The times just before and just after the start and each of the `stops`, and twice the end.
+
+    Between the two are a few units in the last place: what jumps at a stop does so between them.
+    """
+    span = end - start
+    before, ahead = start, math.copysign(1.0, span)
+    for stop in (start, *stops):
+        reach = ahead * SHORTEST / 4 * max(abs(stop), ORIGIN * abs(span))
+        low, high = (start if stop == start else stop - reach), stop + reach
+        if ahead * high < ahead * end and ahead * (high - before) > 0:
+            yield (low if ahead * (low - before) > 0 else before), high
+            before = high
+    yield end, end
+
+
+def _across(f: Function, t: float, y: State, k: State, to: float) -> tuple[State, State] | None:
+    """The state and its slope a moment later, beyond what may jump; None where f has no value there."""
+    h = to - t
+    with suppress(*NO_VALUE):
+        slope = f(to, *(value + h * rate for value, rate in zip(y, k, strict=True)))
+        after = [value + h * (one + two) / 2 for value, one, two in zip(y, k, slope, strict=True)]
+        slope = f(to, *after)
+        if all(map(math.isfinite, slope)):
+            return after, slope
+    return None
+
+
+def _jumps(one: State, two: State) -> bool:
+    return math.dist(one, two) > 0.01 * max(math.hypot(*one), math.hypot(*two))
 
 
 def least_sizes(f: Function, t: float, y: State, end: float, blocks: tuple[int, ...], **steps: Any) -> State:

@@ -140,6 +140,8 @@ class Solution:
     """Where steps begin and end (steps + 1), from the start of the span to its end, which may come before."""
     sample: Callable[[Floats], Floats] = field(repr=False)
     """`at`, for times (k) inside the span."""
+    largest: Floats = field(repr=False)
+    """The largest size of each variable (n) at any of the knots."""
     sizes: State | None = None
     """Sizes of its variables or blocks, by which the engine has measured errors; None where it needs none."""
     note: str | None = None
@@ -156,6 +158,12 @@ class Solution:
         if not np.all((times >= low - slack) & (times <= high + slack)):
             raise ValueError(f"a time is outside the span from {low!r} to {high!r}")
         return self.sample(np.clip(times, low, high))
+
+
+def largest(states: Floats) -> Floats:
+    """The largest size of each variable (n) in the states (m by n)."""
+    sizes: Floats = np.maximum(states.max(axis=0), -states.min(axis=0))
+    return sizes
 
 
 def digits(error: float) -> float:

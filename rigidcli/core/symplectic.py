@@ -39,6 +39,7 @@ from rigidcli.core.solution import (
     Stopped,
     TooManySteps,
     finite,
+    largest,
 )
 from rigidcli.errors import ComputationError
 
@@ -151,7 +152,7 @@ def solve(
                 ) from None
     # Four steps of the other method lead to a time inside a step as accurately as its ends are.
     sample = dormand_prince.sampler(flow, knots, path, parts=4)
-    return Solution(steps, METHOD, "symplectic", tolerance, knots, sample)
+    return Solution(steps, METHOD, "symplectic", tolerance, knots, sample, largest(path))
 
 
 def march(

@@ -33,6 +33,7 @@ from rigidcli.core.solution import (
     Solution,
     TooManySteps,
     hopeless,
+    largest,
 )
 from rigidcli.errors import ComputationError
 
@@ -101,8 +102,16 @@ def solve(
         with np.errstate(over="ignore"):  # of a state that is about to be infinite
             return states * scales
 
+    path = np.concatenate([integrator.state[None], *(output.tcs[:, :, 0] for output in outputs)])
     return Solution(
-        len(knots) - 1, METHOD, "taylor", tolerance, np.frombuffer(knots), sample, scales.tolist()
+        len(knots) - 1,
+        METHOD,
+        "taylor",
+        tolerance,
+        np.frombuffer(knots),
+        sample,
+        largest(path) * scales,
+        scales.tolist(),
     )
 
 

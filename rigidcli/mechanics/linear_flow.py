@@ -12,7 +12,7 @@ import math
 import numpy as np
 
 from rigidcli.core.arithmetic import EPS, Floats
-from rigidcli.core.solution import MOST_STEPS, Solution
+from rigidcli.core.solution import MOST_STEPS, Solution, largest
 
 METHOD = "matrix exponential"
 
@@ -51,7 +51,9 @@ def solve(matrix: Floats, offset: Floats, start: Floats, end: float, finer: floa
 
     if not np.isfinite(states).all():
         return None
-    return Solution(len(knots) - 1, METHOD, "runge-kutta", EPS, knots, sample)
+    return Solution(
+        len(knots) - 1, METHOD, "runge-kutta", EPS, knots, sample, largest(states[:, :size] * scale[:size])
+    )
 
 
 def _balance(matrix: Floats) -> Floats:

@@ -10,7 +10,7 @@ import numpy as np
 
 from rigidcli.core import integrate, rotation
 from rigidcli.core.arithmetic import Floats
-from rigidcli.core.estimate import compared, foreseen, unshared
+from rigidcli.core.estimate import compared, foreseen, rounding, unshared
 from rigidcli.core.solution import Flow, Solution, digits
 from rigidcli.document.motion import VARIABLES, SpaceTorque
 from rigidcli.errors import Path, ValueProblem, at
@@ -66,8 +66,7 @@ def driven_trajectory(
         starts=starts,
     )
     solution = follow(tolerance=problem.tolerance, engine=method, stops=stops.tolist(), progress=progress)
-    _require_across(acting, np.flatnonzero(idle).tolist(), solution)
-    error, lost = compared(
+    solution, error, lost = compared(
         solution,
         lambda tolerance, stops: follow(tolerance=tolerance, stops=stops, like=solution),
         watched,
@@ -75,6 +74,7 @@ def driven_trajectory(
         lambda one, other: 2 * np.linalg.norm((one - other)[:, :4], axis=1),
         problem.times,
     )
+    _require_across(acting, np.flatnonzero(idle).tolist(), solution)
 
     def along_document(times: Floats) -> tuple[Floats, Floats]:
         states = solution.at(times)
@@ -84,8 +84,7 @@ def driven_trajectory(
     # Weight alone conserves the energy, and L about the vertical.
     gained = None if problem.torque is None else partial(_gained, acting, moments, solution)
     drift = drift_of(problem, *along_document(solution.knots), gained)
-    rounding = np.finfo(np.float64).eps * solution.steps**0.5
-    trusted = digits(max(error, rounding, drift["energy"], drift["angular_momentum"]))
+    trusted = digits(max(error, rounding(solution, stops), drift["energy"], drift["angular_momentum"]))
     lengths = np.linalg.norm(solution.at(solution.knots)[:, :4], axis=1)
     drift["quaternion"] = float(np.abs(lengths - 1).max())
     notes = problem.notes if solution.note is None else (*problem.notes, solution.note)

@@ -15,7 +15,7 @@ from rigidcli.algebra.functions import apply
 from rigidcli.algebra.trees import to_tree
 from rigidcli.core import integrate, memory
 from rigidcli.core.arithmetic import EPS, Floats
-from rigidcli.core.estimate import columns, compared, foreseen
+from rigidcli.core.estimate import columns, compared, foreseen, rounding
 from rigidcli.core.solution import NO_VALUE, Flow, Solution, digits
 from rigidcli.document.document import Document
 from rigidcli.document.orbit import Orbit
@@ -180,6 +180,9 @@ it with errors of 1e-12 of its own size.
 NUDGE = 1e-6
 """By how much variables are changed, in units of themselves, to see what rates are made of."""
 
+LOOKS_AT_TERMS = 64
+"""Steps of an orbit, besides its samples, at which the terms of what is conserved are looked at."""
+
 LOOKS = 4097
 """Times at which it is looked whether an orbit has left its range: they tell three digits of the end."""
 
@@ -242,12 +245,10 @@ def solve_orbit(
         engine=orbit.method,
         progress=progress,
     )
-    _require_range(solution, derivation, initial)
-    states = solution.at(times)
-    coordinates, momenta, energy, terms = motion.observed(times, states)
-    scale = np.abs(states[:, : 2 * len(initial.q)]).max(axis=0)
+    # Zero at some samples must not pass for the size of a variable.
+    scale = np.maximum(solution.largest, np.abs(solution.at(times)).max(axis=0))[: 2 * len(initial.q)]
     scale[scale == 0] = 1.0
-    error, lost = compared(
+    solution, error, lost = compared(
         solution,
         # A second solution by an exponential has steps that share no point with those of the first.
         lambda tolerance, stops: (
@@ -259,11 +260,23 @@ def solve_orbit(
         lambda one, other: np.abs((one - other)[:, : len(scale)] / scale).max(axis=1),
         times,
     )
+    _require_range(solution, derivation, initial)
+    states = solution.at(times)
+    coordinates, momenta, energy, terms = motion.observed(times, states)
+    # The sizes of terms, too, are the largest along the run.
+    way = solution.knots[:: 1 + len(solution.knots) // LOOKS_AT_TERMS]
+    on_the_way = motion.observed(way, solution.at(way))
     gained = states[:, -1] if derivation.energy_changes else np.zeros(len(times))
-    drift = {"H": _drift(energy - energy[0] - (gained - gained[0]), terms)}
+    drift = {"H": _drift(energy - energy[0] - (gained - gained[0]), terms, on_the_way[3])}
     for e in (*(symbol(f"p_{name}") for name in derivation.conserved_momenta), *invariants):
-        parts = values_of_terms(e, derivation.phase, initial.parameters)(times, *coordinates.T, *momenta.T)
-        drift[str(e)] = _drift(parts.sum(axis=0), parts)
+        values = values_of_terms(e, derivation.phase, initial.parameters)
+        parts = values(times, *coordinates.T, *momenta.T)
+        drift[str(e)] = _drift(parts.sum(axis=0), parts, values(way, *on_the_way[0].T, *on_the_way[1].T))
+    # Both solutions share rounding errors of their slopes, in each step of either sign.
+    lost_in_slopes = columns(motion.roundings)(way, *solution.at(way).T)[: len(scale)].mean(axis=1)
+    noise = float((lost_in_slopes / scale).max()) * EPS * span[1] / math.sqrt(solution.steps or 1)
+    # The energy that time or forces have brought is one more integral, with errors of its own.
+    energy_error = 0.0 if derivation.energy_changes else drift["H"]
     return OrbitSolution(
         times,
         coordinates,
@@ -274,16 +287,17 @@ def solve_orbit(
         solution.method,
         solution.steps,
         states[:, : 2 * len(initial.q)],
-        digits(max(error, drift["H"], EPS * math.sqrt(solution.steps))),
+        digits(max(error, energy_error, noise, rounding(solution, stops))),
         lost,
         solution.note,
     )
 
 
-def _drift(values: Floats, terms: Floats) -> float:
-    """The largest change of values (k), in units of the largest sum of the sizes of the terms (any by k)."""
+def _drift(values: Floats, *terms: Floats) -> float:
+    """The largest change of values (k), in units of the largest sum of the sizes of `terms` (any by any)."""
     change = float(np.abs(values - values[0]).max())
-    return change / (float(np.abs(terms).sum(axis=0).max()) or 1.0) if change else 0.0
+    size = max(float(np.abs(some).sum(axis=0).max()) for some in terms)
+    return change / (size or 1.0) if change else 0.0
 
 
 def _by_exponential(
