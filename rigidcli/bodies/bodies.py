@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
+from contextlib import suppress
 from typing import Annotated, Any, ClassVar, Self, TypeAlias
 
 import numpy as np
@@ -16,7 +17,7 @@ from rigidcli.bodies.robots import one_link
 from rigidcli.bodies.shape import Shape
 from rigidcli.bodies.shapes import SHAPES, shape_called
 from rigidcli.core import mass_properties, tensor
-from rigidcli.core.arithmetic import Arithmetic, Scalar
+from rigidcli.core.arithmetic import Arithmetic, Floats, Scalar, half_unit
 from rigidcli.errors import Path, ValueProblem, at, shown
 from rigidcli.fields.environment import Environment
 from rigidcli.fields.quantities import AsList, Mass, MomentOfInertia, Point, PrincipalMoment, Vector3
@@ -83,39 +84,61 @@ class KnownTensor(Form):
     com: Vector3 | None = Field(default=None, description="Where the centre of mass is; default the origin")
     given_about: Point = Field(default="com", description="The point about which the tensor is given")
 
+    @model_validator(mode="after")
+    def _note_digits(self, info: ValidationInfo) -> Self:
+        env = environment(info)
+        with suppress(ValueProblem):  # which comes again where the body is needed
+            _, note = self._central(env.arithmetic)
+            if note is not None and note not in env.notes:
+                env.notes.append(note)
+        return self
+
     def local(self, arithmetic: Arithmetic) -> mass_properties.MassProperties:
         """The tensor shifted to the centre of mass; without a mass, as given and about that point."""
-        given = self._given(arithmetic)
-        com = arithmetic.array([0, 0, 0] if self.com is None else self.com)
-        point = {"com": com, "origin": 0 * com}.get(str(self.given_about))
-        offset = (arithmetic.array(self.given_about) if point is None else point) - com
-        if self.mass is None:
-            _require_physical(given.entries, arithmetic)
-            at_com = all(arithmetic.sign(component) == 0 for component in offset)
-            return mass_properties.MassProperties(None, com + offset, given, at_com=at_com)
-        central = given.shifted(-self.mass, offset, tensor.misplaced(com, com + offset))
-        _require_physical(central.entries, arithmetic)
-        return mass_properties.MassProperties(self.mass, com, central, tensor.misplaced(com))
+        return self._central(arithmetic)[0]
 
-    def _given(self, n: Arithmetic) -> tensor.Inertia:
-        if self.moments is not None:
-            return tensor.Inertia.of(np.diag(n.array(self.moments)))
-        given = n.array(self.inertia)
-        skew = n.tidy(given - given.T)
-        worst = max(abs(n.size(entry)) for entry in skew.flat)
-        if worst > SYMMETRY_TOLERANCE * max(abs(n.size(entry)) for entry in given.flat):
+    def _central(self, n: Arithmetic) -> tuple[mass_properties.MassProperties, str | None]:
+        """The mass properties, and a note where a body has them only within the digits that were typed."""
+        given, halves = self._given(n)
+        com = n.array([0, 0, 0] if self.com is None else self.com)
+        point = {"com": com, "origin": 0 * com}.get(str(self.given_about))
+        offset = (n.array(self.given_about) if point is None else point) - com
+        if self.mass is None:
+            note = _require_physical(given.entries, n, halves)
+            at_com = all(n.sign(component) == 0 for component in offset)
+            return mass_properties.MassProperties(None, com + offset, given, at_com=at_com), note
+        central = given.shifted(-self.mass, offset, tensor.misplaced(com, com + offset))
+        # The rounding of M (d^2 1 - d d^T) from those of M and d.
+        d, mass = (np.abs([n.size(part) for part in parts]) for parts in (offset, (self.mass,)))
+        across = np.outer(d, [half_unit(n.size(part)) for part in com])
+        halves = (
+            halves
+            + half_unit(mass[0]) * np.abs(tensor.point_tensor(d))
+            + mass[0] * (2 * np.trace(across) * np.eye(3) + across + across.T)
+        )
+        note = _require_physical(central.entries, n, halves)
+        return mass_properties.MassProperties(self.mass, com, central, tensor.misplaced(com)), note
+
+    def _given(self, n: Arithmetic) -> tuple[tensor.Inertia, Floats]:
+        """The tensor as it is written, and half a unit in the last digit of each entry."""
+        given = n.array(self.inertia) if self.moments is None else np.diag(n.array(self.moments))
+        sizes = [[n.size(entry) for entry in row] for row in given]
+        halves = np.array([[half_unit(entry) for entry in row] for row in sizes])
+        skew = np.abs([[n.size(entry) for entry in row] for row in n.tidy(given - given.T)])
+        if (skew > SYMMETRY_TOLERANCE * np.abs(sizes).max() + halves + halves.T).any():
             raise ValueProblem(
-                f"not symmetric: entries across the diagonal differ by up to {worst:.3g} kg m^2",
+                f"not symmetric: entries across the diagonal differ by up to {skew.max():.3g} kg m^2",
                 path=("inertia",),
             )
-        return tensor.Inertia.of((given + given.T) / 2)
+        return tensor.Inertia.of(given if self.moments is not None else (given + given.T) / 2), halves
 
 
-def _require_physical(central: Any, n: Arithmetic) -> None:
+def _require_physical(central: Any, n: Arithmetic, halves: Floats | float = 0.0) -> str | None:
     """`tensor.require_physical` for a tensor without open symbols; of others nothing can be said."""
     values = [n.value(entry) for entry in central.flat]
-    if None not in values:
-        tensor.require_physical(np.array(values, dtype=np.float64).reshape(3, 3))
+    if None in values:
+        return None
+    return tensor.require_physical(np.array(values, dtype=np.float64).reshape(3, 3), halves)
 
 
 class Composite(Form):

@@ -5,17 +5,21 @@ The ways to write a rotation are all active (body to space): axis and angle, Eul
 
 from abc import abstractmethod
 from collections.abc import Iterator, Mapping
+from contextlib import suppress
 from itertools import pairwise
-from typing import Annotated, Any, ClassVar, TypeAlias
+from typing import Annotated, Any, ClassVar, Self, TypeAlias
 
-from pydantic import AfterValidator, Field
+from pydantic import AfterValidator, Field, ValidationInfo, model_validator
 
 from rigidcli.core import mass_properties, rotation, tensor
 from rigidcli.core.arithmetic import Arithmetic, Array
 from rigidcli.errors import ValueProblem, at, shown
 from rigidcli.fields.quantities import Angle, AsList, Direction, Number, Vector3
 from rigidcli.fields.readers import Title, by_key
-from rigidcli.fields.section import Section
+from rigidcli.fields.section import Section, environment
+
+LIKE_FLOATS = 1e-9
+"""A matrix that is a rotation to within this has the digits of floats, and needs no note."""
 
 
 class Turn(Section):
@@ -75,9 +79,18 @@ class Matrix(Turn):
 
     matrix: Annotated[tuple[Direction, Direction, Direction], AsList]
 
+    @model_validator(mode="after")
+    def _note_digits(self, info: ValidationInfo) -> Self:
+        with suppress(ValueProblem):  # which comes again where the matrix is needed
+            _, miss = rotation.from_matrix(self.matrix, environment(info).arithmetic)
+            if miss > LIKE_FLOATS:
+                note = f"R^T R of a matrix differs from 1 by {miss:.1g}, within its digits"
+                environment(info).notes.append(f"{note}: the nearest rotation is taken")
+        return self
+
     def as_matrix(self, n: Arithmetic) -> Array:
-        """The matrix as given, made orthogonal to rounding."""
-        return rotation.from_matrix(self.matrix, n)
+        """The nearest rotation to the matrix."""
+        return rotation.from_matrix(self.matrix, n)[0]
 
 
 TURN = by_key(

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from rigidcli.core.arithmetic import Arithmetic, Array, Scalar
+from rigidcli.core.arithmetic import Arithmetic, Array, Scalar, half_unit
 from rigidcli.core.mass_properties import MassProperties
 from rigidcli.core.principal import principal_frame
 from rigidcli.core.tensor import Inertia
@@ -99,19 +99,24 @@ def _require_possible(
     if lambda1 is None:
         return ()
     central = lambda1 - mass * distance**2
-    slack = 0 if n.exact else 1e-12 * lambda1
-    if n.sign(central + slack) == -1:
+    m, d, across, along = (n.size(number) for number in (mass, distance, lambda1, lambda3))
+    # What the digits that were typed leave open of lambda1 - M R^2, and of lambda3.
+    open1 = half_unit(across) + half_unit(m) * d**2 + 2 * m * d * half_unit(d) + 1e-12 * across
+    open3 = half_unit(along)
+    if n.sign(central) == -1 and n.size(-central) > open1:
         raise ValueProblem(
             f"read {shown(n.size(lambda1))}, expected at least mass distance^2 = "
             f"{n.size(mass * distance**2):.6g} kg m^2",
             path=("lambda1",),
             hint="the moments of a top are about its pivot, not about its centre of mass",
         )
-    if n.sign(2 * lambda1 + slack - lambda3) == -1:
+    if n.sign(2 * lambda1 - lambda3) == -1 and along - 2 * across > 2 * half_unit(across) + open3:
         raise ValueProblem(
             f"read {shown(n.size(lambda3))}, expected at most 2 lambda1 = {n.size(2 * lambda1):.6g} kg m^2",
             path=("lambda3",),
         )
-    if n.sign(2 * central + slack - lambda3) == -1:
+    if n.sign(2 * central - lambda3) == -1 and n.size(lambda3 - 2 * central) > 2 * open1 + open3:
         return ("lambda3 > 2 (lambda1 - M R^2): no rigid body has these moments about its centre of mass",)
+    if -1 in (n.sign(central), n.sign(2 * lambda1 - lambda3)):
+        return ("a body has these moments only within the rounding of the digits typed",)
     return ()

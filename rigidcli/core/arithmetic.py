@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
+from decimal import Decimal
 from typing import Any, NamedTuple, TypeAlias
 
 import numpy as np
@@ -13,6 +14,9 @@ from rigidcli.errors import ValueProblem
 
 EPS = 2.0**-52
 """The distance of 1 and the next larger float."""
+
+WHOLE = 1e6
+"""Whole numbers below this are typed digit by digit, larger ones with a power of ten."""
 
 Scalar: TypeAlias = float
 """A float, or an exact number (an `Expr` of the algebra) in its place: the `Arithmetic` says which."""
@@ -54,6 +58,20 @@ class Arithmetic(NamedTuple):
     def tidied(self, number: Any) -> Any:
         """One number in its shortest form."""
         return self.tidy(self.array([number]))[0]
+
+
+def half_unit(number: float) -> float:
+    """Half a unit in the last digit of a typed number: all that round to it are at most that far away.
+
+    Zero for a number of one digit, or a whole one below 100: these are meant exactly. Zeros at the end of a
+    decimal are not counted as digits, as a float does not have them.
+    """
+    _, digits, exponent = Decimal(f"{number:.15g}").normalize().as_tuple()
+    assert isinstance(exponent, int)
+    is_whole = exponent >= 0 and abs(number) < WHOLE
+    if len(digits) < (3 if is_whole else 2):
+        return 0.0
+    return 0.5 if is_whole else 5.0 * 10.0 ** (exponent - 1)
 
 
 def _no_symbol(name: str, positive: bool) -> Scalar:

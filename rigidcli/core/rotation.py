@@ -6,6 +6,7 @@ All rotations are active: r -> R r turns the body, the axes stay.
 from __future__ import annotations
 
 from collections.abc import Sequence
+from decimal import Decimal
 
 import numpy as np
 
@@ -65,17 +66,25 @@ def from_quaternion(quaternion: Sequence[Scalar], arithmetic: Arithmetic) -> Arr
     return doubled / square
 
 
-def from_matrix(rows: Sequence[Sequence[Scalar]], arithmetic: Arithmetic) -> Array:
-    """The rotation that `rows` (3 by 3) is to within 1e-9, as typed by hand, made orthogonal to rounding.
+def from_matrix(rows: Sequence[Sequence[Scalar]], arithmetic: Arithmetic) -> tuple[Array, float]:
+    """The rotation that `rows` (3 by 3) stand for, and the largest entry of R^T R - 1 as they were typed.
 
-    Raises ValueProblem for anything else, reflections included. Exact entries must be exactly a rotation.
+    Floats may be off by half a unit in the last digit that was typed, of three digits at least, or by 1e-9.
+    The nearest rotation is taken: U V^T of the singular value decomposition (N. Higham, Functions of
+    Matrices, section 8.1). Raises ValueProblem for anything else, reflections included. Exact entries must
+    be exactly a rotation.
     """
     matrix = arithmetic.array(rows)
     if max(abs(arithmetic.size(entry)) for entry in matrix.flat) > 2:
         raise ValueProblem("this matrix is no rotation: none has entries beyond 1")
     defect = arithmetic.tidy(matrix.T @ matrix - np.eye(3, dtype=int))
-    miss = max(abs(arithmetic.size(entry)) for entry in defect.flat)
-    if miss > 1e-9 or (arithmetic.exact and any(entry != 0 for entry in defect.flat)):
+    misses = np.abs([[arithmetic.size(entry) for entry in row] for row in defect])
+    miss = float(misses.max())
+    allowed = np.full((3, 3), 1e-9)
+    if not arithmetic.exact and (half := _half_unit(matrix)):
+        sums = np.abs(matrix).sum(axis=0)
+        allowed = np.maximum(allowed, half * np.add.outer(sums, sums) + 3 * half**2)
+    if (misses > allowed).any() or (arithmetic.exact and any(entry != 0 for entry in defect.flat)):
         raise ValueProblem(
             f"this matrix is no rotation: R^T R differs from 1 by {miss:.3g}",
             hint="give `axis` and `angle`, or more digits" if miss < 1e-2 else None,
@@ -83,8 +92,19 @@ def from_matrix(rows: Sequence[Sequence[Scalar]], arithmetic: Arithmetic) -> Arr
     determinant = matrix[0] @ np.cross(matrix[1], matrix[2])
     if arithmetic.size(determinant) < 0:
         raise ValueProblem("this matrix is a reflection (its determinant is -1), expected a rotation")
-    # One step of the Newton-Schulz iteration for the nearest orthogonal matrix: 1e-9 becomes 1e-18.
-    return matrix if arithmetic.exact else matrix - matrix @ defect / 2
+    if arithmetic.exact:
+        return matrix, miss
+    if miss <= 1e-9:  # one step of the Newton-Schulz iteration for the same: 1e-9 becomes 1e-18
+        return matrix - matrix @ defect / 2, miss
+    left, _, right = np.linalg.svd(matrix)
+    return left @ right, miss
+
+
+def _half_unit(matrix: Floats) -> float:
+    """Half a unit in the last digit of the entries, printed with equally many digits or decimals; or 0."""
+    typed = [Decimal(f"{entry:.15g}").normalize().as_tuple() for entry in matrix.flat]
+    digits = min(max(len(one.digits) for one in typed), max(-int(one.exponent) for one in typed))
+    return 0.5 * 10.0**-digits if digits >= 3 else 0.0
 
 
 def onto(axis: Sequence[Scalar], arithmetic: Arithmetic) -> Array:

@@ -208,12 +208,30 @@ def shortfall(tensor: Array) -> tuple[str, float] | None:
     return None
 
 
-def require_physical(tensor: Array) -> None:
-    """Raise ValueProblem unless some body has this tensor about its centre of mass."""
+def is_within_digits(tensor: Floats, halves: Floats) -> bool:
+    """Whether a body has a tensor near this one, whose entries are off by at most `halves` (both 3 by 3).
+
+    A body's second moments S = (tr I/2) 1 - I are positive: v.S v >= 0. For the v of a negative one, the
+    entries of the tensor can raise v.S v by the sum of |1/2 - v v^T| times `halves`.
+    """
+    values, rows = np.linalg.eigh(np.trace(tensor) / 2 * IDENTITY - tensor)
+    reach = [float((np.abs(IDENTITY / 2 - np.outer(v, v)) * halves).sum()) for v in rows.T]
+    rounding = ROUNDING * np.trace(tensor)
+    return all(-value <= within + rounding for value, within in zip(values, reach, strict=True))
+
+
+def require_physical(tensor: Array, halves: Floats | float = 0.0) -> str | None:
+    """Raise ValueProblem unless some body has this tensor about its centre of mass.
+
+    The entries stand for all that are at most `halves` (kg m^2) away; a note says so where that is needed.
+    """
     failure = shortfall(tensor)
-    if failure is not None:
-        text, amount = failure
-        raise ValueProblem(
-            f"no body has this inertia tensor: {text} (by {amount:.3g} kg m^2)",
-            hint="no principal moment is negative, or larger than the sum of the other two",
-        )
+    if failure is None:
+        return None
+    text, amount = failure
+    if is_within_digits(tensor, np.broadcast_to(halves, (3, 3))):
+        return f"{text} (by {amount:.2g} kg m^2), which is less than the rounding of the digits typed"
+    raise ValueProblem(
+        f"no body has this inertia tensor: {text} (by {amount:.3g} kg m^2)",
+        hint="no principal moment is negative, or larger than the sum of the other two",
+    )

@@ -163,7 +163,7 @@ def test_both_sides_of_the_tolerance_of_a_matrix(strain: Floats) -> None:
     assert largest == 1
     for s in (0.99e-9, -0.99e-9):
         given_matrix = TURN @ (np.eye(3) + s * strain)
-        found = rotation.from_matrix(_rows(given_matrix), FLOAT)
+        found, _ = rotation.from_matrix(_rows(given_matrix), FLOAT)
         assert defect(found) < 2e-15
         nearest, _ = polar(given_matrix)
         assert found == pytest.approx(nearest, abs=1e-15)

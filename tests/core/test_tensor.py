@@ -317,3 +317,20 @@ def test_principal_frames_scale_exactly(points: Floats, m: int, a: int) -> None:
     assert np.array_equal(other.axes, one.axes)
     assert other.groups == one.groups
     assert principal.body_class(other) == principal.body_class(one)
+
+
+@pytest.mark.parametrize("digits", [2, 3, 4, 6])
+@pytest.mark.parametrize("seed", range(20))
+def test_a_rounded_tensor_of_a_flat_body_is_within_its_digits(seed: int, digits: int) -> None:
+    """What rounding does is allowed, in any axes; four times as much in the worst direction is not."""
+    chance = np.random.default_rng(seed)
+    flat = chance.normal(size=(5, 3)) * [1, 2, 0]
+    axes, _ = np.linalg.qr(chance.normal(size=(3, 3)))
+    second = axes @ flat.T @ flat @ axes.T
+    exact = np.trace(second) * np.eye(3) - second
+    typed = np.array([[float(f"{entry:.{digits}g}") for entry in row] for row in exact])
+    halves = np.abs(10.0 ** (np.floor(np.log10(np.abs(typed))) - digits + 1)) / 2
+    assert tensor.is_within_digits(typed, halves)
+    normal = axes[:, 2]
+    worse = exact + 4 * halves * np.sign(np.outer(normal, normal) - np.eye(3) / 2)
+    assert not tensor.is_within_digits(worse, halves)
