@@ -66,8 +66,9 @@ every = pytest.mark.parametrize("name", SYSTEMS)
 
 def test_no_document_is_forgotten() -> None:
     systems = {path.stem: raw(path.stem).get("system", {}) for path in CONFIGS.glob("*.yaml")}
-    # Those with forces and unknown functions are in tests/studies/test_forces.py.
-    plain = {name for name, keys in systems.items() if keys and not keys.keys() & {"forces", "functions"}}
+    # Those with forces, unknown functions and constraints are in tests/studies: test_forces, test_constraints.
+    others = {"forces", "functions", "constraints", "dissipation"}
+    plain = {name for name, keys in systems.items() if keys and not keys.keys() & others}
     assert plain == set(SYSTEMS)
 
 

@@ -21,7 +21,7 @@ import numpy as np
 
 from rigidcli.core import dormand_prince, runge_kutta
 from rigidcli.core.arithmetic import Floats
-from rigidcli.core.solution import Engine, Flow, Solution, Stop, Stopped, TooManySteps, largest
+from rigidcli.core.solution import Engine, Flow, Solution, State, Stop, Stopped, TooManySteps, largest
 from rigidcli.errors import ComputationError
 
 __all__ = ["Engine", "Flow", "Solution", "Stop", "Stopped", "TooManySteps", "integrate"]
@@ -48,6 +48,7 @@ def integrate(
     like: Solution | None = None,
     roundings: Flow | None = None,
     starts: int = 1,
+    project: Callable[[float, State], State] | None = None,
 ) -> Solution:
     """Solve y' = f(t, y), y(t0) = `start` (n), over the span (t0, t1), where t1 may come before t0.
 
@@ -64,6 +65,9 @@ def integrate(
     The same flow is to be solved from so many `starts`, which are taken to need as many steps: it is compiled
     once for all. Only `runge-kutta` has steps for `stops`, and for what has no Taylor series: it is taken
     there, and the solution has a note.
+
+    Steps of `runge-kutta` end with `project`, which moves a state (n) by about the error of the step to where
+    it belongs. No other method is taken then, with a note if one was asked for.
 
     Raises:
         Stopped: the solution, called `name` in the message, does not reach t1.
@@ -83,6 +87,13 @@ def integrate(
     engine = engine if like is None else like.engine
     if len(stops) and like is None and engine in ("taylor", "symplectic"):
         note = f"the method `{engine}` goes over what acts for a moment: the method `auto` is taken"
+        engine = "runge-kutta"
+    if project is not None and like is None:
+        note = (
+            None
+            if engine == "auto"
+            else f"the method `{engine}` keeps no constraints: the method `auto` is taken"
+        )
         engine = "runge-kutta"
     if engine == "symplectic":
         from rigidcli.core import symplectic
@@ -107,7 +118,9 @@ def integrate(
     least = None if like is None else like.sizes
     if least is None:
         least = runge_kutta.least_sizes(f, t0, y0.tolist(), t1, sizes, longest=longest, stops=stops)
-    march = runge_kutta.march(f, times, states, t1, least=least, stops=stops, roundings=errors, **common)
+    march = runge_kutta.march(
+        f, times, states, t1, least=least, stops=stops, roundings=errors, project=project, **common
+    )
     if engine == "taylor":
         from rigidcli.core import taylor
 

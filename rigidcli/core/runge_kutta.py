@@ -11,7 +11,7 @@ import itertools
 import math
 from array import array
 from collections import deque
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import suppress
 from typing import Any
 
@@ -56,6 +56,7 @@ def march(
     longest: float = math.inf,
     stops: Sequence[float] = (),
     roundings: Function | None = None,
+    project: Callable[[float, State], State] | None = None,
 ) -> Iterator[float]:
     """Go on from the last of `times` and `states` to `end`, and append each step to them.
 
@@ -63,6 +64,7 @@ def march(
     its error is relative at least; by default those of `least_sizes`. No step is longer than `longest`, and
     one ends at each of the `stops`, times on the way in the order in which they come. `roundings` gives the
     rounding errors of f, in units of those of one operation: no step is short for those of small differences.
+    `project` moves the state (n) after each step, as constraints need it, by about the error of the step.
 
     Raises:
         Stopped: there is no solution as far as `end`.
@@ -114,6 +116,9 @@ def march(
             h = to - t
             try:
                 error, after, slope = step(f, t, h, y, k, floor, least, tolerance)
+                if project is not None and error <= 1.0:
+                    after = project(to, after)
+                    slope = f(to, *after)
             except NO_VALUE:
                 error = math.nan
         if error <= 1.0:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from itertools import combinations_with_replacement
-from typing import Annotated, Any, ClassVar, Literal, TypeAlias
+from typing import Annotated, Any, ClassVar, Literal, NamedTuple, TypeAlias
 
 from pydantic import Field, ValidationInfo
 from pydantic.json_schema import JsonSchemaValue
@@ -21,11 +21,11 @@ from rigidcli.document.variables import (
     take,
     velocity,
 )
-from rigidcli.errors import ValueProblem, shown, with_article
-from rigidcli.fields.dimensions import ANGLE, ENERGY, LENGTH, MASS, MOMENT_OF_INERTIA, Dimension
+from rigidcli.errors import ValueProblem, gathered, shown, with_article
+from rigidcli.fields.dimensions import ANGLE, ENERGY, LENGTH, MASS, MOMENT_OF_INERTIA, POWER, Dimension
 from rigidcli.fields.quantities import AsList, worked_out
 from rigidcli.fields.readers import SHARED, ReadBy, Reader
-from rigidcli.fields.section import Section, environment, optional
+from rigidcli.fields.section import Section, environment, optional, refuse
 from rigidcli.language.expression import Expression
 from rigidcli.language.tree import UnknownFunction
 
@@ -80,6 +80,7 @@ class SystemExpression(Reader):
 
 InVelocities: TypeAlias = Annotated[Expression, SystemExpression(ENERGY, ("velocities",))]
 InMomenta: TypeAlias = Annotated[Expression, SystemExpression(ENERGY, ("momenta",))]
+Dissipation: TypeAlias = Annotated[Expression, SystemExpression(POWER, ("velocities",))]
 CartesianCoordinate: TypeAlias = Annotated[Expression, SystemExpression(LENGTH, ())]
 Turning: TypeAlias = Annotated[Expression, SystemExpression(ANGLE, ())]
 Inertia: TypeAlias = Annotated[Expression, SystemExpression(MASS, (), "positive")]
@@ -98,6 +99,64 @@ _FORCE = SystemExpression(None, ("velocities", "momenta"))
 Forces: TypeAlias = Annotated[
     dict[str, Expression],
     ReadBy(_read_forces, {"type": "object", "additionalProperties": EXPRESSION_SCHEMA}),
+]
+
+
+class Equation(NamedTuple):
+    """A constraint of a document: its key or its place in the list, and what vanishes by it."""
+
+    place: str | int
+    expression: Expression
+
+
+def _read_constraints(raw: object, info: ValidationInfo) -> dict[str, Equation]:
+    """Constraints by the names of their multipliers, which are lambda1, lambda2 and so on in a list."""
+    listed = [raw] if isinstance(raw, str) else raw
+    example = "[x**2 + y**2 - l**2], or {tension: r - l} with a name for its multiplier"
+    if not isinstance(listed, list | tuple | Mapping):
+        raise ValueProblem(f"read {shown(raw)}, expected constraints, such as {example}")
+    if not 1 <= len(listed) <= MOST_COORDINATES:
+        raise ValueProblem(f"read {len(listed)} entries, expected 1 to {MOST_COORDINATES} constraints")
+    if not isinstance(listed, Mapping):
+        equations, problems = dict[str, Equation](), list[ValueProblem]()
+        for place, entry in enumerate(listed):
+            with gathered(problems, *([] if isinstance(raw, str) else [place])):
+                equations[f"lambda{place + 1}"] = _equation(f"lambda{place + 1}", entry, info, place)
+        refuse("constraints", problems)
+        return equations
+    return read_mapping(raw, lambda name, entry: _equation(name, entry, info, name), example=example)
+
+
+def _equation(name: str, raw: object, info: ValidationInfo, place: str | int) -> Equation:
+    """One constraint: an expression that vanishes, or an equation such as `xdot = R*phidot`."""
+    take(environment(info), {name: "the multiplier of a constraint"})
+    text = str(raw).replace("==", "=") if isinstance(raw, str) else ""
+    if any(sign in text for sign in "<>\u2264\u2265"):
+        hint = "write the equation that holds while they touch; `orbit.until` may end the motion"
+        raise ValueProblem(f"read {shown(raw)}: an inequality, expected an equation", hint=hint)
+    sides = [_CONSTRAINT.read(side, info) for side in text.split("=")] if "=" in text else []
+    if len(sides) > 2:
+        raise ValueProblem(f"read {shown(raw)}: {len(sides)} sides, expected one equation")
+    if not sides:
+        return Equation(place, _CONSTRAINT.read(raw, info))
+    left, right = sides
+    return Equation(place, Expression(text, left.root - right.root, left.names | right.names))
+
+
+_CONSTRAINT = SystemExpression(None, ("velocities",))
+Constraints: TypeAlias = Annotated[
+    dict[str, Equation],
+    ReadBy(
+        _read_constraints,
+        {
+            "anyOf": [
+                EXPRESSION_SCHEMA,
+                {"type": "array", "items": EXPRESSION_SCHEMA, "minItems": 1},
+                {"type": "object", "additionalProperties": EXPRESSION_SCHEMA},
+            ],
+            "description": "Expressions that vanish, or equations: a list, or by names of multipliers",
+        },
+    ),
 ]
 
 
@@ -202,19 +261,18 @@ class System(Section):
         "Generalized forces beside those of the potential, by their coordinates: {x: -c*xdot}"
     )
 
-    @classmethod
-    def _unknown(cls, key: str, raw: Mapping[str, Any]) -> ValueProblem:
-        if key in ("constraint", "constraints"):
-            hint = (
-                "choose coordinates that obey them, such as `phi` of a wheel that rolls with speed `R*phidot`"
-            )
-            return ValueProblem("unknown key: a system has no constraints beside its coordinates", hint=hint)
-        return super()._unknown(key, raw)
+    dissipation: Dissipation | None = optional(
+        "Rayleigh's function F, in coordinates and velocities: the forces are -dF/d(velocity)"
+    )
+    constraints: Constraints | None = optional(
+        "Equations between coordinates and t, or linear in the velocities, by the names of their multipliers"
+    )
 
     def expressions(self) -> list[Expression]:
         """The expressions that make the system."""
         whole = (self.lagrangian, self.kinetic, self.potential, self.hamiltonian)
         parts = [part for each in self.particles or () for part in (*(each.position or ()), each.potential)]
+        parts += [equation.expression for equation in (self.constraints or {}).values()]
         return [expression for expression in (*whole, *parts) if expression is not None]
 
     @property

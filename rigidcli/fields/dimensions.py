@@ -71,6 +71,7 @@ AREA_DENSITY = Dimension(mass=1, length=-2)
 DENSITY = Dimension(mass=1, length=-3)
 MOMENT_OF_INERTIA = Dimension(mass=1, length=2)
 ENERGY = Dimension(mass=1, length=2, time=-2)  # a torque, too
+POWER = Dimension(mass=1, length=2, time=-3)
 GRAVITATIONAL_PARAMETER = Dimension(length=3, time=-2)  # G m
 CURRENT = Dimension(current=1)
 TEMPERATURE = Dimension(temperature=1)
@@ -97,7 +98,7 @@ NAMES = {
     Dimension(mass=1, time=-2): "stiffness (N/m)",
     Dimension(mass=1, length=1, time=-2): "force (N)",
     ENERGY: "torque or energy (N m)",
-    Dimension(mass=1, length=2, time=-3): "power (W)",
+    POWER: "power (W)",
     Dimension(mass=1, length=-1, time=-2): "pressure (Pa)",
     GRAVITATIONAL_PARAMETER: "gravitational parameter (m^3/s^2)",
     CURRENT: "electric current (A)",

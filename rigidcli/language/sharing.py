@@ -86,12 +86,13 @@ def _unsigned(node: tree.Node) -> tree.Node:
 
 
 def solved(
-    matrix: Sequence[Sequence[tree.Node]], right: Sequence[tree.Node]
+    matrix: Sequence[Sequence[tree.Node]], right: Sequence[tree.Node], *, is_definite: bool = True
 ) -> tuple[list[Step], list[tree.Node]]:
     """Steps, and then x: a x = b is solved for a symmetric matrix (n by n) and b (n), for `code.function`.
 
     The factors are L D L^T without pivots, as a positive definite matrix has them: a mass matrix is one, or
-    its square is. Zeros save steps. Names of steps begin with a dot, as no name of a document does.
+    its square is. So has [[M, A^T], [A, 0]] with such an M, which is not definite. Zeros save steps. Names of
+    steps begin with a dot, as no name of a document does.
     """
     size, steps = len(matrix), list[Step]()
 
@@ -103,7 +104,7 @@ def solved(
 
     # Zero has one tree from here on, however it is written.
     rows = [[tree.ZERO if getattr(entry, "value", None) == 0 else entry for entry in row] for row in matrix]
-    if any(rows[i][i] == tree.ZERO for i in range(size)):
+    if is_definite and any(rows[i][i] == tree.ZERO for i in range(size)):
         right = [sum((a * b for a, b in zip(row, right, strict=True)), tree.ZERO) for row in rows]
         rows = [[sum((a * b for a, b in zip(r, s, strict=True)), tree.ZERO) for s in rows] for r in rows]
     factors: list[list[tree.Node]] = [[tree.ZERO] * size for _ in rows]

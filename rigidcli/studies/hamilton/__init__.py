@@ -18,7 +18,7 @@ from rigidcli.language.text import latex_name, reading
 from rigidcli.mechanics.hamilton_equations import TIME
 from rigidcli.report import NOISE, Column, Field, Report, Step, Table
 from rigidcli.studies.common import if_known, noise, report, trusted
-from rigidcli.studies.hamilton import linear_equations
+from rigidcli.studies.hamilton import linear_equations, multipliers
 from rigidcli.studies.hamilton.derivation import Derivation
 from rigidcli.studies.hamilton.findings import Findings, as_typed, find
 from rigidcli.studies.pictures import drawn
@@ -54,7 +54,8 @@ def run(
         require_one_start(document, {"picture": picture, "program": program})
         return whole(document, run)
     findings = find(document, progress)
-    tables = [*_branch_table(findings), *_modes(findings)[1], *_orbit_table(findings)]
+    limits = multipliers.tables(findings.derivation, document)
+    tables = [*_branch_table(findings), *limits, *_modes(findings)[1], *_orbit_table(findings)]
     fields = as_typed(_results(findings), document)
     working: list[Step] = []
     if steps:
@@ -88,7 +89,7 @@ def _results(findings: Findings) -> list[Field]:
     is_energy = derivation.energy_excess is not None and derivation.energy_excess.is_zero
     words = ", ".join("H = T + V" if name == "H" and is_energy else name for name in conserved)
     definitions, velocities = None if momenta is None else momenta.definitions, derivation.velocity_names
-    vanishing, solved = (None, None) if lagrange is None else (lagrange.equations, lagrange.accelerations)
+    vanishing, solved = (None, None) if lagrange is None else (lagrange.equations, derivation.accelerations)
     is_diagonal = _is_diagonal(definitions or (), velocities)
     inverse = phase.coordinates if is_diagonal else ()
     second = [*map(acceleration, phase.coordinates)]
@@ -127,6 +128,7 @@ def _results(findings: Findings) -> list[Field]:
             hidden=phase.coordinates if is_solved else (),
         ),
         *_by_name("accelerations", second, solved, _own, hidden=() if is_solved else second),
+        *(multipliers.fields(derivation) if system.constraints else []),
         *_modes(findings)[0],
         _expression("energy", derivation.energy),
         replace(_is_energy(derivation), diagnostic=is_energy and "H" in conserved),
@@ -302,6 +304,11 @@ def _orbit_table(findings: Findings) -> list[Table]:
         *(Column(key, x, (name,), symbols=(latex_name(name),), noise=error) for key, name, x in samples),
         # What changes in a constant is rounding.
         Column("H", orbit.energy, ("H",), noise=np.ptp(orbit.energy) / size if constant and size else NOISE),
+        *(
+            Column(key, x, (name,), symbols=(latex_name(name),), noise=error)
+            for key, x in orbit.further.items()
+            for name in (key.partition(".")[2],)
+        ),
     )
     return [Table("orbit", "the orbit", columns, data=True)]
 
@@ -319,6 +326,10 @@ def _notes(findings: Findings) -> list[str]:
     long = [f"{name} ({len(str(e)):,} characters)" for name, e in known.items() if e and _is_long(e)]
     if long:
         notes.append(f"too long for people to read: {', '.join(long)}; `-f json` prints all of it")
+    if derivation.system.constraints and derivation.multipliers is None:
+        notes.append(
+            "the multipliers are too long to be worked out in symbols; orbits solve for them in numbers"
+        )
     if findings.orbit is not None and findings.document.exact_results:
         notes.append("the orbit is followed in floating-point numbers")
     if findings.orbit is not None and findings.orbit.note is not None:

@@ -20,9 +20,11 @@ from rigidcli.algebra.values import is_zero, sample_points
 from rigidcli.core.arithmetic import Floats
 from rigidcli.core.solution import NO_VALUE
 from rigidcli.document.document import Document
+from rigidcli.document.system import System
 from rigidcli.document.variables import acceleration
 from rigidcli.errors import ComputationError, ExpressionError
 from rigidcli.language import code
+from rigidcli.mechanics.constraints import fixed, multipliers, reactions
 from rigidcli.mechanics.hamilton_equations import (
     TIME,
     Phase,
@@ -103,7 +105,8 @@ class Derivation:
     def linear(self) -> tuple[list[list[Expr]], list[Expr]] | None:
         """A and b where the equations are z' = A z + b; None where they are not linear, or not written."""
         with suppress(ExpressionError):
-            return None if self.equations is None else linear(self.equations, self.phase.names)
+            if self.equations is not None and not self.system.constraints:
+                return linear(self.equations, self.phase.names)
         return None
 
     def forces_of(self, velocities: Sequence[Expr]) -> list[Expr]:
@@ -125,6 +128,51 @@ class Derivation:
             return None
         forces = self.system.forces
         return lagrange_equations(lagrangian, self.momenta, self.phase, self.velocity_names, names, forces)
+
+    @cached_property
+    def multipliers_anywhere(self) -> tuple[Expr, ...] | None:
+        """The multipliers in coordinates, velocities and t, also near the constraints; None if too long."""
+        limits, lagrange = self.system.constraints, self.lagrange
+        with suppress(ExpressionError):
+            if lagrange is not None:
+                free = dict.fromkeys((one.name for one in limits), ZERO)
+                return multipliers(limits, lagrange.matrix, [substitute(e, free) for e in lagrange.rest])
+        return None
+
+    @cached_property
+    def multipliers(self) -> tuple[Expr, ...] | None:
+        """The multipliers, in which coordinates and velocities that a constraint fixes have their values."""
+        found = self.multipliers_anywhere
+        return None if found is None else tuple(tidy(substitute(e, self._fixed)) for e in found)
+
+    @cached_property
+    def _fixed(self) -> dict[str, Expr]:
+        names = zip(self.phase.coordinates, self.velocity_names, strict=True)
+        return fixed(self.system.constraints, dict(names))
+
+    @property
+    def accelerations(self) -> tuple[Expr, ...] | None:
+        """Accelerations in coordinates, velocities and t; None where they are too long to read."""
+        free, limits = None if self.lagrange is None else self.lagrange.accelerations, self.system.constraints
+        if free is None or not limits:
+            return free
+        if self.multipliers is None:
+            return None
+        return tuple(tidy(substitute(e, self._of_constraints)) for e in free)
+
+    @cached_property
+    def constraint_forces(self) -> tuple[Expr, ...] | None:
+        """The generalized forces of the constraints, with the multipliers put in."""
+        if self.multipliers is None:
+            return None
+        free = reactions(self.system.constraints, len(self.phase.coordinates))
+        return tuple(tidy(substitute(e, self._of_constraints)) for e in free)
+
+    @cached_property
+    def _of_constraints(self) -> dict[str, Expr]:
+        """What is known of constraints: the multipliers, and coordinates and velocities that they fix."""
+        names = (one.name for one in self.system.constraints)
+        return self._fixed | dict(zip(names, self.multipliers or (), strict=False))
 
     @property
     def generator(self) -> Expr:
@@ -159,11 +207,18 @@ class Derivation:
     def power(self) -> Expr:
         """dH/dt: the partial derivative of H, and that of -L, by the time, and the power of the forces.
 
-        It is a function of coordinates and momenta where there is an H, and else of velocities, too.
+        It is a function of coordinates and momenta where there is an H, and else of velocities, too. The
+        velocities obey A v + b = 0, so that the power of the constraints, (A^T lambda) v, is -lambda b.
         """
-        velocities = self.velocities or [symbol(name) for name in self.velocity_names]
+        velocities, limits = (
+            self.velocities or [symbol(name) for name in self.velocity_names],
+            self.system.constraints,
+        )
         pairs = zip(self.forces_of(velocities), velocities, strict=True)
         work = total(force * velocity for force, velocity in pairs)
+        if limits:
+            work = substitute(work, dict.fromkeys((one.name for one in limits), ZERO))
+            work -= total(one.multiplier * one.rest for one in limits)
         if self.velocities is None and self.momenta is not None:
             work = substitute(work, dict(zip(self.phase.momenta, self.momenta.definitions, strict=True)))
         return derivative(self.generator, TIME) + work
@@ -256,12 +311,29 @@ def _worked(given: _Given) -> Derivation:
     """The derivation for these values of parameters."""
     functions, system = system_functions(given.document), given.document.system
     assert system is not None
+    if functions.lagrangian is None and functions.constraints:
+        functions = _with_lagrangian(functions, system)
     derivation = Derivation(Phase(system.coordinates, system.momenta), system.velocities, functions)
     if functions.lagrangian is None:
         return derivation
     momenta = canonical_momenta(functions.lagrangian, system.velocities)
     _require_regular(momenta, derivation.phase, system.velocities, given.values)
     return _inverted(replace(derivation, momenta=momenta), given.values)
+
+
+def _with_lagrangian(functions: SystemFunctions, system: System) -> SystemFunctions:
+    """Add L to a system that is given by H: constraints are conditions on velocities.
+
+    L is to H as H is to L: the transform that leads from one to the other leads back.
+    """
+    assert functions.hamiltonian is not None
+    found = legendre_transform(functions.hamiltonian, system.momenta, system.velocities)
+    if len(found) != 1:
+        raise ComputationError(
+            "H has no one Lagrangian in closed form, which constraints need",
+            hint="give a `lagrangian` instead of the `hamiltonian`",
+        )
+    return functions._replace(lagrangian=found[0].hamiltonian, hamiltonian=None)
 
 
 def on_this_side(derivation: Derivation, values: Mapping[str, float]) -> Derivation:

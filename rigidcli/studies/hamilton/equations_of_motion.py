@@ -3,6 +3,13 @@
 Where H has a closed form, these are Hamilton's equations. Where it has none, but the velocities follow from
 linear equations M(q, t) v = p - b(q, t), these are solved at every step, and p' = dL/dq. Otherwise the
 velocities themselves are variables: M v' = dL/dq - (dp/dq) v - dp/dt.
+
+With constraints, too, the velocities are variables. Where the multipliers have no closed form, they and the
+accelerations a solve a system of linear equations: A is the matrix of the slopes of the constraints, r and c
+are what else stands in Lagrange's equations and in the differentiated constraints (`mechanics.constraints`).
+
+    [M  A^T] [   a   ]   [-r]
+    [A   0 ] [-lambda] = [-c]
 """
 
 from __future__ import annotations
@@ -52,7 +59,8 @@ class EquationsOfMotion:
 
     It gives q and p (both k by n), H (k), and the terms of H (any number by k). `roundings` are the
     rounding errors of the flow, in units of the error of one operation. `watched` shows where something
-    sudden may be.
+    sudden may be. `values` takes functions of the variables, momenta and multipliers (m), times and states,
+    and gives their values (m by k).
     """
 
     flow: Flow
@@ -60,6 +68,7 @@ class EquationsOfMotion:
     start: Floats
     watched: Watched
     observed: Callable[[Floats, Floats], tuple[Floats, Floats, Floats, Floats]]
+    values: Callable[[Sequence[Expr], Floats, Floats], Floats]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -85,6 +94,8 @@ class Equations:
 
 def symbolic_equations(derivation: Derivation) -> Equations:
     """The equations of motion of a system."""
+    if derivation.system.constraints:
+        return _with_multipliers(derivation)
     return _lagrange(derivation) if derivation.equations is None else _hamilton(derivation)
 
 
@@ -99,7 +110,12 @@ def equations_of_motion(derivation: Derivation, initial: InitialState) -> Equati
         rows = columns(observe)(times, *states[:, : 2 * size].T)
         return states[:, :size], rows[:size].T, rows[size:].sum(axis=0), rows[size:]
 
-    return EquationsOfMotion(flow, roundings, start, watched, observed)
+    def values(functions: Sequence[Expr], times: Floats, states: Floats) -> Floats:
+        trees, arguments = [to_tree(e) for e in functions], [TIME, *equations.names]
+        f = columns(code.function(trees, arguments, initial.parameters, equations.steps))
+        return f(times, *states[:, : 2 * size].T)
+
+    return EquationsOfMotion(flow, roundings, start, watched, observed, values)
 
 
 @lru_cache(maxsize=1)
@@ -164,6 +180,51 @@ def _lagrange(derivation: Derivation) -> Equations:
     )
     names, slopes = (*phase.coordinates, *velocities), [*rates, *accelerations]
     return Equations(names, slopes, definitions, energy(definitions), steps)
+
+
+def _with_multipliers(derivation: Derivation) -> Equations:
+    """Write the equations of coordinates and velocities, after steps for momenta and multipliers."""
+    lagrange, momenta, limits = derivation.lagrange, derivation.momenta, derivation.system.constraints
+    assert lagrange is not None
+    assert momenta is not None
+    assert derivation.system.lagrangian is not None
+    names, solved, accelerations = (
+        derivation.velocity_names,
+        derivation.multipliers_anywhere,
+        lagrange.accelerations,
+    )
+    steps = [*zip(derivation.phase.momenta, map(to_tree, momenta.definitions), strict=True)]
+    if solved is not None and accelerations is not None:
+        steps += [(one.name, to_tree(e)) for one, e in zip(limits, solved, strict=True)]
+        slopes = [to_tree(e) for e in accelerations]
+    else:
+        free = dict.fromkeys((one.name for one in limits), ZERO)
+        made, answers = beside_constraints(
+            derivation, [-substitute(e, free) for e in lagrange.rest], [-one.turning for one in limits]
+        )
+        slopes = answers[: len(names)]
+        steps += [*made, *((one.name, -x) for one, x in zip(limits, answers[len(names) :], strict=True))]
+    energy = derivation.hamiltonian if derivation.is_short else None
+    parts = [p * symbol(v) for p, v in zip(momenta.definitions, names, strict=True)]
+    return Equations(
+        (*derivation.phase.coordinates, *names),
+        [*map(Name, names), *slopes],
+        momenta.definitions,
+        [*parts, *terms(-derivation.system.lagrangian)] if energy is None else terms(energy),
+        steps,
+    )
+
+
+def beside_constraints(
+    derivation: Derivation, right: Sequence[Expr], below: Sequence[Expr]
+) -> tuple[list[Step], list[Node]]:
+    """Steps, and then the solution of the equations with M and A above for these right sides."""
+    assert derivation.momenta is not None
+    slopes = [[to_tree(e) for e in one.slopes] for one in derivation.system.constraints]
+    masses = [[to_tree(e) for e in row] for row in derivation.momenta.mass_matrix]
+    upper = [[*row, *column] for row, column in zip(masses, zip(*slopes, strict=True), strict=True)]
+    lower = [[*row, *[to_tree(ZERO)] * len(slopes)] for row in slopes]
+    return solved([*upper, *lower], [to_tree(e) for e in (*right, *below)], is_definite=False)
 
 
 def terms(e: Expr) -> list[Expr]:

@@ -51,6 +51,10 @@ def find(document: Document, progress: Callable[[float], None] | None) -> Findin
     document.reading.kept["derivation"] = derivation
     branches, orbit, transform, small, initial = derivation.branches, None, None, None, None
     if document.equilibrium is not None:
+        if derivation.system.constraints:
+            message = "small oscillations are told of a system without constraints"
+            hint = "choose coordinates that obey the constraints, such as an angle"
+            raise document.refusal(message, "equilibrium", hint=hint)
         from rigidcli.studies.hamilton.oscillations import oscillations
 
         small = oscillations(document, document.equilibrium, derivation)
@@ -113,6 +117,12 @@ def _typed_sums(document: Document) -> dict[Sum, Sum]:
             typed, square = Sum(tuple(map(to_tree, terms))), to_tree(total(terms) ** 2)
             if isinstance(square, Power) and isinstance(square.base, Sum) and _has_terms(square.base, typed):
                 sums.setdefault(square.base, typed)
+    for root in (equation.expression.root for equation in (system.constraints or {}).values()):
+        if isinstance(root, Sum):
+            terms = [from_tree(term, values) for term in root.terms]
+            whole, typed = to_tree(total(terms)), Sum(tuple(map(to_tree, terms)))
+            if isinstance(whole, Sum) and {*whole.terms} == {*typed.terms}:
+                sums.setdefault(whole, typed)
     return sums
 
 

@@ -28,6 +28,7 @@ from rigidcli.mechanics.hamilton_equations import TIME
 from rigidcli.mechanics.legendre import Momenta
 from rigidcli.mechanics.velocity_inversion import Branch
 from rigidcli.program import Program, Run
+from rigidcli.studies.hamilton.constrained import KEY, keeper, on_constraints
 from rigidcli.studies.hamilton.derivation import Derivation, on_this_side
 from rigidcli.studies.hamilton.equations_of_motion import (
     InitialState,
@@ -36,10 +37,6 @@ from rigidcli.studies.hamilton.equations_of_motion import (
     values_of_terms,
 )
 from rigidcli.studies.hamilton.system import require_formulas
-
-KEY = "orbit.initial"
-"""The key under which a document gives the initial state."""
-
 
 SAME = 1e-6
 """Velocities belong to a branch if they differ by less than this, in units of their size."""
@@ -74,6 +71,16 @@ def initial_state(
         shown = ", ".join(f"{name} = {x:.6g}" for name, x in zip(derivation.velocity_names, v, strict=True))
         notes = (*derivation.notes, f"the momenta at the start belong to {shown}, and perhaps to others, too")
         derivation = replace(derivation, notes=notes)
+    if derivation.system.constraints:
+        if v is None and derivation.velocities is not None:
+            v = point.evaluate(derivation.velocities, "a velocity")
+        elif v is None:
+            assert derivation.momenta is not None
+            v = _velocities(point, derivation.momenta, derivation.velocity_names, p)
+        q, v = on_constraints(document, keeper(derivation, parameters), q, v)
+        point = point.at(derivation.phase.coordinates, q)
+        p = _momenta(point, derivation, v)
+        point = point.at(derivation.phase.momenta, p)
     if derivation.hamiltonian is not None:
         point.evaluate([derivation.hamiltonian], "H")
     return derivation, InitialState(parameters, q, p, v)
@@ -193,7 +200,8 @@ class OrbitSolution:
 
     `drift` is the change of H and of the conserved quantities, in units of the largest sum of the sizes of
     their terms; where H changes by law, the integral of dH/dt is taken off. What is neither H nor a momentum
-    is one of the `invariants`. The `states` (k by 2 n) have the variables that were integrated.
+    is one of the `invariants`. The `states` (k by 2 n) have the variables that were integrated. `further`
+    samples (k), such as those of multipliers, stand under their keys.
     From `lost` on, if ever, a second orbit in other steps has nothing in common with this one.
     """
 
@@ -209,6 +217,7 @@ class OrbitSolution:
     trusted_digits: float
     lost: float | None
     note: str | None
+    further: dict[str, Floats]
 
 
 @np.errstate(over="ignore", invalid="ignore")
@@ -229,6 +238,8 @@ def solve_orbit(
     memory.require(len(times), 2 + len(motion.start))
     span = (0.0, float(times[-1]))
     stops, longest = foreseen(motion.watched, span[1], name)
+    limits = derivation.system.constraints
+    bounds = keeper(derivation, initial.parameters) if limits else None
     follow = partial(
         integrate.integrate,
         motion.flow,
@@ -237,6 +248,7 @@ def solve_orbit(
         name=name,
         longest=min(longest, orbit.max_step or math.inf),
         starts=starts,
+        project=None if bounds is None else bounds.back,
     )
     solution = _by_exponential(derivation, initial, span[1], orbit) or follow(
         span,
@@ -277,6 +289,10 @@ def solve_orbit(
     noise = float((lost_in_slopes / scale).max()) * EPS * span[1] / math.sqrt(solution.steps or 1)
     # The energy that time or forces have brought is one more integral, with errors of its own.
     energy_error = 0.0 if derivation.energy_changes else drift["H"]
+    if bounds is not None:
+        misses = np.abs(bounds.measured(times, states[:, : 2 * len(initial.q)])).max(axis=1)
+        drift |= {one.name: float(miss) for one, miss in zip(limits, misses, strict=True)}
+    further = {f"multipliers.{one.name}": one.multiplier for one in limits}
     return OrbitSolution(
         times,
         coordinates,
@@ -290,6 +306,7 @@ def solve_orbit(
         digits(max(error, energy_error, noise, rounding(solution, stops))),
         lost,
         solution.note,
+        dict(zip(further, motion.values([*further.values()], times, states), strict=True)),
     )
 
 
@@ -348,6 +365,7 @@ def program_of(
     asked = {name: [to_tree(e)] for name, e in zip(phase.momenta, equations.momenta, strict=True)}
     asked = {name: trees for name, trees in asked.items() if name not in equations.names}
     asked["H"] = [to_tree(total(equations.energy))]
+    asked |= {one.name: [to_tree(one.multiplier)] for one in system.constraints}
     try:
         rates = shared(equations.steps, equations.slopes)
         quantities = {name: shared(equations.steps, trees) for name, trees in asked.items()}
@@ -362,6 +380,7 @@ def program_of(
         if name in used
     }
     about = [name, f"L = {system.lagrangian}" if system.hamiltonian is None else f"H = {system.hamiltonian}"]
+    about += [f"{one.name}: {one.expression} = 0" for one in system.constraints]
     about += [
         f"the force on {q} is {force}"
         for q, force in zip(phase.coordinates, system.forces, strict=True)
@@ -372,7 +391,16 @@ def program_of(
         arguments = [TIME, *equations.names]
         flow = code.function(equations.slopes, arguments, initial.parameters, equations.steps)
         run = Run(equations.start(initial).tolist(), _sizes(orbit, flow), orbit.times)
-    return Program(about, constants, TIME, equations.names, rates, quantities, (TIME, *phase.names, "H"), run)
+    return Program(
+        about,
+        constants,
+        TIME,
+        equations.names,
+        rates,
+        quantities,
+        (TIME, *phase.names, *list(asked)[-1 - len(system.constraints) :]),
+        run,
+    )
 
 
 def _sizes(orbit: OrbitSolution, flow: Flow) -> list[float]:

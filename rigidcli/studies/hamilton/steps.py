@@ -26,6 +26,7 @@ from rigidcli.language.tree import Name, Negative, Node, Product, Sum, bound
 from rigidcli.mechanics.generating import Generated
 from rigidcli.mechanics.hamilton_equations import TIME, Phase, velocity
 from rigidcli.report import Field, Step, Table
+from rigidcli.studies.hamilton import multipliers
 from rigidcli.studies.hamilton.derivation import Derivation
 from rigidcli.studies.hamilton.findings import Findings, as_typed
 from rigidcli.studies.hamilton.linear_equations import MOST_COLUMNS
@@ -45,6 +46,10 @@ MOST_PARTICLES = 3
 """Particles whose positions are shown: those of further ones follow the same rule."""
 
 
+OF_CONSTRAINTS = ("degrees_of_freedom", "multipliers.", "constraint_forces.", "accelerations.")
+"""How the keys of results begin that come after the multipliers of constraints."""
+
+
 def hamilton_steps(findings: Findings, fields: Sequence[Field], tables: Sequence[Table]) -> Iterator[Step]:
     """Lead to the results step by step; brackets with H show that quantities are conserved."""
     derivation, system = findings.derivation, findings.derivation.system
@@ -57,8 +62,14 @@ def hamilton_steps(findings: Findings, fields: Sequence[Field], tables: Sequence
         way = "The velocities are the rates of the positions, T is the sum of m v^2/2, and "
         sentence = f"{way if system.particles else ''}L = T - V."
         yield Step("Lagrangian", sentence, (*_energies(derivation), *shown))
+    constrained = (
+        [entry for entry in fields if entry.key.startswith(OF_CONSTRAINTS)] if system.constraints else []
+    )
     for part in PARTS if derivation.momenta is not None else PARTS[3:]:
+        if part.title == "Matrix form" and constrained:
+            yield from multipliers.steps(derivation, list(map(_titled, constrained)))
         shown = [entry for entry in fields if _belongs(entry, part) and entry.key not in repeated]
+        shown = [entry for entry in shown if entry not in constrained]
         listed = tuple(table for table in tables if table.key in part.keys)
         if not (shown or listed) or [(entry.key, entry.value) for entry in shown] == [("dH_dt", 0)]:
             continue

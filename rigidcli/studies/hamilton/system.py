@@ -8,12 +8,14 @@ from typing import NamedTuple, TypeAlias
 from rigidcli.algebra.calculus import derivative
 from rigidcli.algebra.expressions import ZERO, Expr, total
 from rigidcli.algebra.reading import from_tree
+from rigidcli.algebra.simplification import tidy
 from rigidcli.algebra.values import is_zero
 from rigidcli.document.document import Document
 from rigidcli.document.system import System
-from rigidcli.errors import DocumentError, ExpressionError
+from rigidcli.errors import DocumentError, ExpressionError, Problem, shown
 from rigidcli.language.expression import Expression
 from rigidcli.mechanics import hamilton_equations as energies
+from rigidcli.mechanics.constraints import Constraint, constraint, first_dependent, reactions
 from rigidcli.mechanics.hamilton_equations import linear
 
 
@@ -21,7 +23,8 @@ class SystemFunctions(NamedTuple):
     """The functions of a system that a document gives; None for what it does not say.
 
     `natural` says whether the coordinates are natural, None where that is open, and `reason` why. `forces`
-    are generalized ones beside L or H, one for every coordinate; they may hold velocities and momenta.
+    are generalized ones beside L or H, one for every coordinate; they may hold velocities and momenta, and
+    the multipliers of the `constraints`, whose forces are among them.
     """
 
     lagrangian: Expr | None
@@ -32,6 +35,7 @@ class SystemFunctions(NamedTuple):
     reason: str = ""
     forces: tuple[Expr, ...] = ()
     particles: tuple[energies.Particle, ...] = ()
+    constraints: tuple[Constraint, ...] = ()
 
 
 _Read: TypeAlias = Callable[[Expression | None, str], Expr | None]
@@ -55,9 +59,44 @@ def system_functions(document: Document) -> SystemFunctions:
         except ExpressionError as error:
             raise document.refusal(error.message, f"system.{key}") from error
 
-    given = system.forces or {}
-    forces = tuple(read(given.get(q), f"forces.{q}") or ZERO for q in system.coordinates)
-    return _energies(system, read)._replace(forces=forces)
+    given, lost = system.forces or {}, read(system.dissipation, "dissipation") or ZERO
+    forces = [read(given.get(q), f"forces.{q}") or ZERO for q in system.coordinates]
+    if lost:
+        pairs = zip(forces, system.velocities, strict=True)
+        forces = [force - tidy(derivative(lost, v)) for force, v in pairs]
+    limits = _constraints(document, system, read) if system.constraints else ()
+    if limits:
+        forces = [a + b for a, b in zip(forces, reactions(limits, len(forces)), strict=True)]
+    return _energies(system, read)._replace(forces=tuple(forces), constraints=limits)
+
+
+def _constraints(document: Document, system: System, read: _Read) -> tuple[Constraint, ...]:
+    """The constraints of a system. Raises DocumentError with all that are none, depend, or are too many."""
+    rates, problems = dict(zip(system.coordinates, system.velocities, strict=True)), list[Problem]()
+    found, equations = list[Constraint](), system.constraints or {}
+    for name, equation in equations.items():
+        key = f"system.constraints.{equation.place}"
+        e = read(equation.expression, f"constraints.{equation.place}")
+        try:
+            assert e is not None
+            found.append(constraint(name, e, rates))
+        except ExpressionError as error:
+            message = f"read {shown(equation.expression.text)}: {error.message}"
+            problems.append(document.problem(message, key, hint=error.hint))
+    if len(equations) > len(rates):
+        message = f"{len(equations)} constraints for {len(rates)} coordinates, expected at most {len(rates)}"
+        problems.append(
+            document.problem(message, "system.constraints", hint="leave out what follows from others")
+        )
+    elif not problems and (place := first_dependent(found)) is not None:
+        equation = equations[found[place].name]
+        before = f"the {place} before it" if place > 1 else "the one before it"
+        message = f"read {shown(equation.expression.text)}: it follows from {before}, or contradicts it"
+        hint = f"the slopes of these {place + 1} constraints have rank {place}; leave out one of them"
+        problems.append(document.problem(message, f"system.constraints.{equation.place}", hint=hint))
+    if problems:
+        raise DocumentError(problems)
+    return tuple(found)
 
 
 def _energies(system: System, read: _Read) -> SystemFunctions:

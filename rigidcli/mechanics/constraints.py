@@ -1,0 +1,155 @@
+"""Constraints, and the multipliers with which their forces stand in Lagrange's equations.
+
+A constraint is f(q, t) = 0, or is linear in the velocities: sum_i a_i(q, t) v_i + b(q, t) = 0. The first kind
+has the rate sum_i df/dq_i v_i + df/dt, so that both kinds have slopes a_i and a rest b. With the mass matrix
+M, what else stands in Lagrange's equations r, and A the matrix of the slopes,
+
+    M dv/dt + r = A^T lambda,        A dv/dt + c = 0,        c = (d(A v + b)/dq) v + d(A v + b)/dt,
+
+the second line being the rates of the constraints differentiated by the time. So
+
+    lambda = (A M^-1 A^T)^-1 (A M^-1 r - c).
+
+Source: H. Goldstein, C. Poole, J. Safko, Classical Mechanics, 3rd edition, section 2.4. There the multipliers
+are found case by case; the matrix form is that of E. Hairer, C. Lubich, G. Wanner, Geometric Numerical
+Integration, section IV.4.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from itertools import combinations
+from typing import NamedTuple
+
+import numpy as np
+
+from rigidcli.algebra import matrices
+from rigidcli.algebra.calculus import derivative
+from rigidcli.algebra.expressions import Expr, symbol, total
+from rigidcli.algebra.simplification import tidy
+from rigidcli.algebra.values import is_zero, sampled
+from rigidcli.errors import ExpressionError
+from rigidcli.mechanics.hamilton_equations import TIME, linear, velocity
+
+
+class Constraint(NamedTuple):
+    """A constraint, by the name of its multiplier. The `expression` vanishes, and so does its `rate`.
+
+    The rate is linear in the velocities, with the `slopes` (n), and is the `rest` where all is still.
+    Differentiated once more, it is the slopes times the accelerations, plus `turning`. It is `holonomic`
+    if it is the rate of a function of coordinates and time, perhaps after it is multiplied by a factor.
+    """
+
+    name: str
+    expression: Expr
+    rate: Expr
+    slopes: tuple[Expr, ...]
+    rest: Expr
+    turning: Expr
+    holonomic: bool
+
+    @property
+    def has_velocities(self) -> bool:
+        """Whether it is a condition on velocities, as that of rolling is."""
+        return self.expression == self.rate
+
+    @property
+    def multiplier(self) -> Expr:
+        """The multiplier as a symbol."""
+        return symbol(self.name)
+
+
+def constraint(name: str, e: Expr, velocities: Mapping[str, str]) -> Constraint:
+    """The constraint by which an expression vanishes; `velocities` names that of each coordinate.
+
+    Raises ExpressionError where neither coordinates nor velocities are in it, or it is not linear in these.
+    """
+    names, moving = tuple(velocities), tuple(velocities.values())
+    rate = e
+    if e.names.isdisjoint(moving):
+        rate = velocity(e, velocities)
+        if is_zero(e) or all(is_zero(derivative(e, q)) for q in names):
+            raise ExpressionError("there is no coordinate and no velocity in it, so that it is no constraint")
+    parts = linear([rate], moving)
+    if parts is None:
+        raise ExpressionError(
+            "it is not linear in the velocities",
+            hint="a constraint holds coordinates and the time, or velocities in the first power",
+        )
+    (slopes,), (rest,) = parts
+    if all(is_zero(slope) for slope in slopes):
+        raise ExpressionError("the velocities in it cancel, so that it is no constraint")
+    form = dict(zip((*names, TIME), (*slopes, rest), strict=True))
+    is_whole = rate is not e or _is_integrable(form)
+    return Constraint(name, e, rate, tuple(slopes), rest, velocity(rate, velocities), is_whole)
+
+
+def _is_integrable(form: Mapping[str, Expr]) -> bool:
+    """Whether a differential form, by its coefficients, is a factor times a differential (Frobenius)."""
+    inside = {name for e in form.values() for name in e.names}
+    used = [x for x, e in form.items() if e or x in inside]
+
+    def turned(x: str, y: str) -> Expr:
+        return derivative(form[y], x) - derivative(form[x], y)
+
+    return all(
+        is_zero(form[x] * turned(y, z) + form[y] * turned(z, x) + form[z] * turned(x, y))
+        for x, y, z in combinations(used, 3)
+    )
+
+
+def first_dependent(constraints: Sequence[Constraint]) -> int | None:
+    """The place of the first constraint that follows from those before it; None if all are independent."""
+    rows = sampled([e for one in constraints for e in one.slopes], {})
+    if rows is None:
+        return None
+    at_points = rows.reshape(len(rows), len(constraints), -1)
+    at_points /= np.abs(at_points).max(axis=2, keepdims=True)
+    for place in range(1, len(constraints)):
+        if np.linalg.matrix_rank(at_points[:, : place + 1], tol=1e-10).max() <= place:
+            return place
+    return None
+
+
+def reactions(constraints: Sequence[Constraint], size: int) -> list[Expr]:
+    """The generalized forces of the constraints (n), sum_j lambda_j a_ji, with the multipliers as symbols."""
+    return [total(one.multiplier * one.slopes[i] for one in constraints) for i in range(size)]
+
+
+def multipliers(
+    constraints: Sequence[Constraint], masses: matrices.Matrix, rest: Sequence[Expr]
+) -> tuple[Expr, ...] | None:
+    """The multipliers in coordinates, velocities and the time; None where they are too long to read.
+
+    `masses` is the mass matrix, `rest` (n) what else stands in Lagrange's equations without the multipliers.
+    """
+    inverse = matrices.inverse(masses, matrices.FEW_TERMS)
+    if inverse is None:
+        return None
+    rows = [one.slopes for one in constraints]
+    lighter = matrices.product(rows, inverse)
+    couplings = matrices.product(lighter, [*zip(*rows, strict=True)])
+    solved = matrices.inverse([[tidy(e) for e in row] for row in couplings], matrices.FEW_TERMS)
+    if solved is None:
+        return None
+    right = [
+        tidy(total([*(a * r for a, r in zip(row, rest, strict=True)), -one.turning]))
+        for row, one in zip(lighter, constraints, strict=True)
+    ]
+    return tuple(tidy(total(a * b for a, b in zip(row, right, strict=True))) for row in solved)
+
+
+def fixed(constraints: Sequence[Constraint], velocities: Mapping[str, str]) -> dict[str, Expr]:
+    """Coordinates and velocities that a constraint fixes by itself, as r - l fixes r, and rdot with it."""
+    known: dict[str, Expr] = {}
+    for one in constraints:
+        names = [name for name in (*velocities, *velocities.values()) if name in one.expression.names]
+        parts = linear([one.expression], names) if len(names) == 1 else None
+        if parts is None:
+            continue
+        ((slope,),), (rest,) = parts
+        value = tidy(-rest / slope)
+        known[names[0]] = value
+        if names[0] in velocities:
+            known[velocities[names[0]]] = tidy(derivative(value, TIME))
+    return known
