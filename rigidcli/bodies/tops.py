@@ -115,8 +115,8 @@ def _require_possible(
             f"read {shown(n.size(lambda3))}, expected at most 2 lambda1 = {n.size(2 * lambda1):.6g} kg m^2",
             path=("lambda3",),
         )
-    if n.sign(2 * central - lambda3) == -1 and n.size(lambda3 - 2 * central) > 2 * open1 + open3:
-        return ("lambda3 > 2 (lambda1 - M R^2): no rigid body has these moments about its centre of mass",)
     if -1 in (n.sign(central), n.sign(2 * lambda1 - lambda3)):
         return ("a body has these moments only within the rounding of the digits typed",)
+    if n.sign(2 * central - lambda3) == -1 and n.size(lambda3 - 2 * central) > 1e-12 * across:
+        return ("lambda3 > 2 (lambda1 - M R^2): no rigid body has these moments about its centre of mass",)
     return ()
