@@ -17,7 +17,8 @@ from typing import Any, TypeAlias
 
 from rigidcli.check import Feedback
 from rigidcli.commands import COMMANDS, STUDIES, Command
-from rigidcli.document.load import KEYS, MAPPING, Source, plain, read_source
+from rigidcli.document.document import Document
+from rigidcli.document.load import MAPPING, Source, plain, read_source
 from rigidcli.errors import DocumentError, Problem, UsageError, nearest, shown
 from rigidcli.reference.pages import result_rows
 from rigidcli.result import Result
@@ -64,7 +65,7 @@ rigidcli.RigidError
 """The help of a study."""
 
 Settings: TypeAlias = Mapping[str, object] | Sequence[str]
-"""Values by their keys, where a key that no document has is a parameter; or texts such as `body.mass=3`."""
+"""Values by their keys, such as `body.mass` or the name of a parameter; or texts such as `body.mass=3`."""
 
 Study: TypeAlias = Callable[..., Result]
 """A study as a function. Each takes the options that its help names, and refuses others."""
@@ -99,7 +100,7 @@ def _answer(
     if unknown := options.keys() - inspect.signature(run).parameters.keys():
         raise TypeError(f"{row.name}() got an unexpected keyword argument {unknown.pop()!r}")
     try:
-        document = read_source(source, exact, _texts(settings))
+        document = _read(source, exact, settings, row.ignored.split())
         report = run(document, **options)
     except DocumentError as error:
         raise DocumentError(_placed(error)) from None
@@ -112,7 +113,7 @@ def _answer(
 def validate(document: Source, *, exact: bool = False, settings: Settings = ()) -> list[Problem]:
     """What is wrong with a document: problems with line, key, message and hint; none where it is valid."""
     try:
-        read_source(document, exact, _texts(settings))
+        _read(document, exact, settings)
     except DocumentError as error:
         return _placed(error)
     return []
@@ -128,12 +129,20 @@ def _placed(error: DocumentError) -> list[Problem]:
     return [placed(problem) for problem in error.problems]
 
 
+def _read(source: Source, exact: bool, settings: Settings, ignored: Sequence[str] = ()) -> Document:
+    """The document of a source. Raises UsageError for a setting that nothing uses."""
+    document = read_source(source, exact, _texts(settings))
+    for path in document.reading.draft.changed if settings else ():
+        if path[0] in ignored or (path[0] == "parameters" and path[-1] in document.unused):
+            raise UsageError(f"settings: nothing uses `{'.'.join(map(str, path))}`")
+    return document
+
+
 def _texts(settings: Settings) -> Sequence[str]:
     """Settings as on the command line."""
     if not isinstance(settings, Mapping):
         return settings
-    paths = {key: key if "." in key or key in KEYS else f"parameters.{key}" for key in settings}
-    return [f"{paths[key]}={json.dumps(value, default=plain)}" for key, value in settings.items()]
+    return [f"{key}={json.dumps(value, default=plain)}" for key, value in settings.items()]
 
 
 inertia, axes, precess, euler, hamilton = map(_study, ("inertia", "axes", "precess", "euler", "hamilton"))

@@ -63,6 +63,9 @@ def test_settings_and_options() -> None:
         rigidcli.axes(rigidcli.loads(TEXT), exact=True)
     with pytest.raises(rigidcli.DocumentError, match=r"^with settings: body.mas: unknown key"):
         rigidcli.axes({"body": BODY}, settings={"body.mas": 2})
+    for setting in ("mass", "masss", "parameters.z", "orbit"):
+        with pytest.raises(rigidcli.RigidError, match=f"settings: (nothing uses `)?{setting}"):
+            rigidcli.axes(TEXT, settings={setting: 3})
     with pytest.raises(TypeError, match=r"^axes\(\) got an unexpected keyword argument 'setings'"):
         rigidcli.axes(TEXT, setings={"a": 1})
 

@@ -251,9 +251,10 @@ def require_used(work: Work, files: Sequence[str], sweep: Sweep | None) -> None:
     first = [] if sweep is None else sweep.settings(sweep.point(0))
     for option, text in [*(("--set", text) for text in work.settings), *((SWEEP, text) for text in first)]:
         path, _ = split_setting(text)
+        may_be_parameter = path[0] == "parameters" or len(path) == 1
         if path[0] in work.command.ignored.split():
             hint = f"`{work.command.name}` does not read `{path[0]}`"
-        elif path[0] == "parameters" and all(_is_unused(path[-1], work, file, first) for file in files):
+        elif may_be_parameter and all(_is_unused(path[-1], work, file, first) for file in files):
             hint = "a parameter is used where its name stands in the document"
         else:
             continue

@@ -10,7 +10,7 @@ from dataclasses import dataclass, field, replace
 from functools import lru_cache
 from typing import TYPE_CHECKING, Any, Self
 
-from rigidcli.document.syntax import decimal, read_tree, read_value
+from rigidcli.document.syntax import TITLES, decimal, read_tree, read_value
 from rigidcli.errors import (
     UNKNOWN,
     DocumentError,
@@ -63,6 +63,22 @@ def _steps(key: str) -> Path:
     """The path in a key such as `size[0]`. A sweep asks for the same path at every value."""
     steps = re.sub(r"\[(\d+)\]", r".\1", key).split(".")  # `size[0]` is `size.0`
     return tuple(int(step) if step.isdecimal() else step for step in map(str.strip, steps))
+
+
+def is_parameter(path: Path, tree: Any) -> bool:
+    """Whether a path is the bare name of a parameter, which the document has, or uses without a value."""
+    if len(path) > 1 or not isinstance(tree, dict) or path[0] in tree:
+        return False
+    return path[0] in (tree.get("parameters") or ()) or mentions(tree, str(path[0]))
+
+
+def mentions(tree: Any, name: str) -> bool:
+    """Whether a name stands in an expression of the tree: in a text, and not in a title or as a key."""
+    if isinstance(tree, dict):
+        return any(mentions(value, name) for key, value in tree.items() if key not in TITLES)
+    if isinstance(tree, list):
+        return any(mentions(value, name) for value in tree)
+    return isinstance(tree, str) and re.search(rf"(?<!\w){re.escape(name)}(?!\w)", tree) is not None
 
 
 def put(tree: Any, path: Path, value: object, above: Path = ()) -> tuple[Any, Path]:
@@ -141,6 +157,8 @@ class Draft:
         for setting in settings:
             path, text = split_setting(setting)
             key = ".".join(map(str, path))
+            if is_parameter(path, tree):
+                path = ("parameters", *path)
             own = self.options.get(key)
             value = read_value(text, own or f"{option} {key}")
             try:

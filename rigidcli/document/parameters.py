@@ -4,14 +4,14 @@ from __future__ import annotations
 
 import contextlib
 import re
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from graphlib import CycleError, TopologicalSorter
 from typing import Any, TypeVar
 
 from rigidcli.errors import ExpressionError, Path, ValueProblem, at, gathered, nearest, shown
 from rigidcli.fields.environment import Environment, Parameter
 from rigidcli.fields.section import refuse
-from rigidcli.fields.words import variable_called, with_colon
+from rigidcli.fields.words import SYMBOLIC, folded, variable_called, with_colon
 from rigidcli.language.expression import RESERVED, Expression, parse
 from rigidcli.language.functions import CONSTANTS
 from rigidcli.language.tree import Constant, Name
@@ -50,6 +50,7 @@ def read_parameters(env: Environment, raw: Any, *, has_time: bool) -> list[Value
     uses: dict[str, frozenset[str]] = {}
     for name, key in spelling.items():
         with gathered(problems, key):
+            _require_value(name, raw[key], spelling)
             typed = parameters[name].typed = None if raw[key] is None else env.typed(raw[key])
             uses[name] = typed.names & spelling.keys() if isinstance(typed, Expression) else frozenset()
     for name in _in_order(uses, problems, spelling):
@@ -66,6 +67,14 @@ def read_parameters(env: Environment, raw: Any, *, has_time: bool) -> list[Value
             parameter.dimension = None if parameter.typed is None else env.dimension(parameter.typed)
             parameter.is_broken = False
     return [problem.below("parameters") for problem in problems]
+
+
+def _require_value(name: str, value: object, names: Collection[str]) -> None:
+    """Raise ValueProblem for a word, or the name itself, where a parameter stays a symbol."""
+    word = folded(value) if isinstance(value, str) else None
+    if value == name or (word in SYMBOLIC and value not in names):
+        hint = f"a symbol has no value: write `{name}: null`"
+        raise ValueProblem(f"read {shown(value)}, expected a number, or null for a symbol", hint=hint)
 
 
 def read_names(raw: Mapping[str, Any], *, has_time: bool = True) -> tuple[dict[str, str], list[ValueProblem]]:

@@ -48,6 +48,9 @@ KEYS_BY_WORD = _by_word("key")
 HALVED = _by_word("half")
 """The keys of half the quantity that a word names, such as the radius for a diameter."""
 
+SYMBOLIC = _by_word("symbol")
+"""Words that stand for the value of a parameter that has none; a document says `null`."""
+
 _ADJECTIVES = re.compile(r"^(solid|uniform|homogeneous|thin|full|round|circular|straight|flat)_")
 """Adjectives before the name of a shape that do not make it another shape."""
 
