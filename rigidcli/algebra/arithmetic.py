@@ -28,8 +28,8 @@ from rigidcli.core.arithmetic import Arithmetic, Array
 from rigidcli.errors import ComputationError, ExpressionError
 from rigidcli.language.tree import Node
 
-LONGEST_KEY = 40_000
-"""Length of the key of the longest result: its text would be several pages long."""
+MOST_NODES = 4_000
+"""The most nodes of a result: its text would be several pages long."""
 
 _HALF = Fraction(1, 2)
 
@@ -45,7 +45,7 @@ def tidy(e: Expr) -> Expr:
     if simplification.is_product(short):
         return short
     shorter = simplification.shortest([short, *_fractions(short)])
-    if len(shorter.key) > LONGEST_KEY:
+    if shorter.nodes > MOST_NODES:
         raise ComputationError("an exact result is too long to print")
     if values.is_zero(shorter):
         return ZERO

@@ -90,8 +90,11 @@ class Terms:
 
     @cached_property
     def nodes(self) -> int:
-        """The number of its terms and their factors, at any depth: its size, whatever its names are."""
-        return sum(1 + sum(atom.nodes for atom, _ in monomial) for monomial in self.terms)
+        """How many numbers, names, powers and functions are in it, whatever the names are: its size."""
+        return sum(
+            (abs(c) != 1 or not monomial) + sum(atom.nodes + (n != 1) for atom, n in monomial)
+            for monomial, c in self.terms.items()
+        )
 
     @cached_property
     def ordered(self) -> tuple[tuple[Monomial, Rational], ...]:

@@ -10,7 +10,7 @@ python-flint does the work on polynomials. It is loaded here, 0.04 s, and only w
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Sequence
+from collections.abc import Collection, Iterable, Sequence
 from fractions import Fraction
 from typing import Any, NamedTuple
 
@@ -214,6 +214,27 @@ def vanishes(e: Expr) -> bool:
     """
     quotient = _quotient(e, None)
     return quotient.outside[0][0].is_zero or bool(quotient.above == 0)
+
+
+def independent_rows(parts: Sequence[Expr], moving: Collection[str]) -> list[list[Expr]]:
+    """The linear equations for c under which sum_k c_k parts_k vanishes for all values of `moving` names.
+
+    The c may depend on the other names. Each row has the coefficients of one product of powers of the atoms
+    that hold moving names; these products are independent once squares of roots and sines are put in.
+    Raises ExpressionError where a part is too large.
+    """
+    numerators = list(map(expand, parts))
+    while lowest := _lowest(numerators):
+        numerators = [expand(divided(part, 1, lowest)) for part in numerators]
+    ring = _ring(numerators)
+    still = {place for atom, (place, _) in ring.variables.items() if atom.names.isdisjoint(moving)}
+    rows: dict[tuple[int, ...], list[dict[tuple[int, ...], Any]]] = {}
+    for k, part in enumerate(numerators):
+        for powers, coefficient in ring.polynomial(part).to_dict().items():
+            outside = tuple(0 if place in still else n for place, n in enumerate(powers))
+            inside = tuple(n if place in still else 0 for place, n in enumerate(powers))
+            rows.setdefault(outside, [{} for _ in parts])[k][inside] = coefficient
+    return [[ring.expr(ring.context.from_dict(entry)) for entry in row] for row in rows.values()]
 
 
 def factors(e: Expr, allowance: Allowance | None = None) -> list[tuple[Expr, int]]:

@@ -24,8 +24,8 @@ from rigidcli.language.text import text
 MAX_TERMS_TO_TIDY = 300
 """Most terms of a sum that is rearranged at all."""
 
-LONGEST_KEY_TO_TIDY = 9_000
-"""Length of the key of the longest expression that is rearranged: its text fills more than a page."""
+MOST_NODES_TO_TIDY = 1_000
+"""The most nodes of an expression that is rearranged: its text fills more than a page."""
 
 MAX_STEPS_TO_TIDY = 20_000
 """Steps in one call after which no further forms are looked for: a few hundredths of a second."""
@@ -50,7 +50,7 @@ def tidy(e: Expr) -> Expr:
 
 def _tidied(e: Expr, allowance: Allowance) -> Expr:
     has_parts = len(e.terms) > 1 or any(isinstance(atom, (Group, Applied)) for atom in e.atoms)
-    if len(e.terms) > MAX_TERMS_TO_TIDY or len(e.key) > LONGEST_KEY_TO_TIDY or not has_parts:
+    if len(e.terms) > MAX_TERMS_TO_TIDY or e.nodes > MOST_NODES_TO_TIDY or not has_parts:
         return e
 
     def tidied(atom: Atom) -> Expr | None:
@@ -306,7 +306,7 @@ def _in_one_function(e: Expr, allowance: Allowance) -> Expr:
     arguments = dict.fromkeys((_PAIR_OF[atom.function], atom.arguments[0]) for atom in _functions(e))
     for pair, x in sorted(arguments, key=lambda each: (_PAIRS.index(each[0]), each[1].key)):
         ways = [_without_squares(e, pair, function, x, allowance) for function in (pair.odd, pair.even)]
-        e = min([e, *ways], key=lambda way: (len(way.terms), len(way.key), way.key))
+        e = min([e, *ways], key=lambda way: (len(way.terms), way.nodes, way.key))
     return e
 
 

@@ -180,7 +180,7 @@ def solution(
     """
     if not unknowns:
         return {}
-    for equation in sorted(equations, key=lambda e: (len(e.names.intersection(unknowns)), len(e.key))):
+    for equation in sorted(equations, key=lambda e: (len(e.names.intersection(unknowns)), e.nodes)):
         for unknown in unknowns:
             for value in _values(equation, unknown) if unknown in equation.names else ():
                 trials.spend(1)

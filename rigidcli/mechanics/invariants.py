@@ -1,14 +1,19 @@
 """Conserved quantities: sums of given terms whose Poisson bracket with H vanishes, by linear algebra.
 
-A term is a product of up to two momenta, a function of the coordinates, and a product of parameters. The
-functions are powers of the coordinates, sines and cosines of angles, and what stands in H; the products of
-parameters are ratios of the coefficients of H. The values of the brackets {f, H} at random points make a
-matrix, whose null space has the sums that are conserved; then their brackets are shown to vanish. Those
-linear in the momenta are always looked for, as total and angular momentum, others for few coordinates.
+Those linear in the momenta, F = sum_i X_i(q) p_i + f(q), are always looked for: by Noether's theorem X
+generates a symmetry, as of total and angular momentum. Those of degree 2 are looked for in Cartesian
+coordinates alone, where T = p.A.p/2 has constant coefficients. There the X that keep T are known:
+translations p_i and rotations y_i p_j - y_j p_i with y = A^-1 q; and the terms of degree 2 are products of
+two of these. Elsewhere X is a sum of powers of the coordinates, and of sines and cosines of angles.
 
-Source: J. Hietarinta, Direct methods for the search of the second invariant, Physics Reports 147 (1987) 87.
-There the functions of the coordinates are free and solve differential equations; here they come from a list,
-so that there may be others.
+The values of the brackets {F, H} at random points, with random values of the parameters, make a matrix whose
+null space tells which terms belong together. Their coefficients are then worked out as functions of the
+parameters, and the bracket of the whole is shown to vanish.
+
+Sources: H. Goldstein, C. Poole, J. Safko, Classical Mechanics, 3rd edition, section 13.7; J. Hietarinta,
+Direct methods for the search of the second invariant, Physics Reports 147 (1987) 87. There the functions of
+the coordinates are free and solve differential equations; here they come from a list, so that there may be
+others.
 """
 
 from __future__ import annotations
@@ -16,49 +21,59 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator, Sequence
 from contextlib import suppress
 from fractions import Fraction
-from itertools import combinations_with_replacement, permutations, product
+from itertools import combinations, combinations_with_replacement, permutations, product
 
 import numpy as np
 
-from rigidcli.algebra.atoms import Applied, Atom, Group, Monomial
+from rigidcli.algebra import matrices
+from rigidcli.algebra.atoms import Applied, Atom, Group
 from rigidcli.algebra.calculus import derivative
-from rigidcli.algebra.expansion import expand
-from rigidcli.algebra.expressions import ONE, Expr, factored, gathered, symbol, total
+from rigidcli.algebra.expansion import coefficients, expand
+from rigidcli.algebra.expressions import ONE, ZERO, Expr, factored, gathered, number, symbol, total
+from rigidcli.algebra.fractions import independent_rows
 from rigidcli.algebra.functions import apply
 from rigidcli.algebra.simplification import tidy
 from rigidcli.algebra.substitution import substitute
-from rigidcli.algebra.values import is_zero, sampled
+from rigidcli.algebra.trees import plain_tree
+from rigidcli.algebra.values import HIGH, LOW, is_zero
 from rigidcli.core.arithmetic import Floats
 from rigidcli.core.elimination import echelon
 from rigidcli.errors import ExpressionError
-from rigidcli.mechanics.hamilton_equations import TIME, Phase, bracket
+from rigidcli.language import code
+from rigidcli.mechanics.hamilton_equations import TIME, Phase, bracket, coefficient, has_degrees
 
 MOST_COORDINATES = 9
 """With more coordinates only sums of momenta are tried: there are n^2 products of coordinates and momenta."""
 
 FEW_COORDINATES = 3
-"""The most coordinates of terms of degree 2 in the momenta."""
+"""The most coordinates with terms of degree 2 in the momenta, and in the coordinates at a momentum."""
 
-MOST_TERMS = 160
-"""The most terms of one sum: their brackets take a tenth of a second."""
+MOST_TERMS = 200
+"""The most terms of one sum: the null space of their brackets takes a hundredth of a second."""
 
 SPARE = 20
 """Random points beyond the number of terms at which sums of brackets have to vanish."""
 
+TRIES = 4
+"""Random points for each one that is needed, as H has no value at some."""
+
+SCALES = (1.0, 0.1)
+"""Sizes of the momenta at the points: a relativistic or optical H has no value where they are large."""
+
 NONE = 1e-12
-"""Singular values below this, in units of the largest one, are rounding errors of some hundred terms."""
+"""Singular values of columns of size 1 below this are rounding errors of some hundred terms."""
 
-LARGEST = 1000
-"""The largest denominator in a sum that is conserved."""
+LEAST = 1e-6
+"""A coefficient below this share of the largest is rounding, as parameters are of the order of 1."""
 
-LONGEST_TURNING = 200
-"""The longest key of an H with angles for which more than momenta is tried: in spherical coordinates 160."""
+ROUNDING = 1e-10
+"""A sum below this share of its terms is zero."""
+
+MOST_DENOMINATOR = 60
+"""The largest denominator of a coefficient that is taken for a number."""
 
 MOST_INNER = 10
 """The most functions by which the sine of a free angle is multiplied; these are the simplest ones."""
-
-MOST_FACTORS = 6
-"""The most products of parameters by which terms are multiplied; these are the simplest ones."""
 
 POINTS = 12
 """Random points at which gradients are compared: those of dependent functions are combinations at all."""
@@ -77,70 +92,77 @@ def conserved_quantities(hamiltonian: Expr, phase: Phase, known: Sequence[Expr])
     quantities: list[Expr] = []
     with suppress(ExpressionError):
         for terms in _trial_sums(hamiltonian, phase):
-            candidates = [_primitive(e, phase) for e in _null_sums(terms, hamiltonian, phase)]
-            for e in sorted(dict.fromkeys(candidates), key=lambda e: (len(str(e)), str(e))):
-                if _is_new(e, [hamiltonian, *known, *quantities], phase):
-                    quantities.append(e)
+            quantities += _new_sums(terms[:MOST_TERMS], [hamiltonian, *known, *quantities], phase)
     return tuple(quantities)
 
 
 def _trial_sums(hamiltonian: Expr, phase: Phase) -> Iterator[list[Expr]]:
     """The terms of the sums that are looked for, list by list: linear in the momenta, then of degree 2."""
-    momenta, coordinates = [symbol(p) for p in phase.momenta], [symbol(q) for q in phase.coordinates]
-    parts = _parts(hamiltonian, phase)
+    momenta = [symbol(p) for p in phase.momenta]
     straight, angles = _kinds(hamiltonian, phase)
-    if len(coordinates) > MOST_COORDINATES or (angles and len(hamiltonian.key) > LONGEST_TURNING):
-        yield momenta
-        return
-    waves = [apply(function, symbol(q)) for q in angles for function in ("sin", "cos")]
     lines = [symbol(q) for q in straight]
-    pieces = _simplest(_pieces(parts, phase))
-    backwards = substitute(hamiltonian, {p: -symbol(p) for p in phase.momenta})
-    ratios = (a / b for a, b in permutations(dict.fromkeys(parts.values()), 2))
-    factors = _simplest([ONE, *ratios])[:MOST_FACTORS]
-    functions = _simplest([ONE, *lines, *waves])
+    waves = [apply(function, symbol(q)) for q in angles for function in ("sin", "cos")]
     squares = [a * b for a, b in combinations_with_replacement(lines, 2)]
-    if len(coordinates) <= FEW_COORDINATES:
-        functions += [*_turning(parts, angles, pieces), *squares]
-    linear = _products([*functions, *factors], momenta)
-    if backwards != hamiltonian:
-        linear += _products([*lines, *waves, *squares], factors)
-    yield linear[:MOST_TERMS]
-    if len(coordinates) > FEW_COORDINATES or TIME in hamiltonian.names:
-        return
-    powers = [ONE] if angles else [ONE, *lines, *squares]
-    kinetic = [*powers, *pieces] if angles else powers
-    pairs = [a * b for a, b in combinations_with_replacement(momenta, 2)]
-    alone = _simplest([*powers, *waves, *pieces, *_products(pieces, [] if angles else lines)])
-    quadratic = [*_products(kinetic, pairs), *_products(alone[1:], factors)]
-    yield quadratic[:MOST_TERMS] if backwards == hamiltonian else [*quadratic, *linear][:MOST_TERMS]
+    is_even = substitute(hamiltonian, {p: -symbol(p) for p in phase.momenta}) == hamiltonian
+    is_small = len(momenta) <= FEW_COORDINATES
+    generators = _motions(hamiltonian, phase, straight)
+    if generators:
+        linear = generators
+    elif len(momenta) > MOST_COORDINATES:
+        linear = momenta
+    else:
+        turning = [*_turning(hamiltonian, phase, angles), *squares] if is_small else []
+        linear = _products([ONE, *lines, *waves, *turning], momenta)
+    if not is_even:
+        linear = [*linear, *lines, *waves, *squares]
+    yield linear
+    if generators and is_small and TIME not in hamiltonian.names:
+        pieces = list(_pieces(hamiltonian, phase))
+        alone = [*lines, *squares, *waves, *pieces, *_products(pieces, lines)]
+        pairs = [a * b for a, b in combinations_with_replacement(generators, 2)]
+        yield list(dict.fromkeys([*pairs, *_simplest(alone), *([] if is_even else linear)]))
 
 
-def _turning(parts: Iterable[Monomial], angles: Sequence[str], pieces: Sequence[Expr]) -> list[Expr]:
+def _motions(hamiltonian: Expr, phase: Phase, straight: Sequence[str]) -> list[Expr]:
+    """The momenta, and the angular momenta of pairs of coordinates that are `straight`, in Cartesian ones.
+
+    There the energy of the momenta is p.A.p/2 with a constant matrix A. Elsewhere there are none.
+    """
+    polynomial = coefficients(hamiltonian, phase.momenta)
+    size, momenta = len(phase.momenta), [symbol(p) for p in phase.momenta]
+    if not has_degrees(polynomial, 0, 1, 2):
+        return []
+    A = [
+        [coefficient(polynomial, size, i, j) * (2 if i == j else 1) for j in range(size)] for i in range(size)
+    ]
+    fixed = not any(e.names.intersection((*phase.coordinates, TIME)) for row in A for e in row)
+    masses = matrices.inverse(A) if fixed and matrices.is_regular(A) else None
+    if masses is None:
+        return []
+    y = [total(m * symbol(q) for m, q in zip(row, phase.coordinates, strict=True)) for row in masses]
+    places = [k for k, q in enumerate(phase.coordinates) if q in straight and size <= MOST_COORDINATES]
+    turns = [y[i] * momenta[j] - y[j] * momenta[i] for i, j in combinations(places, 2)]
+    return [*momenta, *(_primitive(turn, phase) for turn in turns)]
+
+
+def _turning(hamiltonian: Expr, phase: Phase, angles: Sequence[str]) -> list[Expr]:
     """Functions with the sine or cosine of an angle that is not in H, as angular momenta across its axis."""
-    used = {name for monomial in parts for atom, _ in monomial for name in atom.names}
-    free = [apply(f, symbol(q)) for q in angles if q not in used for f in ("sin", "cos")]
-    others = [apply(f, symbol(q)) for q in angles if q in used for f in ("sin", "cos")]
+    free = [apply(f, symbol(q)) for q in angles if q not in hamiltonian.names for f in ("sin", "cos")]
+    others = [apply(f, symbol(q)) for q in angles if q in hamiltonian.names for f in ("sin", "cos")]
+    pieces = _pieces(hamiltonian, phase) if free else ()
     inner = [ONE, *pieces, *(a / b for a, b in permutations(others, 2)), *(1 / a for a in others)]
     return _products(free, _simplest(inner)[:MOST_INNER])
 
 
-def _parts(hamiltonian: Expr, phase: Phase) -> dict[Monomial, Expr]:
-    """The terms of H, multiplied out: products of functions of coordinates and momenta, with coefficients."""
+def _pieces(hamiltonian: Expr, phase: Phase) -> Iterator[Expr]:
+    """The factors of the terms of H, multiplied out, that hold coordinates and no momenta.
+
+    With them come the roots of those that are squares.
+    """
     names = frozenset(phase.names)
-    parts: dict[Monomial, list[Expr]] = {}
-    for monomial, coefficient in expand(hamiltonian).ordered:
-        moving = tuple(factor for factor in monomial if not names.isdisjoint(factor[0].names))
-        fixed = {atom: n for atom, n in monomial if names.isdisjoint(atom.names)}
-        if moving:
-            parts.setdefault(moving, []).append(gathered(coefficient, fixed))
-    return {moving: total(values) for moving, values in parts.items()}
-
-
-def _pieces(parts: Iterable[Monomial], phase: Phase) -> Iterator[Expr]:
-    """The factors of the terms of H that hold no momenta, and the roots of their squares."""
-    for monomial in parts:
-        still = {a: n for a, n in monomial if a.names.isdisjoint(phase.momenta)}
+    for monomial in expand(hamiltonian).terms:
+        still = {a: n for a, n in monomial if not a.names.isdisjoint(names)}
+        still = {a: n for a, n in still.items() if a.names.isdisjoint(phase.momenta)}
         if still:
             yield gathered(1, still)
             if all(n % 2 == 0 for n in still.values()):
@@ -168,45 +190,127 @@ def _outside(e: Expr) -> Iterator[str]:
             yield from _outside(atom.inner) if isinstance(atom, Group) else atom.names
 
 
-def _null_sums(terms: Sequence[Expr], hamiltonian: Expr, phase: Phase) -> Iterator[Expr]:
-    """The sums of terms that are conserved: for two orders of the terms, as many as the null space has."""
-    brackets = [bracket(f, hamiltonian, phase) for f in terms]
-    values = sampled(brackets, {}, len(terms) + SPARE, signed=phase.names)
-    if values is None:
-        return
-    # High powers are of very different sizes from point to point.
-    values /= np.maximum(np.abs(values).max(axis=1, keepdims=True), np.finfo(float).tiny)
-    sizes = np.linalg.norm(values, axis=0)
-    sizes[sizes == 0] = 1.0
-    _, singular, rows = np.linalg.svd(values / sizes)
-    null = rows[(singular > NONE * singular.max(initial=1.0)).sum() :] / sizes
+def _new_sums(terms: Sequence[Expr], known: Sequence[Expr], phase: Phase) -> list[Expr]:
+    """The sums of terms that are conserved, and no functions of what is `known`, of which H is the first."""
+    sample = _gradients([*known, *terms], phase, len(terms) + SPARE)
+    if sample is None:
+        return []
+    slopes, constants = sample
+    found, there, own = list[Expr](), slopes[:, : len(known)], slopes[:, len(known) :]
+    vectors = [(np.flatnonzero(row).tolist(), row[row != 0]) for row in _null_rows(own, slopes[:, :1])]
+    for places, values in sorted(vectors, key=lambda v: (len(v[0]), sum(terms[k].nodes for k in v[0]), v[0])):
+        part = own[:, places]
+        if _is_new(_combined(values, part), there):
+            for vector in _exact([terms[k] for k in places], values.tolist(), known[0], phase):
+                numbers = [x.evaluate(**{name: constants[name] for name in x.names}) for x in vector]
+                slope = _combined(np.array(numbers), part)
+                if _is_new(slope, there):
+                    there = np.concatenate([there, slope[:, np.newaxis]], axis=1)
+                    e = total(x * terms[k] for x, k in zip(vector, places, strict=True))
+                    found.append(_primitive(e, phase))
+    return found
+
+
+def _null_rows(slopes: Floats, of_h: Floats) -> Iterator[Floats]:
+    """Coefficients of sums of terms whose brackets with H vanish, by the slopes (points by terms by names).
+
+    For two orders of the terms, they are as many as the null space has dimensions, and have many zeros.
+    """
+    (by_q, by_p), (h_by_q, h_by_p) = np.split(slopes, 2, axis=2), np.split(of_h, 2, axis=2)
+    parts = np.concatenate([by_q * h_by_p, -by_p * h_by_q], axis=2)
+    # Rows and columns are divided by the sizes of what is added up in them, so that rounding stays small.
+    sizes = np.abs(parts).sum(axis=2)
+    rows = np.maximum(sizes.max(axis=1, keepdims=True), np.finfo(float).tiny)
+    columns = np.linalg.norm(sizes / rows, axis=0)
+    columns[columns == 0] = 1.0
+    _, singular, basis = np.linalg.svd(parts.sum(axis=2) / rows / columns)
+    null = basis[(singular > NONE).sum() :] / columns
     for turn in (1, -1):
         for row in echelon(null[:, ::turn], len(null), DEPENDENT)[0]:
-            numbers = {k: x for k, x in enumerate(row[::turn].tolist()) if abs(x) > 0.5 / LARGEST}
-            e = total(Fraction(x).limit_denominator(LARGEST) * terms[k] for k, x in numbers.items())
-            if TIME not in e.names and not is_zero(e) and is_zero(bracket(e, hamiltonian, phase)):
-                yield e
+            yield np.where(np.abs(row) > LEAST * np.abs(row).max(), row, 0.0)[::turn]
 
 
-def _is_new(e: Expr, known: Sequence[Expr], phase: Phase) -> bool:
-    """Whether the gradient of a function is no combination of others at random points."""
-    slopes = [derivative(f, name) for f in (*known, e) for name in phase.names]
-    values = sampled(slopes, {}, count=POINTS, signed=phase.names)
-    if values is None:
-        return False
-    gradients: Floats = values.reshape(POINTS, len(known) + 1, -1)
-    sizes = np.linalg.norm(gradients, axis=2, keepdims=True)
-    units = gradients / np.where(sizes == 0, 1.0, sizes)
+def _gradients(functions: Sequence[Expr], phase: Phase, count: int) -> tuple[Floats, dict[str, float]] | None:
+    """The slopes of functions by coordinates and momenta (points by functions by names) at random points.
+
+    With them the values of the parameters, which are the same at all points. None where there are not so many
+    points with values.
+    """
+    chance = np.random.default_rng(1)
+    slopes = [derivative(e, name) for e in functions for name in phase.names]
+    distinct = {e: place for place, e in enumerate(dict.fromkeys(slopes))}
+    moving = [TIME, *phase.names]
+    parameters = sorted(frozenset().union(*(e.names for e in distinct)).difference(moving))
+    constants = dict(zip(parameters, chance.uniform(LOW, HIGH, len(parameters)).tolist(), strict=True))
+    points = chance.uniform(LOW, HIGH, (len(moving), TRIES * count))
+    points *= chance.choice((1.0, -1.0), points.shape)
+    points[1 + len(phase.coordinates) :] *= chance.choice(SCALES, TRIES * count)
+    f = code.function([plain_tree(e) for e in distinct], moving, constants)(np)
+    with np.errstate(all="ignore"):
+        found = np.array([np.broadcast_to(row, TRIES * count) for row in f(*points)])
+    known: Floats = found[:, np.isfinite(found).all(axis=0)][:, :count]
+    if known.shape[1] < count:
+        return None
+    return known[[distinct[e] for e in slopes]].T.reshape(count, len(functions), -1), constants
+
+
+def _combined(values: Floats, slopes: Floats) -> Floats:
+    """The slope of a sum of terms with coefficients; what is left of terms that cancel is zero."""
+    slope, size = values @ slopes, np.abs(values) @ np.abs(slopes)
+    return np.where(np.abs(slope) > ROUNDING * size, slope, 0.0)
+
+
+def _is_new(slope: Floats, known: Floats) -> bool:
+    """Whether a gradient (points by names) is no combination of others (points by functions by names)."""
+    both = np.concatenate([known, slope[:, np.newaxis]], axis=1)[:POINTS]
+    sizes = np.linalg.norm(both, axis=2, keepdims=True)
+    units = both / np.where(sizes == 0, 1.0, sizes)
     whole, others = (np.linalg.matrix_rank(rows, tol=DEPENDENT) for rows in (units, units[:, :-1]))
     return bool((whole > others).any())
+
+
+def _exact(
+    terms: Sequence[Expr], values: Sequence[float], hamiltonian: Expr, phase: Phase
+) -> list[Sequence[Expr]]:
+    """Functions of the parameters with which the sum of terms is conserved.
+
+    For one choice of the parameters they have these `values`.
+    """
+    near = [Fraction(value).limit_denominator(MOST_DENOMINATOR) for value in values]
+    brackets = [bracket(e, hamiltonian, phase) for e in terms]
+
+    def vanishes(vector: Sequence[Expr]) -> bool:
+        return is_zero(total(x * e for x, e in zip(vector, brackets, strict=True)))
+
+    numbers = list(map(number, near))
+    if all(abs(x - value) < LEAST for x, value in zip(near, values, strict=True)) and vanishes(numbers):
+        return [numbers]
+    return [vector for vector in _coefficients(brackets, phase) if vanishes(vector)]
+
+
+def _coefficients(brackets: Sequence[Expr], phase: Phase) -> list[list[Expr]]:
+    """Functions of the parameters with which the sums of brackets vanish."""
+    try:
+        rows = independent_rows(brackets, {*phase.names, TIME})
+    except ExpressionError:
+        return []
+    size = len(brackets)
+    kept: dict[tuple[Expr, ...], None] = {}
+    for row in rows:
+        first = next(e for e in row if e)
+        kept[tuple(tidy(e / first) for e in row)] = None
+    whole = max(size, len(kept))
+    square = [[*row, *[ZERO] * (whole - size)] for row in kept]
+    square += [[ZERO] * whole] * (whole - len(kept))
+    return [vector[:size] for vector in matrices.null_vectors(square) if any(vector[:size])]
 
 
 def _primitive(e: Expr, phase: Phase) -> Expr:
     """A short form, without numbers and parameters that all of its terms have in common."""
     for _ in range(2):
-        coefficient, monomial = factored(e)
+        size, monomial = factored(e)
         kept = {atom: n for atom, n in monomial if not atom.names.isdisjoint(phase.names)}
-        e = tidy(e if coefficient == 1 and len(kept) == len(monomial) else gathered(1, kept))
+        e = tidy(e if size == 1 and len(kept) == len(monomial) else gathered(1, kept))
     return e
 
 
@@ -217,4 +321,4 @@ def _products(left: Iterable[Expr], right: Iterable[Expr]) -> list[Expr]:
 
 def _simplest(functions: Iterable[Expr]) -> list[Expr]:
     """The functions without repetition, the simplest first."""
-    return sorted(dict.fromkeys(functions), key=lambda e: (e != ONE, len(e.key), e.key))
+    return sorted(dict.fromkeys(functions), key=lambda e: (e != ONE, e.nodes, e.key))

@@ -28,8 +28,8 @@ from rigidcli.algebra.simplification import shortest, tidy
 from rigidcli.algebra.values import sampled
 from rigidcli.mechanics.hamilton_equations import coefficient, has_degrees
 
-SHORT = 300
-"""Characters of an H as a sum of squares beyond which the inverse matrix is tried, too: four lines."""
+FEW_NODES = 70
+"""Nodes of an H as a sum of squares beyond which the inverse matrix is tried, too: four lines of text."""
 
 MOST_COUPLED = 6
 """Velocities that all act on each other, beyond which the squares are too long in any case."""
@@ -37,11 +37,11 @@ MOST_COUPLED = 6
 MOST_ROWS = 5
 """The most squares that are solved for their momenta: a load on a crane that moves in space has so many."""
 
-LONGEST_TO_TIDY = 2_000
-"""The longest key of a velocity that is made shorter: about ten lines of text."""
+MOST_NODES_TO_TIDY = 200
+"""The most nodes of a velocity that is made shorter: about ten lines of text."""
 
-LONGEST_KEYS = 20_000
-"""The longest keys of the entries, taken together, that are worked out for a sum of squares: a few pages."""
+MOST_NODES = 2_000
+"""The most nodes of the entries, taken together, that are worked out for a sum of squares: a few pages."""
 
 HALF = Fraction(1, 2)
 
@@ -70,7 +70,7 @@ def energy(
     if len(momenta) > 2 and definite and min(sum(map(bool, row)) for row in matrix) <= MOST_COUPLED:
         form = _as_squares(matrix, momenta)
         energies += [] if form is None else [form]
-    if not energies or len(str(energies[0].hamiltonian)) > SHORT:
+    if not energies or energies[0].hamiltonian.nodes > FEW_NODES:
         fixed = [k for k, row in enumerate(matrix) if row[k] and (definite or _is_fixed(row[k], coordinates))]
         most = matrices.FEW_TERMS if energies else matrices.MOST_TERMS
         energies = [*_by_inverse(matrices.inverse(matrix, most), matrix, momenta, fixed), *energies]
@@ -136,7 +136,7 @@ def _as_squares(matrix: Matrix, momenta: Sequence[Expr]) -> Energy | None:
     Q, slopes = list(momenta), [[ONE if i == j else ZERO for j in size] for i in size]
     done: list[tuple[Expr, Expr, Sequence[Expr]]] = []
     while left:
-        lengths = {i: len(str(rows[i][i])) for i in left if rows[i][i]}
+        lengths = {i: rows[i][i].nodes for i in left if rows[i][i]}
         if not lengths:
             return None
         k = min(lengths, key=lambda i: (lengths[i], i))
@@ -147,8 +147,8 @@ def _as_squares(matrix: Matrix, momenta: Sequence[Expr]) -> Energy | None:
             (i, j): rows[i][j] - a * b * rows[k][k]
             for (i, a), (j, b) in combinations_with_replacement(others.items(), 2)
         }
-        length += sum(len(entry.key) for entry in changed.values())
-        if length > LONGEST_KEYS:
+        length += sum(entry.nodes for entry in changed.values())
+        if length > MOST_NODES:
             return None
         for (i, j), entry in changed.items():
             rows[i][j] = rows[j][i] = tidy(entry)
@@ -158,7 +158,7 @@ def _as_squares(matrix: Matrix, momenta: Sequence[Expr]) -> Energy | None:
 
     def velocities() -> Sequence[Expr]:
         rates = [total(slope[j] * q / d for q, d, slope in done) for j in size]
-        return [v if len(v.key) > LONGEST_TO_TIDY else tidy(v) for v in rates]
+        return [v if v.nodes > MOST_NODES_TO_TIDY else tidy(v) for v in rates]
 
     return Energy(total(tidy(1 / d) / 2 * q**2 for q, d, _ in done), velocities)
 

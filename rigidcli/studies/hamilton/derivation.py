@@ -50,8 +50,8 @@ MOST_RESIDUAL = 1e-6
 CHECKS = 3
 """The number of random points at which the equations of motion are compared."""
 
-LONGEST_KEY = 30_000
-"""The longest keys of H and of the velocities together that are worked with: about ten pages of text."""
+MOST_NODES = 3_000
+"""The most nodes of H and of the velocities together that are worked with: about ten pages of text."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -400,7 +400,7 @@ def _require_regular(
 
 def _is_short(branch: Branch) -> bool:
     """Whether H can be worked with in symbols."""
-    return sum(len(e.key) for e in (branch.hamiltonian, *branch.velocities)) <= LONGEST_KEY
+    return sum(e.nodes for e in (branch.hamiltonian, *branch.velocities)) <= MOST_NODES
 
 
 def _residual_of(
