@@ -60,14 +60,11 @@ TRIES = 4
 SCALES = (1.0, 0.1)
 """Sizes of the momenta at the points: a relativistic or optical H has no value where they are large."""
 
-NONE = 1e-12
-"""Singular values of columns of size 1 below this are rounding errors of some hundred terms."""
-
 LEAST = 1e-6
 """A coefficient below this share of the largest is rounding, as parameters are of the order of 1."""
 
 ROUNDING = 1e-10
-"""A sum below this share of its terms is zero."""
+"""A sum below this share of its terms is zero, as floats are right to 1e-16."""
 
 MOST_DENOMINATOR = 60
 """The largest denominator of a coefficient that is taken for a number."""
@@ -223,11 +220,16 @@ def _null_rows(slopes: Floats, of_h: Floats) -> Iterator[Floats]:
     rows = np.maximum(sizes.max(axis=1, keepdims=True), np.finfo(float).tiny)
     columns = np.linalg.norm(sizes / rows, axis=0)
     columns[columns == 0] = 1.0
-    _, singular, basis = np.linalg.svd(parts.sum(axis=2) / rows / columns)
-    null = basis[(singular > NONE).sum() :] / columns
-    for turn in (1, -1):
-        for row in echelon(null[:, ::turn], len(null), DEPENDENT)[0]:
-            yield np.where(np.abs(row) > LEAST * np.abs(row).max(), row, 0.0)[::turn]
+    # Elimination takes less time than singular values, which keep other processors busy.
+    reduced, pivots = echelon(parts.sum(axis=2) / rows / columns, parts.shape[1], ROUNDING)
+    free = sorted({*range(parts.shape[1])}.difference(pivots))
+    null = np.zeros((len(free), parts.shape[1]))
+    null[range(len(free)), free] = 1.0
+    null[:, pivots] = -reduced[: len(pivots), free].T
+    null /= columns
+    for row in (*null, *echelon(null, len(free), ROUNDING)[0]):
+        kept = np.where(np.abs(row) > LEAST * np.abs(row).max(), row, 0.0)
+        yield kept / kept[kept != 0][0]
 
 
 def _gradients(functions: Sequence[Expr], phase: Phase, count: int) -> tuple[Floats, dict[str, float]] | None:
