@@ -39,7 +39,7 @@ _ROWS = (
         Example: rigidcli inertia -f csv cube.yaml plate.yaml
         """,
         needs=("body",),
-        ignored="motion top tide system orbit equilibrium transform",
+        ignored="motion top tide system orbit equilibrium transform observables brackets",
         pictures={"body": "pictures.bodies"},
         python="""
         >>> rigidcli.inertia({"body": {"shape": "cube", "side": 1, "mass": 12}})["mass"]
@@ -55,7 +55,7 @@ _ROWS = (
         Example: rigidcli axes cube.yaml --set body.mass=3
         """,
         needs=("body",),
-        ignored="top tide system orbit equilibrium transform",
+        ignored="top tide system orbit equilibrium transform observables brackets",
         pictures={"body": "pictures.bodies"},
         python="""
         >>> rigidcli.axes("body: {shape: cube, side: 1, mass: 12, anchor: corner}")["class"]
@@ -71,7 +71,7 @@ _ROWS = (
         Example: rigidcli precess top.yaml --set top.spin="900 rpm"
         """,
         needs=("top", "body", "tide"),
-        ignored="system orbit equilibrium transform",
+        ignored="system orbit equilibrium transform observables brackets",
         pictures=dict.fromkeys(("potential", "trace", "polhode"), "euler.precession"),
         python="""
         >>> top = {"mass": 0.3, "distance": 0.05, "lambda3": 0.000375, "spin": "20 rps", "gravity": 9.8}
@@ -88,7 +88,7 @@ _ROWS = (
         Example: rigidcli euler motion.yaml --duration "5 min" -f csv
         """,
         needs=("body", "top"),
-        ignored="tide system orbit equilibrium transform",
+        ignored="tide system orbit equilibrium transform observables brackets",
         section="motion",
         pictures=dict.fromkeys(("omega", "polhode", "trace"), "euler.pictures"),
         python="""
@@ -109,7 +109,7 @@ _ROWS = (
         needs=("system",),
         ignored="body about axis frame motion top tide",
         section="orbit",
-        pictures=dict.fromkeys(("path", "phase", "modes", "series"), "hamilton.pictures"),
+        pictures=dict.fromkeys(("path", "phase", "modes", "series", "observables"), "hamilton.pictures"),
         python="""
         >>> system = {"coordinates": ["x"], "lagrangian": "m*xdot**2/2 - k*x**2/2"}
         >>> rigidcli.hamilton({"system": system, "parameters": {"m": None, "k": None}})["hamiltonian"]

@@ -66,7 +66,7 @@ every = pytest.mark.parametrize("name", SYSTEMS)
 
 def test_no_document_is_forgotten() -> None:
     systems = {path.stem: raw(path.stem).get("system", {}) for path in CONFIGS.glob("*.yaml")}
-    # Those with forces, unknown functions or constraints are in tests/studies.
+    # Those with forces, unknown functions and constraints are in tests/studies.
     others = {"forces", "functions", "constraints", "dissipation"}
     plain = {name for name, keys in systems.items() if keys and not keys.keys() & others}
     assert plain == set(SYSTEMS)

@@ -13,6 +13,7 @@ from pydantic import Field, model_validator
 
 from rigidcli.core.arithmetic import Arithmetic, Scalar
 from rigidcli.document.draft import Draft
+from rigidcli.document.observables import Brackets, Observables
 from rigidcli.document.physical import Physical
 from rigidcli.document.variables import EQUILIBRIUM, Equilibrium, Transform
 from rigidcli.errors import DocumentError, Problem, ValueProblem
@@ -77,13 +78,21 @@ class Document(Section):
     tide: Tide | None = None
     # Orbit, equilibrium and transform come after the system, because they use its coordinates.
     system: System | None = None
+    observables: Observables | None = optional(
+        "Functions of coordinates, momenta, velocities, t, of H, T, V and of each other, by their names"
+    )
+    brackets: Brackets | None = optional(
+        "Pairs of which the Poisson bracket is asked for: [[Lx, Ly], [Lx, H]]"
+    )
     orbit: Orbit | None = None
     equilibrium: Annotated[Equilibrium, EQUILIBRIUM] | None = optional(
         "Coordinates of an equilibrium, for small oscillations; or values near it, under `find`"
     )
     transform: Transform | None = None
 
-    NEEDS: ClassVar = dict.fromkeys(("orbit", "equilibrium", "transform"), "system")
+    NEEDS: ClassVar = dict.fromkeys(
+        ("orbit", "equilibrium", "transform", "observables", "brackets"), "system"
+    )
 
     @classmethod
     def _contradictions(cls, raw: Mapping[str, Any]) -> Iterator[ValueProblem]:

@@ -53,7 +53,7 @@ def read_parameters(env: Environment, raw: Any, *, has_time: bool) -> list[Value
             _require_value(name, raw[key], spelling)
             typed = parameters[name].typed = None if raw[key] is None else env.typed(raw[key])
             uses[name] = typed.names & spelling.keys() if isinstance(typed, Expression) else frozenset()
-    for name in _in_order(uses, problems, spelling):
+    for name in in_order(uses, problems, spelling):
         parameters[name] = parameter = parameters.pop(name)
         with gathered(problems, spelling[name]):
             symbols = (parameters[other].symbols for other in uses[name])
@@ -148,8 +148,11 @@ def read_name(key: object, *, has_time: bool = True) -> str:
     return root.name
 
 
-def _in_order(
-    uses: Mapping[str, frozenset[str]], problems: list[ValueProblem], spelling: Mapping[str, str]
+def in_order(
+    uses: Mapping[str, frozenset[str]],
+    problems: list[ValueProblem],
+    spelling: Mapping[str, str],
+    what: str = "parameters",
 ) -> list[str]:
     """The names, each after those that it uses, without names in a circle and those that depend on one."""
     sorter = TopologicalSorter(uses)
@@ -159,7 +162,7 @@ def _in_order(
         *names, _ = reversed(error.args[1])
         first = names.index(min(names))
         circle = [*names[first:], *names[: first + 1]]
-        message = f"parameters in a circle: {' -> '.join(circle)}"
+        message = f"{what} in a circle: {' -> '.join(circle)}"
         problems.append(ValueProblem(message, path=(spelling[circle[0]],)))
     order: list[str] = []
     while ready := sorter.get_ready():

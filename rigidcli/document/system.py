@@ -14,6 +14,7 @@ from rigidcli.document.parameters import read_mapping, read_name
 from rigidcli.document.variables import (
     EXPRESSION_SCHEMA,
     MOST_COORDINATES,
+    MULTIPLIER,
     derived_names,
     momentum,
     names_schema,
@@ -129,7 +130,7 @@ def _read_constraints(raw: object, info: ValidationInfo) -> dict[str, Equation]:
 
 def _equation(name: str, raw: object, info: ValidationInfo, place: str | int) -> Equation:
     """One constraint: an expression that vanishes, or an equation such as `xdot = R*phidot`."""
-    take(environment(info), {name: "the multiplier of a constraint"})
+    take(environment(info), {name: MULTIPLIER})
     text = str(raw).replace("==", "=") if isinstance(raw, str) else ""
     if any(sign in text for sign in "<>\u2264\u2265"):
         hint = "write the equation that holds while they touch; `orbit.until` may end the motion"

@@ -30,6 +30,9 @@ def names_schema(least: int, most: int) -> JsonSchemaValue:
     return {"anyOf": [names, {"type": "string", "description": "Names with commas between them"}]}
 
 
+MULTIPLIER = "the multiplier of a constraint"
+"""The meaning of a name, in messages."""
+
 velocity, momentum, acceleration = "{}dot".format, "p_{}".format, "{}ddot".format
 """The names of a coordinate's velocity, of its momentum, and of its second derivative."""
 

@@ -55,7 +55,12 @@ def run(
         return whole(document, run)
     findings = find(document, progress)
     limits = multipliers.tables(findings.derivation, document)
-    tables = [*_branch_table(findings), *limits, *_modes(findings)[1], *_orbit_table(findings)]
+    tables = [
+        *_branch_table(findings),
+        *limits,
+        *_modes(findings)[1],
+        *_orbit_table(findings),
+    ]
     fields = as_typed(_results(findings), document)
     working: list[Step] = []
     if steps:
@@ -129,6 +134,7 @@ def _results(findings: Findings) -> list[Field]:
         ),
         *_by_name("accelerations", second, solved, _own, hidden=() if is_solved else second),
         *(multipliers.fields(derivation) if system.constraints else []),
+        *_observed(findings),
         *_modes(findings)[0],
         _expression("energy", derivation.energy),
         replace(_is_energy(derivation), diagnostic=is_energy and "H" in conserved),
@@ -211,6 +217,15 @@ def _modes(findings: Findings) -> tuple[list[Field], list[Table]]:
     from rigidcli.studies.hamilton import oscillations
 
     return oscillations.fields(findings.oscillations), oscillations.tables(findings.oscillations)
+
+
+def _observed(findings: Findings) -> list[Field]:
+    """Report the observables and brackets."""
+    if findings.observed is None:
+        return []
+    from rigidcli.studies.hamilton import observables
+
+    return observables.fields(findings.observed, findings.orbit)
 
 
 def _is_energy(derivation: Derivation) -> Field:
@@ -305,8 +320,9 @@ def _orbit_table(findings: Findings) -> list[Table]:
         # What changes in a constant is rounding.
         Column("H", orbit.energy, ("H",), noise=np.ptp(orbit.energy) / size if constant and size else NOISE),
         *(
-            Column(key, x, (name,), symbols=(latex_name(name),), noise=error)
+            Column(key, x, (name,), symbols=(latex_name(name),), noise=error * orbit.scales[key] / largest)
             for key, x in orbit.further.items()
+            if (largest := np.abs(x).max() or 1.0)
             for name in (key.partition(".")[2],)
         ),
     )

@@ -24,6 +24,7 @@ from rigidcli.studies.hamilton.system import derived_parameters, require_formula
 
 if TYPE_CHECKING:
     from rigidcli.studies.hamilton.equations_of_motion import InitialState
+    from rigidcli.studies.hamilton.observables import Observed
     from rigidcli.studies.hamilton.orbit import OrbitSolution
     from rigidcli.studies.hamilton.oscillations import Oscillations
     from rigidcli.studies.hamilton.transform import TransformedSystem
@@ -42,6 +43,7 @@ class Findings(NamedTuple):
     orbit: OrbitSolution | None
     transform: TransformedSystem | None
     oscillations: Oscillations | None
+    observed: Observed | None
     initial: InitialState | None
 
 
@@ -50,6 +52,8 @@ def find(document: Document, progress: Callable[[float], None] | None) -> Findin
     derivation: Derivation = document.reading.kept.get("derivation") or derive(document)
     document.reading.kept["derivation"] = derivation
     branches, orbit, transform, small, initial = derivation.branches, None, None, None, None
+    observed: Observed | None = None
+    functions: dict[str, Expr] = {}
     if document.equilibrium is not None:
         if derivation.system.constraints:
             message = "small oscillations are told of a system without constraints"
@@ -60,6 +64,7 @@ def find(document: Document, progress: Callable[[float], None] | None) -> Findin
         small = oscillations(document, document.equilibrium, derivation)
     if document.orbit is None:
         searched = _searched(derivation)
+        observed = _observed(document, derivation)
     else:
         from rigidcli.studies.hamilton.orbit import initial_state, solve_orbit
 
@@ -67,13 +72,24 @@ def find(document: Document, progress: Callable[[float], None] | None) -> Findin
         require_formulas(document, [derivation.generator, *derivation.system.forces], "an orbit")
         derivation, initial = initial_state(document, document.orbit, derivation)
         searched = _searched(derivation)
+        observed = _observed(document, derivation)
+        functions = {f"observables.{name}": e for name, e in observed.functions.items()} if observed else {}
         starts = document.reading.starts
-        orbit = solve_orbit(document.orbit, derivation, initial, searched or (), progress, starts)
+        orbit = solve_orbit(document.orbit, derivation, initial, searched or (), progress, starts, functions)
     if document.transform is not None:
         from rigidcli.studies.hamilton.transform import transformed
 
         transform = transformed(document, document.transform, derivation)
-    return Findings(document, branches, derivation, searched, orbit, transform, small, initial)
+    return Findings(document, branches, derivation, searched, orbit, transform, small, observed, initial)
+
+
+def _observed(document: Document, derivation: Derivation) -> Observed | None:
+    """The observables and brackets, which are imported where there are any."""
+    if document.observables is None and document.brackets is None:
+        return None
+    from rigidcli.studies.hamilton.observables import observed
+
+    return observed(document, derivation)
 
 
 @lru_cache(maxsize=1)

@@ -36,6 +36,7 @@ from rigidcli.studies.hamilton.equations_of_motion import (
     symbolic_equations,
     values_of_terms,
 )
+from rigidcli.studies.hamilton.equations_of_motion import terms as terms_of
 from rigidcli.studies.hamilton.system import require_formulas
 
 SAME = 1e-6
@@ -201,7 +202,8 @@ class OrbitSolution:
     `drift` is the change of H and of the conserved quantities, in units of the largest sum of the sizes of
     their terms; where H changes by law, the integral of dH/dt is taken off. What is neither H nor a momentum
     is one of the `invariants`. The `states` (k by 2 n) have the variables that were integrated. `further`
-    samples (k), such as those of multipliers, stand under their keys.
+    samples (k), such as those of multipliers, stand under their keys, and the `means` over the orbit of some;
+    `scales` are the largest sums of the sizes of their terms.
     From `lost` on, if ever, a second orbit in other steps has nothing in common with this one.
     """
 
@@ -218,6 +220,8 @@ class OrbitSolution:
     lost: float | None
     note: str | None
     further: dict[str, Floats]
+    means: dict[str, float]
+    scales: dict[str, float]
 
 
 @np.errstate(over="ignore", invalid="ignore")
@@ -228,8 +232,11 @@ def solve_orbit(
     invariants: Sequence[Expr],
     progress: Callable[[float], None] | None,
     starts: int = 1,
+    functions: Mapping[str, Expr] | None = None,
 ) -> OrbitSolution:
     """The orbit that a document asks for, one of so many `starts`; with the drift of `invariants`, too.
+
+    `functions` of the state, as `observables` writes them, are sampled under their keys, and have means.
 
     Raises ComputationError where the orbit ends early, or needs too many steps, or too much memory.
     """
@@ -292,7 +299,13 @@ def solve_orbit(
     if bounds is not None:
         misses = np.abs(bounds.measured(times, states[:, : 2 * len(initial.q)])).max(axis=1)
         drift |= {one.name: float(miss) for one, miss in zip(limits, misses, strict=True)}
-    further = {f"multipliers.{one.name}": one.multiplier for one in limits}
+    further = {f"multipliers.{one.name}": one.multiplier for one in limits} | dict(functions or {})
+    samples = motion.values([*further.values()], times, states)
+    for key, row in zip(further, samples, strict=True):
+        if not np.isfinite(row).all():
+            first = times[int(np.argmin(np.isfinite(row)))]
+            raise ComputationError(f"`{key.partition('.')[2]}` has no finite real value at t = {first:.6g}")
+    means = solution.mean(partial(motion.values, [*functions.values()])) if functions else ()
     return OrbitSolution(
         times,
         coordinates,
@@ -306,7 +319,12 @@ def solve_orbit(
         digits(max(error, energy_error, noise, rounding(solution, stops))),
         lost,
         solution.note,
-        dict(zip(further, motion.values([*further.values()], times, states), strict=True)),
+        dict(zip(further, samples, strict=True)),
+        dict(zip(functions or (), map(float, means), strict=True)),
+        {
+            key: float(np.abs(motion.values(terms_of(e), times, states)).sum(axis=0).max())
+            for key, e in further.items()
+        },
     )
 
 

@@ -79,6 +79,19 @@ def series(findings: Findings) -> Picture:
     return Picture("series", f"coordinates in time{_of(names, 'coordinates')}", panels)
 
 
+def observables(findings: Findings) -> Picture:
+    """The observables in time."""
+    orbit = _required(findings.orbit)
+    samples = {key.partition(".")[2]: x for key, x in orbit.further.items() if key.startswith("observables.")}
+    if not samples:
+        raise UsageError("it is drawn for `observables`")
+    panels = tuple(
+        Panel((Ruler("t", "t", "s"), _ruler(name)), (Mark("line", np.column_stack([orbit.times, values])),))
+        for name, values in [*samples.items()][:MOST_PANELS]
+    )
+    return Picture("observables", f"observables in time{_of([*samples], 'observables')}", panels)
+
+
 def modes(findings: Findings) -> Picture:
     """The displacements of each mode as arrows, one for each coordinate; quarter of a period later, too."""
     small = findings.oscillations

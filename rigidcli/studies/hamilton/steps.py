@@ -76,6 +76,10 @@ def hamilton_steps(findings: Findings, fields: Sequence[Field], tables: Sequence
         sentence = part.sentence.format(part.forces[derivation.is_forced])
         shown = list(part.arranged(findings, shown)) if shown else []
         yield Step(part.title, sentence, tuple(map(_titled, shown)), listed)
+    if findings.observed is not None:
+        from rigidcli.studies.hamilton import observables
+
+        yield from observables.steps(findings.observed, derivation)
     if findings.transform is not None:
         yield from _of_transform(findings.document, findings.transform, derivation.phase, fields)
     if findings.oscillations is not None:
