@@ -62,9 +62,7 @@ def principal_frame(inertia: Inertia) -> PrincipalFrame:
     values, rows = values[order] * scale, rows[order]
     values[0] = values[0] if values[0] > inertia.noise_along(rows[0]) else 0.0
     groups = _groups(values)
-    rows = rows @ inertia.axes.T
-    projectors = [rows[group[0] : group[-1] + 1].T @ rows[group[0] : group[-1] + 1] for group in groups]
-    return PrincipalFrame(values, canonical_axes(projectors, groups), groups)
+    return PrincipalFrame(values, canonical_axes(rows @ inertia.axes.T, groups), groups)
 
 
 def diagonal_form(tensor: Floats) -> tuple[Floats, Floats]:
@@ -113,29 +111,43 @@ def _groups(values: Array) -> tuple[tuple[int, ...], ...]:
     return tuple(map(tuple, groups))
 
 
-def canonical_axes(projectors: Sequence[Floats], groups: Sequence[Sequence[int]]) -> Floats:
-    """Rows e1, e2, e3 from the projector (3 by 3) on the space of each group of equal moments.
+def canonical_axes(rows: Floats, groups: Sequence[Sequence[int]]) -> Floats:
+    """Rows e1, e2, e3 from a unit vector along the axis of each moment (rows).
 
-    In a group, the coordinate axis that lies nearest to the space is projected on it and
-    normalised, and so on with what is left of the space; of coordinate axes that lie equally near, the
-    first. For a single axis this is the rule "largest component positive". e3 = e1 x e2 makes the
-    frame right-handed, and e3 yields.
+    e1 and e3 have a positive largest component, and e2 = e3 x e1 makes the frame right-handed. Where two
+    moments are equal, the axis of the third one comes first. Across it, the coordinate axis that lies nearest
+    to the plane is projected on the plane. Of equally large components, or equally near axes, the first counts.
     """
-    axes: list[list[float]] = []
-    for projector, group in zip(projectors, groups, strict=True):
-        left = projector.tolist()
-        for _ in group:
-            nearness = [left[k][k] for k in range(3)]
-            if not all(map(math.isfinite, nearness)):
-                raise ComputationError("the tensor has entries beyond the range of floating-point numbers")
-            nearest = max(nearness) - PIVOT_TIE
-            pivot = next(k for k in range(3) if nearness[k] >= nearest)
-            axis = [row[pivot] / math.sqrt(nearness[pivot]) for row in left]
-            left = [[left[i][k] - axis[i] * axis[k] for k in range(3)] for i in range(3)]
-            axes.append(axis)
-    e1, e2, _ = axes
-    (a, b, c), (x, y, z) = e1, e2
-    return np.array([e1, e2, [b * z - c * y, c * x - a * z, a * y - b * x]])  # np.cross takes longer
+    if len(groups) == 1:
+        return np.eye(3)
+    # Numbers one by one, because arrays as small as these take ten times as long.
+    first, second, third = rows.tolist()
+    if len(groups) == 2:
+        axis = first if len(groups[0]) == 1 else third
+        pivot = _first_largest([-component * component for component in axis])
+        width = math.sqrt(1 - axis[pivot] ** 2)
+        across = [((k == pivot) - axis[pivot] * component) / width for k, component in enumerate(axis)]
+        first, second, third = (axis, across, _cross(axis, across)) if axis is first else (across, [], axis)
+    e1, e3 = _oriented(first), _oriented(third)
+    return np.array([e1, _cross(e3, e1), e3])
+
+
+def _oriented(axis: list[float]) -> list[float]:
+    """A unit vector or its negative: the largest component is positive, and no zero has a sign."""
+    sign = math.copysign(1.0, axis[_first_largest([component * component for component in axis])])
+    return [sign * component + 0.0 for component in axis]
+
+
+def _first_largest(values: Sequence[float]) -> int:
+    """The index of the largest value, of those that are about equally large the first."""
+    least = max(values) - PIVOT_TIE
+    return next(k for k, value in enumerate(values) if value >= least)
+
+
+def _cross(a: Sequence[float], b: Sequence[float]) -> list[float]:
+    """The vector product; np.cross takes longer."""
+    (u, v, w), (x, y, z) = a, b
+    return [v * z - w * y, w * x - u * z, u * y - v * x]
 
 
 def body_class(frame: PrincipalFrame) -> BodyClass | None:

@@ -104,16 +104,17 @@ def _axes(tensor: Array, moments: Sequence[Expr], groups: Sequence[Sequence[int]
     }
     if len(groups) == 2:
         ((index, axis),) = alone.items()
-        pivot = _first_largest([1 - size(component) ** 2 for component in axis])
+        pivot = _first_largest([-(size(component) ** 2) for component in axis])
         across = _ONE[pivot] - axis[pivot] * axis
-        first = tidy_array(across / sqrt(across[pivot]))
-        second = _oriented(tidy_array(np.cross(axis, first)))
-        rows = [axis, first, second] if index == 0 else [first, second, axis]
+        across = tidy_array(across / sqrt(across[pivot]))
+        first, third = (axis, tidy_array(np.cross(axis, across))) if index == 0 else (across, axis)
     else:
-        rows = [alone[k] for k in range(3)]
-    if size(rows[2] @ np.cross(rows[0], rows[1])) < 0:
-        rows[2] = -rows[2]
-    return np.array(rows)
+        first, third = alone[0], alone[2]
+    first, third = _oriented(first), _oriented(third)
+    second = tidy_array(np.cross(third, first)) if len(groups) == 2 else alone[1]
+    if size(third @ np.cross(first, second)) < 0:
+        second = -second
+    return np.array([first, second, third])
 
 
 def _oriented(axis: Array) -> Array:

@@ -238,7 +238,7 @@ def test_going_back_in_time_by_reversing_omega() -> None:
 
 @pytest.mark.parametrize(
     ("axis", "angle", "third"),
-    [((1, 0, 0), 180, [0, 0, -1]), ((1, 0, 0), 100, [0, 0, -1]), ((0, 1, 0), 20, [0, 0, 1])],
+    [((1, 0, 0), 180, [0, 0, -1]), ((1, 0, 0), 100, [0, 0, 1]), ((0, 1, 0), 20, [0, 0, 1])],
 )
 def test_ux_uy_uz_are_the_e3_that_is_printed(axis: tuple[int, ...], angle: float, third: list[float]) -> None:
     """For a short time L gains (ux, 2 uy, 3 uz) t in space, e3 being turned back from the results."""
