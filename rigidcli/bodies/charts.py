@@ -10,6 +10,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from functools import cache
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -76,15 +77,16 @@ class Chart:
         depth = len(self.coordinates)
         return np.indices((count,) * depth).reshape(depth, -1) / (count - 1)
 
-    def rule(self, coordinate: int) -> tuple[Floats, Floats]:
-        """Nodes from 0 to 1 and weights along a coordinate, for the measure times products of two places.
+    def rule(self, coordinate: int, degree: int = 0) -> tuple[Floats, Floats]:
+        """Nodes from 0 to 1 and weights along a coordinate, for polynomials of this `degree` in the place.
 
-        These are polynomials of degree 5 at most, or such in the sine and cosine of an angle.
+        Times the measure and products of two places these are polynomials of five degrees more at most, or
+        such in the sine and cosine of an angle.
         """
-        turn = self.coordinates[coordinate]
+        turn, count = self.coordinates[coordinate], 8 + degree
         if right_angles(turn) == 4:
-            return np.arange(8) / 8, np.full(8, 1 / 8)  # exact for harmonics below the eighth
-        return gauss(4 if turn is None else 16)
+            return np.arange(count) / count, np.full(count, 1 / count)  # exact for harmonics below `count`
+        return gauss(4 + (degree + 1) // 2 if turn is None else 8 + count)
 
     def faces(self) -> list[Floats]:
         """The surface as faces of 3 or 4 corners (k by 3, m) in the shape's own axes; a curve is one line.
@@ -123,6 +125,7 @@ def right_angles(turn: Turn | None) -> int:
     return 1 if turn is None else math.ceil(2 * turn.end / math.pi - 1e-9)
 
 
+@cache
 def gauss(count: int) -> tuple[Floats, Floats]:
     """Nodes from 0 to 1 and weights of Gauss's rule, exact for polynomials of degree 2 count - 1."""
     nodes, weights = np.polynomial.legendre.leggauss(count)

@@ -89,14 +89,14 @@ def integral(
     return _refined(runs, pieces, peaks, is_seen, cost, margin, enough)
 
 
-def downhill(function: Function, points: Floats, step: float) -> Floats:
+def downhill(function: Function, points: Floats, step: float, last: float) -> Floats:
     """Points (d by n) of the unit box after a search downhill, with steps that are halved each time.
 
-    The last ones are so short that the least value of a smooth function is found but for rounding.
+    The `last` ones are so short that the least value of a smooth function is found but for rounding.
     """
     around = np.array(list(product((0, -1, 1), repeat=len(points)))).T
     columns, count = np.arange(points.shape[1]), around.shape[1]
-    while step > NEAR / 10:
+    while step > last:
         moved = np.clip(points[:, :, None] + step * around[:, None], 0, 1)
         values = function(moved.reshape(len(points), columns.size * count)).reshape(columns.size, count)
         points, step = moved[:, columns, values.argmin(axis=1)], step / 2

@@ -8,9 +8,10 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from fractions import Fraction
 from functools import cache
+from math import comb
 from typing import Any, TypeAlias
 
-from rigidcli.algebra.atoms import Applied, Atom, Symbol
+from rigidcli.algebra.atoms import Applied, Atom, Group, Symbol
 from rigidcli.algebra.calculus import antiderivative
 from rigidcli.algebra.expansion import coefficients, expand
 from rigidcli.algebra.expressions import ONE, ZERO, Expr, expr, gathered, power, symbol, total
@@ -117,7 +118,7 @@ def _over_line(name: str, end: Expr, factors: Factors) -> Expr:
     inner = gathered(1, dict(factor for factor in factors if factor not in kinks))
     for atom, exponent in kinks:
         inner *= atom.arguments[0] ** exponent if atom.function == "abs" else ONE
-    whole = antiderivative(inner, name)
+    whole = antiderivative(inner, name) or _beside_line(inner, name)
     if whole is None or len({atom.arguments for atom, _ in kinks}) > 1:
         raise ExpressionError("a term has no integral")
     low, high = (substitute(whole, {name: u}) for u in (ZERO, end))
@@ -131,6 +132,31 @@ def _over_line(name: str, end: Expr, factors: Factors) -> Expr:
     middle = substitute(whole, {name: -linear.get((0,), ZERO) / linear[(1,)]})
     before, after = (apply("sign", substitute(line, {name: u})) for u in (ZERO, end))
     return (high - middle) * after - (low - middle) * before
+
+
+def _beside_line(term: Expr, name: str) -> Expr | None:
+    """The antiderivative of u^k L(u)^n with a linear L = p + q u; None of other terms.
+
+    With u = (L - p)/q it is a sum of powers of L, of which that of 1/L is log(L)/q.
+    """
+    ((monomial, coefficient),) = term.terms.items()
+    moving = {atom: n for atom, n in monomial if name in atom.names}
+    lines = [atom for atom in moving if isinstance(atom, Group)]
+    k = next((n for atom, n in moving.items() if isinstance(atom, Symbol)), 0)
+    if len(lines) != 1 or len(moving) > 1 + bool(k) or k != int(k) or k < 0:
+        return None
+    line: Expr = lines[0].inner
+    linear, n = coefficients(line, [name]), moving[lines[0]]
+    if linear is None or max(linear) != (1,):
+        return None
+    p, q = linear.get((0,), ZERO), linear[(1,)]
+    rest = gathered(coefficient, {atom: m for atom, m in monomial if atom not in moving})
+    positive = -line if p.sign() == -1 else line
+    return total(
+        rest * comb(int(k), j) * (-p) ** (int(k) - j) / q ** (int(k) + 1)
+        * (apply("log", positive) if n + j == -1 else power(line, n + j + 1) / (n + j + 1))
+        for j in range(int(k) + 1)
+    )  # fmt: skip
 
 
 def _over_turn(turn: Turn, names: Sequence[str], factors: Factors) -> Expr:
