@@ -200,9 +200,10 @@ def check(
             raise DocumentError(gathered.problems)
         people = None if roster is None else students.read_roster(os.fspath(roster))
         papers, notes = students.papers(gathered, people)
-        judged = list(run(prepared.items, papers, jobs))
+        papers, own, said = prepared.for_students(papers, people)
+        judged = list(run(prepared.items, papers, jobs, own=own))
     beside = {str(Path(paper.source).parent / name) for paper in judged for name in paper.files}
-    notes = [*map(str, prepared.notes), *notes, *(note for paper in judged for note in paper.notes)]
+    notes = [*map(str, prepared.notes), *notes, *said, *(note for paper in judged for note in paper.notes)]
     notes += files.unnamed(gathered.others, beside)
     if person is not None:
         judged = list(students.overridden(judged, person, notes))

@@ -4,74 +4,128 @@ from __future__ import annotations
 
 import contextlib
 import os
-import re
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TypeAlias
 
-import numpy as np
 from pydantic import ValidationError
 
 from rigidcli.check.answers import as_typed
-from rigidcli.check.base import Asked, Kind, Unreadable, sentence
-from rigidcli.check.judge import Accepted, Item, with_table
-from rigidcli.check.kinds import KINDS
+from rigidcli.check.base import Outcome
+from rigidcli.check.judge import Item
+from rigidcli.check.keys import Library
 from rigidcli.check.question import EVERYWHERE, Assignment, Question
+from rigidcli.check.roster import Paper, Roster
+from rigidcli.check.variants import Values, Variants, filled, in_braces, named_in, words
 from rigidcli.document.complaints import explain
 from rigidcli.document.draft import of_text
-from rigidcli.document.load import load
 from rigidcli.document.syntax import read_tree
-from rigidcli.errors import DocumentError, Problem, RigidError, ValueProblem, nearest, shown
+from rigidcli.errors import DocumentError, Problem, nearest, shown
 from rigidcli.errors import Path as Keys
 from rigidcli.fields.texts import STDIN, read_text
 
 if TYPE_CHECKING:
-    from rigidcli.document.document import Document
+    from rigidcli.check.keys import Study
     from rigidcli.report import Report
 
-    Study = Callable[[Document], Report]
+Progress: TypeAlias = Callable[[float], None]
+"""A function that gets the share that is done."""
 
-DECIMALS = re.compile(r"[0-9]*\.(?:[0-9]{7,}|0(?![0-9]))(?:e[-+]?[0-9]+)?")
-"""Numbers in a key that are shown in fewer digits, or without a decimal point."""
-
-KIND_BY_NAME = {
-    "axes": "axes",
-    "moments": "moments",
-    "tensor": "tensor",
-    "tensor_com": "tensor",
-    "cyclic": "choice",
-    "conserved": "choice",
-    "equations": "equations",
-}
-"""Kinds of results by the last name of their path."""
-
-MOTIONS = ("orbit", "trajectory")
-"""Results that are tables in time."""
-
-OF_SYMBOLS = ("expression", "equations", "matrix")
-"""Kinds of answers with symbols, which are compared by values: unknown functions have none."""
+NO_ROSTER = (
+    "without a --roster, the name of a folder or file decides which values a student has: give the list of "
+    "students with which the sheets were made"
+)
+NOT_IN_IT = "this student is not in the roster, and so the values of the questions are unknown"
 
 
 @dataclass(frozen=True, slots=True)
 class Prepared:
     """An assignment with its keys: `notes` on what in it does nothing, `files` that it reads.
 
-    `solutions` are the reports, with their steps, that keys come from, by the names of the questions.
+    `solutions` are the reports, with their steps, that keys come from, by the names of the questions and the
+    values of variants in words. With `variants`, the keys of `items` are those of their first values, and
+    their titles are as they are written; `for_students` gives every student's own.
     """
 
     title: str
     source: str
     questions: dict[str, Question]
     items: dict[str, Item]
+    library: Library
     notes: tuple[Problem, ...] = ()
     files: tuple[Path, ...] = ()
-    solutions: Mapping[str, Report] = field(default_factory=dict)
+    solutions: dict[tuple[str, str], Report] = field(default_factory=dict)
+    variants: Variants | None = None
 
     @property
     def worth(self) -> dict[str, float]:
         """The points of each question."""
         return {id: item.points for id, item in self.items.items()}
+
+    def for_students(
+        self, papers: Sequence[Paper], roster: Roster | None, progress: Progress = lambda share: None
+    ) -> tuple[list[Paper], dict[str, Mapping[str, Item]], list[str]]:
+        """The papers, the questions of the students who have their own, and notes on whose they are.
+
+        Of a student who is not in the roster nobody knows the values: a person must look.
+        Raises DocumentError where there is no key.
+        """
+        if self.variants is None:
+            return [*papers], {}, []
+        if roster is None:
+            names = {paper.student: paper.student for paper in papers}
+            return [*papers], self.own(names, progress), [NO_ROSTER]
+        names, lost = roster.students, Outcome.review(NOT_IN_IT)
+        known = [paper if paper.student in names else replace(paper, outcome=lost) for paper in papers]
+        return known, self.own(names, progress), []
+
+    def own(
+        self, names: Mapping[str, str], progress: Progress = lambda share: None
+    ) -> dict[str, Mapping[str, Item]]:
+        """The questions of students with the values that follow from their `names`, by their labels.
+
+        Raises DocumentError where there is no key.
+        """
+        assert self.variants is not None
+        every = [self.variants.of(name) for name in names.values()]
+        return dict(zip(names, self._at(every, progress), strict=True))
+
+    def trials(self) -> Iterator[dict[str, Item]]:
+        """The questions for a test of keys: as they are, or with three variants those that have any."""
+        if self.variants is None:
+            yield self.items
+            return
+        for number, items in enumerate(self._at(self.variants.trials(), lambda share: None)):
+            yield {id: item for id, item in items.items() if not number or item.values}
+
+    def _at(self, every: Sequence[Values], progress: Progress) -> list[dict[str, Item]]:
+        """The questions for each of these values; keys are worked out once for equal values of a document."""
+        sheets: list[dict[str, Item]] = [{} for _ in every]
+        problems = dict[Problem, None]()
+        ordered = sorted(self.questions.items(), key=lambda entry: entry[1].document or "")
+        for done, (id, question) in enumerate(ordered):
+            progress(done / len(ordered))
+            if question.document != ordered[done - 1][1].document:
+                self.library.reports.clear()  # nothing else asks the document before this one
+            keyed: dict[str, tuple[Item, str, Report | None]] = {"": (self.items[id], "", None)}
+            for values, sheet in zip(every, sheets, strict=True):
+                own = self.library.own(question.document, values)
+                try:
+                    if words(own) not in keyed:
+                        keyed[words(own)] = self.library.keyed(id, question, own)
+                except DocumentError as error:
+                    problems |= dict.fromkeys(error.problems)
+                    continue
+                item, _, report = keyed[words(own)]
+                told = named_in(question.title, values) | own.keys()
+                mine = {name: value for name, value in values.items() if name in told}
+                sheet[id] = replace(item, title=filled(question.title, values, own), values=mine)
+                if report is not None:
+                    self.solutions[id, words(mine)] = report
+        if problems:
+            raise DocumentError(list(problems))
+        return [{id: sheet[id] for id in self.questions} for sheet in sheets]
 
 
 def prepare(path: str, studies: Mapping[str, Study], text: str | None = None) -> Prepared:
@@ -83,40 +137,37 @@ def prepare(path: str, studies: Mapping[str, Study], text: str | None = None) ->
     text = read_text(path, source) if text is None else text
     tree, places = _tree(text, source), of_text(text, source)
     items, problems, notes = dict[str, Item](), list[Problem](), list[Problem]()
-    solutions: dict[str, Report] = {}
-
-    def placed(keys: Keys, message: str, hint: str | None = None) -> Problem:
-        return places.problem(ValueProblem(message, path=keys, hint=hint))
+    solutions: dict[tuple[str, str], Report] = {}
+    variants = None
 
     try:
         assignment = Assignment.model_validate(tree)
         title, questions = assignment.assignment, assignment.questions
+        if assignment.variants:
+            variants = Variants(str(assignment.seed), assignment.variants)
     except ValidationError as error:
-        problems += [placed(each.path, each.message, each.hint) for each in explain(error)]
+        problems += [places.problem(each) for each in explain(error)]
         title, questions = "", _sound(tree.get("questions"))
-    library = _Library(Path() if path == STDIN else Path(path).parent, studies)
+    folder = Path() if path == STDIN else Path(path).parent
+    library = Library(folder, studies, places, {} if variants is None else variants.trials()[0])
     for id, question in questions.items():
         try:
-            asked, name = library.asked(id, question)
-            items[id] = _item(KINDS[name], asked, library.folder)
-            if asked.report is not None:
-                solutions[id] = asked.report
-            notes += [
-                placed(("questions", id, *keys), f"note: {what}")
-                for keys, what in _notes(question, items[id], name)
-            ]
+            items[id], name, report = library.keyed(id, question, library.first)
         except DocumentError as error:
-            problems.append(placed(("questions", id, "document"), f"{shown(question.document)} is refused"))
             problems += [each for each in error.problems if each not in problems]
-        except RigidError as error:
-            keys: Keys = ("questions", id, *getattr(error, "path", ()))
-            problems.append(placed(keys, error.message, error.hint))
+            continue
+        said = [*_notes(question, items[id], name), *_braces(question, library)]
+        notes += [library.placed(("questions", id, *keys), f"note: {what}") for keys, what in said]
+        if report is not None:
+            solutions[id, ""] = report
+    if variants is not None:
+        problems += _unfit(variants, questions, library)
     if problems:
         raise DocumentError(problems)
     read = [Path(path), *(library.folder / name for name in library.documents)]
     read += [file for document in library.documents.values() for file in document.files]
     title = title or Path(path).stem
-    return Prepared(title, source, questions, items, tuple(notes), tuple(read), solutions)
+    return Prepared(title, source, questions, items, library, tuple(notes), tuple(read), solutions, variants)
 
 
 def _tree(text: str, source: str) -> dict[str, Any]:
@@ -128,6 +179,7 @@ def _tree(text: str, source: str) -> dict[str, Any]:
         raise DocumentError(
             [Problem(source, f"read {read}, expected an assignment: a mapping", 1, hint=hint)]
         )
+    tree |= {key: typed[key] for key in ("seed", "variants") if key in tree}
     questions = tree.get("questions")
     for id, question in questions.items() if isinstance(questions, dict) else ():
         _keep_typed(question, typed["questions"][id])
@@ -162,150 +214,60 @@ def _notes(question: Question, item: Item, name: str) -> Iterator[tuple[Keys, st
         yield ("tolerance", "relative"), f"it is {share} of the value: per cent meant?"
 
 
-# --- keys
+# --- variants
 
 
-def _item(kind: Kind, asked: Asked, folder: Path) -> Item:
-    """A question with its keys. Raises ValueProblem."""
-    question = asked.question
-    key = _key(kind, asked, folder, "ask" if asked.path else "answer")
-    accepted = []
-    for place, other in enumerate(question.accept):
-        also = replace(asked, value=other.answer, unit="", path=(), document=None, report=None)
-        key_of_it = _key(kind, also, folder, "accept", place, "answer")
-        accepted.append(Accepted(key_of_it, other.credit, other.message))
-    typed = kind.typed(key)
-    words = DECIMALS.sub(lambda number: f"{float(number[0]):.6g}", as_typed(typed))
-    reference = words if len(words) <= 500 else ""  # a longer key tells nobody anything
-    changes = tuple(_changes(kind, asked, key, typed))
-    return Item(
-        kind, key, question.points, question.title, reference, question.credit, tuple(accepted), changes
-    )
+def _braces(question: Question, library: Library) -> Iterator[tuple[Keys, str]]:
+    """Names in braces in a title that do not do what one may expect of them, with its place."""
+    variants, own = library.first, library.own(question.document, library.first)
+    for name in named_in(question.title, variants) - own.keys():
+        yield ("title",), f"`{{{name}}}` differs from student to student, but the key does not depend on it"
+    for name in in_braces(question.title) if variants else ():
+        near = nearest(name, list(variants))
+        guess = f" (did you mean {near}?)" if near else ""
+        if name not in variants:
+            yield ("title",), f"there is no variant `{name}`{guess}, and so `{{{name}}}` stays as it is"
 
 
-def _changes(kind: Kind, asked: Asked, key: Any, typed: Any) -> Iterator[tuple[str, Any]]:
-    """The keys of mistaken problems, without those by which the right answer is right as well."""
-    right = kind.read(key, typed).value
-    for code, changed in kind.mistaken(asked, key):
-        with contextlib.suppress(Unreadable, ArithmeticError, ValueError):
-            if not kind.is_right(changed, right):
-                yield code, changed
+def _unfit(variants: Variants, questions: Mapping[str, Question], library: Library) -> Iterator[Problem]:
+    """Variants that no question uses, values that a document refuses, and literal answers with braces."""
+    for id, question in questions.items():
+        texts = (
+            [question.answer, *(other.answer for other in question.accept)] if question.ask is None else []
+        )
+        for name in variants.values.keys() & in_braces(" ".join(map(as_typed, texts))):
+            message = f"`{{{name}}}` stands in a literal answer, which is the same for every student"
+            hint = f"`ask` a `document` with the parameter `{name}`; the letter stands without braces"
+            yield library.placed(("questions", id, "answer"), message, hint)
+    asked = {each.document: None for each in questions.values() if each.document}
+    there = [name for name in asked if name in library.documents]  # the others are refused by themselves
+    for parameter in variants.values:
+        documents = [name for name in there if library.own(name, {parameter: ""})]
+        used = [name for name in documents if library.uses(name, parameter)]
+        for name in used:
+            yield from _refused(parameter, variants, name, library)
+        if used or len(there) < len(asked):
+            continue
+        every = list(dict.fromkeys(each for name in there for each in library.parameters(name).values()))
+        near = nearest(parameter, every)
+        message, hint = f"no document of the questions has the parameter {shown(parameter)}", "leave it out"
+        if documents:
+            message = f"nothing in {', '.join(map(shown, documents))} uses this parameter"
+        elif every:
+            hint = f"did you mean `{near}`? " * bool(near) + f"there are {', '.join(every)}"
+        yield library.placed(("variants", parameter), message, hint)
 
 
-def _key(kind: Kind, asked: Asked, folder: Path, *place: str | int) -> Any:
-    """A key. Raises ValueProblem."""
-    try:
-        value = asked.value if asked.path else with_table(kind, asked.value, folder / "assignment")
-        return kind.key(replace(asked, value=value))
-    except ValueProblem as problem:
-        raise problem if problem.path else problem.below(*place) from None
-    except Unreadable as unreadable:
-        first = unreadable.findings[0]
-        words = sentence(first)
-        raise ValueProblem(words if first.place else f"the key: {words}", path=place) from None
-
-
-# --- documents
-
-
-@dataclass(frozen=True, slots=True)
-class _Library:
-    """The documents of an assignment and the reports on them, which several questions may share."""
-
-    folder: Path
-    studies: Mapping[str, Study]
-    documents: dict[str, Document] = field(default_factory=dict)
-    reports: dict[tuple[str, str], Report] = field(default_factory=dict)
-
-    def _report(self, name: str, study: str) -> tuple[Document, Report]:
-        """A document, and what a study finds of it. Raises DocumentError."""
-        if name not in self.documents:
-            self.documents[name] = load(self.folder / name)
-        document = self.documents[name]
-        if (name, study) not in self.reports:
-            self.reports[name, study] = self.studies[study](document)
-        return document, self.reports[name, study]
-
-    def asked(self, id: str, question: Question) -> tuple[Asked, str]:
-        """What a question asks for, and the name of its kind. Raises ValueProblem."""
-        if question.ask is not None:
-            return self._computed(id, question, question.ask)
-        if question.kind is None:
-            hint = f"a literal answer has one of {', '.join(KINDS)}"
-            raise ValueProblem("missing, expected the kind of the `answer`", path=("kind",), hint=hint)
-        return Asked(id, question, question.answer), question.kind
-
-    def _computed(self, id: str, question: Question, ask: str) -> tuple[Asked, str]:
-        """What a document answers, and the name of its kind. Raises ValueProblem."""
-        path = tuple(ask.split("."))
-        study, way = path[0], path[1:]
-        if study not in self.studies:
-            hint = _known(study, self.studies)
-            raise ValueProblem(f"there is no command {shown(study)}", path=("ask",), hint=hint)
-        if question.document is None:
-            raise ValueProblem("missing, expected the document that is asked", path=("document",))
-        document, report = self._report(question.document, study)
-        tree = report.tree()
-        value = _value_at(study, tree, way)
-        names = ".".join(step for step in way if not step.isdecimal())  # a unit is that of all rows
-        unit = next((unit for key, unit in report.units.items() if f"{names}.".startswith(f"{key}.")), "")
-        name = question.kind or _kind_of(path, value, unit)
-        if name is None:
-            hint = f"ask for one of {', '.join(_paths(ask, value))}"
-            raise ValueProblem("this result is no single answer of any kind", path=("ask",), hint=hint)
-        if document.system is not None and document.system.functions and name in OF_SYMBOLS:
-            hint = "write a formula for each of `system.functions` into the document of the key"
-            raise ValueProblem("answers with unknown functions cannot be judged", path=("ask",), hint=hint)
-        return Asked(id, question, value, unit, path, document, report), name
-
-
-def _kind_of(path: tuple[str, ...], value: Any, unit: str) -> str | None:
-    """The kind of a result; None where it is no single answer."""
-    from rigidcli.algebra.expressions import Expr
-
-    is_scalar = isinstance(value, bool | int | float | str | np.generic)
-    if path[1:2] and path[1] in MOTIONS and not is_scalar:
-        return "trajectory"
-    if path[-1] in KIND_BY_NAME:
-        return KIND_BY_NAME[path[-1]]
-    if isinstance(value, bool | np.bool_ | str):
-        return "choice"
-    if is_scalar:
-        return "quantity" if unit else "number"
-    if isinstance(value, Expr):
-        return "expression"
-    if isinstance(value, Mapping):
-        return None
-    return {1: "vector", 2: "matrix"}.get(np.ndim(np.array(value, dtype=object)))
-
-
-def _value_at(ask: str, tree: Any, way: Sequence[str]) -> Any:
-    """The value at the end of a way in a tree of results. Raises ValueProblem, which lists the ways."""
-    for step in way:
-        if isinstance(tree, Mapping) and step in tree:
-            tree = tree[step]
-        elif isinstance(tree, Sequence | np.ndarray) and step.isdecimal() and int(step) < len(tree):
-            tree = tree[int(step)]
-        else:
-            paths = _paths(ask, tree)
-            hint = _known(f"{ask}.{step}", paths) if paths else f"`{ask}` is a result, and has no parts"
-            raise ValueProblem(f"there is no {shown(step)} in this result", path=("ask",), hint=hint)
-        ask = f"{ask}.{step}"
-    if tree is None:
-        raise ValueProblem("this document has no such result: it is null", path=("ask",))
-    return tree
-
-
-def _paths(ask: str, tree: Any) -> list[str]:
-    """The paths of the results one step below a path."""
-    if isinstance(tree, Mapping):
-        return [f"{ask}.{key}" for key, value in tree.items() if value is not None and key != "schema"]
-    if isinstance(tree, Sequence | np.ndarray) and not isinstance(tree, str):
-        return [f"{ask}.{place}" for place in range(len(tree))]
-    return []
-
-
-def _known(name: str, names: Iterable[str]) -> str:
-    """A hint for a name that is none of these: the one that is near, and all of them."""
-    near = nearest(name, list(names))
-    return f"did you mean `{near}`? " * bool(near) + f"there are {', '.join(names)}"
+def _refused(parameter: str, variants: Variants, document: str, library: Library) -> Iterator[Problem]:
+    """The values of a variant that a document refuses, where the others have their first values."""
+    refused = list[tuple[Values, DocumentError]]()
+    with contextlib.suppress(DocumentError):  # what is wrong with the first values is told already
+        library.document(document, library.own(document, library.first))
+        for value in variants.values[parameter][1:]:
+            values = library.own(document, {**library.first, parameter: value})
+            try:
+                library.document(document, values)
+            except DocumentError as error:
+                refused.append((values, error))
+    if refused:
+        yield library.refusal(document, *refused[0], more=len(refused) - 1)

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Iterator
-from dataclasses import dataclass, replace
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field, replace
 from decimal import ROUND_HALF_UP, Decimal
 from functools import cache
 from typing import TYPE_CHECKING, Any, ClassVar, Literal, NamedTuple, TypeAlias, get_args
@@ -228,7 +228,10 @@ UNREAD = frozenset(["parse_error", "unknown_symbol", "too_large"])
 
 @dataclass(frozen=True, slots=True)
 class Judged:
-    """One question of a hand-in: the `answer` as it was typed, `read_as`, how it was read, and its mark."""
+    """One question of a hand-in: the `answer` as it was typed, `read_as`, how it was read, and its mark.
+
+    `values` are those of the student's variant, in words by the names of the parameters.
+    """
 
     id: str
     title: str
@@ -238,6 +241,7 @@ class Judged:
     score: float
     max_score: float
     findings: tuple[Finding, ...] = ()
+    values: Mapping[str, str] = field(default_factory=dict)
 
     @property
     def codes(self) -> tuple[str, ...]:
@@ -270,14 +274,6 @@ class Judged:
         """The question as a person has judged it."""
         verdict: Verdict = "correct" if score >= self.max_score else "partial" if score > 0 else "incorrect"
         return replace(self, verdict=verdict, score=score, findings=(Finding("overridden", detail=reason),))
-
-
-def judged(
-    id: str, title: str, points: float, outcome: Outcome, answer: str = "", read_as: str = ""
-) -> Judged:
-    """A question with the points that its outcome earns."""
-    score = round(outcome.share * points, PLACES)
-    return Judged(id, title, answer, read_as, outcome.verdict, score, points, outcome.findings)
 
 
 @dataclass(frozen=True, slots=True)

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import suppress
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import partial
 from pathlib import Path
 from typing import Any, TypeAlias
@@ -16,6 +16,7 @@ from rigidcli.check.answers import as_typed, capped, folded, read_answers
 from rigidcli.check.base import (
     CODES,
     MISSING,
+    PLACES,
     Finding,
     Judged,
     Judgement,
@@ -23,11 +24,11 @@ from rigidcli.check.base import (
     Outcome,
     Tree,
     Unreadable,
-    judged,
 )
 from rigidcli.check.files import beside, is_contested, read_file, safe_name
 from rigidcli.check.question import RELATIVE, Question, Tolerance
 from rigidcli.check.roster import Paper
+from rigidcli.check.variants import words
 from rigidcli.check.workers import each
 from rigidcli.errors import nearest, printable, shortened, shown
 from rigidcli.sandbox import LIMITS, ForbiddenError, LateError, Limits, timed, usable_cores
@@ -54,6 +55,7 @@ class Item:
 
     `changes` are the keys of mistaken problems with the codes of the mistakes; `reference` is the key in
     words, for feedback at the level `full`; `credit` and `accepted` are as the question has them.
+    `values` are those of the student's variant that the question depends on, or names.
     """
 
     kind: Kind
@@ -64,6 +66,13 @@ class Item:
     credit: str | Mapping[Any, float] = "parts"
     accepted: tuple[Accepted, ...] = ()
     changes: tuple[tuple[str, Any], ...] = ()
+    values: Mapping[str, str] = field(default_factory=dict)
+
+    def judged(self, id: str, result: Outcome, answer: str = "", read_as: str = "") -> Judged:
+        """The question of this name with the points that its outcome earns."""
+        score = round(result.share * self.points, PLACES)
+        marks = result.verdict, score, self.points, result.findings
+        return Judged(id, self.title, answer, read_as, *marks, values=dict(self.values))
 
 
 Seen: TypeAlias = dict[tuple[str, str], Judged]
@@ -89,7 +98,7 @@ def judge(text: str, path: Path, items: Mapping[str, Item], seen: Seen | None = 
         answer = answers[names[0]] if names else None
         if len(names) > 1:
             answer = Unreadable("duplicate_key")
-        asked = id, repr(answer)
+        asked = id, f"{words(item.values)} {answer!r}"
         if asked in seen:
             questions.append(seen[asked])
             continue
@@ -101,9 +110,7 @@ def judge(text: str, path: Path, items: Mapping[str, Item], seen: Seen | None = 
                 if result.share and is_contested(file, path):
                     result = Outcome.review("another student's answer names this file, too")
         typed = shortened(as_typed(answer), LONGEST_ANSWER)
-        questions.append(
-            judged(id, item.title, item.points, result, typed, shortened(read_as, LONGEST_ANSWER))
-        )
+        questions.append(item.judged(id, result, typed, shortened(read_as, LONGEST_ANSWER)))
         # A table lies beside one file only, and what cannot be read may be so for want of time or memory.
         is_lasting = item.kind.name != "trajectory" and result.verdict != "invalid"
         if is_lasting and len(asked[1]) <= LONGEST_ANSWER and len(seen) < 5000:  # some 30 MB
@@ -113,7 +120,7 @@ def judge(text: str, path: Path, items: Mapping[str, Item], seen: Seen | None = 
 
 def same_for_all(items: Mapping[str, Item], result: Outcome) -> Judgement:
     """A hand-in whose questions are not judged one by one."""
-    return Judgement("", "", tuple(judged(id, item.title, item.points, result) for id, item in items.items()))
+    return Judgement("", "", tuple(item.judged(id, result) for id, item in items.items()))
 
 
 def _strangers(answers: Iterable[str], items: Mapping[str, Item]) -> list[str]:
@@ -222,24 +229,39 @@ def run(
     jobs: int | None = None,
     progress: Callable[[float], None] = lambda share: None,
     limits: Limits = LIMITS,
+    own: Mapping[str, Mapping[str, Item]] | None = None,
 ) -> Iterator[Judgement]:
     """Judge what was handed in, in that order, whatever is done first; `jobs` at a time, or one a core.
 
+    `own` are the questions of students who have others than `items`, by the names of the students.
     `progress` gets the share that is done. Raises ComputationError where no process can be started.
     """
-    files = [paper.file for paper in papers if paper.file is not None and paper.outcome is None]
+    own = own or {}
+    sheets = [dict(items), *own.values()]
+    number = {student: number for number, student in enumerate(own, 1)}
+    tasks = [
+        (number.get(paper.student, 0), paper.file)
+        for paper in papers
+        if paper.file is not None and paper.outcome is None
+    ]
     _warm_up(items)
-    results = each(partial(judge_file, dict(items), {}), files, jobs or usable_cores(), limits, progress)
+    results = each(partial(judge_file, sheets, {}), tasks, jobs or usable_cores(), limits, progress)
     for paper in papers:
         result = paper.outcome or next(results)
         if isinstance(result, Unreadable):
             result = result.outcome
-        graded = same_for_all(items, result) if isinstance(result, Outcome) else Judgement.from_bytes(result)
+        graded = (
+            same_for_all(own.get(paper.student, items), result)
+            if isinstance(result, Outcome)
+            else Judgement.from_bytes(result)
+        )
         yield replace(graded, student=safe_name(paper.student), source=paper.source)
 
 
-def judge_file(items: Mapping[str, Item], seen: Seen, path: Path) -> bytes:
-    """The judgement of the answer file at `path`, whose student is known elsewhere."""
+def judge_file(sheets: Sequence[Mapping[str, Item]], seen: Seen, task: tuple[int, Path]) -> bytes:
+    """The judgement of an answer file, by the number of its `sheet` of questions and its path."""
+    number, path = task
+    items = sheets[number]
     try:
         return judge(read_file(path), path, items, seen).to_bytes()
     except Unreadable as unreadable:
@@ -268,6 +290,7 @@ def selftest(items: Mapping[str, Item], questions: Mapping[str, Question]) -> It
         named = ", ".join(dict.fromkeys(code for code, _ in item.changes))
         lines = [
             f"{printable(id)}: {item.kind.name}, {item.points:.12g} point{'s' * (item.points != 1)}",
+            f"  values     {printable(words(item.values))}" if item.values else "",
             f"  key        {printable(shortened(item.reference or read_as))}",
             f"  judged     {', '.join([result.verdict, *(CODES[each.code] for each in result.findings)])}",
             f"  tolerance  {tolerance}" if (tolerance := _tolerance(item, questions[id].tolerance)) else "",

@@ -5,15 +5,17 @@ The text below a field is what `rigidcli explain assignment` says of the key.
 
 from __future__ import annotations
 
+from collections.abc import Iterator, Mapping
 from decimal import Decimal
 from typing import Annotated, Any, ClassVar, Literal
 
 from pydantic import ConfigDict, Field
 
+from rigidcli.check.variants import SCHEMA, read_variants
 from rigidcli.errors import ValueProblem, shown
 from rigidcli.fields.dimensions import ANGLE, DIMENSIONLESS
 from rigidcli.fields.quantities import AsList, Quantity
-from rigidcli.fields.readers import Alternative, Title
+from rigidcli.fields.readers import Alternative, ReadBy, Title
 from rigidcli.fields.section import Section
 
 NotNegative = Annotated[float, Quantity(DIMENSIONLESS, "nonnegative")]
@@ -112,7 +114,8 @@ class Question(Section):
     points: NotNegative = 1.0
     """the points of a right answer: `points: 3`"""
     title: Title = ""
-    """what students see above the feedback: `title: "Taylor 10.35 (a): the inertia tensor"`"""
+    """what students see above the feedback: `title: "Taylor 10.35 (a): the inertia tensor"`;
+    `{m}` in it is the value of the variant m"""
     tolerance: AnyTolerance = Tolerance()
     """how near an answer must be: `tolerance: 0.02`, `tolerance: {absolute: 1 mm}`"""
     order: Literal["free", "ascending"] = "free"
@@ -162,10 +165,25 @@ class Assignment(Section):
 
     model_config = ConfigDict(use_attribute_docstrings=True)
 
+    NEEDS: ClassVar = {"seed": "variants"}
+
     assignment: Title = ""
     """the name of the assignment, which reports show: `assignment: Homework 10`"""
+    seed: Title | None = None
+    """any text, from which the values of each student follow; keep it: `seed: autumn 2026`"""
+    variants: Annotated[dict[str, tuple[str, ...]] | None, ReadBy(read_variants, SCHEMA)] = None
+    """values of parameters of the documents, other ones for each student, which `{m}` in a `title` shows;
+    a list or a range: `variants: {m: [1, 2, 3], a: {from: 2 cm, to: 5 cm, step: 5 mm}}`"""
     questions: Annotated[dict[str, Question], Field(min_length=1)]
     """the questions by the names that students answer: `10.35a: {document: cube.yaml, ask: axes}`"""
+
+    @classmethod
+    def _contradictions(cls, raw: Mapping[str, Any]) -> Iterator[ValueProblem]:
+        yield from super()._contradictions(raw)
+        if raw.get("variants") is not None and raw.get("seed") in (None, ""):
+            hint = "write `seed: autumn 2026` above it, or any other text"
+            message = "the values of students follow from a `seed`, which is missing"
+            yield ValueProblem(message, path=("variants",), hint=hint)
 
 
 class AnswerFile(Section):

@@ -238,6 +238,11 @@ class Roster:
         alike = Counter(self._names.values())
         self.labels |= {key: name for key, name in self._names.items() if name and alike[name] == 1}
 
+    @property
+    def students(self) -> dict[str, str]:
+        """The name of each student in the list, by the label that results have."""
+        return {label: self._names[key] or label for key, label in self.labels.items()}
+
     def find(self, name: str) -> set[int]:
         """The students that a name may mean, by the first way that leads to any."""
         if keys := self._meant.get(name.casefold()) or self._meant.get(_sorted(name)):

@@ -16,7 +16,7 @@ import rigidcli
 from rigidcli.check import Feedback
 from rigidcli.cli.failures import Failures, complain, progress, tell_notes
 from rigidcli.cli.options import NoHeader, OutputPath, Quiet, format_option, listed, whole
-from rigidcli.cli.output import Folder, Output
+from rigidcli.cli.output import Folder, Output, is_folder
 from rigidcli.errors import UsageError
 
 if TYPE_CHECKING:
@@ -42,8 +42,12 @@ TABULAR = {
     "--regrade": ("table",),
     "--canvas": ("table", "csv"),
     "--selftest": ("table",),
+    "--sheets": ("table", "html", "csv"),
 }
-"""The formats of each option that prints something else than judgements; a gradebook is csv in both."""
+"""The formats of each option that prints something else than judgements.
+
+A gradebook is csv in both of its formats; sheets are pages in html, unless csv is asked for.
+"""
 
 
 def studies(steps: bool = False) -> "dict[str, Callable[[Document], Report]]":
@@ -74,6 +78,8 @@ Canvas = Annotated[
 Column = Annotated[str | None, _file("--column", "NAME", COLUMN)]
 Roster = Annotated[str | None, _file("--roster", "FILE.csv", "Who the students are; all of them get a row.")]
 Overrides = Annotated[str | None, _file("--overrides", "FILE.csv", OVERRIDES)]
+SHEETS = "What each student gets to solve: a page each in -o FOLDER/, or -f csv."
+Sheets = Annotated[bool, typer.Option("--sheets", help=SHEETS)]
 Selftest = Annotated[bool, typer.Option("--selftest", help=KEYS)]
 Steps = Annotated[bool, typer.Option("--steps", help="Solutions on the pages, too; with --feedback full.")]
 
@@ -95,6 +101,7 @@ def check(
     roster: Roster = None,
     overrides: Overrides = None,
     selftest: Selftest = False,
+    sheets: Sheets = False,
     steps: Steps = False,
     no_header: NoHeader = False,
     quiet: Quiet = False,
@@ -105,19 +112,35 @@ def check(
     """
     answers, lists = listed(answers or ())
     chosen = {"--items": items, "--regrade": regrade, "--canvas": canvas, "--selftest": selftest}
-    views = [option for option, given in chosen.items() if given]
+    views = [option for option, given in (chosen | {"--sheets": sheets}).items() if given]
     if len(views) > 1:
         raise typer.BadParameter(f"{' and '.join(views)} exclude each other")
-    if bool(answers) == selftest:
-        wrong = "--selftest takes no ANSWERS" if selftest else "expected ANSWERS: files, or folders of them"
+    alone = next((option for option in views if option in ("--selftest", "--sheets")), None)
+    if bool(answers) == bool(alone):
+        wrong = f"{alone} takes no ANSWERS" if alone else "expected ANSWERS: files, or folders of them"
         raise typer.BadParameter(wrong)
     if views and format not in TABULAR[views[0]]:
         raise typer.BadParameter(f"{views[0]} has no other format than {', '.join(TABULAR[views[0]])}")
     if steps and (feedback is not Feedback.full or format is not CheckFormat.html):
         raise typer.BadParameter("--steps shows the keys: it is for html with --feedback full")
+    if sheets and roster is None:
+        raise typer.BadParameter("--sheets are for the students of a --roster")
+    if selftest and roster is not None:
+        raise typer.BadParameter("--selftest takes no --roster")
+    if sheets and format is not CheckFormat.csv:
+        format = CheckFormat.html
+        if not is_folder(output):
+            raise typer.BadParameter(
+                "--sheets are pages: name a folder for them, as in `-o sheets/`; or -f csv"
+            )
     if column is not None and canvas is None:
         raise typer.BadParameter("--column is for --canvas")
     failures = Failures()
+    if alone:
+        with failures.of(assignment), _target(format, output, Feedback.hint) as target:
+            code = without_answers(assignment, roster, target, not no_header, quiet)
+            failures.code = max(failures.code, code)
+        raise typer.Exit(failures.code)
     with (
         failures.of(assignment),
         _target(format, output, feedback) as target,
@@ -128,25 +151,17 @@ def check(
         from rigidcli.check.assignment import prepare
         from rigidcli.check.base import MISSING
         from rigidcli.check.judge import run
-        from rigidcli.check.judge import selftest as test_keys
         from rigidcli.check.reports import Style
 
         prepared = prepare(assignment, studies(steps))
         target.protect(*prepared.files, *filter(None, (regrade, canvas, roster, overrides)), *lists)
         for note in () if quiet else prepared.notes:
             complain(str(note))
-        if selftest:
-            for words, is_right in test_keys(prepared.items, prepared.questions):
-                target.write(words)
-                failures.code = max(failures.code, 0 if is_right else NOT_CORRECT)
-            raise typer.Exit(failures.code)
         width, colour = target.terminal()
         style = Style(feedback, not no_header, width, colour)
         remarks = list[str]()
         remark = partial(_remark, quiet, remarks)
         view = view_of(format, items, regrade, canvas, column or prepared.title, quiet)
-        if format is CheckFormat.html:
-            view = pages(prepared, remarks, target, steps=steps)
         batch = files.gather(answers, assignment, Path(scratch))
         target.protect(*(place.file for place in batch.answers))
         class_list = None if roster is None else students.read_roster(roster)
@@ -166,7 +181,11 @@ def check(
             raise UsageError("there is no hand-in in ANSWERS", hint="; ".join(notes) or None)
         remark(roster or prepared.source, notes)
         with progress() as show:
-            judgements = run(prepared.items, papers, jobs, show)
+            papers, own, said = prepared.for_students(papers, class_list, show)
+            remark(prepared.source, said)
+            if format is CheckFormat.html:
+                view = pages(prepared, remarks, target, steps=steps)
+            judgements = run(prepared.items, papers, jobs, show, own=own)
             late = list[str]()
             if person is not None:
                 judgements = students.overridden(judgements, person, late)
@@ -217,6 +236,58 @@ def pages(prepared: "Prepared", remarks: Sequence[str], target: Output, *, steps
     return fill
 
 
+def without_answers(assignment: str, roster: str | None, target: Output, header: bool, quiet: bool) -> int:
+    """Write the sheets of the students of a roster, or without one test the keys. Returns the exit code."""
+    from rigidcli.check.assignment import prepare
+    from rigidcli.check.judge import selftest
+
+    prepared = prepare(assignment, studies())
+    target.protect(*prepared.files, *filter(None, [roster]))
+    for note in () if quiet else prepared.notes:
+        complain(str(note))
+    if roster is not None:
+        with progress() as show:
+            hand_out(prepared, roster, target, header, show)
+        return 0
+    code = 0
+    for questions in prepared.trials():
+        for words, is_right in selftest(questions, prepared.questions):
+            target.write(words)
+            code = max(code, 0 if is_right else NOT_CORRECT)
+    return code
+
+
+def hand_out(
+    prepared: "Prepared",
+    roster: str,
+    target: Output,
+    header: bool,
+    progress: Callable[[float], None],
+) -> None:
+    """Write the sheet of each student of a roster: pages into a folder, or the rows of a table."""
+    from rigidcli.check import roster as students
+    from rigidcli.check.reports import Style
+    from rigidcli.check.reports import sheets as report
+
+    if prepared.variants is None:
+        hint = "`rigidcli new assignment` shows how parameters get other values for each student"
+        raise UsageError("there are no `variants` in it, and so all sheets would be the same", hint=hint)
+    columns, rows = students.read_table(roster)
+    people = students.read_roster(roster)
+    questions = prepared.own(people.students, progress)
+    sheets = [
+        report.Sheet(label, prepared.variants.of(people.students[label]), questions[label], rows[place])
+        for place, label in people.labels.items()
+    ]
+    if not isinstance(target, Folder):
+        for piece in report.csv(sheets, columns, Style(header=header)):
+            target.write(piece)
+        return
+    for name, content in report.pages(sheets, prepared.title):
+        target.begin(name)
+        target.write(content)
+
+
 def noted(
     judgements: "Iterator[Judgement]",
     others: "Sequence[Place]",
@@ -250,7 +321,11 @@ def view_of(
     if items:
         from rigidcli.check.reports import items as report
 
-        return lambda judgements, style: report.TEXTS[format](report.tally(judgements), style)
+        def told(judgements: "Iterator[Judgement]", style: "Style") -> Iterator[str]:
+            every = list(judgements)
+            return report.TEXTS[format](report.tally(every), style, report.alike(every))
+
+        return told
     if regrade is not None:
         from rigidcli.check.reports.items import changes, run_of
 

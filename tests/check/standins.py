@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from rigidcli.check.base import Asked, Finding, Judged, Kind, Outcome, Reading, Tree, Verdict, judged
+from rigidcli.check.base import Asked, Finding, Judged, Kind, Outcome, Reading, Tree, Verdict
 
 
 class Same(Kind):
@@ -38,4 +38,4 @@ def mark(
 
 def waiting(id: str, most: float) -> Judged:
     """A question whose answer waits for a person."""
-    return judged(id, "", most, Outcome.review("it may be singular"))
+    return mark(id, "review", 0.0, most, Outcome.review("it may be singular").findings)

@@ -88,17 +88,19 @@ def blocks(lines: list[str]) -> Iterator[set[int]]:
 
 @pytest.mark.parametrize("path", sorted(STARTERS.glob("*.yaml")), ids=lambda path: path.stem)
 def test_every_key_that_a_starter_offers_is_accepted(path: Path, program: Program, tmp_path: Path) -> None:
-    """A key that stands in a comment goes beside the others, with its neighbours, or in place of two."""
+    """A key that stands in a comment goes beside others, with its neighbours, with all, or instead of two."""
     for name in ("bracket.stl", "three_masses.yaml"):
         shutil.copy(ROOT / "configs" / name, tmp_path)
     (tmp_path / "cloud.csv").write_text(CLOUD)
     (tmp_path / "orbit.csv").write_text("t,x\n0,1\n1,2\n")
+    block = "parameters: {m: 2 kg, a: 10 cm}\nbody: {shape: box, size: [a, a, 2*a], mass: m}\n"
+    (tmp_path / "block.yaml").write_text(block)
     lines = path.read_text().splitlines()
     offered = [COMMENTED.match(line) is not None for line in lines]
     for number in (k for k, is_offered in enumerate(offered) if is_offered):
         run = {k for k in range(len(lines)) if all(offered[min(k, number) : max(k, number) + 1])}
         texts = []
-        for switched in ({number}, run):
+        for switched in ({number}, run, {k for k, is_offered in enumerate(offered) if is_offered}):
             text = [
                 COMMENTED.sub(r"\1\2", line, count=1) if k in switched else line
                 for k, line in enumerate(lines)

@@ -87,6 +87,7 @@ def _json(students: Students, style: Style) -> Iterator[str]:
         line |= {name: getattr(student, name) for name in ("student", "source", "score", "max_score")}
         line["questions"] = [
             {name: getattr(question, name) for name in FIELDS}
+            | ({"values": question.values} if question.values else {})
             | {"feedback": [{"code": each.code, "message": sentence(each)} for each in question.findings]}
             for question in student.questions
         ]

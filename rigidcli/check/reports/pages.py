@@ -12,11 +12,13 @@ from dataclasses import dataclass, field, replace
 from functools import cache
 from pathlib import Path
 from statistics import fmean
+from typing import TypeAlias
 from urllib.parse import quote
 
 from rigidcli.check.base import Judged, Judgement, reported
 from rigidcli.check.reports import Style
 from rigidcli.check.reports.formats import LONGEST_ANSWER, as_one, mean_of, points, score, share, urgent
+from rigidcli.check.variants import words
 from rigidcli.errors import ExpressionError, printable, shortened
 from rigidcli.render import Look
 from rigidcli.render.web.page import page, resource, text
@@ -29,16 +31,21 @@ _FORMULA = re.compile(r"(?![-+]?[0-9.]+(?:e[-+]?[0-9]+)? [A-Za-z])(?=.*[A-Za-z])
 """What is set as a formula: more than a word, and no number with its unit."""
 
 
+Solutions: TypeAlias = Mapping[tuple[str, str], str]
+"""Solutions on pages, by the names of their questions and the values of variants in words."""
+
+
 @dataclass(frozen=True, slots=True)
 class Course:
     """What pages say besides judgements: the title of the assignment, and solutions that are `worked`.
 
-    `remarks` are on files and students; they may grow as long as there are judgements to come.
+    Solutions stand by the names of questions and the values of variants in words. `remarks` are on files and
+    students; they may grow as long as there are judgements to come.
     """
 
     title: str
     remarks: Sequence[str] = ()
-    solutions: Mapping[str, str] = field(default_factory=dict)
+    solutions: Solutions = field(default_factory=dict)
 
 
 def one_page(judgements: Iterable[Judgement], course: Course, style: Style) -> Iterator[str]:
@@ -63,12 +70,17 @@ def pages(judgements: Iterable[Judgement], course: Course, style: Style) -> Iter
             *_answers(student, course.solutions),
             f'<p class="quiet">{own(Path(student.source).name)}</p>\n' if student.source else "",
         ]
-        yield name, "".join(_page(f"{course.title}: {student.student}", body))
+        yield name, written(f"{course.title}: {student.student}", body)
     yield "index.html", "".join(_page(course.title, _class(judged, course, style, links, folded=False)))
 
 
 def _page(title: str, body: Iterable[str]) -> Iterator[str]:
     return page(title, body, styles=[resource("classroom.css")])
+
+
+def written(title: str, body: Iterable[str]) -> str:
+    """A page for a student."""
+    return "".join(_page(title, body))
 
 
 def file_name(student: str, taken: set[str]) -> str:
@@ -98,7 +110,7 @@ def _list(entries: Iterable[str]) -> str:
 # --- a student
 
 
-def _answers(student: Judgement, solutions: Mapping[str, str]) -> Iterator[str]:
+def _answers(student: Judgement, solutions: Solutions) -> Iterator[str]:
     """Each question with its title, the answer as typed and as read, its verdict, and what is said of it."""
     for question in as_one(student):
         yield f'<section class="answer {question.verdict}">\n<h3>{own(question.id)}'
@@ -111,7 +123,7 @@ def _answers(student: Judgement, solutions: Mapping[str, str]) -> Iterator[str]:
             yield f"<p>Read as: {typeset(question.read_as)}</p>\n"
         if question.findings:
             yield _list(map(own, question.sentences))
-        yield solutions.get(question.id, "")
+        yield solutions.get((question.id, words(question.values)), "")
         yield "</section>\n"
 
 
@@ -138,19 +150,19 @@ def typeset(words: str) -> str:
     return "<br>".join(formula(" = ".join(sides)) for sides in lines)
 
 
-def worked(solutions: Mapping[str, Report]) -> dict[str, str]:
-    """The working of questions, folded, by their names as they are shown."""
+def worked(solutions: Mapping[tuple[str, str], Report]) -> Solutions:
+    """The working of questions, folded, by their names as they are shown, and the values of variants."""
     from rigidcli.render.html import fragment
     from rigidcli.render.table import render
 
     workings = {}
-    for id, report in solutions.items():
+    for (id, values), report in solutions.items():
         if _has_formulas():
             work = fragment(replace(report, pictures=()), Look(steps=True))
         else:
             work = f"<pre>{text(''.join(render([report], Look(steps=True))))}</pre>"
         solution = f'<details class="solution"><summary>Solution</summary>\n{work}</details>\n'
-        workings[printable(id)] = solution
+        workings[printable(id), values] = solution
     return workings
 
 
@@ -173,13 +185,15 @@ def _class(
     if course.remarks:
         remarks = ("<br>".join(map(own, remark.split("\n"))) for remark in course.remarks)
         yield f"<h2>Files and notes</h2>\n{_list(remarks)}"
-    yield from (f"<h3>{own(id)}</h3>\n{solution}" for id, solution in course.solutions.items())
+    for (id, values), solution in course.solutions.items():
+        yield "" if values else f"<h3>{own(id)}</h3>\n{solution}"
     if folded and students:
         yield "<h2>Feedback</h2>\n"
         for number, student in enumerate(students, 1):
             yield f'<details id="student{number}"><summary>{own(student.student)}, '
             yield f"{score(student)}</summary>\n"
-            yield from _answers(student, {})
+            # Those that all students share stand above, once.
+            yield from _answers(student, {key: each for key, each in course.solutions.items() if key[1]})
             yield "</details>\n"
 
 

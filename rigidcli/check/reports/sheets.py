@@ -1,0 +1,57 @@
+"""Sheets: the questions of an assignment with the values of each student, to hand out."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from typing import NamedTuple
+
+from rigidcli.check.judge import Item
+from rigidcli.check.reports import Style
+from rigidcli.check.reports.formats import csv_rows, points
+from rigidcli.check.reports.pages import file_name, own, written
+from rigidcli.check.variants import words
+from rigidcli.errors import printable
+
+
+class Sheet(NamedTuple):
+    """What one student gets: the values of all variants, and the questions with these values."""
+
+    student: str
+    values: Mapping[str, str]
+    items: Mapping[str, Item]
+    about: Sequence[str] = ()
+    """What the list of students says of this one, in its own columns."""
+
+
+def pages(sheets: Sequence[Sheet], title: str) -> Iterator[tuple[str, str]]:
+    """Files of a folder, each a name and what stands in it: a page for each student."""
+    taken = set[str]()
+    for sheet in sheets:
+        body = [
+            f"<h1>{own(printable(title))}</h1>\n<p><strong>{own(printable(sheet.student))}</strong></p>\n",
+            f"<p>Your values: <strong>{own(printable(words(sheet.values)))}</strong></p>\n",
+        ]
+        for id, item in sheet.items.items():
+            worth = f"{points(item.points)} point{'s' * (item.points != 1)}"
+            body.append(f'<section class="answer">\n<h3>{own(printable(id))} <span>{worth}</span></h3>\n')
+            body.append(f'<p class="title">{own(printable(item.title))}</p>\n' if item.title else "")
+            body.append("</section>\n")
+        yield file_name(sheet.student, taken), written(f"{title}: {sheet.student}", body)
+
+
+def csv(sheets: Sequence[Sheet], header: Sequence[str], style: Style) -> Iterator[str]:
+    """A row for each student, for a mail merge: the columns of the list of students, values, and titles.
+
+    The student is named as in results, in the first column.
+    """
+    names = [*sheets[0].values, *sheets[0].items] if sheets else []
+    rows = (
+        [
+            sheet.student,
+            *(*sheet.about, *[""] * len(header))[: len(header)],
+            *sheet.values.values(),
+            *(item.title for item in sheet.items.values()),
+        ]
+        for sheet in sheets
+    )
+    return csv_rows(["student", *header, *names], rows, style)
