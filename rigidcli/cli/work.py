@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import os
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import AbstractContextManager
@@ -32,6 +33,10 @@ FEW = 16
 
 TASKS, MOST_BLOCKS = 64, 16
 """Tasks of a large ensemble, and blocks of starts in a task: few, as each task reads the document again."""
+
+
+CLUSTER = 32
+"""Processes that a cluster is taken to have."""
 
 
 class Work(NamedTuple):
@@ -137,7 +142,7 @@ def documents(work: Work, files: Sequence[str], sweep: Sweep | None, jobs: Jobs)
         for draft in drafts:
             try:
                 fitting = None if sweep is None else _fitting(draft, sweep, work.command)
-                blocks = _blocks(draft) if divided else (None,)
+                blocks = _blocks(draft, jobs) if divided else (None,)
             except (RigidError, MemoryError) as error:
                 yield Task(draft.source, failure(error, draft.source), notes)
             else:
@@ -148,8 +153,11 @@ def documents(work: Work, files: Sequence[str], sweep: Sweep | None, jobs: Jobs)
             notes = ()
 
 
-def _blocks(draft: Draft) -> Sequence[range | None]:
-    """The blocks of starts of an ensemble, each for one task; a single None where there is no ensemble."""
+def _blocks(draft: Draft, jobs: Jobs) -> Sequence[range | None]:
+    """The blocks of starts of an ensemble, each for one task; a single None where there is no ensemble.
+
+    What is integrated does not depend on the other starts of its block: then each process gets two at least.
+    """
     from rigidcli.document.load import read
 
     document = read(draft)
@@ -159,6 +167,8 @@ def _blocks(draft: Draft) -> Sequence[range | None]:
 
     count, size = len(document.ensemble), block(document)
     size *= max(1, min(MOST_BLOCKS, count // (TASKS * size)))
+    if document.system is not None or (document.motion is not None and document.motion.torque is not None):
+        size = min(size, max(1, math.ceil(count / (2 * (jobs if isinstance(jobs, int) else CLUSTER)))))
     return [range(begin, min(begin + size, count)) for begin in range(0, count, size)]
 
 
@@ -231,6 +241,8 @@ def _of_ensemble(document: Document, work: Work, starts: range | None) -> Iterat
     several: Together | None = None
     if work.command.name == "euler":
         from rigidcli.studies.euler.closed import together as several
+    elif work.command.name == "hamilton":
+        from rigidcli.studies.hamilton.many_orbits import together as several
     shown = ("picture", "scene", "steps")
     alone = work._replace(options={name: work.options[name] for name in work.options if name not in shown})
     source, files = document.source, tuple(document.files)

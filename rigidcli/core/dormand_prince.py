@@ -15,7 +15,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping, Sequence
-from functools import cache
+from functools import cache, reduce
 from typing import Any, TypeAlias
 
 import numpy as np
@@ -26,7 +26,7 @@ from rigidcli.core.solution import Elements, Flow, Function, State, Stop, Stoppe
 METHOD = "Dormand-Prince 8(5,3)"
 
 
-def _row(text: str) -> dict[int, float]:
+def _numbers(text: str) -> dict[int, float]:
     """The numbers of a row of the tableau by their places, without the zeros."""
     return {place: float(number) for place, number in enumerate(text.split()) if number != "0"}
 
@@ -37,42 +37,42 @@ NODES = (0.0, 0.05260015195876773, 0.0789002279381516, 0.1183503419072274, 0.281
 
 STAGES: tuple[dict[int, float], ...] = (
     {},
-    _row("0.05260015195876773"),
-    _row("0.0197250569845379 0.0591751709536137"),
-    _row("0.02958758547680685 0 0.08876275643042054"),
-    _row("0.2413651341592667 0 -0.8845494793282861 0.924834003261792"),
-    _row("0.037037037037037035 0 0 0.17082860872947386 0.12546768756682242"),
-    _row("0.037109375 0 0 0.17025221101954405 0.06021653898045596 -0.017578125"),
-    _row(
+    _numbers("0.05260015195876773"),
+    _numbers("0.0197250569845379 0.0591751709536137"),
+    _numbers("0.02958758547680685 0 0.08876275643042054"),
+    _numbers("0.2413651341592667 0 -0.8845494793282861 0.924834003261792"),
+    _numbers("0.037037037037037035 0 0 0.17082860872947386 0.12546768756682242"),
+    _numbers("0.037109375 0 0 0.17025221101954405 0.06021653898045596 -0.017578125"),
+    _numbers(
         "0.03709200011850479 0 0 0.17038392571223998 0.10726203044637328 -0.015319437748624402 "
         "0.008273789163814023"
     ),
-    _row(
+    _numbers(
         "0.6241109587160757 0 0 -3.3608926294469414 -0.868219346841726 27.59209969944671 20.154067550477894 "
         "-43.48988418106996"
     ),
-    _row(
+    _numbers(
         "0.47766253643826434 0 0 -2.4881146199716677 -0.590290826836843 21.230051448181193 "
         "15.279233632882423 -33.28821096898486 -0.020331201708508627"
     ),
-    _row(
+    _numbers(
         "-0.9371424300859873 0 0 5.186372428844064 1.0914373489967295 -8.149787010746927 -18.52006565999696 "
         "22.739487099350505 2.4936055526796523 -3.0467644718982196"
     ),
-    _row(
+    _numbers(
         "2.273310147516538 0 0 -10.53449546673725 -2.0008720582248625 -17.9589318631188 27.94888452941996 "
         "-2.8589982771350235 -8.87285693353063 12.360567175794303 0.6433927460157636"
     ),
 )
 """a: how the stages before make up each stage."""
 
-WEIGHTS = _row(
+WEIGHTS = _numbers(
     "0.054293734116568765 0 0 0 0 4.450312892752409 1.8915178993145003 -5.801203960010585 "
     "0.3111643669578199 -0.1521609496625161 0.20136540080403034 0.04471061572777259"
 )
 """b: how all stages make up the step."""
 
-ERROR_5 = _row(
+ERROR_5 = _numbers(
     "0.01312004499419488 0 0 0 0 -1.2251564463762044 -0.4957589496572502 1.6643771824549864 "
     "-0.35032884874997366 0.3341791187130175 0.08192320648511571 -0.022355307863886294"
 )
@@ -108,23 +108,7 @@ def source(blocks: Sequence[int]) -> str:
     chance, but hardly q as well: so that of order 3 must stay below the fourth root of the tolerance, as
     it does in any regular step.
     """
-    every = range(sum(blocks))
-
-    def row(letter: str) -> str:
-        return "".join(f"{letter}{i}, " for i in every)
-
-    lines = [f"{row('y')} = y", f"{row('k0_')} = k", "a = abs(h)", "lax = tolerance**0.75"]
-    for stage, (node, weights) in enumerate(zip(NODES, STAGES, strict=True)):
-        if stage:
-            arguments = ", ".join(f"y{i} + h*({_sum(weights, i)})" for i in every)
-            lines.append(f"{row(f'k{stage}_')} = f(t + {node!r}*h, {arguments})")
-    for i in every:
-        lines.append(f"s = {_sum(WEIGHTS, i)}")
-        lines.append(f"z{i} = y{i} + h*s")
-        lines.append(f"p{i} = {_sum(ERROR_5, i)}")
-        lines.append(f"q{i} = s - ({_sum(WEIGHTS_3, i)})")
-    lines += ["error = 0.0", f"check = {' + '.join(f'z{i}' for i in every)}"]
-    first = 0
+    lines, first = _stages(sum(blocks)), 0
     for number, size in enumerate(blocks):
         block = range(first, first := first + size)
         lines.append(f"p = {_norm('p', block)}")
@@ -141,10 +125,49 @@ def source(blocks: Sequence[int]) -> str:
     # Of a number that is not finite, nought times it is NaN: neither a maximum nor a comparison hides it.
     lines.append("error += 0.0*check")
     lines.append("if not error <= 1.0: return error, y, k")
-    lines.append(f"z = ({row('z')})")
-    lines.append("k = f(t + h, *z)")
-    lines.append("return error + 0.0*sum(k), z, k")
-    return "\n ".join(["def step(f, t, h, y, k, floors, least, tolerance):", *lines])
+    return _written(lines, sum(blocks))
+
+
+def source_for_arrays(blocks: Sequence[int]) -> str:
+    """The text of the same step for arrays, one number for each of many starts, without a branch."""
+    lines, first = _stages(sum(blocks)), 0
+    for number, size in enumerate(blocks):
+        block = range(first, first := first + size)
+        sizes = [_norm("y", block), _norm("z", block), f"a*{_norm('k0_', block)}"]
+        sizes += [f"a*floors[{number}]", f"least[{number}]"]
+        lines.append(f"p, q, m = {_norm('p', block)}, {_norm('q', block)}, {sizes[0]}")
+        lines += [f"m = maximum(m, {size})" for size in sizes[1:]]
+        # Without an error of order 5, p is zero, and p/p is not to be used.
+        lines.append("e = maximum(p*(p/hypot(p, 0.1*q)), q*lax)*(a/m)/tolerance")
+        lines.append("error = maximum(error, where(p == 0, 0.0, e))")
+    lines.append("error = error + 0.0*check")
+    return _written(lines, sum(blocks))
+
+
+def _row(letter: str, count: int) -> str:
+    return "".join(f"{letter}{i}, " for i in range(count))
+
+
+def _stages(count: int) -> list[str]:
+    """The statements of a step up to its errors, for floats or arrays."""
+    every = range(count)
+    lines = [f"{_row('y', count)} = y", f"{_row('k0_', count)} = k", "a = abs(h)", "lax = tolerance**0.75"]
+    for stage, (node, weights) in enumerate(zip(NODES, STAGES, strict=True)):
+        if stage:
+            arguments = ", ".join(f"y{i} + h*({_sum(weights, i)})" for i in every)
+            lines.append(f"{_row(f'k{stage}_', count)} = f(t + {node!r}*h, {arguments})")
+    for i in every:
+        lines.append(f"s = {_sum(WEIGHTS, i)}")
+        lines.append(f"z{i} = y{i} + h*s")
+        lines.append(f"p{i} = {_sum(ERROR_5, i)}")
+        lines.append(f"q{i} = s - ({_sum(WEIGHTS_3, i)})")
+    return [*lines, "error = 0.0", f"check = {' + '.join(f'z{i}' for i in every)}"]
+
+
+def _written(lines: Sequence[str], count: int) -> str:
+    """The text of a step with these statements, and those of its end."""
+    end = [f"z = ({_row('z', count)})", "k = f(t + h, *z)", "return error + 0.0*sum(k), z, k"]
+    return "\n ".join(["def step(f, t, h, y, k, floors, least, tolerance):", *lines, *end])
 
 
 @cache
@@ -154,15 +177,25 @@ def stepper(blocks: tuple[int, ...]) -> Step:
     return step
 
 
-def compiled(text: str) -> Any:
+OF_FLOATS: Mapping[str, Any] = {"abs": abs, "hypot": math.hypot, "max": max, "range": range, "sum": sum}
+
+OF_ARRAYS: Mapping[str, Any] = {
+    "abs": abs,
+    "hypot": lambda *sides: reduce(np.hypot, sides),
+    "maximum": np.maximum,
+    "sum": sum,
+    "where": np.where,
+}
+
+
+def compiled(text: str, allowed: Mapping[str, Any] = OF_FLOATS) -> Any:
     """The function `step` that a text defines, which was written from tables and sizes alone."""
-    allowed = {"abs": abs, "hypot": math.hypot, "max": max, "range": range, "sum": sum}
     names: dict[str, Any] = {"__builtins__": {}, **allowed}
     exec(text, names)  # noqa: S102 - no part of it is anybody's input
     return names["step"]
 
 
-def _array_step(f: Elements, t: Floats, h: Floats, y: Floats) -> Floats:
+def array_step(f: Elements, t: Floats, h: Floats, y: Floats) -> Floats:
     """One step of the method for each column: from y (n by k) at t (k) by h (k)."""
     stages: list[Floats] = []
     for node, weights in zip(NODES, STAGES, strict=True):
@@ -201,7 +234,7 @@ def sampler(flow: Flow, knots: Floats, states: Floats, parts: int = 1) -> Callab
             t, h, y = knots[index], (part - knots[index]) / parts, np.ascontiguousarray(states[index].T)
             with np.errstate(all="ignore"):
                 for leap in range(parts):
-                    y = _array_step(f, t + leap * h, h, y)
+                    y = array_step(f, t + leap * h, h, y)
             result[start : start + block] = y.T
         lost = ~np.isfinite(result).all(axis=1)
         if lost.any():

@@ -80,8 +80,8 @@ def march(
     if not finite(f, t, y):
         raise Stopped(name, Stop.AT_START, t)
     k: State = f(t, *y)
-    sides = _sides(t, stops, end)
-    goal, beyond = next(sides)
+    edges = sides(t, stops, end)
+    goal, beyond = next(edges)
     h = math.copysign(min(abs(span) / 1000, longest), span)
     failures = taken = jumps = 0
     regular, reach = True, abs(h)
@@ -96,7 +96,7 @@ def march(
                 t, (y, k) = beyond, across
                 times.append(t)
                 states.extend(y)
-            goal, beyond = next(sides)
+            goal, beyond = next(edges)
             continue
         left = goal - t
         shortest = SHORTEST * max(abs(t), ORIGIN * abs(span))
@@ -146,7 +146,7 @@ def march(
                 floor = floor_here()
 
 
-def _sides(start: float, stops: Sequence[float], end: float) -> Iterator[tuple[float, float]]:
+def sides(start: float, stops: Sequence[float], end: float) -> Iterator[tuple[float, float]]:
     """The times just before and just after the start and each of the `stops`, and twice the end.
 
     Between the two are a few units in the last place: what jumps at a stop does so between them.

@@ -28,8 +28,13 @@ the samples at a few times, from which a summary is made."""
 StartReport: TypeAlias = tuple[int, Report | RigidError]
 """The place of a start, counted from 0, and the report on it and perhaps the next starts, or the error."""
 
-Together: TypeAlias = Callable[[Document, Form], Callable[[range], Iterator[StartReport]] | None]
-"""A function that returns the function for arrays of starts, or None where there is none."""
+Together: TypeAlias = Callable[
+    [Document, Form], Callable[[range], Iterator[StartReport | tuple[int, None]]] | None
+]
+"""A function that returns the function for arrays of starts, or None where there is none.
+
+A start that is to be worked alone has None in place of a report.
+"""
 
 ROWS = 25_000
 """The most rows of a report on several starts: they take 3 MB of memory."""
@@ -79,7 +84,7 @@ def reports(
     DocumentError where the starts do not share their times.
     """
     size = block(document)
-    parts: Iterable[StartReport]
+    parts: Iterable[StartReport | tuple[int, None]]
     several = None if together is None or form == "starts" else together(document, form)
     if several is not None:
         blocks = (
@@ -87,24 +92,27 @@ def reports(
         )
         parts = chain.from_iterable(map(several, blocks))
     else:
-        parts = (_alone(document, run, form, place) for place in places)
-    for place, result in parts:
+        parts = ((place, None) for place in places)
+    for place, one in parts:
+        result = _alone(document, run, form, place) if one is None else one
         if form == "few" and isinstance(result, Report):
             yield place, replace(result, tables=(_few(_samples(result)),))
         else:
             yield place, result
 
 
-def _alone(document: Document, run: Callable[[Document], Report], form: Form, place: int) -> StartReport:
-    """The report on one start."""
+def _alone(
+    document: Document, run: Callable[[Document], Report], form: Form, place: int
+) -> Report | RigidError:
+    """The report on one start, or its error."""
     try:
         result = run(document.start(place))
     except RigidError as error:
-        return place, error
+        return error
     if form == "starts":
         start = field_of("euler", "start", place, title="")
-        return place, replace(result, fields=(start, *result.fields))
-    return place, replace(result, tables=(with_start(_samples(result), np.array([place])),))
+        return replace(result, fields=(start, *result.fields))
+    return replace(result, tables=(with_start(_samples(result), np.array([place])),))
 
 
 def _few(samples: Table) -> Table:

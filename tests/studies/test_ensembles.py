@@ -3,11 +3,14 @@
 from __future__ import annotations
 
 import json
+import re
 from functools import partial
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
+import yaml
 from scipy.integrate import solve_ivp
 
 import rigidcli
@@ -17,6 +20,7 @@ from rigidcli.core.tensor import Inertia
 from rigidcli.errors import RigidError
 from rigidcli.report import Report
 from rigidcli.studies.ensembles import reports, summaries
+from rigidcli.studies.hamilton.many_orbits import together
 
 SAME = 1e-12
 """What a motion worked in arrays may differ by from the same motion alone, in units of the largest."""
@@ -124,6 +128,57 @@ def test_orbits_of_an_ensemble_are_those_of_its_starts() -> None:
         rows = slice(4 * place, 4 * place + 4)
         assert found["q"]["x"][rows].tolist() == alone["q"]["x"].tolist()
         assert found["p"]["p_x"][rows].tolist() == alone["p"]["p_x"].tolist()
+
+
+SWARMS = yaml.safe_load((Path(__file__).parent / "swarms.yaml").read_text())
+
+
+@pytest.mark.parametrize("name", SWARMS)
+def test_each_of_many_orbits_is_the_one_that_it_is_alone(name: str) -> None:
+    """To 1e-9 or the digits told, which hold against an orbit to 1e-15; errors are those of the start."""
+    swarm, source = SWARMS[name], np.random.default_rng(7)
+    low, high = (np.array([*map(float, swarm[end].values())]) for end in ("low", "high"))
+    given = [
+        dict(zip(swarm["low"], row, strict=True))
+        for row in source.uniform(low, high, (40, len(low))).tolist()
+    ]
+    sampling = {
+        "duration": swarm.get("duration", 10),
+        "samples": 7,
+        "tolerance": swarm.get("tolerance", 1e-12),
+    }
+
+    def document(start: Any, **changes: Any) -> Any:
+        orbit = {"initial": start, **sampling, **changes}
+        return rigidcli.loads(json.dumps({"system": swarm["system"], "orbit": orbit}))
+
+    def values(orbit: Any) -> Any:
+        return np.array([*orbit["q"].values(), *orbit["p"].values()])
+
+    rows, digits, errors = {}, {}, {}
+    for place, part in reports(document(given), rigidcli.hamilton, "few", range(40), together):
+        if isinstance(part, RigidError):
+            errors[place] = str(part)
+            continue
+        table = part.tables[0].columns
+        for index in range(0, len(table[0].values), 6):
+            start = int(table[0].values[index])
+            rows[start] = np.array([column.values[index : index + 6] for column in table[2:-1]])
+            digits[start] = next(field.value for field in part.fields if field.key.endswith("trusted_digits"))
+    assert sorted([*rows, *errors]) == [*range(40)]
+    some = np.unique(np.linspace(0, 6, 6).astype(int))
+    for place in list(errors)[:2]:
+        with pytest.raises(RigidError, match=re.escape(errors[place])):
+            rigidcli.hamilton(document(given[place]))
+    for place in list(rows)[::5]:
+        alone = rigidcli.hamilton(document(given[place]))["orbit"]
+        dense = rigidcli.hamilton(document(given[place], samples=601, tolerance=1e-15))["orbit"]
+        true = values(dense)[:, np.linspace(0, 600, 7).astype(int)[some]]
+        size = np.abs(values(dense)).max(axis=1, keepdims=True)
+        size[size == 0] = 1
+        apart, miss = (np.abs((rows[place] - other) / size).max() for other in (values(alone)[:, some], true))
+        assert apart < max(1e-9, 10 ** (0.5 - min(digits[place], alone["trusted_digits"])))
+        assert miss < 10 ** (0.5 - digits[place])
 
 
 PENDULUM = {"coordinates": ["x"], "lagrangian": "xdot**2/2 + cos(x)"}

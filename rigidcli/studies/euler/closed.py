@@ -93,7 +93,9 @@ def _heavy_top(problem: InitialValueProblem) -> Trajectory | None:
     return _trajectory(problem, omega @ axes.T, orientation, error)
 
 
-def together(document: Document, form: Form) -> Callable[[range], Iterator[StartReport]] | None:
+def together(
+    document: Document, form: Form
+) -> Callable[[range], Iterator[StartReport | tuple[int, None]]] | None:
     """A function for free motions from some starts as arrays; None for other motions and for linear bodies.
 
     The reports for a summary have the trusted digits, too.
@@ -103,7 +105,7 @@ def together(document: Document, form: Form) -> Callable[[range], Iterator[Start
     if driven or not problem.frame.moments[0] > 0:
         return None
 
-    def samples(places: range) -> Iterator[StartReport]:
+    def samples(places: range) -> Iterator[StartReport | tuple[int, None]]:
         starts = _starts(document, problem, places)
         omega, orientation = _free_motions(starts)
         beginning = problem.times == 0

@@ -50,16 +50,17 @@ def run(
     """Derive the equations of the document's system, and follow its orbit; `progress` gets the share done."""
     if document.ensemble is not None:
         from rigidcli.studies.ensembles import require_one_start, whole
+        from rigidcli.studies.hamilton.many_orbits import together as several
 
         require_one_start(document, {"picture": picture, "program": program})
-        return whole(document, run)
+        return whole(document, run, several)
     findings = find(document, progress)
     limits = multipliers.tables(findings.derivation, document)
     tables = [
         *_branch_table(findings),
         *limits,
         *_modes(findings)[1],
-        *_orbit_table(findings),
+        *orbit_table(findings),
     ]
     fields = as_typed(_results(findings), document)
     working: list[Step] = []
@@ -72,7 +73,7 @@ def run(
     if picture is not None:
         pictures = drawn("hamilton", picture, findings)
     title = "Hamilton's equations"
-    result = report(document, SCHEMA, title, fields, _notes(findings), tables, working, pictures)
+    result = report(document, SCHEMA, title, fields, notes_on(findings), tables, working, pictures)
     if scene and findings.orbit is not None:
         from rigidcli.studies.hamilton.scene import scene_of
 
@@ -305,7 +306,7 @@ def _branch_table(findings: Findings) -> list[Table]:
     return [Table("branches", "several velocities have the same momenta", tuple(columns), records=True)]
 
 
-def _orbit_table(findings: Findings) -> list[Table]:
+def orbit_table(findings: Findings) -> list[Table]:
     """Make a table of the samples of the orbit."""
     orbit, phase = findings.orbit, findings.derivation.phase
     if orbit is None:
@@ -329,7 +330,7 @@ def _orbit_table(findings: Findings) -> list[Table]:
     return [Table("orbit", "the orbit", columns, data=True)]
 
 
-def _notes(findings: Findings) -> list[str]:
+def notes_on(findings: Findings) -> list[str]:
     """Write remarks on the results."""
     derivation = findings.derivation
     notes = [*derivation.notes, *(findings.oscillations.notes if findings.oscillations else ())]

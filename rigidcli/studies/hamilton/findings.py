@@ -47,10 +47,16 @@ class Findings(NamedTuple):
     initial: InitialState | None
 
 
-def find(document: Document, progress: Callable[[float], None] | None) -> Findings:
-    """Derive, search and follow what a document asks for; what it does not ask is not imported."""
+def derived(document: Document) -> Derivation:
+    """The system of a document, which is derived once for all starts."""
     derivation: Derivation = document.reading.kept.get("derivation") or derive(document)
     document.reading.kept["derivation"] = derivation
+    return derivation
+
+
+def find(document: Document, progress: Callable[[float], None] | None) -> Findings:
+    """Derive, search and follow what a document asks for; what it does not ask is not imported."""
+    derivation = derived(document)
     branches, orbit, transform, small, initial = derivation.branches, None, None, None, None
     observed: Observed | None = None
     functions: dict[str, Expr] = {}
