@@ -116,7 +116,7 @@ def canonical_axes(rows: Floats, groups: Sequence[Sequence[int]]) -> Floats:
 
     e1 and e3 have a positive largest component, and e2 = e3 x e1 makes the frame right-handed. Where two
     moments are equal, the axis of the third one comes first. Across it, the coordinate axis that lies nearest
-    to the plane is projected on the plane. Of equally large components, or equally near axes, the first counts.
+    to the plane is projected on it. Of equally large components, or equally near axes, the first counts.
     """
     if len(groups) == 1:
         return np.eye(3)
@@ -127,7 +127,7 @@ def canonical_axes(rows: Floats, groups: Sequence[Sequence[int]]) -> Floats:
         pivot = _first_largest([-component * component for component in axis])
         width = math.sqrt(1 - axis[pivot] ** 2)
         across = [((k == pivot) - axis[pivot] * component) / width for k, component in enumerate(axis)]
-        first, second, third = (axis, across, _cross(axis, across)) if axis is first else (across, [], axis)
+        first, third = (axis, _cross(axis, across)) if axis is first else (across, axis)
     e1, e3 = _oriented(first), _oriented(third)
     return np.array([e1, _cross(e3, e1), e3])
 
