@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from itertools import combinations_with_replacement
 from typing import Annotated, Any, ClassVar, Literal, NamedTuple, TypeAlias
 
-from pydantic import Field, ValidationInfo
+from pydantic import AfterValidator, Field, ValidationInfo
 from pydantic.json_schema import JsonSchemaValue
 
 from rigidcli.document.parameters import read_mapping, read_name
@@ -84,6 +84,7 @@ InMomenta: TypeAlias = Annotated[Expression, SystemExpression(ENERGY, ("momenta"
 Dissipation: TypeAlias = Annotated[Expression, SystemExpression(POWER, ("velocities",))]
 CartesianCoordinate: TypeAlias = Annotated[Expression, SystemExpression(LENGTH, ())]
 Turning: TypeAlias = Annotated[Expression, SystemExpression(ANGLE, ())]
+Angles: TypeAlias = Annotated[tuple[Turning, Turning, Turning], AsList]
 Inertia: TypeAlias = Annotated[Expression, SystemExpression(MASS, (), "positive")]
 RotationalInertia: TypeAlias = Annotated[Expression, SystemExpression(MOMENT_OF_INERTIA, (), "nonnegative")]
 
@@ -214,10 +215,35 @@ Coordinates: TypeAlias = Annotated[
 ]
 
 
-class Particle(Section):
-    """A point mass, or a rigid body by its centre of mass and the angle by which it turns about an axis."""
+def _of_a_body(moments: tuple[Expression, ...], info: ValidationInfo) -> tuple[Expression, ...]:
+    """Principal moments, if a body may have them."""
+    values = [environment(info).value(moment) for moment in moments]
+    known = [value for value in values if value is not None]
+    if len(known) == 3 and 2 * max(known) > sum(known) * (1 + ROUNDED):
+        largest = f"{max(known):.6g} > {sum(known) - max(known):.6g}"
+        raise ValueProblem(f"{largest}, the sum of the others: no body has these moments")
+    return moments
 
-    NEEDS: ClassVar = {"position": "mass", "moment_of_inertia": "angle", "angle": "moment_of_inertia"}
+
+ROUNDED = 1e-6
+"""The largest moment may exceed the sum of the others by this, in units of all: they may be typed so."""
+
+Moments: TypeAlias = Annotated[
+    tuple[RotationalInertia, RotationalInertia, RotationalInertia], AsList, AfterValidator(_of_a_body)
+]
+
+
+class Particle(Section):
+    """A point mass, or a rigid body that turns about an axis by an `angle`, or in space by `euler` angles."""
+
+    NEEDS: ClassVar = {
+        "position": "mass",
+        "moment_of_inertia": "angle",
+        "angle": "moment_of_inertia",
+        "moments": "euler",
+        "euler": "moments",
+    }
+    AT_MOST_ONE_OF: ClassVar = (("angle", "euler"),)
 
     mass: Inertia | None = None
     position: Position | None = optional("One to three Cartesian coordinates, in an inertial frame")
@@ -225,13 +251,20 @@ class Particle(Section):
         "Moment of inertia about the axis of the turn, or about that through the centre of mass"
     )
     angle: Turning | None = optional("The angle by which it has turned (rad)")
+    moments: Moments | None = optional(
+        "Principal moments of inertia about its centre of mass, or about a point of it that is fixed"
+    )
+    euler: Angles | None = optional(
+        "Euler's angles [phi, theta, psi] (zxz) that turn its principal axes from those of space (rad)"
+    )
     potential: InVelocities | None = None
 
     @classmethod
     def _contradictions(cls, raw: Mapping[str, Any]) -> Iterator[ValueProblem]:
         yield from super()._contradictions(raw)
         if all(raw.get(key) is None for key in cls.NEEDS):
-            hint = "a body that only turns has a `moment_of_inertia` and an `angle` instead"
+            alone = "a `moment_of_inertia` and an `angle` instead"
+            hint = f"a body that only turns has `moments` and `euler`, or {alone}"
             yield ValueProblem("missing, expected where the particle is", path=("position",), hint=hint)
 
 

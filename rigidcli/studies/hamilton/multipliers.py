@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from dataclasses import replace
 
 import numpy as np
 
@@ -27,7 +28,9 @@ def fields(derivation: Derivation) -> list[Field]:
     forces = zip(phase.coordinates, derivation.constraint_forces, strict=True)
     for q, e in forces:
         sign = f"R_{{{latex_name(q)}}}"
-        shown.append(_named(f"constraint_forces.{q}", e, f"force of constraint, {q}", sign))
+        entry = _named(f"constraint_forces.{q}", e, f"force of constraint, {q}", sign)
+        # A force that is a multiplier is shown already.
+        shown.append(replace(entry, diagnostic=e.is_zero or e in derivation.multipliers))
     return shown
 
 

@@ -24,7 +24,7 @@ from rigidcli.language.formula import Formula
 from rigidcli.language.text import latex_name, reading
 from rigidcli.language.tree import Name, Negative, Node, Product, Sum, bound
 from rigidcli.mechanics.generating import Generated
-from rigidcli.mechanics.hamilton_equations import TIME, Phase, velocity
+from rigidcli.mechanics.hamilton_equations import TIME, Phase, turning, velocity
 from rigidcli.report import Field, Step, Table
 from rigidcli.studies.hamilton import multipliers
 from rigidcli.studies.hamilton.derivation import Derivation
@@ -59,7 +59,9 @@ def hamilton_steps(findings: Findings, fields: Sequence[Field], tables: Sequence
         repeated |= {"matrix", "offset", "frequencies", "stability"}
     if system.kinetic is not None:
         shown = [_titled(entry) for entry in fields if entry.key == "lagrangian"]
-        way = "The velocities are the rates of the positions, T is the sum of m v^2/2, and "
+        bodies = any(particle.moments for particle in system.particles)
+        turns = " and, of a body in space, of I omega^2/2 over its principal axes" * bodies
+        way = f"The velocities are the rates of the positions, T is the sum of m v^2/2{turns}, and "
         sentence = f"{way if system.particles else ''}L = T - V."
         yield Step("Lagrangian", sentence, (*_energies(derivation), *shown))
     constrained = (
@@ -106,6 +108,11 @@ def _energies(derivation: Derivation) -> Iterator[Field]:
             if path != symbol(name) and not (path.is_zero and rate.is_zero):
                 yield Field("", path, name, latex_name(name))
                 yield Field("", rate, f"d{name}/dt", rf"\dot {{{latex_name(name)}}}")
+        if particle.moments:
+            turned = turning(particle, [velocity(angle, rates) for angle in particle.euler])
+            for k, e in enumerate(turned, 1):
+                name = f"omega{k}" + (f" of body {number}" if several else "")
+                yield Field("", tidy(e), name, rf"\omega_{k}")
     yield Field("", system.kinetic, "T", "T")
     yield Field("", system.potential, "V", "V")
 

@@ -165,11 +165,18 @@ def _from_particles(
         moment = read(particle.moment_of_inertia, f"{where}.moment_of_inertia")
         angle = read(particle.angle, f"{where}.angle")
         mass = read(particle.mass, f"{where}.mass")
-        particles.append(energies.Particle(mass, position, moment, angle))
+        moments, euler = (
+            [read(e, f"{where}.{key}.{i}") or ZERO for i, e in enumerate(getattr(particle, key) or ())]
+            for key in ("moments", "euler")
+        )
+        particles.append(energies.Particle(mass, position, moment, angle, tuple(moments), tuple(euler)))
         potentials.append(read(particle.potential, f"{where}.potential") or ZERO)
         driven += [
             given.text
-            for given, path in zip((*paths.values(), particle.angle), (*position, angle), strict=True)
+            for given, path in (
+                *zip((*paths.values(), particle.angle), (*position, angle), strict=True),
+                *zip(particle.euler or (), euler, strict=True),
+            )
             if given is not None and path is not None and not is_zero(derivative(path, energies.TIME))
         ]
     velocities = dict(zip(system.coordinates, system.velocities, strict=True))
