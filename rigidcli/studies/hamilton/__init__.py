@@ -18,7 +18,7 @@ from rigidcli.language.text import latex_name, reading
 from rigidcli.mechanics.hamilton_equations import TIME
 from rigidcli.report import NOISE, Column, Field, Report, Step, Table
 from rigidcli.studies.common import if_known, noise, report, trusted
-from rigidcli.studies.hamilton import linear_equations, multipliers
+from rigidcli.studies.hamilton import linear_equations
 from rigidcli.studies.hamilton.derivation import Derivation
 from rigidcli.studies.hamilton.findings import Findings, as_typed, find
 from rigidcli.studies.pictures import drawn
@@ -55,7 +55,7 @@ def run(
         require_one_start(document, {"picture": picture, "program": program})
         return whole(document, run, several)
     findings = find(document, progress)
-    limits = multipliers.tables(findings.derivation, document)
+    limits = _constraints(findings)[1]
     tables = [
         *_branch_table(findings),
         *limits,
@@ -134,7 +134,7 @@ def _results(findings: Findings) -> list[Field]:
             hidden=phase.coordinates if is_solved else (),
         ),
         *_by_name("accelerations", second, solved, _own, hidden=() if is_solved else second),
-        *(multipliers.fields(derivation) if system.constraints else []),
+        *_constraints(findings)[0],
         *_observed(findings),
         *_modes(findings)[0],
         _expression("energy", derivation.energy),
@@ -218,6 +218,15 @@ def _modes(findings: Findings) -> tuple[list[Field], list[Table]]:
     from rigidcli.studies.hamilton import oscillations
 
     return oscillations.fields(findings.oscillations), oscillations.tables(findings.oscillations)
+
+
+def _constraints(findings: Findings) -> tuple[list[Field], list[Table]]:
+    """Report the forces of constraints, and make a table of the constraints."""
+    if not findings.derivation.system.constraints:
+        return [], []
+    from rigidcli.studies.hamilton import multipliers
+
+    return multipliers.fields(findings.derivation), multipliers.tables(findings.derivation, findings.document)
 
 
 def _observed(findings: Findings) -> list[Field]:

@@ -30,9 +30,7 @@ from rigidcli.language.tree import Name
 from rigidcli.mechanics.hamilton_equations import TIME
 from rigidcli.studies.hamilton.derivation import Derivation
 from rigidcli.studies.hamilton.equations_of_motion import beside_constraints, terms
-
-KEY = "orbit.initial"
-"""The key under which a document gives the initial state."""
+from rigidcli.studies.hamilton.orbit import KEY
 
 ZEROS = np.zeros(1)
 """The time of the start, as an array."""

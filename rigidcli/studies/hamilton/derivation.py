@@ -24,7 +24,6 @@ from rigidcli.document.system import System
 from rigidcli.document.variables import acceleration
 from rigidcli.errors import ComputationError, ExpressionError
 from rigidcli.language import code
-from rigidcli.mechanics.constraints import fixed, multipliers, reactions
 from rigidcli.mechanics.hamilton_equations import (
     TIME,
     Phase,
@@ -132,6 +131,8 @@ class Derivation:
     @cached_property
     def multipliers_anywhere(self) -> tuple[Expr, ...] | None:
         """The multipliers in coordinates, velocities and t, also near the constraints; None if too long."""
+        from rigidcli.mechanics.constraints import multipliers
+
         limits, lagrange = self.system.constraints, self.lagrange
         with suppress(ExpressionError):
             if lagrange is not None:
@@ -147,6 +148,8 @@ class Derivation:
 
     @cached_property
     def _fixed(self) -> dict[str, Expr]:
+        from rigidcli.mechanics.constraints import fixed
+
         names = zip(self.phase.coordinates, self.velocity_names, strict=True)
         return fixed(self.system.constraints, dict(names))
 
@@ -165,6 +168,8 @@ class Derivation:
         """The generalized forces of the constraints, with the multipliers put in."""
         if self.multipliers is None:
             return None
+        from rigidcli.mechanics.constraints import reactions
+
         free = reactions(self.system.constraints, len(self.phase.coordinates))
         return tuple(tidy(substitute(e, self._of_constraints)) for e in free)
 

@@ -28,7 +28,6 @@ from rigidcli.mechanics.hamilton_equations import TIME
 from rigidcli.mechanics.legendre import Momenta
 from rigidcli.mechanics.velocity_inversion import Branch
 from rigidcli.program import Program, Run
-from rigidcli.studies.hamilton.constrained import KEY, keeper, on_constraints
 from rigidcli.studies.hamilton.derivation import Derivation, on_this_side
 from rigidcli.studies.hamilton.equations_of_motion import (
     InitialState,
@@ -38,6 +37,9 @@ from rigidcli.studies.hamilton.equations_of_motion import (
 )
 from rigidcli.studies.hamilton.equations_of_motion import terms as terms_of
 from rigidcli.studies.hamilton.system import require_formulas
+
+KEY = "orbit.initial"
+"""The key under which a document gives the initial state."""
 
 SAME = 1e-6
 """Velocities belong to a branch if they differ by less than this, in units of their size."""
@@ -73,6 +75,8 @@ def initial_state(
         notes = (*derivation.notes, f"the momenta at the start belong to {shown}, and perhaps to others, too")
         derivation = replace(derivation, notes=notes)
     if derivation.system.constraints:
+        from rigidcli.studies.hamilton.constrained import keeper, on_constraints
+
         if v is None and derivation.velocities is not None:
             v = point.evaluate(derivation.velocities, "a velocity")
         elif v is None:
@@ -246,7 +250,11 @@ def solve_orbit(
     span = (0.0, float(times[-1]))
     stops, longest = foreseen(motion.watched, span[1], name)
     limits = derivation.system.constraints
-    bounds = keeper(derivation, initial.parameters) if limits else None
+    bounds = None
+    if limits:
+        from rigidcli.studies.hamilton.constrained import keeper
+
+        bounds = keeper(derivation, initial.parameters)
     follow = partial(
         integrate.integrate,
         motion.flow,

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable
-from typing import NamedTuple, TypeAlias
+from typing import TYPE_CHECKING, NamedTuple, TypeAlias
 
 from rigidcli.algebra.calculus import derivative
 from rigidcli.algebra.expressions import ZERO, Expr, total
@@ -15,8 +15,10 @@ from rigidcli.document.system import System
 from rigidcli.errors import DocumentError, ExpressionError, Problem, shown
 from rigidcli.language.expression import Expression
 from rigidcli.mechanics import hamilton_equations as energies
-from rigidcli.mechanics.constraints import Constraint, constraint, first_dependent, reactions
 from rigidcli.mechanics.hamilton_equations import linear
+
+if TYPE_CHECKING:
+    from rigidcli.mechanics.constraints import Constraint
 
 
 class SystemFunctions(NamedTuple):
@@ -66,14 +68,19 @@ def system_functions(document: Document) -> SystemFunctions:
         forces = [force - tidy(derivative(lost, v)) for force, v in pairs]
     limits = _constraints(document, system, read) if system.constraints else ()
     if limits:
+        from rigidcli.mechanics.constraints import reactions
+
         forces = [a + b for a, b in zip(forces, reactions(limits, len(forces)), strict=True)]
     return _energies(system, read)._replace(forces=tuple(forces), constraints=limits)
 
 
 def _constraints(document: Document, system: System, read: _Read) -> tuple[Constraint, ...]:
     """The constraints of a system. Raises DocumentError with all that are none, depend, or are too many."""
+    from rigidcli.mechanics.constraints import constraint, first_dependent
+
     rates, problems = dict(zip(system.coordinates, system.velocities, strict=True)), list[Problem]()
-    found, equations = list[Constraint](), system.constraints or {}
+    found: list[Constraint] = []
+    equations = system.constraints or {}
     for name, equation in equations.items():
         key = f"system.constraints.{equation.place}"
         e = read(equation.expression, f"constraints.{equation.place}")
