@@ -121,7 +121,7 @@ def canonical_axes(rows: Floats, groups: Sequence[Sequence[int]]) -> Floats:
     if len(groups) == 1:
         return np.eye(3)
     # Numbers one by one, because arrays as small as these take ten times as long.
-    first, second, third = rows.tolist()
+    first, _, third = rows.tolist()
     if len(groups) == 2:
         axis = first if len(groups[0]) == 1 else third
         pivot = _first_largest([-component * component for component in axis])
