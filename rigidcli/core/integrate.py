@@ -1,4 +1,4 @@
-"""The integration of ordinary differential equations y' = f(t, y) from a start, by three methods.
+"""The integration of ordinary differential equations y' = f(t, y) from a start, by four methods.
 
     solution = integrate(flow, start, (0.0, 10.0), blocks=(4, 3))
     solution.at(np.linspace(0.0, 10.0, 1001))
@@ -6,6 +6,7 @@
 `runge-kutta` needs nothing but Python and suits nearly every problem. `taylor` compiles the equations with
 heyoka, an optional dependency: it pays where very many steps are wanted.
 `symplectic` is for the equations of Hamilton over very long spans: the error of the energy does not grow.
+`stiff` is for rates of very different sizes, of which the fast ones have died out.
 """
 
 from __future__ import annotations
@@ -14,6 +15,7 @@ import math
 from array import array
 from collections.abc import Callable, Sequence
 from contextlib import suppress
+from dataclasses import replace
 from importlib.util import find_spec
 from typing import Any
 
@@ -31,6 +33,10 @@ TRIAL = 512
 
 WORTH_COMPILING = 150_000
 """Steps left times variables, of all starts, beyond which heyoka saves more than it takes to start."""
+
+
+STIFF = 1e-9
+"""The least error of a step where `stiff` is taken without being asked for: it is of lower order."""
 
 
 def integrate(
@@ -99,6 +105,11 @@ def integrate(
         from rigidcli.core import symplectic
 
         return symplectic.solve(flow, y0, (t0, t1), tell=tell, like=like, **common)
+    if engine == "stiff":
+        from rigidcli.core import stiff
+
+        return stiff.solve(flow, y0, (t0, t1), tell=tell, **common)
+    implicit = {"tell": tell, **common, "tolerance": max(tolerance, STIFF)}
     common["blocks"] = sizes
     times, states = array("d", [t0]), array("d", y0)
 
@@ -134,15 +145,26 @@ def integrate(
             note = f"{error}: the method `auto` is taken"
     may_change = engine == "auto" and not len(stops) and find_spec("heyoka") is not None
     trial = TRIAL / starts if may_change else math.inf
-    for t in march:
-        tell(t)
-        if len(times) > trial:
-            left = len(states) * ((t1 - t) / (t - t0))
-            trial = math.inf
-            if starts * left > WORTH_COMPILING:
-                # Of what heyoka cannot solve, the steps at hand tell more.
-                with suppress(ComputationError):
-                    return compiled()
+    try:
+        for t in march:
+            tell(t)
+            if len(times) > trial:
+                left = len(states) * ((t1 - t) / (t - t0))
+                trial = math.inf
+                if starts * left > WORTH_COMPILING:
+                    # Of what heyoka cannot solve, the steps at hand tell more.
+                    with suppress(ComputationError):
+                        return compiled()
+    except TooManySteps:
+        if engine != "auto" or len(stops):
+            raise
+        # Steps may be short because the method is unstable with longer ones, and not for their errors.
+        from rigidcli.core import stiff
+
+        with suppress(ComputationError):
+            note = "explicit steps are held back by fast decay: the method `stiff` is taken"
+            return replace(stiff.solve(flow, y0, (t0, t1), **implicit), note=note)
+        raise
     knots, path = np.frombuffer(times), np.frombuffer(states).reshape(len(times), -1)
     sample = dormand_prince.sampler(flow, knots, path)
     steps, method = len(times) - 1, dormand_prince.METHOD

@@ -33,8 +33,8 @@ Function: TypeAlias = Callable[..., Sequence[float]]
 
 State: TypeAlias = Sequence[float]
 
-Engine: TypeAlias = Literal["auto", "runge-kutta", "taylor", "symplectic"]
-"""The method of integration; `auto` is one of the next two."""
+Engine: TypeAlias = Literal["auto", "runge-kutta", "taylor", "symplectic", "stiff"]
+"""The method of integration; `auto` is the first of the next ones that pays."""
 
 NO_VALUE = (ArithmeticError, ValueError)
 """What functions of floats raise where they have no finite real value."""

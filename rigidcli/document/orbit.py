@@ -78,10 +78,10 @@ class Orbit(Sampling):
     initial: Annotated[dict[str, Scalar] | Ensemble, _OR_MANY] = Field(
         description="Coordinates at t = 0, and all momenta or all velocities; or several starts: an ensemble"
     )
-    method: Literal["auto", "symplectic", "taylor"] = Field(
+    method: Literal["auto", "symplectic", "stiff", "taylor"] = Field(
         default="auto",
         description="`symplectic` keeps the energy error bounded over very long spans, with a fixed step; "
-        "`taylor` is by heyoka (extra `taylor`)",
+        "`stiff` is scipy's Radau, for rates of very different sizes; `taylor` is by heyoka (extra `taylor`)",
     )
 
     @classmethod

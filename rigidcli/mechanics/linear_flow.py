@@ -1,8 +1,10 @@
 """The solution of z' = A z + b, with constant A and b, by the exponential of A: z(t + h) = exp(A h) z(t).
 
 A further variable that stays 1 carries b. A is balanced first: coordinates and momenta in unlike units would
-make its norm, and so the number of steps, larger than its rates are. The exponential has twice the digits of
-a float, as an error of it would add up with each step.
+make its norm, and so the number of steps, larger than its rates are. A time is written in binary digits of
+the end: the exponentials of a half, a quarter, ... of the whole span follow from each other by squares, and
+a Taylor series does the rest. So neither long spans nor rates of very different sizes take more than a few
+factors. The exponentials have twice the digits of a float.
 """
 
 from __future__ import annotations
@@ -12,48 +14,59 @@ import math
 import numpy as np
 
 from rigidcli.core.arithmetic import EPS, Floats
-from rigidcli.core.solution import MOST_STEPS, Solution, largest
+from rigidcli.core.solution import Solution, largest
 
 METHOD = "matrix exponential"
+
+MOST_HALVES = 50
+"""The most halves of a span: the floats of times have no more digits."""
+
+MOST_KNOTS = 20_000
+"""The most times of a solution at which it is looked at."""
+
+
+def rate(matrix: Floats) -> float:
+    """A bound of the rates of z' = A z, from the norm of the balanced A (1/s)."""
+    whole = matrix.copy()
+    _balance(whole)
+    return float(np.linalg.norm(whole, 1))
 
 
 def solve(matrix: Floats, offset: Floats, start: Floats, end: float, finer: float = 1.0) -> Solution | None:
     """z(t) from `start` (n) at t = 0 to the `end`, where A is `matrix` (n by n) and b is `offset` (n).
 
-    A step is as long as the inverse of the norm of A, or shorter by the factor `finer`. None where there are
-    too many steps, or the motion grows beyond the range of floats.
+    The span that is halved is longer than the end by the factor `finer`, so that two solutions have other
+    factors. None where the motion grows beyond the range of floats.
     """
     size = len(start)
     whole = np.zeros((size + 1, size + 1))
     whole[:size, :size], whole[:size, size] = matrix, offset
     scale = _balance(whole)
-    steps = finer * float(np.linalg.norm(whole, 1)) * end
-    if not steps < MOST_STEPS:
-        return None
-    knots = np.linspace(0.0, end, math.ceil(steps) + 2)
-    step = float(knots[1])
-    forward, rest = _exponential(whole, step)
-    states = np.empty((len(knots), size + 1))
-    states[0] = np.append(start, 1.0) / scale
-    with np.errstate(all="ignore"):
-        for k in range(1, len(knots)):
-            states[k] = forward @ states[k - 1] + rest @ states[k - 1]
+    span, turns = finer * end, float(np.linalg.norm(whole, 1)) * end
+    halves = min(MOST_HALVES, max(1, math.ceil(math.log2(max(finer * turns, 1.0))) + 1))
+    factors = _exponentials(whole, span, halves)
+    first = np.append(start, 1.0) / scale
 
     def sample(times: Floats) -> Floats:
-        place = np.minimum((times / step).astype(int), len(knots) - 1)
-        left = (times - knots[place])[:, None]
-        term = states[place]
-        total = term
-        for n in range(1, 20):  # 1/20! is below the rounding of floats
-            term = term @ whole.T * (left / n)
-            total = total + term
-        return np.asarray((total * scale)[:, :size])
+        left = times / span
+        states = np.tile(first[:, None], len(times))
+        with np.errstate(all="ignore"):
+            for forward, rest in factors:
+                left = 2 * left
+                go = left >= 1
+                states[:, go] = forward @ states[:, go] + rest @ states[:, go]
+                left = left - go
+            term, left = states, left * (span / 2.0**halves)
+            for n in range(1, 20):  # 1/20! is below the rounding of floats
+                term = whole @ term * (left / n)
+                states = states + term
+        return np.asarray((states * scale[:, None])[:size].T)
 
-    if not np.isfinite(states).all():
+    knots = np.linspace(0.0, end, min(math.ceil(turns) + 2, MOST_KNOTS))
+    states = sample(knots[:: 1 + len(knots) // 1024])
+    if not np.isfinite(states).all() or not np.isfinite(sample(knots[-1:])).all():
         return None
-    return Solution(
-        len(knots) - 1, METHOD, "runge-kutta", EPS, knots, sample, largest(states[:, :size] * scale[:size])
-    )
+    return Solution(len(knots) - 1, METHOD, "runge-kutta", EPS, knots, sample, largest(states))
 
 
 def _balance(matrix: Floats) -> Floats:
@@ -75,11 +88,15 @@ def _balance(matrix: Floats) -> Floats:
     return scale
 
 
-def _exponential(matrix: Floats, time: float) -> tuple[Floats, Floats]:
-    """exp(matrix time) as floats, and what these have lost in rounding."""
+def _exponentials(matrix: Floats, span: float, halves: int) -> list[tuple[Floats, Floats]]:
+    """exp(A span/2), exp(A span/4), ...: so many as floats, and what these have lost in rounding."""
     from flint import arb, arb_mat, ctx
 
-    with ctx.workprec(128):
-        exact = (arb_mat(matrix.tolist()) * arb(time)).exp()
-        near = np.array([[float(entry) for entry in row] for row in exact.tolist()])
-        return near, np.array((exact - arb_mat(near.tolist())).tolist(), dtype=np.float64)
+    factors = []
+    with ctx.workprec(128 + 2 * halves):
+        exact = (arb_mat(matrix.tolist()) * (arb(span) / 2**halves)).exp()
+        for _ in range(halves):
+            near = np.array([[float(entry) for entry in row] for row in exact.tolist()])
+            factors.append((near, np.array((exact - arb_mat(near.tolist())).tolist(), dtype=np.float64)))
+            exact = exact * exact
+    return factors[::-1]

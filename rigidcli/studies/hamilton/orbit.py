@@ -13,7 +13,7 @@ from rigidcli.algebra.calculus import derivative
 from rigidcli.algebra.expressions import Expr, symbol, total
 from rigidcli.algebra.functions import apply
 from rigidcli.algebra.trees import to_tree
-from rigidcli.core import integrate, memory
+from rigidcli.core import integrate, memory, stiff
 from rigidcli.core.arithmetic import EPS, Floats
 from rigidcli.core.estimate import columns, compared, foreseen, rounding
 from rigidcli.core.solution import NO_VALUE, Flow, Solution, digits
@@ -192,6 +192,9 @@ it with errors of 1e-12 of its own size.
 NUDGE = 1e-6
 """By how much variables are changed, in units of themselves, to see what rates are made of."""
 
+FEW, MANY_TURNS = 6, 1e4
+"""With fewer coordinates, and rates times the span below this, steps are as quick as an exponential."""
+
 LOOKS_AT_TERMS = 64
 """Steps of an orbit, besides its samples, at which the terms of what is conserved are looked at."""
 
@@ -293,15 +296,20 @@ def solve_orbit(
     # The sizes of terms, too, are the largest along the run.
     way = solution.knots[:: 1 + len(solution.knots) // LOOKS_AT_TERMS]
     on_the_way = motion.observed(way, solution.at(way))
-    gained = states[:, -1] if derivation.energy_changes else np.zeros(len(times))
-    drift = {"H": _drift(energy - energy[0] - (gained - gained[0]), terms, on_the_way[3])}
+    drift = {}
+    if solution.method != linear_flow.METHOD or not derivation.energy_changes:
+        gained = states[:, -1] if derivation.energy_changes else np.zeros(len(times))
+        drift["H"] = _drift(energy - energy[0] - (gained - gained[0]), terms, on_the_way[3])
     for e in (*(symbol(f"p_{name}") for name in derivation.conserved_momenta), *invariants):
         values = values_of_terms(e, derivation.phase, initial.parameters)
         parts = values(times, *coordinates.T, *momenta.T)
         drift[str(e)] = _drift(parts.sum(axis=0), parts, values(way, *on_the_way[0].T, *on_the_way[1].T))
-    # Both solutions share rounding errors of their slopes, in each step of either sign.
+    # Both solutions share rounding errors of their slopes, in each step of either sign. An exponential has
+    # no slopes, and where fast rates die out, so do these errors.
     lost_in_slopes = columns(motion.roundings)(way, *solution.at(way).T)[: len(scale)].mean(axis=1)
     noise = float((lost_in_slopes / scale).max()) * EPS * span[1] / math.sqrt(solution.steps or 1)
+    if solution.method in (linear_flow.METHOD, stiff.METHOD):
+        noise = 0.0
     # The energy that time or forces have brought is one more integral, with errors of its own.
     energy_error = 0.0 if derivation.energy_changes else drift["H"]
     if bounds is not None:
@@ -346,16 +354,29 @@ def _drift(values: Floats, *terms: Floats) -> float:
 def _by_exponential(
     derivation: Derivation, initial: InitialState, end: float, orbit: Orbit, finer: float = 1.0
 ) -> Solution | None:
-    """The motion of many variables with linear equations that do not change with time; else None."""
+    """The motion of linear equations that do not change with time, where it has many variables or takes many
+    steps; else None."""
     asked = orbit.method != "auto" or orbit.max_step is not None
-    # With fewer variables, steps are as quick as an exponential.
-    if asked or derivation.linear is None or derivation.energy_changes or len(initial.q) < 6:
+    if asked or derivation.linear is None or derivation.explicit_time:
         return None
     rows, shift = derivation.linear
     parts = ([e for row in rows for e in row], shift)
-    matrix, offset = ([e.evaluate(**initial.parameters) if e else 0.0 for e in part] for part in parts)
+    if any(TIME in e.names for part in parts for e in part):
+        return None
+    values, offset = ([e.evaluate(**initial.parameters) if e else 0.0 for e in part] for part in parts)
     start = np.concatenate([initial.q, initial.p])
-    return linear_flow.solve(np.reshape(matrix, (len(start), -1)), np.array(offset), start, end, finer)
+    matrix = np.reshape(values, (len(start), -1))
+    if len(initial.q) < FEW and linear_flow.rate(matrix) * end < MANY_TURNS:
+        return None
+    found = linear_flow.solve(matrix, np.array(offset), start, end, finer)
+    if found is None or not derivation.energy_changes:
+        return found
+
+    def sample(times: Floats) -> Floats:
+        return np.pad(found.sample(times), ((0, 0), (0, 1)))
+
+    # In place of the integral of dH/dt, which it does not have.
+    return replace(found, sample=sample, largest=np.append(found.largest, 0.0))
 
 
 def _require_range(solution: Solution, derivation: Derivation, initial: InitialState) -> None:

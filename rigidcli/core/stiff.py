@@ -1,0 +1,106 @@
+"""The implicit method Radau IIA of order 5, by scipy: its steps are not held back by stability.
+
+Source: E. Hairer, G. Wanner, Solving Ordinary Differential Equations II, section IV.8, and scipy's `Radau`.
+Difference: an error is relative to the largest size that a variable has had, as it may pass zero.
+"""
+
+from __future__ import annotations
+
+import math
+from array import array
+from collections.abc import Callable
+from contextlib import suppress
+from typing import Any
+
+import numpy as np
+
+from rigidcli.core.arithmetic import Floats
+from rigidcli.core.solution import (
+    NO_VALUE,
+    PATIENCE,
+    Flow,
+    Solution,
+    Stop,
+    Stopped,
+    TooManySteps,
+    finite,
+    largest,
+    stopped,
+)
+
+METHOD = "Radau IIA of order 5 (scipy)"
+
+LEAST_TOLERANCE = 1e-10
+"""The least error of a step: below it, this method takes very many steps."""
+
+MOST = 100_000
+"""The most steps: each takes some 0.3 ms."""
+
+
+def solve(
+    flow: Flow,
+    start: Floats,
+    span: tuple[float, float],
+    *,
+    tolerance: float,
+    tell: Callable[[float], None],
+    name: str,
+    longest: float,
+) -> Solution:
+    """The solution of y' = f(t, y), y(t0) = `start` (n), over `span` (t0, t1).
+
+    Raises:
+        Stopped: there is no solution as far as t1.
+        TooManySteps: there are more than MOST, or will be if they go on as they are.
+    """
+    from scipy.integrate import Radau
+
+    f, (t0, t1), count = flow(math), span, len(start)
+    if not finite(f, t0, start.tolist()):
+        raise Stopped(name, Stop.AT_START, t0)
+
+    def slopes(t: float, y: Floats) -> Floats:
+        try:
+            return np.array(f(t, *y.tolist()), dtype=np.float64)
+        except NO_VALUE:
+            return np.full(count, np.nan)
+
+    rate = np.abs(slopes(t0, start))
+    sizes = np.maximum(np.abs(start), 1e-3 * rate * min(abs(t1 - t0), longest))
+    sizes = np.where(sizes > 0, sizes, max(float(sizes.max()), 1.0))
+    tolerance = max(tolerance, LEAST_TOLERANCE)
+    with np.errstate(all="ignore"):
+        solver: Any = Radau(
+            slopes, t0, start, t1, max_step=longest, rtol=tolerance, atol=tolerance * sizes.min()
+        )
+        solver.atol = tolerance * sizes
+        times, states, polynomials = array("d", [t0]), array("d", start), array("d")
+        while solver.status == "running":
+            with suppress(ValueError, ArithmeticError, np.linalg.LinAlgError):  # of what is not finite
+                solver.step()
+            if solver.t == times[-1]:
+                raise stopped(f, times[-1], solver.y.tolist(), t1 - t0, name)
+            times.append(float(solver.t))
+            states.extend(solver.y)
+            polynomials.extend(solver.dense_output().Q.ravel())
+            sizes = np.maximum(sizes, np.abs(solver.y))
+            solver.atol = tolerance * sizes
+            taken = len(times) - 1
+            if taken >= MOST or (
+                taken == PATIENCE // 4 and taken * abs(t1 - t0) > MOST * abs(times[-1] - t0)
+            ):
+                raise TooManySteps(name, taken, times[-1], t1, MOST)
+            if not taken % 64:
+                tell(times[-1])
+    knots, path = np.frombuffer(times), np.frombuffer(states).reshape(-1, count)
+    parts = np.frombuffer(polynomials).reshape(-1, count, 3)
+    ahead = 1.0 if t1 >= t0 else -1.0
+
+    def sample(times: Floats) -> Floats:
+        place = np.clip(np.searchsorted(ahead * knots, ahead * times, side="right") - 1, 0, len(parts) - 1)
+        share = (times - knots[place]) / (knots[place + 1] - knots[place])
+        powers = share[:, None] ** np.arange(1, 4)
+        moved: Floats = path[place] + np.einsum("kij,kj->ki", parts[place], powers)
+        return moved
+
+    return Solution(len(knots) - 1, METHOD, "stiff", tolerance, knots, sample, largest(path))
