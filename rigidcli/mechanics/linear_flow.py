@@ -21,7 +21,7 @@ METHOD = "matrix exponential"
 MOST_HALVES = 50
 """The most halves of a span: the floats of times have no more digits."""
 
-MOST_KNOTS = 20_000
+MOST_KNOTS = 200_000
 """The most times of a solution at which it is looked at."""
 
 

@@ -150,7 +150,8 @@ def test_each_of_many_orbits_is_the_one_that_it_is_alone(name: str) -> None:
 
     def document(start: Any, **changes: Any) -> Any:
         orbit = {"initial": start, **sampling, **changes}
-        return rigidcli.loads(json.dumps({"system": swarm["system"], "orbit": orbit}))
+        keys = {key: swarm[key] for key in ("system", "observables") if key in swarm}
+        return rigidcli.loads(json.dumps({**keys, "orbit": orbit}))
 
     def values(orbit: Any) -> Any:
         return np.array([*orbit["q"].values(), *orbit["p"].values()])
@@ -163,7 +164,9 @@ def test_each_of_many_orbits_is_the_one_that_it_is_alone(name: str) -> None:
         table = part.tables[0].columns
         for index in range(0, len(table[0].values), 6):
             start = int(table[0].values[index])
-            rows[start] = np.array([column.values[index : index + 6] for column in table[2:-1]])
+            rows[start] = np.array(
+                [column.values[index : index + 6] for column in table[2 : 2 + len(swarm["low"])]]
+            )
             digits[start] = next(field.value for field in part.fields if field.key.endswith("trusted_digits"))
     assert sorted([*rows, *errors]) == [*range(40)]
     some = np.unique(np.linspace(0, 6, 6).astype(int))

@@ -70,7 +70,7 @@ def find(document: Document, progress: Callable[[float], None] | None) -> Findin
         small = oscillations(document, document.equilibrium, derivation)
     if document.orbit is None:
         searched = _searched(derivation)
-        observed = _observed(document, derivation)
+        observed = observations(document, derivation)
     else:
         from rigidcli.studies.hamilton.orbit import initial_state, solve_orbit
 
@@ -78,7 +78,7 @@ def find(document: Document, progress: Callable[[float], None] | None) -> Findin
         require_formulas(document, [derivation.generator, *derivation.system.forces], "an orbit")
         derivation, initial = initial_state(document, document.orbit, derivation)
         searched = _searched(derivation)
-        observed = _observed(document, derivation)
+        observed = observations(document, derivation)
         functions = {f"observables.{name}": e for name, e in observed.functions.items()} if observed else {}
         starts = document.reading.starts
         orbit = solve_orbit(document.orbit, derivation, initial, searched or (), progress, starts, functions)
@@ -89,7 +89,7 @@ def find(document: Document, progress: Callable[[float], None] | None) -> Findin
     return Findings(document, branches, derivation, searched, orbit, transform, small, observed, initial)
 
 
-def _observed(document: Document, derivation: Derivation) -> Observed | None:
+def observations(document: Document, derivation: Derivation) -> Observed | None:
     """The observables and brackets, which are imported where there are any."""
     if document.observables is None and document.brackets is None:
         return None

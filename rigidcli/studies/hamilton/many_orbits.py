@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from itertools import groupby
 
 import numpy as np
 
+from rigidcli.algebra.expressions import Expr
 from rigidcli.algebra.trees import to_tree
 from rigidcli.core import dormand_prince, many
 from rigidcli.core.arithmetic import EPS, Floats
@@ -26,8 +27,9 @@ from rigidcli.studies.hamilton.equations_of_motion import (
     EquationsOfMotion,
     InitialState,
     equations_of_motion,
+    terms,
 )
-from rigidcli.studies.hamilton.findings import Findings, derived
+from rigidcli.studies.hamilton.findings import Findings, derived, observations
 from rigidcli.studies.hamilton.orbit import OrbitSolution, initial_state
 
 METHOD = f"{dormand_prince.METHOD}, many starts at once"
@@ -46,8 +48,6 @@ def together(
     orbit, ensemble = document.orbit, document.ensemble
     if orbit is None or ensemble is None or orbit.method != "auto" or len(ensemble) < FEWEST:
         return None
-    if document.observables or (document.system and document.system.constraints):
-        return None  # these are worked out along single orbits
     first = document.start(0)
     assert first.orbit is not None
     try:
@@ -58,8 +58,10 @@ def together(
         stops, longest = foreseen(motion.watched, float(times[-1]), "the orbit")
     except RigidError:
         return None  # it is told of each start
-    if starts is None:
+    if starts is None or derivation.system.constraints:
         return None
+    observed = observations(document, derivation)
+    functions = {f"observables.{name}": e for name, e in observed.functions.items()} if observed else {}
     size = len(motion.start)
     problem = many.Problem(
         motion.flow,
@@ -74,14 +76,14 @@ def together(
     def samples(places: range) -> Iterator[StartReport | tuple[int, None]]:
         begin = np.zeros((size, len(places)))
         begin[: len(starts)] = starts[:, places.start : places.stop]
-        found, alone = _followed(problem, motion, derivation, begin, times)
+        found, alone = _followed(problem, motion, derivation, begin, times, functions)
         for is_alone, group in groupby(range(len(places)), key=lambda index: bool(alone[index])):
             some = list(group)
             if is_alone:
                 yield from ((places[index], None) for index in some)
                 continue
             solution = found(some)
-            findings = Findings(first, (), derivation, None, solution, None, None, None, initial)
+            findings = Findings(first, (), derivation, None, solution, None, None, observed, initial)
             tables = (with_start(orbit_table(findings)[0], np.array(places)[some]),)
             fields = [trusted("hamilton", "orbit.trusted_digits", solution.trusted_digits)]
             title = "Hamilton's equations"
@@ -110,9 +112,14 @@ def _starts(
 
 
 def _followed(
-    problem: many.Problem, motion: EquationsOfMotion, derivation: Derivation, begin: Floats, times: Floats
+    problem: many.Problem,
+    motion: EquationsOfMotion,
+    derivation: Derivation,
+    begin: Floats,
+    times: Floats,
+    functions: Mapping[str, Expr],
 ) -> tuple[Callable[[list[int]], OrbitSolution], list[bool]]:
-    """The orbits from starts (n by m), as a function of the places of some, and which must go alone.
+    """The orbits from starts (n by m) as a function of some of their places, and which must go alone.
 
     All are integrated twice, and the digits are those that both share, as of a single orbit.
     """
@@ -128,16 +135,17 @@ def _followed(
     def some(places: list[int]) -> OrbitSolution:
         states = paths.states[:, :, places].transpose(2, 0, 1)  # starts by times by variables
         every, flat = np.tile(times, len(places)), states.reshape(-1, states.shape[-1])
-        coordinates, momenta, energy, terms = motion.observed(every, flat)
+        coordinates, momenta, energy, parts = motion.observed(every, flat)
         error = float(apart[:, places].max(initial=0.0))
         if not derivation.energy_changes:
-            values, sizes = (each.reshape(len(places), -1) for each in (energy, np.abs(terms).sum(axis=0)))
+            values, sizes = (each.reshape(len(places), -1) for each in (energy, np.abs(parts).sum(axis=0)))
             change = np.abs(values - values[:, :1]).max(axis=1)
             error = max(error, float((change / np.where(change > 0, sizes.max(axis=1), 1.0)).max()))
         steps = np.maximum(paths.steps[places], 1)
         slopes = columns(motion.roundings)(every, *flat.T)[:size].reshape(size, len(places), -1).mean(axis=2)
         noise = (slopes / scale[:, places] * span / np.sqrt(steps)).max(initial=0.0)
         rounding = EPS * max(noise, math.sqrt(steps.max()) + 4 * len(problem.stops))
+        further = motion.values([*functions.values()], every, flat) if functions else ()
         lost = times[(apart[:, places] > 0.1).any(axis=1)]
         return OrbitSolution(
             every,
@@ -152,9 +160,12 @@ def _followed(
             0.0 if len(lost) else digits(max(error, rounding)),
             float(lost[0]) if len(lost) else None,
             None,
+            dict(zip(functions, further, strict=True)),
             {},
-            {},
-            {},
+            {
+                key: float(np.abs(motion.values(terms(e), every, flat)).sum(axis=0).max())
+                for key, e in functions.items()
+            },
         )
 
     return some, alone.tolist()
