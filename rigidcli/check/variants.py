@@ -82,7 +82,7 @@ class Variants:
         So the same student is meant by `Doe, Jane` of one list and `jane doe` of another.
         """
         name = unicodedata.normalize("NFKC", student).casefold()
-        person = " ".join(sorted(re.findall(r"\w+", name))) or name
+        person = " ".join(sorted(re.findall(r"[^\W_]+", name))) or name
 
         def drawn(parameter: str) -> int:
             text = json.dumps([self.seed, parameter, person])
@@ -142,7 +142,8 @@ def raw_value(text: str) -> Any:
 def read_variants(raw: object, info: object = None) -> dict[str, tuple[str, ...]]:
     """The values of each variant. Raises ValueProblem, or ValidationError with all problems."""
     if not isinstance(raw, Mapping) or not 1 <= len(raw) <= MOST_VARIANTS:
-        message = f"read {shown(raw)}, expected 1 to {MOST_VARIANTS} parameters with their values"
+        read = f"{len(raw)} of them" if isinstance(raw, Mapping) else shown(raw)
+        message = f"read {read}, expected 1 to {MOST_VARIANTS} parameters with their values"
         raise ValueProblem(message, hint="as in `variants: {m: [1, 2, 3]}`")
     spelling, problems = read_names(raw, has_time=False)
     variants = {}

@@ -14,7 +14,7 @@ from rigidcli.cli.check import studies
 from rigidcli.cli.failures import Failures, complain, tell_notes
 from rigidcli.cli.options import Exact, Files, Quiet, Settings, listed
 from rigidcli.cli.output import Output
-from rigidcli.errors import DocumentError, Problem, printable
+from rigidcli.errors import DocumentError, Problem, printable, shortened
 
 HOMEWORK = re.compile(r"^[ {]*[\"']?(questions|answers|student)[\"']?\s*:", re.MULTILINE | re.IGNORECASE)
 """A key at the top of an assignment or an answer file, which no document has."""
@@ -113,7 +113,7 @@ def _robot(
 
 
 def _assignment(file: str, text: str, quiet: bool) -> list[str]:
-    """Lines with the questions of an assignment, their kinds and their points."""
+    """Lines with the questions of an assignment, their kinds and their points, and with its variants."""
     from rigidcli.check.assignment import prepare
 
     prepared = prepare(file, studies(), text)
@@ -123,7 +123,9 @@ def _assignment(file: str, text: str, quiet: bool) -> list[str]:
         f"  {printable(id)}: {item.kind.name}, {item.points:.12g} point{'s' * (item.points != 1)}"
         for id, item in prepared.items.items()
     ]
-    return ["valid", *asked]
+    values = prepared.variants.values if prepared.variants else {}
+    drawn = [f"  {printable(name)}: {printable(shortened(', '.join(each)))}" for name, each in values.items()]
+    return ["valid", *asked, *["  variants:"] * bool(drawn), *(f"  {line}" for line in drawn)]
 
 
 def _answers(text: str, path: Path, failures: Failures) -> list[str]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterator, Mapping, Sequence
 from typing import NamedTuple
 
@@ -49,7 +50,8 @@ def csv(sheets: Sequence[Sheet], header: Sequence[str], style: Style) -> Iterato
         [
             sheet.student,
             *(*sheet.about, *[""] * len(header))[: len(header)],
-            *sheet.values.values(),
+            # A minus sign: no spreadsheet takes it for the beginning of a formula, and all readers know it.
+            *(re.sub("^-", "−", value) for value in sheet.values.values()),
             *(item.title for item in sheet.items.values()),
         ]
         for sheet in sheets
