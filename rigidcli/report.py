@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 from typing import TYPE_CHECKING, Any, TypeAlias
 
 if TYPE_CHECKING:
@@ -105,7 +106,7 @@ class Step:
     tables: tuple[Table, ...] = ()
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True)  # without slots, for the tree is kept
 class Report(Mapping[str, Value]):
     """The answer of one study to one document; also a mapping from the keys of JSON to their values.
 
@@ -161,14 +162,18 @@ class Report(Mapping[str, Value]):
                 units |= {f"{table.key}.{column.key}": column.unit for column in table.columns if column.unit}
         return units
 
+    @cached_property
+    def _tree(self) -> dict[str, Value]:
+        return self.tree()
+
     def __getitem__(self, key: str) -> Value:
-        return self.tree()[key]
+        return self._tree[key]
 
     def __iter__(self) -> Iterator[str]:
-        return iter(self.tree())
+        return iter(self._tree)
 
     def __len__(self) -> int:
-        return len(self.tree())
+        return len(self._tree)
 
 
 def single_cells(table: Table, names: Sequence[str] = ()) -> list[Column]:

@@ -29,7 +29,7 @@ class Result(Report):
     """Works the study out again, with what is only made to be seen; it stays behind when a result is sent."""
 
     def __getitem__(self, key: str) -> Any:
-        tree = self.tree()
+        tree = self._tree
         if key in tree:
             return tree[key]
         near = nearest(key, list(tree))
