@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field, replace
 from decimal import ROUND_HALF_UP, Decimal
 from functools import cache
@@ -179,15 +179,21 @@ class Reading(NamedTuple):
 class Kind(ABC):
     """One kind of answer. It has no state: all that judging needs is in the key, which can be pickled.
 
-    `options` are the options of a question that this kind uses, besides those of every question.
+    `options` are the options of a question that this kind uses, besides those of every question. A kind that
+    `has_tolerance` has one also where the question names none.
     """
 
     name: ClassVar[str]
     options: ClassVar[frozenset[str]] = frozenset()
+    has_tolerance: ClassVar[bool] = True
 
     @abstractmethod
     def key(self, asked: Asked) -> Any:
         """The key of a question. Raises ValueProblem where what is asked is not of this kind."""
+
+    def loaded(self, answer: Tree, text_of: Callable[[Tree], str]) -> Tree:
+        """An answer with the texts of the files that it names, which `text_of` reads. Raises Unreadable."""
+        return answer
 
     @abstractmethod
     def read(self, key: Any, answer: Tree) -> Reading:

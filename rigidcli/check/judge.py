@@ -102,17 +102,15 @@ def judge(text: str, path: Path, items: Mapping[str, Item], seen: Seen | None = 
         if asked in seen:
             questions.append(seen[asked])
             continue
-        result, read_as = outcome(item, answer, path)
-        if item.kind.name == "trajectory" and isinstance(answer, dict) and "file" in answer:
-            with suppress(Unreadable):
-                file = beside(answer["file"], path)
-                files.add(safe_name(file.name))
-                if result.share and is_contested(file, path):
-                    result = Outcome.review("another student's answer names this file, too")
+        opened = list[Path]()
+        result, read_as = outcome(item, answer, path, opened)
+        files |= {safe_name(file.name) for file in opened}
+        if result.share and any(is_contested(file, path) for file in opened):
+            result = Outcome.review("another student's answer names this file, too")
         typed = shortened(as_typed(answer), LONGEST_ANSWER)
         questions.append(item.judged(id, result, typed, shortened(read_as, LONGEST_ANSWER)))
-        # A table lies beside one file only, and what cannot be read may be so for want of time or memory.
-        is_lasting = item.kind.name != "trajectory" and result.verdict != "invalid"
+        # A file lies beside one answer only, and what cannot be read may be so for want of time or memory.
+        is_lasting = not opened and result.verdict != "invalid"
         if is_lasting and len(asked[1]) <= LONGEST_ANSWER and len(seen) < 5000:  # some 30 MB
             seen[asked] = questions[-1]
     return Judgement("", "", tuple(questions), (*notes, *_strangers(answers, items)), tuple(sorted(files)))
@@ -135,8 +133,13 @@ def _strangers(answers: Iterable[str], items: Mapping[str, Item]) -> list[str]:
     return capped(strange, note)
 
 
-def outcome(item: Item, answer: Tree | Unreadable, path: Path) -> tuple[Outcome, str]:
-    """The outcome of one answer, whatever goes wrong in judging it, and how the answer was read."""
+def outcome(
+    item: Item, answer: Tree | Unreadable, path: Path, opened: list[Path] | None = None
+) -> tuple[Outcome, str]:
+    """The outcome of one answer, whatever goes wrong in judging it, and how the answer was read.
+
+    Files that it names lie beside the one at `path`, and are listed in `opened`.
+    """
     if isinstance(answer, Unreadable):
         return answer.outcome, ""
     if answer is None or (isinstance(answer, str) and not answer.strip()):
@@ -144,19 +147,19 @@ def outcome(item: Item, answer: Tree | Unreadable, path: Path) -> tuple[Outcome,
     with suppress(LateError):
         with timed(SECONDS):
             try:
-                result, read_as = _judged(item, with_table(item.kind, answer, path))
+                result, read_as = _judged(item, item.kind.loaded(answer, partial(text_beside, path, opened)))
             except Unreadable as unreadable:
                 result, read_as = unreadable.outcome, ""
         return _with_reference(result, item), read_as
     return Unreadable("timeout").outcome, ""
 
 
-def with_table(kind: Kind, answer: Tree, path: Path) -> Tree:
-    """A trajectory with the text of the table in the place of the file that it names. Raises Unreadable."""
-    if kind.name != "trajectory" or not isinstance(answer, dict) or "file" not in answer:
-        return answer
-    others = {key: value for key, value in answer.items() if key != "file"}
-    return others | {"csv": read_file(beside(answer["file"], path), shown(answer["file"]))}
+def text_beside(path: Path, opened: list[Path] | None, name: Tree) -> str:
+    """The text of a file that lies beside the one at `path`; it is added to `opened`. Raises Unreadable."""
+    file = beside(name, path)
+    if opened is not None:
+        opened.append(file)
+    return read_file(file, shown(name))
 
 
 def _judged(item: Item, answer: Tree) -> tuple[Outcome, str]:
@@ -278,10 +281,6 @@ def _warm_up(items: Mapping[str, Item]) -> None:
 # --- an assignment held against itself
 
 
-EXACT = ("choice", "expression", "equations")
-"""The kinds of which no tolerance is usual: a decimal in a formula stands for all that rounds to it."""
-
-
 def selftest(items: Mapping[str, Item], questions: Mapping[str, Question]) -> Iterator[tuple[str, bool]]:
     """For each question what it would do, in words, and whether its own key is judged to be right."""
     for id, item in items.items():
@@ -301,5 +300,6 @@ def selftest(items: Mapping[str, Item], questions: Mapping[str, Question]) -> It
 
 def _tolerance(item: Item, tolerance: Tolerance) -> str:
     """A tolerance in words; formulas have one only where the question says so, and words have none."""
+    # A decimal in a formula stands for all numbers that round to it.
     given = ", ".join(f"{name} {value:g}" for name, value in tolerance if value is not None)
-    return given or ("" if item.kind.name in EXACT else f"relative {RELATIVE:g}")
+    return given or f"relative {RELATIVE:g}" * item.kind.has_tolerance

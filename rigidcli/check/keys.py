@@ -6,6 +6,7 @@ import contextlib
 import re
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -13,8 +14,8 @@ import numpy as np
 
 from rigidcli.check.answers import as_typed
 from rigidcli.check.base import Asked, Kind, Unreadable, sentence
-from rigidcli.check.judge import Accepted, Item, with_table
-from rigidcli.check.kinds import KINDS
+from rigidcli.check.judge import Accepted, Item, text_beside
+from rigidcli.check.kinds import KINDS, OF_SYMBOLS, kind_of
 from rigidcli.check.question import Question
 from rigidcli.check.variants import Values, raw_value, words
 from rigidcli.document.draft import Draft, put
@@ -31,23 +32,6 @@ if TYPE_CHECKING:
 
 DECIMALS = re.compile(r"[0-9]*\.(?:[0-9]{7,}|0(?![0-9]))(?:e[-+]?[0-9]+)?")
 """Numbers in a key that are shown in fewer digits, or without a decimal point."""
-
-KIND_BY_NAME = {
-    "axes": "axes",
-    "moments": "moments",
-    "tensor": "tensor",
-    "tensor_com": "tensor",
-    "cyclic": "choice",
-    "conserved": "choice",
-    "equations": "equations",
-}
-"""Kinds of results by the last name of their path."""
-
-MOTIONS = ("orbit", "trajectory")
-"""Results that are tables in time."""
-
-OF_SYMBOLS = ("expression", "equations", "matrix")
-"""Kinds of answers with symbols, which are compared by values: unknown functions have none."""
 
 
 def _item(kind: Kind, asked: Asked, folder: Path) -> Item:
@@ -80,7 +64,8 @@ def _changes(kind: Kind, asked: Asked, key: Any, typed: Any) -> Iterator[tuple[s
 def _key(kind: Kind, asked: Asked, folder: Path, *place: str | int) -> Any:
     """A key. Raises ValueProblem."""
     try:
-        value = asked.value if asked.path else with_table(kind, asked.value, folder / "assignment")
+        text_of = partial(text_beside, folder / "assignment", None)
+        value = asked.value if asked.path else kind.loaded(asked.value, text_of)
         return kind.key(replace(asked, value=value))
     except ValueProblem as problem:
         raise problem if problem.path else problem.below(*place) from None
@@ -200,7 +185,7 @@ class Library:
         value = _value_at(study, tree, way)
         names = ".".join(step for step in way if not step.isdecimal())  # a unit is that of all rows
         unit = next((unit for key, unit in report.units.items() if f"{names}.".startswith(f"{key}.")), "")
-        name = question.kind or _kind_of(path, value, unit)
+        name = question.kind or kind_of(path, value, unit)
         if name is None:
             hint = f"ask for one of {', '.join(_paths(ask, value))}"
             raise ValueProblem("this result is no single answer of any kind", path=("ask",), hint=hint)
@@ -213,26 +198,6 @@ class Library:
 def _plain(name: str) -> str:
     """The name of a variant in ASCII letters, as parameters of documents have it."""
     return read_name(name, has_time=False)
-
-
-def _kind_of(path: tuple[str, ...], value: Any, unit: str) -> str | None:
-    """The kind of a result; None where it is no single answer."""
-    from rigidcli.algebra.expressions import Expr
-
-    is_scalar = isinstance(value, bool | int | float | str | np.generic)
-    if path[1:2] and path[1] in MOTIONS and not is_scalar:
-        return "trajectory"
-    if path[-1] in KIND_BY_NAME:
-        return KIND_BY_NAME[path[-1]]
-    if isinstance(value, bool | np.bool_ | str):
-        return "choice"
-    if is_scalar:
-        return "quantity" if unit else "number"
-    if isinstance(value, Expr):
-        return "expression"
-    if isinstance(value, Mapping):
-        return None
-    return {1: "vector", 2: "matrix"}.get(np.ndim(np.array(value, dtype=object)))
 
 
 def _value_at(ask: str, tree: Any, way: Sequence[str]) -> Any:

@@ -2,6 +2,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+
+from rigidcli.algebra.expressions import Expr
 from rigidcli.check.base import Kind
 from rigidcli.check.kinds.arrays import Matrix, Vector
 from rigidcli.check.kinds.axes import Axes
@@ -19,3 +25,38 @@ KINDS: dict[str, Kind] = {
     )
 }
 """The kinds of answers by the names that questions have for them."""
+
+KIND_BY_NAME = {
+    "axes": "axes",
+    "moments": "moments",
+    "tensor": "tensor",
+    "tensor_com": "tensor",
+    "cyclic": "choice",
+    "conserved": "choice",
+    "equations": "equations",
+}
+"""Kinds of results by the last name of their path."""
+
+MOTIONS = ("orbit", "trajectory")
+"""Results that are tables in time."""
+
+OF_SYMBOLS = ("expression", "equations", "matrix")
+"""Kinds of answers with symbols, which are compared by values: unknown functions have none."""
+
+
+def kind_of(path: tuple[str, ...], value: Any, unit: str) -> str | None:
+    """The kind of a result; None where it is no single answer."""
+    is_scalar = isinstance(value, bool | int | float | str | np.generic)
+    if path[1:2] and path[1] in MOTIONS and not is_scalar:
+        return "trajectory"
+    if path[-1] in KIND_BY_NAME:
+        return KIND_BY_NAME[path[-1]]
+    if isinstance(value, bool | np.bool_ | str):
+        return "choice"
+    if is_scalar:
+        return "quantity" if unit else "number"
+    if isinstance(value, Expr):
+        return "expression"
+    if isinstance(value, Mapping):
+        return None
+    return {1: "vector", 2: "matrix"}.get(np.ndim(np.array(value, dtype=object)))

@@ -37,6 +37,7 @@ class Equations(Kind):
     """Equations of motion."""
 
     name: ClassVar[str] = "equations"
+    has_tolerance: ClassVar[bool] = False
     options: ClassVar[frozenset[str]] = frozenset(
         {"symbols", "coordinates", "momenta", "velocities", "form", "numbers"}
     )

@@ -59,6 +59,7 @@ class Expression(Kind):
     """A formula in the symbols of the question."""
 
     name: ClassVar[str] = "expression"
+    has_tolerance: ClassVar[bool] = False
     options: ClassVar[frozenset[str]] = frozenset(
         {"symbols", "coordinates", "momenta", "velocities", "constant", "numbers"}
     )

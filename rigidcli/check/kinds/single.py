@@ -167,6 +167,7 @@ class Choice(Kind):
     """A word, yes or no, or a set of words."""
 
     name: ClassVar[str] = "choice"
+    has_tolerance: ClassVar[bool] = False
 
     def key(self, asked: Asked) -> Words:
         """The text, the truth value or the set that is asked for. Raises ValueProblem."""

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from typing import ClassVar
 
@@ -111,6 +111,13 @@ class Trajectory(Kind):
         # With twice the rows, cubic curves between them are at least four times as near.
         dense = bool((off <= margins).all())
         return Key(names, times, values, margins, periods, units, dense)
+
+    def loaded(self, answer: Tree, text_of: Callable[[Tree], str]) -> Tree:
+        """An answer with the text of the table in the place of its file. Raises Unreadable."""
+        if not isinstance(answer, dict) or "file" not in answer:
+            return answer
+        others = {key: value for key, value in answer.items() if key != "file"}
+        return others | {"csv": text_of(answer["file"])}
 
     def read(self, key: Key, answer: Tree) -> Reading:
         """The table of an answer, in SI units; a column that is missing is NaN. Raises Unreadable."""
