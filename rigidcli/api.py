@@ -179,7 +179,7 @@ def check(
     """
     from tempfile import TemporaryDirectory
 
-    from rigidcli.check import files
+    from rigidcli.check import files, hand_ins
     from rigidcli.check import roster as students
     from rigidcli.check.assignment import prepare
     from rigidcli.check.judge import run
@@ -193,21 +193,21 @@ def check(
     if not answers:
         raise UsageError("no answers are named: expected files, folders of them, or a zip")
     prepared = prepare(os.fspath(assignment), {name: globals()[name] for name in STUDIES})
-    person = None if overrides is None else students.read_overrides(overrides, prepared.worth)
+    people = None if roster is None else students.read_roster(os.fspath(roster))
+    person = None if overrides is None else students.read_overrides(overrides, prepared.worth, people)
     with TemporaryDirectory(prefix="rigidcli-") as scratch:
         gathered = files.gather([os.fspath(name) for name in answers], os.fspath(assignment), Path(scratch))
         if gathered.problems:
             raise DocumentError(gathered.problems)
-        people = None if roster is None else students.read_roster(os.fspath(roster))
-        papers, notes = students.papers(gathered, people)
+        papers, notes, others = hand_ins.papers(gathered, people, prepared.questions, jobs)
         papers, own, said = prepared.for_students(papers, people)
         judged = list(run(prepared.items, papers, jobs, own=own))
     beside = {str(Path(paper.source).parent / name) for paper in judged for name in paper.files}
     notes = [*map(str, prepared.notes), *notes, *said, *(note for paper in judged for note in paper.notes)]
-    notes += files.unnamed(gathered.others, beside)
+    notes += files.unnamed(others, beside)
     if person is not None:
         judged = list(students.overridden(judged, person, notes))
-    style = Style(Feedback(feedback))
+    style = Style(Feedback(feedback), late=any(paper.late for paper in judged))
     return Judgements([json.loads(line) for line in render("json", judged, style)], notes)
 
 

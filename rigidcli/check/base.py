@@ -286,7 +286,8 @@ class Judged:
 class Judgement:
     """What a student has handed in, judged; `source` is the answer file, empty where there is none.
 
-    `notes` are for the instructor, and `files` lie beside the answer file, which names them.
+    `notes` are for the instructor, and `files` lie beside the answer file, which names them. It is `late` if
+    the platform says so.
     """
 
     student: str
@@ -294,6 +295,7 @@ class Judgement:
     questions: tuple[Judged, ...]
     notes: tuple[str, ...] = ()
     files: tuple[str, ...] = ()
+    late: bool = False
 
     def to_bytes(self) -> bytes:
         """The judgement as one process hands it to another: plain JSON, never objects."""

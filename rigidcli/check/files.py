@@ -3,19 +3,19 @@
 from __future__ import annotations
 
 import errno
-import lzma
 import os
 import re
 import stat
-import zipfile
-import zlib
+from collections import Counter
 from collections.abc import Collection, Iterator, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field, replace
-from pathlib import Path
+from datetime import datetime
+from pathlib import Path, PurePath
 
+from rigidcli.check.archives import BROKEN, ELSEWHERE, ENDING, HIDDEN, Room, size, unpack
 from rigidcli.check.base import Tree, Unreadable
-from rigidcli.errors import Problem, printable, shortened, shown
+from rigidcli.errors import Problem, printable, shown
 
 MOST_BYTES = 1_000_000
 """Length of an answer file, and of one beside it."""
@@ -23,34 +23,44 @@ MOST_BYTES = 1_000_000
 MOST_FILES = 50_000
 """Files of an archive that are unpacked, and of a folder in which names are looked for."""
 
-MOST_FOLDERS = 9
-"""Parts of a name in an archive: a download has two or three, and a student may add some."""
+CLASS = Room(files=MOST_FILES, bytes=500_000_000, each=MOST_BYTES + 1)
+"""What the archive of a class of thousands becomes, which every disk has room for."""
 
-MOST_UNPACKED = 500_000_000
-"""Bytes that an archive may become: those of a class of thousands, which every disk has room for."""
-
-HIDDEN = (".", "__MACOSX")
-"""Beginnings of names that are passed over without a word: some systems put such files beside others."""
+HAND_IN = Room(files=200, bytes=5_000_000, each=MOST_BYTES + 1)
+"""What the archive becomes that a student hands in."""
 
 GRADESCOPE = "submission_metadata.yml"
 """The list of who has submitted what in Gradescope's export."""
 
-ELSEWHERE = frozenset("/\\:\0")
-"""Characters by which a name leads out of its folder, on one system or another."""
-
 SUFFIXES = frozenset([".yaml", ".yml", ".json"])
 """Ends of the names of answer files, in small letters or capitals."""
 
-# Moodle puts this before the name of a file, or into that of a folder: Jane Doe_4711_assignsubmission_file_
-MOODLE = re.compile(r"(?P<name>.+?)_(?P<id>[0-9]+)_assignsubmission_(?:file|onlinetext)(?:_(?P<own>.*))?")
-# And Canvas, with a number for each file: doejane_LATE_4711_98765_homework.yaml
-CANVAS = re.compile(r"(?P<name>[^_]+)(?:_LATE)?_(?P<id>[0-9]+)_(?P<number>[0-9]+)_(?P<own>.+)")
+TEXTS = frozenset([*SUFFIXES, "", ".txt", ".text", ".md", ".markdown"])
+"""Ends of the names of files that may be answers, too, if they answer a question."""
 
-_UTF8 = 0x800
-"""The flag of an entry of an archive whose name is in UTF-8."""
+# --- names, with what platforms put before them
 
-_BROKEN = (zipfile.BadZipFile, zlib.error, lzma.LZMAError)
-"""What is raised for an entry of an archive that is broken."""
+_DATE = r"[A-Z][a-z]{2,8} [0-9]{1,2}, [0-9]{4} [0-9]{3,4} [AP]M"
+
+FORMS = {
+    # Moodle: Jane Doe_4711_assignsubmission_file_, a folder, or joined with the name of a file.
+    "moodle": re.compile(
+        r"(?P<name>.+?)_(?P<id>[0-9]+)_assignsubmission_(?:file|onlinetext)(?:_(?P<own>.*))?"
+    ),
+    # Blackboard: Week 3_jdoe_attempt_2026-11-20-13-05-22_homework.yaml, and .txt about the attempt.
+    "blackboard": re.compile(
+        r"(?P<name>(?:.+?_)?(?P<login>[^_]+))_attempt_(?P<when>[0-9-]{10,19})(?:_(?P<own>.+)|\.txt|)"
+    ),
+    # Brightspace: 300001-701 - Jane Doe - Nov 20, 2026 201 PM, a folder, or joined with the name of a file.
+    "brightspace": re.compile(
+        rf"(?P<id>[0-9]+)-[0-9]+ - (?P<name>.+?) - (?P<when>{_DATE})(?: - (?P<own>.+)|)"
+    ),
+    # Sakai: Doe, Jane(jdoe), a folder.
+    "sakai": re.compile(r"(?P<name>[^()]+, [^()]+\([^()]+\))"),
+    # Canvas, with a number for each file: doejane_LATE_4711_98765_homework.yaml
+    "canvas": re.compile(r"(?P<name>[^_]+)(?P<late>_LATE)?_(?P<id>[0-9]+)_(?P<when>[0-9]+)_(?P<own>.+\..+)"),
+}
+"""How platforms name a hand-in: a name or login, a number, and the student's own name of the file."""
 
 _NOT_THERE = (errno.ENOENT, errno.ENOTDIR, errno.ENAMETOOLONG)
 
@@ -63,22 +73,79 @@ def safe_name(name: str | os.PathLike[str]) -> str:
     return printable(os.fsencode(name).decode(errors="backslashreplace"))
 
 
-# --- names, with what Canvas and Moodle put before them
-
-
 def is_answer(name: str) -> bool:
     """Whether a file has the name of an answer file."""
-    return Path(name).suffix.lower() in SUFFIXES
+    return PurePath(name).suffix.lower() in SUFFIXES
 
 
-def submitted(name: str, forms: Sequence[re.Pattern[str]] = (CANVAS, MOODLE)) -> tuple[str, str]:
-    """The student, and the student's own name of a file, where Canvas or Moodle has joined the two.
+def may_answer(name: str) -> bool:
+    """Whether a file may be an answer file, by its name."""
+    return PurePath(name).suffix.lower() in TEXTS
 
-    The student is empty in any other name. The first form that fits counts: a student may put another one
-    into the rest.
+
+@dataclass(frozen=True, slots=True)
+class Owner:
+    """Whose a folder or a file is by its name alone.
+
+    `label` names the student in reports; `name` and `number` are what a `platform` says of the student, `own`
+    is the student's own name of the file, and `when` tells copies of it apart, of which the last counts.
     """
-    match = next(filter(None, (form.fullmatch(name) for form in forms)), None)
-    return (f"{match['name']}_{match['id']}", match["own"] or "") if match else ("", name)
+
+    label: str
+    name: str
+    number: str = ""
+    platform: str = ""
+    own: str = ""
+    when: str = ""
+    is_late: bool = False
+
+    @property
+    def turn(self) -> tuple[int, str]:
+        """What orders the copies of a file: a number, or a time."""
+        if self.platform == "brightspace":
+            return 0, datetime.strptime(_with_colon(self.when), "%b %d, %Y %I:%M %p").isoformat()
+        return (int(self.when), "") if self.when.isdecimal() else (0, self.when)
+
+
+def _with_colon(when: str) -> str:
+    """A time of Brightspace with a colon between hours and minutes, and a short name of the month."""
+    return re.sub(r"^([A-Z][a-z]{2})[a-z]*(.*[0-9])([0-9]{2} [AP]M)$", r"\1\2:\3", when)
+
+
+def platform_of(names: Collection[str]) -> str:
+    """The platform whose form most of the names have that stand beside each other, or none.
+
+    A student may choose a part of one name, and not of the others. Canvas gives every file another number.
+    """
+    counts = Counter[str]()
+    for platform, form in FORMS.items():
+        matches = [match for name in names if (match := form.fullmatch(name))]
+        numbers = [match["when"] for match in matches] if platform == "canvas" else []
+        counts[platform] = 0 if len(set(numbers)) < len(numbers) else len(matches)
+    platform, most = max(counts.items(), key=lambda each: each[1])
+    return platform if most else ""
+
+
+def owner_of(name: str, platform: str = "", *, is_folder: bool = False) -> Owner:
+    """Whose a folder or a file is, by the form of a platform if it has that."""
+    match = FORMS[platform].fullmatch(name) if platform else None
+    if match:
+        found = {key: text or "" for key, text in match.groupdict().items()}
+        label = "_".join(filter(None, [found.get("login") or found["name"], found.get("id")]))
+        return Owner(
+            label,
+            found["name"],
+            found.get("id", ""),
+            platform,
+            found.get("own", ""),
+            found.get("when", ""),
+            bool(found.get("late")),
+        )
+    stem = name.removesuffix(ENDING) if is_folder else PurePath(name).stem
+    while not is_folder and PurePath(stem).suffix.lower() in {*TEXTS, ENDING} - {""}:
+        stem = PurePath(stem).stem
+    stem = re.sub(r"(?<=.) ?\([0-9]{1,2}\)$", "", stem)  # the count of a browser
+    return Owner(stem, stem, own=name)
 
 
 def uncounted(name: str) -> str:
@@ -99,7 +166,7 @@ def noted(what: str, names: Sequence[str]) -> list[str]:
 
 def unnamed(others: Sequence[Place], named: Collection[str]) -> list[str]:
     """A note on files beside the answers that no answer names."""
-    unused = [str(Path(*Path(place.source).parts[-2:])) for place in others if place.source not in named]
+    unused = [place.short for place in others if place.source not in named]
     return noted("no answer files, and left out", unused)
 
 
@@ -110,25 +177,31 @@ def unnamed(others: Sequence[Place], named: Collection[str]) -> list[str]:
 class Place:
     """A file below one of ANSWERS: `way` are the folders that lead to it, `source` is its name in reports.
 
-    `root` tells the ANSWERS apart, and `owners` are the students whom the platform itself names.
+    `root` tells the ANSWERS apart; `given` is the name of one of several of them that is a folder. `owners`
+    are the students whom the platform itself names, each by several names.
     """
 
     file: Path
     source: str
     root: int = 0
     way: tuple[str, ...] = ()
-    owners: tuple[str, ...] = ()
+    given: str = ""
+    owners: tuple[tuple[str, ...], ...] = ()
+
+    @property
+    def short(self) -> str:
+        """The name of the file and of its folder."""
+        return str(Path(*Path(self.source).parts[-2:]))
 
 
 @dataclass(slots=True)
 class Batch:
-    """What is handed in: the answer files, the other files among them, and what cannot be read.
+    """What is handed in, and what cannot be read.
 
     It is not `is_whole` where a folder, an archive, or what was given is missing as a whole.
     """
 
-    answers: list[Place] = field(default_factory=list)
-    others: list[Place] = field(default_factory=list)
+    places: list[Place] = field(default_factory=list)
     problems: list[Problem] = field(default_factory=list)
     is_whole: bool = True
 
@@ -141,8 +214,8 @@ class Batch:
 def gather(paths: Sequence[str], assignment: str | None, scratch: Path) -> Batch:
     """The files that are meant by files, folders and archives, which are unpacked into `scratch`.
 
-    Whatever has the name of an answer file is judged as one: folders and pipes, too, and links, which are
-    not followed. Hidden files and the `assignment` are left out.
+    Folders, pipes and links that have the name of an answer file count as files, and are not followed. Hidden
+    files and the `assignment` are left out. An archive below ANSWERS is a folder of its name.
     """
     batch = Batch()
     seen = set() if assignment is None else {_spot(Path(assignment))}
@@ -157,16 +230,14 @@ def gather(paths: Sequence[str], assignment: str | None, scratch: Path) -> Batch
         except (OSError, ValueError) as error:
             batch.trouble(path, _reason(error), is_whole=False)
             continue
-        is_archive = path.suffix.lower() == ".zip" and not is_folder
+        is_archive = path.suffix.lower() == ENDING and not is_folder
         if is_folder or is_archive:
-            folder = _unpacked(path, scratch / str(root), batch) if is_archive else path
-            inside = (file.relative_to(folder) for file in _walk(folder, batch))
-            places = [Place(folder / file, safe_name(path / file), root, file.parts[:-1]) for file in inside]
-            direct = [place for place in places if is_answer(place.file.name)]
-            if len(paths) > 1 and len(direct) == 1 and not direct[0].way:
-                # One of several folders, with a single hand-in: it is a student's.
-                name = path.absolute().stem if is_archive else path.absolute().name
-                places = [Place(each.file, each.source, -1, (name, *each.way)) for each in places]
+            folder = scratch / str(root) if is_archive else path
+            if is_archive and not _unpacked(path, folder, CLASS, batch):
+                continue
+            places = _below(folder, path, root, scratch / f"{root}-within", batch)
+            if len(paths) > 1:
+                places = _given(places, path.absolute().stem if is_archive else path.absolute().name)
             if not places:
                 batch.trouble(path, "no answer files in it")
         else:
@@ -174,9 +245,16 @@ def gather(paths: Sequence[str], assignment: str | None, scratch: Path) -> Batch
         for place in _named(places):
             if _spot(place.file) not in seen:
                 seen.add(_spot(place.file))
-                is_judged = place.file == path or is_answer(place.file.name)
-                (batch.answers if is_judged else batch.others).append(place)
+                batch.places.append(place)
     return batch
+
+
+def _given(places: Sequence[Place], name: str) -> list[Place]:
+    """The places below a folder, one of several given; with a single hand-in in it, it is a student's."""
+    direct = [place for place in places if is_answer(place.file.name)] or places
+    if len(direct) == 1 and not direct[0].way:
+        return [replace(place, root=-1, way=(name, *place.way)) for place in places]
+    return [replace(place, given=name) for place in places]
 
 
 def _ways(files: Sequence[str]) -> dict[str, tuple[str, ...]]:
@@ -185,6 +263,36 @@ def _ways(files: Sequence[str]) -> dict[str, tuple[str, ...]]:
     above = os.path.commonpath([Path(given).absolute().parent for given in files]) if files else ""
     ways = {given: way[len(Path(above).parts) :] for given, way in parts.items()}
     return ways if len(set(map(len, ways.values()))) == 1 else {}
+
+
+def _below(folder: Path, path: Path, root: int, scratch: Path, batch: Batch) -> list[Place]:
+    """The places in a folder, which reports call `path`, and in the archives there, which are no deeper."""
+
+    def place_of(file: Path, way: tuple[str, ...], source: Path) -> Place:
+        return Place(file, safe_name(source), root, way)
+
+    found = [
+        [place_of(file, inside.parts[:-1], path / inside)]
+        for file in _walk(folder, batch)
+        for inside in [file.relative_to(folder)]
+    ]
+    packed = dict[int, int]()
+    for number, (place,) in enumerate(found):
+        if place.file.suffix.lower() == ENDING and place.file.is_file() and not place.file.is_symlink():
+            with suppress(*BROKEN):
+                packed[number] = size(place.file)
+    left = CLASS.bytes
+    # The smallest come first, so that no large one takes the room of others.
+    for number in sorted(packed, key=packed.__getitem__):
+        (place,) = found[number]
+        within = scratch / str(number)
+        if left > 0 and _unpacked(place.file, within, HAND_IN, batch, place.source):
+            left -= min(packed[number], HAND_IN.bytes)
+            source, way = path.joinpath(*place.way, place.file.name), (*place.way, place.file.name)
+            files = [(file, file.relative_to(within)) for file in _walk(within, batch)]
+            inner = [place_of(file, (*way, *inside.parts[:-1]), source / inside) for file, inside in files]
+            found[number] = inner or [place]
+    return [place for places in found for place in places]
 
 
 def _walk(folder: Path, batch: Batch) -> Iterator[Path]:
@@ -202,92 +310,36 @@ def _walk(folder: Path, batch: Batch) -> Iterator[Path]:
         yield from (here / each for each in named if each not in folders)
 
 
-def _unpacked(path: Path, folder: Path, batch: Batch) -> Path:
-    """The folder of the files of an archive, each cut off where it is too long to be judged anyway.
-
-    A file that cannot be unpacked is left out by itself, and told.
-    """
-    left = MOST_UNPACKED
-    folder.mkdir(parents=True, exist_ok=True)
+def _unpacked(path: Path, folder: Path, room: Room, batch: Batch, source: str = "") -> bool:
+    """Whether an archive is unpacked into a folder; what is left out of it is told."""
+    name = Path(source) if source else path
     try:
-        archive = zipfile.ZipFile(path)
-    except (zipfile.BadZipFile, OSError, NotImplementedError, ValueError) as error:
+        for message in unpack(path, folder, room, SUFFIXES):
+            batch.trouble(name, message, is_whole=bool(source) or "too large" not in message)
+    except BROKEN as error:
         reason = getattr(error, "strerror", None) or printable(str(error))
-        batch.trouble(path, f"cannot be read as a zip: {reason}", is_whole=False)
-        return folder
-    with archive:
-        named = [(_parts_of(info), info) for info in archive.infolist() if not info.is_dir()]
-        # Where a file and a folder have one name, the file stays if it may be an answer, else the folder.
-        answers = {parts for parts, _ in named if parts and is_answer(parts[-1])}
-        folders = {above for parts, _ in named for above in _above(parts) if above not in answers}
-        # The smallest come first, so that no large one takes the room of others.
-        named.sort(key=lambda each: each[1].file_size)
-        for number, (parts, info) in enumerate(named):
-            if number >= MOST_FILES or left <= 0:
-                message = f"{len(named) - number:,} files are left out: the archive is too large"
-                batch.trouble(path, message, is_whole=False)
-                break
-            try:
-                if parts in folders or not answers.isdisjoint(_above(parts)):
-                    raise ValueError("a file and a folder have one name")
-                left -= _unpack(archive, info, folder.joinpath(*_harmless(parts, info)))
-            except (*_BROKEN, OSError, RuntimeError, ValueError, EOFError) as error:
-                reason = "it is encrypted" if info.flag_bits & 1 else "it is broken, or its form is unknown"
-                if isinstance(error, OSError | ValueError):
-                    reason = getattr(error, "strerror", None) or str(error)
-                name = shortened(safe_name("/".join(parts)))
-                batch.trouble(path, f"`{name}` is left out: {reason}")
-    return folder
-
-
-def _parts_of(info: zipfile.ZipInfo) -> tuple[str, ...]:
-    """The folders and the name of an entry; some programs write UTF-8 without saying so."""
-    name = info.filename
-    if not info.flag_bits & _UTF8:
-        with suppress(UnicodeError):
-            name = name.encode("cp437").decode()
-    return tuple(part for part in re.split(r"[/\\]", name) if part not in ("", "."))
-
-
-def _above(parts: tuple[str, ...]) -> list[tuple[str, ...]]:
-    """The folders above an entry."""
-    return [parts[:depth] for depth in range(1, len(parts))]
-
-
-def _harmless(parts: tuple[str, ...], info: zipfile.ZipInfo) -> tuple[str, ...]:
-    """The parts of a name below which an entry may be written. Raises ValueError for other entries."""
-    if stat.S_ISLNK(info.external_attr >> 16):
-        raise ValueError("it is a link")
-    if not parts or ".." in parts or ELSEWHERE & set("".join(parts)):
-        raise ValueError("its name leads out of the folder")
-    if len(parts) > MOST_FOLDERS:
-        raise ValueError("it lies too deep")
-    return parts
-
-
-def _unpack(archive: zipfile.ZipFile, info: zipfile.ZipInfo, file: Path) -> int:
-    """Write an entry of an archive into a file that is not there yet, and return how long it is."""
-    with archive.open(info) as packed:
-        data = packed.read(MOST_BYTES + 1)
-    file.parent.mkdir(parents=True, exist_ok=True)
-    with file.open("xb") as target:
-        target.write(data)
-    return len(data)
+        batch.trouble(name, f"cannot be read as a zip: {reason}", is_whole=bool(source))
+        return False
+    return True
 
 
 def _named(places: Sequence[Place]) -> Iterator[Place]:
     """The places with the students whom Gradescope's list in their folder names, and without the list."""
     from rigidcli.check.answers import tree_of
 
-    owners: dict[str, tuple[str, ...]] = {}
+    owners: dict[str, tuple[tuple[str, ...], ...]] = {}
     for place in places:
         if place.file.name == GRADESCOPE:
             with suppress(Unreadable):
                 tree = tree_of(read_file(place.file))
                 for name, entry in tree.items() if isinstance(tree, dict) else ():
                     people = entry.get(":submitters") if isinstance(entry, dict) else None
-                    emails = [each.get(":email") or each.get(":name") for each in people or () if each]
-                    owners[name] = tuple(filter(None, emails))
+                    known = [
+                        [each.get(key) for key in (":email", ":sid", ":name")]
+                        for each in people or ()
+                        if each
+                    ]
+                    owners[name] = tuple(tuple(filter(None, each)) for each in known if any(each))
     for place in places:
         if place.file.name != GRADESCOPE:
             own = next((owners[folder] for folder in place.way if folder in owners), ())
@@ -306,6 +358,22 @@ def _spot(path: Path) -> str:
 # --- reading
 
 
+def first_bytes(path: Path) -> bytes:
+    """The first bytes of a regular file, which tell what it is; none of any other."""
+    with suppress(Unreadable, OSError, ValueError):
+        return _bytes_of(path, 16, "")
+    return b""
+
+
+def _bytes_of(path: Path, most: int, place: str) -> bytes:
+    """The first bytes of a regular file. Raises Unreadable for what is none."""
+    _require_regular(path.lstat(), place)
+    descriptor = os.open(path, sum({getattr(os, flag, 0) for flag in _FLAGS}, os.O_RDONLY))
+    with os.fdopen(descriptor, "rb") as file:
+        _require_regular(os.fstat(descriptor), place)  # it may be another by now
+        return file.read(most)
+
+
 def read_file(path: Path, place: str = "") -> str:
     """The text of a regular file, in UTF-8, UTF-16 with its mark, or Windows' own code.
 
@@ -314,11 +382,7 @@ def read_file(path: Path, place: str = "") -> str:
     for what is no text.
     """
     try:
-        _require_regular(path.lstat(), place)
-        descriptor = os.open(path, sum({getattr(os, flag, 0) for flag in _FLAGS}, os.O_RDONLY))
-        with os.fdopen(descriptor, "rb") as file:
-            _require_regular(os.fstat(descriptor), place)  # it may be another by now
-            data = file.read(MOST_BYTES + 1)
+        data = _bytes_of(path, MOST_BYTES + 1, place)
     except ValueError:
         raise Unreadable("missing_file", place=place) from None
     except OSError as error:
@@ -346,8 +410,8 @@ def _require_regular(status: os.stat_result, place: str) -> None:
 def beside(name: Tree, answers: Path) -> Path:
     """The file that an answer in the file `answers` names, which lies beside it.
 
-    What Canvas and Moodle have put before its name is seen through. Raises Unreadable: path_outside for a
-    name that is a path, and not_allowed for a file of another student.
+    What platforms have put before its name is seen through. Raises Unreadable: path_outside for a name that
+    is a path, and not_allowed for a file of another student.
     """
     if not isinstance(name, str) or not name.strip():
         raise Unreadable("wrong_shape", f"read {shown(name)}, expected the name of a file", place="file")
@@ -355,12 +419,13 @@ def beside(name: Tree, answers: Path) -> Path:
     if wanted in ("", ".", "..") or not ELSEWHERE.isdisjoint(wanted):
         message = f"read {shown(name)}, expected a name without a folder"
         raise Unreadable("path_outside", message, place="file")
-    names = _names_in(answers.parent)
-    student = _student(answers.name)
-    if _owner(wanted, answers, names) not in ("", student):
+    folder = _Folder(answers.parent)
+    student = folder.owner(answers.name).label
+    if folder.owner_beside(wanted, answers.name) not in ("", student):
         raise Unreadable("not_allowed", "this file is another student's", place=shown(name))
-    if wanted not in names:
-        own = {each: submitted(each)[1] for each in names if submitted(each)[0] == student}
+    if wanted not in folder.names:
+        owners = {each: folder.owner(each) for each in folder.names}
+        own = {each: owner.own for each, owner in owners.items() if owner.platform and owner.label == student}
         same = [each for each in own if own[each] == wanted]
         same = same or [each for each in own if uncounted(own[each]) == uncounted(wanted)]
         # Of several that were handed in under one name, the last.
@@ -370,37 +435,41 @@ def beside(name: Tree, answers: Path) -> Path:
 
 def is_contested(file: Path, answers: Path) -> bool:
     """Whether the answer file of another student names a file that is nobody's by its name."""
-    names = _names_in(answers.parent)
-    if _owner(file.name, answers, names):
+    folder = _Folder(answers.parent)
+    if folder.owner_beside(file.name, answers.name):
         return False
-    named = re.compile(rf"(?<![\w.-]){re.escape(file.name)}(?![\w.-])")
-    for other in names:
-        if is_answer(other) and other != answers.name:
+    for other in folder.names:
+        if may_answer(other) and other != answers.name:
             with suppress(Unreadable):
-                if named.search(read_file(answers.parent / other)):
+                if names_file(read_file(answers.parent / other), file.name):
                     return True
     return False
 
 
-def _names_in(folder: Path) -> list[str]:
-    """The names of what lies in a folder, as far as it can be read, in any order."""
-    with suppress(OSError):
-        return os.listdir(folder)[:MOST_FILES]  # noqa: PTH208 - names are all that is needed
-    return []
+def names_file(text: str, name: str) -> bool:
+    """Whether a text holds the name of a file, and not as a part of another."""
+    return name in text and bool(re.search(rf"(?<![\w.-]){re.escape(name)}(?![\w.-])", text))
 
 
-def _student(name: str) -> str:
-    """Whose an answer file is by its name alone."""
-    return submitted(name)[0] or Path(name).stem
+class _Folder:
+    """The names of what lies in a folder, as far as it can be read, and whose they are."""
 
+    def __init__(self, folder: Path) -> None:
+        self.names: list[str] = []
+        with suppress(OSError):
+            self.names = os.listdir(folder)[:MOST_FILES]  # noqa: PTH208 - names are all that is needed
+        self._platform = platform_of(self.names)
 
-def _owner(name: str, answers: Path, names: Sequence[str]) -> str:
-    """Whose a file is by its name, among those who have answer files; empty where it is nobody's."""
-    students = {_student(each) for each in names if is_answer(each)}
-    student = submitted(name)[0]
-    if student and (student in students or submitted(answers.name)[0]):
-        return student
-    folded = name.casefold()
-    begun = [each for each in students if folded.startswith(each.casefold())]
-    begun = [each for each in begun if not folded[len(each.casefold()) :][:1].isalnum()]
-    return max(begun, key=len, default="")
+    def owner(self, name: str) -> Owner:
+        return owner_of(name, self._platform)
+
+    def owner_beside(self, name: str, answers: str) -> str:
+        """Whose a file is, by its name, among those who have answer files; empty where it is nobody's."""
+        students = {self.owner(each).label for each in self.names if may_answer(each)}
+        owner = self.owner(name)
+        if owner.platform and (owner.label in students or self.owner(answers).platform):
+            return owner.label
+        folded = name.casefold()
+        begun = [each for each in students if folded.startswith(each.casefold())]
+        begun = [each for each in begun if not folded[len(each.casefold()) :][:1].isalnum()]
+        return max(begun, key=len, default="")

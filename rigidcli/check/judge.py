@@ -258,7 +258,7 @@ def run(
             if isinstance(result, Outcome)
             else Judgement.from_bytes(result)
         )
-        yield replace(graded, student=safe_name(paper.student), source=paper.source)
+        yield replace(graded, student=safe_name(paper.student), source=paper.source, late=paper.is_late)
 
 
 def judge_file(sheets: Sequence[Mapping[str, Item]], seen: Seen, task: tuple[int, Path]) -> bytes:

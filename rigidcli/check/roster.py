@@ -1,4 +1,4 @@
-"""Whose a hand-in is, and the tables of instructors: lists of students, and scores by a person."""
+"""Who the students are: lists and gradebooks of instructors, whom a name means, and scores by a person."""
 
 from __future__ import annotations
 
@@ -8,42 +8,66 @@ import os
 import re
 import unicodedata
 from collections import Counter, defaultdict
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
-from itertools import takewhile
+from itertools import combinations
 from pathlib import Path
 from typing import TypeAlias
 
 from rigidcli.check.answers import folded
-from rigidcli.check.base import MISSING, Judgement, Outcome, Unreadable
-from rigidcli.check.files import CANVAS, MOODLE, Batch, Place, is_answer, listed, noted, submitted, uncounted
+from rigidcli.check.base import Judgement, Outcome
+from rigidcli.check.files import Owner, noted
 from rigidcli.errors import DocumentError, Problem, nearest, printable, shown
-from rigidcli.fields.texts import ending, read_text
+from rigidcli.fields.texts import read_text
 
 NAMES = ("Student", "LastName", "FirstName")
 """The columns of a student's name, in one or in two."""
 
-LOGINS = ("SIS Login ID", "SIS User ID", "ID")
-"""The columns of what the school, and Canvas, call a student."""
+LOGINS = ("SIS Login ID", "SIS User ID", "ID", "Identifier")
+"""The columns of what the school, the platform, and its lists call a student."""
 
 SPELLINGS = {
-    "Student": ("student", "name", "fullname", "studentname"),
-    "LastName": ("lastname", "surname", "familyname"),
-    "FirstName": ("firstname", "givenname"),
-    "SIS Login ID": ("sisloginid", "login", "loginid", "username", "netid", "email", "emailaddress"),
-    "SIS User ID": ("sisuserid", "sid", "studentid", "idnumber"),
-    "ID": ("id",),
+    "Student": "student name fullname studentname displayname teilnehmer studierende vollstandigername "
+    "vollername vorundnachname namevorname etudiant nomcomplet nometprenom nomprenom alumno estudiante "
+    "nombrecompleto nombreyapellidos apellidosynombre nome nomecompleto",
+    "LastName": "lastname surname familyname last nachname familienname zuname nom nomdefamille apellido "
+    "apellidos cognome",
+    "FirstName": "firstname givenname forename first vorname rufname prenom nombre nombres",
+    "SIS Login ID": "sisloginid login loginid loginname username user netid uid mail email emailaddress "
+    "githubusername githublogin github gitlab gitlabusername benutzername benutzer nutzername anmeldename "
+    "kennung benutzerkennung emailadresse nomdutilisateur identifiant courriel adressedecourriel "
+    "adresseemail adresseelectronique nombredeusuario usuario correo correoelectronico "
+    "direcciondecorreo displayid",
+    "SIS User ID": "sisuserid sid studentid studentnumber idnumber orgdefinedid matrikelnummer matrikel "
+    "matriculationnumber matriculation idnummer numeroetudiant numerodidentification numerodealumno",
+    "ID": "id",
+    "Identifier": "identifier participant teilnehmerin participante",
 }
-"""The letters of these columns in other lists of students, such as those of Moodle and Gradescope."""
+"""The letters of these columns in other lists of students: English, German, French, Spanish, Italian."""
 
 TEST_STUDENT = "Student, Test"
 """The student that Canvas adds to every course, who is nobody."""
 
-TABLES = frozenset([".csv", ".tsv", ".npy"])
-"""Endings of files that answers name: one that lies beside answer files is no hand-in by itself."""
+FEW_ROWS = 6
+"""Rows in which the head of a list is looked for: Sakai has the title of the assignment above it."""
 
-_STUDENT = re.compile(r"(?P<name>.+)_(?P<id>[0-9]+)")
+FEWEST_DIGITS = 4
+"""Digits of a number that means a student within a longer name: shorter ones count days and weeks."""
+
+SILENT = frozenset(
+    """hw homework answer answers assignment assignments solution solutions sheet exercise exercises problem
+    set week task lab submission submissions final new copy late group blatt aufgabe abgabe hausaufgabe
+    loesung losung ubung uebung devoir reponses tarea respuestas""".split()  # noqa: SIM905 - rows of words
+)
+"""Words in names of files that name nobody."""
+
 _WORD = re.compile(r"[^\W_]+")
+_NUMBERED = re.compile(r"\D+?([0-9]+)")
+"""What Moodle's grading worksheet calls a student: `Participant 5008`."""
+
+
+Cells: TypeAlias = Sequence[tuple[str, str]]
+"""What a list says of a student: names of columns, of which several may be alike, with what they hold."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -54,126 +78,10 @@ class Paper:
     file: Path | None = None
     source: str = ""
     outcome: Outcome | None = None
+    is_late: bool = False
 
 
-def papers(batch: Batch, roster: Roster | None = None) -> tuple[list[Paper], list[str]]:
-    """The hand-in of every student, also of those on the roster without one; and notes on who is who."""
-    names: dict[str, str] = {}
-    answers, others = defaultdict[str, list[Place]](list), defaultdict[str, list[Place]](list)
-    notes, unknown, doubtful = list[str](), list[str](), list[str]()
-    everything, judged = [*batch.answers, *batch.others], set(batch.answers)
-    named = _students(everything) if roster is None else _named(everything, roster)
-    for place, plain in zip(everything, named, strict=True):
-        is_judged = place in judged
-        for name in place.owners or (plain,):
-            keys = set[int]() if roster is None else roster.find(name)
-            student = roster.labels[min(keys)] if roster is not None and len(keys) == 1 else name
-            if roster is not None and is_judged and len(keys) != 1:
-                (doubtful if keys else unknown).append(name)
-            names.setdefault(folded(student), student)
-            (answers if is_judged else others)[folded(student)].append(place)
-    notes += noted("not found in the roster", unknown)
-    notes += noted("more than one student of the roster may be meant by", doubtful)
-    rows, double = list[Paper](), list[str]()
-    for key, student in names.items():
-        last, earlier = _latest(answers[key])
-        notes += noted(f"handed in again by {printable(student)}, and the earlier left out", earlier)
-        # A table beside answer files is one that they name; any other file is a hand-in, such as a pdf.
-        files = [(each, each.file.name) for each in others[key]]
-        scans = [name for each, name in files if each.way or submitted(name)[0] or ending(name) not in TABLES]
-        if len(last) == 1:
-            rows.append(Paper(student, last[0].file, last[0].source))
-        elif last:
-            double.append(student)
-            detail = f"{len(last)} answer files are this student's: {listed([each.source for each in last])}"
-            rows.append(Paper(student, outcome=Unreadable("duplicate_key", detail).outcome))
-        elif scans:
-            detail = f"read {listed(scans)}, which is no answer file"
-            rows.append(Paper(student, outcome=Outcome.review(detail)))
-    notes += noted("more than one answer file, and none of them judged", double)
-    if roster is not None:
-        given = {folded(paper.student) for paper in rows}
-        lacking = (label for label in roster.labels.values() if folded(label) not in given)
-        rows += [Paper(label, outcome=MISSING) for label in lacking]
-    return rows, notes
-
-
-def _latest(places: Sequence[Place]) -> tuple[list[Place], list[str]]:
-    """The last of copies that differ in Canvas' number or LATE only, and the names of the earlier ones."""
-    forms = [CANVAS.fullmatch(place.file.name) for place in places]
-    numbered = [(int(form["number"]), place) for form, place in zip(forms, places, strict=True) if form]
-    names = {uncounted(form["own"]) for form in forms if form}
-    if not places or len(numbered) < len(places) or len(names) > 1 or len({each.way for each in places}) > 1:
-        return list(places), []
-    *earlier, (_, last) = sorted(numbered, key=lambda each: each[0])
-    return [last], [place.file.name for _, place in earlier]
-
-
-# --- by folders and names of files
-
-
-def _students(places: Sequence[Place]) -> list[str]:
-    """The student of each place: the first folder that tells hand-ins apart, or the name of the file.
-
-    A student chooses the names within the own folder only, and so a folder comes before what is in it.
-    """
-    ways: dict[int, list[tuple[str, ...]]] = defaultdict(list)
-    for place in places:
-        ways[place.root].append(place.way)
-    shared = {root: _shared(below) for root, below in ways.items()}
-    held = {(place.root, place.way) for place in places if is_answer(place.file.name)}
-    # Where an answer file lies in the one folder that all share, or nothing lies deeper, it is a student's.
-    own = {
-        root: bool(common) and ((root, common) in held or not any(way > common for way in ways[root]))
-        for root, common in shared.items()
-    }
-    stems = [CANVAS.fullmatch(place.file.stem) for place in places]
-    numbers = Counter(stem["number"] for stem in stems if stem)
-    students = []
-    for place, stem in zip(places, stems, strict=True):
-        common = shared[place.root]
-        level = len(common) - own[place.root]
-        if len(place.way) > level:
-            platform = (submitted(folder, (MOODLE,))[0] for folder in place.way[: level + 1])
-            students.append(next(filter(None, platform), place.way[level]))
-        else:
-            # Numbers of files differ, while `hw_10_3_ada` and `hw_10_3_bob` are no names by Canvas.
-            is_alike = stem is not None and numbers[stem["number"]] > 1
-            name = "" if is_alike else submitted(place.file.stem)[0]
-            students.append(name or place.file.stem)
-    return students
-
-
-def _named(places: Sequence[Place], roster: Roster) -> list[str]:
-    """The name of each place that a roster is asked for: that of a folder, or of the file.
-
-    Of the folders of each of ANSWERS, the first level decides that has the name of a student or the form of a
-    platform. A student chooses the names of what lies deeper, and could take the place of another by them.
-    Where no folder has, the names of files decide; and where these are unknown, too, the list is no help.
-    """
-    names = [tuple(submitted(folder, (MOODLE,))[0] or folder for folder in place.way) for place in places]
-    levels: dict[int, int] = {}
-    for place, folders in zip(places, names, strict=True):
-        for level, (folder, name) in enumerate(zip(place.way, folders, strict=True)):
-            if folder != name or roster.find(name):
-                levels[place.root] = min(level, levels.get(place.root, level))
-    named = []
-    for place, folders, plain in zip(places, names, _students(places), strict=True):
-        if (level := levels.get(place.root, len(folders))) < len(folders):
-            named.append(folders[level])
-        else:
-            is_plain = place.root not in levels and not roster.find(place.file.stem)
-            named.append(plain if is_plain else place.file.stem)
-    return named
-
-
-def _shared(ways: Sequence[tuple[str, ...]]) -> tuple[str, ...]:
-    """The folders that all ways into folders begin with."""
-    levels = takewhile(lambda level: len(set(level)) == 1, zip(*filter(None, ways), strict=False))
-    return tuple(level[0] for level in levels)
-
-
-# --- by a list of students
+# --- lists of students
 
 
 def read_table(path: str | os.PathLike[str]) -> tuple[list[str], list[list[str]]]:
@@ -196,20 +104,30 @@ def points_in(cell: str) -> float | None:
         return None
 
 
+def columns_of(head: Sequence[str]) -> list[str]:
+    """What the columns of a list are by their names; empty for any other."""
+    named = {spelling: column for column, all in SPELLINGS.items() for spelling in all.split()}
+    columns = [named.get("".join(words_of(cell)), "") for cell in head]
+    if columns.count("Student") > 1:  # `student,name`: the first is a login
+        columns[columns.index("Student")] = "SIS Login ID"
+    return columns
+
+
 def read_roster(path: str | os.PathLike[str]) -> Roster:
     """The students of a table in a file, one a row, with columns of SPELLINGS. Raises DocumentError."""
-    header, rows = read_table(path)
-    columns_by_spelling = {spelling: column for column, all in SPELLINGS.items() for spelling in all}
-    columns = [columns_by_spelling.get("".join(_words(name)), "") for name in header]
-    if not any(columns):
+    first, rest = read_table(path)
+    rows = [first, *rest]
+    heads = list(map(columns_of, rows[:FEW_ROWS]))
+    above = next((number for number, columns in enumerate(heads) if any(columns)), None)
+    if above is None:
         source = os.fsencode(path).decode(errors="backslashreplace")
         hint = "its first line names columns such as `name`, `login` and `id`"
         raise DocumentError([Problem(source, "read no list of students", 1, hint=hint)])
     return Roster(
         {
-            number: [(column, cell) for column, cell in zip(columns, row, strict=False) if column]
-            for number, row in enumerate(rows)
-            if row and "Points Possible" not in row[0]
+            number: [(column, cell) for column, cell in zip(heads[above], row, strict=False) if column]
+            for number, row in enumerate(rest)
+            if number >= above and row and "Points Possible" not in row[0]
         }
     )
 
@@ -217,57 +135,130 @@ def read_roster(path: str | os.PathLike[str]) -> Roster:
 class Roster:
     """The students of a list, or of a gradebook, by all that a name in a download may say of one."""
 
-    def __init__(self, students: Mapping[int, Sequence[tuple[str, str]]]) -> None:
+    def __init__(self, students: Mapping[int, Cells]) -> None:
         """The cells about each student, with the names of their columns, of which several may be alike."""
         self.labels: dict[int, str] = {}
+        self.aliases: dict[str, list[str]] = {}
         self._names: dict[int, str] = {}
         self._meant: dict[str, set[int]] = defaultdict(set)
+        self._logins: dict[tuple[str, ...], set[int]] = defaultdict(set)
+        self._called: dict[str, set[tuple[frozenset[str], int]]] = defaultdict(set)
+        self._glued: dict[str, set[int]] = defaultdict(set)
+        self._own: dict[int, set[str]] = defaultdict(set)
+        self._numbers: dict[str, dict[str, int]] = {"canvas": {}, "moodle": {}, "brightspace": {}}
         for key, raw in students.items():
-            cells = [(column, printable(cell.strip())) for column, cell in raw if cell.strip()]
-            parts = dict(reversed(cells))
-            name = parts.get("Student") or ", ".join(filter(None, map(parts.get, NAMES[1:])))
+            cells = [(column, cell) for column, text in raw if (cell := printable(text.strip()).lstrip("#"))]
+            name = _full_name(dict(reversed(cells)))
             if name == TEST_STUDENT or not cells:
                 continue
-            logins = [cell for kind in LOGINS for column, cell in cells if column == kind]
-            self._names[key], self.labels[key] = name, next(iter(logins), name)
+            self._names[key] = name
+            logins = list(dict.fromkeys(cell for kind in LOGINS for column, cell in cells if column == kind))
+            self.labels[key] = next(iter(logins), name)
+            for column, cell in cells:
+                if column in ("Identifier", "ID") and (numbered := _NUMBERED.fullmatch(cell)):
+                    self._numbers["moodle"][numbered[1]] = key
+                elif column in ("ID", "SIS User ID"):
+                    self._numbers["canvas" if column == "ID" else "brightspace"][cell] = key
             for login in logins:
-                self._meant[login.casefold()].add(key)
-                self._meant[login.casefold().partition("@")[0]].add(key)
-            for spelling in _spellings(name):
-                self._meant[spelling].add(key)
+                for spelled in {login, login.partition("@")[0]}:
+                    self._meant[spelled.casefold()].add(key)
+                    self._logins[tuple(words_of(spelled))].add(key)
+                    self._own[key] |= {*words_of(spelled)}
+            for words in _spellings(name):
+                self._own[key] |= {*words}
+                self._meant[" ".join(sorted(words))].add(key)
+                self._called[max(words, key=len)].add((frozenset(words), key))
+                for turn in range(len(words)):
+                    self._glued["".join([*words[turn:], *words[:turn]])].add(key)
         alike = Counter(self._names.values())
         self.labels |= {key: name for key, name in self._names.items() if name and alike[name] == 1}
+        often = Counter(map(folded, self.labels.values()))
+        for key, label in self.labels.items():
+            if often[folded(label)] > 1:
+                self.labels[key] = f"{label} (row {key + 2})"
+        for key, label in self.labels.items():
+            logins = [text.strip().lstrip("#") for column, text in students[key] if column in LOGINS]
+            self.aliases[label] = [*filter(None, logins), self._names[key]]
 
     @property
     def students(self) -> dict[str, str]:
         """The name of each student in the list, by the label that results have."""
         return {label: self._names[key] or label for key, label in self.labels.items()}
 
-    def find(self, name: str) -> set[int]:
-        """The students that a name may mean, by the first way that leads to any."""
-        if keys := self._meant.get(name.casefold()) or self._meant.get(_sorted(name)):
-            return keys
-        joined = submitted(name)[0]
-        match = _STUDENT.fullmatch(joined or name)
-        if match is None:
-            return set()
-        numbered, called = (self._meant.get(key, set()) for key in (match["id"], _sorted(match["name"])))
-        if not called and not joined:
-            return set()  # any name may end in a number
-        # The number may be another's, of Moodle: a name that does not fit it leaves the student in doubt.
-        return numbered & called or numbered | called
+    def find(self, owner: Owner | str, common: Collection[str] = ()) -> set[int]:
+        """The students whom a name may mean.
 
-    def match(self, students: Sequence[str]) -> tuple[dict[int, int], list[str]]:
-        """The place among `students` of each row of a gradebook, and notes on those without one."""
+        A name, login or number is found whole, else as words within. Of words within other words that mean
+        somebody, only the longer ones count. A single word that is `common` to all names beside this one
+        tells nobody apart. The number that a platform adds counts only if it is of the list's own kind.
+        """
+        if isinstance(owner, str):
+            owner = Owner(owner, owner)
+        text = owner.name
+        words = words_of(text)
+        glued = "".join(words)
+        keys = self._meant.get(text.casefold()) or self._meant.get(" ".join(sorted(words))) or set()
+        keys = keys or self._within(words, common)
+        numbered = self._numbers.get(owner.platform, {}).get(owner.number)
+        if numbered is None:
+            return keys
+        # An `id` of another list may be that number by chance: the names must have something in common.
+        shares = any(word in glued for word in words_of(self._names[numbered]))
+        if owner.platform != "moodle" and not shares:
+            return keys
+        return {numbered} & keys or {numbered} | keys
+
+    def _within(self, words: Sequence[str], common: Collection[str]) -> set[int]:
+        """The students whose names, logins or numbers stand among words."""
+        found: dict[frozenset[str], set[int]] = defaultdict(set)
+        numbers = set[int]()
+        for begin, end in combinations(range(len(words) + 1), 2):
+            run = tuple(words[begin:end])
+            if len(run) == 1 and run[0].isdecimal():
+                if run[0] not in common and (len(run[0]) >= FEWEST_DIGITS or {*words} - {*common} == {*run}):
+                    numbers |= self._logins.get(run, set())
+            elif keys := self._logins.get(run, set()) | self._glued.get("".join(run), set()):
+                found[frozenset(run)] |= keys
+        for word in words:
+            for used, key in self._called.get(word, ()):
+                if used <= {*words}:
+                    found[used].add(key)
+        silent = {*common, *SILENT}
+        for used in [each for each in found if len(each) == 1]:
+            (word,) = used
+            # It may be the first name of somebody else: all other words must be silent, or the student's.
+            own = {other for key in found[used] for other in self._own[key]}
+            others = {other for other in words if other.isalpha()} - silent - own - used
+            if word in common or (word.isalpha() and others):
+                del found[used]
+        longest = [keys for used, keys in found.items() if not any(used < other for other in found)]
+        named = set.intersection(*longest) or set.union(*longest) if longest else set[int]()
+        return named if len(named) == 1 else named & numbers or named or numbers
+
+    def first(self, names: Sequence[str]) -> set[int]:
+        """The students whom the first of several names means that means one student, or else any."""
+        means = [self.find(name) for name in names]
+        return next((keys for keys in means if len(keys) == 1), max(means, key=len))
+
+    def one(self, name: str) -> str:
+        """The label of the one student whom a name means, or the name as it is."""
+        keys = self.find(name)
+        return self.labels[min(keys)] if len(keys) == 1 else name
+
+    def match(self, students: Sequence[Sequence[str]]) -> tuple[dict[int, int], list[str]]:
+        """The place among `students` of each row of a gradebook, and notes on those without one.
+
+        A student is called by a label, and by other names; the first of them that means one student counts.
+        """
         places: dict[int, list[int]] = defaultdict(list)
         unknown, doubtful = list[str](), list[str]()
-        for place, name in enumerate(students):
-            keys = self.find(name)
+        for place, (label, *names) in enumerate(students):
+            keys = self.first([label, *names])
             if len(keys) == 1:
                 places[min(keys)].append(place)
             else:
-                (doubtful if keys else unknown).append(name)
-        several = [students[place] for rows in places.values() if len(rows) > 1 for place in rows]
+                (doubtful if keys else unknown).append(label)
+        several = [students[place][0] for rows in places.values() if len(rows) > 1 for place in rows]
         absent = [name for key, name in self._names.items() if key not in places]
         notes = noted("not found in the gradebook", unknown)
         notes += noted("more than one student of the gradebook may be meant by", doubtful)
@@ -276,22 +267,61 @@ class Roster:
         return {key: own[0] for key, own in places.items() if len(own) == 1}, notes
 
 
-def _words(name: str) -> list[str]:
-    """The words of a name in small letters without accents."""
-    plain = unicodedata.normalize("NFKD", re.sub("['’]", "", name)).casefold()
-    return _WORD.findall("".join(char for char in plain if not unicodedata.combining(char)))
+def _full_name(cells: Mapping[str, str]) -> str:
+    """The name of a student, whose last name a list may call the name; or else the identifier."""
+    last, first = cells.get("LastName", ""), cells.get("FirstName", "")
+    name = cells.get("Student", "")
+    if name and not last and not {*words_of(first)} <= {*words_of(name)}:
+        last, name = name, ""
+    identifier = cells.get("Identifier", "")
+    return (
+        name
+        or ", ".join(filter(None, [last, first]))
+        or ("" if re.search("[0-9@]", identifier) else identifier)
+    )
 
 
-def _sorted(name: str) -> str:
-    """The words of a name in the order of the alphabet."""
-    return " ".join(sorted(_words(name)))
+_TRANSCRIBED = str.maketrans(
+    {
+        "ä": "ae",
+        "ö": "oe",
+        "ü": "ue",
+        "ø": "oe",
+        "å": "aa",
+        "æ": "ae",
+        "œ": "oe",
+        "ł": "l",
+        "đ": "d",
+        "ð": "d",
+        "þ": "th",
+        "ı": "i",
+    }
+)
+"""Letters as people write them who have no such keys; an accent is left away otherwise."""
+
+_PLAIN = str.maketrans(
+    {"ø": "o", "å": "a", "æ": "ae", "œ": "oe", "ł": "l", "đ": "d", "ð": "d", "þ": "th", "ı": "i"}
+)
+"""Letters that Unicode does not take apart into a letter and an accent."""
+
+_APOSTROPHES = re.compile("['’ʼ`´‘]")
 
 
-def _spellings(name: str) -> set[str]:
-    """A name as its words in any order, and written as one word with either name first."""
-    last, _, first = name.partition(",")
-    both = ["".join(_words(part)) for part in (last, first)]
-    return {_sorted(name), "".join(both), "".join(reversed(both))} - {""}
+def words_of(name: str) -> list[str]:
+    """The words of a name in small letters without accents, and numbers without leading zeros."""
+    plain = unicodedata.normalize("NFKD", _APOSTROPHES.sub("", name)).casefold().translate(_PLAIN)
+    words = _WORD.findall("".join(char for char in plain if not unicodedata.combining(char)))
+    return [word.lstrip("0") or "0" if word.isdecimal() else word for word in words]
+
+
+def _spellings(name: str) -> set[tuple[str, ...]]:
+    """The ways to write a name: with transcribed umlauts, each part as one word, and all in one."""
+    transcribed = unicodedata.normalize("NFC", name).casefold().translate(_TRANSCRIBED)
+    found = set[tuple[str, ...]]()
+    for text in (name, transcribed, _APOSTROPHES.sub(" ", name)):
+        words, parts = words_of(text), ["".join(words_of(part)) for part in text.split(",")]
+        found |= {tuple(words), tuple(filter(None, parts))}
+    return found - {()}
 
 
 # --- scores that a person has given
@@ -316,8 +346,13 @@ def overridden(judgements: Iterable[Judgement], scores: Scores, notes: list[str]
     notes += noted("nobody of this name has a row, and the override is left out", list(unknown.values()))
 
 
-def read_overrides(path: str | os.PathLike[str], worth: Mapping[str, float]) -> Scores:
-    """The overrides in a file, of questions that are `worth` points. Raises DocumentError."""
+def read_overrides(
+    path: str | os.PathLike[str], worth: Mapping[str, float], roster: Roster | None = None
+) -> Scores:
+    """The overrides in a file, of questions that are `worth` points; a roster knows all names of a student.
+
+    Raises DocumentError.
+    """
     source = os.fsencode(path).decode(errors="backslashreplace")
     head, rows = read_table(path)
     heads = list(map(folded, head))
@@ -331,6 +366,7 @@ def read_overrides(path: str | os.PathLike[str], worth: Mapping[str, float]) -> 
             continue
         cells = dict(zip(heads, row, strict=False))
         student, question, score, reason = (cells.get(name, "").strip() for name in COLUMNS)
+        student = student if roster is None else roster.one(student)
         whole, points = most.get(folded(question)), points_in(score)
         if whole is None:
             near = nearest(question, list(worth))

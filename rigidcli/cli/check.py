@@ -4,7 +4,7 @@
 
 import os
 import tempfile
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from enum import StrEnum
 from functools import partial
 from pathlib import Path
@@ -27,6 +27,7 @@ if TYPE_CHECKING:
     from rigidcli.document.document import Document
     from rigidcli.report import Report
 
+    Fill: TypeAlias = Callable[[Iterator[Judgement], Mapping[str, Sequence[str]]], tuple[str, Sequence[str]]]
     View: TypeAlias = Callable[[Iterator[Judgement], Style], Iterator[str]]
 
 NOT_CORRECT = 1
@@ -41,12 +42,14 @@ TABULAR = {
     "--items": ("table", "json", "csv"),
     "--regrade": ("table",),
     "--canvas": ("table", "csv"),
+    "--moodle": ("table", "csv"),
+    "--wide": ("table", "csv"),
     "--selftest": ("table",),
     "--sheets": ("table", "html", "csv"),
 }
 """The formats of each option that prints something else than judgements.
 
-A gradebook is csv in both of its formats; sheets are pages in html, unless csv is asked for.
+Gradebooks and wide rows are csv in both of their formats; sheets are pages in html, unless csv is asked for.
 """
 
 
@@ -63,7 +66,9 @@ def _file(name: str, metavar: str, help: str) -> Any:
 LEVELS = "How much students read; reference values only in full."
 ITEMS = "What the class made of each question, instead of each student."
 OLD = "What changes in a run that `-f json` has written."
+MOODLE = "Fill a grading worksheet that Moodle has exported."
 COLUMN = "The column of the gradebook, if not named like the assignment."
+WIDE = "A row of csv for each student, with a column for each question."
 OVERRIDES = "A person's scores over these: student,question,score,reason."
 KEYS = "Show each key, judge it, and list the mistakes that are named."
 
@@ -75,6 +80,8 @@ Regrade = Annotated[str | None, _file("--regrade", "OLD.json", OLD)]
 Canvas = Annotated[
     str | None, _file("--canvas", "EXPORTED.csv", "Fill a gradebook that Canvas has exported.")
 ]
+Moodle = Annotated[str | None, _file("--moodle", "WORKSHEET.csv", MOODLE)]
+Wide = Annotated[bool, typer.Option("--wide", help=WIDE)]
 Column = Annotated[str | None, _file("--column", "NAME", COLUMN)]
 Roster = Annotated[str | None, _file("--roster", "FILE.csv", "Who the students are; all of them get a row.")]
 Overrides = Annotated[str | None, _file("--overrides", "FILE.csv", OVERRIDES)]
@@ -97,6 +104,8 @@ def check(
     items: Items = False,
     regrade: Regrade = None,
     canvas: Canvas = None,
+    moodle: Moodle = None,
+    wide: Wide = False,
     column: Column = None,
     roster: Roster = None,
     overrides: Overrides = None,
@@ -111,8 +120,9 @@ def check(
     Example: rigidcli check homework.yaml answers/ -f csv -o scores.csv
     """
     answers, lists = listed(answers or ())
-    chosen = {"--items": items, "--regrade": regrade, "--canvas": canvas, "--selftest": selftest}
-    views = [option for option, given in (chosen | {"--sheets": sheets}).items() if given]
+    chosen = {"--items": items, "--regrade": regrade, "--canvas": canvas, "--moodle": moodle, "--wide": wide}
+    chosen |= {"--selftest": selftest, "--sheets": sheets}
+    views = [option for option, given in chosen.items() if given]
     if len(views) > 1:
         raise typer.BadParameter(f"{' and '.join(views)} exclude each other")
     alone = next((option for option in views if option in ("--selftest", "--sheets")), None)
@@ -133,8 +143,9 @@ def check(
             raise typer.BadParameter(
                 "--sheets are pages: name a folder for them, as in `-o sheets/`; or -f csv"
             )
-    if column is not None and canvas is None:
-        raise typer.BadParameter("--column is for --canvas")
+    book = canvas or moodle
+    if column is not None and book is None:
+        raise typer.BadParameter("--column is for --canvas and --moodle")
     failures = Failures()
     if alone:
         with failures.of(assignment), _target(format, output, Feedback.hint) as target:
@@ -146,7 +157,7 @@ def check(
         _target(format, output, feedback) as target,
         tempfile.TemporaryDirectory(prefix="rigidcli-") as scratch,
     ):
-        from rigidcli.check import files
+        from rigidcli.check import files, hand_ins
         from rigidcli.check import roster as students
         from rigidcli.check.assignment import prepare
         from rigidcli.check.base import MISSING
@@ -154,32 +165,44 @@ def check(
         from rigidcli.check.reports import Style
 
         prepared = prepare(assignment, studies(steps))
-        target.protect(*prepared.files, *filter(None, (regrade, canvas, roster, overrides)), *lists)
+        target.protect(*prepared.files, *filter(None, (regrade, book, roster, overrides)), *lists)
         for note in () if quiet else prepared.notes:
             complain(str(note))
         width, colour = target.terminal()
-        style = Style(feedback, not no_header, width, colour)
         remarks = list[str]()
         remark = partial(_remark, quiet, remarks)
-        view = view_of(format, items, regrade, canvas, column or prepared.title, quiet)
+        view = view_of(format, items, regrade, wide)
+        fill = gradebook(book, moodle is not None, column, prepared.title) if book else None
         batch = files.gather(answers, assignment, Path(scratch))
-        target.protect(*(place.file for place in batch.answers))
-        class_list = None if roster is None else students.read_roster(roster)
-        person = None if overrides is None else students.read_overrides(overrides, prepared.worth)
-        papers, notes = students.papers(batch, class_list)
-        # Gradescope waits for a result of those, too, who have handed in nothing.
-        unhanded = format is CheckFormat.gradescope and not papers
+        target.protect(*(place.file for place in batch.places))
+        # A gradebook is a list of students, too.
+        class_list = students.read_roster(listing) if (listing := roster or book) else None
+        person = None if overrides is None else students.read_overrides(overrides, prepared.worth, class_list)
+        # Gradescope runs this for one student, and waits for a result of those, too, who hand in nothing.
+        is_single = format is CheckFormat.gradescope
+        papers, notes, others = hand_ins.papers(
+            batch,
+            None if is_single else class_list,
+            prepared.questions,
+            jobs,
+            one=Path(answers[0]).absolute().stem if is_single else "",
+            listing="roster" if roster else "gradebook",
+        )
+        unhanded = is_single and not papers
         if unhanded:
-            papers = [students.Paper(Path(answers[0]).stem, outcome=MISSING)]
+            papers = [students.Paper(Path(answers[0]).absolute().stem, outcome=MISSING)]
+        style = Style(feedback, not no_header, width, colour, any(paper.is_late for paper in papers))
         for problem in batch.problems:
             complain(str(problem))
             remarks.append(str(problem))
             failures.code = max(failures.code, NOT_CORRECT if unhanded else UsageError.exit_code)
-        if canvas is not None and not batch.is_whole:
-            raise UsageError("not all of ANSWERS can be read, and the gradebook is not filled")
+        if book and fill and class_list:
+            if not batch.is_whole:
+                raise UsageError("not all of ANSWERS can be read, and the gradebook is not filled")
+            view = partial(filled, book, fill, class_list.aliases, notes, quiet)
         if not papers and not batch.problems:
             raise UsageError("there is no hand-in in ANSWERS", hint="; ".join(notes) or None)
-        remark(roster or prepared.source, notes)
+        remark(listing or prepared.source, notes)
         with progress() as show:
             papers, own, said = prepared.for_students(papers, class_list, show)
             remark(prepared.source, said)
@@ -189,7 +212,7 @@ def check(
             late = list[str]()
             if person is not None:
                 judgements = students.overridden(judgements, person, late)
-            judged = noted(judgements, batch.others, prepared.source, failures, remark, target)
+            judged = noted(judgements, others, prepared.source, failures, remark, target)
             for piece in view(judged, style):
                 target.write(piece)
             remark(overrides or "", late)
@@ -314,9 +337,7 @@ def noted(
     remark(source, unnamed(others, named))
 
 
-def view_of(
-    format: CheckFormat, items: bool, regrade: str | None, canvas: str | None, column: str, quiet: bool
-) -> "View":
+def view_of(format: CheckFormat, items: bool, regrade: str | None, wide: bool) -> "View":
     """The function that turns judgements into text; other files that it needs are read at once."""
     if items:
         from rigidcli.check.reports import items as report
@@ -330,19 +351,30 @@ def view_of(
         from rigidcli.check.reports.items import changes, run_of
 
         return partial(changes, run_of(regrade))
-    if canvas is not None:
-        from rigidcli.check.reports import canvas as gradebook
-        from rigidcli.check.reports import read
+    from rigidcli.check.reports import formats
 
-        text, source = read(canvas)
+    return formats.wide if wide else partial(formats.render, format)
 
-        def fill(judgements: "Iterator[Judgement]", style: "Style") -> Iterator[str]:
-            # Who has handed in nothing gets no score.
-            filled = gradebook.fill(text, (each for each in judgements if each.source), column)
-            tell_notes(source, filled.notes, quiet)
-            yield filled.text
 
-        return fill
-    from rigidcli.check.reports.formats import render
+def gradebook(path: str, is_moodle: bool, column: str | None, title: str) -> "Fill":
+    """The function that fills a gradebook, which is read at once. Raises RigidError."""
+    from rigidcli.check.reports import gradebooks, read
 
-    return partial(render, format)
+    text, _ = read(path)
+    book = gradebooks.moodle(text, column) if is_moodle else gradebooks.canvas(text, column or title)
+    return partial(gradebooks.fill, book)
+
+
+def filled(
+    path: str,
+    fill: "Fill",
+    aliases: "Mapping[str, Sequence[str]]",
+    told: Sequence[str],
+    quiet: bool,
+    judgements: "Iterator[Judgement]",
+    style: "Style",
+) -> Iterator[str]:
+    """The text of a gradebook with the scores of all who have handed in; its notes are printed."""
+    text, notes = fill((each for each in judgements if each.source), aliases)
+    tell_notes(path, [note for note in notes if note not in told], quiet)
+    yield text

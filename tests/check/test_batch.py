@@ -25,9 +25,10 @@ import pytest
 from rigidcli.check import workers
 from rigidcli.check.base import Judgement, Outcome, Tree, sentence
 from rigidcli.check.files import MOST_BYTES, gather
+from rigidcli.check.hand_ins import papers
 from rigidcli.check.judge import Item, run
 from rigidcli.check.kinds import KINDS
-from rigidcli.check.roster import Paper, papers
+from rigidcli.check.roster import Paper
 from rigidcli.errors import ComputationError
 from rigidcli.sandbox import Limits
 from tests.check.asking import asked
@@ -66,7 +67,7 @@ def verdicts(judgement: Judgement) -> list[str]:
 def handed(folder: Path) -> list[Paper]:
     gathered = gather([str(folder)], None, folder / "no scratch")
     assert gathered.problems == []
-    return papers(gathered)[0]
+    return papers(gathered).papers
 
 
 def by_student(folder: Path, **options: Any) -> dict[str, Judgement]:
@@ -194,7 +195,7 @@ def test_honest_rows_of_a_hostile_batch(hostile: Path) -> None:
 
 def test_strange_names_are_harmless(hostile: Path) -> None:
     names = [os.fsdecode(os.fsencode(hostile) + b"/" + name) for name in STRANGE_NAMES]
-    judgements = list(run(ITEMS, papers(gather(names, None, hostile / "no scratch"))[0]))
+    judgements = list(run(ITEMS, papers(gather(names, None, hostile / "no scratch")).papers))
     for judgement in judgements:
         assert verdicts(judgement) == ["correct", "incorrect"]
         for text in (judgement.student, judgement.source):

@@ -11,8 +11,9 @@ from pathlib import Path
 import pytest
 
 from rigidcli.check.base import Unreadable
-from rigidcli.check.files import MOST_BYTES, Batch, beside, gather, is_contested, read_file
-from rigidcli.check.roster import Paper, Roster, papers, read_roster
+from rigidcli.check.files import MOST_BYTES, Batch, beside, gather, is_answer, is_contested, read_file
+from rigidcli.check.hand_ins import papers
+from rigidcli.check.roster import Paper, Roster, read_roster
 from rigidcli.errors import DocumentError
 
 MOODLE = "assignsubmission_file"
@@ -23,7 +24,7 @@ def made(folder: Path, *names: str) -> Path:
     for name in names:
         file = folder / name
         file.parent.mkdir(parents=True, exist_ok=True)
-        file.write_text("answers: {}")
+        file.write_text("%PDF" if name.endswith(".pdf") else f"answers: {{a: '{name}'}}")
     return folder
 
 
@@ -35,8 +36,12 @@ def found(folder: Path, *given: str) -> Batch:
 
 def owners(folder: Path, *given: str, roster: Roster | None = None) -> dict[str, str]:
     """Students with what is judged: the name of a file, or the code or verdict of what is not judged."""
-    rows, _ = papers(found(folder, *given), roster)
-    return {row.student: _told(row) for row in rows}
+    return {row.student: _told(row) for row in papers(found(folder, *given), roster).papers}
+
+
+def answers(batch: Batch) -> list[str]:
+    """The names of files that have the name of an answer file."""
+    return [place.file.name for place in batch.places if is_answer(place.file.name)]
 
 
 def _told(row: Paper) -> str:
@@ -113,7 +118,7 @@ def test_a_file_that_is_given_twice_counts_once(tmp_path: Path, monkeypatch: pyt
     monkeypatch.chdir(made(tmp_path, "ada.yaml"))
     given = ["ada.yaml", ".", str(tmp_path), f"../{tmp_path.name}/ada.yaml"]
     gathered = gather(given, None, tmp_path / ".scratch")
-    assert [place.file.name for place in gathered.answers] == ["ada.yaml"]
+    assert answers(gathered) == ["ada.yaml"]
     assert gathered.problems == []
 
 
@@ -123,9 +128,9 @@ def test_whatever_has_such_a_name_is_listed_and_links_are_not_followed(tmp_path:
     (tmp_path / "home.yaml").symlink_to(tmp_path)
     (tmp_path / "home").symlink_to(tmp_path)
     gathered = found(tmp_path)
-    names = [place.file.name for place in gathered.answers]
+    names = answers(gathered)
     assert names == ["D.YAML", "folder.yaml", "home.yaml", "pipe.yaml"]
-    assert [place.file.name for place in gathered.others] == ["home", "x.yaml.bak"]
+    assert [place.file.name for place in gathered.places][-2:] == ["pipe.yaml", "x.yaml.bak"]
 
 
 @pytest.mark.parametrize("name", ["nothing.yaml", "no/such/folder", "a.yaml/b.yaml", "x" * 5000, "a\0b", ""])
@@ -136,7 +141,7 @@ def test_what_is_not_there_is_told_beside_the_others(tmp_path: Path, name: str) 
     (problem,) = gathered.problems
     assert "cannot be read" in problem.message
     assert str(problem).isprintable()
-    assert [place.file.name for place in gathered.answers] == ["a.yaml"]
+    assert answers(gathered) == ["a.yaml"]
 
 
 def test_a_folder_without_answers_is_named(tmp_path: Path) -> None:
@@ -172,7 +177,7 @@ def test_an_archive_is_read_as_its_folder(tmp_path: Path) -> None:
     packed(tmp_path / "class.zip", files)
     gathered = found(tmp_path, "class.zip")
     assert gathered.problems == []
-    rows, _ = papers(gathered)
+    rows = papers(gathered).papers
     assert {row.student: row.source for row in rows} == {
         name: f"{tmp_path}/class.zip/{name}/hw.yaml" for name in ("ada", "bob")
     }
@@ -191,7 +196,7 @@ def test_an_archive_writes_nothing_outside(tmp_path: Path, name: str) -> None:
 def test_an_archive_is_bounded(tmp_path: Path) -> None:
     packed(tmp_path / "class.zip", {"ada.yaml": "x" * (50 * MOST_BYTES), "/".join("abcdefghijkl.yaml"): ""})
     gathered = found(tmp_path, "class.zip")
-    (place,) = gathered.answers
+    (place,) = gathered.places
     assert place.file.stat().st_size == MOST_BYTES + 1
     assert "too deep" in gathered.problems[0].message
     with zipfile.ZipFile(tmp_path / "link.zip", "w") as archive:
@@ -199,7 +204,7 @@ def test_an_archive_is_bounded(tmp_path: Path) -> None:
         link.external_attr = (stat.S_IFLNK | 0o777) << 16
         archive.writestr(link, "/etc/passwd")
     gathered = found(tmp_path, "link.zip")
-    assert gathered.answers == []
+    assert gathered.places == []
     assert "it is a link" in gathered.problems[0].message
     (tmp_path / "no.zip").write_text("no archive")
     assert "cannot be read as a zip" in found(tmp_path, "no.zip").problems[0].message
@@ -220,10 +225,10 @@ def class_archive(path: Path) -> Path:
 def test_an_entry_that_cannot_be_unpacked_costs_no_other(tmp_path: Path) -> None:
     class_archive(tmp_path / "class.zip")
     gathered = found(tmp_path, "class.zip")
-    assert {place.source[len(f"{tmp_path}/class.zip/") :] for place in gathered.answers} == {
+    assert {place.source[len(f"{tmp_path}/class.zip/") :] for place in gathered.places} == {
         *("ada/hw.yaml", "bob/hw.yaml", "Zoë/hw.yaml")
     }
-    assert all(place.file.is_file() for place in gathered.answers)
+    assert all(place.file.is_file() for place in gathered.places)
     assert gathered.is_whole
 
 
@@ -271,7 +276,8 @@ def listed(folder: Path, text: str = LIST) -> Roster:
         ("max2", "max2"),
         ("stranger", ""),
         ("max_roe", ""),
-        ("doejane_103", ""),
+        ("doejane_103", "Doe, Jane"),
+        ("Jane Stranger", ""),
         ("lab_101", ""),
     ],
 )
@@ -305,7 +311,7 @@ def test_with_a_roster_folders_and_files_are_known_and_all_have_a_row(tmp_path: 
         "max2": "max2.yaml",
         "Zoë O'Brien": "missing",
     }
-    rows, notes = papers(found(tmp_path / "in"), roster)
+    rows, notes, _ = papers(found(tmp_path / "in"), roster)
     assert notes == ["not found in the roster: `x`"]
     assert len(rows) == 5
 

@@ -14,13 +14,15 @@ from rigidcli.errors import DocumentError, Problem
 class Style:
     """How results look: how much students read, the header of csv, and width and colour of a table.
 
-    A `width` of None is a file or a pipe, where no line is broken.
+    A `width` of None is a file or a pipe, where no line is broken. With `late`, csv and json say which
+    hand-ins are late: they do where any is.
     """
 
     feedback: Feedback = Feedback.hint
     header: bool = True
     width: int | None = None
     colour: bool = False
+    late: bool = False
 
 
 def read(path: str | os.PathLike[str]) -> tuple[str, str]:

@@ -30,6 +30,9 @@ Cell: TypeAlias = str | float | bool | tuple[str, ...] | None
 HEADER = ("student", "question", "verdict", "score", "max_score", "codes", "message", "source")
 """The columns of csv."""
 
+LATE = ("late",)
+"""The column of csv that says whether a hand-in was late, where any was."""
+
 FIELDS = ("id", "title", "answer", "read_as", "verdict", "score", "max_score")
 """What json says of a question, besides the feedback."""
 
@@ -69,15 +72,31 @@ def json_line(entry: object) -> str:
 
 def _csv(students: Students, style: Style) -> Iterator[str]:
     """A row for each question."""
-    rows = (
-        (
+    rows: Iterator[list[Cell]] = (
+        [
             *(student.student, question.id, question.verdict, question.score, question.max_score),
             *(question.codes, "; ".join(question.sentences), student.source),
-        )
+            *([student.late] if style.late else []),
+        ]
         for student in students
         for question in student.questions
     )
-    return csv_rows(HEADER, rows, style)
+    return csv_rows([*HEADER, *LATE] if style.late else HEADER, rows, style)
+
+
+def wide(students: Students, style: Style) -> Iterator[str]:
+    """A row for each student, with the points of each question; none where a person must judge it."""
+    rows = iter(students)
+    for first in rows:
+        ids = [question.id for question in first.questions]
+        head = ["student", *ids, "score", "max_score", "source", *(LATE if style.late else ())]
+        yield from csv_rows(head, (_wide(student, style) for student in chain([first], rows)), style)
+
+
+def _wide(student: Judgement, style: Style) -> list[Cell]:
+    scores = [None if question.verdict == "review" else question.score for question in student.questions]
+    late = [student.late] if style.late else []
+    return [student.student, *scores, student.score, student.max_score, student.source, *late]
 
 
 def _json(students: Students, style: Style) -> Iterator[str]:
@@ -85,6 +104,7 @@ def _json(students: Students, style: Style) -> Iterator[str]:
     for student in students:
         line: dict[str, object] = {"schema": "rigidcli.check/1"}
         line |= {name: getattr(student, name) for name in ("student", "source", "score", "max_score")}
+        line |= {"late": student.late} if style.late else {}
         line["questions"] = [
             {name: getattr(question, name) for name in FIELDS}
             | ({"values": question.values} if question.values else {})

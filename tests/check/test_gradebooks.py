@@ -1,9 +1,10 @@
-"""Gradebooks in the forms in which Canvas exports them: one column changes, and nothing else."""
+"""Gradebooks in the forms in which Canvas and Moodle export them: one column changes, and nothing else."""
 
 from __future__ import annotations
 
 import csv
 import io
+from collections.abc import Iterable
 from pathlib import Path
 
 import pytest
@@ -11,8 +12,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from rigidcli.check.base import Judgement
-from rigidcli.check.reports import read
-from rigidcli.check.reports.canvas import fill
+from rigidcli.check.reports import gradebooks, read
 from rigidcli.errors import DocumentError, UsageError
 from tests.check.standins import mark
 
@@ -26,6 +26,10 @@ Student,ID,SIS User ID,SIS Login ID,Section,Notes,Homework 9 (11),Homework 10 (1
 lines",7.00,1.00,70.00,70.00
 "Student, Test",104,,0123456789abcdef,A,,,,,
 '''
+
+
+def fill(text: str, judgements: Iterable[Judgement], column: str) -> gradebooks.Filled:
+    return gradebooks.fill(gradebooks.canvas(text, column), judgements, {})
 
 
 def judged(student: str, score: float, most: float = 9.0) -> Judgement:
@@ -134,7 +138,7 @@ def test_excused_students_stay_excused() -> None:
     book = BOOK.replace("10.00,,90.00", "10.00,EX,90.00").replace("8.00,,80.00", "8.00,N/A,80.00")
     filled = fill(book, [judged("jdoe", 2.0), judged("zob", 2.0), judged("103", 1.0)], "Homework 10")
     assert filled.text == book.replace("7.00,1.00,70.00", "7.00,1,70.00")
-    assert filled.notes == ("excused, or without this assignment, and left so: `jdoe`, `zob`",)
+    assert filled.notes == ("excused, locked, or without this assignment, and left so: `jdoe`, `zob`",)
 
 
 def test_what_an_instructor_should_know_is_noted() -> None:
