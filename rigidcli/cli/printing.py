@@ -18,11 +18,11 @@ from rigidcli.errors import Problem, UsageError
 Kind = StrEnum(
     "Kind",
     "shape points parts tensor density mesh molecule robot symbols motion free driven top planet system "
-    "oscillations assignment answers",
+    "oscillations assignment answers gradescope",
 )
 """The starters; each is a file of that name in `rigidcli/starters`, mostly with the ending `.yaml`."""
 
-ENDINGS = {Kind.molecule: ".xyz", Kind.robot: ".urdf"}
+ENDINGS = {Kind.molecule: ".xyz", Kind.robot: ".urdf", Kind.gradescope: ".sh"}
 """The endings of the starters that are no YAML."""
 
 
@@ -33,7 +33,7 @@ def new(
 ) -> None:
     """Print a commented file to start from.
 
-    A document of some kind, a robot, a molecule, an assignment or an answer file.
+    A document of some kind, a robot, a molecule, an assignment, an answer file, or Gradescope's autograder.
 
     Example: rigidcli new top -o top.yaml
     """

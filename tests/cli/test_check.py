@@ -4,7 +4,11 @@ from __future__ import annotations
 
 import json
 import math
+import os
+import subprocess
+import sys
 import zipfile
+from functools import partial
 from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
@@ -253,6 +257,33 @@ def test_the_homework_of_a_class_as_it_comes(tmp_path: Path, program: Program) -
     table = program(*words, f"{tmp_path}/in").out
     assert table.startswith("2 answers need a person")
     assert table.index("  eve ") < table.index("  fay ") < table.index("ada  ")
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="Gradescope runs Ubuntu")
+def test_the_autograder_of_gradescope_works_in_its_folders(small: Path, program: Program) -> None:
+    """Its folders are source/, submission/ and results/; what would install the program does so by name."""
+    source, submission = small / "source", small / "answers"
+    submission.rename(small / "submission")
+    source.mkdir()
+    (small / "hw.yaml").rename(source / "homework.yaml")
+    run = partial(subprocess.run, check=True, capture_output=True, text=True)
+    run(["sh"], input=program("new", "gradescope").out, cwd=source)
+    assert (source / "requirements.txt").read_text() == "rigidcli\n"
+    fake = f"""#!/bin/sh
+case "$*" in *venv*) mkdir -p "$3/bin"; cp "$0" "$3/bin/pip";; *requirements.txt)
+printf '#!/bin/sh\nPYTHONPATH={ROOT} exec {sys.executable} -m rigidcli "$@"\n' > "${{0%pip}}rigidcli"
+chmod +x "${{0%pip}}rigidcli";; esac
+"""
+    (small / "python3").write_text(fake)
+    (small / "python3").chmod(0o755)
+    path = {"PATH": f"{small}:{os.environ['PATH']}"}
+    run([source / "setup.sh"], env=path)
+    (source / "run_autograder").rename(small / "run_autograder")
+    (small / "submission" / "two.yaml").unlink()
+    for name, text, score in (("package.json", '{"name": "x"}', 4), ("b.json", '{"a": "2.1 m"}', 0)):
+        (small / "submission" / name).write_text(text)
+        run([small / "run_autograder"], env=path, cwd="/")
+        assert json.loads((small / "results" / "results.json").read_text())["score"] == score
 
 
 @pytest.mark.parametrize("kind", ["assignment", "answers"])
