@@ -7,19 +7,19 @@ tensors and axes is made of questions about single entries.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
-from typing import Any, TypeAlias
+from typing import Any, TypeAlias, TypeVar
 
 import numpy as np
 
 from rigidcli.algebra.expressions import Expr
 from rigidcli.algebra.trees import to_tree
 from rigidcli.check.base import Asked, Finding, Tree, Unreadable
-from rigidcli.check.numbers import ROUNDING, Number, as_typed, read_number
+from rigidcli.check.numbers import ROUNDING, Number, as_typed, read_numbers
 from rigidcli.check.question import RELATIVE, Tolerance
-from rigidcli.check.reading import exactly, names_of, read_expression
+from rigidcli.check.reading import exactly, names_of, read_expression, read_expressions
 from rigidcli.check.same import Formulas, formulas_of
 from rigidcli.core.arithmetic import Array, Floats
 from rigidcli.errors import ExpressionError, ValueProblem
@@ -27,7 +27,7 @@ from rigidcli.fields.dimensions import ANGLE, DIMENSIONLESS
 from rigidcli.fields.units import Unit, parse_unit
 from rigidcli.language import tree
 from rigidcli.language.expression import real
-from rigidcli.language.text import reading, text
+from rigidcli.language.text import text, without_doubt
 
 Entry: TypeAlias = Number | tree.Node
 """An entry of an answer: a number as it was typed, or a tree."""
@@ -44,7 +44,18 @@ NOISE = 1e-12
 WIDEST = 0.05
 """The largest angle (rad) that a relative tolerance leaves to a direction: beyond, axes would be mixed up."""
 
-COMMA = "a comma may be a decimal comma, or separate thousands"
+T = TypeVar("T")
+
+
+def chosen(readings: Sequence[T], same: Callable[[T], Same]) -> T:
+    """The reading that is right, else the first of which that is open, else the most usual one."""
+    open_: list[T] = []
+    for each in readings if len(readings) > 1 else ():
+        truth = same(each)
+        if truth is True:
+            return each
+        open_ += [each] if truth else []
+    return [*open_, *readings][0]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -61,18 +72,19 @@ class Ruler:
     largest: float = 0.0
     noise: float = 0.0
 
-    def read(self, cells: Iterable[Tree], places: Sequence[str]) -> tuple[Entry, ...]:
-        """The entries that were typed in these places.
+    def read(
+        self, cells: Iterable[Tree], places: Sequence[str], right: Sequence[Right] = ()
+    ) -> tuple[Entry, ...]:
+        """The entries that were typed in these places, of several readings one that is `right` somewhere.
 
         Raises Unreadable with all that cannot be read, a repeated problem once.
         """
         entries, problems = list[Entry](), dict[tuple[str, str], Finding]()
-        for place, typed in zip(places, cells, strict=True):
+        for count, (place, typed) in enumerate(zip(places, cells, strict=True)):
             try:
-                if self.formulas is None:
-                    entries.append(read_number(typed, self.unit, place))
-                else:
-                    entries.append(read_expression(typed, self.formulas.names, place))
+                several = self.readings(typed, place)
+                near = [*right[count : count + 1], *right]
+                entries.append(chosen(several, lambda each: any(self.same(each, r) is True for r in near)))  # noqa: B023
             except Unreadable as unreadable:
                 for finding in unreadable.findings:
                     problems.setdefault((finding.code, finding.detail), finding)
@@ -80,6 +92,12 @@ class Ruler:
             first, *others = problems.values()
             raise Unreadable(first.code, first.detail, place=first.place, also=tuple(others))
         return tuple(entries)
+
+    def readings(self, typed: Tree, place: str = "") -> Sequence[Entry]:
+        """The readings of an entry. Raises Unreadable."""
+        if self.formulas is None:
+            return read_numbers(typed, self.unit, place)
+        return read_expressions(typed, self.formulas.names, place)
 
     def margin(self, reference: float, scale: float = 1.0) -> float:
         """How far (SI) a number may be from a reference: the largest of what the tolerance allows.
@@ -111,9 +129,7 @@ class Ruler:
         assert isinstance(entry, Number)
         if self.too_few(entry):
             return False
-        if self.is_near(entry.value, right, entry.scale):
-            return True
-        return COMMA if entry.thousands and self.is_near(entry.thousands, right, entry.scale) else False
+        return self.is_near(entry.value, right, entry.scale)
 
     def is_short(self, entry: Entry, right: Right) -> bool:
         """Whether an entry is the number of the key, rounded to one figure less than is asked."""
@@ -193,7 +209,7 @@ class Ruler:
 
 def shown_as(entries: Iterable[Entry]) -> list[str]:
     """How entries were read."""
-    return [entry.read_as if isinstance(entry, Number) else reading(entry) for entry in entries]
+    return [entry.read_as if isinstance(entry, Number) else without_doubt(entry) for entry in entries]
 
 
 def is_constant(entry: Entry | Right) -> bool:

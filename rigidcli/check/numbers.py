@@ -14,6 +14,7 @@ from collections.abc import Callable, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
 from fractions import Fraction
+from itertools import islice, product
 from typing import Any
 
 from rigidcli.algebra.reading import from_tree
@@ -23,10 +24,11 @@ from rigidcli.errors import ExpressionError, ValueProblem, shown
 from rigidcli.fields.dimensions import ANGLE, DIMENSIONLESS, Dimension, check_dimension
 from rigidcli.fields.units import MAX_TEXT, Unit, known_names, parse_unit
 from rigidcli.language import tree
+from rigidcli.language.decoration import undecorated, without_uncertainty
 from rigidcli.language.expression import RESERVED, real
 from rigidcli.language.latex import plain
 from rigidcli.language.statements import TWO_ANSWERS, is_label, second_name
-from rigidcli.language.typed import expression, last_member, slopes
+from rigidcli.language.typed import expressions, last_member, slopes
 
 LONGEST = 400
 """The most characters of a number."""
@@ -39,15 +41,18 @@ PERCENT = Unit("%", Fraction(1, 100), 0, DIMENSIONLESS)
 
 _SPELLINGS = {
     "sec": "s", "secs": "s", "mins": "min", "hrs": "h", "rads": "rad", "degs": "deg", "revs": "rev",
+    "sek": "s", "U": "rev", "tr": "rev", "Upm": "rpm", "Umdrehungen": "rev", "tours": "rev", "vueltas": "rev",
+    "Grad": "deg", "grados": "deg", "degrés": "deg", "Sekunden": "s", "Sekunde": "s",
+    "secondes": "s", "segundos": "s",
     "kgs": "kg", "Kg": "kg", "KG": "kg", "lbs": "lb", "cms": "cm", "Km": "km", "KM": "km", "hz": "Hz",
 }  # fmt: skip
 """Names of units in homework that the table of units lacks."""
 
-_PRODUCTS = {
-    pair.replace(" ", ""): pair
-    for pair in ("N m", "kN m", "N cm", "N mm", "N s", "J s", "kg m", "kg cm", "kg mm", "g cm", "g mm")
-}
-"""Two units that people run together; a power belongs to the second, as in `kgm^2`."""
+_SYMBOLS = ("rad", "rev", "deg", "min", "kg", "km", "cm", "mm", "kN", "N", "J", "W", "m", "s", "g", "h")
+"""Units that people run together; a power belongs to the last, as in `kgm^2` and `rads^-1`."""
+
+MOST_UNITS = 8
+"""The most readings of one unit."""
 
 _BRACKETS = str.maketrans("[]", "()")
 _KNOWN = frozenset(known_names())
@@ -63,20 +68,31 @@ _DECIMAL = re.compile(
     rf"(?:(?:\s*(?={_UNIT_BEGINS}|{_PER})|\s+(?=1\s*/))(?P<unit>.+))?\s*",
     re.DOTALL,
 )
-_GROUPED = re.compile(r"(?P<sign>[-+]?\s*)(?P<digits>\d{1,3}(?:,\d{3})+)(?P<rest>(?!\d).*)", re.DOTALL)
-"""A number whose commas may stand for thousands."""
+_GROUPED = re.compile(
+    r"(?P<sign>[-+]?\s*)(?P<digits>[1-9]\d{0,2}(?:(?P<sep>[,. '])\d{3})(?:(?P=sep)\d{3})*)"
+    r"(?P<fraction>[.,]\d+)?"
+    r"(?![\d'])(?![.,]\d)(?P<rest>.*)",
+    re.DOTALL,
+)
+"""A number whose commas, points, blanks or apostrophes may stand for thousands."""
+
+_ANGLE_IN_PARTS = re.compile(
+    r"(?P<deg>[-+]?\d+)\s*(?:°|deg)\s*(?P<min>\d+(?:[.,]\d+)?)\s*(?:'|′|’|arcmin)"
+    r"(?:\s*(?P<sec>\d+(?:[.,]\d+)?)\s*(?:\"|″|''|”|arcsec))?"
+)
+"""Degrees, minutes and seconds of arc."""
 
 _BEHIND = re.compile(rf"(?<=[\w.)])\s+(?={_UNIT_BEGINS}|1\s*/|{_PER})")
 _UNCERTAIN = re.compile(r"[\w.)°%]\s*(?:\+/?-|±|-/?\+)")
+_OF_ANGLES = {"asin", "acos", "atan", "atan2"}
 
 
 @dataclass(frozen=True, slots=True)
 class Number:
     """A number as it was typed: `value` in SI units, of which its unit is `scale`; `typed` is in that unit.
 
-    `mantissa` has the digits before a power of ten; it is empty for an expression such as `2*pi`. Where
-    commas may stand for thousands, `thousands` is the number that is meant then. `before` are the members of
-    a chain of equalities before the number.
+    `mantissa` has the digits before a power of ten; it is empty for an expression such as `2*pi`. `before`
+    are the members of a chain of equalities before the number.
     """
 
     value: float
@@ -85,7 +101,6 @@ class Number:
     unit: Unit | None = None
     mantissa: str = ""
     power: int = 0
-    thousands: float | None = None
     before: tuple[str, ...] = ()
 
     @property
@@ -102,22 +117,43 @@ class Number:
 
 
 def read_number(answer: Tree, unit: Unit | None = None, place: str = "") -> Number:
-    """A decimal number or an expression of numbers, in its own unit or else in `unit`.
+    """The most usual reading of a number that fits a unit. Raises Unreadable."""
+    return read_numbers(answer, unit, place)[0]
+
+
+def read_numbers(answer: Tree, unit: Unit | None = None, place: str = "") -> list[Number]:
+    """The readings of a decimal number or an expression of numbers, in its own unit or else in `unit`.
 
     A unit must fit `unit`; where that is None, a pure number is asked for. Raises Unreadable.
     """
-    number = as_typed(answer, unit, place)
+    fitting: list[Number] = []
+    misfit: ValueProblem | None = None
+    for number in readings_of(answer, unit, place):
+        try:
+            fitting.append(number if number.unit is None else in_dimension(number, unit))
+        except ValueProblem as problem:
+            misfit = misfit or problem
+    if not fitting:
+        assert misfit is not None
+        raise Unreadable("unit_incompatible", with_hint(misfit), place=place)
+    return fitting
+
+
+def in_dimension(number: Number, unit: Unit | None) -> Number:
+    """A number with its value in SI units, where a quantity like `unit` is asked. Raises ValueProblem."""
     if number.unit is None:
         return number
-    try:
-        scale = scale_in(number.unit, DIMENSIONLESS if unit is None else unit.dimension)
-    except ValueProblem as problem:
-        raise Unreadable("unit_incompatible", with_hint(problem), place=place) from None
+    scale = scale_in(number.unit, DIMENSIONLESS if unit is None else unit.dimension)
     return replace(number, value=number.typed * scale, scale=scale)
 
 
 def as_typed(answer: Tree, unit: Unit | None = None, place: str = "") -> Number:
-    """A number in its own unit, whatever that measures; `unit` is that of a number without one.
+    """The most usual reading of a number in its own unit, whatever that measures. Raises Unreadable."""
+    return readings_of(answer, unit, place)[0]
+
+
+def readings_of(answer: Tree, unit: Unit | None = None, place: str = "") -> list[Number]:
+    """The readings of a number, the most usual first; `unit` is that of a number without one.
 
     Raises Unreadable.
     """
@@ -127,18 +163,42 @@ def as_typed(answer: Tree, unit: Unit | None = None, place: str = "") -> Number:
     if len(text) > LONGEST:
         raise Unreadable("too_large", f"{len(text)} characters", place=place)
     try:
-        last, members = last_member(plain(_signs_of_units(text)))
-        text, before = last.strip(), tuple(members)
-        if _UNCERTAIN.search(text):
+        last, before = last_member(plain(undecorated(_signs_of_units(text))))
+        last = without_uncertainty(undecorated(last)).strip()
+        if _UNCERTAIN.search(last):
             raise ExpressionError("an uncertainty is not read, give the value")
-        decimal = _DECIMAL.fullmatch(text)
-        value, behind = (None, decimal["unit"]) if decimal else _split(text)
-        own = None if behind is None else read_unit(behind, unit, place)
-        scale = own.scale if own else 1.0 if unit is None else unit.scale
-        if decimal is None:
-            assert value is not None
-            typed = _value(value)
-            return Number(_finite(typed * scale), typed, scale, own, before=before)
+        found: list[Number] = []
+        failed: Unreadable | ExpressionError | None = None
+        for text in _digits(last):
+            try:
+                found += _numbers(text, unit, place, tuple(before))
+            except (Unreadable, ExpressionError) as problem:
+                failed = failed or problem
+        if not found:
+            assert failed is not None
+            raise failed
+        return found
+    except ExpressionError as error:
+        message = f"read {shown(answer)}: {with_hint(error)}"
+        raise Unreadable(error.code or "not_a_number", message, place=place) from None
+
+
+def _digits(text: str) -> list[str]:
+    """The texts that a number stands for where its commas, points or blanks may separate thousands."""
+    grouped = _GROUPED.fullmatch(text)
+    if grouped is None:
+        return [text]
+    digits, sign, fraction = grouped["digits"], grouped["sep"], grouped["fraction"] or ""
+    if fraction[:1] == sign:
+        return [text]
+    whole = f"{grouped['sign']}{re.sub(r'[^0-9]', '', digits)}{fraction.replace(',', '.')}{grouped['rest']}"
+    is_decimal = sign in ",." and digits.count(sign) == 1 and not fraction
+    return [text, whole] if is_decimal else [whole]
+
+
+def _numbers(text: str, unit: Unit | None, place: str, before: tuple[str, ...]) -> list[Number]:
+    """The readings of a number whose digits stand without separators. Raises ExpressionError, Unreadable."""
+    if decimal := _DECIMAL.fullmatch(text):
         mantissa = decimal["mantissa"].replace(",", ".")
         power = int((decimal["e"] or decimal["p"] or "0").replace(" ", ""))
         typed = float(f"{decimal['sign']}{mantissa}e{power}")
@@ -146,11 +206,39 @@ def as_typed(answer: Tree, unit: Unit | None = None, place: str = "") -> Number:
             if mantissa.strip("0."):
                 raise ExpressionError("it is too small for a number")
             power = 0
-        thousands = _thousands(text, unit)
-        return Number(_finite(typed * scale), typed, scale, own, mantissa, power, thousands, before)
-    except ExpressionError as error:
-        message = f"read {shown(answer)}: {with_hint(error)}"
-        raise Unreadable(error.code or "not_a_number", message, place=place) from None
+        units = [None] if decimal["unit"] is None else read_units(decimal["unit"], unit, place)
+        return [_number(typed, own, unit, before, mantissa, power) for own in units]
+    node, behind = _value(text)
+    typed = _worth(node)
+    if behind is not None:
+        return [_number(typed, own, unit, before) for own in read_units(behind, unit, place)]
+    if unit is None or not unit.dimension.angle or not _is_angle(node):
+        return [_number(typed, None, unit, before)]
+    radians = Unit("rad", Fraction(1), 0, unit.dimension)
+    if unit.dimension == ANGLE:
+        return [_number(typed, radians, unit, before)]
+    in_si = replace(radians, text=re.sub(r"\b(?:deg|rev|rpm)\b", "rad", unit.text))
+    return [_number(typed, None, unit, before), _number(typed, in_si, unit, before)]
+
+
+def _number(
+    typed: float,
+    own: Unit | None,
+    unit: Unit | None,
+    before: tuple[str, ...],
+    mantissa: str = "",
+    power: int = 0,
+) -> Number:
+    scale = own.scale if own else 1.0 if unit is None else unit.scale
+    return Number(_finite(typed * scale), typed, scale, own, mantissa, power, before)
+
+
+def _is_angle(node: tree.Node) -> bool:
+    """Whether a value is made of pi or of an inverse function, and so is in radians."""
+    parts = tree.nodes([node])
+    return any(
+        isinstance(p, tree.Constant) or (isinstance(p, tree.Call) and p.function in _OF_ANGLES) for p in parts
+    )
 
 
 CONTRADICTION = "the members of the chain of equalities are not equal"
@@ -189,36 +277,48 @@ def begins_another(member: str, read: Callable[[str], Any]) -> bool:
 
 def _signs_of_units(text: str) -> str:
     """A text whose minutes of arc, micro and ohm are not read as primes and Greek letters."""
+    text = _ANGLE_IN_PARTS.sub(_in_degrees, text)
     text = re.sub(r"(?<=\d)\s*″", " arcsec", re.sub(r"(?<=\d)\s*′", " arcmin", text))
+    text = re.sub(r"\\(?:SI|qty)\s*\{([^{}]*)\}\s*\{([^{}]*)\}", _si, text)
     return re.sub("[Å\u212b]", "angstrom", re.sub("μ(?=[A-Za-z])", "\N{MICRO SIGN}", text))
 
 
-def _thousands(text: str, unit: Unit | None) -> float | None:
-    """The SI value of a number whose commas stand for thousands; None where they cannot."""
-    grouped = _GROUPED.fullmatch(text)
-    if grouped is None:
-        return None
-    whole = grouped["sign"] + grouped["digits"].replace(",", "") + grouped["rest"]
-    return as_typed(whole, unit).value
+def _si(match: re.Match[str]) -> str:
+    """A quantity of the LaTeX package siunitx: `\\SI{20.8}{\\radian\\per\\second}` or `\\SI{20.8}{rad/s}`."""
+    unit = re.sub(r"\\(squared|cubed)", lambda power: f"^{2 + (power[1] == 'cubed')}", match[2])
+    unit = re.sub(r"\\per\s*\\?(\w+)", r"/\1", re.sub(r"(?<=\w)[.~](?=\\?\w)", " ", unit)).replace("\\", " ")
+    return f"{match[1]} {unit}"
 
 
-def _split(text: str) -> tuple[str, str | None]:
-    """An expression and the unit behind it; or thousands with more than one comma, as they are typed."""
-    grouped = _GROUPED.fullmatch(text)
-    if grouped is not None and grouped["digits"].count(",") > 1:
-        text = grouped["sign"] + grouped["digits"].replace(",", "") + grouped["rest"]
-    blank = _BEHIND.search(text)
-    return (text, None) if blank is None else (text[: blank.start()], text[blank.end() :])
+def _in_degrees(match: re.Match[str]) -> str:
+    """Degrees, minutes and seconds of arc as decimal degrees."""
+    minutes, seconds = (Fraction((match[part] or "0").replace(",", ".")) for part in ("min", "sec"))
+    whole = Fraction(match["deg"]).__abs__() + minutes / 60 + seconds / 3600
+    return f"{'-' * match['deg'].startswith('-')}{float(whole)!r} deg"
 
 
-def _value(text: str) -> float:
-    """The value of an expression without names."""
+def _value(text: str) -> tuple[tree.Node, str | None]:
+    """An expression without names, and the unit behind it, if there is one."""
     for slip, advice in _SLIPS:
         if slip.match(text):
             raise ExpressionError(advice)
-    node = expression(text, None, leading=False)
+    blank = _BEHIND.search(text)
+    if blank is None or re.search(r"[a-z]{2}.*\bdeg", text):
+        nodes = expressions(text, None, leading=False)
+        names = sorted(tree.names_in(nodes[0]))
+        if not names:
+            return nodes[0], None
+        if blank is None:
+            raise ExpressionError(f"{shown(names[0])} has no value")
+    value, behind = text[: blank.start()], text[blank.end() :]
+    node = expressions(value, None, leading=False)[0]
     if names := sorted(tree.names_in(node)):
         raise ExpressionError(f"{shown(names[0])} has no value")
+    return node, behind
+
+
+def _worth(node: tree.Node) -> float:
+    """The value of an expression without names."""
     value = _finite(real(node, {}))
     with suppress(ExpressionError):  # it is proved that `cos(pi/2)` is zero, which no float shows
         return 0.0 if abs(value) < ROUNDING and is_zero(from_tree(node)) else value
@@ -227,7 +327,7 @@ def _value(text: str) -> float:
 
 _SLIPS = (
     (re.compile(r"[-+.0-9]+[_'][._'0-9]+"), "nothing stands between digits"),
-    (re.compile(r"[-+]?\d[.,\d]*\s[.,\s]*\d"), "no blank stands between digits"),
+    (re.compile(r"[-+]?\d[.,\d]*\s[.,\s]*\d(?!\s*/)"), "no blank stands between digits"),
     (re.compile(r"[-+]?0[xXoObB]"), "expected decimal digits"),
     (re.compile(r"[-+\s]*(?:inf|nan|\.inf|\.nan)", re.IGNORECASE), "expected a finite number"),
 )
@@ -243,50 +343,83 @@ def _finite(value: float) -> float:
 
 
 def read_unit(text: str, expected: Unit | None = None, place: str = "") -> Unit:
-    """A unit as typed in homework; names of the `expected` one may stand in it, too. Raises Unreadable."""
-    text = re.sub(r"^\s*/", "1/", re.sub(r"(^|\s)per\s", "/", text.strip())).translate(_BRACKETS).strip()
+    """The most usual reading of a unit as typed in homework. Raises Unreadable."""
+    return read_units(text, expected, place)[0]
+
+
+def read_units(text: str, expected: Unit | None = None, place: str = "") -> list[Unit]:
+    """The readings of a unit: `ms` is a millisecond, and a metre times a second.
+
+    Names of the `expected` one may stand in it, too. Raises Unreadable.
+    """
+    text = re.sub(r"^\s*/", "1/", re.sub(r"(^|\s)(?:per|pro|par|por)\s", "/", text.strip()))
+    text = re.sub(r"\s+(squared|cubed)\b", lambda power: f"^{2 + (power[1] == 'cubed')}", text)
+    text = text.translate(_BRACKETS).strip()
     if text == PERCENT.text:
-        return PERCENT
+        return [PERCENT]
     if twice := re.fullmatch(r"([^\s()]+)\s*\(([^\W\d_]+)\)", text):  # as in `J (joules)`
         unit, again = (read_unit(part, expected, place) for part in twice.groups())
         if (unit.scale, unit.dimension) == (again.scale, again.dimension):
-            return unit
+            return [unit]
     own = set() if expected is None else {match["name"] for match in _UNIT_NAME.finditer(expected.text)}
+    words = list(_UNIT_NAME.finditer(text.replace("°", "deg")))
+    spelled = [_unit_spelled(match["name"], _power(match["power"]), own) for match in words]
+    units: dict[tuple[Fraction, int, Dimension], Unit] = {}
+    first: ValueProblem | None = None
+    for choice in islice(product(*spelled), MOST_UNITS):
+        each = iter(choice)
+        try:
+            if len(text) > MAX_TEXT:
+                raise ValueProblem(f"a unit of {len(text)} characters")
+            if re.search(r"°\s*[A-Za-z]|\w°", text):
+                raise ValueProblem("unknown unit")  # a degree Celsius has its zero elsewhere
+            unit = parse_unit(_UNIT_NAME.sub(lambda match: next(each), text.replace("°", "deg")))  # noqa: B023
+            if not 1e-100 < unit.scale < 1e100:
+                raise ValueProblem("the unit is too large or too small")
+            units.setdefault((unit.factor, unit.pi_power, unit.dimension), unit)
+        except ValueProblem as problem:
+            first = first or problem
+    if not units:
+        assert first is not None
+        message = f"read {shown(text)}: {with_hint(first)}"
+        raise Unreadable("unit_incompatible", message, place=place)
+    return list(units.values())
 
-    def spelled(match: re.Match[str]) -> str:
-        name, power = match["name"], re.sub(r"[\s()]", "", match["power"] or "").replace("**", "^")
-        return _unit_spelled(name, f"^{power}" if power.startswith("-") else power, own)
 
-    try:
-        if len(text) > MAX_TEXT:
-            raise ValueProblem(f"a unit of {len(text)} characters")
-        if re.search(r"°\s*[A-Za-z]|\w°", text):
-            raise ValueProblem("unknown unit")  # a degree Celsius has its zero elsewhere
-        unit = parse_unit(_UNIT_NAME.sub(spelled, text.replace("°", "deg")))
-        if not 1e-100 < unit.scale < 1e100:
-            raise ValueProblem("the unit is too large or too small")
-    except ValueProblem as problem:
-        message = f"read {shown(text)}: {with_hint(problem)}"
-        raise Unreadable("unit_incompatible", message, place=place) from None
-    return unit
+def _power(text: str | None) -> str:
+    power = re.sub(r"[\s()]", "", text or "").replace("**", "^")
+    return f"^{power}" if power.startswith("-") else power
 
 
-def _unit_spelled(name: str, power: str, own: set[str]) -> str:
-    """A name of a unit with its power, or with the digits at its end as one, in the spelling of documents."""
+def _unit_spelled(name: str, power: str, own: set[str]) -> list[str]:
+    """The readings of a name of a unit with its power, or with the digits at its end as one."""
     stem = name.rstrip("0123456789")
+    ways: list[str] = []
     for part, raised in ((name, power), (stem, power or f"^{name.removeprefix(stem)}")):
         small = part.lower()
         if part in _KNOWN or part in own:
-            return f"{part}{raised}"
-        if (
+            ways.append(f"{part}{raised}")
+        elif (
             meant := _SPELLINGS.get(part)
             or _SPELLINGS.get(small)
             or (len(part) > 2 and small in _KNOWN and small)
         ):
-            return f"{meant}{raised}"
-        if part in _PRODUCTS:
-            return f"({_PRODUCTS[part]}{raised})"
-    return f"{name}{power}"
+            ways.append(f"{meant}{raised}")
+        ways += [f"({'*'.join(parts)}{raised})" for parts in _run_together(part)]
+    return list(dict.fromkeys(ways)) or [f"{name}{power}"]
+
+
+def _run_together(word: str, most: int = 4) -> list[tuple[str, ...]]:
+    """The products of two or more different symbols that a word spells."""
+    found: list[tuple[str, ...]] = []
+    for symbol in _SYMBOLS:
+        rest = word.removeprefix(symbol)
+        if rest == word or not rest or most < 2:
+            continue
+        further = [(rest,)] if rest in _SYMBOLS else []
+        ways = [*further, *_run_together(rest, most - 1)]
+        found += [(symbol, *way) for way in ways if symbol not in way]
+    return found
 
 
 def scale_in(unit: Unit, expected: Dimension) -> float:

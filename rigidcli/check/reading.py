@@ -6,7 +6,7 @@ Everything that cannot be read is `Unreadable`, with a finding for the student.
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field
 from fractions import Fraction
@@ -23,15 +23,31 @@ from rigidcli.document.parameters import read_name
 from rigidcli.document.variables import acceleration, momentum, velocity
 from rigidcli.errors import ExpressionError, ValueProblem, shortened, shown
 from rigidcli.language import typed
+from rigidcli.language.decoration import undecorated
+from rigidcli.language.functions import FUNCTIONS
 from rigidcli.language.latex import plain as without_latex
 from rigidcli.language.statements import two_answers
-from rigidcli.language.text import reading
-from rigidcli.language.tree import Name, Negative, Node, Number, Product, Reciprocal, bound, names_in
-from rigidcli.language.typed import Words
+from rigidcli.language.text import without_doubt
+from rigidcli.language.tree import (
+    Call,
+    Name,
+    Negative,
+    Node,
+    Number,
+    Product,
+    Reciprocal,
+    bound,
+    names_in,
+    nodes,
+)
+from rigidcli.language.words import Words
 
 Domain: TypeAlias = Literal["positive", "real"]
 
 TIME = "t"
+
+INVERSE = frozenset(name for name in FUNCTIONS if name[0] == "a" and name[1:] in FUNCTIONS)
+"""Functions that begin like an amplitude `a`."""
 
 MOVING = re.compile(r"(x|y|z|q|u|v|theta|phi|psi|alpha|beta|gamma|p)(_?\w{1,6})?|\w+dot")
 """Names that usually belong to what moves, and so may have either sign; others are parameters."""
@@ -168,14 +184,28 @@ def in_other_letters(names: Iterable[str]) -> Iterator[tuple[str, str]]:
 
 
 def read_expression(answer: Tree, names: Names | None, place: str = "", *, leading: bool = True) -> Node:
-    """The formula of an answer in the names of the question; without them, a name is taken whole.
+    """The formula of a key: the most usual reading, in which `asin` is the inverse. Raises Unreadable."""
+    several = read_expressions(answer, names, place, leading=leading)
+    inverse = [each for each in several if len(several) > 1 and _inverses(each) > _inverses(several[0])]
+    return [*inverse, *several][0]
+
+
+def _inverses(node: Node) -> int:
+    return sum(isinstance(part, Call) and part.function in INVERSE for part in nodes([node]))
+
+
+def read_expressions(
+    answer: Tree, names: Names | None, place: str = "", *, leading: bool = True
+) -> list[Node]:
+    """The readings of a formula in the names of the question; without them, a name is taken whole.
 
     A name and `=` may be `leading`. Raises Unreadable.
     """
     if isinstance(answer, list | dict) or answer is None:
         raise Unreadable("wrong_shape", f"read {shown(answer)}, expected an expression", place=place)
     try:
-        return typed.expression(str(answer), None if names is None else names.words, leading=leading)
+        text = undecorated(str(answer)) if leading else str(answer)
+        return typed.expressions(text, None if names is None else names.words, leading=leading)
     except ExpressionError as error:
         raise Unreadable(error.code or "parse_error", with_hint(error), place=place) from None
 
@@ -223,11 +253,13 @@ def describe(answer: Tree, *, is_entry: bool = False) -> str:
     if text.count("=") > 1 or _EQUATION.search(text):
         with suppress(Unreadable):
             equations = read_equations(text, None)
-            return "; ".join(f"{reading(left)} = {reading(right)}" for _, left, right in equations)
+            return "; ".join(
+                f"{without_doubt(left)} = {without_doubt(right)}" for _, left, right in equations
+            )
     with suppress(Unreadable):
-        return reading(read_expression(text, None))
+        return without_doubt(read_expression(text, None))
     if is_entry or (listed := read_list(text)) in ([text], [text.strip()]):
-        return reading(read_expression(text, None))  # it says what is wrong
+        return without_doubt(read_expression(text, None))  # it says what is wrong
     return describe(listed, is_entry=True)
 
 
@@ -244,8 +276,9 @@ def read_equations(
     tops: Mapping[str, str] | None = None,
     unread: list[Unreadable] | None = None,
     chained: list[Sides] | None = None,
+    is_true: Callable[[Node, Node], bool | str] = lambda left, right: True,
 ) -> list[Sides]:
-    """The equations of a mapping, of a list of texts, or of lines.
+    """The equations of a mapping, of a list of texts, or of lines; of several readings one that `is_true`.
 
     In a mapping whose keys are all functions of the time, `x` stands for its derivative, which `tops` has.
     Of a chain of equalities the last member counts; those between that can be read are added to what is
@@ -265,9 +298,12 @@ def read_equations(
     others = chained if chained is not None else []
     for count, (place, (first, *between, last), _) in enumerate(equations):
         try:
-            above = Name(tops[keys[count]]) if short else read_expression(first, names, place, leading=False)
-            below = read_expression(last, names, place, leading=False)
-            sides.append((place, above, below))
+            above = (
+                [Name(tops[keys[count]])] if short else read_expressions(first, names, place, leading=False)
+            )
+            pairs = list(product(above, read_expressions(last, names, place, leading=False)))
+            left, below = next((pair for pair in pairs if is_true(*pair) is True), pairs[0])
+            sides.append((place, left, below))
             for member in between:
                 with suppress(Unreadable):
                     others.append((place, read_expression(member, names, leading=False), below))

@@ -13,10 +13,10 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 from contextlib import suppress
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import lru_cache, partial
 from itertools import islice
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from rigidcli.algebra.expansion import expand
 from rigidcli.algebra.expressions import Expr, symbol
@@ -35,6 +35,9 @@ if TYPE_CHECKING:
 NEEDED = 4
 """Points at which both must have values: at fewer, an agreement may be that of two branches only."""
 
+MOST_KNOWN = 64
+"""The most outcomes that are kept."""
+
 WIDEST = 0.25
 """The largest relative radius of a difference, at which an agreement still says something."""
 
@@ -51,6 +54,11 @@ class Formulas:
     names: Names
     relative: float | None = None
     numbers: bool = False
+    known: dict[tuple[Any, ...], bool | str] = field(default_factory=dict)
+    """Outcomes by answer and key: a reading of an answer is chosen, and then judged."""
+
+    def __getstate__(self) -> dict[str, Any]:
+        return {**self.__dict__, "known": {}}
 
     def same(
         self, answer: Node, key: Node, *, constant: bool = False, beside: Sequence[Node] = ()
@@ -62,9 +70,15 @@ class Formulas:
         """
         from flint import ctx
 
-        answer, key, *beside = map(self._independent, (answer, key, *beside))
-        with ctx.workprec(balls.BITS):
-            return _Comparison(self, answer, key, beside, constant).outcome()
+        asked = self.relative, self.numbers, answer, key, constant, tuple(beside)
+        if asked not in self.known:
+            answer, key, *beside = map(self._independent, (answer, key, *beside))
+            with ctx.workprec(balls.BITS):
+                outcome = _Comparison(self, answer, key, beside, constant).outcome()
+            if len(self.known) > MOST_KNOWN:
+                self.known.clear()
+            self.known[asked] = outcome
+        return self.known[asked]
 
     def vanish(self, nodes: Iterable[Node]) -> bool | str:
         """Whether all formulas are zero, or why this is open."""

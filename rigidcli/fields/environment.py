@@ -26,9 +26,14 @@ from rigidcli.fields.units import (
 from rigidcli.fields.words import variable_called
 from rigidcli.language.expression import Expression, parse
 from rigidcli.language.tree import UnknownFunction
+from rigidcli.language.words import Words
 
 LONGEST_LIST = 20
 """The most names that a message lists: two lines of them."""
+
+
+WITHOUT_VALUE = frozenset(["symbol", "symbolic", "sym", "unknown", "free", "none", "None"])
+"""Words that people write for the value of a parameter that has none."""
 
 
 class Amount(NamedTuple):
@@ -126,13 +131,25 @@ class Environment:
         amount = self._amount(raw, dimension, variables)
         if amount is not None:
             return amount
+        words = words_of((*self.declared, *variables))
+        expression = parse(raw, self.functions, words, lambda each: self._fits(each, dimension, variables))
+        unknown = expression.names.difference(self.declared, variables)
+        cure = quantity_meant(raw) if unknown else None
+        if cure is not None and self.declared.keys().isdisjoint(cure.partition(" ")[2].split("^")):
+            raise ExpressionError(
+                f"read {shown(raw)}, expected a decimal number and a unit", hint=f"write `{cure}`"
+            )
+        return expression
+
+    def _fits(self, reading: Expression, dimension: Dimension | None, variables: tuple[str, ...]) -> bool:
+        """Whether all names in one of several readings are known, and its dimension is the one wanted."""
+        if not reading.names <= {*self.declared, *variables}:
+            return False
         try:
-            return parse(raw, self.functions)
-        except ExpressionError as error:
-            cure = quantity_meant(raw)
-            if cure is not None and self.declared.keys().isdisjoint(cure.partition(" ")[2].split("^")):
-                error.hint = f"write `{cure}`"
-            raise
+            self._check_dimension(reading, dimension)
+        except ValueProblem:
+            return False
+        return True
 
     def _amount(self, text: str, dimension: Dimension | None, variables: tuple[str, ...]) -> Amount | None:
         """The number and the unit of a text such as `5 cm`; None for an expression.
@@ -310,10 +327,15 @@ class Environment:
         also = f"; variables here: {_listed(variables, str)}" if variables else ""
         if len(names) > 1:
             also += "".join(f"; `{name}` is spelled `{meant}`" for name, meant in spelled.items())
-        new = [name for name in names if name not in (*spelled, "dt") and len(name) <= LONGEST_SHOWN]
+        no_names = (*spelled, "dt", "e", *WITHOUT_VALUE)
+        new = [name for name in names if name not in no_names and len(name) <= LONGEST_SHOWN]
         values = ", ".join(f"{name}: null" for name in new[:LONGEST_LIST])
         if values and near is None:
             also += f"; a symbol, or a name for a value, is declared by `parameters: {{{values}}}`"
+        if "e" in names:
+            also += "; e to a power is written `exp(...)`"
+        if not WITHOUT_VALUE.isdisjoint(names):
+            also += "; a parameter without a value is `null`: `m: null`"
         if is_unit(names[0]):
             also += f"; a quantity in {shown(names[0])} stands alone, or is a parameter"
         return ExpressionError(
@@ -321,6 +343,12 @@ class Environment:
             f"{f' (did you mean {near}?)' if near else ''}",
             hint=f"declared parameters: {_listed(self._declared_in_order)}{also}",
         )
+
+
+@lru_cache(maxsize=64)
+def words_of(names: tuple[str, ...]) -> Words:
+    """The names that a document knows, for the reader; another one is taken whole."""
+    return Words(names, is_open=True)
 
 
 def arithmetic_for(exact: bool) -> Arithmetic:

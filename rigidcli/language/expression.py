@@ -12,15 +12,20 @@ from __future__ import annotations
 
 import math
 import operator
+import unicodedata
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from functools import partial, reduce
 from typing import TYPE_CHECKING, Any, overload
 
-from rigidcli.errors import ExpressionError
+from rigidcli.errors import ExpressionError, shortened
 from rigidcli.language.functions import FUNCTIONS, RESERVED
-from rigidcli.language.parser import read
-from rigidcli.language.tree import Kind, Node, Parts, UnknownFunction, fold
+from rigidcli.language.latex import plain
+from rigidcli.language.parser import of_tokens
+from rigidcli.language.tokens import DOTTED, GREEK_LETTERS, tokenize
+from rigidcli.language.tree import Kind, Node, Parts, UnknownFunction, fold, names_in
+from rigidcli.language.typed import POINTS
+from rigidcli.language.words import Words
 
 if TYPE_CHECKING:
     import numpy as np
@@ -61,14 +66,54 @@ class Expression:
         return array(self.root, known)
 
 
-def parse(text: str, functions: Mapping[str, UnknownFunction] | None = None) -> Expression:
+def parse(
+    text: str,
+    functions: Mapping[str, UnknownFunction] | None = None,
+    words: Words | None = None,
+    fits: Callable[[Expression], bool] = lambda expression: True,
+) -> Expression:
     """Read a text in the expression language, in which there may be `functions` without a formula.
 
+    Of several readings the one that `fits` is taken. Signs of LaTeX, of print and of phones are read as plain
+    ones.
+
     Raises:
-        ExpressionError: the text is not in the language or beyond its bounds.
+        ExpressionError: the text is not in the language or beyond its bounds, or several readings fit.
     """
-    root, names = read(text, functions or {})
-    return Expression(text, root, names)
+    try:
+        tokens = tokenize(text)
+    except ExpressionError as error:
+        if error.code or any(letter.isalpha() and not _is_read(letter) for letter in text):
+            raise
+        try:
+            typed = plain(text)
+            tokens = tokenize(typed.translate(POINTS) if "\\" in text else typed, as_typed=False)
+        except ExpressionError:
+            raise error from None
+    roots = of_tokens(tokens, functions or {}, words or _ANY)
+    expressions = [Expression(text, root, frozenset(names_in(root))) for root in roots]
+    fitting = [each for each in expressions if fits(each)] if len(roots) > 1 else expressions
+    if len(fitting) < 2:
+        return (fitting or expressions)[0]
+    # Only needed here: documents without mistakes are read sooner.
+    from rigidcli.language.text import reading
+
+    first, *others = (f"`{shortened(reading(each.root), _SHOWN)}`" for each in fitting)
+    words_ = f"{len(fitting)} ways" if len(fitting) > 2 else "two ways"
+    hint = f"write {first} or {', '.join(others)}"
+    raise ExpressionError(f"this can be read in {words_}", column=1, hint=hint, code="two_readings")
+
+
+_ANY = Words((), is_open=True)
+
+
+def _is_read(letter: str) -> bool:
+    """Whether a letter has an ASCII spelling: an accent is no decoration in a name."""
+    return unicodedata.normalize("NFKC", letter).isascii() or letter in GREEK_LETTERS or letter in DOTTED
+
+
+_SHOWN = 60
+"""The most characters of a reading that a message proposes."""
 
 
 SIGNS = {"+": operator.add, "-": operator.sub, "*": operator.mul, "/": operator.truediv}

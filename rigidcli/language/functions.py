@@ -52,8 +52,20 @@ FUNCTIONS: dict[str, Function] = {
 WITH_CORNERS = frozenset(["abs", "sign"])
 """Functions that heyoka does not have: a Taylor series does not see a corner ahead."""
 
-ALIASES = {"ln": "log"}
+SHORT = {
+    "tg": "tan", "ctg": "cot", "cotg": "cot", "sh": "sinh", "ch": "cosh", "th": "tanh", "sgn": "sign",
+    "lg": "lg", "log10": "lg", "sen": "sin", "Abs": "abs",
+}  # fmt: skip
+"""Further names that books use for functions; before an argument only; elsewhere they are letters."""
+
+ALIASES = SHORT | {
+    "ln": "log", "arcsin": "asin", "arccos": "acos", "arctan": "atan", "arctg": "atan", "arcsinh": "asinh",
+    "arccosh": "acosh", "arctanh": "atanh", "arsinh": "asinh", "arcosh": "acosh", "artanh": "atanh",
+}  # fmt: skip
 """Further names of functions, which are read and never written."""
+
+TENTH = "lg"
+"""The tenth logarithm, which is read as log(x)/log(10)."""
 
 QUOTIENTS = {"cot": ("cos", "sin"), "sec": ("", "cos"), "csc": ("", "sin")}
 """Functions that are read as quotients of others, and never written: cot(x) is cos(x)/sin(x)."""
@@ -63,5 +75,5 @@ CONSTANTS: dict[str, float] = {"pi": math.pi}
 CALLED: frozenset[str] = frozenset({*FUNCTIONS, *ALIASES, *QUOTIENTS})
 """Names that stand before arguments."""
 
-RESERVED: frozenset[str] = CALLED | {*CONSTANTS, "t"}
+RESERVED: frozenset[str] = frozenset({*FUNCTIONS, "ln", *QUOTIENTS, *CONSTANTS, "t"})
 """Names that a document cannot give to a parameter of its own; `t` is time."""

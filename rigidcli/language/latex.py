@@ -38,8 +38,7 @@ _GREEK = {
     **{name: name for name in (*GREEK, *map(str.capitalize, GREEK), "hbar", "ell")},
     "varphi": "phi", "vartheta": "theta", "varepsilon": "epsilon", "varrho": "rho", "varsigma": "sigma",
 }  # fmt: skip
-_FUNCTIONS = {name: name for name in CALLED} | {"arcsin": "asin", "arccos": "acos", "arctan": "atan"}
-_FUNCTIONS |= {"arsinh": "asinh", "arcosh": "acosh", "artanh": "atanh"}
+_FUNCTIONS = {name: name for name in CALLED}
 _SPACES = ("tag", "quad", "qquad", "thinspace", "space", *",;:! >")
 _DROPPED = (
     "left", "right", "big", "Big", "bigl", "bigr", "Bigl", "Bigr", "bigg", "biggl", "biggr", "displaystyle",
@@ -69,6 +68,10 @@ _DERIVATIVE = re.compile(r"\s*d\s*(?:\^\s*(2)\s*)?(?P<name>[^\W\d]\w*'*)?\s*")
 _BY_TIME = re.compile(r"\s*d\s*t\s*(?:\^\s*2\s*)?")
 
 
+_FONTS = re.compile("[\u2102-\u2138\uff01-\uff5e\U0001d400-\U0001d7ff]")
+"""Letters in the fonts of Word and others, and of full width."""
+
+
 def plain(text: str) -> str:
     """A text without LaTeX, in ASCII as far as its signs have ASCII spellings.
 
@@ -80,6 +83,7 @@ def plain(text: str) -> str:
         raise ExpressionError(message, code="too_large")
     if text.isascii() and not set("\\{}$").intersection(text):
         return text
+    text = _FONTS.sub(lambda letter: unicodedata.normalize("NFKC", letter[0]), text)
     text = unicodedata.normalize("NFD", text).replace("\u0301", "") if not text.isascii() else text
     text = _DOTTED.sub(lambda match: f"{match[1]}{'dot' if match[2] == chr(0x307) else 'ddot'}", text)
     text = re.sub(SUPERSCRIPT, lambda match: f"^{match[0].translate(LOWERED)} ", text).translate(_SIGNS)
@@ -118,7 +122,8 @@ class _Latex:
                 inner = self.group("}")
                 written.append(inner if inner.strip() == "," else f"({inner})")
             elif script:
-                written.append(self.script(script))
+                before = written[-1].strip() if written else ""
+                written.append(self.script(script, is_single=before in CALLED))
             elif not match[0].startswith("$"):
                 is_blank = match[0] == "~" and "".join(written).strip()
                 written.append(" " if is_blank else match[0])
@@ -141,8 +146,8 @@ class _Latex:
             return self.group("}")
         return match[0] if match[1] is None else self.command(match[1])
 
-    def script(self, sign: str) -> str:
-        """A power, or an index as part of a name."""
+    def script(self, sign: str, *, is_single: bool = False) -> str:
+        """A power, or an index as part of a name; a power of a function is one digit without braces."""
         braced = self.text[self.place : self.place + 1] in ("{", "\\")
         if sign == "^":
             power = self.argument() if braced else ""
@@ -150,6 +155,8 @@ class _Latex:
                 return power.strip()
             if re.fullmatch(r"\s*[-+]?\s*\d+\s*", power):
                 return f"^{power.replace(' ', '').lstrip('+')} "
+            if not braced and is_single and self.text[self.place : self.place + 1].isdigit():
+                return f"^{self.argument()} "
             return f"^({power})" if braced else "^"
         return f"_{_index(self.argument())} " if braced else "_"
 

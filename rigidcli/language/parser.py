@@ -1,13 +1,15 @@
-"""Tokens to tree: the grammar of the expression language.
+"""Tokens to trees: the grammar of what people type, in documents and in answers.
 
-    sum     = product (("+" | "-") product)*
-    product = factor (["*" | "/"] factor)*
-    factor  = ("-" | "+") factor | atom ["**" factor | superscript]
-    atom    = number | name | function "(" sum ("," sum)* ")" | "(" sum ")" | root atom
+    sum      = product (("+" | "-") product)*
+    product  = factor (["*" | "/"] factor)*
+    factor   = ("-" | "+") factor | atom ["**" exponent | superscript]
+    atom     = number ["deg"] | word | function argument | "(" sum ")" | "|" sum "|" | root operand
+    argument = "(" sum ("," sum)* ")" | operand
 
-Where neither `*` nor `/` stands between two factors, they are multiplied: `2 m g x`, `2(x + 1)`. The second
-of them begins with a name, a parenthesis or a root, and the first is no divisor: `1/2 m` could be
-read in two ways. A name that touches a parenthesis is a function: `f(x)` is no product, `x (a + b)` is one.
+Where neither `*` nor `/` stands between two factors, they are multiplied: `2 m g x`, `2(x + 1)`. A word is a
+name, or the product of known names that it spells. Where there are no brackets, people differ in how far a
+divisor, an exponent, a root and the argument of a function reach; each such place has some usual readings,
+the most usual first, and a `Way` says which of them are taken (see `readings`).
 The text is read by these rules alone and is never given to anything that could run it.
 """
 
@@ -15,13 +17,16 @@ from __future__ import annotations
 
 import difflib
 import re
-from abc import ABC, abstractmethod
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
+from enum import Enum
+from itertools import product
+from typing import NamedTuple
 
 from rigidcli.errors import ExpressionError
 from rigidcli.language import tree
-from rigidcli.language.functions import ALIASES, CALLED, CONSTANTS, FUNCTIONS, QUOTIENTS
+from rigidcli.language.functions import ALIASES, CALLED, CONSTANTS, FUNCTIONS, QUOTIENTS, SHORT, TENTH
 from rigidcli.language.tokens import Token, tokenize
+from rigidcli.language.words import Words, unknown
 
 _NONE: Mapping[str, tree.UnknownFunction] = {}
 """The functions of a text in which none can be declared."""
@@ -36,35 +41,147 @@ _OPERAND = ("number", "name", "root")
 _SHOWN = 24
 """The most characters of a name that a message repeats."""
 
-_SHOWN_READING = 60
-"""The most characters of a reading of an unclear quotient that a message proposes."""
+MOST_READINGS = 8
+"""The most readings of one text."""
+
+_DEGREES = frozenset(["deg", "degree", "degrees", "Grad"])
+_E = tree.Name("e")
+_ONE = tree.Number("1", 1.0)
+_DEGREE = (tree.Constant("pi"), tree.Reciprocal(tree.Number("180", 180.0)))
+
+_ANGLE = re.compile(r"(theta|phi|psi|alpha|beta|gamma|chi|vartheta)[_0-9]*")
+"""Names that are usually the whole argument of a function: `sin theta x`."""
+
+_HEAD = re.compile(rf"({'|'.join(sorted(CALLED - {'atan2', 'log10'}, key=len, reverse=True))})(\d+)(\w*)")
+"""A function with its argument behind it in one word: `sin2theta`."""
+
+
+class Reach(Enum):
+    """How far an operand without brackets reaches."""
+
+    ALL = "up to the next sum or function"
+    RUN = "as far as no blank stands between"
+    FIRST = "its first factor"
+
+
+ARGUMENT = (Reach.ALL, Reach.RUN, Reach.FIRST)
+OF_MULTIPLE = (Reach.ALL, Reach.FIRST)
+OF_ANGLE = (Reach.FIRST, Reach.ALL)
+ROOT = (Reach.RUN, Reach.FIRST, Reach.ALL)
+ROOT_OF_NUMBER = (Reach.FIRST, Reach.ALL)
+OF_E = (Reach.ALL, Reach.RUN, Reach.FIRST)
+OF_BASE = (Reach.RUN, Reach.FIRST)
+
+
+OTHER_WAYS = (None, Reach.FIRST, Reach.RUN, Reach.ALL)
+"""How far operands reach in the readings of a text: as is usual in each place, or alike in all."""
+
+
+class Way(NamedTuple):
+    """Which of its readings each kind of place has in a text: 0 is the most usual one."""
+
+    divisor: int = 0
+    number: int = 0
+    exponent: int = 0
+    fraction: int = 0
+    root: int = 0
+    argument: int = 0
+    raised: int = 0
+    spelling: int = 0
+    inverse: int = 0
+    alias: int = 0
+
+
+def readings(read: Callable[[Way], tuple[tree.Node, Mapping[str, int]]]) -> list[tree.Node]:
+    """The usual readings of a text that differ, the most usual first, by a function that reads it in a way.
+
+    That function returns the tree, and how many readings each kind of place has. Raises ExpressionError
+    where the text can be read in no way.
+    """
+    found: dict[tree.Node, None] = {}
+    failure: ExpressionError | None = None
+    places: Mapping[str, int] = {}
+    try:
+        node, places = read(Way())
+        if not places:  # what is hashed goes deeper into the stack
+            return [node]
+        found[node] = None
+    except ExpressionError as error:
+        failure, places = error, getattr(error, "places", {})
+    ways = product(*(range(count) for count in places.values()))
+    for choice in sorted(ways, key=lambda way: (sum(1 for place in way if place), sum(way)))[
+        1 : 4 * MOST_READINGS
+    ]:
+        if len(found) == MOST_READINGS:
+            break
+        try:
+            found.setdefault(read(Way(**dict(zip(places, choice, strict=True))))[0])
+        except ExpressionError:
+            continue
+    if not found:
+        assert failure is not None
+        raise failure
+    return list(found)
 
 
 def read(
     source: str, functions: Mapping[str, tree.UnknownFunction] = _NONE
 ) -> tuple[tree.Node, frozenset[str]]:
-    """The tree of a text, and the names in it; it may call `functions` without a formula, too.
+    """The most usual tree of a text, and the names in it; it may call `functions` without a formula, too.
 
     Raises:
         ExpressionError: the text is not in the language, with the column where it stops being so.
     """
-    reader = _Reader(source, functions)
-    return reader.whole(), frozenset(reader.names)
+    root = of_tokens(tokenize(source), functions, None)[0]
+    return root, frozenset(tree.names_in(root))
 
 
-class Grammar(ABC):
-    """A place in the tokens of one text, with a method for each rule of the grammar."""
+def of_tokens(
+    tokens: Sequence[Token], functions: Mapping[str, tree.UnknownFunction], words: Words | None
+) -> list[tree.Node]:
+    """The readings of a text by its tokens, the most usual first; without `words` each word is one name.
 
-    __slots__ = ("depth", "index", "token", "tokens")
+    Raises ExpressionError.
+    """
+
+    def one(way: Way) -> tuple[tree.Node, Mapping[str, int]]:
+        reader = Grammar(list(tokens), functions, words, way)
+        try:
+            return reader.whole(), reader.places
+        except ExpressionError as error:
+            error.places = reader.places  # type: ignore[attr-defined]
+            raise
+
+    return readings(one)
+
+
+class Grammar:
+    """A place in the tokens of one text, with a method for each rule of the grammar.
+
+    `places` counts the readings of each kind of place that was met, and `barred` says of the brackets that
+    are open whether they are bars: a bar then closes, and else it opens.
+    """
 
     NO_COMMA = "a comma stands between arguments; the decimal sign is a point"
     """The hint where a comma has no meaning."""
 
-    def __init__(self, tokens: list[Token]) -> None:
+    def __init__(
+        self,
+        tokens: list[Token],
+        functions: Mapping[str, tree.UnknownFunction],
+        words: Words | None,
+        way: Way,
+    ) -> None:
         self.tokens = tokens
         self.index = 0
         self.token = self.tokens[0]
         self.depth = 0
+        self.functions = functions
+        self.words = words
+        self.way = way
+        self.places: dict[str, int] = {}
+        self.barred = [False]
+        self.is_open = words is None or words.is_open
 
     def advance(self, count: int = 1) -> None:
         """Pass some tokens."""
@@ -77,13 +194,20 @@ class Grammar(ABC):
         self.advance()
         return token
 
-    def descend(self) -> Token:
-        """Pass a token that puts what follows one level deeper."""
+    def deeper(self) -> None:
+        """Go one level deeper."""
         self.depth += 1
         if self.depth > MAX_DEPTH:
             message = f"nested deeper than {MAX_DEPTH} levels"
             raise ExpressionError(message, column=self.token.column, code="too_large")
-        return self.passed()
+
+    def descend(self) -> Token:
+        """Pass a token that puts what follows one level deeper."""
+        self.deeper()
+        opening = self.passed()
+        if opening.text in CLOSING:
+            self.barred.append(opening.text == "|")
+        return opening
 
     def close(self, opening: Token) -> None:
         """Pass the sign that closes what `opening` began."""
@@ -92,7 +216,20 @@ class Grammar(ABC):
         if self.token.text != CLOSING[opening.text]:
             raise self.misplaced()
         self.depth -= 1
+        self.barred.pop()
         self.advance()
+
+    def meets(self, place: str, count: int) -> int:
+        """Take note of a kind of place with so many readings, and return which one is taken."""
+        if count > 1:
+            self.places[place] = max(count, self.places.get(place, 1))
+        taken: int = getattr(self.way, place)
+        return min(taken, count - 1)
+
+    def reach(self, place: str, orders: Sequence[Reach]) -> Reach:
+        """How far an operand reaches, of which these are usual here."""
+        reach = OTHER_WAYS[getattr(self.way, place)]
+        return reach if reach is not None and reach in orders else orders[0]
 
     def whole(self) -> tree.Node:
         """The expression, which is all of the text."""
@@ -115,96 +252,344 @@ class Grammar(ABC):
             terms.append(term if sign == "+" else tree.Negative(term))
         return tree.Sum(tuple(terms))
 
-    def product(self) -> tree.Node:
-        """A product, or the one factor that it is."""
-        factors = [self.factor()]
+    def product(self, reach: Reach | None = None) -> tree.Node:
+        """A product, or the one factor that it is; an operand without brackets reaches so far."""
+        factors = self.factor()
         while True:
             operator = self.token.text
             if operator in ("*", "/"):
+                if reach is not None and not self.goes_on(reach):
+                    return multiplied(factors)
                 self.advance()
-                factor = self.factor()
-                factors.append(factor if operator == "*" else tree.Reciprocal(factor))
+                if operator == "*":
+                    factors += self.factor()
+                    continue
+                is_fraction = isinstance(factors[-1], tree.Number) and self.token.kind == "number"
+                opened = self.token.text == "("
+                below = self.factor()
+                if opened or (is_fraction and not self.token.touches) or not self.may_follow(below, reach):
+                    factors.append(tree.Reciprocal(multiplied(below)))
+                else:
+                    factors += self.divisor("number" if is_fraction else "divisor", below, reach)
             elif self.begins_factor():
+                if reach is not None and not self.goes_on(reach):
+                    return multiplied(factors)
                 if operator.startswith("_") and self.token.touches:  # the digits of 1_000
                     raise self.misplaced()
-                if isinstance(factors[-1], tree.Reciprocal):
-                    raise self.unclear_quotient(factors)
-                factors += self.further()
+                factors += self.factor()
             else:
                 return multiplied(factors)
 
+    def may_follow(self, below: Sequence[tree.Node], reach: Reach | None) -> bool:
+        """Whether more than one factor may belong to a divisor."""
+        is_next = self.begins_factor() and (reach is None or self.goes_on(reach))
+        return len(below) > 1 or is_next
+
+    def divisor(self, place: str, below: list[tree.Node], reach: Reach | None) -> list[tree.Node]:
+        """A divisor and the factors behind it, which may belong to it."""
+        run = len(below)
+        while self.begins_factor() and (reach is None or self.goes_on(reach)):
+            touches = self.token.touches
+            further = self.factor()
+            if touches and run == len(below):
+                run += len(further)
+            below = below + further
+        ends = list(dict.fromkeys([run, 1, len(below)]))
+        end = ends[self.meets(place, len(ends))] if len(ends) > 1 else ends[0]
+        return [tree.Reciprocal(multiplied(below[:end])), *below[end:]]
+
     def begins_factor(self) -> bool:
         """Whether a factor without a sign begins here."""
-        return self.token.kind in ("name", "root") or self.token.text == "("
+        opens = self.token.text == "|" and not self.barred[-1]
+        return self.token.kind in ("name", "root") or self.token.text == "(" or opens
 
-    def further(self) -> Sequence[tree.Node]:
-        """A factor without a sign, or the several that it is made of."""
-        return [self.factor()]
+    def goes_on(self, reach: Reach) -> bool:
+        """Whether an operand that reaches so far goes on with the factor or the operator that is next."""
+        here = self.token
+        is_operator = here.text in ("*", "/")
+        following = self.tokens[self.index + 1] if is_operator else here
+        ends = self.is_function(following) or (following.text == "(" and not (is_operator or here.touches))
+        if ends or reach is Reach.FIRST:
+            return False
+        if reach is Reach.RUN:
+            return here.touches and (not is_operator or (following.touches and here.text == "/"))
+        return True
 
-    def factor(self) -> tree.Node:
-        """A sign and its operand, or a power."""
+    def is_function(self, token: Token) -> bool:
+        """Whether a word begins with the name of a function."""
+        word = token.text
+        if token.kind != "name" or (self.words is not None and self.words.meaning(word)):
+            return token.kind == "root"
+        if word in SHORT:
+            return False
+        return word in CALLED or any(
+            word.startswith(name) for name in ("sin", "cos", "tan", "exp", "ln", "log")
+        )
+
+    def factor(self) -> list[tree.Node]:
+        """A sign and its operand, or a power; or several factors that one word is made of."""
         sign = self.token.text
         if sign in ("-", "+"):
             self.descend()
             operand = self.factor()
             self.depth -= 1
-            return operand if sign == "+" else tree.Negative(operand)
+            return operand if sign == "+" else [tree.Negative(multiplied(operand))]
         # A name is read here, and not there, as each level of calls takes one place less on the stack so.
         *before, base = self.named(self.passed()) if self.token.kind == "name" else self.atoms()
         if self.token.kind == "superscript":
             digits = self.token.text.removeprefix("-")
             raised = tree.Number(digits, float(digits))
-            base = tree.Power(base, raised if digits == self.token.text else tree.Negative(raised))
+            base = self.power(base, raised if digits == self.token.text else tree.Negative(raised))
             self.advance()
             if self.token.text == "**" or self.token.kind == "superscript":
                 raise self.misplaced("group powers of powers with parentheses")
         if self.token.text == "**":
-            base = self.power(base, self.exponent())
-        return multiplied([*before, base])
+            base = self.power(base, self.exponent(base))
+        return [*before, base]
 
-    def exponent(self) -> tree.Node:
+    def is_euler(self, base: tree.Node) -> bool:
+        """Whether a base is the number e, which is no letter of the question."""
+        return base == _E and not self.is_open and self.words is not None and self.words.meaning("e") is None
+
+    def power(self, base: tree.Node, exponent: tree.Node) -> tree.Node:
+        """A base with its exponent; e is the number where it is no letter of the question."""
+        return tree.Call("exp", (exponent,)) if self.is_euler(base) else tree.Power(base, exponent)
+
+    def exponent(self, base: tree.Node | None) -> tree.Node:
         """What stands behind the sign of a power."""
+        is_group = self.tokens[self.index - 1].text == ")"
         self.descend()
-        exponent = self.factor()
+        start = self.index
+        orders: tuple[Reach, ...] = (Reach.FIRST,)
+        place = start + (self.token.text in ("-", "+"))
+        first, second, third = (self.tokens[min(place + k, len(self.tokens) - 1)] for k in range(3))
+        if base is not None and self.is_euler(base):
+            orders = OF_E
+        elif isinstance(base, tree.Number) and first.kind == "name":
+            orders = OF_BASE
+        if len(orders) == 1 and first.kind == third.kind == "number" and second.text == "/":
+            exponent = self.fraction(first.text, third.text, is_group)
+        elif len(orders) == 1 or first.text == "(":
+            exponent = multiplied(self.factor())
+        else:
+            exponent = self.product(self.reach("exponent", orders))
+            if self.index > start + 1 or self.token.text == "/" or self.begins_factor():
+                self.meets("exponent", len(OTHER_WAYS))
         self.depth -= 1
         return exponent
 
-    def power(self, base: tree.Node, exponent: tree.Node) -> tree.Node:
-        """A base with its exponent."""
-        return tree.Power(base, exponent)
+    def fraction(self, above: str, below: str, is_group: bool) -> tree.Node:
+        """The exponent `1/2`, or the number before its `/`: x^2/2 is half a square, x^1/2 is a root."""
+        ways = [True, False] if above == "1" else [False]
+        if above != "1" and float(above) % float(below or 1) and (is_group or below == "2"):
+            ways = [False, True]
+        if self.tokens[self.index + 1].text == "." or float(below) == 0:
+            ways = [False]
+        exponent = multiplied(self.factor())
+        if ways[self.meets("fraction", len(ways)) if len(ways) > 1 else 0]:
+            self.advance()
+            exponent = tree.Product((exponent, tree.Reciprocal(multiplied(self.atoms()))))
+        return exponent
 
-    def atoms(self) -> Sequence[tree.Node]:
+    def atoms(self) -> list[tree.Node]:
         """The factor before a power; or several, such as names run together, of which the last is raised."""
         kind = self.token.kind
         if kind == "number":
             digits = self.passed().text
-            return [tree.Number(digits, float(digits))]
+            number = tree.Number(digits, float(digits))
+            is_angle = self.token.kind == "name" and self.token.text in _DEGREES
+            if is_angle and not (self.words is not None and self.words.meaning(self.token.text)):
+                self.advance()
+                return [tree.Product((number, *_DEGREE))]
+            return [number]
         if kind == "name":
             return self.named(self.passed())
         if kind == "root":
             return [self.root()]
-        if self.token.text != "(":
+        if self.token.text not in CLOSING:
             raise self.misplaced()
         opening = self.descend()
         inner = self.sum()
         self.close(opening)
-        return [inner]
+        return [tree.Call("abs", (inner,)) if opening.text == "|" else inner]
 
-    @abstractmethod
-    def named(self, token: Token) -> Sequence[tree.Node]:
-        """What a name means, which has been passed already."""
+    def named(self, token: Token) -> list[tree.Node]:
+        """What a word means, which has been passed already."""
+        name, calls = token.text, self.token.text == "(" and self.token.touches
+        words = self.words
+        if (
+            words is not None
+            and (meant := words.meaning(name)) is not None
+            and not (calls and name in self.functions)
+        ):
+            return self.symbol(meant, token)
+        if calls and name in ("dot", "ddot") and self.tokens[self.index + 2].text == ")":
+            of = self.tokens[self.index + 1].text
+            self.advance(3)
+            return [tree.Name(f"{of}{name}")]
+        if calls and name in self.functions:
+            return [applied(token, self.functions[name], self.arguments())]
+        if name in CALLED and (name not in SHORT or self.is_called(name)):
+            if not self.is_open and name[0] == "a" and name[1:] in CALLED and words is not None:
+                is_amplitude = words.meaning("a") is not None
+                if is_amplitude and self.meets("inverse", 2) == 0:
+                    self.put(token, "a", name[1:])
+                    return self.named(self.passed())
+            if calls and not self.is_half():  # here, and not below, for one place less on the stack
+                return [applied(token, ALIASES.get(name, name), self.arguments())]
+            return [self.call(token)]
+        if name in CONSTANTS:
+            if calls and words is not None and words.is_open:
+                raise _no_function(token, self.functions is not _NONE)
+            return [tree.Constant(name)]
+        if head := _HEAD.fullmatch(name):
+            self.put(token, *filter(None, head.groups()))
+            return self.named(self.passed())
+        if words is None or (name == _E.name and self.token.text == "**"):
+            return self.symbol(name, token)
+        if (
+            name[-1] == _E.name
+            and self.token.text == "**"
+            and not words.is_open
+            and words.meaning("e") is None
+        ):
+            before = name[:-1]
+            if words.meaning(before) or words.products(before):
+                self.put(token, before, _E.name)
+                return self.named(self.passed())
+        ways = words.products(name, self.token.kind in ("name", "number") or self.token.text == "(")
+        if not ways and words.is_open:
+            return self.symbol(name, token)
+        if not ways:
+            raise unknown(name, words)
+        if len(ways) == 2 and words.is_open:
+            raise _two_spellings(token, ways)
+        parts = ways[self.meets("spelling", 2) if len(ways) == 2 else 0]
+        if any(part in CALLED for part in parts):
+            self.put(token, *parts)
+            return [self.call(self.passed())] if parts[0] in CALLED else self.named(self.passed())
+        constant = (
+            tree.Constant(p) if p in CONSTANTS and words.meaning(p) != p else tree.Name(p) for p in parts
+        )
+        nodes: list[tree.Node] = list(constant)
+        if self.is_of_time(parts[-1]):
+            self.advance(3)
+        return nodes
 
-    def root(self) -> tree.Call:
-        """The root of the number, name, function or parenthesis that follows its sign."""
-        sign = self.descend()
-        operand = multiplied(self.atoms())
-        self.depth -= 1
-        before, here = self.tokens[self.index - 1], self.token
-        runs_on = before.kind == "number" and here.touches and (here.kind == "name" or here.text == "(")
-        if runs_on or here.text == "**" or here.kind == "superscript":
+    def is_called(self, name: str) -> bool:
+        """Whether a short name of a function, which may also be letters, stands before an argument."""
+        opens = self.token.text == "(" and self.token.touches
+        if self.words is None or self.words.is_open:
+            return opens
+        if not (opens or self.token.kind in ("name", "number")):
+            return False
+        return not self.words.products(name) or self.meets("alias", 2) == 0
+
+    def put(self, token: Token, *parts: str) -> None:
+        """Put the parts of a word as tokens in the place of it; the first is the next one."""
+        pieces = [
+            Token("number" if part[0].isdigit() else "name", part, token.column, token.touches or place > 0)
+            for place, part in enumerate(parts)
+        ]
+        self.tokens[self.index : self.index] = pieces
+        self.token = self.tokens[self.index]
+
+    def symbol(self, name: str, token: Token) -> list[tree.Node]:
+        """A name, perhaps with `(t)` behind it."""
+        if self.is_of_time(name):
+            self.advance(3)
+        elif self.is_open and self.token.text == "(" and self.token.touches and self.words is not None:
+            if self.tokens[self.index + 1].text == "t":
+                hint = f"what depends on the time stands without it: write `{name[:_SHOWN]}`"
+                raise ExpressionError(f"`{name[:_SHOWN]}` is not a function", column=token.column, hint=hint)
+            raise _no_function(token, self.functions is not _NONE)
+        return [tree.Name(name)]
+
+    def is_of_time(self, name: str) -> bool:
+        """Whether `(t)` follows a name that depends on the time."""
+        following = [token.text for token in self.tokens[self.index : self.index + 3]]
+        touches = self.token.touches or name.endswith("dot")
+        is_moving = self.words is None or name in self.words.moving
+        return following == ["(", "t", ")"] and touches and is_moving
+
+    def call(self, token: Token) -> tree.Node:
+        """A function, whose name has been passed already, perhaps with a power, and its arguments."""
+        function = token.text
+        power: tree.Node | None = None
+        if self.token.kind == "superscript":
+            digits = self.passed().text
+            power = tree.Number(digits.lstrip("-"), float(digits.lstrip("-")))
+            power = tree.Negative(power) if digits[0] == "-" else power
+        elif self.token.text == "**":
+            power = self.exponent(None)
+        function = ALIASES.get(function, function)
+        if power == tree.Negative(_ONE):
+            if f"a{function}" not in FUNCTIONS:
+                message = f"the inverse of `{function}` is not clear"
+                raise ExpressionError(message, hint=f"write `1/{function}(...)`", column=token.column)
+            function, power = f"a{function}", None
+        if self.token.text == "(" and not self.is_half():
+            arguments = self.arguments()
+        else:
+            self.deeper()
+            argument = self.operand(function, token)
+            self.depth -= 1
+            arguments = (argument,)
+            if power is None and isinstance(argument, tree.Power) and self.meets("raised", 2):
+                arguments, power = (argument.base,), argument.exponent
+        node = applied(token, function, arguments)
+        return node if power is None else tree.Power(node, power)
+
+    def is_half(self) -> bool:
+        """Whether a vulgar fraction stands here, with a factor behind it: `(1/2)theta`, from one sign."""
+        _, above, bar, below, end, behind = [*self.tokens[self.index : self.index + 6], *[self.token] * 6][:6]
+        is_fraction = above.kind == below.kind == "number" and bar.text == "/" and end.text == ")"
+        return is_fraction and behind.kind == "name" and behind.touches
+
+    def operand(self, function: str, token: Token) -> tree.Node:
+        """The argument of a function, or what is under a root, without brackets."""
+        here, following = self.token, self.tokens[self.index + 1] if self.token.kind != "end" else self.token
+        place = "root" if function == "sqrt" else "argument"
+        begins = here.kind == "number" or self.begins_factor()
+        if not begins and token.kind == "root":
+            raise self.misplaced()
+        if not (begins or (here.text == "-" and place == "argument" and self.words is not None)):
             raise ExpressionError(
-                "it is not clear where the root ends", column=sign.column, hint="write `sqrt(...)`"
+                f"`{token.text}` is a function and needs its argument in parentheses",
+                column=token.column,
+                hint=f"write `{token.text}(...)`",
             )
+        if here.text == "(" and place == "root":
+            return multiplied(self.atoms())
+        orders: tuple[Reach, ...] = OF_MULTIPLE if here.kind == "number" else ARGUMENT
+        if place == "root":
+            is_next = following.kind == "name" or following.text == "("
+            is_alone = here.kind == "number" and not (is_next and following.touches)
+            orders = ROOT_OF_NUMBER if is_alone else ROOT
+            orders = tuple(reach for reach in orders if reach is not Reach.ALL or not self.is_open)
+        elif here.kind == "name" and _ANGLE.fullmatch(here.text) and following.kind == "name":
+            orders = OF_ANGLE if following.text != "t" else ARGUMENT
+        start = self.index
+        reach = self.reach(place, orders)
+        if reach is not Reach.FIRST:
+            operand = self.product(reach)
+        else:
+            factors = list(self.factor())
+            if here.kind == "number" and place == "argument" and self.token.kind == "name":
+                factors += [] if self.is_function(self.token) else self.factor()
+            if self.token.text == "t" and self.token.kind == "name" and factors[-1] != tree.Name("t"):
+                factors += self.factor() if place == "argument" else []
+            operand = multiplied(factors)
+        is_divided = self.token.text == "/" and place == "root" and orders[0] is Reach.RUN
+        if self.index > start + 1 or self.begins_factor() or is_divided:
+            self.meets(place, len(OTHER_WAYS) if len(orders) > 1 else 1)
+        return operand
+
+    def root(self) -> tree.Node:
+        """The root of what follows its sign."""
+        sign = self.descend()
+        operand = self.operand("sqrt", sign)
+        self.depth -= 1
         return tree.Call("sqrt", (operand,))
 
     def arguments(self) -> tuple[tree.Node, ...]:
@@ -216,28 +601,6 @@ class Grammar(ABC):
             arguments.append(self.sum())
         self.close(opening)
         return tuple(arguments)
-
-    def unclear_quotient(self, factors: list[tree.Node]) -> ExpressionError:
-        """What is wrong with these factors, of which the last is a divisor, before one without a sign."""
-        # Only needed here: documents without mistakes are read sooner.
-        from rigidcli.language.text import reading
-
-        column = self.token.column
-        *above, divisor = factors
-        assert isinstance(divisor, tree.Reciprocal)
-        factor = self.factor()
-        kept = above if above != [tree.Number("1", 1.0)] else []
-        readings = [
-            reading(tree.Product((*above, tree.Reciprocal(tree.Product((divisor.operand, factor)))))),
-            reading(tree.Product((*kept, factor, divisor))),
-        ]
-        if max(map(len, readings)) > _SHOWN_READING:
-            readings = ["a/(b*c)", "a*c/b"]
-        return ExpressionError(
-            "a product without a sign after `/` can be read in two ways",
-            column=column,
-            hint=f"write `{readings[0]}` or `{readings[1]}`",
-        )
 
     def misplaced(self, hint: str | None = None) -> ExpressionError:
         """What is wrong with the token that no rule of the grammar can use here."""
@@ -268,40 +631,6 @@ def multiplied(factors: Sequence[tree.Node]) -> tree.Node:
     return factors[0] if len(factors) == 1 else tree.Product(tuple(factors))
 
 
-class _Reader(Grammar):
-    """The grammar of documents, in which names are taken whole, and `functions` may have no formula."""
-
-    __slots__ = ("functions", "names")
-
-    def __init__(self, source: str, functions: Mapping[str, tree.UnknownFunction]) -> None:
-        super().__init__(tokenize(source))
-        self.functions = functions
-        self.names: set[str] = set()
-
-    def named(self, token: Token) -> Sequence[tree.Node]:
-        """A function with its arguments, a constant or a symbol."""
-        name, is_followed = token.text, self.token.text == "("
-        if name in CALLED or (is_followed and self.token.touches and name in self.functions):
-            if not is_followed:
-                is_raised = self.token.text == "**" or self.token.kind == "superscript"
-                raise ExpressionError(
-                    f"`{name}` is a function and needs its argument in parentheses",
-                    column=token.column,
-                    hint=f"write `{name}(...)`{', and a power of it behind that' if is_raised else ''}",
-                )
-            meant = self.functions.get(name, ALIASES.get(name, name))
-            return [applied(token, meant, self.arguments())]
-        if is_followed and self.token.touches:
-            if self.tokens[self.index + 1].text == "t":
-                hint = f"what depends on the time stands without it: write `{name[:_SHOWN]}`"
-                raise ExpressionError(f"`{name[:_SHOWN]}` is not a function", column=token.column, hint=hint)
-            raise _no_function(token, self.functions is not _NONE)
-        if name in CONSTANTS:
-            return [tree.Constant(name)]
-        self.names.add(name)
-        return [tree.Name(name)]
-
-
 def applied(typed: Token, name: str, arguments: tuple[tree.Node, ...]) -> tree.Node:
     """A function of some arguments, or the quotient that it is.
 
@@ -310,6 +639,9 @@ def applied(typed: Token, name: str, arguments: tuple[tree.Node, ...]) -> tree.N
     arity = FUNCTIONS[name].arity if name in FUNCTIONS else 1
     if isinstance(name, tree.UnknownFunction):
         arity = len(name.parameters)
+    if name == TENTH and len(arguments) == 1:
+        ten = tree.Call("log", (tree.Number("10", 10.0),))
+        return tree.Product((tree.Call("log", arguments), tree.Reciprocal(ten)))
     if len(arguments) != arity:
         message = f"`{typed.text}` takes {arity} argument{'s' if arity > 1 else ''}, not {len(arguments)}"
         raise ExpressionError(message, column=typed.column)
@@ -318,6 +650,12 @@ def applied(typed: Token, name: str, arguments: tuple[tree.Node, ...]) -> tree.N
     above, below = QUOTIENTS[name]
     over = tree.Call(above, arguments) if above else tree.Number("1", 1.0)
     return tree.Product((over, tree.Reciprocal(tree.Call(below, arguments))))
+
+
+def _two_spellings(token: Token, ways: Sequence[Sequence[str]]) -> ExpressionError:
+    first, second = (" ".join(way) for way in ways)
+    message = f"`{token.text}` can be read as `{first}` and as `{second}`"
+    return ExpressionError(message, column=token.column, hint="put blanks or `*` between names")
 
 
 def _no_function(token: Token, may_be_declared: bool) -> ExpressionError:

@@ -37,6 +37,15 @@ def reading(node: tree.Node) -> str:
     return _signed(fold(node, _atom, _plain(" ", "^")))
 
 
+_AMPLITUDE = re.compile(r"\ba(?=(?:sin|cos|tan)h?\()")
+_POWER_OVER = re.compile(r"\^(\d+)/(?=\d)")
+
+
+def without_doubt(node: tree.Node) -> str:
+    """A tree as a person would write it, in a form with one reading: `arcsin(x)`, as a may be a factor."""
+    return _POWER_OVER.sub(r"^\1 * 1/", _AMPLITUDE.sub("arc", reading(node)))
+
+
 def latex(node: tree.Node) -> str:
     r"""A tree as LaTeX for math mode; it needs the package amsmath.
 

@@ -43,7 +43,7 @@ _LETTER = "A-Za-z_" + "".join(map(chr, _GREEK))
 _MARKS = {"\N{COMBINING DOT ABOVE}": "dot", "\N{COMBINING DIAERESIS}": "ddot"}
 """The dots over a letter: of its first and its second derivative by the time."""
 
-_DOTTED = "".join(
+DOTTED = "".join(
     letter
     for pair in itertools.product(string.ascii_letters, _MARKS)
     if len(letter := unicodedata.normalize("NFC", "".join(pair))) == 1
@@ -64,8 +64,9 @@ LOWERED = str.maketrans("⁻⁰¹²³⁴⁵⁶⁷⁸⁹", "-0123456789")
 _TOKEN = re.compile(
     rf"""[ \t\r\n]*+  # possessive: a blank is never tried again as another token
     (?: (?P<number> (?: [0-9]+ \.? [0-9]* | \.[0-9]+ ) (?: [eE][+-]?[0-9]+ )? )
-      | (?P<dotted> [{_DOTTED}](?:_?[0-9]+)? | [{_LETTER}][{_LETTER}0-9]*[{"".join(_MARKS)}] )
+      | (?P<dotted> [{DOTTED}](?:_?[0-9]+)? | [{_LETTER}][{_LETTER}0-9]*[{"".join(_MARKS)}] )
       | (?P<name> [{_LETTER}][{_LETTER}0-9]* )
+      | (?P<degree> ° )
       | (?P<operator> \*\* | [-+*/^(),|{"".join(_OPERATORS)}] )
       | (?P<superscript> {SUPERSCRIPT} )
       | (?P<fraction> [{"".join(_FRACTIONS)}] )
@@ -129,6 +130,8 @@ def tokenize(text: str, *, as_typed: bool = True) -> list[Token]:
             _check_number(piece, column)
         elif kind == "name":
             piece = piece.translate(_GREEK)
+        elif kind == "degree":
+            kind, piece = "name", "deg"
         elif kind == "dotted":
             kind, piece = "name", _undotted(piece)
         elif kind == "operator":

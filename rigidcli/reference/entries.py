@@ -19,6 +19,7 @@ from rigidcli.errors import EXIT_CODES
 from rigidcli.fields.section import Section
 from rigidcli.fields.units import PREFIXES, TABLE, parse_unit
 from rigidcli.language.functions import ALIASES, CONSTANTS, FUNCTIONS
+from rigidcli.language.notation import NOTATION, QUANTITIES
 from rigidcli.reference.results import Entry, results
 from rigidcli.reference.schema import json_schema
 
@@ -82,6 +83,11 @@ def _others() -> Iterator[Entry]:
         yield Entry(("functions", f"{alias}(x)"), f"the same as {name}(x)", other_names=[alias])
     for name, value in CONSTANTS.items():
         yield Entry(("functions", name), f"{value:.16g}")
+    taken = "the first that is right; in a document the one whose names and dimension fit, if there is one"
+    yield Entry(("notation",), "how what people type is read", facts={"taken": taken})
+    for each in (*NOTATION, *QUANTITIES):
+        readings = "; or ".join(each.readings) + " (answers)" * (each.document == "answers only")
+        yield Entry(("notation", each.typed), readings)
     yield Entry(("mistakes",), "what `check` may say")
     for code, sentence in CODES.items():
         yield Entry(("mistakes", code), sentence)

@@ -299,7 +299,6 @@ def test_shots_in_the_dark_earn_nothing_and_learn_nothing() -> None:
     parse_error | no `=` | [xdot]
     parse_error | empty | ['xdot = ']  [= p_x/m]
     parse_error | closes nothing | [xdot = p_x/m)]
-    parse_error | write `-k/(m x)` or `-k x/m` | [xddot = -k/m x]
     wrong_shape | expression | {xdot: [p_x/m]}
     wrong_shape | expected equations | []  {}
     """,

@@ -86,7 +86,22 @@ def told(key: Item, answer: Any) -> str:
         ("≈ 20.8 rad/s", 20.8, 3, "rad/s"),
         ("0.02080", 0.0208, 4, None),
         ("2.00e2", 200.0, 3, None),
-        ("1,234,567", 1_234_567.0, 0, None),
+        ("1,234,567", 1_234_567.0, 7, None),
+        ("1,234.5", 1234.5, 5, None),
+        ("1.234,5 kg", 1234.5, 5, "kg"),
+        ("125 000 N/m", 125_000.0, 6, "N/m"),
+        ("1'000", 1000.0, 4, None),
+        ("**3.12**", 3.12, 3, None),
+        ("“3.12”", 3.12, 3, None),
+        ("about 3.12", 3.12, 3, None),
+        ("ca. 3,12", 3.12, 3, None),
+        ("3.12 (3 s.f.)", 3.12, 3, None),
+        ("the answer is 3.12 m.", 3.12, 3, "m"),
+        ("3.12 ± 0.02", 3.12, 3, None),
+        ("(20.8 +- 0.1) kg m^2", 20.8, 3, "kg m^2"),
+        ("20.8 kg m^2 ± 1 %", 20.8, 3, "kg m^2"),
+        ("23° 26' 24\"", 23.44, 4, "deg"),
+        (r"\SI{20.8}{rad/s}", 20.8, 3, "rad/s"),
         ("20.8 rad/s.", 20.8, 3, "rad/s"),
     ],
 )
@@ -101,9 +116,7 @@ def test_a_number_is_read_as_typed(text: str, value: float, figures: int, unit: 
     code | hint | text
     not_a_number | `twenty` has no value | twenty
     not_a_number | nothing stands between digits | 1_000
-    not_a_number | no blank stands between digits | 1 000 m
-    not_a_number | an uncertainty is not read | 20.8 ± 0.1  20.8+-0.1 kg m^2  20.8 +− 0.1  20.8 -+ 0.1
-      20.8 +/- 0.1 kg m^2  20.8 kg m^2 ± 1 %  (20.8 +- 0.1) kg m^2
+    not_a_number | no blank stands between digits | 1 00 m
     not_a_number | `true` has no value | true
     not_a_number | range | 1e400  1e999999999
     not_a_number | too small | 1e-400
@@ -112,7 +125,7 @@ def test_a_number_is_read_as_typed(text: str, value: float, figures: int, unit: 
     not_a_number | real value | sqrt(-1)
     not_a_number | finite number | -.nan  inf  NaN kg m^2  inf kg m^2  -∞
     unit_incompatible | unknown unit `cubits` | 20 cubits
-    unit_incompatible | unknown unit `kgms` | 20 kgms
+    unit_incompatible | unknown unit `kgmsx` | 20 kgmsx
     unit_incompatible | unknown unit `x10` | 0x10
     unit_incompatible | out of bounds | 20 kg m^99
     unit_incompatible | unexpected `+` | 20 kg + 1 g
@@ -283,9 +296,8 @@ def test_rounded_to_the_figures_asked_for(unit: str, value: Decimal, n: int, how
             assert told(key, f"{wrong:e} {unit}") != "correct"
 
 
-def test_a_key_has_no_uncertainty_and_the_kind_of_its_unit() -> None:
+def test_a_key_has_the_kind_of_its_unit() -> None:
     for kind, answer, words in [
-        ("quantity", "20.8 +- 0.1 rad/s", "cannot be read as a number"),
         ("quantity", "20.8", "has a unit"),
         ("number", "20.8 m", "no unit"),
         ("quantity", "1e400 m", "cannot be read as a number"),

@@ -55,7 +55,7 @@ def test_values(text: str, expected: float | str) -> None:
     assert value(text) == pytest.approx(float(expected), rel=1e-15)
 
 
-WRITTEN = """
+WRITTEN = r"""
 2x -> 2*x   2 m g x -> 2*m*g*x   2(x + 1) -> 2*(x + 1)   m xdot^2/2 - k x^2/2 -> m*xdot^2/2 - k*x^2/2
 (a + b)(a - b) -> (a + b)*(a - b)   (a + b)c -> (a + b)*c   x (a + b) -> x*(a + b)
 l sin(theta) cos(phi) -> l*sin(theta)*cos(phi)   sin(x) (a + b) -> sin(x)*(a + b)   sin (x) -> sin(x)
@@ -66,6 +66,9 @@ pi r^2 -> pi*r^2   2pi r -> 2*pi*r   2πr -> 2*pir   2x^2 -> 2*x^2   2^x y -> 2^
 √2 x -> sqrt(2)*x   √(2)x -> sqrt(2)*x   2√2√3/√x -> 2*sqrt(2)*sqrt(3)/sqrt(x)   √(x+1) -> sqrt(x + 1)
 √sin(x) y -> sqrt(sin(x))*y   √√2 -> sqrt(sqrt(2))   ½ m v² -> 0.5*m*v^2   ½ m ẋ² -> 0.5*m*xdot^2
 l θ̇² + θ̈ - ẏ_1*x1̇ -> l*thetadot^2 + thetaddot - y_1dot*x1dot   ¼x + ¾ -> 0.25*x + 0.75   ln(x) -> log(x)
+1/2 m v^2 -> 1/2*m*v^2   sin²(x) -> sin(x)^2   sin^2 x -> sin(x)^2   ln x -> log(x)   √x² -> sqrt(x^2)
+arcsin(x) + tg(y) -> asin(x) + tan(y)   |x| y -> abs(x)*y   2×x -> 2*x   x₁ + ⅓ -> x_1 + (1/3)
+\frac{p^2}{2m} -> p^2/(2*m)   \sin\theta -> sin(theta)   lg(x) -> log(x)/log(10)   sin(30°) -> sin(30*pi/180)
 2 cot(x)/m -> 2*(cos(x)/sin(x))/m   sec(x)csc(y) -> (1/cos(x))*(1/sin(y))
 """
 
@@ -126,7 +129,6 @@ REFUSED = yaml.safe_load(Path(__file__).with_name("refused.yaml").read_text(enco
     ("text", "column", "message", "hint"),
     [
         *REFUSED,
-        ("1/(" + "x + " * 99 + "x) y", 403, "two ways", "`a/(b*c)` or `a*c/b`"),
         ("\ud800", 1, "U+D800", ""),
         ("1" * 401, 1, "at most 400 digits", ""),
         ("(" * 101 + "x" + ")" * 101, 101, "deeper than 100", ""),

@@ -105,7 +105,7 @@ class List(Kind):
         if not self.fits(key, table.shape):
             words = f"{shown(answer)} as one entry" if table.size == 1 else counted(table.shape)
             raise Unreadable("wrong_shape", f"read {words}, expected {counted(key.entries.shape)}")
-        entries = key.ruler.read(table.ravel().tolist(), self.labels(table.shape))
+        entries = key.ruler.read(table.ravel().tolist(), self.labels(table.shape), key.right)
         return Reading(entries, _bracketed(filled(shown_as(entries), table.shape).tolist()))
 
     def fits(self, key: Key, shape: tuple[int, ...]) -> bool:

@@ -26,7 +26,7 @@ from rigidcli.check.numbers import CONTRADICTION
 from rigidcli.check.reading import Sides, names_in_all, read_equations
 from rigidcli.document.variables import acceleration, velocity
 from rigidcli.errors import ExpressionError, ValueProblem
-from rigidcli.language.text import reading, text
+from rigidcli.language.text import reading, text, without_doubt
 from rigidcli.language.tree import Negative, Node, Sum, bound, names_in
 
 Answer: TypeAlias = tuple[Sequence[Sides], Sequence[Finding]]
@@ -61,8 +61,8 @@ class Equations(Kind):
         """The equations of an answer; one that cannot be read costs only itself. Raises Unreadable."""
         unread: list[Unreadable] = []
         chained: list[Sides] = []
-        sides = read_equations(answer, key.names, of_functions(key), unread, chained)
-        shown = "; ".join(f"{reading(left)} = {reading(right)}" for _, left, right in sides)
+        sides = read_equations(answer, key.names, of_functions(key), unread, chained, key.is_true)
+        shown = "; ".join(f"{without_doubt(left)} = {without_doubt(right)}" for _, left, right in sides)
         differ = any(key.is_true(member, last) is False for _, member, last in chained)
         findings = [finding for each in unread for finding in each.findings]
         return Reading((sides, findings), shown, CONTRADICTION if differ else "")

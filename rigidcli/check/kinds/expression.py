@@ -15,14 +15,16 @@ from rigidcli.algebra.reading import from_tree
 from rigidcli.algebra.trees import to_tree
 from rigidcli.check.balls import Ball
 from rigidcli.check.base import Asked, Finding, Kind, Outcome, Reading, Tree, Unreadable
+from rigidcli.check.entries import chosen
 from rigidcli.check.mistakes import common_factor, of_energy
 from rigidcli.check.numbers import doubt
 from rigidcli.check.question import Tolerance
-from rigidcli.check.reading import names_of, read_expression
+from rigidcli.check.reading import names_of, read_expression, read_expressions
 from rigidcli.check.same import NEEDED, Formulas, formulas_of
 from rigidcli.errors import ValueProblem
+from rigidcli.language.decoration import undecorated
 from rigidcli.language.latex import plain
-from rigidcli.language.text import reading, text
+from rigidcli.language.text import text, without_doubt
 from rigidcli.language.tree import Name, Negative, Node, Number, Sum, bound, names_in
 from rigidcli.language.typed import last_member
 
@@ -87,13 +89,17 @@ class Expression(Kind):
     def read(self, key: Key, answer: Tree) -> Reading:
         """A formula in the symbols of the question. Raises Unreadable."""
         names = key.formulas.names
-        node = read_expression(answer, names)
+        node = chosen(read_expressions(answer, names), lambda each: self._truth(key, each))
         why = doubt(
-            last_member(plain(answer))[1],
-            lambda member: read_expression(member, names),
-            lambda other: key.formulas.same(other, node) is not False,
+            last_member(plain(undecorated(str(answer))))[1],
+            lambda member: read_expressions(member, names),
+            lambda others: any(key.formulas.same(each, node) is not False for each in others),
         )
-        return Reading(node, reading(node), why)
+        return Reading(node, without_doubt(node), why)
+
+    def _truth(self, key: Key, node: Node) -> bool | str:
+        """Whether a formula is the key, perhaps up to a constant, or why that is open."""
+        return self.is_right(key, node) or key.same(node)
 
     def judge(self, key: Key, value: Node) -> Outcome:
         """Whether the answer is the key, perhaps up to a constant."""

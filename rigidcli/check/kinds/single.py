@@ -6,15 +6,24 @@ import math
 import re
 import unicodedata
 from contextlib import suppress
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import ClassVar
 
 import numpy as np
 
 from rigidcli.check.base import Asked, Finding, Kind, Outcome, Reading, Tree, Unreadable
-from rigidcli.check.entries import COMMA, NOISE, Ruler, beside, value_of
+from rigidcli.check.entries import NOISE, Ruler, Same, beside, chosen, value_of
 from rigidcli.check.mistakes import TURN, common_factor
-from rigidcli.check.numbers import PURE, Number, as_typed, doubt, read_number, scale_in, with_hint
+from rigidcli.check.numbers import (
+    PURE,
+    Number,
+    as_typed,
+    doubt,
+    in_dimension,
+    read_numbers,
+    readings_of,
+    with_hint,
+)
 from rigidcli.errors import ValueProblem, shown
 from rigidcli.fields.dimensions import ANGLE, DIMENSIONLESS
 from rigidcli.fields.units import Unit, parse_unit
@@ -73,45 +82,53 @@ class Quantity(Kind):
 
     def read(self, key: Key, answer: Tree) -> Reading:
         """A number in its own unit, or else in that of the key. Raises Unreadable."""
-        number = as_typed(answer, key.unit)
-        if key.ruler.tolerance.significant_figures is not None and not number.mantissa:
-            raise Unreadable("not_a_number", "significant figures are asked for: write a decimal number")
+        several = readings_of(answer, key.unit)
+        if key.ruler.tolerance.significant_figures is not None:
+            several = [number for number in several if number.mantissa]
+            if not several:
+                raise Unreadable("not_a_number", "significant figures are asked for: write a decimal number")
+        number = chosen(several, lambda each: self._is_right(key, each))
         bare = number.unit is None and key.unit.text and not key.needs_unit
         read_as = f"{number.read_as} {key.unit.text}" if bare else number.read_as
         return Reading(number, read_as, self._doubt(key, number))
+
+    def _is_right(self, key: Key, number: Number) -> Same:
+        """Whether a number is the key; a unit that fits is better than one that does not."""
+        try:
+            number = in_dimension(number, key.unit)
+        except ValueProblem:
+            return False
+        return key.is_near(number.value, number.scale) or "its unit fits"
 
     def _doubt(self, key: Key, number: Number) -> str:
         """Why a person must look at a chain of equalities. Raises Unreadable where it is two answers."""
         if not number.before:
             return ""
-        try:
-            scale = number.scale if number.unit is None else scale_in(number.unit, key.unit.dimension)
-        except ValueProblem:
-            return ""
-        value = number.typed * scale
-        return doubt(
-            number.before,
-            lambda member: read_number(member, key.unit),
-            lambda other: key.ruler.is_near(other.value, value, scale),
-        )
+        with suppress(ValueProblem):
+            number = in_dimension(number, key.unit)
+            return doubt(
+                number.before,
+                lambda member: read_numbers(member, key.unit),
+                lambda others: any(
+                    key.ruler.is_near(each.value, number.value, number.scale) for each in others
+                ),
+            )
+        return ""
 
     def judge(self, key: Key, value: Number) -> Outcome:
         """The value first, then its unit and its figures."""
         try:
-            scale = value.scale if value.unit is None else scale_in(value.unit, key.unit.dimension)
+            number = in_dimension(value, key.unit)
         except ValueProblem as problem:
             if key.unit is PURE and key.path[:1] == ("hamilton",) and key.is_near(value.value, value.scale):
                 return Outcome.review("the unit of this result is not known")
             return Outcome.earning(0.0, _of_misfit(key, value, with_hint(problem)))
-        number = replace(value, value=value.typed * scale, scale=scale)
-        is_right = key.is_near(number.value, scale)
+        is_right = key.is_near(number.value, number.scale)
         if is_right and key.ruler.too_few(number):
             return Outcome.earning(0.0, Finding("too_few_sig_figs"))
         unitless = [Finding("unit_missing")] if key.needs_unit and value.unit is None else []
         if is_right:
             return Outcome.earning(0.0, *unitless) if value.typed and unitless else Outcome.correct()
-        if number.thousands is not None and key.is_near(number.thousands, scale):
-            return Outcome.review(COMMA)
         return Outcome.earning(0.0, *unitless, Finding(self._slip(key, number)))
 
     def _slip(self, key: Key, number: Number) -> str:
@@ -124,7 +141,8 @@ class Quantity(Kind):
         if not key.reference or slack >= 1:
             return "outside_tolerance"
         code = common_factor(number.value / key.reference, key.unit, key.path, max(slack, NOISE))
-        return code or "outside_tolerance"
+        # Of a single number a factor says which twenty numbers the key may be.
+        return "outside_tolerance" if code in (None, "constant_factor") else code
 
     def typed(self, key: Key) -> Tree:
         """The key with all its digits, in its unit."""
