@@ -122,6 +122,8 @@ def _plain(times: str, power: str) -> Kind:
             negative ^= part.negative
             right = _unsigned(part, _Strength.POWER)
             if divides:
+                # x^1/2 is read as a root.
+                written = f"({written})" if written.endswith(f"{power}1") else written
                 written, is_open = f"{written or '1'}/{right}", True
             elif written:
                 # `a/b c` would be taken for a/(b c), and `2 3` for a number.
