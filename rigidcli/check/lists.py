@@ -9,7 +9,9 @@ from typing import Any
 
 from rigidcli.check.base import Tree, Unreadable
 from rigidcli.check.numbers import with_hint
+from rigidcli.check.vectors import from_columns, in_unit_vectors, spread, undressed
 from rigidcli.errors import ExpressionError, shown
+from rigidcli.language.decoration import undecorated
 from rigidcli.language.latex import plain as without_latex
 from rigidcli.language.typed import unnamed
 
@@ -17,11 +19,12 @@ _OPEN, _CLOSE = "[({", "])}"
 _UNIT_TAIL = re.compile(r"(?P<entry>.*[\d)\]])\s+(?P<unit>(?![\d+*/^)\]-])\S.*)", re.DOTALL)
 _NUMBER = re.compile(r"[-+]?(?:\d+\.?|\d*[.,]\d+)(?:[eE][-+]?\d+)?(?:/\d+)?")
 _NAMED = re.compile(r"[^\W\d]\w*\s*[=:]")
-_ARRAY = re.compile(r"(?:\b(?:np|numpy|sp|sympy)\.)?\b(?:array|[Mm]atrix)\s*(?=\()")
+_ARRAY = re.compile(r"(?:\b(?:np|numpy|sp|sympy)\.)?\b(?:array|[Mm]atrix|[Vv]ector|vec)\s*(?=\()")
+_DIAGONAL = re.compile(r"\bdiag(?:onal)?\s*[(\[{]")
 _PAIR = re.compile(r"\s*(?P<name>[^\W\d][\w ]*?)\s*[=:]\s*(?P<value>[^=:]+)\Z", re.DOTALL)
 
 
-def read_list(answer: Tree) -> Tree:
+def read_list(answer: Tree, *, is_square: bool = False) -> Tree:
     """A list, a table or a mapping, with or without brackets: `1, 2, 3`, `M/12 * [[1, 2], [3, 4]] kg`.
 
     A factor before it and a unit behind it are moved into each entry, which is a text. Where `;` separates, a
@@ -31,20 +34,38 @@ def read_list(answer: Tree) -> Tree:
         return answer
     if isinstance(answer, list):
         if not any(isinstance(entry, str) and ";" in entry for entry in answer):
-            return [_entry(each) for entry in answer for each in _equal(entry)]
+            equal = [each for entry in answer for each in _equal(entry)]
+            return [
+                _entry(each)
+                for entry in equal
+                for each in (spread(entry) if isinstance(entry, str) else [entry])
+            ]
         if any(isinstance(entry, list | dict) for entry in answer):
             raise Unreadable("wrong_shape", "`;` and `,` are mixed, separate entries with `;`")
         answer = ",".join(map(str, answer))  # YAML has cut `1,5; 2,5` at its decimal commas
     if not isinstance(answer, str):
         raise Unreadable("wrong_shape", f"read {shown(answer)}, expected a list")
+    answer = undressed(undecorated(answer))
+    if not is_square and (components := in_unit_vectors(answer)) is not None:
+        return components
     try:
-        text = _ARRAY.sub("", re.sub(r",?\s+and\s+", ";" if ";" in answer else ",", without_latex(answer)))
+        text = from_columns(without_latex(answer))
+        text = _ARRAY.sub("", re.sub(r",?\s+(?:and|und|et)\s+", ";" if ";" in answer else ",", text))
+        if diagonal := _DIAGONAL.search(text):
+            return _on_diagonal(read_list(text[: diagonal.start()] + text[diagonal.end() - 1 :]), is_square)
         is_mapping = len(_NAMED.findall(_outside(text))) > 1
         factor, inner, unit = _parts(text.strip() if is_mapping else unnamed(text).strip())
         entries = _entries(inner)
     except ExpressionError as error:
         raise Unreadable(error.code or "parse_error", with_hint(error)) from None
     return _moved(entries, factor, unit) if factor or unit else _with_unit_of_last(entries)
+
+
+def _on_diagonal(entries: Tree, is_square: bool) -> Tree:
+    """The rows of `diag(2, 11, 11)`, or its entries where no matrix is asked for."""
+    if not is_square or not isinstance(entries, list):
+        return entries
+    return [[e if row == column else "0" for column in range(len(entries))] for row, e in enumerate(entries)]
 
 
 def _moved(entry: Tree, factor: str, unit: str) -> Tree:
@@ -94,12 +115,14 @@ def _parts(text: str) -> tuple[str, str, str]:
         end = _closing(text, start)
         if len(split(text[start + 1 : end])) > 1 or text[start + 1 : end].lstrip()[:1] in ("[", "{"):
             factor = re.sub(r"[\s*]+\Z", "", text[:start])
-            if re.search(r"[\w)]\Z", text[:start]) and re.search(r"[^\W\d]\w*\Z", factor) and sign == "(":
+            if sign == "(" and re.search(r"\batan2\Z", text[:start]):
                 continue  # the bracket of a function, as in `atan2(1, 2), 3`
             behind = text[end + 1 :].strip()
             if divided := re.match(r"/\s*((?:sqrt)?\s*\(?\d+(?:[.,]\d+)?\)?)\s*(.*)", behind, re.DOTALL):
                 return f"({factor or 1})/{divided[1]}", text[start + 1 : end], divided[2]
-            if re.match(r"[,;+/-]", behind) or re.search(r"[,;\n+]\s*\Z", text[:start]):
+            if re.match(r"[,;+/-]|\n\s*[\[({]", text[end + 1 :].lstrip(" ")) or re.search(
+                r"[,;\n+]\s*\Z", text[:start]
+            ):
                 break  # rows without brackets round them
             return factor, text[start + 1 : end], behind.lstrip("* ")
         if not re.search(r"[,;\n]", text):
@@ -122,7 +145,7 @@ def split(text: str) -> list[str]:
 
 def _entries(text: str) -> Any:
     """The entries of a text, of rows where its pieces are lists themselves."""
-    pieces = [each for piece in split(text) if piece for each in _equal(piece)]
+    pieces = [part for piece in split(text) if piece for each in _equal(piece) for part in spread(each)]
     pairs = [_PAIR.match(piece) for piece in pieces]
     if pieces and all(pairs):
         return {pair["name"].strip(): pair["value"].strip() for pair in pairs if pair}

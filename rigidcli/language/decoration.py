@@ -17,7 +17,7 @@ _BEFORE = re.compile(
     | (?:i|we) \s+ (?:get|got|find|found|obtain|have)\b
     | (?:about|approximately|approx|around|roughly|circa|ca|etwa|ungefähr|ungefaehr|rund|environ|env
         |unos|aproximadamente|nearly|almost)\b \.?
-    | [•▪‣·] \s | \* \s+ (?=\S) | [-–—] \s+ (?=[^\W\d])
+    | [•▪‣·] \s | \* \s+ (?=\S)
     | \#+ \s
     | [≈~≃≅]
     ) \s*"""

@@ -27,6 +27,7 @@ from rigidcli.check.numbers import (
 from rigidcli.errors import ValueProblem, shown
 from rigidcli.fields.dimensions import ANGLE, DIMENSIONLESS
 from rigidcli.fields.units import Unit, parse_unit
+from rigidcli.language.decoration import undecorated
 from rigidcli.language.latex import plain as without_latex
 
 
@@ -166,7 +167,26 @@ def _of_misfit(key: Key, number: Number, detail: str) -> Finding:
 LONGEST = 1000
 """The most characters of an answer."""
 
-TRUTH = {"yes": "true", "no": "false"}
+TRUTH = {
+    **dict.fromkeys(("yes", "ja", "oui", "si", "wahr", "vrai", "richtig", "verdadero"), "true"),
+    **dict.fromkeys(("no", "nein", "non", "falsch", "faux", "falso"), "false"),
+}
+
+_BRACKETED = re.compile(r"\s*[(\[][^()\[\]]*[)\]]\s*")
+"""What is added in brackets."""
+
+_ARTICLE = re.compile(
+    r"\b(?:the|an?|der|die|das|eine?|le|la|une?|el|los|only|nur|body|system|motion) (?=\w)|(?<=\w) only\b"
+)
+_SUBJECT = re.compile(
+    r"^(?:(?:body|top|system|motion|class|type|it|this|körper|kreisel) (?:is|ist|est|es) )+"
+)
+
+_REASON = re.compile(r"\s*(?:[,;:–—]|\. |\s-\s|\b(?:because|since|as|weil|denn|car|parce|porque|with)\b)")
+"""What stands before a reason."""
+
+_OPPOSITE = r"\b(?:yes|no|ja|nein|oui|true|false)\b"
+_DOUBTFUL = re.compile(r"\b(?:not|no|or|but|nicht|oder|aber|kein|non|pas|ou|mais)\b")
 
 _BETWEEN = re.compile("(?<=\\w)[\\s_\\-\N{HYPHEN}\N{NON-BREAKING HYPHEN}\N{EN DASH}]+(?=\\w)")
 """What stands between words: a hyphen before the first one may be a sign."""
@@ -205,7 +225,9 @@ class Choice(Kind):
         """A text, or a set of texts where one is asked. Raises Unreadable."""
         if isinstance(key.plain, str):
             return Reading(_text(answer), _text(answer))
-        words = answer if isinstance(answer, list) else re.split("[,;]|\\band\\b", _text(answer))
+        words = (
+            answer if isinstance(answer, list) else re.split(r"[,;]|\b(?:and|und|et|y)\b|&", _text(answer))
+        )
         if len(words) > LONGEST:
             raise Unreadable("too_large", f"{len(words)} words")
         nothing = {"none", _plain(key.words) if not key.plain else "none"}
@@ -214,8 +236,22 @@ class Choice(Kind):
 
     def judge(self, key: Words, value: str | frozenset[str]) -> Outcome:
         """Whether the answer is the text, or the set, of the key."""
-        is_right = value == key.plain or self._is_word_of_table(key, value)
+        if not isinstance(value, str) or not isinstance(key.plain, str):
+            is_right = value == key.plain
+        else:
+            first, reason = _split(value)
+            is_right = self._is_word(key, value) or (
+                self._is_word(key, first) and not _DOUBTFUL.search(reason)
+            )
+            said, *rest = re.split(r"\W+", value, maxsplit=1)
+            if key.plain in TRUTH.values():
+                is_right = TRUTH.get(said, said) == key.plain and not re.search(_OPPOSITE, " ".join(rest))
+            if not is_right and re.search(rf"(?<!\w){re.escape(key.plain)}(?!\w)", value):
+                return Outcome.review("the right word stands in a longer answer")
         return Outcome.correct() if is_right else Outcome.earning(0.0, Finding("outside_tolerance"))
+
+    def _is_word(self, key: Words, value: str) -> bool:
+        return value == key.plain or self._is_word_of_table(key, value)
 
     def _is_word_of_table(self, key: Words, value: str | frozenset[str]) -> bool:
         """Whether the answer says what a table says, or the key with more of its words."""
@@ -241,10 +277,19 @@ def _text(answer: Tree) -> str:
     return plain
 
 
+def _split(value: str) -> tuple[str, str]:
+    """A word, and the reason that is given for it."""
+    between = _REASON.search(value)
+    return (value, "") if between is None else (value[: between.start()].strip(), value[between.end() :])
+
+
 def _plain(text: str) -> str:
-    """The text in small letters, with single blanks between words, and truth values in one spelling."""
-    letters = unicodedata.normalize("NFKC", text)
+    """The text in small letters, without articles and decoration, and truth values in one spelling."""
+    letters = undecorated(re.sub(r"\A\s*[-–—]\s+", "", unicodedata.normalize("NFKC", text)))
     with suppress(ValueProblem):  # a brace may stand in a text that is no LaTeX
         letters = without_latex(letters)
-    words = _BETWEEN.sub(" ", letters.casefold().lstrip("\"'“‘„ \n").rstrip("\"'“”‘’ .\n"))
-    return TRUTH.get(words, words)
+    words = _BETWEEN.sub(" ", letters.casefold().strip("\"'“”„‘’ \n{}").rstrip(".!\n "))
+    inner = words.strip("()[] ") if _BRACKETED.fullmatch(words) else _BRACKETED.sub(" ", words)
+    words = inner.strip()
+    words = _SUBJECT.sub("", _ARTICLE.sub("", words)).strip(" .!")
+    return TRUTH.get(words.replace("í", "i"), words)

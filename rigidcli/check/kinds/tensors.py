@@ -32,7 +32,7 @@ class Tensor(Matrix):
 
     def table(self, answer: Tree) -> Array:
         """What was typed for each component, in rows or by names. Raises Unreadable."""
-        entries = read_list(answer)
+        entries = read_list(answer, is_square=True)
         return _components(entries) if isinstance(entries, dict) else rows(entries)
 
     def labels(self, shape: tuple[int, ...]) -> tuple[str, ...]:
