@@ -18,6 +18,7 @@ DIMENSIONS: dict[str, str] = {
     "capsule": "radius: 1, height: 2.2",
     "torus": "major_radius: 3, minor_radius: 0.7",
     "tetrahedron": "vertices: [[1, 2, 3], [4, -1, 2], [-2, 0.5, 1], [0, 3, -2]]",
+    "prism": "vertices: [[0, 0], [3, 0], [3, 1], [1, 1], [1, 4], [0, 4]], height: 5/3",
     "spherical_shell": "radius: 1.3",
     "hemispherical_shell": "radius: 2",
     "cylindrical_shell": "radius: 1, height: 1.3",

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 from contextlib import suppress
-from typing import Annotated, Any, ClassVar, Self, TypeAlias
+from typing import Annotated, Any, ClassVar, Literal, Self, TypeAlias
 
 import numpy as np
 from pydantic import BeforeValidator, Field, PrivateAttr, ValidationError, ValidationInfo, model_validator
@@ -77,6 +77,10 @@ class KnownTensor(Form):
         ]
         | None
     ) = Field(default=None, description="The tensor by its rows, or by Ixx, Iyy, Izz, Ixy, Ixz, Iyz")
+    products: Literal["minus", "plus"] = Field(
+        default="minus",
+        description="The sign of products of inertia: -sum m x y, or plus as CAD programs print them",
+    )
     moments: Annotated[tuple[PrincipalMoment, PrincipalMoment, PrincipalMoment], AsList] | None = Field(
         default=None, description="Moments along the form's own x, y and z"
     )
@@ -122,6 +126,8 @@ class KnownTensor(Form):
     def _given(self, n: Arithmetic) -> tuple[tensor.Inertia, Floats]:
         """The tensor as it is written, and half a unit in the last digit of each entry."""
         given = n.array(self.inertia) if self.moments is None else np.diag(n.array(self.moments))
+        if self.products == "plus":
+            given = given * (2 * np.eye(3, dtype=int) - 1)
         sizes = [[n.size(entry) for entry in row] for row in given]
         halves = np.array([[half_unit(entry) for entry in row] for row in sizes])
         skew = np.abs([[n.size(entry) for entry in row] for row in n.tidy(given - given.T)])

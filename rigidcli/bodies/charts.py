@@ -57,13 +57,14 @@ class Chart:
     """A shape, or a part of one, as the image of coordinates from 0 to 1; angles among them have a `Turn`.
 
     `place` takes one argument a coordinate, of an angle the pair of its cosine and its sine. `origin` (3, m)
-    is where the places are seen from, in the shape's own axes. Coordinates of a simplex add up to 1 at most.
+    is where the places are seen from, in the shape's own axes. The first `simplex` coordinates add up
+    to 1 at most.
     """
 
     coordinates: tuple[Turn | None, ...]
     place: Callable[..., Spot]
     origin: Any = (0, 0, 0)
-    is_simplex: bool = False
+    simplex: int = 0
 
     def at(self, points: Floats) -> Spot:
         """The image of points (d by n)."""
@@ -268,17 +269,25 @@ def cone_surface(radius: Scalar, height: Scalar, n: Arithmetic) -> Chart:
     return revolved(Chart((None,), lambda u: Spot(radius * u, 0, height * u, slant, r=slant * u)), n)
 
 
-def simplex(vertices: Array, measure: Scalar, n: Arithmetic) -> Chart:
+def simplex(vertices: Array, measure: Scalar, n: Arithmetic, height: Scalar | None = None) -> Chart:
     """A triangle or tetrahedron with these vertices (k by 3, m), and of this area or volume.
 
-    In floats the coordinates are Duffy's: the last ones have no effect where one before them is 1.
+    With a `height` it is what a triangle covers when it is moved along z, half of that to either side. In
+    floats the coordinates are Duffy's: the last ones have no effect where one before them is 1.
     """
     edges = vertices[1:] - vertices[0]
+    count = len(edges)
 
     def place(*units: Any) -> Spot:
-        left = [1 if n.exact else math.prod(1 - unit for unit in units[:k]) for k in range(len(units))]
-        shares = [unit * own for unit, own in zip(units, left, strict=True)]
+        left = [1 if n.exact else math.prod(1 - unit for unit in units[:k]) for k in range(count)]
+        shares = [unit * own for unit, own in zip(units[:count], left, strict=True)]
         x, y, z = (sum(share * part for share, part in zip(shares, parts, strict=True)) for parts in edges.T)
-        return Spot(x, y, z, measure * math.factorial(len(edges)) * math.prod(left))
+        area = measure * math.factorial(count) * math.prod(left)
+        return (
+            Spot(x, y, z, area)
+            if height is None
+            else Spot(x, y, height * (2 * units[-1] - 1) / 2, area * height)
+        )
 
-    return Chart((None,) * len(edges), place, vertices[0], is_simplex=n.exact)
+    coordinates = (None,) * (count if height is None else count + 1)
+    return Chart(coordinates, place, vertices[0], count if n.exact else 0)

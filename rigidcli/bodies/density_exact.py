@@ -90,7 +90,7 @@ def _moments(formula: Formula, chart: Chart, allowance: Allowance) -> Iterator[E
         turn, own = turns[k], names[k]
         if turn is not None:
             return _over_turn(turn, own, factors)
-        return expand(_over_line(own[0], 1 - total(symbols[:k]) if chart.is_simplex else ONE, factors))
+        return expand(_over_line(own[0], 1 - total(symbols[:k]) if k < chart.simplex else ONE, factors))
 
     def integral(e: Expr) -> Expr:
         for k, own in reversed([*enumerate(names)]):

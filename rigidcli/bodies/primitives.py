@@ -17,7 +17,7 @@ import numpy as np
 
 from rigidcli.bodies import charts, solids
 from rigidcli.bodies.shape import Figure, Geometry
-from rigidcli.core.arithmetic import Arithmetic, Floats, Scalar
+from rigidcli.core.arithmetic import Arithmetic, Floats, Mask, Scalar
 from rigidcli.errors import ValueProblem
 from rigidcli.fields.quantities import Length, OptionalLength, Size2, Size3
 
@@ -326,6 +326,23 @@ def torus(n: Arithmetic, major_radius: Length, minor_radius: Length) -> Figure:
         lambda: [charts.torus(R, r, n)],
         lambda x, y, z: (np.hypot(x, y) - R) ** 2 + z**2 <= r**2,
     )
+
+
+def prism(n: Arithmetic, vertices: solids.FlatOutline, height: Length) -> Figure:
+    """A prism on a polygon in x and y, half of its height to each side; a wedge is that of a triangle."""
+
+    def geometry() -> Geometry:
+        measure, centre, second = solids.polygon(n.array(vertices), n)
+        return Geometry(measure * height, centre, second + n.array(np.diag([0, 0, 1])) * (height**2 / 12))
+
+    def parts() -> list[charts.Chart]:
+        triangles, areas = solids.triangles(n.array(vertices), n)
+        return [charts.simplex(*part, n, height) for part in zip(triangles, areas, strict=True)]
+
+    def contains(x: Floats, y: Floats, z: Floats) -> Mask:
+        return solids.in_polygon(np.array(vertices, dtype=np.float64)[:, :2], x, y) & (abs(z) <= height / 2)
+
+    return Figure(geometry, parts, contains)
 
 
 def tetrahedron(n: Arithmetic, vertices: solids.Tetrahedron) -> Figure:

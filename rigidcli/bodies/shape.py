@@ -107,8 +107,11 @@ def _is_list(field: FieldInfo) -> bool:
 def _sketch(annotation: object) -> str:
     """How a list of dimensions is written: `[x, y]`, or `[[x, y, z], ...]` for vertices."""
     entries = get_args(annotation)
-    if get_origin(get_args(entries[0])[0]) is tuple:
-        return "[[x, y, z], ...]"
+    corner = get_args(entries[0])[0]
+    if get_origin(corner) is tuple:
+        return (
+            f"[[x, y{'' if len(get_args(corner)) == 2 and Ellipsis not in get_args(corner) else ', z'}], ...]"
+        )
     return f"[{', '.join('xyz'[: len(entries)])}]"
 
 

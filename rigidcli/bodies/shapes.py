@@ -35,6 +35,7 @@ PRIMITIVES: dict[Callable[..., Any], tuple[type[Shape], dict[str, Anchor]]] = {
     primitives.capsule: (Solid, {}),
     primitives.torus: (Solid, {}),
     primitives.tetrahedron: (Solid, {}),
+    primitives.prism: (Solid, BASE),
     primitives.spherical_shell: (Shell, {}),
     primitives.hemispherical_shell: (Shell, {}),
     primitives.cylindrical_shell: (Shell, BASE),

@@ -238,10 +238,7 @@ Vertex = Annotated[
 ]
 Triangle = Annotated[tuple[Vertex, Vertex, Vertex], AsList, AfterValidator(_not_flat)]
 Tetrahedron = Annotated[tuple[Vector3, Vector3, Vector3, Vector3], AsList, AfterValidator(_not_flat)]
-Outline = Annotated[
-    tuple[Vertex, ...],
-    AsList,
-    Field(min_length=3, max_length=1000),
-    AfterValidator(_opened),
-    AfterValidator(_simple),
-]
+FlatVertex = Annotated[tuple[Coordinate, Coordinate], AsList, AfterValidator(_in_space)]
+_CORNERS = AsList, Field(min_length=3, max_length=1000), AfterValidator(_opened), AfterValidator(_simple)
+Outline = Annotated[(tuple[Vertex, ...], *_CORNERS)]
+FlatOutline = Annotated[(tuple[FlatVertex, ...], *_CORNERS)]

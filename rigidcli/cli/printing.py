@@ -17,8 +17,8 @@ from rigidcli.errors import Problem, UsageError
 
 Kind = StrEnum(
     "Kind",
-    "shape points parts tensor density mesh molecule robot symbols motion free driven top planet system "
-    "oscillations assignment answers gradescope",
+    "shape points parts section tensor density mesh molecule robot symbols motion free driven top planet "
+    "system oscillations assignment answers gradescope",
 )
 """The starters; each is a file of that name in `rigidcli/starters`, mostly with the ending `.yaml`."""
 

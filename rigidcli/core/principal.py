@@ -115,8 +115,8 @@ def canonical_axes(rows: Floats, groups: Sequence[Sequence[int]]) -> Floats:
     """Rows e1, e2, e3 from a unit vector along the axis of each moment (rows).
 
     e1 and e3 have a positive largest component, and e2 = e3 x e1 makes the frame right-handed. Where two
-    moments are equal, the axis of the third one comes first. Across it, the coordinate axis that lies nearest
-    to the plane is projected on it. Of equally large components, or equally near axes, the first counts.
+    moments are equal, the axis of the third one comes first. The coordinate axis that lies nearest to the
+    plane across it is projected on that plane. Of components or axes that tie, the first counts.
     """
     if len(groups) == 1:
         return np.eye(3)

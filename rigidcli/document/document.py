@@ -17,8 +17,9 @@ from rigidcli.document.observables import Brackets, Observables
 from rigidcli.document.physical import Physical
 from rigidcli.document.variables import EQUILIBRIUM, Equilibrium, Transform
 from rigidcli.errors import DocumentError, Problem, ValueProblem
+from rigidcli.fields.dimensions import ACCELERATION
 from rigidcli.fields.environment import Environment
-from rigidcli.fields.quantities import Direction, ReferencePoint
+from rigidcli.fields.quantities import Direction, Quantity, ReferencePoint
 from rigidcli.fields.readers import Choice, Elsewhere, Title
 from rigidcli.fields.section import Section, optional
 from rigidcli.fields.words import keys_called, not_one_of
@@ -72,6 +73,11 @@ class Document(Section):
         "a molecule has its centre of mass by default",
     )
     axis: Direction | None = optional("Direction of an axis through that point, for the moment about it")
+    gravity: Annotated[Scalar, Quantity(ACCELERATION, "positive")] = Field(
+        default=9.80665,
+        validate_default=True,
+        description="Acceleration of free fall (m/s^2), for swings about the `axis`",
+    )
     frame: Rotation | None = optional("Axes for every vector and tensor of the results")
     motion: Motion | None = None
     top: Top | None = None
@@ -97,6 +103,9 @@ class Document(Section):
     @classmethod
     def _contradictions(cls, raw: Mapping[str, Any]) -> Iterator[ValueProblem]:
         yield from super()._contradictions(raw)
+        if raw.get("gravity") is not None and raw.get("axis") is None:
+            hint = "a top and a weight have their own: `top.gravity`, `motion.torque.gravity`"
+            yield ValueProblem("nothing uses it without an `axis`", path=("gravity",), hint=hint)
         about, body = raw.get("about"), raw.get("body")
         if isinstance(about, str) and about not in (points := ["origin", "com"]):
             name = body.get("shape") if isinstance(body, dict) else getattr(body, "shape", None)

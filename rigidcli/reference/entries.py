@@ -51,6 +51,25 @@ CONVENTIONS = {
 }
 """The conventions, by what they are about."""
 
+SECTION = {
+    "how": "a section is a flat body in x and y with 1 kg on each unit of area: `new section` prints one, of "
+    "plates, polygons and holes. With `density: 1 kg/cm^2` and `--units kg,cm,deg`, kg stand for cm^2 and "
+    "kg cm^2 for cm^4. `about: com` takes all about the centroid.",
+    "A": "area: `mass`",
+    "centroid": "`center_of_mass`",
+    "I_x, I_y": "second moments of area about x and y: Ixx and Iyy of `tensor`; about another line, "
+    "`axis_moment` with an `axis`. The radius of gyration, sqrt(I/A), is `radius_of_gyration`.",
+    "I_xy": "product moment, the integral of x y: -Ixy of `tensor`",
+    "I_p": "polar moment I_x + I_y: Izz of `tensor`, and the third of `moments`. It is the torsion constant "
+    "of round sections only.",
+    "I_1, I_2": "principal second moments of area, I_max and I_min (I_u and I_v, or I_z and I_y): the second "
+    "and the first of `moments`",
+    "theta_p": "principal direction, the angle from x to the strong axis, about which the moment is I_max: "
+    "atan2(e2y, e2x) of `axes`; e1 is the weak axis, across it. tan 2 theta_p = -2 I_xy/(I_x - I_y)",
+    "W": "section modulus I/c: the moment, divided by the largest distance from the axis",
+}
+"""What the section of a beam has, by the usual names, and where it stands in the results."""
+
 
 def entries() -> list[Entry]:
     """All entries; the topics are those with a path of one name."""
@@ -94,6 +113,9 @@ def _others() -> Iterator[Entry]:
     yield Entry(("conventions",), "signs, orders and axes, as documents and results have them")
     for name, text in CONVENTIONS.items():
         yield Entry(("conventions", name), text)
+    yield Entry(("section",), "second moments of area of a beam's section, by their usual names")
+    for name, text in SECTION.items():
+        yield Entry(("section", name), text)
     yield Entry(("exit-codes",), "what the exit codes mean")
     for number, meaning in EXIT_CODES.items():
         yield Entry(("exit-codes", str(number)), meaning)

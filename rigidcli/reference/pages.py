@@ -7,6 +7,7 @@ from collections.abc import Sequence
 from contextlib import suppress
 
 from rigidcli.errors import UsageError, ValueProblem, nearest, shown
+from rigidcli.fields.words import shapes_called
 from rigidcli.reference.results import Entry, results
 
 WIDTH = 80
@@ -45,7 +46,8 @@ def explain(path: str) -> str:
     if not matches and len(steps) == 1:
         with suppress(ValueProblem):
             matches = [unit(path)]
-    if matches:
+    shapes = [("body", "shape", shape) for shape in shapes_called(path)]
+    if matches := matches or [entry for entry in every if entry.path[1:] in shapes]:
         return "\n".join(_pages(matches, every))
     above = tuple(path.split("."))[:-1]
     parents = {entry.path for entry in _called(above, every)} if above else set()

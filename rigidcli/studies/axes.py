@@ -9,6 +9,7 @@ import numpy as np
 from rigidcli.core import principal
 from rigidcli.core.arithmetic import Arithmetic, Array, Floats, Scalar
 from rigidcli.core.principal import PrincipalFrame
+from rigidcli.core.rotation import as_quaternion
 from rigidcli.core.tensor import MISPLACED, ROUNDING, Inertia
 from rigidcli.document.document import Document
 from rigidcli.errors import ComputationError
@@ -80,14 +81,18 @@ def run(document: Document, *, steps: bool = False, picture: str | None = None) 
 
 def _frame_fields(frame: PrincipalFrame | None, tensor: Array, n: Arithmetic) -> list[Field]:
     """Moments, axes and class; null, and not shown to people, where there is no frame."""
-    keys = ("moments", "axes", "groups", "class", "residual")
+    keys = ("moments", "axes", "groups", "class", "orientation", "residual")
     if frame is None:
         return [field_of("axes", key, None, title="") for key in keys]
     kind = principal.body_class(frame)
     groups = [list(group) for group in frame.groups]
-    values = (frame.moments, frame.axes, groups, kind, _residual(tensor, frame, n))
+    orientation = None if n.exact else as_quaternion(frame.axes.T)
+    values = (frame.moments, frame.axes, groups, kind, orientation, _residual(tensor, frame, n))
     words = {"class": CLASSES[kind]}
-    return [field_of("axes", key, value, words.get(key, "")) for key, value in zip(keys, values, strict=True)]
+    fields = (
+        field_of("axes", key, value, words.get(key, "")) for key, value in zip(keys, values, strict=True)
+    )
+    return [if_known(field) for field in fields]
 
 
 def _residual(tensor: Array, frame: PrincipalFrame, n: Arithmetic) -> object:

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from rigidcli.core import principal
-from rigidcli.core.arithmetic import Array
+from rigidcli.core.arithmetic import Array, Scalar
 from rigidcli.core.principal import PrincipalFrame
 from rigidcli.core.tensor import ROUNDING
 from rigidcli.document.document import Document
@@ -23,6 +23,9 @@ if TYPE_CHECKING:
 
 NO_SPIN = "the body is linear: it has no moment about its line, and cannot turn about it"
 """Why an angular velocity along the line of a linear body is refused: no angular momentum determines it."""
+
+ON_AXIS = 1e-12
+"""What is smaller than this, in units of the largest number of its kind, is the rounding of a zero."""
 
 TRUTH = {True: "yes", False: "no"}
 
@@ -76,7 +79,7 @@ def mesh_fields(document: Document) -> list[Field]:
 
 
 def axis_fields(document: Document) -> tuple[tuple[Field, ...], tuple[str, ...]]:
-    """The moment about the axis that the document asks for, the radius of gyration, and notes on them."""
+    """The moment about the axis that the document asks for, the body as a pendulum on it, and notes."""
     direction, n, mass = document.physical.direction, document.arithmetic, document.physical.properties.mass
     if direction is None:
         return (), ()
@@ -84,10 +87,40 @@ def axis_fields(document: Document) -> tuple[tuple[Field, ...], tuple[str, ...]]
     moment = n.tidied(0.0 if not n.exact and moment <= noise else moment)
     radius = None if mass is None else n.sqrt(n.tidied(moment / mass))
     missing = "the radius of gyration needs `body.mass`, which is not given"
+    values = {"radius_of_gyration": radius, **_pendulum(document, direction, moment)}
     return (
         field_of("inertia", "axis_moment", moment),
-        if_known(field_of("inertia", "radius_of_gyration", radius)),
+        *(if_known(field_of("inertia", key, value)) for key, value in values.items()),
     ), (missing,) if mass is None else ()
+
+
+def _pendulum(document: Document, u: Array, moment: Scalar) -> dict[str, Array | Scalar | None]:
+    """The body as a pendulum on a horizontal axis through O along u (3, unit), about which it has a `moment`.
+
+    With n from the axis to the centre of mass, at the distance d, and I about O: a blow J along u x n at the
+    point O + l n + z u gives L = I omega = J (l u - z n) without a force on the axis, so that l = I_uu/(M d)
+    and z = -I_un/(M d), and I omega has no component along u x n. J. L. Meriam, L. G. Kraige, Engineering
+    Mechanics: Dynamics, section 6/4, has the plane case.
+    """
+    n, physical = document.arithmetic, document.physical
+    body, keys = physical.properties, ("pendulum_length", "pendulum_period", "center_of_percussion")
+    if body.mass is None:
+        return dict.fromkeys(keys)
+    arm = body.com - physical.point
+    across = n.tidy(arm - (arm @ u) * u)
+    distance = n.hypot(*across)
+    largest = max(abs(n.size(part)) for part in (*body.com, *physical.point))
+    if n.size(distance) <= (0 if n.exact else ON_AXIS * largest + body.error):
+        return dict.fromkeys(keys)
+    length = n.tidied(moment / (body.mass * distance))
+    period = 2 * n.pi * n.sqrt(n.tidied(length / document.gravity))
+    tensor, outward = physical.inertia.tensor, across / distance
+    aside = n.tidied(np.cross(u, outward) @ tensor @ u)
+    blow = None
+    if abs(n.size(aside)) <= (0 if n.exact else ON_AXIS * np.abs(tensor).max()):
+        place = physical.point + length * outward - (outward @ tensor @ u) / (body.mass * distance) * u
+        blow = n.tidy(physical.axes.T @ place)
+    return dict(zip(keys, (length, period, blow), strict=True))
 
 
 def body_frame(document: Document) -> PrincipalFrame:

@@ -126,6 +126,14 @@ def _triangle(corners: Any, origin: Any) -> Patch:
     return patch
 
 
+def _raised(flat: Patch, height: float) -> Patch:
+    def patch(u: Floats, v: Floats, w: Floats) -> tuple[Any, Any, Any, Any]:
+        x, y, _, area = flat(u, v, w)
+        return x, y, height * (w - 0.5), height * area
+
+    return patch
+
+
 def _shell(height: float, radius: Callable[[Floats], Any], element: float, sign: float = 1.0) -> Patch:
     """A surface round z: radius(t) at z = sign t; `element` is what dt dphi is multiplied by."""
 
@@ -396,6 +404,13 @@ REFERENCES: dict[str, Reference] = {
         _in_tetrahedron,
         origin=_first_vertex,
     ),
+    "prism": Reference(
+        3,
+        lambda d: [_raised(patch, d.height) for patch in _polygon_patches(d)],
+        lambda d, x, y, z: _in_polygon(d, x, y, z) & (abs(z) <= d.height / 2),
+        anchors=Dims(base=_cylinder_base),
+        origin=_first_vertex,
+    ),
     "spherical_shell": Reference(2, lambda d: [_sphere_shell(d.radius, -d.radius)]),
     "hemispherical_shell": Reference(2, lambda d: [_sphere_shell(d.radius, 0.0)]),
     "cylindrical_shell": Reference(
@@ -460,6 +475,7 @@ def _flat(outer: float, inner: float = 0.0, sweep: float = TAU) -> Patch:
 
 
 WRITTEN = yaml.safe_load(Path(__file__).with_name("samples.yaml").read_text(encoding="utf-8"))
+WRITTEN["prism"] = [{"vertices": outline, "height": 2.5} for outline, _ in TRIANGLES[:3]]
 WRITTEN["polygon"] = [{"vertices": outline} for outline, _ in TRIANGLES]
 for name, dimensions in WRITTEN.items():
     REFERENCES[name].samples.extend(map(Dims, dimensions))

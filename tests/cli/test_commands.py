@@ -44,7 +44,7 @@ FORMATS = ["table", "json", "csv", "latex"]
 STARTERS = [path for path in ROOT.glob("rigidcli/starters/*.yaml") if path.stem not in [*SchemaKind, "mesh"]]
 DOCUMENTS = sorted([*ROOT.glob("configs/*.yaml"), *STARTERS])
 INERTIA = ["schema", "name", "source", "mass", "center_of_mass", "about", "tensor", "tensor_com"]
-AXES = [*INERTIA, "moments", "axes", "groups", "class", "residual"]
+AXES = [*INERTIA, "moments", "axes", "groups", "class", "orientation", "residual"]
 MOTION = ["omega", "angular_momentum", "kinetic_energy", "angle", "wobbles", "holding_torque"]
 
 

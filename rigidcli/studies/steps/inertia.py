@@ -223,7 +223,8 @@ def _in_coordinates(density: Formula | Scalar, chart: Chart, n: Arithmetic) -> S
         Field("", turn.end, f"{name} from 0 to", "", "rad") for name, turn in limits if isinstance(turn, Turn)
     ]
     units = [name for name, turn in limits if not isinstance(turn, Turn)]
-    simplex = ", together at most 1" if chart.is_simplex else ""
+    few = "" if chart.simplex == len(units) else f" {' and '.join(units[: chart.simplex])}"
+    simplex = f",{few} together at most 1" if chart.simplex else ""
     ends = f"{', '.join(units)} from 0 to 1{simplex}" if units else "with an angle"
     places = zip("xyz", n.tidy(n.array(place)), strict=True)
     title = " ".join(["dm /", *(f"d{name}" for name, _ in limits)])
