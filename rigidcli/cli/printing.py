@@ -45,8 +45,10 @@ def new(
     text = starter.read_text(encoding="utf-8")
     with Output(output) as target:
         target.write(text)
-    if output is not None and is_file(output) and (command := _COMMAND.search(text)):
-        complain(f"wrote {output}; next: {_FILE.sub(lambda _: shlex.quote(output), command[0])}")
+    if output is not None and is_file(output):
+        command = _COMMAND.search(text)
+        following = f"; next: {_FILE.sub(lambda _: shlex.quote(output), command[0])}" if command else ""
+        complain(f"wrote {output}{following}")
 
 
 _COMMAND = re.compile(r"rigidcli [a-z]+(?: -[-a-z]+)* FILE[.a-z]*")
