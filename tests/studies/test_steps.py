@@ -246,7 +246,7 @@ def test_the_steps_of_hamilton_show_the_results_themselves() -> None:
     assert titles[-1] == "Energy"  # that p_phi is conserved, dL/dphi = 0 says
     plane = "system: {coordinates: [x, y], lagrangian: (xdot^2 + ydot^2)/2 - (x^2 + y^2)^2}"
     proof = rigidcli.hamilton(rigidcli.loads(plane), steps=True).steps[-1]
-    assert proof.title == "x p_y - y p_x is conserved"
+    assert proof.title == "Angular momentum about z is conserved"
     assert value(proof, "sum of df/dq dH/dp") == value(proof, "sum of df/dp dH/dq")
 
 

@@ -141,11 +141,7 @@ def _results(findings: Findings) -> list[Field]:
         replace(_is_energy(derivation), diagnostic=is_energy and "H" in conserved),
         if_known(_row("verified", derivation.residual)),
         Field("invariants", None if invariants is None else list(invariants)),
-        # The title stands at the first of them.
-        *(
-            _row("invariants", e, key="", **({"title": " "} if k else {}))
-            for k, e in enumerate(invariants or ())
-        ),
+        *_invariants(findings),
         *([] if len(findings.branches) > 1 else [Field("branches", [])]),
         *([] if findings.transform is None else _transform(findings.transform)),
         *([] if findings.orbit is None else _orbit_quality(findings.orbit)),
@@ -218,6 +214,21 @@ def _modes(findings: Findings) -> tuple[list[Field], list[Table]]:
     from rigidcli.studies.hamilton import oscillations
 
     return oscillations.fields(findings.oscillations), oscillations.tables(findings.oscillations)
+
+
+def _invariants(findings: Findings) -> list[Field]:
+    """Show further conserved quantities by their names; others share one title, at the first of them."""
+    if not findings.invariants:
+        return []
+    from rigidcli.studies.hamilton.named import names_of
+
+    names = names_of(findings.invariants, findings.derivation)
+    fields, title = [Field("invariant_names", names)], _row("invariants", None).title
+    for name, e in zip(names, findings.invariants, strict=True):
+        words = f"{name}, conserved" if name else title
+        fields.append(_row("invariants", e, key="", title=words))
+        title = title if name else " "
+    return fields
 
 
 def _constraints(findings: Findings) -> tuple[list[Field], list[Table]]:

@@ -19,7 +19,7 @@ import numpy as np
 
 from rigidcli.algebra.calculus import derivative
 from rigidcli.algebra.expansion import expand
-from rigidcli.algebra.expressions import ONE, Expr, number, product, symbol, total
+from rigidcli.algebra.expressions import ONE, Expr, product, symbol, total
 from rigidcli.algebra.reading import from_tree
 from rigidcli.algebra.simplification import tidy
 from rigidcli.algebra.substitution import substitute
@@ -38,13 +38,11 @@ from rigidcli.studies.common import if_known, noise
 from rigidcli.studies.hamilton.constrained import keeper
 from rigidcli.studies.hamilton.derivation import Derivation
 from rigidcli.studies.hamilton.equations_of_motion import symbolic_equations, terms
+from rigidcli.studies.hamilton.named import SAME, factor_of
 from rigidcli.studies.hamilton.system import derived_parameters, known_values
 
 if TYPE_CHECKING:
     from rigidcli.studies.hamilton.orbit import OrbitSolution
-
-SAME = 1e-9
-"""Values that differ by less, in units of their terms, are the same, where only values can tell."""
 
 
 class Observable(NamedTuple):
@@ -207,24 +205,10 @@ def _recognised(value: Expr, candidates: Mapping[str, Expr], derivation: Derivat
     groups = [*combinations(every, 1), *combinations_with_replacement(every, 2)]
     for names in groups:
         with suppress(ExpressionError, ZeroDivisionError):
-            factor = _factor(value, product([every[name] for name in names]), moving)
+            factor = factor_of(value, product([every[name] for name in names]), moving)
             if factor is not None:
                 return product([factor, *map(symbol, names)])
     return None
-
-
-def _factor(value: Expr, e: Expr, moving: Sequence[str]) -> Expr | None:
-    """What a function is multiplied by to be the value, if that holds no variable."""
-    letters = sorted((value.names | e.names).difference(moving))
-    rows = sampled([value, e], {name: 0.6 + 0.13 * k for k, name in enumerate(letters)})
-    if rows is None or not e:
-        return None
-    ratios = rows[:, 0] / np.where(rows[:, 1], rows[:, 1], np.nan)
-    if not np.ptp(ratios) <= SAME * np.abs(ratios).max():
-        return None
-    point = {name: number(2 * k + 3) / number(k + 2) for k, name in enumerate(moving)}
-    factor = tidy(substitute(value, point) / substitute(e, point))
-    return factor if is_zero(value - factor * e) else None
 
 
 def fields(found: Observed, orbit: OrbitSolution | None) -> list[Field]:

@@ -89,8 +89,10 @@ def hamilton_steps(findings: Findings, fields: Sequence[Field], tables: Sequence
         yield from _of_oscillations(findings.oscillations, findings.document, place)
     if derivation.hamiltonian is None:
         return
-    for e in findings.invariants or ():
-        yield _bracket(reading(e.tree()), e, derivation.hamiltonian, derivation.phase)
+    named = [entry.value for entry in fields if entry.key == "invariant_names"]
+    for name, e in zip(*named, findings.invariants or (), strict=True):
+        title = reading(e.tree()) if name is None else f"{name[0].upper()}{name[1:]}"
+        yield _bracket(title, e, derivation.hamiltonian, derivation.phase)
 
 
 def _energies(derivation: Derivation) -> Iterator[Field]:
