@@ -379,9 +379,13 @@ class Grammar:
         return exponent
 
     def fraction(self, above: str, below: str, is_group: bool) -> tree.Node:
-        """The exponent `1/2`, or the number before its `/`: x^2/2 is half a square, x^1/2 is a root."""
+        """The exponent `1/2`, or the number before its `/`: x^2/2 is half a square, x^1/2 is a root.
+
+        In answers `(a + b)^3/2` may be a power of 3/2, too; a document has the order of all programs.
+        """
         ways = [True, False] if above == "1" else [False]
-        if above != "1" and float(above) % float(below or 1) and (is_group or below == "2"):
+        may_be_power = not self.is_open and (is_group or below == "2")
+        if above != "1" and float(above) % float(below or 1) and may_be_power:
             ways = [False, True]
         if self.tokens[self.index + 1].text == "." or float(below) == 0:
             ways = [False]
