@@ -42,7 +42,8 @@ PERCENT = Unit("%", Fraction(1, 100), 0, DIMENSIONLESS)
 _SPELLINGS = {
     "sec": "s", "secs": "s", "mins": "min", "hrs": "h", "rads": "rad", "degs": "deg", "revs": "rev",
     "sek": "s", "U": "rev", "tr": "rev", "Upm": "rpm", "Umdrehungen": "rev", "tours": "rev", "vueltas": "rev",
-    "Grad": "deg", "grados": "deg", "degrés": "deg", "Sekunden": "s", "Sekunde": "s",
+    "rotation": "rev", "rotations": "rev", "Umdrehung": "rev", "r": "rev",
+    "S": "s", "Grad": "deg", "grados": "deg", "degrés": "deg", "Sekunden": "s", "Sekunde": "s",
     "secondes": "s", "segundos": "s",
     "kgs": "kg", "Kg": "kg", "KG": "kg", "lbs": "lb", "cms": "cm", "Km": "km", "KM": "km", "hz": "Hz",
 }  # fmt: skip
@@ -64,7 +65,7 @@ _UNIT_BEGINS = rf"[(\[]*(?!{_WORDS_OF_NUMBERS})[^\W\d_]|[°%]"
 _PER = rf"/\s*(?!{_WORDS_OF_NUMBERS})[^\W\d_]"
 _DECIMAL = re.compile(
     r"(?P<sign>[-+]?)\s*(?P<mantissa>(?>\d++[.,]?+\d*+|[.,]\d++))"
-    r"(?:[eE](?P<e>[-+]?\d++)|\s*[*xX]\s*10\s*(?:\^|\*\*)\s*(?P<open>\()?\s*(?P<p>[-+]?\s*\d++)\s*(?(open)\)))?+"
+    r"(?:[eE](?P<e>[-+]?\d++)|(?:\s*[*xX.]\s*|\s+)10\s*(?:\^|\*\*|(?<=[xX]10)(?=-\d))\s*(?P<open>\()?\s*(?P<p>[-+]?\s*\d++)\s*(?(open)\)))?+"
     rf"(?:(?:\s*(?={_UNIT_BEGINS}|{_PER})|\s+(?=1\s*/))(?P<unit>.+))?\s*",
     re.DOTALL,
 )
@@ -76,8 +77,15 @@ _GROUPED = re.compile(
 )
 """A number whose commas, points, blanks or apostrophes may stand for thousands."""
 
+_REMARK = re.compile(r"\s*[,(\s]\s*(?!(?:per|pro|par|por|over)\b)(?=[^\d=/]*[^\W\d]{3}[^\d=/]*\Z)")
+"""The beginning of a remark in words."""
+
+_POWER_LOST = re.compile(
+    r"(?P<mantissa>[-+]?\d+(?:[.,]\d+)?)\s*[*xX]\s*10\s*-\s*(?P<power>\d{1,2})(?![\d.,])"
+)
+
 _ANGLE_IN_PARTS = re.compile(
-    r"(?P<deg>[-+]?\d+)\s*(?:°|deg)\s*(?P<min>\d+(?:[.,]\d+)?)\s*(?:'|′|’|arcmin)"
+    r"(?P<deg>[-+]?\d+)\s*(?:[°º]|deg)\s*(?P<min>\d+(?:[.,]\d+)?)\s*(?:'|′|’|arcmin|min\b)"
     r"(?:\s*(?P<sec>\d+(?:[.,]\d+)?)\s*(?:\"|″|''|”|arcsec))?"
 )
 """Degrees, minutes and seconds of arc."""
@@ -198,6 +206,10 @@ def _digits(text: str) -> list[str]:
 
 def _numbers(text: str, unit: Unit | None, place: str, before: tuple[str, ...]) -> list[Number]:
     """The readings of a number whose digits stand without separators. Raises ExpressionError, Unreadable."""
+    if lost := _POWER_LOST.match(text):  # what was a superscript is a difference now
+        raised = f"{lost['mantissa']}e-{lost['power']}{text[lost.end() :]}"
+        with suppress(ExpressionError):
+            return [*_numbers(raised, unit, place, before), *_numbers(f"1*{text}", unit, place, before)]
     if decimal := _DECIMAL.fullmatch(text):
         mantissa = decimal["mantissa"].replace(",", ".")
         power = int((decimal["e"] or decimal["p"] or "0").replace(" ", ""))
@@ -206,7 +218,7 @@ def _numbers(text: str, unit: Unit | None, place: str, before: tuple[str, ...]) 
             if mantissa.strip("0."):
                 raise ExpressionError("it is too small for a number")
             power = 0
-        units = [None] if decimal["unit"] is None else read_units(decimal["unit"], unit, place)
+        units = [None] if decimal["unit"] is None else _units_before_words(decimal["unit"], unit, place)
         return [_number(typed, own, unit, before, mantissa, power) for own in units]
     node, behind = _value(text)
     typed = _worth(node)
@@ -219,6 +231,17 @@ def _numbers(text: str, unit: Unit | None, place: str, before: tuple[str, ...]) 
         return [_number(typed, radians, unit, before)]
     in_si = replace(radians, text=re.sub(r"\b(?:deg|rev|rpm)\b", "rad", unit.text))
     return [_number(typed, None, unit, before), _number(typed, in_si, unit, before)]
+
+
+def _units_before_words(text: str, unit: Unit | None, place: str) -> list[Unit]:
+    """The readings of a unit, behind which there may be a remark: `rad/s (clockwise)`. Raises Unreadable."""
+    try:
+        return read_units(text, unit, place)
+    except Unreadable:
+        for remark in islice(_REMARK.finditer(text), 8):
+            with suppress(Unreadable):
+                return read_units(text[: remark.start()], unit, place)
+        raise
 
 
 def _number(
@@ -261,6 +284,8 @@ def doubt(before: Sequence[str], read: Callable[[str], Any], is_equal: Callable[
             if place and begins_another(member, read):
                 raise Unreadable("wrong_shape", TWO_ANSWERS) from None
         else:
+            if place and begins_another(member, read) and read(second_name(member) or "") == other:
+                raise Unreadable("wrong_shape", TWO_ANSWERS)  # the name was passed over as a remark
             if not is_equal(other):
                 return CONTRADICTION
     return ""
@@ -399,10 +424,10 @@ def _unit_spelled(name: str, power: str, own: set[str]) -> list[str]:
         small = part.lower()
         if part in _KNOWN or part in own:
             ways.append(f"{part}{raised}")
-        elif (
+        if part not in own and (
             meant := _SPELLINGS.get(part)
-            or _SPELLINGS.get(small)
-            or (len(part) > 2 and small in _KNOWN and small)
+            or (part not in _KNOWN and _SPELLINGS.get(small))
+            or (len(part) > 2 and part not in _KNOWN and small in _KNOWN and small)
         ):
             ways.append(f"{meant}{raised}")
         ways += [f"({'*'.join(parts)}{raised})" for parts in _run_together(part)]

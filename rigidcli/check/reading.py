@@ -11,14 +11,18 @@ from contextlib import suppress
 from dataclasses import dataclass, field
 from fractions import Fraction
 from functools import cached_property
-from itertools import product
+from itertools import islice, product
 from pathlib import Path
 from typing import Literal, TypeAlias
 
+from rigidcli.algebra.calculus import derivative
+from rigidcli.algebra.expressions import symbol, total
+from rigidcli.algebra.reading import from_tree
+from rigidcli.algebra.trees import to_tree
 from rigidcli.check.base import Asked, Tree, Unreadable
 from rigidcli.check.files import beside, read_file
 from rigidcli.check.lists import read_list, split
-from rigidcli.check.numbers import as_typed, with_hint
+from rigidcli.check.numbers import as_typed, read_unit, with_hint
 from rigidcli.document.parameters import read_name
 from rigidcli.document.variables import acceleration, momentum, velocity
 from rigidcli.errors import ExpressionError, ValueProblem, shortened, shown
@@ -26,6 +30,7 @@ from rigidcli.language import typed
 from rigidcli.language.decoration import undecorated
 from rigidcli.language.functions import FUNCTIONS
 from rigidcli.language.latex import plain as without_latex
+from rigidcli.language.parser import RATE
 from rigidcli.language.statements import two_answers
 from rigidcli.language.text import without_doubt
 from rigidcli.language.tree import (
@@ -39,8 +44,9 @@ from rigidcli.language.tree import (
     bound,
     names_in,
     nodes,
+    rebuilt,
 )
-from rigidcli.language.words import Words
+from rigidcli.language.words import Words, unknown
 
 Domain: TypeAlias = Literal["positive", "real"]
 
@@ -205,9 +211,51 @@ def read_expressions(
         raise Unreadable("wrong_shape", f"read {shown(answer)}, expected an expression", place=place)
     try:
         text = undecorated(str(answer)) if leading else str(answer)
-        return typed.expressions(text, None if names is None else names.words, leading=leading)
+        words = None if names is None else names.words
+        try:
+            found = typed.expressions(text, words, leading=leading)
+            return found if names is None else [_worked_out(node, names) for node in found]
+        except ExpressionError as error:
+            if error.code != "unknown_symbol" or not leading:
+                raise
+            for shorter in _without_tail(text):
+                with suppress(ExpressionError):
+                    return typed.expressions(shorter, words)
+            raise
     except ExpressionError as error:
         raise Unreadable(error.code or "parse_error", with_hint(error), place=place) from None
+
+
+def _worked_out(node: Node, names: Names) -> Node:
+    """A formula with the derivatives by the time worked out that stand in it: d/dt (m l^2 thetadot).
+
+    Raises ExpressionError.
+    """
+    if RATE not in {part.function for part in nodes([node]) if isinstance(part, Call)}:
+        return node
+    if not (isinstance(node, Call) and node.function == RATE):
+        return rebuilt(node, lambda operand: _worked_out(operand, names))
+    e = from_tree(names.without_derived(_worked_out(node.arguments[0], names)))
+    parts = [derivative(e, TIME)]
+    for state in names.states & e.names:
+        rate = acceleration(state.removesuffix("dot")) if state.endswith("dot") else velocity(state)
+        if rate not in names.words.names:
+            raise unknown(rate, names.words)
+        parts.append(derivative(e, state) * symbol(rate))
+    return to_tree(total(parts))
+
+
+_BLANK = re.compile(r"(?<=[\w)\]}$²³])\s+(?=[\[(]?[^\W\d_])|(?<=[)\]}])(?=[\[(][^\W\d_])")
+
+
+def _without_tail(text: str) -> Iterator[str]:
+    """A formula without a unit, or a remark in brackets, behind it."""
+    for blank in islice(_BLANK.finditer(text), 20):
+        tail = text[blank.end() :].strip()
+        is_remark = re.fullmatch(r"\([^()=\d]*[^\W\d_]{3}[^()=\d]*\)", tail) is not None
+        with suppress(Unreadable):
+            if is_remark or read_unit(without_latex(tail)):
+                yield text[: blank.start()]
 
 
 # --- without a question
@@ -339,6 +387,7 @@ def _texts(answer: Tree, place: str, failed: list[Unreadable]) -> Iterator[tuple
         lines = [line.strip() for line in answer.strip().splitlines()]
         if len(lines) > 1 and all(line[:2] in ("- ", "* ", "• ") for line in lines):
             answer = "\n".join(line[2:] for line in lines)  # a list, and no signs
+        answer = "\n".join(map(undecorated, answer.splitlines()))
         try:
             pieces = list(_equations_in(typed.slopes(without_latex(_LAW.sub("", answer)))))
         except ExpressionError as error:
@@ -348,6 +397,9 @@ def _texts(answer: Tree, place: str, failed: list[Unreadable]) -> Iterator[tuple
             here = place or (f"equation {count}" if len(pieces) > 1 else "")
             n = here.removeprefix("equation ") if here[-1:].isdigit() else "1"  # as `(1)` beside an equation
             piece = re.sub(rf"\A\s*\(?{n}[.)]\s+(?=[^\W\d])|(?<=[\w)}}\]])\s+\({n}\)\s*\Z", "", piece)
+            piece = re.sub(r"\A[^=]*(?::\s(?=[^=]*=)|\b(?:are|is|sind|ist|lauten|sont|son)\s)", "", piece)
+            if "=" not in piece:
+                piece = re.sub(r"\A(\s*[^\W\d]\w*\s*):", r"\1=", piece)
             sides = re.split(r"==?", piece)
             if len(sides) == 1:
                 message = f"no `=` in {shown(piece.strip())}, expected `left = right`"
@@ -370,7 +422,7 @@ def _equations_in(text: str) -> Iterator[str]:
     text = re.sub(r"\s*\n\s*(?==(?!>))", " ", text)
     if len(re.split(r"\b(?:or|oder|ou)\b|\s\|\s", text)) > 1:
         raise two_answers()
-    for line in re.split(r"[\n;]|=>|\b(?:and|und|et)\b|\s[y/]\s+(?=[^\W\d]\w*\s*=)", text):
+    for line in re.split(r"[\n;]|=>|\s&\s|\b(?:and|und|et)\b|\s[y/]\s+(?=[^\W\d]\w*\s*=)", text):
         whole = ""
         pieces = split(line)
         if all(re.match(r"\s*[^\W\d]\w*dot\w*\s*=", piece) for piece in pieces):

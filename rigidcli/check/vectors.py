@@ -62,7 +62,7 @@ def _from_table(text: str) -> str:
 
 
 def from_columns(text: str) -> str:
-    """Rows of LaTeX without their environment: `8 & -3 \\\\ -3 & 8`; `\\\\` is a new line already."""
+    """Rows of LaTeX without their environment, in which a double backslash is a new line already."""
     if "&" not in text or "[" in text:
         return text
     rows = [f"[{row.replace('&', ';')}]" for row in text.split("\n") if row.strip()]

@@ -14,6 +14,7 @@ _BEFORE = re.compile(
         |réponse|résultat|respuesta|resultado|solución)\b \.? \s* (?:is|ist|est|es|lautet)?\b
         (?:\s+(?:approximately|about))? \s* [:=]?
     | (?:it|this|that|that's|it's|das|es|c'est) \s+ (?:is|ist|equals)\b | it's\b | c'est\b
+    | (?:[^\W\d_]+['’]?\s+){1,7} (?:is|ist|est|es|beträgt|vaut|equals) \s+ (?=[-+~≈]?\s*[\d(√\\.]|sqrt)
     | (?:i|we) \s+ (?:get|got|find|found|obtain|have)\b
     | (?:about|approximately|approx|around|roughly|circa|ca|etwa|ungefähr|ungefaehr|rund|environ|env
         |unos|aproximadamente|nearly|almost)\b \.?
@@ -30,20 +31,25 @@ _BEHIND = re.compile(
         | approx(?:\.|imately)? | about | rounded | gerundet | arrondi | ca\.? | exact(?:ly)? ) \s* [)\]]
     | \s (?:to\s+) \d \s* (?: s\.?\s*f\.? | sig\.?\s*figs?\.? | significant\s+figures | decimal\s+places? )
     | \s (?:approx(?:\.|imately)? | rounded | gerundet)
-    | (?<=[^\s.\\]) [.!]+ | (?<!\\) [,;]
+    | (?<=[^\s.\\]) (?<!right) [.!]+ | (?<!\\) [,;]
     ) \s* \Z"""
 )
-_NUMBER = r"(?:\d+(?:[.,]\d+)?(?:\s*%)?)"
+_UNIT = r"[^\W\d_][\w^/. ·*²³⁻-]*?"
 _UNCERTAINTY = re.compile(
-    rf"(?P<open>\()?(?P<value>\d[\d.,]*(?:\s*[^\W\d_][\w^/. ·*²³⁻]*?)?)\s*(?:±|\+/?[-−]|-/?\+|\\pm)\s*"
-    rf"{_NUMBER}\s*(?(open)\)|(?![\w(]*\())"
+    rf"(?P<open>\()?(?P<value>\d[\d.,]*(?:[eE][-+]?\d+)?(?P<unit>\s*{_UNIT})?)\s*(?:±|\+/?[-−]|-/?\+|\\pm)\s*"
+    rf"\d+(?:[.,]\d+)?(?:\s*%)?(?(unit)(?:\s*{_UNIT}(?=\s*\)?\s*\Z))?)\s*(?(open)\)|(?![\w(]*\())"
 )
+
+_TAG = re.compile(r"</?(?:br|p|b|i|em|strong|div|span)\b[^<>]*>|&nbsp;")
 
 
 def undecorated(text: str) -> str:
     """The text of an answer without what stands around it."""
     before = ""
     text = text.strip()
+    if "<" in text or "&" in text:  # from an editor in a browser
+        text = re.sub(r"<sup>(.*?)</sup>", r"^(\1)", re.sub(r"<sub>(.*?)</sub>", r"_\1", text))
+        text = _TAG.sub(" ", text).strip()
     while text != before:
         before = text
         if text.startswith(("**", "__")) and text.count(text[:2]) > 1:

@@ -55,6 +55,7 @@ WITH_CORNERS = frozenset(["abs", "sign"])
 SHORT = {
     "tg": "tan", "ctg": "cot", "cotg": "cot", "sh": "sinh", "ch": "cosh", "th": "tanh", "sgn": "sign",
     "lg": "lg", "log10": "lg", "sen": "sin", "Abs": "abs",
+    "root": "sqrt", "Wurzel": "sqrt", "wurzel": "sqrt", "raiz": "sqrt", "racine": "sqrt",
 }  # fmt: skip
 """Further names that books use for functions; before an argument only; elsewhere they are letters."""
 

@@ -25,8 +25,9 @@ _SIGNS = str.maketrans(
     | {"½": "(1/2)", "¼": "(1/4)", "¾": "(3/4)", "⅓": "(1/3)", "⅔": "(2/3)"}
     | dict.fromkeys("−–—‐‑", "-")
     | dict.fromkeys("·⋅×∗•", "*")
-    | {"÷": "/", "⁄": "/", "∕": "/", "≈": "=", "≃": "=", "≅": "=", "‖": "|"}
+    | {"÷": "/", "⁄": "/", "∕": "/", "≈": "=", "≃": "=", "≅": "=", "‖": "|", "º": "°"}
     | dict.fromkeys("′’‘´ʹ", "'")
+    | dict.fromkeys("⇒⟹→⟶∴", "=>")
     | {"″": "''", "”": "''"}
     | dict.fromkeys("\N{NO-BREAK SPACE}\N{THIN SPACE}\N{NARROW NO-BREAK SPACE}\N{EN SPACE}\t", " ")
     | dict.fromkeys("\N{ZERO WIDTH SPACE}\N{ZERO WIDTH NO-BREAK SPACE}", "")
@@ -48,14 +49,16 @@ _WORDS = {
     **{command: f" {name}" for command, name in (_GREEK | _FUNCTIONS).items()},
     "cdot": "*", "times": "*", "ast": "*", "div": "/", "approx": "=", "simeq": "=", "prime": "'", "circ": "°",
     "lbrace": "(", "rbrace": ")", "lbrack": "[", "rbrack": "]", "lvert": "|", "rvert": "|", "vert": "|",
-    "infty": " inf ", "pm": "±", "degree": "°", "newline": "\n", "\\": "\n", "cr": "\n",
+    **dict.fromkeys(("Rightarrow", "implies", "rightarrow", "to", "therefore", "Longrightarrow"), "=>"),
+    "infty": " inf ", "imath": "i", "jmath": "j", "iff": "=>", "pm": "±",
+    "degree": "°", "newline": "\n", "\\": "\n", "cr": "\n",
     "{": "(", "}": ")", **{sign: sign for sign in "%&_#"},
     **dict.fromkeys(_SPACES, " "), **dict.fromkeys(_DROPPED, ""),
 }  # fmt: skip
 """What commands without an argument come to."""
 _CONTENT = {
     "mathrm", "text", "textrm", "mathbf", "mathit", "mathsf", "operatorname", "boldsymbol", "bm", "vec",
-    "hat", "mbox", "textit", "textbf", "mathcal", "unit", "si", "boxed",
+    "hat", "mbox", "textit", "textbf", "mathcal", "unit", "si", "boxed", "num", "textsf",
 }  # fmt: skip
 _FRACTIONS = {"frac", "dfrac", "tfrac", "cfrac", "nicefrac"}
 _MATRICES = {"pmatrix", "bmatrix", "matrix", "Bmatrix", "smallmatrix", "array"}
@@ -84,6 +87,7 @@ def plain(text: str) -> str:
     if text.isascii() and not set("\\{}$").intersection(text):
         return text
     text = _FONTS.sub(lambda letter: unicodedata.normalize("NFKC", letter[0]), text)
+    text = text.replace("\N{DOT ABOVE}", "\u0307").replace("\N{DIAERESIS}", "\u0308")
     text = unicodedata.normalize("NFD", text).replace("\u0301", "") if not text.isascii() else text
     text = _DOTTED.sub(lambda match: f"{match[1]}{'dot' if match[2] == chr(0x307) else 'ddot'}", text)
     text = re.sub(SUPERSCRIPT, lambda match: f"^{match[0].translate(LOWERED)} ", text).translate(_SIGNS)

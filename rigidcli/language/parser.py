@@ -44,6 +44,9 @@ _SHOWN = 24
 MOST_READINGS = 8
 """The most readings of one text."""
 
+RATE = "Ddt"
+"""The name of d/dt before a bracket, whose derivative by the time is for others to work out."""
+
 _DEGREES = frozenset(["deg", "degree", "degrees", "Grad"])
 _E = tree.Name("e")
 _ONE = tree.Number("1", 1.0)
@@ -427,6 +430,8 @@ class Grammar:
             and not (calls and name in self.functions)
         ):
             return self.symbol(meant, token)
+        if calls and name == RATE and words is not None and words.moving:
+            return [tree.Call(RATE, self.arguments())]
         if calls and name in ("dot", "ddot") and self.tokens[self.index + 2].text == ")":
             of = self.tokens[self.index + 1].text
             self.advance(3)

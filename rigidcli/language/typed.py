@@ -13,7 +13,7 @@ import re
 
 from rigidcli.language import tree
 from rigidcli.language.latex import plain
-from rigidcli.language.parser import of_tokens
+from rigidcli.language.parser import RATE, of_tokens
 from rigidcli.language.statements import judged_member
 from rigidcli.language.tokens import tokenize
 from rigidcli.language.words import Words
@@ -25,13 +25,18 @@ _MEMBERS = re.compile(r"\A(?:[^\[{,;\n]|(?<=\d),(?=\d))*=")
 _NAME = r"[^\W\d]\w*+"
 _SLOPE = re.compile(
     rf"\bd\s*(?P<second>\^\s*2|2(?=\s*[\(\w]))?\s*(?:(?P<name>{_NAME})|\(\s*(?P<inner>{_NAME})\s*\))"
-    rf"\s*/\s*(?P<open>\()?\s*d\s*t\s*(?:\^?\s*2)?\s*(?(open)\))(?!\w)"
+    rf"\s*/\s*(?P<open>\()?\s*d\s*(?:t|\(\s*t\s*\))\s*(?:\^?\s*2)?\s*(?(open)\))(?!\w)"
     rf"|(?P<opened>\()?\s*\bd\s*/\s*d\s*t\b\s*(?(opened)\))\s*(?P<bracket>\()?\s*(?P<behind>{_NAME})\s*(?(bracket)\))"
 )
 """`dx/dt`, `d^2 x/dt^2`, `d(theta)/dt`, `d/dt x`."""
 
 _PRIMED = re.compile(rf"({_NAME})('{{1,2}}|\")(?:\(t\))?")
-_MATHEMATICA = re.compile(r"\b((?:Arc)?(?:Sin|Cos|Tan)h?|Sqrt|Exp|Log|Abs)\[")
+_PROGRAMS = re.compile(
+    r"\b(?:np|numpy|math|sp|sympy)\.(?=[a-z])|\b((?:Arc|arc|ARC)?(?:Sin|Cos|Tan|SIN|COS|TAN)[hH]?"
+    r"|Sqrt|SQRT|Exp|EXP|Log|LOG|Ln|LN|Abs|ABS)(?=\s*[\[(])"
+)
+"""Functions as programs write them: `np.sqrt(x)`, `Cos[x]`, `SQRT(x)`."""
+
 POINTS = str.maketrans("[]", "()")
 """Square brackets are parentheses."""
 
@@ -45,7 +50,7 @@ def expressions(text: str, words: Words | None, *, leading: bool = True) -> list
         ExpressionError: the text is no formula. Its `code` is `unknown_symbol` for a name that the question
             does not have, `too_large` beyond the bounds.
     """
-    formula = _MATHEMATICA.sub(lambda call: f"{call[1].lower().replace('arc', 'a')}(", plain(text))
+    formula = _PROGRAMS.sub(lambda call: (call[1] or "").lower().replace("arc", "a"), plain(text))
     formula = slopes(last_member(formula)[0] if leading else formula).translate(POINTS)
     return of_tokens(tokenize(formula, as_typed=False), {}, words)
 
@@ -80,6 +85,9 @@ def slopes(text: str) -> str:
         ),
         text,
     )
+    text = re.sub(r"\bd\s*/\s*d\s*t\s*(?=[(\[])", f" {RATE}", text)
     text = re.sub(r"(?<=\w)-(d?dot)\b", r"\1", text)
+    text = re.sub(r"(?<=[a-z0-9])_?(D?Dot)\b", lambda dots: dots[1].lower(), text)
+    text = re.sub(r"_?dot_?dot\b", "ddot", text)
     text = _PRIMED.sub(lambda match: f"{match[1]}{'dot' if match[2] == chr(39) else 'ddot'} ", text)
     return text if "atan2" in text else re.sub(r"(?<=\d),(?=\d)", ".", text)

@@ -6,6 +6,7 @@ Where the key is an energy, H or L, a constant may be added: it does not change 
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from typing import ClassVar
@@ -89,6 +90,8 @@ class Expression(Kind):
     def read(self, key: Key, answer: Tree) -> Reading:
         """A formula in the symbols of the question. Raises Unreadable."""
         names = key.formulas.names
+        if key.constant and isinstance(answer, str):
+            answer = re.sub(r"\s*\+\s*(?:const(?:ant)?|konst|cst|cte)\.?\s*\Z", "", answer)
         node = chosen(read_expressions(answer, names), lambda each: self._truth(key, each))
         why = doubt(
             last_member(plain(undecorated(str(answer))))[1],
