@@ -77,8 +77,8 @@ def read_answers(text: str, known: Collection[str] = ()) -> tuple[Answers, list[
     """
     if _CONTROL.search(text):
         raise Unreadable("parse_error", "there are control characters in it: is it a text file?")
-    text = _QUOTED.sub(_literal, text.removeprefix("\ufeff"))
     names = {folded(name) for name in known}
+    text = _QUOTED.sub(_literal, _undressed(text.removeprefix("\ufeff"), names))
     reader = _Lines(sorted(names, key=len, reverse=True))
     lines = text.splitlines()
     sections = ((place, _SECTION.match(line.strip())) for place, line in enumerate(lines))
@@ -104,6 +104,47 @@ def read_answers(text: str, known: Collection[str] = ()) -> tuple[Answers, list[
         if not (heads & names if names else heads - ABOUT) and not heads & ABOUT:
             raise Unreadable("wrong_shape", "expected `answers`, a mapping from questions to answers")
     return reader.answers(), capped(reader.stray)
+
+
+_DRESSED = re.compile(
+    r"""(?xi) (?P<indent>\s*+) (?P<marks>(?: [-*•+]\s++ | \#++\s*+ | \*\* | __ | \|\s*+ )*+)
+    (?P<word>(?:question|problem|exercise|task|aufgabe|frage|übung|exercice|ejercicio|pregunta|ex|nr|no|q)
+        [.:]?\s*+)?
+    (?P<open>\()? (?P<name>[\w.-]*\w) (?(open)\)) \s*(?:\*\*|__)?\s* [:=.)|]? \s*(?:\*\*|__)? (?=\s|\Z)
+    \s* (?P<rest>.*)"""
+)
+"""A line that begins with the name of a question in a bullet, a heading, bold letters or a table."""
+
+
+def _undressed(text: str, names: Collection[str]) -> str:
+    """The text with `name: answer` for lines that name a question in bullets, headings or bold letters."""
+    lines = text.splitlines()
+    found: dict[int, re.Match[str]] = {}
+    for place, line in enumerate(lines):
+        match = _DRESSED.fullmatch(line.rstrip())
+        if match is None or folded(match["name"]) not in names:
+            continue
+        is_comment = match["marks"].strip() == "#" and match["rest"]
+        if (match["marks"] or match["word"] or match["open"]) and not is_comment:
+            found[place] = match
+    named = [folded(match["name"]) for match in found.values()]
+    are_bullets = all(match["marks"].strip() in ("-", "*", "+", "•") for match in found.values())
+    is_repeated = len(set(named)) < len(named)
+    keys = sum(1 for place, line in enumerate(lines) if place not in found and _KEY.match(f"{line.strip()} "))
+    if not found or is_repeated or keys > len(found) + 2 or (are_bullets and 2 * len(named) < len(names)):
+        return text
+    is_table = any("|" in match["marks"] for match in found.values())
+    written, is_below = list[str](), False
+    for place, line in enumerate(lines):
+        if match := found.get(place):
+            rest = match["rest"].removesuffix("|").strip() if "|" in match["marks"] else match["rest"]
+            written.append(f"{match['indent']}{match['name']}: {rest}")
+            is_below = True
+        else:
+            section = _SECTION.match(line.strip())
+            if not (line.lstrip().startswith("|") and is_table):
+                written.append(f"  {line}" if is_below and line.strip() and not section else line)
+    return "\n".join(written)
 
 
 def _literal(quoted: re.Match[str]) -> str:

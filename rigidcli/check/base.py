@@ -273,8 +273,7 @@ class Judged:
     @property
     def is_urgent(self) -> bool:
         """Whether a person must look at it first: it is not judged, or not read, or not all of it is read."""
-        loses = self.verdict in ("partial", "incorrect") and not UNREAD.isdisjoint(self.codes)
-        return loses or self.verdict in ("review", "invalid")
+        return not UNREAD.isdisjoint(self.codes) or self.verdict in ("review", "invalid")
 
     def overridden(self, score: float, reason: str) -> Judged:
         """The question as a person has judged it."""

@@ -4,6 +4,9 @@ from __future__ import annotations
 
 import re
 
+LONGEST = 4000
+"""The most characters of an answer that anybody decorates: patterns take long for more."""
+
 _QUOTES = '"“”„‟«»`″'
 _PAIRS = {"'": "'", "‘": "’", "‚": "‘", "‹": "›"}
 
@@ -47,6 +50,8 @@ def undecorated(text: str) -> str:
     """The text of an answer without what stands around it."""
     before = ""
     text = text.strip()
+    if len(text) > LONGEST:
+        return text
     if "<" in text or "&" in text:  # from an editor in a browser
         text = re.sub(r"<sup>(.*?)</sup>", r"^(\1)", re.sub(r"<sub>(.*?)</sub>", r"_\1", text))
         text = _TAG.sub(" ", text).strip()

@@ -272,3 +272,25 @@ def test_what_no_question_reads_is_told(answer: Tree, code: str) -> None:
     with pytest.raises(Unreadable) as refused:
         described(answer, Path("x.yaml"))
     assert refused.value.findings[0].code == code
+
+
+@pytest.mark.parametrize(
+    "form",
+    [
+        "answers:\n- 1: {}\n- 2a: {}\n",
+        "- 1: {}\n- 2a: {}\n",
+        "# Homework\n\n## 1\n{}\n\n## 2a\n{}\n",
+        "### 1:\n{}\n### 2A:\n{}\n",
+        "**1:** {}\n**2a.** {}\n",
+        "Question 1: {}\nQ2a: {}\n",
+        "Aufgabe 1: {}\nAufgabe 2a: {}\n",
+        "(1) {}\n(2a) {}\n",
+        "| question | answer |\n|---|---|\n| 1 | {} |\n| 2a | {} |\n",
+        "ANSWERS:\n  1: {}\n  2a: {}\n",
+    ],
+)
+def test_answers_below_headings_and_behind_bullets(form: str) -> None:
+    answers, _ = read_answers(form.format("m*g*z", "[[1, 2], [3, 4]]"), ["1", "2a"])
+    read = {name.casefold(): answer for name, answer in answers.items()}
+    assert read["1"] == "m*g*z"
+    assert read["2a"] in ([["1", "2"], ["3", "4"]], "[[1, 2], [3, 4]]")
