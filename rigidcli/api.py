@@ -19,7 +19,7 @@ from rigidcli.check import Feedback
 from rigidcli.commands import COMMANDS, STUDIES, Command
 from rigidcli.document.document import Document
 from rigidcli.document.load import MAPPING, Source, plain, read_source
-from rigidcli.errors import DocumentError, Problem, UsageError, nearest, shown
+from rigidcli.errors import DocumentError, Problem, UsageError, did_you_mean, nearest, shown
 from rigidcli.reference.pages import result_rows
 from rigidcli.result import Result
 
@@ -188,7 +188,7 @@ def check(
 
     levels = list(Feedback)
     if feedback not in levels:
-        guess = f" (did you mean {near}?)" if (near := nearest(feedback, levels)) else ""
+        guess = did_you_mean(nearest(feedback, levels))
         raise UsageError(f"feedback: read {shown(feedback)}, expected {', '.join(levels)}{guess}")
     if not answers:
         raise UsageError("no answers are named: expected files, folders of them, or a zip")

@@ -212,6 +212,11 @@ def with_article(noun: str) -> str:
     return f"{'an' if noun[0] in 'aeiou' else 'a'} {noun}"
 
 
+def did_you_mean(meant: str | None) -> str:
+    """The guess at the end of a message; nothing where there is none."""
+    return "" if meant is None else f" (did you mean {meant}?)"
+
+
 def nearest(word: str, words: Sequence[str]) -> str | None:
     """The word that was probably meant, if any is near."""
     import difflib

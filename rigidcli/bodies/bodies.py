@@ -18,7 +18,7 @@ from rigidcli.bodies.shape import Shape
 from rigidcli.bodies.shapes import SHAPES, shape_called
 from rigidcli.core import mass_properties, tensor
 from rigidcli.core.arithmetic import Arithmetic, Floats, Scalar, half_unit
-from rigidcli.errors import Path, ValueProblem, at, shown
+from rigidcli.errors import Path, ValueProblem, at, nearest, shown
 from rigidcli.fields.environment import Environment
 from rigidcli.fields.quantities import AsList, Mass, MomentOfInertia, Point, PrincipalMoment, Vector3
 from rigidcli.fields.readers import Alternative, Choice, FileName, by_key, reference
@@ -250,19 +250,25 @@ class _AnyForm(Choice):
     def read(self, raw: object, info: ValidationInfo) -> Section:
         """The form. All problems of a shape come at once, also where it is called by another word."""
         if isinstance(raw, str) and raw.strip() and with_colon(raw) is None:
-            meant = shape_called(raw, {})[0] or SHAPES["box"]
+            shapes = (shape_called(word.strip(",.;"), {})[0] for word in (raw, *raw.split()))
+            meant = next(filter(None, shapes), SHAPES["box"])
             hint = f"write `{{shape: {meant.word()}, ...}}`: {meant.summary()}"
             raise ValueProblem(f"read {shown(raw)}, expected a mapping", hint=hint)
         if isinstance(raw, list) and all(isinstance(entry, dict) for entry in raw):
             bodies = [entry for entry in raw if entry.keys() & {"shape", *FORMS}]
-            hint = "the lines of one body begin without dashes"
+            hint = "the lines of one body begin without dashes; in one line it stands in braces: `{...}`"
             if len(bodies) == len(raw):
                 hint = "bodies that are taken as one are its `parts`: write `body: {parts: [...]}`"
             raise ValueProblem(f"read {shown(raw)}, expected a mapping", hint=hint)
         if not isinstance(raw, dict) or raw.keys() & FORMS.keys():
             return super().read(raw, info)
         words = (word for word in ("shape", *raw) if word in raw and "shape" in (word, *keys_called(word)))
-        key = next(words, None)
+        others = [word for word in raw if FORMS.keys().isdisjoint(keys_called(word)) and not with_colon(word)]
+        key = next(words, None) or next((word for word in others if nearest(word, ["shape"])), None)
+        for word in others if key is None else ():
+            if isinstance(raw[word], dict) and (named := shape_called(word, raw[word])[0]) is not None:
+                hint = f"write `shape: {named.word()}`, and its dimensions beside it: {named.summary()}"
+                raise ValueProblem("unknown key", path=(word,), hint=hint)
         if key is None:
             return super().read(raw, info)
         shape, problem = shape_called(raw[key], raw)

@@ -1,6 +1,7 @@
 """The base of all forms of body, which have a place: turned about their own origin, then moved.
 
-The ways to write a rotation are all active (body to space): axis and angle, Euler, quaternion, matrix.
+The ways to write a rotation are all active (body to space): roll, pitch and yaw, axis and angle, Euler,
+quaternion, matrix.
 """
 
 from abc import abstractmethod
@@ -64,6 +65,16 @@ class Euler(Turn):
         return rotation.from_euler(self.euler, self.sequence, n)
 
 
+class RollPitchYaw(Turn):
+    """Turns about the fixed axes x, y and z, in this order, as in URDF: Rz(yaw) Ry(pitch) Rx(roll)."""
+
+    rpy: Annotated[tuple[Angle, Angle, Angle], AsList]
+
+    def as_matrix(self, n: Arithmetic) -> Array:
+        """The product of the three turns: about fixed axes the last one is leftmost."""
+        return rotation.from_euler(self.rpy[::-1], "zyx", n)
+
+
 class Quaternion(Turn):
     """A quaternion [w, x, y, z]; it is normalised."""
 
@@ -94,7 +105,7 @@ class Matrix(Turn):
 
 
 TURN = by_key(
-    {"axis": AxisAngle, "euler": Euler, "quaternion": Quaternion, "matrix": Matrix},
+    {"axis": AxisAngle, "rpy": RollPitchYaw, "euler": Euler, "quaternion": Quaternion, "matrix": Matrix},
     "{axis: [0, 0, 1], angle: 30 deg}",
 )
 Rotation: TypeAlias = Annotated[Turn, TURN]

@@ -9,7 +9,7 @@ from typing import Any
 from rigidcli.bodies import primitives
 from rigidcli.bodies.shape import Anchor, Lamina, Shape, Shell, Solid, Wire, section
 from rigidcli.errors import ValueProblem, nearest, shown
-from rigidcli.fields.words import RELATIVES, not_one_of, other_form, shapes_called
+from rigidcli.fields.words import RELATIVES, lists_meant, not_one_of, other_form, shapes_called
 
 BASE: dict[str, Anchor] = {"base": lambda s: (0, 0, -s.height / 2)}
 """The anchor of what stands on a base, with its origin half way up."""
@@ -108,4 +108,6 @@ def shape_called(name: object, raw: Mapping[str, Any]) -> tuple[type[Shape] | No
 def _likeness(shape: type[Shape], raw: Mapping[str, Any]) -> int:
     """How many of the keys in `raw` are dimensions of the shape in some word: twice where the value fits."""
     keys = {key: shape.key_for(key, value) for key, value in raw.items()}
-    return sum(1 + shape.holds(name, raw[key]) for key, name in keys.items() if name is not None)
+    lists = [words for _, _, words in lists_meant(raw, shape.model_fields)]
+    called = sum(1 + shape.holds(name, raw[key]) for key, name in keys.items() if name is not None)
+    return called + 2 * sum(map(len, lists))

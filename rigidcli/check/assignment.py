@@ -18,8 +18,8 @@ from rigidcli.check.keys import Library
 from rigidcli.check.question import EVERYWHERE, Assignment, Question
 from rigidcli.check.roster import Paper, Roster
 from rigidcli.check.variants import Values, Variants, filled, in_braces, named_in, words
-from rigidcli.document.complaints import explain
 from rigidcli.document.draft import of_text
+from rigidcli.document.slips import explain
 from rigidcli.document.syntax import read_tree
 from rigidcli.errors import DocumentError, Problem, nearest, shown
 from rigidcli.errors import Path as Keys

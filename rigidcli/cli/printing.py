@@ -13,7 +13,8 @@ import typer
 from rigidcli.cli.failures import Failures, complain
 from rigidcli.cli.options import OutputPath
 from rigidcli.cli.output import Output, is_file
-from rigidcli.errors import Problem, UsageError
+from rigidcli.errors import Problem, UsageError, shown
+from rigidcli.fields.texts import ending
 
 Kind = StrEnum(
     "Kind",
@@ -26,8 +27,35 @@ ENDINGS = {Kind.molecule: ".xyz", Kind.robot: ".urdf", Kind.gradescope: ".sh"}
 """The endings of the starters that are no YAML."""
 
 
+def _kind(typed: str) -> Kind:
+    """The kind of this name. Raises BadParameter for another word, with the kind that is meant."""
+    if typed in list(Kind):
+        return Kind(typed)
+    from rigidcli.bodies.shapes import SHAPES
+    from rigidcli.errors import did_you_mean, nearest
+    from rigidcli.fields.words import SHAPES_BY_WORD, STARTERS, folded
+
+    word = folded(typed)
+    shape = word if word in SHAPES else SHAPES_BY_WORD.get(word, (None,))[0]
+    near = STARTERS.get(word, ("shape" if shape else nearest(word, list(Kind)),))[0]
+    message = f"read {shown(typed)}, expected one of {', '.join(Kind)}{did_you_mean(near)}"
+    if shape is not None and near == "shape":
+        message += f"; write `rigidcli new shape`, and in it `shape: {shape}`"
+    if ending(typed) in (".yaml", ".yml", ".urdf", ".xyz"):
+        message += f"; the name of a file stands after `-o`: `rigidcli new -o {typed}`"
+    raise typer.BadParameter(message)
+
+
 def new(
-    kind: Annotated[Kind, typer.Argument(metavar="KIND", help=f"One of {', '.join(Kind)}.")] = Kind.shape,
+    kind: Annotated[
+        Kind,
+        typer.Argument(
+            metavar="KIND",
+            help=f"One of {', '.join(Kind)}.",
+            parser=_kind,
+            autocompletion=lambda: list(Kind),
+        ),
+    ] = Kind.shape,
     output: OutputPath = None,
     force: Annotated[bool, typer.Option("--force", help="Overwrite the file PATH.")] = False,
 ) -> None:

@@ -16,7 +16,7 @@ from rigidcli.document.draft import Draft
 from rigidcli.document.observables import Brackets, Observables
 from rigidcli.document.physical import Physical
 from rigidcli.document.variables import EQUILIBRIUM, Equilibrium, Transform
-from rigidcli.errors import DocumentError, Problem, ValueProblem
+from rigidcli.errors import DocumentError, Path, Problem, ValueProblem
 from rigidcli.fields.dimensions import ACCELERATION
 from rigidcli.fields.environment import Environment
 from rigidcli.fields.quantities import Direction, Quantity, ReferencePoint
@@ -122,15 +122,43 @@ class Document(Section):
             return ValueProblem("belongs to no document", hint=hint)
         if isinstance(raw.get("parameters"), dict) and key in raw["parameters"]:
             return ValueProblem("is a parameter", hint=f"its path is `parameters.{key}`")
-        for word in (key, *keys_called(key)) if cls.called(key, raw) is None else ():
-            if sections := _sections_with().get(word):
-                # Beside a system, a duration is that of the orbit, not of a motion.
-                name = sections[-1 if raw.get("system") is not None else 0]
-                hint = f"write `{name}: {{{word}: ...}}`; its path is `{name}.{word}`"
-                if name in raw and raw[name] is None:
-                    hint = f"begin this line with two blanks, so that it is below `{name}:`"
-                return ValueProblem(f"belongs inside `{name}`", hint=hint)
         return super()._unknown(key, raw)
+
+    @classmethod
+    def _section_of(cls, key: str, raw: Mapping[str, Any]) -> tuple[str, str] | None:
+        """The section to which a key belongs that stands at the top by mistake, and its name there."""
+        section, _, inner = key.partition(".")
+        if inner and section in cls.model_fields:
+            return section, inner
+        for word in (key, *keys_called(key)) if key not in cls.model_fields else ():
+            if names := sections_with().get(word):
+                # Beside a system, a duration is that of the orbit, not of a motion.
+                own = [name for name in names if name in ("system", *cls.NEEDS)]
+                return (own if own and raw.get("system") is not None else names)[0], word
+        return None
+
+    @classmethod
+    def _elsewhere(cls, key: str, raw: Mapping[str, Any], env: Environment) -> ValueProblem | None:
+        place = cls._section_of(key, raw)
+        if place is None or (isinstance(raw.get("parameters"), dict) and key in raw["parameters"]):
+            return None
+        name, word = place
+        hint = f"write `{name}: {{{word}: ...}}`; its path is `{name}.{word}`"
+        if name in raw and raw[name] is None:
+            hint = f"begin this line with two blanks, so that it is below `{name}:`"
+        return ValueProblem(f"belongs inside `{name}`", hint=hint)
+
+    @classmethod
+    def _meant(
+        cls, raw: Mapping[str, Any], env: Environment, typed: dict[Path, Path]
+    ) -> tuple[dict[str, Any], list[ValueProblem]]:
+        meant, problems = super()._meant(raw, env, typed)
+        for key in [problem.path[0] for problem in problems if "belongs inside" in problem.message]:
+            place = cls._section_of(str(key), raw)
+            if place is not None and isinstance(section := meant.get(place[0]) or {}, dict):
+                meant[place[0]] = {place[1]: raw[str(key)], **section}
+                typed[place] = (key,)
+        return meant, problems
 
     @model_validator(mode="after")
     def _check_body(self) -> Self:
@@ -239,7 +267,7 @@ class Document(Section):
 
 
 @cache
-def _sections_with() -> dict[str, list[str]]:
+def sections_with() -> dict[str, list[str]]:
     """The names of the sections at the top of a document, by the keys that they have."""
     names: dict[str, list[str]] = {}
     for name, entry in Document.model_fields.items():

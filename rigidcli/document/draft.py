@@ -69,16 +69,17 @@ def is_parameter(path: Path, tree: Any) -> bool:
     """Whether a path is the bare name of a parameter, which the document has, or uses without a value."""
     if len(path) > 1 or not isinstance(tree, dict) or path[0] in tree:
         return False
-    return path[0] in (tree.get("parameters") or ()) or mentions(tree, str(path[0]))
+    return path[0] in (tree.get("parameters") or ()) or path[0] in names_in(tree)
 
 
-def mentions(tree: Any, name: str) -> bool:
-    """Whether a name stands in an expression of the tree: in a text, and not in a title or as a key."""
+def names_in(tree: Any) -> set[str]:
+    """The names in the expressions of a tree: in its texts, but for titles and keys."""
+    if isinstance(tree, str):
+        return {*re.findall(r"[^\W\d]\w*", tree)}
+    values = tree if isinstance(tree, list) else ()
     if isinstance(tree, dict):
-        return any(mentions(value, name) for key, value in tree.items() if key not in TITLES)
-    if isinstance(tree, list):
-        return any(mentions(value, name) for value in tree)
-    return isinstance(tree, str) and re.search(rf"(?<!\w){re.escape(name)}(?!\w)", tree) is not None
+        values = [value for key, value in tree.items() if key not in TITLES]
+    return set[str]().union(*map(names_in, values))
 
 
 def put(tree: Any, path: Path, value: object, above: Path = ()) -> tuple[Any, Path]:

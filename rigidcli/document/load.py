@@ -18,8 +18,8 @@ from pydantic import ValidationError
 
 from rigidcli.bodies.robots import is_robot
 from rigidcli.core.arithmetic import FLOAT
-from rigidcli.document.document import Document, Reading
-from rigidcli.document.draft import SWEEP, Draft, body_form, of_text, split_setting
+from rigidcli.document.document import Document, Reading, sections_with
+from rigidcli.document.draft import SWEEP, Draft, body_form, names_in, of_text, split_setting
 from rigidcli.document.parameters import read_parameters
 from rigidcli.errors import (
     UNSETTLED,
@@ -252,13 +252,13 @@ def _document(
     If `is_physical`, a body or a top that cannot exist is refused. Sections of the `rest` are taken as they
     are, and not read again. Raises DocumentError with all problems.
     """
-    tree = draft.tree
-    problems: list[ValueProblem] = []
+    tree, problems = _with_strays(draft.tree)
     if rest is None:
         # A system alone keeps its expressions symbolic, and its numbers are floats.
         others = all(tree.get(key) is None for key in ("body", "top", "tide"))
         n = arithmetic_for(exact and not (others and tree.get("system") is not None))
         env = Environment(n, folder=draft.folder, exact_results=exact, top_keys=KEYS, positive={*positive})
+        env.sections_with = sections_with
         if (parameters := tree.get("parameters")) is not None:
             torque = isinstance(motion := tree.get("motion"), dict) and motion.get("torque") is not None
             has_time = torque or any(tree.get(key) is not None for key in ("system", "orbit", "transform"))
@@ -272,7 +272,7 @@ def _document(
         if is_physical and not problems and not env.faults:
             document.physical.require()
     except ValidationError as error:
-        from rigidcli.document.complaints import explain
+        from rigidcli.document.slips import explain
 
         problems += explain(error)
     except ValueProblem as problem:
@@ -285,6 +285,26 @@ def _document(
         env.notes += document.orbit.degrees_meant(document.system, draft.tree["orbit"]["initial"])
     env.notes += [f"parameter `{name}` is not used" for name in (document.unused if is_physical else ())]
     return document
+
+
+def _with_strays(tree: dict[str, Any]) -> tuple[dict[str, Any], list[ValueProblem]]:
+    """The tree with parameters that stand at its top, or in the system, moved, and their problems."""
+    problems, parameters, system = list[ValueProblem](), tree.get("parameters") or {}, tree.get("system")
+    for path, section in ((), tree), (("system",), system if isinstance(system, dict) else {}):
+        amounts = {key: value for key, value in section.items() if re.match(r"[-+.\d]|None$", str(value))}
+        strange = [key for key in amounts if key not in KEYS]
+        names = names_in(tree) if strange else set[str]()
+        strays = {key: section[key] for key in strange if key in names}
+        if strays and isinstance(parameters, dict) and not strays.keys() & parameters.keys():
+            parameters = {**parameters, **strays}
+            for key, value in strays.items():
+                hint = f"write `parameters: {{{key}: {'null' if value is None else value}}}`"
+                problem = ValueProblem("belongs inside `parameters`", path=(*path, key), hint=hint)
+                problems.append(problem)
+            rest = {key: value for key, value in section.items() if key not in strays}
+            tree = {**tree, "system": rest} if path else rest
+            tree = {**tree, "parameters": parameters}
+    return tree, problems
 
 
 # --- documents with symbols

@@ -127,6 +127,7 @@ _OR_MANY = OrMany(Rates3, lambda rates: dict(zip(RATES, rates, strict=True)), _n
 class Motion(Sampling):
     """How the body turns, from the time t = 0 on."""
 
+    EXAMPLE: ClassVar = "{omega: [0, 0, 1], duration: 10}"
     STARTS: ClassVar = "omega"
 
     omega: Annotated[Rates3 | Ensemble, _OR_MANY] | None = optional(
@@ -172,6 +173,8 @@ class Motion(Sampling):
 
 class Top(Section):
     """A top in uniform gravity; its moments are about the pivot, where its axis is held."""
+
+    EXAMPLE: ClassVar = "{spin: 1800 rpm, tilt: 30 deg}"
 
     spin: AngularVelocity = Field(description="Component of the angular velocity along the axis (rad/s)")
     tilt: PolarAngle | None = optional("Angle of the axis from the vertical (rad), 0 to pi")

@@ -73,6 +73,7 @@ _OF_ANGLES = re.compile(r"\b(?:sin|cos|tan)\(([^()]*)\)")
 class Orbit(Sampling):
     """An orbit from t = 0 on: all coordinates are given there, and all momenta or all velocities."""
 
+    EXAMPLE: ClassVar = "{initial: {x: 1, p_x: 0}, duration: 10}"
     STARTS: ClassVar = "initial"
 
     initial: Annotated[dict[str, Scalar] | Ensemble, _OR_MANY] = Field(

@@ -8,10 +8,10 @@ from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from graphlib import CycleError, TopologicalSorter
 from typing import Any, TypeVar
 
-from rigidcli.errors import ExpressionError, Path, ValueProblem, at, gathered, nearest, shown
+from rigidcli.errors import ExpressionError, Path, ValueProblem, at, did_you_mean, gathered, nearest, shown
 from rigidcli.fields.environment import Environment, Parameter
 from rigidcli.fields.section import refuse
-from rigidcli.fields.words import SYMBOLIC, folded, variable_called, with_colon
+from rigidcli.fields.words import SYMBOLIC, bracketed, folded, mapping_meant, variable_called, with_colon
 from rigidcli.language.expression import RESERVED, Expression, parse
 from rigidcli.language.functions import CONSTANTS
 from rigidcli.language.tree import Constant, Name
@@ -43,7 +43,9 @@ def read_parameters(env: Environment, raw: Any, *, has_time: bool) -> list[Value
         env.declared = {name: Parameter() for name in _NAME.findall(str(raw))}
         return []
     n = env.arithmetic
+    raw, slips = bracketed(raw)
     spelling, problems = read_names(raw, has_time=has_time)
+    problems += slips
     parameters = env.declared = {name: Parameter() for name in spelling}
     env.nameless = raw.keys() - spelling.values()
     parameters |= {name: Parameter() for key in env.nameless for name in _NAME.findall(key)}
@@ -108,7 +110,9 @@ def read_mapping(
     """
     with at(*below):
         if not isinstance(raw, Mapping):
-            raise ValueProblem(f"read {shown(raw)}, expected a mapping, such as {example}")
+            cure = mapping_meant(raw, names or (), (*needed,) or names or ())
+            message = f"read {shown(raw)}, expected a mapping, such as {example}"
+            raise ValueProblem(message, hint=cure and f"write `{cure}`")
         if len(raw) > MOST_ENTRIES:
             raise ValueProblem(f"read {len(raw)} entries, expected at most {MOST_ENTRIES}")
     spelling, problems = read_names(raw)
@@ -118,11 +122,12 @@ def read_mapping(
             if names is not None and name not in names:
                 near = variable_called(name, names) or nearest(name, names)
                 meant |= {near} if near else set()
-                guess = f" (did you mean {near}?)" if near else ""
-                raise ValueProblem(f"unknown name{guess}", hint=f"expected {', '.join(names)}")
+                raise ValueProblem(f"unknown name{did_you_mean(near)}", hint=f"expected {', '.join(names)}")
             values[name] = read(name, raw[key])
-    problems += [ValueProblem("missing", path=(name,)) for name in needed if name not in {*spelling, *meant}]
-    problems += () if meant else besides(spelling)  # what is misspelt may be what it lacks
+    if len(spelling) == len(raw):  # what is misspelt may be what it lacks
+        missing = [name for name in needed if name not in {*spelling, *meant}]
+        problems += [ValueProblem("missing", path=(name,)) for name in missing]
+        problems += () if meant else besides(spelling)
     refuse("mapping", [problem.below(*below) for problem in problems])
     return values
 
@@ -143,6 +148,8 @@ def read_name(key: object, *, has_time: bool = True) -> str:
         hint = (
             f"write `{with_colon(key)}`" if isinstance(key, str) and "=" in key and with_colon(key) else None
         )
+        if isinstance(key, str) and (applied := re.match(r"\s*(\w+)\s*\(", key)):
+            hint = f"write `{applied[1]}`, without an argument"
         message = f"read {shown(key)}, expected a name: letters, digits and `_`, no digit first"
         raise ValueProblem(message, hint=hint)
     return root.name

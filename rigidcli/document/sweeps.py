@@ -17,7 +17,7 @@ from typing import Any, NamedTuple
 
 from rigidcli.document.draft import SWEEP, split_setting
 from rigidcli.document.syntax import read_value
-from rigidcli.errors import DocumentError, UsageError, ValueProblem, nearest, shown
+from rigidcli.errors import DocumentError, UsageError, ValueProblem, did_you_mean, nearest, shown
 from rigidcli.fields.environment import Amount, Environment, arithmetic_for
 from rigidcli.fields.texts import csv_rows
 from rigidcli.fields.units import exact_text, finite
@@ -138,6 +138,8 @@ def _read_key(text: str) -> Key:
     path, values = split_setting(text, SWEEP, f"KEY={FORMS}", "top.spin=100:2000:20")
     values = values.strip()
     name = ".".join(map(str, path))
+    if cure := _colons_meant(values):
+        raise UsageError(f"`{name}`: read {shown(values)}, expected {FORMS}", hint=f"write `{name}={cure}`")
     if values.startswith("@"):
         return Key(name, *_column(name, values[1:]))
     parts = split_outside(values, ":")
@@ -147,6 +149,23 @@ def _read_key(text: str) -> Key:
     if not all(texts):
         raise UsageError(f"`{name}`: read {shown(values)}, expected {FORMS}")
     return Key(name, texts)
+
+
+_SPAN = re.compile(r"\s*(-?[\d.]*?\d)\s*(?:\.\.+|…|to|-)\s*(-?\d[\d.]*)\s*")
+"""A range as it is written elsewhere: `1..10`, `1-10`, `1 to 10`."""
+
+
+def _colons_meant(typed: str) -> str | None:
+    """The range START:STOP:COUNT that was meant by `1..10` or `linspace(1, 10, 5)`; None for others."""
+    if call := re.fullmatch(r"(?:np\.)?(linspace|range|arange)\((.*)\)", typed):
+        parts = [part.strip() for part in call[2].split(",")]
+        return ":".join([*parts[:2], parts[2] if len(parts) > 2 and call[1] == "linspace" else "10"])
+    if span := _SPAN.fullmatch(typed):
+        with suppress(ValueError):
+            start, stop = float(span[1]), float(span[2])
+            if start < stop:
+                return f"{span[1]}:{span[2]}:{int(stop - start) + 1 if start.is_integer() else 10}"
+    return None
 
 
 def _range(name: str, typed: str, parts: Sequence[str]) -> Range:
@@ -206,9 +225,10 @@ def _column(name: str, text: str) -> tuple[tuple[str, ...], str]:
         rows = csv_rows(path)
         _, heads = next(rows, (1, []))
         if head not in heads:
-            guess = f" (did you mean {near}?)" if (near := nearest(head, heads)) else ""
             hint = f"its columns are {', '.join(heads)}"
-            raise UsageError(f"`{path}` has no column {shown(head)}{guess}", hint=hint)
+            raise UsageError(
+                f"`{path}` has no column {shown(head)}{did_you_mean(nearest(head, heads))}", hint=hint
+            )
         place, cells = heads.index(head), []
         unit = re.search(r"(?<=[(\[])[^)\]]+(?=[)\]]$)", head)
         for line, row in rows:

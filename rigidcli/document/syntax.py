@@ -44,6 +44,15 @@ _NUMBER = re.compile(
 )
 """Plain scalars that are numbers, by the core schema of YAML 1.2; any other is a text."""
 
+_INDENTATION = re.compile("^[ \u00a0\u2002\u2003\u2007\u202f\u3000]+", re.MULTILINE)
+"""Blanks at the beginning of a line, those of web pages and word processors among them."""
+
+_MARKUP = re.compile(r"\s*<[!?A-Za-z]")
+"""The beginning of XML or HTML."""
+
+_COMMENT = re.compile(r"\s(?://|/\*|%(?=\s*[A-Za-z]))|(?<=\d)#")
+"""What begins a comment in other languages, within a value."""
+
 _PAIR = re.compile(r"(?<!\\)((?:\\\\)*)(\\u[dD][89abAB][0-9a-fA-F]{2}\\u[dD][c-fC-F][0-9a-fA-F]{2})")
 """Two escapes of JSON that stand for one character, which YAML does not have, and the backslashes before."""
 
@@ -61,6 +70,9 @@ def read_tree(
     `number` reads plain scalars that are decimals. `lines` is filled with the line (from 1) of every value by
     its path. With `typed`, all scalars stay texts as they were typed, and only an empty one is None.
     """
+    text = _of_document(text, source)
+    if not text.isascii():
+        text = _INDENTATION.sub(lambda blanks: " " * len(blanks[0]), text)
     if "\\u" in text:
         text = _PAIR.sub(lambda pair: pair[1] + json.loads(f'"{pair[2]}"'), text)
     data = text.encode(errors="surrogatepass")
@@ -72,7 +84,7 @@ def read_tree(
         if "maximum nesting depth" in (error.problem or ""):  # newer libyaml refuses it by itself
             line = None if error.problem_mark is None else error.problem_mark.line + 1
             raise DocumentError([Problem(source, _TOO_DEEP, line, code="too_deep")]) from None
-        from rigidcli.document.complaints import find_slip
+        from rigidcli.document.slips import find_slip
 
         slip = find_slip(text, error)
         problem = Problem(source, f"not YAML: {error.problem}", code="parse_error")
@@ -84,6 +96,28 @@ def read_tree(
         line = text.count("\n", 0, error.position) + 1 if isinstance(error.position, int) else None
         problem = Problem(source, f"not YAML: {error.reason}", line, code="parse_error")
     raise DocumentError([problem])
+
+
+def _of_document(text: str, source: str) -> str:
+    """The text without the fence of Markdown round it. Raises DocumentError where more than that is there."""
+    if _MARKUP.match(text):
+        from rigidcli.document.slips import markup
+
+        raise DocumentError([markup(text, source)])
+    if "```" not in text:
+        return text
+    lines = text.split("\n")
+    fences = [number for number, line in enumerate(lines) if line.lstrip().startswith("```")]
+    if len(fences) == 2:
+        first, last = fences
+        others = [number for number in (*range(first), *range(last + 1, len(lines))) if lines[number].strip()]
+        if others:
+            hint = f"leave out lines 1 to {first + 1}, and all from line {last + 1} on" if first else ""
+            hint = hint or f"leave out line 1, and all from line {last + 1} on"
+            message = "there is text round the document, which stands between ``` and ```"
+            raise DocumentError([Problem(source, message, others[0] + 1, hint=hint, code="parse_error")])
+        lines[first] = lines[last] = ""
+    return "\n".join(lines)
 
 
 def read_value(text: str, source: str) -> Any:
@@ -114,14 +148,15 @@ class _Builder:
 
     def root(self) -> Any:
         """The tree of the one document of the stream; None for an empty stream."""
-        root, documents = None, 0
+        root, documents, begin = None, 0, None
         while (event := self._next()) is not None:
             if isinstance(event, yaml.NodeEvent):
-                root = self._node(event, (), 0, self._is_typed)
+                read = self._node(event, (), 0, self._is_typed)
+                if documents > 1 and (read is not None or root is None):
+                    raise self._refusal(begin, "a second document begins here, expected one in a file")
+                root = read if documents <= 1 else root
             elif isinstance(event, yaml.DocumentStartEvent):
-                documents += 1
-                if documents > 1:
-                    raise self._refusal(event, "a second document begins here, expected one in a file")
+                documents, begin = documents + 1, event
         return root
 
     def _node(self, event: Any, path: Path, depth: int, is_text: bool) -> Any:
@@ -155,7 +190,11 @@ class _Builder:
                 raise self._refusal(event, message, "write the keys out", code="not_allowed")
             if key in mapping:
                 message = f"the key {shown(key)} stands twice in this mapping"
-                hint = "a list stands in brackets: `[1, 2, 3]`" if key[:1].isdigit() else None
+                hint = (
+                    "a list stands in brackets: `[1, 2, 3]`" if key[:1].isdigit() else "leave out one of them"
+                )
+                if key == "body":
+                    hint = "bodies that are taken as one are its `parts`: `body: {parts: [{...}, {...}]}`"
                 raise self._refusal(event, message, hint, code="duplicate_key")
             place = (*path, key)
             self._lines[place] = line
@@ -175,12 +214,18 @@ class _Builder:
         hint = "leave out tags: the schema knows the types"
         return self._refusal(event, f"the tag {shown(event.tag)} is not read", hint, "not_allowed")
 
-    def _plain(self, event: Any, is_text: bool) -> object:
+    def _plain(self, event: Any, is_text: bool, text: str | None = None) -> object:
         """The value of a scalar without quotes."""
-        text: str = event.value
+        text = event.value if text is None else text
+        assert isinstance(text, str)
         if text in _NULL or (text in _PLAIN and not is_text):
             return _PLAIN[text]
         kind = None if is_text else _NUMBER.fullmatch(text)
+        if kind is None and not is_text and (comment := _COMMENT.search(text)):
+            message = f"read {shown(text)}: `{comment[0].strip()}` begins no comment"
+            raise self._refusal(event, message, "a comment begins with a blank and `#`")
+        if kind is None and not is_text and text[-1] in ",;" and len(text) > 1:
+            return self._plain(event, is_text, text.rstrip(",; "))  # as in JSON, or in a program
         if kind is None:
             return text
         if kind.lastgroup == "decimal":

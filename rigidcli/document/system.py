@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from itertools import combinations_with_replacement
@@ -278,6 +279,7 @@ class System(Section):
     the Hamiltonian is compared with.
     """
 
+    EXAMPLE: ClassVar = "{coordinates: [x], lagrangian: xdot^2/2}"
     FORMS: ClassVar = ("lagrangian", "kinetic", "particles", "hamiltonian")
 
     coordinates: Coordinates = Field(
@@ -326,8 +328,13 @@ class System(Section):
         if len(given) != 1 and given != ["lagrangian", "kinetic"]:
             forms, read = (", ".join(f"`{key}`" for key in keys) for keys in (cls.FORMS, given))
             hint = "`lagrangian` may stand beside `kinetic` and `potential` only" if given else None
+            if not given and raw.get("potential") is not None:
+                hint = "T is written `kinetic`; what has velocities in it, as T - V, is the `lagrangian`"
             yield ValueProblem(f"expected exactly one of {forms}; read {read or 'none of them'}", hint=hint)
         elif raw.get("potential") is not None and given[-1] not in ("kinetic", "particles"):
             hint = "a Lagrangian is T - V already, a Hamiltonian has V in it"
             message = f"goes with `kinetic` or `particles`; `{given[0]}` is given"
             yield ValueProblem(message, path=("potential",), hint=hint)
+        elif re.fullmatch(r"\s*[TK]\s*-\s*[UV]\s*", str(raw.get("lagrangian"))):
+            hint = "leave it out: it is that of `kinetic` and `potential`"
+            yield ValueProblem(f"read {shown(raw['lagrangian'])}", path=("lagrangian",), hint=hint)

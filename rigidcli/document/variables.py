@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Annotated, ClassVar, TypeAlias
@@ -52,7 +53,11 @@ def read_new_names(
     """
     env = environment(info)
     if isinstance(raw, str):
-        raw = [name.strip() for name in raw.split(",")]
+        raw = [
+            name
+            for name in re.split(r"[,;\s]+", raw.strip("[](){} "))
+            if name not in ("and", "und", "et", "&")
+        ]
     if not isinstance(raw, list | tuple):
         raise ValueProblem(f"read {shown(raw)}, expected a list of {what}, such as [x, y]")
     if not 1 <= len(raw) <= most:

@@ -81,6 +81,8 @@ class Environment:
     """Whether exact results are wanted, be numbers read as floats or not."""
     top_keys: Sequence[str] = ()
     """The keys that may stand at the top of the document."""
+    sections_with: Callable[[], Mapping[str, Sequence[str]]] = dict
+    """Returns the sections at the top of the document by the keys that they have."""
     declared: dict[str, Parameter] = field(default_factory=dict)
     """The parameters, each after those that it uses."""
     nameless: set[str] = field(default_factory=set)

@@ -20,7 +20,7 @@ from pydantic_core.core_schema import ValidatorFunctionWrapHandler
 from rigidcli.errors import ValueProblem, nearest, shown
 from rigidcli.fields.environment import Environment
 from rigidcli.fields.section import Section, environment
-from rigidcli.fields.words import AS_WRITTEN, key_slip, keys_called, with_colon
+from rigidcli.fields.words import AS_WRITTEN, HINTS, folded, key_slip, keys_called, lists_meant, with_colon
 
 SECTION = "x-section"
 """Key that stands for `$ref` in the JSON Schema of one section, as bodies contain bodies."""
@@ -115,10 +115,15 @@ def by_key(forms: Mapping[str, type[Section]], example: str = "") -> Choice:
         read = " and ".join(f"`{key}`" for key in present) or "none of them"
         if slips := [slip.below(key) for key in raw if (slip := key_slip(key, forms)) is not None]:
             raise slips[0]
-        called = [name for key in raw for name in keys_called(key) if name in forms]
+        for key in raw if not present else ():
+            if (hint := HINTS.get(folded(key))) is not None:
+                raise ValueProblem("unknown key", path=(key,), hint=hint)
+        called = [name for name, *_ in lists_meant(raw, forms)]
+        called += [name for key in raw for name in keys_called(key) if name in forms]
         guess = next((name for name in (*called, *(nearest(key, list(forms)) for key in raw)) if name), None)
-        also = f" (did you mean {guess}?)" if guess and not present else ""
-        raise ValueProblem(f"expected exactly one of {', '.join(forms)}; read {read}{also}")
+        if guess is not None and not present:
+            return forms[guess]  # which tells what is wrong with its keys
+        raise ValueProblem(f"expected exactly one of {', '.join(forms)}; read {read}")
 
     return Choice(choose, lambda: tuple(dict.fromkeys(forms.values())), example)
 
@@ -134,7 +139,9 @@ class Elsewhere(Reader):
     def choice(self) -> Choice:
         """The choice in the other module; a single section is a choice, too."""
         there = getattr(import_module(self.module), self.name)
-        return there if isinstance(there, Choice) else Choice(lambda raw: there, lambda: (there,))
+        return (
+            there if isinstance(there, Choice) else Choice(lambda raw: there, lambda: (there,), there.EXAMPLE)
+        )
 
     def json_schema(self) -> JsonSchemaValue:
         """The JSON Schema of the choice."""

@@ -6,7 +6,8 @@ The errors of all its keys are reported together, with a cure where there is one
 # Annotations here are objects, not texts: pydantic reads those of a section for all that are built on it.
 
 import re
-from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from decimal import Decimal
 from typing import Any, ClassVar, Self
 
 from pydantic import (
@@ -20,12 +21,16 @@ from pydantic import (
 )
 from pydantic_core import InitErrorDetails
 
-from rigidcli.errors import UNKNOWN, ValueProblem, nearest
+from rigidcli.errors import UNKNOWN, Path, ValueProblem, did_you_mean, nearest
 from rigidcli.fields.environment import Environment
-from rigidcli.fields.words import bracketed, key_slip, keys_called
+from rigidcli.fields.units import is_unit
+from rigidcli.fields.words import HINTS, bracketed, folded, key_slip, keys_called, lists_meant
 
 GUESS = re.compile(r"^unknown (?:key|name) \(did you mean (\w+)")
-"""The key that was meant by an unknown key: a further problem that it is missing would say nothing new."""
+"""The key that was meant by an unknown key."""
+
+_WITH_UNIT = re.compile(r"(\w+?)[ _]?[(\[ _]([^\W\d]\w*)[)\]]?")
+"""A key with a unit behind it: `side_cm`, `side (cm)`."""
 
 
 class Section(BaseModel):
@@ -37,6 +42,7 @@ class Section(BaseModel):
 
     model_config = ConfigDict(frozen=True, strict=True, extra="forbid", defer_build=True)
 
+    EXAMPLE: ClassVar[str] = ""
     ONE_OF: ClassVar[tuple[str, ...]] = ()
     AT_MOST_ONE_OF: ClassVar[tuple[tuple[str, ...], ...]] = ()
     NEEDS: ClassVar[Mapping[str, str]] = {}
@@ -50,23 +56,43 @@ class Section(BaseModel):
         if not isinstance(raw, dict):
             return validate(raw)
         fields = cls.__pydantic_fields__  # `model_fields` is the same, and looks it up in a roundabout way
-        slips = list[ValueProblem]()
+        typed, problems = dict[Path, Path](), list[ValueProblem]()
         if not raw.keys() <= fields.keys():
-            raw, slips = bracketed(raw)
-        meant, unknown = dict[str, Any](), list[ValueProblem]()
-        for key in raw if not raw.keys() <= fields.keys() else ():
-            if key not in fields:
-                problem = cls._stranger(key, raw, environment(info).top_keys).below(key)
-                problem.code = UNKNOWN
-                unknown.append(problem)
-                if guess := GUESS.search(problem.message):
-                    meant[guess[1]] = raw[key]
-        problems = [*unknown, *slips, *cls._contradictions({**meant, **raw})]
+            raw, problems = cls._meant(raw, environment(info), typed)
+        problems += cls._contradictions(raw)
         if not problems:
             return validate(raw)
-        allowed = {key: value for key, value in raw.items() if key in fields}
-        read: Self = refuse(cls.__name__, problems, lambda: validate(allowed))
+        read: Self = refuse(cls.__name__, problems, lambda: validate(raw), typed)
         return read
+
+    @classmethod
+    def _meant(
+        cls, raw: Mapping[str, Any], env: Environment, typed: dict[Path, Path]
+    ) -> tuple[dict[str, Any], list[ValueProblem]]:
+        """The mapping with the keys that are meant by others, by which all else in it can be read at once.
+
+        With it come the problems of the keys that the section does not have. `typed` gets the paths of such
+        values as they stand in the document, by the paths where they are read.
+        """
+        fields = cls.model_fields.keys()
+        raw, problems = bracketed(raw)
+        for key, entries, words in list(lists_meant(raw, fields)):
+            written = (
+                f"`{key}: [{', '.join(map(str, entries))}]` for {', '.join(f'`{word}`' for word in words)}"
+            )
+            message = f"unknown key{did_you_mean(key)}"
+            problems.append(ValueProblem(message, path=(words[0],), hint=f"write {written}", code=UNKNOWN))
+            raw = {name: value for name, value in raw.items() if name not in words} | {key: entries}
+            typed[key,] = (words[0],)
+        meant = {key: value for key, value in raw.items() if key in fields}
+        for key in [key for key in raw if key not in fields]:
+            problem, value = cls._stranger(key, raw, env).below(key), raw[key]
+            problem.code = UNKNOWN
+            problems.append(problem)
+            guess = GUESS.search(problem.message)
+            if guess is not None and guess[1] in fields and meant.get(guess[1]) is None:
+                meant[guess[1]], typed[guess[1],] = value, (key,)
+        return meant, problems
 
     @classmethod
     def _contradictions(cls, raw: Mapping[str, Any]) -> Iterator[ValueProblem]:
@@ -82,21 +108,44 @@ class Section(BaseModel):
                 yield ValueProblem(f"there is no `{needed}` beside it", path=(key,))
 
     @classmethod
-    def _stranger(cls, key: str, raw: Mapping[str, Any], top: Collection[str]) -> ValueProblem:
-        """The problem of a key that the section does not have; `top` are the keys of the whole document."""
+    def _stranger(cls, key: str, raw: Mapping[str, Any], env: Environment) -> ValueProblem:
+        """The problem of a key that the section does not have."""
+        unit = _WITH_UNIT.fullmatch(key)
+        if (
+            unit
+            and is_unit(unit[2])
+            and (name := cls.called(unit[1], raw))
+            and isinstance(raw[key], int | Decimal)
+        ):
+            hint = f"a unit stands behind the number: write `{name}: {raw[key]} {unit[2]}`"
+            return ValueProblem(f"unknown key{did_you_mean(name)}", hint=hint)
         if (slip := key_slip(key, cls.model_fields)) is not None:
             return slip
-        if key in top and cls.called(key, raw) is None:
+        elsewhere = cls._elsewhere(key, raw, env) if cls.called(key, raw) is None else None
+        return elsewhere or cls._unknown(key, raw)
+
+    @classmethod
+    def _elsewhere(cls, key: str, raw: Mapping[str, Any], env: Environment) -> ValueProblem | None:
+        """The problem of a key that belongs elsewhere in the document; None for others."""
+        if key in env.top_keys:
             return ValueProblem("belongs at the top of the document")
-        return cls._unknown(key, raw)
+        sections = env.sections_with()
+        own = set.intersection(*({*sections.get(name, ())} for name in cls.model_fields))
+        names = [name for name in sections.get(key, ()) if name not in own]
+        if not names:
+            return None
+        hint = f"write `{names[0]}: {{{key}: ...}}` at the top of the document"
+        return ValueProblem(f"belongs inside `{names[0]}`", hint=hint)
 
     @classmethod
     def _unknown(cls, key: str, raw: Mapping[str, Any]) -> ValueProblem:
         """The problem of a key that the section does not have, with the key that may be meant."""
         keys = list(cls.model_fields)
+        if (hint := HINTS.get(folded(key))) is not None:
+            return ValueProblem("unknown key", hint=hint)
         near = cls.called(key, raw) or nearest(key, keys)
         if near is not None:
-            return ValueProblem(f"unknown key (did you mean {near}?)")
+            return ValueProblem(f"unknown key{did_you_mean(near)}")
         return ValueProblem("unknown key", hint=f"known keys here: {', '.join(keys)}")
 
     @classmethod
@@ -116,10 +165,16 @@ def environment(info: ValidationInfo) -> Environment:
     return info.context if isinstance(info.context, Environment) else Environment()
 
 
-def refuse(title: str, problems: Sequence[ValueProblem], rest: Callable[[], Any] = lambda: None) -> Any:
+def refuse(
+    title: str,
+    problems: Sequence[ValueProblem],
+    rest: Callable[[], Any] = lambda: None,
+    typed: Mapping[Path, Path] = {},
+) -> Any:
     """Raise the problems of one value together, with those that reading the `rest` of it raises.
 
-    Every problem has the path that leads to it. Without problems, this returns the value of the rest.
+    Every problem has the path that leads to it, as it is `typed` where the rest has another one. Without
+    problems, this returns the value of the rest.
     """
     errors = [
         InitErrorDetails(type="value_error", loc=(), input=None, ctx={"error": problem})
@@ -128,7 +183,12 @@ def refuse(title: str, problems: Sequence[ValueProblem], rest: Callable[[], Any]
     try:
         value = rest()
     except ValidationError as error:
-        errors += details(error)
+        for each in details(error):
+            loc = each["loc"]
+            ends = (end for end in (2, 1) if loc[:end] in typed)
+            if (end := next(ends, 0)) > 0:
+                each["loc"] = (*typed[loc[:end]], *loc[end:])
+            errors.append(each)
     if errors:
         raise ValidationError.from_exception_data(title, errors)
     return value

@@ -14,6 +14,7 @@ from io import BufferedReader
 from pathlib import Path
 
 from rigidcli.errors import DocumentError, Problem, ValueProblem
+from rigidcli.fields.words import FILES
 
 MAX_BYTES = 2_000_000
 """The longest text in UTF-8, which takes about half a second to read."""
@@ -26,6 +27,13 @@ NOT_READ = {".3ds", ".3mf", ".amf", ".blend", ".dae", ".fbx", ".iges", ".igs", "
 
 CONVERT = "save it as STL in the program that made it, or in one that converts meshes"
 """The hint for a mesh or solid in a format that is not read."""
+
+
+PLAIN = "copy the text into a plain text file, such as cube.yaml; `rigidcli new` prints one to start from"
+"""The hint for a file that is no plain text."""
+
+_UTF_16 = (b"\xff\xfe", b"\xfe\xff")
+"""The bytes with which a text in UTF-16 begins, as `>` of PowerShell writes it."""
 
 
 def ending(name: str) -> str:
@@ -53,7 +61,10 @@ def read_text(name: str, source: str) -> str:
                     raise OSError(errno.EINVAL, "not a regular file")
                 data = _of_pipe(file) if stat.S_ISFIFO(mode) else file.read(MAX_BYTES + 1)
         require_bounded(data, source)
-        return data.decode("utf-8-sig")
+        for begin, kind in FILES.items():
+            if data.startswith(bytes.fromhex(begin)):
+                raise DocumentError([Problem(source, f"this is {kind}, expected plain text", hint=PLAIN)])
+        return data.decode("utf-16" if data.startswith(_UTF_16) else "utf-8-sig")
     except OSError as error:
         message = f"cannot be read: {error.strerror or error}"
     except UnicodeDecodeError as error:

@@ -7,11 +7,11 @@ looks alike whoever wrote it, and editors know its keys.
 from __future__ import annotations
 
 import re
-from collections.abc import Collection, Iterable, Mapping, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from importlib import resources
 from typing import Any
 
-from rigidcli.errors import ValueProblem, nearest, shown
+from rigidcli.errors import ValueProblem, did_you_mean, nearest, shown
 
 OTHER_FORMS = {
     "points: [[1, 0, 0, 0]]": "point particle point_mass pointmass points mass_point molecule point_masses",
@@ -23,8 +23,12 @@ OTHER_FORMS = {
 
 _LINES = resources.files("rigidcli.fields").joinpath("words.csv").read_text("utf-8").splitlines()
 
-_ROWS = [line.split(",") for line in _LINES[1:]]
+_ROWS = [line.split(",", 2) for line in _LINES[1:]]
 """The kind of a row, a name of the documents, and words that may stand for it."""
+
+
+_OF_LISTS = ("entries", "components")
+"""The kinds of rows with the keys that may stand for a list."""
 
 
 def _by_word(kind: str) -> dict[str, tuple[str, ...]]:
@@ -48,6 +52,21 @@ KEYS_BY_WORD = _by_word("key")
 HALVED = _by_word("half")
 """The keys of half the quantity that a word names, such as the radius for a diameter."""
 
+LISTS = [(key, words.split(), kind == "components") for kind, key, words in _ROWS if kind in _OF_LISTS]
+"""Keys with a list for which several keys may stand; components that are not given are zero."""
+
+HINTS = {key: words for kind, key, words in _ROWS if kind == "hint"}
+"""What is told of keys that no section has."""
+
+STARTERS = _by_word("new")
+"""The kinds of starters for which a word may stand."""
+
+FILES = {name: words for kind, name, words in _ROWS if kind == "bytes"}
+"""What files are that are no text, by the bytes with which they begin, in hexadecimal digits."""
+
+_VARIABLES = {kind: words for kind, _, words in _ROWS if "{0}" in words}
+"""Words for the velocity and the momentum of a coordinate {0}, and for the coordinate under `forces`."""
+
 SYMBOLIC = _by_word("symbol")
 """Words that stand for the value of a parameter that has none; a document says `null`."""
 
@@ -56,8 +75,31 @@ _ADJECTIVES = re.compile(r"^(solid|uniform|homogeneous|thin|full|round|circular|
 
 
 def folded(word: str) -> str:
-    """A word in the spelling of keys: `Hollow cylinder` is `hollow_cylinder`."""
-    return re.sub(r"[\s\-]+", "_", word.strip().casefold())
+    """A word in the spelling of keys: `Hollow cylinder` and `- hollowCylinder` are `hollow_cylinder`."""
+    words = re.sub(r"(?<=[a-z])(?=[A-Z])", "_", word.strip(" \t-*•\"'“”„‘’`"))
+    return re.sub(r"[\s\-]+", "_", words.casefold())
+
+
+def value_meant(key: str, word: str) -> str | None:
+    """What is written for a word such as `z` under `axis`, or the name of a material under `density`."""
+    kinds = [f"={called}" for called in (key, *keys_called(key))]
+    rows = [(name, words.split()) for kind, name, words in _ROWS if kind in kinds]
+    name = next((name for name, words in rows if word.casefold() in words), None)
+    return name.replace(" ", ", ") if name and name[0] == "[" else name
+
+
+def lists_meant(raw: Mapping[str, Any], keys: Collection[str]) -> Iterator[tuple[str, list[Any], list[str]]]:
+    """The lists for which several keys of a mapping stand: the key of each, its entries, and the typed keys.
+
+    `keys` are those that a section has: what is given of them already is not meant by others.
+    """
+    typed = {folded(key): key for key in raw if key not in keys}
+    for key, words, may_be_zero in LISTS if typed else ():
+        found = [typed[word] for word in words if word in typed]
+        if key in keys and raw.get(key) is None and (len(found) == len(words) or (found and may_be_zero)):
+            yield key, [raw[typed[word]] if word in typed else 0 for word in words], found
+            typed = {word: name for word, name in typed.items() if name not in found}
+            raw = {**raw, key: found}
 
 
 def shapes_called(word: str) -> tuple[str, ...]:
@@ -74,13 +116,17 @@ def other_form(word: str) -> str | None:
     return next((form for form, words in OTHER_FORMS.items() if folded(word) in words.split()), None)
 
 
+_PAIR = re.compile(r"([A-Za-z_]\w*)\s*[:=：]\s*(.+?)(?=[,;\s]\s*[A-Za-z_]\w*\s*[:=：]|\s*$)", re.DOTALL)
+"""A key and its value in a text that is no mapping by mistake."""
+
+
 def with_colon(typed: str) -> str | None:
-    """What was meant by `shape cube`, `shape:cube` or `shape = cube`: `shape: cube`; None for other texts."""
-    typo = re.fullmatch(r"\s*([A-Za-z_]\w*)(?:\s*[:=]\s*(.+?)|\s+(\S+))\s*", typed, re.DOTALL)
-    if typo is None:
+    """What was meant by `shape cube`, or by `shape:cube side = 1`: `shape: cube, side: 1`, if it was."""
+    pairs = _PAIR.findall(typed[:1000]) or re.findall(r"^\s*([A-Za-z_]\w*)\s+(\S+)\s*$", typed)
+    if not pairs or not re.match(r"[\s({]*" + pairs[0][0], typed):
         return None
-    value = re.split(r"\s+[A-Za-z_]\w*\s*[:=]", typo[2] or typo[3])[0]  # without the keys that follow
-    return f"{typo[1]}: {value[0] + '...' if value[0] in '{[' else value}"
+    values = (value[0] + "..." if value[0] in "{[" and value[-1] not in "}]" else value for _, value in pairs)
+    return ", ".join(f"{key}: {value.rstrip(',;)} ')}" for (key, _), value in zip(pairs, values, strict=True))
 
 
 def halved(word: str) -> tuple[str, ...]:
@@ -94,30 +140,65 @@ _DIGITS = re.compile(r"-?\.?\d")
 
 def list_meant(typed: str) -> str | None:
     """The list `[1, 2, 3]` that was meant by `1, 2, 3`, `1 2 3`, `1; 2; 3` or `(1, 2, 3)`, if it was."""
-    bare = typed.strip("[]() ")
-    entries = re.split(r"\s*;\s*" if ";" in bare else r"\s*,\s*" if "," in bare else r"\s+", bare)
-    numbers = "," in bare or all(map(_DIGITS.match, entries))
-    return f"[{', '.join(entries)}]" if numbers and len(entries) > 1 else None
+    sizes = r"(?<=\d)\s*[x×]\s*(?=[\d.])"
+    unit = re.search(r"(?<=[\d)>\]}])\s*([^\W\d]+)$", typed.strip()[-20:])
+    if unit and not re.search(r"[)>\]}]", typed) and not re.search(sizes, typed[:60]):
+        unit = None
+    bare = typed.strip().removesuffix(unit[1] if unit else "").strip("[](){}<> ")
+    by = next((sign for sign in ";," if sign in bare), f"{sizes}|\\s+")
+    entries = re.split(rf"\s*(?:{by})\s*", bare)
+    if len(entries) < 2 or not ("," in bare or all(map(_DIGITS.match, entries))):
+        return None
+    return f"[{', '.join(f'{entry} {unit[1]}' if unit else entry for entry in entries)}]"
 
 
-_VELOCITY = "v{0} v_{0} {0}_dot {0}d d{0} d{0}dt d{0}_dt {0}prime {0}_prime vel_{0} velocity_{0}"
-"""Words for the velocity of a coordinate that has the name {0}."""
-
-
-def variable_called(word: str, variables: Iterable[str]) -> str | None:
-    """The velocity or momentum among some variables for which a word may stand: `xdot` for `vx`."""
+def variable_called(word: str, variables: Collection[str]) -> str | None:
+    """The variable for which a word may stand: `xdot` for `vx`, `x` for `x0` and for the force `Q_x`."""
     momenta = [name for name in variables if name.startswith("p_")]
     velocities = [name for name in variables if name.endswith("dot")]
-    for only, words in ((velocities, ("v", "vel", "velocity")), (momenta, ("p", "momentum"))):
+    others = [name for name in variables if name not in (*momenta, *velocities)]
+    word = re.sub(r"(_?0|_?init(ial)?|\((0|t)\))$", "", word)  # initial values
+    if word in variables:
+        return word
+    for only, words in (
+        (velocities, ("v", "vel", "velocity")),
+        (momenta, ("p", "momentum")),
+        (others, ("q",)),
+    ):
         if len(only) == 1 and word in words:
             return only[0]
-    called = (name for name in velocities if word in _VELOCITY.format(name.removesuffix("dot")).split())
-    return next(called, None)
+        for name, number in zip(only, range(1, len(only) + 1), strict=True):
+            if word in (f"{words[0]}{number}", f"{words[0]}_{number}"):
+                return name
+    tables = [(velocities, "dot", "velocity"), (momenta, "p_", "momentum")]
+    for names, affix, kind in tables if momenta or velocities else [(others, " ", "force")]:
+        for name in names:
+            if word in _VARIABLES[kind].format(name.removesuffix(affix).removeprefix(affix)).split():
+                return name
+    return None
+
+
+def mapping_meant(raw: object, names: Sequence[str], needed: Collection[str]) -> str | None:
+    """The mapping `{x: 1, p_x: 0}` that was meant by a value, or by values in the order of the `names`."""
+    if isinstance(raw, str) and (function := re.fullmatch(r"\s*\[?(\w+)\(([\w, ]+)\)\]?\s*", raw)):
+        return f"{{{function[1]}: [{function[2]}]}}"
+    entries = raw if isinstance(raw, list) else [raw]
+    if isinstance(raw, list) and len(raw) == 1 and isinstance(raw[0], str) and not names:
+        return mapping_meant(raw[0], names, needed)
+    plain = not any(isinstance(entry, dict | list | bool) or entry is None for entry in entries)
+    if not plain or len(entries) not in (len(needed), 2 * len(needed)) or len(entries) > len(names):
+        return None
+    return f"{{{', '.join(f'{name}: {entry}' for name, entry in zip(names, entries, strict=False))}}}"
 
 
 def keys_called(word: str) -> tuple[str, ...]:
-    """The keys for which a word may stand; none for other words."""
-    return KEYS_BY_WORD.get(word) or KEYS_BY_WORD.get(folded(word), ())
+    """The keys for which a word may stand, its own spelling as a key among them."""
+    plain = folded(word)
+    return (
+        *KEYS_BY_WORD.get(word, ()),
+        plain,
+        *(KEYS_BY_WORD.get(plain, ()) if word not in KEYS_BY_WORD else ()),
+    )
 
 
 AS_WRITTEN = "write `{}`: a colon, and a blank after it"
@@ -135,24 +216,21 @@ def bracketed(raw: Mapping[str, Any]) -> tuple[dict[str, Any], list[ValueProblem
     mended: dict[str, Any] = {}
     problems = list[ValueProblem]()
     for key, entries in groups:
-        if len(entries) > 2:  # of two, the comma may be that of a decimal
-            typed = ", ".join(map(str, entries))
-            hint = f"write `{key}: [{typed}]`"
-            problems.append(ValueProblem("a list stands in brackets", path=(key,), hint=hint, typed=typed))
-            mended[key] = entries
-        else:
-            mended |= {key: entries[0], **dict.fromkeys(entries[1:])}
+        mended[key] = entries[0]
+        if len(entries) > 1:
+            typed, cure = ", ".join(map(str, entries)), f"write `{key}: [{', '.join(map(str, entries))}]`"
+            message, mended[key] = "a list stands in brackets", entries
+            if len(entries) == 2 and entries[1][0].isdigit():  # the comma may be that of a decimal
+                mended[key] = ".".join(map(str, entries))
+                message = f"read `{entries[0]}` and `{entries[1]}`: the sign in a decimal is a point"
+                cure = f"write `{key}: {mended[key]}`, or a list in brackets"
+            problems.append(ValueProblem(message, path=(key,), hint=cure, typed=typed))
     return mended, problems
 
 
 def key_slip(key: str, keys: Collection[str]) -> ValueProblem | None:
     """The problem of a key such as `shape:cube`, which is one of the `keys` with its value."""
-    if key[:1].isdigit():
-        hint = (
-            "a comma begins the next entry; the sign in a decimal is a point, and a list stands in brackets"
-        )
-        return ValueProblem("no key and value", hint=hint, typed=key)
-    cure = with_colon(key)
+    cure = None if folded(key) in keys else with_colon(key)
     if cure is None or {cure.partition(":")[0], *keys_called(cure.partition(":")[0])}.isdisjoint(keys):
         return None
     return ValueProblem("no key and value", hint=AS_WRITTEN.format(cure), typed=key)
@@ -163,5 +241,5 @@ def not_one_of(raw: object, words: Sequence[str]) -> str:
     called = [key for key in keys_called(raw) if key in words] if isinstance(raw, str) else []
     near = called[0] if called else nearest(raw, list(words)) if isinstance(raw, str) else None
     if near is not None:
-        return f"read {shown(raw)} (did you mean {near}?)"
+        return f"read {shown(raw)}{did_you_mean(near)}"
     return f"read {shown(raw)}, expected one of {', '.join(words)}"

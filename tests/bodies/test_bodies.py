@@ -328,7 +328,7 @@ def test_the_refusal_names_the_hole() -> None:
 
 def test_one_slip_is_one_problem() -> None:
     for slip in (
-        {"parts": [CUBE, {"shape": "sphere", "radius": 0.1, "hole": "yes"}]},
+        {"parts": [CUBE, {"shape": "sphere", "radius": 0.1, "hole": "maybe"}]},
         {"inertia": [[1, 0], [0, 1]], "mass": 1},
     ):
         assert len(refusal(slip).splitlines()) == 1

@@ -34,7 +34,11 @@ def cured(tree: Any, told: str) -> Any:
             place = place[int(step) if step.isdecimal() else step]
         guess = re.search(r"did you mean (.*?)\?", says)
         wanted = guess[1] if guess else None
-        if says.startswith("unknown key") and wanted and ": " in wanted:
+        if listed := re.search(r"write `(\w+): (\[.*\])` for (.*)", hint):
+            place[listed[1]] = yaml.safe_load(listed[2])
+            for each in re.findall(r"`(.*?)`", listed[3]):
+                del place[each]
+        elif says.startswith("unknown key") and wanted and ": " in wanted:
             place.update(yaml.safe_load(wanted))
         elif says.startswith("unknown key"):
             assert wanted, told

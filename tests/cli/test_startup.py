@@ -111,7 +111,7 @@ print(json.dumps(after))
 def test_a_plate_needs_no_other_shapes() -> None:
     document = "body: {shape: plate, size: [1, 2], mass: 3}"
     (found,) = loaded(RUNNER, json.dumps(["axes -f json -"]), document)
-    others = ("document.complaints", "picture", "program", "scene")
+    others = ("document.slips", "picture", "program", "scene")
     assert not {f"rigidcli.{name}" for name in others} & found
     script = """
 import json, sys, rigidcli

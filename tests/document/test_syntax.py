@@ -279,7 +279,7 @@ DOCUMENT = "body: {shape: cube, side: 1, mass: 1}"
     "data",
     [
         *(b"a: \xff\n", b"\x80", b"a: \xc3", b"\xed\xa0\x80", b"\xc0\x80"),
-        *(DOCUMENT.encode(encoding) for encoding in ("utf-16", "utf-16-le", "utf-16-be", "utf-32")),
+        *(DOCUMENT.encode(encoding) for encoding in ("utf-16-le", "utf-16-be", "utf-32")),
     ],
 )
 def test_what_is_no_utf_8_is_refused(data: bytes, tmp_path: Path) -> None:
@@ -289,10 +289,11 @@ def test_what_is_no_utf_8_is_refused(data: bytes, tmp_path: Path) -> None:
         load(path)
 
 
-def test_a_byte_order_mark_is_passed_over(tmp_path: Path) -> None:
+@pytest.mark.parametrize("encoding", ["utf-8-sig", "utf-16"])
+def test_a_byte_order_mark_tells_the_encoding(encoding: str, tmp_path: Path) -> None:
     path = tmp_path / "f.yaml"
-    path.write_bytes(b"\xef\xbb\xbfname: x\nbody: {shape: cube, side: 1, mass: 1}\n")
-    assert load(path).name == "x"
+    path.write_bytes("name: ü\nbody: {shape: cube, side: 1, mass: 1}\n".encode(encoding))
+    assert load(path).name == "ü"
 
 
 # --- JSON is read by the same road

@@ -9,13 +9,14 @@ from __future__ import annotations
 import re
 from collections.abc import Iterable, Mapping
 from decimal import Decimal
+from importlib import resources
 from typing import Any, NamedTuple
 
 from pydantic import ValidationError
 
-from rigidcli.errors import Path, ValueProblem, shown
-from rigidcli.fields.section import GUESS
-from rigidcli.fields.words import list_meant
+from rigidcli.errors import UNKNOWN, Excerpt, Path, Problem, ValueProblem, shown
+from rigidcli.fields.units import is_unit
+from rigidcli.fields.words import list_meant, lists_meant, value_meant, with_colon
 
 _TYPES = {
     "tuple_type": "a list, such as [0, 0, 1]",
@@ -37,6 +38,9 @@ _FLAT = {
 }
 """The cure for a list of numbers under these keys, which expect a list of lists."""
 
+_ENTRIES = ("Ixx", "Iyy", "Izz", "Ixy", "Ixz", "Iyz")
+"""The entries of a tensor of inertia."""
+
 _OF_MAPPINGS = ("parts", "perturbers", "particles")
 """Keys that hold lists of mappings."""
 
@@ -46,7 +50,7 @@ _DECIMAL_COMMA = re.compile(r"(?<![\w.])(-?\d+), (\d*[1-9]\d*)(?![\w.])")
 
 def explain(error: ValidationError) -> list[ValueProblem]:
     """The problems that pydantic complains of, in the words of a document."""
-    explained: dict[Path, ValueProblem] = {}
+    explained: dict[tuple[Path, bool], ValueProblem] = {}
     for complaint in error.errors(include_url=False):
         path = tuple(
             key for key in complaint["loc"] if key != "[key]"
@@ -61,16 +65,38 @@ def explain(error: ValidationError) -> list[ValueProblem]:
             problem = ValueProblem("missing", path=path)
         elif kind == "too_short" and len(read) >= context["min_length"]:
             continue  # it is long enough, and some entries have problems of their own
-        elif kind == "tuple_type" and path[:-1] in explained:
+        elif kind == "tuple_type" and (path[:-1], False) in explained:
             continue
         else:
             problem = _of_type(path, kind, read, context, complaint["msg"])
-        explained[problem.path] = problem
-    guesses = ((path, GUESS.search(problem.message)) for path, problem in explained.items())
-    meant = {(*path[:-1], guess[1]) for path, guess in guesses if guess is not None}
-    return [
-        problem for path, problem in explained.items() if problem.message != "missing" or path not in meant
-    ]
+        key = next((key for key in reversed(problem.path) if isinstance(key, str)), "")
+        if (meant := _value_meant(key, read, problem.message)) is not None and (
+            problem.hint is None or isinstance(read, str)
+        ):
+            problem.hint = f"write `{meant}`"
+        place = (problem.path, problem.code == UNKNOWN)
+        if place not in explained or not explained[place].hint:
+            explained[place] = problem
+    cured = {path for (path, unknown), problem in explained.items() if unknown and problem.hint}
+    return [each for (path, unknown), each in explained.items() if unknown or each.hint or path not in cured]
+
+
+def _value_meant(key: str, read: Any, message: str) -> str | None:
+    """What was meant by a value of the wrong type, or by a word, if one can tell."""
+    if isinstance(read, str):
+        return value_meant(key, read)
+    if isinstance(read, dict) and all(value is None for value in read.values()):
+        return f"[{', '.join(read)}]" if read and all(name[:1].isdigit() for name in read) else None
+    if isinstance(read, dict) and {*read} == {"value", "unit"}:
+        return f"{read['value']} {read['unit']}"
+    if isinstance(read, dict):
+        for name, entries, words in lists_meant(read, [key]):
+            return f"[{', '.join(map(str, entries))}]" if name == key and len(words) == len(read) else None
+    if isinstance(read, list) and len(read) == 2 and not isinstance(read[0], str | list | dict):
+        if isinstance(read[1], str) and is_unit(read[1]):
+            return f"{read[0]} {read[1]}"
+        return str(read[1]) if read[0] == 0 and "expected a time" in message else None
+    return None
 
 
 def _of_type(path: Path, kind: str, read: Any, context: Mapping[str, Any], message: str) -> ValueProblem:
@@ -81,6 +107,9 @@ def _of_type(path: Path, kind: str, read: Any, context: Mapping[str, Any], messa
         # A list of numbers where one of lists is expected: one problem for all its entries.
         problem.message, problem.path = f"read entry {shown(read)}, expected {expected}", path[:-1]
         problem.hint = _FLAT.get(str(path[-2]))
+    elif kind == "too_long" and path[-1] == "inertia" and len(read) == len(_ENTRIES):
+        entries = ", ".join(f"{name}: {entry}" for name, entry in zip(_ENTRIES, read, strict=True))
+        problem.hint = f"name the entries, as in `inertia: {{{entries}}}`"
     elif kind == "too_long":
         surplus = len(read) - context["max_length"]
         points, mended = _DECIMAL_COMMA.subn(r"\1.\2", ", ".join(map(str, read)), count=surplus)
@@ -96,9 +125,35 @@ def _of_type(path: Path, kind: str, read: Any, context: Mapping[str, Any], messa
     elif kind == "dict_type" and path == ("parameters",):
         names = ", ".join(f"{name}: null" for name in re.findall(r"[^\W\d]\w*", str(read)))
         if isinstance(read, list) and all(isinstance(entry, dict) for entry in read):
-            names = ", ".join(f"{name}: {value}" for entry in read for name, value in entry.items())
+            pairs = [
+                (entry["name"], entry["value"]) if {*entry} == {"name", "value"} else pair
+                for entry in read
+                for pair in entry.items()
+            ]
+            names = ", ".join(f"{name}: {value}" for name, value in dict(pairs).items())
+        names = (isinstance(read, str) and with_colon(read)) or names
         problem.hint = f"write `parameters: {{{names}}}`, with values where there are some"
     return problem
+
+
+_MARKUPS = {
+    "html": ("HTML", "this is a page of the web: copy the document on it into a file of its own"),
+    "xacro": (
+        "xacro, of which a robot is made",
+        "write `xacro arm.urdf.xacro > arm.urdf`, and give arm.urdf",
+    ),
+    "": ("XML", "a robot is a file whose name ends in .urdf, .sdf or .xml"),
+}
+"""What a text is that begins as XML does, by a word near its beginning, and the cure."""
+
+
+def markup(text: str, source: str) -> Problem:
+    """The problem of a text that is XML or HTML."""
+    head = text[:1000].casefold()
+    name, hint = next(cure for word, cure in _MARKUPS.items() if word in head)
+    line = text[: text.index("<")].count("\n")
+    excerpt = Excerpt.of(text.splitlines()[line], text.splitlines()[line].index("<") + 1)
+    return Problem(source, f"this is {name}, expected YAML", line + 1, "", hint, "parse_error", excerpt)
 
 
 class Slip(NamedTuple):
@@ -111,41 +166,11 @@ class Slip(NamedTuple):
 
 
 _KEY = r" *(?:- +)*(?P<key>[A-Za-z_]\w*)"
-_RULES = {
-    r"\s*(?P<at>//|/\*)": ("this begins no comment", "comments begin with `#`"),
-    r"\s*(?P<at><)(?:\?xml|robot|sdf|mujoco)\b": (
-        "this is XML",
-        "a robot is a file whose name ends in .urdf, .sdf or .xml",
-    ),
-    r"[ \t]*?(?P<at>\t)": ("a tab", "YAML indents with blanks, not tabs"),
-    rf"{_KEY}:(?P<at>)(?P<value>[^\s:/,][^:]*?)\s*$": (
-        "there is no blank after the colon",
-        "write `{key}: {value}`",
-    ),
-    rf"{_KEY}(?P<at>) *= *(?P<value>\S.*?)\s*$": (
-        "there is no colon after the key",
-        "write `{key}: {value}`",
-    ),
-    rf"{_KEY}(?P<at>)(?: *[= ] *(?P<value>\S.*?))?\s*$": (
-        "there is no colon after the key",
-        "write `{key}: {value}`",
-    ),
-    rf"{_KEY}: (?P<value>[A-Za-z_]\w*(?P<at>:) [^,{{}}]+, *[A-Za-z_]\w*: .*?) *$": (
-        "a second colon in one line",
-        "several keys in one line stand in braces: `{key}: {{{value}}}`",
-    ),
-    r" *(?:- +)*(?P<value>[A-Za-z_]\w*: [^,{}]+, *[A-Za-z_]\w*(?P<at>:) .*?) *$": (
-        "a second colon in one line",
-        "several keys in one line stand in braces: `{{{value}}}`",
-    ),
-    rf"{_KEY}: [^{{\[\"']*?(?P<at>:)(?= |$)": (
-        "a second colon in one line",
-        "a text with a colon and a blank in it stands in quotes",
-    ),
-}
-"""Patterns of lines with a slip, whose group `at` is its place; each with a message and a hint."""
+"""The beginning of a line with a key, for which KEY stands in the table."""
 
-_COMMENT, _XML, _TAB, _NO_BLANK, _EQUALS, _NO_COLON, *_COLONS = _RULES
+_TABLE = resources.files("rigidcli.document").joinpath("slips.tsv").read_text("utf-8").splitlines()[1:]
+_RULES = {name: rule for name, *rule in (line.split("\t") for line in _TABLE)}
+"""Slips in a line by name: a pattern, whose group `at` is the place, a message and a hint."""
 
 _QUOTED = re.compile(r"\"(?:[^\"\\]|\\.)*\"|'[^']*'|(?<!\S)#.*")
 """Quoted texts and comments, in which brackets mean nothing."""
@@ -162,7 +187,11 @@ def find_slip(text: str, error: Any) -> Slip | None:
     lines = text.splitlines() or [""]
     noticed, context, problem = min(mark.line, len(lines) - 1), str(error.context), str(error.problem)
     here, sign = Slip(noticed + 1, mark.column + 1, problem), lines[noticed][mark.column : mark.column + 1]
-    if slip := _by_rules(lines, range(noticed + 1), _COMMENT, _XML):
+    if slip := _by_rules(lines, range(noticed + 1), "comment", "heading", "round"):
+        return slip
+    if slip := _by_rules(lines, [noticed], "unit", "more"):
+        return slip
+    if slip := _by_rules(lines, range(noticed + 1), "brace") if "flow" not in context or noticed else None:
         return slip
     if "quoted" in context and "escape" in problem:
         hint = "in single quotes a backslash is only a backslash"
@@ -188,21 +217,22 @@ def find_slip(text: str, error: Any) -> Slip | None:
         here = Slip(noticed + 1, column, "the indentation fits no line above", hint)
     written = [n for n in range(noticed) if lines[n].strip() and not lines[n].lstrip().startswith("#")]
     return (
-        _by_rules(lines, {noticed, max(noticed - 1, 0)}, _TAB)
-        or _by_rules(lines, written[:-3:-1], _NO_BLANK, _NO_COLON)
-        or _by_rules(lines, [noticed], _NO_BLANK, _EQUALS, *_COLONS)
+        _by_rules(lines, {noticed, max(noticed - 1, 0)}, "tab")
+        or _by_rules(lines, written[:-2:-1], "dash")
+        or _by_rules(lines, written[:-3:-1], "blank", "no_colon")
+        or _by_rules(lines, [noticed], "blank", "equals", "colon", "colon_item", "colon_text")
         or here
     )
 
 
-def _by_rules(lines: list[str], numbers: Iterable[int], *patterns: str) -> Slip | None:
-    """The slip in the first of these lines that one of the patterns matches."""
+def _by_rules(lines: list[str], numbers: Iterable[int], *names: str) -> Slip | None:
+    """The slip in the first of these lines that has one of these names."""
     for number in numbers:
-        for pattern in patterns:
-            if match := re.match(pattern, lines[number]):
-                message, hint = _RULES[pattern]
-                hint = re.sub(" `$", "`", hint.format(**match.groupdict(default="")))
-                return Slip(number + 1, match.start("at") + 1, message, hint)
+        for pattern, message, hint in (_RULES[name] for name in names):
+            if match := re.match(pattern.replace("KEY", _KEY), lines[number]):
+                found = match.groupdict(default="")
+                hint = hint.format(meant=list_meant(found.get("value", "")), **found)
+                return Slip(number + 1, match.start("at") + 1, message, re.sub(" `$", "`", hint))
     return None
 
 
