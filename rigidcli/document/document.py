@@ -16,7 +16,7 @@ from rigidcli.document.draft import Draft
 from rigidcli.document.observables import Brackets, Observables
 from rigidcli.document.physical import Physical
 from rigidcli.document.variables import EQUILIBRIUM, Equilibrium, Transform
-from rigidcli.errors import DocumentError, Path, Problem, ValueProblem
+from rigidcli.errors import DocumentError, Problem, ValueProblem
 from rigidcli.fields.dimensions import ACCELERATION
 from rigidcli.fields.environment import Environment
 from rigidcli.fields.quantities import Direction, Quantity, ReferencePoint
@@ -147,18 +147,6 @@ class Document(Section):
         if name in raw and raw[name] is None:
             hint = f"begin this line with two blanks, so that it is below `{name}:`"
         return ValueProblem(f"belongs inside `{name}`", hint=hint)
-
-    @classmethod
-    def _meant(
-        cls, raw: Mapping[str, Any], env: Environment, typed: dict[Path, Path]
-    ) -> tuple[dict[str, Any], list[ValueProblem]]:
-        meant, problems = super()._meant(raw, env, typed)
-        for key in [problem.path[0] for problem in problems if "belongs inside" in problem.message]:
-            place = cls._section_of(str(key), raw)
-            if place is not None and isinstance(section := meant.get(place[0]) or {}, dict):
-                meant[place[0]] = {place[1]: raw[str(key)], **section}
-                typed[place] = (key,)
-        return meant, problems
 
     @model_validator(mode="after")
     def _check_body(self) -> Self:

@@ -280,7 +280,8 @@ def _document(
     problems += [fault.below("parameters", name) for name, fault in sorted(env.faults.items())]
     if problems:
         placed = [draft.problem(problem) for problem in problems if problem.code != UNSETTLED]
-        raise DocumentError(sorted(placed, key=lambda problem: problem.line or 0))
+        first = {problem.key: -place for place, problem in enumerate(reversed(placed))}
+        raise DocumentError(sorted(placed, key=lambda problem: (problem.line or 0, first[problem.key])))
     if document.orbit is not None and document.system is not None and document.orbit.ensemble is None:
         env.notes += document.orbit.degrees_meant(document.system, draft.tree["orbit"]["initial"])
     env.notes += [f"parameter `{name}` is not used" for name in (document.unused if is_physical else ())]

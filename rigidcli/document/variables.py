@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
-from typing import Annotated, ClassVar, TypeAlias
+from typing import Annotated, Any, ClassVar, TypeAlias
 
 from pydantic import Field, ValidationInfo
 from pydantic.json_schema import JsonSchemaValue
@@ -199,6 +199,22 @@ class Transform(Section):
     F2: Generating | None = optional("Generating function of old coordinates, new momenta and t")
     F3: Generating | None = optional("Generating function of old momenta, new coordinates and t")
     F4: Generating | None = optional("Generating function of old momenta, new momenta and t")
+
+    @classmethod
+    def _unknown(cls, key: str, raw: Mapping[str, Any]) -> ValueProblem:
+        problem = super()._unknown(key, raw)
+        if "known keys" in (problem.hint or "") and not isinstance(raw[key], dict | list):
+            side = "new" if key in str(raw.get("new_variables")) else "old"
+            return ValueProblem(f"belongs inside `{side}`", hint=f"write `{side}: {{{key}: {raw[key]}}}`")
+        return problem
+
+    @classmethod
+    def _contradictions(cls, raw: Mapping[str, Any]) -> Iterator[ValueProblem]:
+        yield from super()._contradictions(raw)
+        if raw.get("new_variables") is None:
+            names = ", ".join(raw["new"]) if isinstance(raw.get("new"), dict) else "Q, P"
+            hint = f"write `new_variables: [{names}]`, coordinates first"
+            yield ValueProblem("missing, expected their names", path=("new_variables",), hint=hint)
 
     @property
     def generating(self) -> tuple[str, Expression] | None:

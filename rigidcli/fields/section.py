@@ -29,6 +29,10 @@ from rigidcli.fields.words import HINTS, bracketed, folded, key_slip, keys_calle
 GUESS = re.compile(r"^unknown (?:key|name) \(did you mean (\w+)")
 """The key that was meant by an unknown key."""
 
+INSIDE = re.compile(r"^belongs inside `(\w+)`")
+_WORD = re.compile(r"write `\w+: \{(\w+): ")
+"""The section in which a key was meant to stand, and its name there."""
+
 _WITH_UNIT = re.compile(r"(\w+?)[ _]?[(\[ _]([^\W\d]\w*)[)\]]?")
 """A key with a unit behind it: `side_cm`, `side (cm)`."""
 
@@ -92,6 +96,16 @@ class Section(BaseModel):
             guess = GUESS.search(problem.message)
             if guess is not None and guess[1] in fields and meant.get(guess[1]) is None:
                 meant[guess[1]], typed[guess[1],] = value, (key,)
+            inside = INSIDE.search(problem.message)
+            if (
+                inside is not None
+                and inside[1] in fields
+                and isinstance(meant.get(inside[1], {}) or {}, dict)
+            ):
+                word = _WORD.search(problem.hint or "")
+                place = (inside[1], word[1] if word else key)
+                meant[inside[1]] = {place[1]: value, **(meant.get(inside[1]) or {})}
+                typed[place] = (key,)
         return meant, problems
 
     @classmethod

@@ -135,6 +135,7 @@ SPELLINGS: list[tuple[dict[str, Any], Floats]] = [
     ({"axis": [0, 1, 0], "angle": "pi/3"}, Rotation.from_rotvec([0, math.pi / 3, 0]).as_matrix()),
     ({"euler": [0.4, 1.0, -2.0]}, Rotation.from_euler("ZXZ", [0.4, 1.0, -2.0]).as_matrix()),
     ({"euler": ["10 deg", "pi/4", 0]}, Rotation.from_euler("ZXZ", [10, 45, 0], degrees=True).as_matrix()),
+    ({"rpy": [0.4, 1.0, -2.0]}, Rotation.from_euler("xyz", [0.4, 1.0, -2.0]).as_matrix()),
     ({"quaternion": QUATERNION}, Rotation.from_quat([*QUATERNION[1:], QUATERNION[0]]).as_matrix()),
     ({"quaternion": [-7, 0, 0, 0]}, np.eye(3)),
     ({"matrix": MATRIX.tolist()}, MATRIX),

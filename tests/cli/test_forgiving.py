@@ -120,6 +120,57 @@ def test_a_lagrangian_as_the_tool_prints_it_is_read(program: Program) -> None:
     assert first == second
 
 
+UNDERSTOOD = yaml.safe_load(Path(__file__).with_name("understood.yaml").read_text(encoding="utf-8"))
+
+
+@pytest.mark.parametrize(("command", "typed", "meant"), UNDERSTOOD)
+def test_what_has_one_meaning_is_read_at_once(command: str, typed: str, meant: str, program: Program) -> None:
+    first, second = (program(command, "-f", "json", "-", stdin=text) for text in (typed, meant))
+    assert (first.code, first.err) == (0, "")
+    assert first.out == second.out
+
+
+@pytest.mark.parametrize(
+    ("begin", "told"),
+    [
+        (b"%PDF-1.7 \xff", "a PDF"),
+        (b"PK\x03\x04", "Word"),
+        (b"{\\rtf1", "rich text"),
+        (b"\x89PNG", "a picture"),
+        (b"<robot xmlns:xacro='x'/>", "xacro arm.urdf.xacro > arm.urdf"),
+        (b"<html>", "HTML"),
+    ],
+)
+def test_a_file_of_another_kind_is_told_what_it_is(
+    begin: bytes, told: str, tmp_path: Path, program: Program
+) -> None:
+    path = tmp_path / "f.yaml"
+    path.write_bytes(begin)
+    for command in ("axes", "validate"):
+        outcome = program(command, str(path))
+        assert (outcome.code, outcome.out) == (3, "")
+        assert told in outcome.err
+
+
+@pytest.mark.parametrize(
+    ("arguments", "told"),
+    [
+        ("new cube", "did you mean shape?); write `rigidcli new shape`, and in it `shape: cube`"),
+        ("new pendulum", "did you mean system?"),
+        ("new homework", "did you mean assignment?"),
+        ("new cube.yaml", "`rigidcli new -o cube.yaml`"),
+        ("axes - --sweep body.side=1..10", "write `body.side=1:10:10`"),
+        ("axes - --sweep a=linspace(0,1,5)", "write `a=0:1:5`"),
+    ],
+)
+def test_a_word_on_the_command_line_is_told_what_is_meant(
+    arguments: str, told: str, program: Program
+) -> None:
+    outcome = program(*arguments.split(), stdin=CUBE, columns=1000)
+    assert (outcome.code, outcome.out) == (2, "")
+    assert told in outcome.err
+
+
 SLIPS = yaml.safe_load(Path(__file__).with_name("slips.yaml").read_text(encoding="utf-8"))
 
 
