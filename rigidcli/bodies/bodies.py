@@ -23,7 +23,7 @@ from rigidcli.fields.environment import Environment
 from rigidcli.fields.quantities import AsList, Mass, MomentOfInertia, Point, PrincipalMoment, Vector3
 from rigidcli.fields.readers import Alternative, Choice, FileName, by_key, reference
 from rigidcli.fields.section import Section, environment, refuse
-from rigidcli.fields.words import keys_called, with_colon
+from rigidcli.fields.words import keys_called, shapes_called, with_colon
 
 SYMMETRY_TOLERANCE = 1e-9
 """How far Ixy and Iyx may differ, in units of the largest entry: given tensors are rounded."""
@@ -263,11 +263,21 @@ class _AnyForm(Choice):
         if not isinstance(raw, dict) or raw.keys() & FORMS.keys():
             return super().read(raw, info)
         words = (word for word in ("shape", *raw) if word in raw and "shape" in (word, *keys_called(word)))
-        others = [word for word in raw if FORMS.keys().isdisjoint(keys_called(word)) and not with_colon(word)]
+        others = [
+            word
+            for word in raw
+            if word not in Form.model_fields
+            and FORMS.keys().isdisjoint(keys_called(word))
+            and not with_colon(word)
+        ]
         key = next(words, None) or next((word for word in others if nearest(word, ["shape"])), None)
         for word in others if key is None else ():
-            if isinstance(raw[word], dict) and (named := shape_called(word, raw[word])[0]) is not None:
+            named = next((SHAPES[name] for name in shapes_called(word) if name in SHAPES), None)
+            if isinstance(raw[word], dict) and named is not None:
                 hint = f"write `shape: {named.word()}`, and its dimensions beside it: {named.summary()}"
+                raise ValueProblem("unknown key", path=(word,), hint=hint)
+            if isinstance(raw[word], dict) and raw[word].keys() & {"shape", *FORMS}:
+                hint = "bodies that are taken as one are its `parts`: write `body: {parts: [{...}, {...}]}`"
                 raise ValueProblem("unknown key", path=(word,), hint=hint)
         if key is None:
             return super().read(raw, info)

@@ -35,7 +35,7 @@ from rigidcli.errors import (
 from rigidcli.fields.environment import Environment, Formula, arithmetic_for
 from rigidcli.fields.section import Section
 from rigidcli.fields.texts import STDIN, read_text
-from rigidcli.fields.words import with_colon
+from rigidcli.fields.words import keys_called, with_colon
 
 if TYPE_CHECKING:
     from rigidcli.bodies.shape import Shape
@@ -259,7 +259,8 @@ def _document(
         n = arithmetic_for(exact and not (others and tree.get("system") is not None))
         env = Environment(n, folder=draft.folder, exact_results=exact, top_keys=KEYS, positive={*positive})
         env.sections_with = sections_with
-        if (parameters := tree.get("parameters")) is not None:
+        others_called = (key for key in tree if key not in KEYS and "parameters" in keys_called(key))
+        if (parameters := tree.get("parameters", tree.get(next(others_called, "")))) is not None:
             torque = isinstance(motion := tree.get("motion"), dict) and motion.get("torque") is not None
             has_time = torque or any(tree.get(key) is not None for key in ("system", "orbit", "transform"))
             problems += read_parameters(env, parameters, has_time=has_time)

@@ -18,6 +18,7 @@ from rigidcli.errors import ValueProblem
 from rigidcli.fields.quantities import FULL_TURN
 from rigidcli.fields.readers import ReadBy
 from rigidcli.fields.section import environment
+from rigidcli.fields.words import with_colon
 
 if TYPE_CHECKING:
     from rigidcli.document.system import System
@@ -94,8 +95,9 @@ class Orbit(Sampling):
     @classmethod
     def _unknown(cls, key: str, raw: Mapping[str, Any]) -> ValueProblem:
         problem = super()._unknown(key, raw)
-        if raw.get("initial") is None and "known keys" in (problem.hint or ""):
-            return ValueProblem("belongs inside `initial`", hint=f"write `initial: {{{key}: ...}}`")
+        if (raw.get("initial") is None or "=" in key) and "known keys" in (problem.hint or ""):
+            pair = with_colon(key) if "=" in key else f"{key}: ..."
+            return ValueProblem("belongs inside `initial`", hint=f"write `initial: {{{pair}}}`")
         return problem
 
     def degrees_meant(self, system: System, typed: Mapping[str, Any]) -> Iterator[str]:

@@ -16,7 +16,14 @@ from pydantic import ValidationError
 
 from rigidcli.errors import UNKNOWN, Excerpt, Path, Problem, ValueProblem, shown
 from rigidcli.fields.units import is_unit
-from rigidcli.fields.words import list_meant, lists_meant, value_meant, with_colon
+from rigidcli.fields.words import (
+    FORMS_OF_LISTS,
+    keys_called,
+    list_meant,
+    lists_meant,
+    value_meant,
+    with_colon,
+)
 
 _TYPES = {
     "tuple_type": "a list, such as [0, 0, 1]",
@@ -61,6 +68,8 @@ def explain(error: ValidationError) -> list[ValueProblem]:
         elif kind == "missing" and isinstance(last := path[-1], int):
             # A list that is too short lacks each of its last entries; that is one problem.
             problem = ValueProblem(f"read {shown(read)}, expected {last + 1} entries", path=path[:-1])
+            if len(read) == 1 and isinstance(read[0], str) and (meant := list_meant(read[0])):
+                problem.hint = f"write `{meant}`"
         elif kind == "missing":
             problem = ValueProblem("missing", path=path)
         elif kind == "too_short" and len(read) >= context["min_length"]:
@@ -75,7 +84,8 @@ def explain(error: ValidationError) -> list[ValueProblem]:
         ):
             problem.hint = f"write `{meant}`"
         place = (problem.path, problem.code == UNKNOWN)
-        if place not in explained or not explained[place].hint:
+        is_shorter = kind == "missing" and isinstance(path[-1], int)  # the last entry that lacks tells of all
+        if place not in explained or not explained[place].hint or is_shorter:
             explained[place] = problem
     cured = {path for (path, unknown), problem in explained.items() if unknown and problem.hint}
     return [each for (path, unknown), each in explained.items() if unknown or each.hint or path not in cured]
@@ -92,6 +102,9 @@ def _value_meant(key: str, read: Any, message: str) -> str | None:
     if isinstance(read, dict):
         for name, entries, words in lists_meant(read, [key]):
             return f"[{', '.join(map(str, entries))}]" if name == key and len(words) == len(read) else None
+    if isinstance(read, list) and "expected a mapping" in message:
+        forms = FORMS_OF_LISTS.get(f"{key}{len(read)}", ())
+        return next((f"{{{form}: [{', '.join(map(str, read))}]}}" for form in forms), None)
     if isinstance(read, list) and len(read) == 2 and not isinstance(read[0], str | list | dict):
         if isinstance(read[1], str) and is_unit(read[1]):
             return f"{read[0]} {read[1]}"
@@ -106,7 +119,7 @@ def _of_type(path: Path, kind: str, read: Any, context: Mapping[str, Any], messa
     if kind == "tuple_type" and path[-1] == 0:
         # A list of numbers where one of lists is expected: one problem for all its entries.
         problem.message, problem.path = f"read entry {shown(read)}, expected {expected}", path[:-1]
-        problem.hint = _FLAT.get(str(path[-2]))
+        problem.hint = next(filter(None, map(_FLAT.get, keys_called(str(path[-2])))), None)
     elif kind == "too_long" and path[-1] == "inertia" and len(read) == len(_ENTRIES):
         entries = ", ".join(f"{name}: {entry}" for name, entry in zip(_ENTRIES, read, strict=True))
         problem.hint = f"name the entries, as in `inertia: {{{entries}}}`"
@@ -189,7 +202,7 @@ def find_slip(text: str, error: Any) -> Slip | None:
     here, sign = Slip(noticed + 1, mark.column + 1, problem), lines[noticed][mark.column : mark.column + 1]
     if slip := _by_rules(lines, range(noticed + 1), "comment", "heading", "round"):
         return slip
-    if slip := _by_rules(lines, [noticed], "unit", "more"):
+    if slip := _by_rules(lines, [noticed], "unit", "unit_in", "semicolon", "more"):
         return slip
     if slip := _by_rules(lines, range(noticed + 1), "brace") if "flow" not in context or noticed else None:
         return slip

@@ -145,19 +145,21 @@ class Section(BaseModel):
             return ValueProblem("belongs at the top of the document")
         sections = env.sections_with()
         own = set.intersection(*({*sections.get(name, ())} for name in cls.model_fields))
-        names = [name for name in sections.get(key, ()) if name not in own]
-        if not names:
+        names = [name for name in sections.get(key, ()) if name != "frame"]  # any rotation has its keys
+        if not names or not own.isdisjoint(names):
             return None
-        hint = f"write `{names[0]}: {{{key}: ...}}` at the top of the document"
-        return ValueProblem(f"belongs inside `{names[0]}`", hint=hint)
+        name = names[-1 if "system" in own else 0]
+        hint = f"write `{name}: {{{key}: ...}}` at the top of the document"
+        return ValueProblem(f"belongs inside `{name}`", hint=hint)
 
     @classmethod
     def _unknown(cls, key: str, raw: Mapping[str, Any]) -> ValueProblem:
         """The problem of a key that the section does not have, with the key that may be meant."""
         keys = list(cls.model_fields)
-        if (hint := HINTS.get(folded(key))) is not None:
+        near = cls.called(key, raw)
+        if near is None and (hint := HINTS.get(folded(key))) is not None:
             return ValueProblem("unknown key", hint=hint)
-        near = cls.called(key, raw) or nearest(key, keys)
+        near = near or nearest(key, keys)
         if near is not None:
             return ValueProblem(f"unknown key{did_you_mean(near)}")
         return ValueProblem("unknown key", hint=f"known keys here: {', '.join(keys)}")

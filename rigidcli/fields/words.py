@@ -67,6 +67,9 @@ FILES = {name: words for kind, name, words in _ROWS if kind == "bytes"}
 _VARIABLES = {kind: words for kind, _, words in _ROWS if "{0}" in words}
 """Words for the velocity and the momentum of a coordinate {0}, and for the coordinate under `forces`."""
 
+FORMS_OF_LISTS = _by_word("whole")
+"""The key of a mapping for which a bare list stands, by the key above and the number of entries."""
+
 SYMBOLIC = _by_word("symbol")
 """Words that stand for the value of a parameter that has none; a document says `null`."""
 
@@ -182,6 +185,8 @@ def mapping_meant(raw: object, names: Sequence[str], needed: Collection[str]) ->
     """The mapping `{x: 1, p_x: 0}` that was meant by a value, or by values in the order of the `names`."""
     if isinstance(raw, str) and (function := re.fullmatch(r"\s*\[?(\w+)\(([\w, ]+)\)\]?\s*", raw)):
         return f"{{{function[1]}: [{function[2]}]}}"
+    if isinstance(raw, str) and "=" in raw and (pairs := with_colon(raw)):
+        return f"{{{pairs}}}"
     entries = raw if isinstance(raw, list) else [raw]
     if isinstance(raw, list) and len(raw) == 1 and isinstance(raw[0], str) and not names:
         return mapping_meant(raw[0], names, needed)

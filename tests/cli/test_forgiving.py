@@ -194,7 +194,10 @@ def test_a_slip_is_shown_where_it_is(text: str, line: int, place: str, cure: str
             "shape: sphere, radius: 1, mass: 1, position: 0, 0, 0",
             ["stands twice", "in brackets: `[1, 2, 3]`"],
         ),
-        ("points: [[1 2 3 4]]", ["no operator before `2`", "separate the entries of a list", "expected 4"]),
+        (
+            "points: [[1 2 3 4]]",
+            ["no operator before `2`", "separate the entries", "expected 4", "write `[1, 2, 3, 4]`"],
+        ),
     ],
 )
 def test_a_slip_is_told_once(body: str, lines: list[str], program: Program) -> None:
