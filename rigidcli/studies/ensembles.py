@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from itertools import chain, groupby
 from typing import TYPE_CHECKING, Literal, TypeAlias
@@ -14,12 +14,13 @@ from rigidcli.document.document import Document
 from rigidcli.errors import RigidError, UsageError
 from rigidcli.report import Column, Field, Report, Table, single_cells
 from rigidcli.studies.common import SHOWN_DIGITS, require_values
-from rigidcli.studies.pictures import ANY
+from rigidcli.studies.pictures import ANY, BEST
 from rigidcli.studies.results import field_of
 
 if TYPE_CHECKING:
     from rigidcli.document.motion import Motion
     from rigidcli.document.orbit import Orbit
+    from rigidcli.picture import Picture
 
 Form: TypeAlias = Literal["rows", "starts", "few"]
 """The form of the reports: all samples in rows that begin with the start, a whole report for each start, or
@@ -56,6 +57,8 @@ def sampling_of(document: Document) -> Motion | Orbit:
 def require_one_start(document: Document, options: Mapping[str, object]) -> None:
     """Raise UsageError where `options` ask for a picture or a program, and there are several starts."""
     asked = [name for name in ("picture", "program") if options.get(name) not in (None, False, ANY)]
+    if document.system is not None and options.get("picture") in (BEST, "phase"):
+        asked.remove("picture")
     starts = document.ensemble
     if asked and starts is not None:
         first = ", ".join(f"{name}: {value:g}" for name, value in starts.start(0).items())
@@ -127,6 +130,30 @@ def with_start(samples: Table, places: Floats) -> Table:
     """The samples of the motions from the starts at these places, with the place before each row."""
     start = Column("start", np.repeat(places, len(samples) // len(places)), ("start",))
     return replace(samples, columns=(start, *samples.columns))
+
+
+def swarm(reports: Sequence[Report]) -> Picture:
+    """The starts of a system in the plane of its first coordinate and momentum, at four of the times."""
+    from rigidcli.picture import Mark, Panel, Picture, Ruler
+
+    tables = [_samples(report) for report in reports]
+    heads = {column.key: column for column in tables[0].columns}
+    q, p = (next(key for key in heads if key.startswith(letter)) for letter in ("q.", "p."))
+    t, *plane = (
+        np.concatenate([one.values for table in tables for one in table.columns if one.key == key])
+        for key in ("t", q, p)
+    )
+    rulers = tuple(Ruler(heads[key].cells[0], (heads[key].symbols or ("",))[0]) for key in (q, p))
+    times = np.unique(t)
+    panels = tuple(
+        Panel(
+            rulers,
+            (Mark("dots", np.column_stack([x[t == time] for x in plane])),),
+            f"t = {time:.4g} s",
+        )
+        for time in times[np.unique(np.linspace(0, len(times) - 1, 4).astype(int))]
+    )
+    return Picture("phase", "the starts in phase space", panels, min(2, len(panels)))
 
 
 def whole(document: Document, run: Callable[[Document], Report], together: Together | None = None) -> Report:

@@ -21,6 +21,7 @@ from rigidcli.errors import RigidError
 from rigidcli.report import Report
 from rigidcli.studies.ensembles import reports, summaries
 from rigidcli.studies.hamilton.many_orbits import together
+from tests.conftest import Program
 
 SAME = 1e-12
 """What a motion worked in arrays may differ by from the same motion alone, in units of the largest."""
@@ -186,6 +187,19 @@ def test_each_of_many_orbits_is_the_one_that_it_is_alone(name: str) -> None:
 
 PENDULUM = {"coordinates": ["x"], "lagrangian": "xdot**2/2 + cos(x)"}
 SWARM = [{"x": 2.9 + x, "p_x": p} for x in (-0.03, 0.01, 0.02) for p in (-0.02, 0, 0.03)]
+
+
+def test_many_starts_are_drawn_in_phase_space_at_four_times(program: Program, tmp_path: Path) -> None:
+    document = {"system": PENDULUM, "orbit": {"initial": SWARM * 2, "duration": 9, "samples": 4}}
+    picture = tmp_path / "swarm.svg"
+    outcome = program("hamilton", "-", "--plot", str(picture), stdin=json.dumps(document))
+    assert (outcome.code, outcome.err) == (0, "")
+    assert all(f"t = {t} s" in picture.read_text() for t in (0, 3, 6, 9))
+    refused = program(
+        "hamilton", "-", "--plot", str(picture), "--plot-kind", "series", stdin=json.dumps(document)
+    )
+    assert refused.code == 2
+    assert "a picture shows one start" in refused.err
 
 
 def test_the_summary_of_orbits_is_that_of_an_independent_integration() -> None:
