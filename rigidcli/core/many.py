@@ -51,7 +51,7 @@ class Problem(NamedTuple):
     """
 
     flow: Flow
-    roundings: Flow
+    roundings: Flow | None
     moving: Flow
     blocks: tuple[int, ...]
     tolerance: float
@@ -73,6 +73,12 @@ def paths(problem: Problem, starts: Floats, times: Floats) -> Paths:
     )
 
 
+def twice(problem: Problem, starts: Floats, times: Floats) -> tuple[Paths, Paths]:
+    """The solutions, and second ones to the other tolerance that `estimate.compared` takes."""
+    other = problem.tolerance * (100 if problem.tolerance <= 1e-5 else 0.01)
+    return paths(problem, starts, times), paths(problem._replace(tolerance=other), starts, times)
+
+
 @cache
 def _stepper(blocks: tuple[int, ...]) -> Callable[..., Any]:
     """A step of `dormand_prince.source` for arrays."""
@@ -87,9 +93,7 @@ class _Lanes:
 
     def __init__(self, problem: Problem, starts: Floats, times: Floats, most: int = MOST_TOGETHER) -> None:
         self.problem, self.times, self.most = problem, times, most
-        self.f, self.roundings, self.moving = (
-            flow(np) for flow in (problem.flow, problem.roundings, problem.moving)
-        )
+        self.f, self.moving = problem.flow(np), problem.moving(np)
         count = starts.shape[1]
         self.end = float(times[-1])
         self.longest = min(problem.longest, self.end)
@@ -193,8 +197,10 @@ class _Lanes:
 
     def _floors(self, t: Floats, y: Floats, k: Floats, h: Floats) -> Floats:
         """As in `runge_kutta.floors`: the size of f, for each block, below which it is rounding errors."""
-        noise = EPS * _rows(self.roundings, t, y)
-        noise = np.fmax(noise, np.abs(k - _rows(self.f, t, y + 4 * h * noise)))
+        noise = np.zeros_like(y)
+        if self.problem.roundings is not None:
+            noise = EPS * _rows(self.problem.roundings(np), t, y)
+            noise = np.fmax(noise, np.abs(k - _rows(self.f, t, y + 4 * h * noise)))
         for bit in range(max(1, (len(y) - 1).bit_length())):
             signs = np.where(np.arange(len(y)) >> bit & 1, 1.0, -1.0)[:, None]
             for move in (-5 * EPS, -3 * EPS, 3 * EPS, 5 * EPS):

@@ -95,6 +95,7 @@ def ensemble(omega: Any, **motion: Any) -> dict[str, Any]:
         {"orientation": {"axis": [1, 2, 3], "angle": 1}},
         {"angles": "zxz"},
         {"torque": {"body": ["-w1", 0, "sin(t)"]}},
+        {"torque": {"space": ["q1 - wx", "0.2*t", "exp(-((t - 2)/0.001)^2)"]}, "basis": "principal"},
     ],
 )
 def test_the_python_interface_has_all_samples_with_their_start(motion: dict[str, Any]) -> None:

@@ -5,8 +5,12 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterator
 from dataclasses import replace
+from functools import partial
+from itertools import groupby
+from typing import TYPE_CHECKING
 
 import numpy as np
+from numpy.typing import NDArray
 
 from rigidcli.core import free_body, heavy_top, rotation
 from rigidcli.core.arithmetic import FLOAT, Floats
@@ -18,6 +22,9 @@ from rigidcli.studies.common import report
 from rigidcli.studies.ensembles import Form, StartReport, with_start
 from rigidcli.studies.euler.motion import InitialValueProblem, Trajectory, drift_of, initial_value_problem
 from rigidcli.studies.results import field_of
+
+if TYPE_CHECKING:
+    from rigidcli.studies.euler.driven import Samples, Starts
 
 CLOSED_FORM = "closed form"
 """The name of the method where nothing is integrated."""
@@ -96,32 +103,55 @@ def _heavy_top(problem: InitialValueProblem) -> Trajectory | None:
 def together(
     document: Document, form: Form
 ) -> Callable[[range], Iterator[StartReport | tuple[int, None]]] | None:
-    """A function for free motions from some starts as arrays; None for other motions and for linear bodies.
+    """A function for free or driven motions from some starts as arrays; None where each is worked alone.
 
     The reports for a summary have the trusted digits, too.
     """
     problem = initial_value_problem(document.start(0))
-    driven = problem.torque is not None or problem.weight.any() or problem.angles is not None
-    if driven or not problem.frame.moments[0] > 0:
+    if problem.angles is not None or not problem.frame.moments[0] > 0:
         return None
+    starts = partial(_starts, document, problem)
+    followed: Samples = partial(_free, starts, form)
+    if problem.torque is not None or problem.weight.any():
+        if problem.torque is None and _heavy_top(problem) is not None:
+            return None
+        from rigidcli.studies.euler import driven
+
+        several = driven.together(document, problem, starts)
+        if several is None:
+            return None
+        followed = several
 
     def samples(places: range) -> Iterator[StartReport | tuple[int, None]]:
-        starts = _starts(document, problem, places)
-        omega, orientation = _free_motions(starts)
-        beginning = problem.times == 0
-        omega[:, beginning], orientation[:, beginning] = starts.omega[:, None], starts.orientation[:, None]
-        every = replace(problem, times=np.tile(problem.times, len(places)))
-        states = omega.reshape(-1, 3), orientation.reshape(-1, 4)
-        exactly = digits(0.0)  # nothing is rounded for people here
-        table = Trajectory(every, *states, None, CLOSED_FORM, 0, exactly, {}).samples()
-        fields = []
-        if form == "few":
-            error = float(free_body.sensitivity(*along_entries(starts), problem.times).max())
-            fields.append(field_of("euler", "trusted_digits", _digits(error), diagnostic=True))
-        title, tables = "motion by Euler's equations", (with_start(table, np.array(places)),)
-        yield places.start, report(document, "rigidcli.euler/1", title, fields, problem.notes, tables)
+        omega, orientation, error, alone = followed(places)
+        given, beginning = starts(places), problem.times == 0
+        omega[:, beginning], orientation[:, beginning] = given.omega[:, None], given.orientation[:, None]
+        for is_alone, group in groupby(range(len(places)), key=lambda index: bool(alone[index])):
+            some = list(group)
+            if is_alone:
+                yield from ((places[index], None) for index in some)
+                continue
+            every = replace(problem, times=np.tile(problem.times, len(some)))
+            states = omega[some].reshape(-1, 3), orientation[some].reshape(-1, 4)
+            exactly = digits(0.0)  # nothing is rounded for people here
+            table = Trajectory(every, *states, None, CLOSED_FORM, 0, exactly, {}).samples()
+            fields = []
+            if form == "few":
+                least = digits(float(error[some].max()))
+                fields.append(field_of("euler", "trusted_digits", least, diagnostic=True))
+            title, tables = "motion by Euler's equations", (with_start(table, np.array(places)[some]),)
+            yield places[some[0]], report(document, "rigidcli.euler/1", title, fields, problem.notes, tables)
 
     return samples
+
+
+def _free(starts: Starts, form: Form, places: range) -> tuple[Floats, Floats, Floats, NDArray[np.bool_]]:
+    """What `together` of driven motions gives, of free ones; the errors are those for a summary."""
+    given = starts(places)
+    error = np.zeros(len(places))
+    if form == "few":
+        error = 2 * free_body.sensitivity(*along_entries(given), given.times)
+    return *_free_motions(given), error, np.zeros(len(places), dtype=bool)
 
 
 def _starts(document: Document, problem: InitialValueProblem, places: range) -> InitialValueProblem:

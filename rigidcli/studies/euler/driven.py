@@ -2,23 +2,33 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 from functools import partial
+from typing import NamedTuple, TypeAlias
 
 import numpy as np
+from numpy.typing import NDArray
 
-from rigidcli.core import integrate, rotation
-from rigidcli.core.arithmetic import Floats
-from rigidcli.core.estimate import compared, foreseen, rounding, unshared
+from rigidcli.core import integrate, many, rotation
+from rigidcli.core.arithmetic import EPS, Floats
+from rigidcli.core.estimate import MISSED, Watched, compared, foreseen, rounding, unshared
 from rigidcli.core.solution import Flow, Solution, digits
+from rigidcli.document.document import Document
 from rigidcli.document.motion import VARIABLES, SpaceTorque
-from rigidcli.errors import Path, ValueProblem, at
+from rigidcli.errors import Path, RigidError, ValueProblem, at
 from rigidcli.fields.environment import Formula
 from rigidcli.language import code
 from rigidcli.language.tree import ZERO, Name, Node, bound, number
 from rigidcli.mechanics import rigid_body
 from rigidcli.studies.euler.motion import InitialValueProblem, Trajectory, drift_of
+
+Starts: TypeAlias = Callable[[range], InitialValueProblem]
+"""The problem with omega (m, 3) and orientation (m, 4) of the starts at these places."""
+
+Samples: TypeAlias = Callable[[range], tuple[Floats, Floats, Floats, NDArray[np.bool_]]]
+"""What `together` gives."""
 
 NOTHING = 1e-12
 """A component below this, in units of the largest of the torque, is zero but for rounding."""
@@ -36,24 +46,10 @@ def driven_trajectory(
     It is integrated along principal axes. Raises ComputationError where it ends early or cannot begin, and
     ValueProblem, with the path in `motion`, for a torque that is too large, or about a line without a moment.
     """
-    moments, axes = _principal(problem)
-    idle = moments <= 0
-    if idle.all():
-        raise ValueProblem(
-            "the body is a point, which has no moment of inertia, so that a torque has no finite effect",
-            path=("torque",),
-            hint="give the body some extent",
-        )
-    turn = rotation.as_quaternion(axes)
-    start = np.concatenate([rotation.compose(problem.orientation, turn), moments * (axes.T @ problem.omega)])
-    if idle.any():  # a linear body that does not turn about its line moves as a sphere would
-        moments = np.full(3, moments.max())
-        start[4:][idle] = 0.0
-    torque = _torque(problem, moments, axes, turn)
-    acting = code.function(torque, rigid_body.STATE, {})
-    across = [ZERO if is_idle else along for along, is_idle in zip(torque, idle, strict=True)]
-    slopes = rigid_body.equations(moments, across)
-    watched, name, end = code.watched(slopes, rigid_body.STATE, {}), "the motion", float(problem.times[-1])
+    equations = _equations(problem)
+    moments, axes, turn, acting, slopes, watched, idle = equations
+    start = _starts(problem, equations)[0]
+    name, end = "the motion", float(problem.times[-1])
     stops, longest = foreseen(watched, end, name)
     follow = partial(
         integrate.integrate,
@@ -93,6 +89,79 @@ def driven_trajectory(
     omega, orientation = along_document(problem.times)
     problem, orientation = replace(problem, notes=notes), rotation.continuous(orientation)
     return Trajectory(problem, omega, orientation, None, solution.method, solution.steps, trusted, drift)
+
+
+class _Equations(NamedTuple):
+    """Euler's equations along principal axes: moments (3), axes (3 by 3), the turn of the document to them.
+
+    `idle` (3) are the axes without a moment.
+    """
+
+    moments: Floats
+    axes: Floats
+    turn: Floats
+    acting: Flow
+    slopes: list[Node]
+    watched: Watched
+    idle: NDArray[np.bool_]
+
+
+def _equations(problem: InitialValueProblem) -> _Equations:
+    moments, axes = _principal(problem)
+    idle = moments <= 0
+    if idle.all():
+        raise ValueProblem(
+            "the body is a point, which has no moment of inertia, so that a torque has no finite effect",
+            path=("torque",),
+            hint="give the body some extent",
+        )
+    turn = rotation.as_quaternion(axes)
+    if idle.any():  # a linear body that does not turn about its line moves as a sphere would
+        moments = np.full(3, moments.max())
+    torque = _torque(problem, moments, axes, turn)
+    across = [ZERO if is_idle else along for along, is_idle in zip(torque, idle, strict=True)]
+    slopes = rigid_body.equations(moments, across)
+    acting, watched = code.function(torque, rigid_body.STATE, {}), code.watched(slopes, rigid_body.STATE, {})
+    return _Equations(moments, axes, turn, acting, slopes, watched, idle)
+
+
+def _starts(problem: InitialValueProblem, equations: _Equations) -> Floats:
+    """The quaternion and L of one start (1, 7), or of m of them (m, 7), along the principal axes."""
+    omega = np.atleast_2d(problem.omega) @ equations.axes
+    turned = np.atleast_2d(rotation.compose(problem.orientation, equations.turn))
+    return np.concatenate([turned, np.where(equations.idle, 0.0, equations.moments * omega)], axis=1)
+
+
+def together(document: Document, first: InitialValueProblem, starts: Starts) -> Samples | None:
+    """A function from places to the motions of some starts in arrays, as `many` follows them; None without.
+
+    It gives omega (m, k, 3) and orientation (m, k, 4), digits (m), and which starts (m) go alone.
+    """
+    motion = document.motion
+    try:
+        equations = _equations(first)
+        stops, longest = foreseen(equations.watched, float(first.times[-1]), "the motion")
+    except RigidError:
+        return None  # it is told of each start
+    if motion is None or motion.method != "auto" or equations.idle.any():
+        return None
+    moments, axes, turn, _, slopes, watched, _ = equations
+    flow = code.function(slopes, rigid_body.STATE, {})
+    longest = min(longest, motion.max_step or math.inf)
+    problem = many.Problem(flow, None, watched.moving, (4, 3), first.tolerance, longest, stops.tolist())
+
+    def samples(places: range) -> tuple[Floats, Floats, Floats, NDArray[np.bool_]]:
+        paths, second = many.twice(problem, _starts(starts(places), equations).T, first.times)
+        states, other = (each.states.transpose(2, 0, 1) for each in (paths, second))
+        apart = 2 * np.linalg.norm((states - other)[..., :4], axis=2).max(axis=1)
+        error = np.maximum(apart, EPS * (np.sqrt(paths.steps) + 4 * len(stops)))
+        quaternions = states[..., :4] / np.linalg.norm(states[..., :4], axis=2, keepdims=True)
+        omega = (states[..., 4:] / moments) @ axes.T
+        orientation = rotation.continuous(rotation.compose(quaternions, rotation.inverse(turn)))
+        # What two motions do not share is looked into alone.
+        return omega, orientation, error, paths.alone | second.alone | ~(error < MISSED)
+
+    return samples
 
 
 def _principal(problem: InitialValueProblem) -> tuple[Floats, Floats]:

@@ -123,9 +123,7 @@ def _followed(
 
     All are integrated twice, and the digits are those that both share, as of a single orbit.
     """
-    paths = many.paths(problem, begin, times)
-    other = problem.tolerance * (100 if problem.tolerance <= 1e-5 else 0.01)
-    second = many.paths(problem._replace(tolerance=other), begin, times)
+    paths, second = many.twice(problem, begin, times)
     alone = paths.alone | second.alone
     size, span = 2 * len(derivation.phase.coordinates), float(times[-1])
     scale = np.maximum(paths.largest, np.abs(paths.states).max(axis=0))[:size]
