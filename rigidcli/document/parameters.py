@@ -21,8 +21,8 @@ _T = TypeVar("_T")
 TIME = "t"
 """The name of the time, in documents where there is one."""
 
-MOST_ENTRIES = 80
-"""The most names in a mapping: far more than anybody writes, and still read in a second."""
+MOST_ENTRIES = 256
+"""The most names in a mapping: the coordinates and momenta of 128 masses."""
 
 _NAME = re.compile(r"[^\W\d]\w*")
 """A name in a text."""

@@ -15,6 +15,7 @@ from __future__ import annotations
 import json
 import math
 import time
+from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
@@ -155,6 +156,30 @@ def test_a_sine_is_never_left_out_however_fast() -> None:
     assert found["trusted_digits"] > 2
     with pytest.raises(ComputationError, match="needs more than 1,000,000 steps"):
         orbit('hamiltonian: "p_x**2/2 - x*cos(1e9*t)"', "x: 0, p_x: 0", "[0, 7]")
+
+
+def test_a_chain_gives_its_energy_back_to_its_first_mode() -> None:
+    """E. Fermi, J. Pasta, S. Ulam, M. Tsingou, Los Alamos LA-1940 (1955): after some 157 periods of the mode."""
+    count = 32
+    names, places = [f"x{n}" for n in range(1, count + 1)], np.arange(1, count + 1)
+    springs = [f"({b} - {a})**2/2 + ({b} - {a})**3/12" for a, b in pairwise(["0", *names, "0"])]
+    shape, rate = np.sin(np.pi * places / (count + 1)), 2 * math.sin(math.pi / (2 * (count + 1)))
+    kinetic = " + ".join(f"{name}dot**2/2" for name in names)
+    start = dict(zip(names, shape.tolist(), strict=True)) | {f"{name}dot": 0 for name in names}
+    document = {
+        "system": {"coordinates": names, "kinetic": kinetic, "potential": " + ".join(springs)},
+        "orbit": {
+            "initial": start,
+            "times": [0, *(2 * np.pi / rate * np.array([80, 157]))],
+            "tolerance": 1e-8,
+        },
+    }
+    found = hamilton.run(loads(json.dumps(document)))["orbit"]
+    q, p = (shape @ np.array([*found[key].values()]) for key in "qp")
+    share = (p**2 + (rate * q) ** 2) / (rate * q[0]) ** 2
+    assert share[1] < 0.1
+    assert share[2] > 0.95
+    assert found["trusted_digits"] > 5
 
 
 def test_friction_that_holds_a_body_is_told_at_once() -> None:
