@@ -159,7 +159,7 @@ def test_a_sine_is_never_left_out_however_fast() -> None:
 
 
 def test_a_chain_gives_its_energy_back_to_its_first_mode() -> None:
-    """E. Fermi, J. Pasta, S. Ulam, M. Tsingou, Los Alamos LA-1940 (1955): after some 157 periods of the mode."""
+    """E. Fermi, J. Pasta, S. Ulam, M. Tsingou, report LA-1940 (1955): after some 157 periods of it."""
     count = 32
     names, places = [f"x{n}" for n in range(1, count + 1)], np.arange(1, count + 1)
     springs = [f"({b} - {a})**2/2 + ({b} - {a})**3/12" for a, b in pairwise(["0", *names, "0"])]
