@@ -40,7 +40,7 @@ _ROWS = (
         """,
         needs=("body",),
         ignored="motion top tide system orbit equilibrium transform observables brackets",
-        pictures={"body": "pictures.bodies"},
+        pictures={"body": "pictures.bodies", "ellipsoid": "pictures.bodies"},
         python="""
         >>> rigidcli.inertia({"body": {"shape": "cube", "side": 1, "mass": 12}})["mass"]
         12.0
@@ -56,7 +56,7 @@ _ROWS = (
         """,
         needs=("body",),
         ignored="top tide system orbit equilibrium transform observables brackets",
-        pictures={"body": "pictures.bodies"},
+        pictures={"body": "pictures.bodies", "ellipsoid": "pictures.bodies"},
         python="""
         >>> rigidcli.axes("body: {shape: cube, side: 1, mass: 12, anchor: corner}")["class"]
         'prolate'

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator, Mapping
 from contextlib import suppress
 from typing import Annotated, Any, ClassVar, Literal, Self, TypeAlias
@@ -27,6 +28,13 @@ from rigidcli.fields.words import keys_called, shapes_called, with_colon
 
 SYMMETRY_TOLERANCE = 1e-9
 """How far Ixy and Iyx may differ, in units of the largest entry: given tensors are rounded."""
+
+
+SMALLEST, POINT = 1e-14, "taken as a point mass"
+"""The least radius of gyration (m): that of a proton is 1e-15, of a molecule 1e-10."""
+
+THINNEST = 1e-3
+"""The least mass in a cube of the radius of gyration (kg/m^3): a thousandth of the density of air."""
 
 
 class TensorEntries(Section):
@@ -120,8 +128,22 @@ class KnownTensor(Form):
             + half_unit(mass[0]) * np.abs(tensor.point_tensor(d))
             + mass[0] * (2 * np.trace(across) * np.eye(3) + across + across.T)
         )
-        note = _require_physical(central.entries, n, halves)
+        note = _require_physical(central.entries, n, halves) or self._size_meant(central.entries, n)
+        if note is not None and note.endswith(POINT):
+            central = tensor.Inertia.of(np.zeros((3, 3)))
         return mass_properties.MassProperties(self.mass, com, central, tensor.misplaced(com)), note
+
+    def _size_meant(self, central: Any, n: Arithmetic) -> str | None:
+        """A note on moments that are rounding errors, or too large for the mass."""
+        mass, largest = n.value(self.mass or 0), max(abs(n.size(entry)) for entry in central.flat)
+        if n.exact or not mass or not largest:
+            return None
+        radius = math.sqrt(largest / mass)
+        if radius < SMALLEST:
+            return f"a radius of gyration of {radius:.1g} m is rounding: the body is {POINT}"
+        if mass < THINNEST * radius**3:
+            return f"a radius of gyration of {radius:.3g} m is large for {mass:.3g} kg; g and mm meant?"
+        return None
 
     def _given(self, n: Arithmetic) -> tuple[tensor.Inertia, Floats]:
         """The tensor as it is written, and half a unit in the last digit of each entry."""
@@ -168,7 +190,20 @@ class Composite(Form):
         for hole, density in zip(holes_of, holes.densities_round(holes_of, leaves, n), strict=True):
             parts[bare[hole.path]] = hole.form.model_copy(update={"density": density})
         self.__dict__["parts"] = tuple(parts)
+        environment(info).notes += self._counted_twice(n)
         return self
+
+    def _counted_twice(self, n: Arithmetic) -> Iterator[str]:
+        """Notes on parts that are alike, in one place, or overlap."""
+        first = dict[str, int]()
+        for index, part in enumerate(self.parts):
+            if isinstance(part, Shape) and not part.hole:
+                alike = first.setdefault(f"{part.word()} {vars(part) | {'name': ''}}", index)
+                if alike != index:
+                    yield f"parts.{alike} and parts.{index} are one body in one place, which counts twice"
+        if len(first) == sum(isinstance(part, Shape) and not part.hole for part in self.parts):
+            with suppress(ValueProblem):  # which comes again where the body is needed
+                yield from holes.counted_twice(list(self.leaves(n)), n)
 
     def local(self, arithmetic: Arithmetic) -> mass_properties.MassProperties:
         """Parts added and holes taken away, refused where nothing would be left."""

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Collection, Mapping
 from dataclasses import dataclass
+from decimal import Decimal
 from typing import Any
 
 import numpy as np
@@ -12,6 +13,7 @@ from pydantic import ValidationInfo
 from rigidcli.bodies.charts import Spot
 from rigidcli.core.arithmetic import FLOAT, Arithmetic, Array, Floats
 from rigidcli.errors import ExpressionError, ValueProblem
+from rigidcli.fields.dimensions import DENSITY
 from rigidcli.fields.environment import Formula
 from rigidcli.fields.quantities import Quantity
 from rigidcli.fields.section import environment
@@ -20,6 +22,9 @@ from rigidcli.language.tree import Node
 
 VARIABLES = ("x", "y", "z", "r", "s")
 """What a density may depend on: places in the shape's own axes (m), r = |(x, y, z)|, s = |(x, y)|."""
+
+GAS, HEAVY = 0.5, 25.0
+"""Bare densities between these are those of gases in kg/m^3, and of solids and liquids in g/cm^3."""
 
 MOST_STEPS = 10_000
 """Steps in factoring a density, which take some milliseconds; signs of symbols in longer ones stay open."""
@@ -47,7 +52,11 @@ class Density(Quantity):
         env.notes += [f"`{name}` in a density is the parameter, not a place in the shape" for name in hidden]
         formula = env.formula(raw, self.dimension, variables)
         if formula.expression.names.isdisjoint(variables):
-            return super().read(raw, info)
+            value = super().read(raw, info)
+            is_bare = self.dimension == DENSITY and isinstance(raw, float | Decimal) and float(raw) % 1 != 0
+            if is_bare and GAS < float(value) < HEAVY:
+                env.notes.append(f"a density of {raw} kg/m^3 is that of a gas; {raw} g/cm^3 meant?")
+            return value
         if env.arithmetic.exact:
             env.positive |= _scale(formula)
         return formula

@@ -7,9 +7,10 @@ below zero. The points are those of a net: of a round hole, one per cent of its 
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 from functools import cache, cached_property
+from itertools import combinations
 from typing import Any
 
 import numpy as np
@@ -21,6 +22,9 @@ from rigidcli.bodies.shape import DRAWN_IN, Lamina, NoValueError, Region, Shape,
 from rigidcli.core.arithmetic import FLOAT, Arithmetic, Array, Floats, Mask, Scalar
 from rigidcli.errors import Path, ValueProblem
 from rigidcli.fields.environment import Formula
+
+MOST_COMPARED = 100
+"""The most shapes of a composite that are compared with each other, which takes a tenth of a second."""
 
 SLACK = 0.01
 """How much denser than its body a hole may be, in units of its own density: given masses are rounded."""
@@ -110,6 +114,29 @@ class Leaf:
             if (far := np.flatnonzero(~near)).size:
                 near[far] = self.contains(points[:, far], size * direction)
         return near
+
+
+def counted_twice(leaves: Sequence[Leaf], n: Arithmetic) -> Iterator[str]:
+    """Notes on shapes of different parts that overlap, outside of holes, at points of their nets.
+
+    Nothing is said of shapes that depend on symbols without a value, and of very many parts.
+    """
+    regions = [leaf for leaf in leaves if isinstance(leaf.form, Region)]
+    if len(regions) > MOST_COMPARED:
+        return
+    placed = [region for leaf in regions if (region := leaf.in_floats(n)) is not None]
+    cut = [region for region in placed if region.sign < 0]
+    for one, two in combinations((region for region in placed if region.sign > 0), 2):
+        distance = np.linalg.norm(one.ball[0] - two.ball[0])
+        if one.path[:2] == two.path[:2] or not one.is_like(two) or distance > one.ball[1] + two.ball[1]:
+            continue
+        for inner, outer in ((one, two), (two, one)):
+            points = inner.points()
+            points = points[:, outer.contains(points)]
+            if points.size and not np.any([hole.contains(points) for hole in cut], axis=0).all():
+                first, second = (".".join(map(str, region.path)) for region in (one, two))
+                yield f"{first} and {second} overlap: what both fill counts twice"
+                break
 
 
 def densities_round(bare: Sequence[Leaf], leaves: Sequence[Leaf], n: Arithmetic) -> list[Scalar]:

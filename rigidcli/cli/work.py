@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import os
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from contextlib import AbstractContextManager
+from contextlib import AbstractContextManager, nullcontext
 from dataclasses import replace
 from importlib import import_module
 from typing import TYPE_CHECKING, Any, NamedTuple, TypeAlias
@@ -214,7 +214,8 @@ def _answers(task: Task, work: Work, watch: Watch | None) -> Iterator[Answer]:
         if task.sweep is not None:
             point = task.sweep.point(task.place)
             settings = task.sweep.settings(point)
-        document = read(task.draft, settings)
+        with (watch or nullcontext)():  # a large file takes seconds
+            document = read(task.draft, settings)
         files = tuple(document.files)
         if document.ensemble is not None and work.command.section:
             yield from _of_ensemble(document, work, task.starts)

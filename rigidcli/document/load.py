@@ -112,6 +112,9 @@ def robot_drafts(text: str, source: str, folder: str, **options: Any) -> Drafts:
         f"{len(names)} link{'s have' if len(names) > 1 else ' has'} {reason}: {listed(names)}"
         for reason, names in without.items()
     ]
+    masses = [link.body["mass"] for link in robot.links if link.body is not None]
+    if len(masses) > 1:
+        notes.append(f"{len(masses)} links have a mass, {float(sum(masses)):.6g} kg in all")
     return Drafts(links, [*robot.notes, *notes], robot.cure)
 
 

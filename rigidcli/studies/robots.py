@@ -35,6 +35,9 @@ SLIPS = {1e-3: "the mass may be in g, expected kg", 1e9: "the lengths may be in 
 UNITS = {1e3: "g m^2", 1e4: "kg cm^2", 1e6: "kg mm^2", 1e7: "g cm^2", 1e9: "g mm^2"}
 """Units in which tensors are often written by mistake, by their number in 1 kg m^2."""
 
+FAR = 0.25
+"""A centre of mass is suspicious farther outside the box of the geometry, in units of its diagonal."""
+
 FACTOR = 10.0
 """Moments may differ from the moments of the uniform form by this factor: hollow links have larger ones."""
 
@@ -57,11 +60,15 @@ PLACES = np.array([[0, 1, 2], [1, 3, 4], [2, 4, 5]])
 
 
 class Form(NamedTuple):
-    """The geometry of a link in one role: its volume (m^3), and the moments (3, m^2) of 1 kg in it."""
+    """The geometry of a link in one role: its volume (m^3), and the moments (3, m^2) of 1 kg in it.
+
+    `box` holds the lowest and the highest of its coordinates (2 by 3, m), along the axes of the link.
+    """
 
     role: str
     volume: float
     moments: Floats
+    box: Floats
 
     def is_near(self, moments: Floats, factor: float) -> bool:
         """Whether every moment (3, m^2) of 1 kg is within this factor of the form's moment."""
@@ -77,7 +84,9 @@ def remarks(link: Link, document: Document) -> list[Problem]:
     tensor = np.array([[size(entry) for entry in row] for row in properties.tensor])
     return [
         Problem(link.source, f"note: {text}", link.line_of(key), f"link {link.name}", hint)
-        for key, text, hint in _suspicions(size(properties.mass), tensor, _forms(link))
+        for key, text, hint in _suspicions(
+            size(properties.mass), np.array([size(part) for part in properties.com]), tensor, _forms(link)
+        )
     ]
 
 
@@ -89,31 +98,47 @@ def uncompared(links: Sequence[Link]) -> list[str]:
 
 def _forms(link: Link) -> list[Form]:
     """The geometry of a link by role; one with a form that is no body, as an open mesh, is left out."""
-    roles: dict[str, list[MassProperties | None]] = {}
+    roles: dict[str, list[tuple[MassProperties, Floats] | None]] = {}
     for part in link.geometry if len(link.geometry) <= MOST_OF_LINK else ():
-        properties = None
+        found = None
         with suppress(ValidationError, RigidError):
             form = Composite.model_validate({"parts": [part.body]}, context=Environment())
-            properties = form.properties(FLOAT)
-        roles.setdefault(part.role, []).append(properties)
+            found = form.properties(FLOAT), np.hstack([leaf.points() for leaf in form.leaves(FLOAT)])
+        roles.setdefault(part.role, []).append(found)
     forms = []
     for role, parts in roles.items():
-        bodies = [properties for properties in parts if properties is not None]
+        bodies = [found for found in parts if found is not None]
         if len(bodies) == len(parts):
-            whole = combine(bodies)
+            whole, points = combine([body for body, _ in bodies]), np.hstack([points for _, points in bodies])
             volume = float(whole.mass or 0)  # of density 1
-            forms.append(Form(role, volume, _moments(whole.tensor, volume)))
+            box = np.array([points.min(axis=1), points.max(axis=1)])
+            forms.append(Form(role, volume, _moments(whole.tensor, volume), box))
     return forms
 
 
-def _suspicions(mass: float, tensor: Floats, forms: Sequence[Form]) -> Iterator[tuple[str, str, str | None]]:
-    """The oddities of a mass (kg) and a central tensor (3 by 3, kg m^2): the key, the reason, and a hint."""
+def _suspicions(
+    mass: float, com: Floats, tensor: Floats, forms: Sequence[Form]
+) -> Iterator[tuple[str, str, str | None]]:
+    """The oddities of a mass (kg), its centre (3, m) and a central tensor (3 by 3, kg m^2).
+
+    Each is the key, the reason, and a hint.
+    """
     moments = _moments(tensor, mass)
     placeholder = _placeholder(mass, tensor, any(form.is_near(moments, ALIKE) for form in forms))
     if placeholder:
         yield "inertia", placeholder, None
     if not forms:
         return
+    outside = [_outside(com, form.box) for form in forms]
+    if min(outside) > FAR:
+        where = ", ".join(f"{part:.6g}" for part in com)
+        hint = (
+            "the position may be in mm, expected m"
+            if min(_outside(com / 1e3, f.box) for f in forms) <= 0
+            else None
+        )
+        text = f"the centre of mass ({where}) m is outside its {forms[0].role}"
+        yield "position", f"{text}, by {min(outside):.3g} of its diagonal", hint
     form, densities = forms[0], [mass / form.volume for form in forms]
     if not any(LIGHTEST <= density <= HEAVIEST for density in densities):
         text = f"{mass:g} kg in the {form.volume:.3g} m^3 of its {form.role} would be"
@@ -125,6 +150,12 @@ def _suspicions(mass: float, tensor: Floats, forms: Sequence[Form]) -> Iterator[
         units = [unit for factor, unit in UNITS.items() if form.is_near(moments / factor, NEAR)]
         hint = f"the tensor may be in {units[0]}, expected kg m^2" if len(units) == 1 else None
         yield "inertia", f"{text} {uniform} kg m^2", hint
+
+
+def _outside(point: Floats, box: Floats) -> float:
+    """How far a point (3, m) is outside a box (2 by 3, m), in units of its diagonal."""
+    off = np.maximum(np.maximum(box[0] - point, point - box[1]), 0.0)
+    return float(np.linalg.norm(off) / np.linalg.norm(box[1] - box[0]))
 
 
 def _moments(tensor: Floats, mass: float) -> Floats:

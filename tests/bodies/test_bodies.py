@@ -595,7 +595,7 @@ def test_what_no_body_can_have_is_refused(body: Body, law: str) -> None:
     "moments", [[1, 1, 2], [0, 1, 1], [1, 1, 1], [1e-47, 1e-47, 2e-47], [8.0e37, 8.0e37, 8.03e37], [0, 0, 0]]
 )
 def test_limits_of_what_bodies_can_have(moments: list[float]) -> None:
-    found = result({"moments": moments, "mass": 1})
+    found = result({"moments": moments, "mass": 1e-26 if 0 < max(moments) < 1e-40 else 1})
     assert np.diag(found["tensor"]).tolist() == moments
 
 

@@ -25,7 +25,10 @@ def test_the_arm_of_the_configs(program: Program) -> None:
     """The drum m (3 r^2 + h^2)/12, the bar m L^2/3 + m b^2/12, the rod m r^2/4 + m L^2/3."""
     outcome = program("axes", "-f", "csv", "configs/arm.urdf")
     assert outcome.code == 0
-    assert outcome.err == "configs/arm.urdf: note: 1 link has no mass: tool (line 41)\n"
+    assert outcome.err == (
+        "configs/arm.urdf: note: 1 link has no mass: tool (line 41)\n"
+        "configs/arm.urdf: note: 3 links have a mass, 8.7 kg in all\n"
+    )
     drum, bar, rod = csv.DictReader(io.StringIO(outcome.out))
     assert [row["name"] for row in (drum, bar, rod)] == ["base", "upper arm", "forearm"]
     assert float(drum["Ixx"]) == pytest.approx(5 * (3 * 0.1**2 + 0.06**2) / 12 + 5 * 0.03**2)

@@ -78,7 +78,17 @@ class Urdf:
         entries = inertial.find("inertia")
         if entries is None:
             raise inertial.refusal("there is a mass and no `<inertia>`, expected its tensor")
-        return [entries.numbers(key.lower(), 1)[0] for key in ENTRIES]
+        moments = [entries.numbers(key.lower(), 1)[0] for key in ENTRIES]
+        for key, number in zip(ENTRIES, moments, strict=True):
+            other = f"i{key[2]}{key[1]}"
+            if (
+                key[1] != key[2]
+                and entries.value(other) is not None
+                and entries.numbers(other, 1)[0] != number
+            ):
+                read = f"`{key.lower()}` is {number} and `{other}` is {entries.value(other)}"
+                raise entries.refusal(f"{read}, expected one number, as a tensor is symmetric")
+        return moments
 
     def weight(self, link: Element) -> Weight:
         """The mass and the tensor of a link. Raises DocumentError."""

@@ -18,12 +18,13 @@ from rigidcli.bodies.points import PointMasses
 from rigidcli.bodies.shape import Shape, Wire
 from rigidcli.core.arithmetic import FLOAT, Floats
 from rigidcli.document.document import Document
-from rigidcli.errors import RigidError
+from rigidcli.errors import RigidError, UsageError
 from rigidcli.fields.environment import Environment
 from rigidcli.picture import Mark, Panel, Picture, Ruler
 from rigidcli.studies.body import body_frame
 from rigidcli.studies.common import require_values
-from rigidcli.studies.pictures.closed import ellipsoid, semi_axes
+from rigidcli.studies.pictures.closed import ellipsoid as lines_of
+from rigidcli.studies.pictures.closed import semi_axes
 
 MOST_POINTS = 2_000
 """The most point masses that are drawn, evenly chosen, so that a picture is small."""
@@ -35,11 +36,19 @@ REACH = 1.25
 """Length of the principal axes, in units of the distance from O to the farthest point of the body."""
 
 
-def body(document: Document) -> Picture:
+def ellipsoid(document: Document) -> Picture:
+    """Poinsot's ellipsoid x.I.x = 1 about O with the principal axes, in its own unit, without the body."""
+    require_values(document, "a picture")
+    if not (body_frame(document).moments > 0).all():
+        raise UsageError("the ellipsoid of inertia needs moments about all axes")
+    return replace(body(document, is_drawn=False), kind="ellipsoid")
+
+
+def body(document: Document, is_drawn: bool = True) -> Picture:
     """The body along the axes of the results. Raises DocumentError where a parameter has no value."""
     require_values(document, "a picture")
     frame, physical = body_frame(document), document.physical
-    forms, axes = marks_of_body(document), physical.axes
+    forms, axes = marks_of_body(document) if is_drawn else (), physical.axes
     marks = [replace(mark, points=moved(mark.points, axes, np.zeros(3))) for mark in forms]
     centre = axes.T @ physical.point if marks else np.zeros(3)
     semi = semi_axes(frame.moments, 1.0)
@@ -52,7 +61,7 @@ def body(document: Document) -> Picture:
             com = axes.T @ physical.properties.com
     if semi is not None:
         scale, label = (0.9 * size / semi.max(), " (scaled)") if marks else (1, "")
-        marks += ellipsoid(semi * scale, f"ellipsoid of inertia{label}", frame.axes, centre)
+        marks += lines_of(semi * scale, f"ellipsoid of inertia{label}", frame.axes, centre)
     for k, (axis, moment) in enumerate(zip(frame.axes, frame.moments, strict=True)):
         ends = np.array([centre, centre + REACH * size * axis])
         marks.append(Mark("arrow", ends, f"e{'₁₂₃'[k]}: λ{'₁₂₃'[k]} = {moment:.4g} kg m²", style=k + 1))
