@@ -324,26 +324,27 @@ def _unpacked(path: Path, folder: Path, room: Room, batch: Batch, source: str = 
 
 
 def _named(places: Sequence[Place]) -> Iterator[Place]:
-    """The places with the students whom Gradescope's list in their folder names, and without the list."""
+    """The places with the students whom Gradescope's list names, and without the list.
+
+    It counts where it lies above all other files: a student may put another into the own folder.
+    """
     from rigidcli.check.answers import tree_of
 
+    lists = sorted((each for each in places if each.file.name == GRADESCOPE), key=lambda each: len(each.way))
+    others = [place for place in places if place.file.name != GRADESCOPE]
     owners: dict[str, tuple[tuple[str, ...], ...]] = {}
-    for place in places:
-        if place.file.name == GRADESCOPE:
-            with suppress(Unreadable):
-                tree = tree_of(read_file(place.file))
-                for name, entry in tree.items() if isinstance(tree, dict) else ():
-                    people = entry.get(":submitters") if isinstance(entry, dict) else None
-                    known = [
-                        [each.get(key) for key in (":email", ":sid", ":name")]
-                        for each in people or ()
-                        if each
-                    ]
-                    owners[name] = tuple(tuple(filter(None, each)) for each in known if any(each))
-    for place in places:
-        if place.file.name != GRADESCOPE:
-            own = next((owners[folder] for folder in place.way if folder in owners), ())
-            yield replace(place, owners=own)
+    depth = len(lists[0].way) if lists else 0
+    for place in lists[:1] if len({place.way[:depth] for place in places}) == 1 else ():
+        with suppress(Unreadable):
+            tree = tree_of(read_file(place.file))
+            for name, entry in tree.items() if isinstance(tree, dict) else ():
+                people = entry.get(":submitters") if isinstance(entry, dict) else None
+                known = [
+                    [each.get(key) for key in (":email", ":sid", ":name")] for each in people or () if each
+                ]
+                owners[name] = tuple(tuple(filter(None, each)) for each in known if any(each))
+    for place in others:
+        yield replace(place, owners=owners.get("".join(place.way[depth : depth + 1]), ()))
 
 
 def _reason(error: Exception) -> str:

@@ -53,12 +53,12 @@ NATURES = {
     b"MM\0*": "a picture",
     b"{\\rtf": "a Word file",
     b"\xd0\xcf\x11\xe0": "a Word file",
-    b"PK\x03\x04": "a zip",
+    b"PK": "a zip",
 }
 """What files are that people hand in and no program reads, by their first bytes."""
 
-OFFICE = {".docx": "a Word file", ".odt": "an OpenDocument file", ".heic": "a picture"}
-"""What some of them are, by their endings."""
+OFFICE = {".docx": "a Word file", ".odt": "an OpenDocument file", ".pages": "a Pages file"}
+"""What zips are that have other endings."""
 
 
 class HandIns(NamedTuple):
@@ -342,6 +342,6 @@ def _nature(path: Path) -> str:
     """What a file is that no program reads, and that people hand in; empty for any other."""
     begin = first_bytes(path)
     nature = next((nature for mark, nature in NATURES.items() if begin.startswith(mark)), "")
-    if nature in ("a zip", "") and (begin.startswith(b"PK") or begin[4:8] == b"ftyp"):
-        return OFFICE.get(ending(path.name), "a zip" if nature else "a picture or a film")
-    return nature
+    if begin[4:8] == b"ftyp":  # of HEIC and of films
+        return "a picture or a film"
+    return OFFICE.get(ending(path.name), nature) if nature == "a zip" else nature

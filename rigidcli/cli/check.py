@@ -195,7 +195,8 @@ def check(
         for problem in batch.problems:
             complain(str(problem))
             remarks.append(str(problem))
-            failures.code = max(failures.code, NOT_CORRECT if unhanded else UsageError.exit_code)
+            is_small = unhanded or batch.is_whole  # such as an entry of an archive
+            failures.code = max(failures.code, NOT_CORRECT if is_small else UsageError.exit_code)
         if book and fill and class_list:
             if not batch.is_whole:
                 raise UsageError("not all of ANSWERS can be read, and the gradebook is not filled")
