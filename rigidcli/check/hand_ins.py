@@ -247,7 +247,12 @@ def _shared(ways: Sequence[tuple[str, ...]]) -> tuple[str, ...]:
 def _candidates(files: Sequence[_File]) -> list[_File]:
     """The files of a student that may be the answer file, those of the right names first."""
     texts = [file for file in files if ending(file.place.file.name) not in TABLES]
-    return sorted(texts, key=lambda file: (not is_answer(file.place.file.name), len(file.place.way)))
+
+    def order(file: _File) -> tuple[bool, int, int]:
+        name = file.place.file.name
+        return not is_answer(name), len(file.place.way), len(name)
+
+    return sorted(texts, key=order)
 
 
 def _looked_at(
