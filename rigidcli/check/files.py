@@ -6,7 +6,7 @@ import errno
 import os
 import re
 import stat
-from collections import Counter
+from collections import Counter, defaultdict
 from collections.abc import Collection, Iterator, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field, replace
@@ -40,7 +40,7 @@ TEXTS = frozenset([*SUFFIXES, "", ".txt", ".text", ".md", ".markdown"])
 
 # --- names, with what platforms put before them
 
-_DATE = r"[A-Z][a-z]{2,8} [0-9]{1,2}, [0-9]{4} [0-9]{3,4} [AP]M"
+_DATE = r"[A-Z][a-z]{2} [0-9]{1,2}, [0-9]{4} [0-9]{3,4} [AP]M"
 
 FORMS = {
     # Moodle: Jane Doe_4711_assignsubmission_file_, a folder, or joined with the name of a file.
@@ -103,17 +103,14 @@ class Owner:
     def turn(self) -> tuple[int, str]:
         """What orders the copies of a file: a number, or a time."""
         if self.platform == "brightspace":
-            return 0, datetime.strptime(_with_colon(self.when), "%b %d, %Y %I:%M %p").isoformat()
+            with suppress(ValueError):  # a folder may have any name
+                time = datetime.strptime(f"{self.when[:-5]}:{self.when[-5:]}", "%b %d, %Y %I:%M %p")
+                return 0, time.isoformat()
         return (int(self.when), "") if self.when.isdecimal() else (0, self.when)
 
 
-def _with_colon(when: str) -> str:
-    """A time of Brightspace with a colon between hours and minutes, and a short name of the month."""
-    return re.sub(r"^([A-Z][a-z]{2})[a-z]*(.*[0-9])([0-9]{2} [AP]M)$", r"\1\2:\3", when)
-
-
 def platform_of(names: Collection[str]) -> str:
-    """The platform whose form most of the names have that stand beside each other, or none.
+    """The platform whose form at least half of the names have that stand beside each other, or none.
 
     A student may choose a part of one name, and not of the others. Canvas gives every file another number.
     """
@@ -123,24 +120,17 @@ def platform_of(names: Collection[str]) -> str:
         numbers = [match["when"] for match in matches] if platform == "canvas" else []
         counts[platform] = 0 if len(set(numbers)) < len(numbers) else len(matches)
     platform, most = max(counts.items(), key=lambda each: each[1])
-    return platform if most else ""
+    return platform if most and 2 * most >= len(names) else ""
 
 
 def owner_of(name: str, platform: str = "", *, is_folder: bool = False) -> Owner:
     """Whose a folder or a file is, by the form of a platform if it has that."""
     match = FORMS[platform].fullmatch(name) if platform else None
     if match:
-        found = {key: text or "" for key, text in match.groupdict().items()}
-        label = "_".join(filter(None, [found.get("login") or found["name"], found.get("id")]))
-        return Owner(
-            label,
-            found["name"],
-            found.get("id", ""),
-            platform,
-            found.get("own", ""),
-            found.get("when", ""),
-            bool(found.get("late")),
-        )
+        found = defaultdict(str, {key: text or "" for key, text in match.groupdict().items()})
+        name, number, when = found["name"], found["id"], found["when"]
+        label = "_".join(filter(None, [found["login"] or name, number]))
+        return Owner(label, name, number, platform, found["own"], when, bool(found["late"]))
     stem = name.removesuffix(ENDING) if is_folder else PurePath(name).stem
     while not is_folder and PurePath(stem).suffix.lower() in {*TEXTS, ENDING} - {""}:
         stem = PurePath(stem).stem

@@ -118,8 +118,7 @@ def papers(
     rows, notes, others = list[Paper](), list[str](), list[Place]()
     for key, own in files.items():
         paper, said, left = _paper(students[key], own, looks)
-        is_named = is_answer(own[0].place.file.name) or any(_nature(file.place.file) for file in own)
-        if paper is not None and key in unknown and paper.file is None and not is_named:
+        if key in unknown and paper and not paper.file and not any(_nature(each.place.file) for each in own):
             paper = None  # such as a file about the course
         notes += said
         others += left
@@ -322,7 +321,12 @@ def _paper(
     if not scans:
         return None, notes, others
     detail = f"read {', '.join(_told(file) for file in scans[:5])}, which answers no question"
-    return Paper(student, outcome=Outcome.review(detail), is_late=scans[0].owner.is_late), notes, others
+    first = scans[0]
+    return (
+        Paper(student, None, first.place.source, Outcome.review(detail), first.owner.is_late),
+        notes,
+        others,
+    )
 
 
 def _last(files: Sequence[_File]) -> list[_File]:

@@ -10,7 +10,7 @@ import unicodedata
 from collections import Counter, defaultdict
 from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
-from itertools import combinations
+from itertools import product
 from pathlib import Path
 from typing import TypeAlias
 
@@ -53,6 +53,9 @@ FEW_ROWS = 6
 
 FEWEST_DIGITS = 4
 """Digits of a number that means a student within a longer name: shorter ones count days and weeks."""
+
+LONGEST_RUN = 8
+"""Words of a login or of a name that may stand as one word."""
 
 SILENT = frozenset(
     """hw homework answer answers assignment assignments solution solutions sheet exercise exercises problem
@@ -212,8 +215,8 @@ class Roster:
         """The students whose names, logins or numbers stand among words."""
         found: dict[frozenset[str], set[int]] = defaultdict(set)
         numbers = set[int]()
-        for begin, end in combinations(range(len(words) + 1), 2):
-            run = tuple(words[begin:end])
+        for begin, end in product(range(len(words)), range(1, LONGEST_RUN + 1)):
+            run = tuple(words[begin : begin + end])
             if len(run) == 1 and run[0].isdecimal():
                 if run[0] not in common and (len(run[0]) >= FEWEST_DIGITS or {*words} - {*common} == {*run}):
                     numbers |= self._logins.get(run, set())
@@ -273,36 +276,15 @@ def _full_name(cells: Mapping[str, str]) -> str:
     name = cells.get("Student", "")
     if name and not last and not {*words_of(first)} <= {*words_of(name)}:
         last, name = name, ""
-    identifier = cells.get("Identifier", "")
-    return (
-        name
-        or ", ".join(filter(None, [last, first]))
-        or ("" if re.search("[0-9@]", identifier) else identifier)
-    )
+    identifier = "" if re.search("[0-9@]", cells.get("Identifier", "")) else cells.get("Identifier", "")
+    return name or ", ".join(filter(None, [last, first])) or identifier
 
 
-_TRANSCRIBED = str.maketrans(
-    {
-        "ä": "ae",
-        "ö": "oe",
-        "ü": "ue",
-        "ø": "oe",
-        "å": "aa",
-        "æ": "ae",
-        "œ": "oe",
-        "ł": "l",
-        "đ": "d",
-        "ð": "d",
-        "þ": "th",
-        "ı": "i",
-    }
-)
-"""Letters as people write them who have no such keys; an accent is left away otherwise."""
-
-_PLAIN = str.maketrans(
-    {"ø": "o", "å": "a", "æ": "ae", "œ": "oe", "ł": "l", "đ": "d", "ð": "d", "þ": "th", "ı": "i"}
-)
+_PLAIN = str.maketrans(dict(zip("øåæœłđðþı", ["o", "a", "ae", "oe", "l", "d", "d", "th", "i"], strict=True)))
 """Letters that Unicode does not take apart into a letter and an accent."""
+
+_TRANSCRIBED = _PLAIN | str.maketrans(dict(zip("äöüøå", ["ae", "oe", "ue", "oe", "aa"], strict=True)))
+"""Letters as people write them who have no such keys; an accent is left away otherwise."""
 
 _APOSTROPHES = re.compile("['’ʼ`´‘]")
 
