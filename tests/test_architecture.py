@@ -32,18 +32,18 @@ from rigidcli.studies.results import RESULTS
 
 MOST_LINES = {
     "algebra": 2920,  # the size of an expression is the number of its nodes
-    "bodies": 5541,  # a density with a ridge that no box has seen is refused; places are told without noise
-    "cli": 2007,  # `new -o` names the command to run next; gradebooks of Moodle, and a row a student
-    "core": 4544,  # walls are found one after the other; a jump at a stop is crossed
-    "document": 3056,  # generating functions of four types
-    "fields": 1710,  # a list without brackets in braces is one problem with its cure
-    "check": 9209,  # variants; one rule tells whose a hand-in is on every platform, and a file is what it answers
-    "language": 2846,  # numbers without commas have a hint
+    "bodies": 5651,  # a density with a ridge that no box has seen is refused; places are told without noise
+    "cli": 2046,  # `new -o` names the command to run next; gradebooks of Moodle, and a row a student
+    "core": 4550,  # walls are found one after the other; a jump at a stop is crossed
+    "document": 3257,  # generating functions of four types
+    "fields": 1889,  # a list without brackets in braces is one problem with its cure
+    "check": 9329,  # variants; one rule for whose a hand-in is; a file is what it answers
+    "language": 2879,  # numbers without commas have a hint
     "mechanics": 3117,  # the relations of a generating function are solved for one side
     "reference": 518,  # `explain conventions` came here from the README
     "render": 2677,  # results stand beside the figures of a page
-    "studies": 7474,  # generating functions, with their working
-    "": 1726,  # the fields of a result are attributes, too
+    "studies": 7638,  # generating functions, with their working
+    "": 1731,  # the fields of a result are attributes, too
 }
 """The most lines of Python that each room may have; "" is what stands at the top.
 

@@ -29,8 +29,7 @@ from rigidcli.language import code
 from rigidcli.language.tree import Name
 from rigidcli.mechanics.hamilton_equations import TIME
 from rigidcli.studies.hamilton.derivation import Derivation
-from rigidcli.studies.hamilton.equations_of_motion import beside_constraints, terms
-from rigidcli.studies.hamilton.orbit import KEY
+from rigidcli.studies.hamilton.equations_of_motion import KEY, beside_constraints, terms
 
 ZEROS = np.zeros(1)
 """The time of the start, as an array."""

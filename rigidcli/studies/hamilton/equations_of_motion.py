@@ -39,6 +39,9 @@ ENERGY_CHANGE = ".energy_change"
 No name of a document has a dot.
 """
 
+KEY = "orbit.initial"
+"""The key under which a document gives the initial state."""
+
 
 @dataclass(frozen=True, slots=True, eq=False)
 class InitialState:

@@ -30,6 +30,7 @@ from rigidcli.mechanics.velocity_inversion import Branch
 from rigidcli.program import Program, Run
 from rigidcli.studies.hamilton.derivation import Derivation, on_this_side
 from rigidcli.studies.hamilton.equations_of_motion import (
+    KEY,
     InitialState,
     equations_of_motion,
     symbolic_equations,
@@ -37,9 +38,6 @@ from rigidcli.studies.hamilton.equations_of_motion import (
 )
 from rigidcli.studies.hamilton.equations_of_motion import terms as terms_of
 from rigidcli.studies.hamilton.system import require_formulas
-
-KEY = "orbit.initial"
-"""The key under which a document gives the initial state."""
 
 SAME = 1e-6
 """Velocities belong to a branch if they differ by less than this, in units of their size."""
