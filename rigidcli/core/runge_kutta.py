@@ -85,7 +85,7 @@ def march(
     h = math.copysign(min(abs(span) / 1000, longest), span)
     failures = taken = jumps = 0
     regular, reach = True, abs(h)
-    floor = floor_here()
+    floor, landed = floor_here(), t
     least = least_sizes(f, t, y, end, blocks, longest=longest, stops=stops) if least is None else least
     most = min(MOST_STEPS, MOST_NUMBERS // count)
     while t != end:
@@ -94,6 +94,7 @@ def march(
             # At the start there is a side to leave only where the slopes jump.
             if across is not None and (len(times) > 1 or _jumps(k, across[1])):
                 t, (y, k) = beyond, across
+                landed = t
                 times.append(t)
                 states.extend(y)
             goal, beyond = next(edges)
@@ -135,13 +136,14 @@ def march(
                 if hopeless(times, taken, end, most):
                     raise TooManySteps(name, taken, t, end, most)
                 yield t
-            if not taken % ROUND or abs(h) > 4 * reach:
+            # At a stop f may jump, which must not pass for rounding errors.
+            if (not taken % ROUND or abs(h) > 4 * reach) and t != goal:
                 reach = abs(h)
                 floor = floor_here()
         else:
             failures += 1
             h *= max(0.1, 0.9 * error**-0.125) if error < math.inf else 0.25
-            if failures == 4:  # rounding errors may be the reason
+            if failures == 4 and t != landed:  # rounding errors may be the reason
                 reach = abs(h)
                 floor = floor_here()
 
