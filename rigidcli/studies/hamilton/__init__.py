@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 from functools import partial
@@ -25,6 +26,7 @@ from rigidcli.studies.pictures import drawn
 from rigidcli.studies.results import field_of
 
 if TYPE_CHECKING:
+    from rigidcli.core.libration import Libration
     from rigidcli.mechanics.generating import Generated
     from rigidcli.picture import Picture
     from rigidcli.studies.hamilton.orbit import OrbitSolution
@@ -145,6 +147,7 @@ def _results(findings: Findings) -> list[Field]:
         *([] if len(findings.branches) > 1 else [Field("branches", [])]),
         *([] if findings.transform is None else _transform(findings.transform)),
         *([] if findings.orbit is None else _orbit_quality(findings.orbit)),
+        *([] if findings.libration is None else _libration(findings.libration)),
     ]
 
 
@@ -314,6 +317,15 @@ def _orbit_quality(orbit: OrbitSolution) -> list[Field]:
     ]
 
 
+def _libration(found: Libration) -> list[Field]:
+    """Report the period, the action and the turning points of a motion to and fro."""
+    return [
+        _row("orbit.period", found.period),
+        _row("orbit.action", found.action),
+        _row("orbit.turning_points", np.array(found.turning_points)),
+    ]
+
+
 def _branch_table(findings: Findings) -> list[Table]:
     """Make a table of the velocities that belong to the same momenta, where there are several."""
     branches, names = findings.branches, findings.derivation.velocity_names
@@ -371,6 +383,9 @@ def notes_on(findings: Findings) -> list[str]:
         notes.append("the orbit is followed in floating-point numbers")
     if findings.orbit is not None and findings.orbit.note is not None:
         notes.append(findings.orbit.note)
+    if findings.libration is not None and findings.libration.error > 1e-9:
+        digits = int(-math.log10(findings.libration.error))
+        notes.append(f"near the separatrix the period and the action have {digits} digits")
     if findings.orbit is not None and findings.orbit.lost is not None:
         may_be_chaotic = len(derivation.phase.coordinates) > 1 or derivation.explicit_time
         notes.append(unshared("orbit", findings.orbit.lost, may_be_chaotic))

@@ -23,6 +23,7 @@ from rigidcli.studies.hamilton.derivation import Derivation, derive
 from rigidcli.studies.hamilton.system import derived_parameters, require_formulas
 
 if TYPE_CHECKING:
+    from rigidcli.core.libration import Libration
     from rigidcli.studies.hamilton.equations_of_motion import InitialState
     from rigidcli.studies.hamilton.observables import Observed
     from rigidcli.studies.hamilton.orbit import OrbitSolution
@@ -45,6 +46,7 @@ class Findings(NamedTuple):
     oscillations: Oscillations | None
     observed: Observed | None
     initial: InitialState | None
+    libration: Libration | None = None
 
 
 def derived(document: Document) -> Derivation:
@@ -82,11 +84,18 @@ def find(document: Document, progress: Callable[[float], None] | None) -> Findin
         functions = {f"observables.{name}": e for name, e in observed.functions.items()} if observed else {}
         starts = document.reading.starts
         orbit = solve_orbit(document.orbit, derivation, initial, searched or (), progress, starts, functions)
+    libration = None
+    if orbit is not None and initial is not None and len(derivation.phase.coordinates) == 1:
+        from rigidcli.studies.hamilton.periods import period
+
+        libration = period(derivation, initial, orbit)
     if document.transform is not None:
         from rigidcli.studies.hamilton.transform import transformed
 
         transform = transformed(document, document.transform, derivation)
-    return Findings(document, branches, derivation, searched, orbit, transform, small, observed, initial)
+    return Findings(
+        document, branches, derivation, searched, orbit, transform, small, observed, initial, libration
+    )
 
 
 def observations(document: Document, derivation: Derivation) -> Observed | None:

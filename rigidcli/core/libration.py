@@ -1,0 +1,145 @@
+"""Motion to and fro in one degree of freedom: its turning points, period and action, by quadrature.
+
+Where H(q, p) = a(q) p^2 + b(q) p + c(q) keeps the value E, with D = b^2 - 4 a (c - E),
+
+    qdot = 2 a p + b = +-sqrt(D),        p = (-b +- sqrt(D))/(2 a),
+
+so that q turns where D vanishes, and between two such points q1 < q2
+
+    T = 2 integral dq/sqrt(D),           J = integral of p dq over a period = integral sqrt(D)/a dq.
+
+With q = (q1 + q2)/2 + (q2 - q1)/2 sin s both integrands are smooth and periodic in s, and the midpoint rule
+converges geometrically. Sources: L. Landau, E. Lifshitz, Mechanics, section 11; L. N. Trefethen,
+J. A. C. Weideman, SIAM Review 56 (2014) 385.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from typing import NamedTuple
+
+import numpy as np
+
+from rigidcli.core.arithmetic import EPS, Floats
+
+Function = Callable[[Floats], tuple[Floats, Floats, Floats]]
+"""D, a, and the sum of the sizes of the terms of D, at coordinates (k)."""
+
+GROWTH = 1.3
+"""By how much the stretches grow in which a turning point is looked for."""
+
+LOOKS = 64
+"""Coordinates in each stretch at which D is looked at; where D is least, it is looked at more closely."""
+
+ROUNDS = 6
+"""Rounds in which a place where D is least is narrowed down, 30 times in each."""
+
+FARTHEST = 200
+"""Stretches on each side of the start: beyond, q is taken for unbounded."""
+
+MOST_NODES = 1 << 16
+"""The most nodes of the rule; a motion near a separatrix needs many."""
+
+ACCURATE = 1e-12
+"""The relative change from one rule to that with twice the nodes, below which no more nodes are tried."""
+
+TOLD = 1e-6
+"""The relative error above which nothing is told: six digits are left near a separatrix."""
+
+PASSED = 1e-8
+"""Where D passes zero, its last positive value is below this share of the largest; at a pole it is not."""
+
+
+class Libration(NamedTuple):
+    """The turning points (2), the period (s), and the action over a period, with their relative error."""
+
+    turning_points: tuple[float, float]
+    period: float
+    action: float
+    error: float
+
+
+def libration(function: Function, start: float, size: float) -> Libration | None:
+    """The motion to and fro through a coordinate `start`; `size` is a length on which D may change.
+
+    None where q does not turn on both sides, or the integrals do not converge.
+    """
+    with np.errstate(all="ignore"):
+        first, last = (_turning_point(function, start, side * size) for side in (-1.0, 1.0))
+        return None if first is None or last is None or first >= last else _between(function, first, last)
+
+
+def _between(function: Function, first: float, last: float) -> Libration | None:
+    """The motion between two turning points."""
+    before, nodes, change = (math.inf, math.inf), 16, math.inf
+    while change > ACCURATE and nodes <= MOST_NODES:
+        period, action, rounding = _integrals(function, first, last, nodes)
+        change = max(abs(before[0] / period - 1), abs(before[1] / action - 1))
+        before, nodes = (period, action), 2 * nodes
+    error = change + rounding
+    return Libration((first, last), period, action, error) if error < TOLD else None
+
+
+def _turning_point(function: Function, start: float, step: float) -> float | None:
+    """The place nearest to the start, on one side, behind which D is negative; None if none is found.
+
+    A start at which D vanishes is one itself if D is negative beyond it.
+    """
+    near, reach, largest = start, step, 0.0
+    for _ in range(FARTHEST):
+        places = near + reach * np.arange(LOOKS + 2) / LOOKS  # the last overlaps with the next stretch
+        places = np.sort(np.concatenate([places, *_valleys(function, places)]))[:: 1 if step > 0 else -1][1:]
+        values = function(places)[0]
+        beyond = np.flatnonzero(~(values > 0) | np.isinf(values))
+        if len(beyond):
+            inside = places[beyond[0] - 1] if beyond[0] else near
+            largest = max(largest, values[: beyond[0]].max(initial=0.0))
+            return _narrowed(function, float(inside), float(places[beyond[0]]), largest)
+        near, reach, largest = near + reach, reach * GROWTH, max(largest, values.max())
+        if not math.isfinite(near + reach):
+            return None
+    return None
+
+
+def _valleys(function: Function, places: Floats) -> list[Floats]:
+    """The places near which D is least between its neighbours: a low barrier is narrow at its top."""
+    values = function(places)[0]
+    low = np.flatnonzero((values[1:-1] < values[:-2]) & (values[1:-1] <= values[2:])) + 1
+    found = []
+    for index in low.tolist():
+        first, last = places[index - 1], places[index + 1]
+        for _ in range(ROUNDS):
+            nearer = np.linspace(first, last, LOOKS)
+            least = int(np.argmin(function(nearer)[0]))
+            first, last = nearer[max(0, least - 1)], nearer[min(LOOKS - 1, least + 1)]
+        found.append(np.array([(first + last) / 2]))
+    return found
+
+
+def _narrowed(function: Function, inside: float, outside: float, largest: float) -> float | None:
+    """The end of the interval of positive D; None where D ends there without passing zero, as at a pole."""
+    begin = inside
+    while (middle := (inside + outside) / 2) not in (inside, outside):
+        value = function(np.array([middle]))[0][0]
+        if 0 < value < math.inf:
+            inside, largest = middle, max(largest, value)
+        else:
+            outside = middle
+    last = function(np.array([inside]))[0][0]
+    return inside if inside == begin or last <= PASSED * largest else None
+
+
+def _integrals(function: Function, first: float, last: float, nodes: int) -> tuple[float, float, float]:
+    """The period and the action by the midpoint rule in s, and the relative error of T by rounding of D."""
+    s = (np.arange(nodes) + 0.5) * math.pi / nodes - math.pi / 2
+    half = (last - first) / 2
+    # From the nearer end, so that no digits cancel: 1 -+ sin s = 2 sin^2((pi/2 -+ s)/2).
+    below, above = (2 * half * np.sin((math.pi / 2 + side * s) / 2) ** 2 for side in (1, -1))
+    places = np.where(below < above, first + below, last - above)
+    values, curvature, sizes = function(places)
+    rates, slopes = np.sqrt(values), half * np.cos(s)
+    parts = slopes / rates
+    rounding = EPS * (parts * sizes / (2 * values)).sum() / parts.sum()
+    period, action = 2 * math.pi / nodes * parts.sum(), math.pi / nodes * (slopes * rates / curvature).sum()
+    return float(period), abs(float(action)), float(rounding)
