@@ -220,7 +220,7 @@ def _notes(question: Question, item: Item, name: str) -> Iterator[tuple[Keys, st
 def _braces(question: Question, library: Library) -> Iterator[tuple[Keys, str]]:
     """Names in braces in a title that do not do what one may expect of them, with its place."""
     variants, own = library.first, library.own(question.document, library.first)
-    for name in named_in(question.title, variants) - own.keys():
+    for name in sorted(named_in(question.title, variants) - own.keys()):
         yield ("title",), f"`{{{name}}}` differs from student to student, but the key does not depend on it"
     for name in in_braces(question.title) if variants else ():
         near = nearest(name, list(variants))
@@ -235,7 +235,7 @@ def _unfit(variants: Variants, questions: Mapping[str, Question], library: Libra
         texts = (
             [question.answer, *(other.answer for other in question.accept)] if question.ask is None else []
         )
-        for name in variants.values.keys() & in_braces(" ".join(map(as_typed, texts))):
+        for name in sorted(variants.values.keys() & in_braces(" ".join(map(as_typed, texts)))):
             message = f"`{{{name}}}` stands in a literal answer, which is the same for every student"
             hint = f"`ask` a `document` with the parameter `{name}`; the letter stands without braces"
             yield library.placed(("questions", id, "answer"), message, hint)

@@ -147,6 +147,24 @@ def test_sheets_and_marks_belong_to_the_student(course: Path, program: Program) 
         assert [each["title"] for each in entry["questions"]] == [f"m = {m}, a = {a}", f"m = {m}", ""]
 
 
+def test_another_student_changes_nobody_even_one_of_the_same_name(course: Path, program: Program) -> None:
+    def sheets() -> list[str]:
+        options = ("--sheets", "--roster", f"{course}/roster.csv", "-f", "csv", "--no-header")
+        rows = program("check", f"{course}/hw.yaml", *options).out.splitlines()
+        return [
+            row.partition(f",{login},")[2]
+            for login in ("al1", "bb2", "cn3", "dn4")
+            for row in rows
+            if login in row
+        ]
+
+    before = sheets()
+    with (course / "roster.csv").open("a") as file:
+        file.write("Cy Ng,cn5\nAda Abel,aa6\n")
+    assert len(before) == 4
+    assert sheets() == before
+
+
 def test_nobody_is_judged_by_the_values_of_another(course: Path, program: Program) -> None:
     (course / "in").mkdir()
     (course / "in" / "stranger.yaml").write_text("answers: {1: 1 2 3, 2: 2, 3: prolate}")
