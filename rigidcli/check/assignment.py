@@ -120,7 +120,10 @@ class Prepared:
                 item, _, report = keyed[words(own)]
                 told = named_in(question.title, values) | own.keys()
                 mine = {name: value for name, value in values.items() if name in told}
-                sheet[id] = replace(item, title=filled(question.title, values, own), values=mine)
+                # An answer in letters needs no values: who has them may put them in.
+                in_letters = item.kind.options >= {"numbers", "momenta"} and question.numbers == "symbols"
+                title = filled(question.title, values, {} if in_letters else own)
+                sheet[id] = replace(item, title=title, values=mine)
                 if report is not None:
                     self.solutions[id, words(mine)] = report
         if problems:

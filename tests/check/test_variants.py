@@ -219,6 +219,16 @@ def test_the_starter_leads_an_instructor_to_sheets_and_marks(course: Path, progr
     assert "  others  0/8  missing" in done.out
 
 
+def test_an_answer_in_letters_is_not_told_the_values(course: Path, program: Program) -> None:
+    question = "{document: spring.yaml, ask: hamilton.hamiltonian, title: H in letters}"
+    text = TABLE["assignment"].replace("{answer: prolate, kind: choice}", question)
+    for numbers, said in (("symbols", "H in letters"), ("allowed", "H in letters (m = 2 kg)")):
+        (course / "hw.yaml").write_text(text.replace("in letters}", f"in letters, numbers: {numbers}}}"))
+        options = ("--sheets", "--roster", f"{course}/roster.csv", "-f", "csv", "--no-header")
+        rows = program("check", f"{course}/hw.yaml", *options).out
+        assert any(row.endswith(f",{said}") for row in rows.splitlines())
+
+
 @pytest.mark.parametrize(
     ("options", "said"),
     [

@@ -18,7 +18,7 @@ from urllib.parse import quote
 from rigidcli.check.base import Judged, Judgement, reported
 from rigidcli.check.reports import Style
 from rigidcli.check.reports.formats import LONGEST_ANSWER, as_one, mean_of, points, score, share, urgent
-from rigidcli.check.variants import words
+from rigidcli.check.variants import Values, words
 from rigidcli.errors import ExpressionError, printable, shortened
 from rigidcli.render import Look
 from rigidcli.render.web.page import page, resource, text
@@ -67,6 +67,7 @@ def pages(judgements: Iterable[Judgement], course: Course, style: Style) -> Iter
         body = [
             f"<h1>{own(student.student)}</h1>\n<p>{own(course.title)}: <strong>{score(student)}",
             f"{share(student.score, student.max_score)}</strong></p>\n",
+            your_values({name: text for each in student.questions for name, text in each.values.items()}),
             *_answers(student, course.solutions),
             f'<p class="quiet">{own(Path(student.source).name)}</p>\n' if student.source else "",
         ]
@@ -81,6 +82,11 @@ def _page(title: str, body: Iterable[str]) -> Iterator[str]:
 def written(title: str, body: Iterable[str]) -> str:
     """A page for a student."""
     return "".join(_page(title, body))
+
+
+def your_values(values: Values) -> str:
+    """The line that names the values of a student's variants, if there are any."""
+    return f"<p>Your values: <strong>{own(printable(words(values)))}</strong></p>\n" if values else ""
 
 
 def file_name(student: str, taken: set[str]) -> str:

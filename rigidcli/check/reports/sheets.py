@@ -9,8 +9,7 @@ from typing import NamedTuple
 from rigidcli.check.judge import Item
 from rigidcli.check.reports import Style
 from rigidcli.check.reports.formats import csv_rows, points
-from rigidcli.check.reports.pages import file_name, own, written
-from rigidcli.check.variants import words
+from rigidcli.check.reports.pages import file_name, own, written, your_values
 from rigidcli.errors import printable
 
 
@@ -30,7 +29,7 @@ def pages(sheets: Sequence[Sheet], title: str) -> Iterator[tuple[str, str]]:
     for sheet in sheets:
         body = [
             f"<h1>{own(printable(title))}</h1>\n<p><strong>{own(printable(sheet.student))}</strong></p>\n",
-            f"<p>Your values: <strong>{own(printable(words(sheet.values)))}</strong></p>\n",
+            your_values(sheet.values),
         ]
         for id, item in sheet.items.items():
             worth = f"{points(item.points)} point{'s' * (item.points != 1)}"
