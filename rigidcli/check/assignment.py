@@ -77,7 +77,10 @@ class Prepared:
             names = {paper.student: paper.student for paper in papers}
             return [*papers], self.own(names, progress), [NO_ROSTER]
         names, lost = roster.students, Outcome.review(NOT_IN_IT)
-        known = [paper if paper.student in names else replace(paper, outcome=lost) for paper in papers]
+        known = [
+            paper if paper.student in names else replace(paper, outcome=paper.outcome or lost)
+            for paper in papers
+        ]
         return known, self.own(names, progress), []
 
     def own(
