@@ -107,7 +107,7 @@ def test_texts_by_hand() -> None:
     assert (
         "".join(table(found, Style()))
         == """\
-q  1 correct, 4 incorrect; 20% right
+q  1 correct, 4 incorrect; 20% right of those who answered
   3 x  incorrect  7
                   outside_tolerance, no known mistake: the key may be wrong
   1 x  incorrect  =1
@@ -134,7 +134,7 @@ q,0,1,0,4,0,0,'=1,1,incorrect,sign_error,false,0.2,
 
 def test_a_question_that_all_got_right_is_told_too() -> None:
     found = tally(handed_in([("correct", "3", "")]))
-    assert "".join(table(found, Style())) == "q  1 correct; 100% right\n"
+    assert "".join(table(found, Style())) == "q  1 correct; 100% right of those who answered\n"
     assert "".join(csv(found, Style(header=False))) == "q,0,1,0,0,0,0,,,,,,1.0,\n"
 
 

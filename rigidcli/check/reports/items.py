@@ -199,7 +199,7 @@ def table(tallies: Sequence[Tally], style: Style, pairs: Sequence[Alike] = ()) -
     """A block for each question: its counts, then the answers that are not right; then who is alike."""
     for tally in tallies:
         said = [counted(tally.verdicts)]
-        said += [] if tally.right is None else [f"{tally.right:.0%} right"]
+        said += [] if tally.right is None else [f"{tally.right:.0%} right of those who answered"]
         said += [] if tally.correlation is None else [f"correlation with the rest {tally.correlation:.2f}"]
         yield block((), [Row(((tally.question, "bold"),), "; ".join(said))], style)
         widest = max((len(str(taken.students)) for taken in tally.answers), default=0)
