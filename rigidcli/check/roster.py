@@ -23,7 +23,7 @@ from rigidcli.fields.texts import read_text
 NAMES = ("Student", "LastName", "FirstName")
 """The columns of a student's name, in one or in two."""
 
-LOGINS = ("SIS Login ID", "SIS User ID", "ID", "Identifier")
+LOGINS = ("SIS Login ID", "SIS User ID", "OrgDefinedId", "ID", "Identifier")
 """The columns of what the school, the platform, and its lists call a student."""
 
 SPELLINGS = {
@@ -38,8 +38,9 @@ SPELLINGS = {
     "kennung benutzerkennung emailadresse nomdutilisateur identifiant courriel adressedecourriel "
     "adresseemail adresseelectronique nombredeusuario usuario correo correoelectronico "
     "direcciondecorreo displayid",
-    "SIS User ID": "sisuserid sid studentid studentnumber idnumber orgdefinedid matrikelnummer matrikel "
+    "SIS User ID": "sisuserid sid studentid studentnumber idnumber matrikelnummer matrikel "
     "matriculationnumber matriculation idnummer numeroetudiant numerodidentification numerodealumno",
+    "OrgDefinedId": "orgdefinedid",
     "ID": "id",
     "Identifier": "identifier participant teilnehmerin participante",
 }
@@ -65,7 +66,7 @@ SILENT = frozenset(
 """Words in names of files that name nobody."""
 
 _WORD = re.compile(r"[^\W_]+")
-_NUMBERED = re.compile(r"\D+?([0-9]+)")
+_NUMBERED = re.compile(r"(?:Participante?|Teilnehmer(?:/?in)?)\s*([0-9]+)", re.IGNORECASE)
 """What Moodle's grading worksheet calls a student: `Participant 5008`."""
 
 
@@ -113,7 +114,10 @@ def columns_of(head: Sequence[str]) -> list[str]:
     columns = [named.get("".join(words_of(cell)), "") for cell in head]
     if columns.count("Student") > 1:  # `student,name`: the first is a login
         columns[columns.index("Student")] = "SIS Login ID"
-    return columns
+    if any(cell.strip() in ("Student", "LastName") for cell in head):
+        return columns
+    # The `ID` of another list than that of Canvas is a number of the school.
+    return ["SIS User ID" if column == "ID" else column for column in columns]
 
 
 def read_roster(path: str | os.PathLike[str]) -> Roster:
@@ -158,9 +162,9 @@ class Roster:
             logins = list(dict.fromkeys(cell for kind in LOGINS for column, cell in cells if column == kind))
             self.labels[key] = next(iter(logins), name)
             for column, cell in cells:
-                if column in ("Identifier", "ID") and (numbered := _NUMBERED.fullmatch(cell)):
+                if numbered := _NUMBERED.fullmatch(cell):
                     self._numbers["moodle"][numbered[1]] = key
-                elif column in ("ID", "SIS User ID"):
+                elif column in ("ID", "OrgDefinedId"):
                     self._numbers["canvas" if column == "ID" else "brightspace"][cell] = key
             for login in logins:
                 for spelled in {login, login.partition("@")[0]}:
@@ -203,9 +207,9 @@ class Roster:
         keys = self._meant.get(text.casefold()) or self._meant.get(" ".join(sorted(words))) or set()
         keys = keys or self._within(words, common)
         numbered = self._numbers.get(owner.platform, {}).get(owner.number)
-        if numbered is None:
+        # A number may be another's by chance: then the names have nothing in common.
+        if numbered is None or (keys and numbered not in keys and len(keys) == 1):
             return keys
-        # An `id` of another list may be that number by chance: the names must have something in common.
         shares = any(word in glued for word in words_of(self._names[numbered]))
         if owner.platform != "moodle" and not shares:
             return keys
@@ -226,14 +230,14 @@ class Roster:
             for used, key in self._called.get(word, ()):
                 if used <= {*words}:
                     found[used].add(key)
-        silent = {*common, *SILENT}
+        letters = {word for word in words if word.isalpha()} - {*common, *SILENT}
         for used in [each for each in found if len(each) == 1]:
             (word,) = used
             # It may be the first name of somebody else: all other words must be silent, or the student's.
             own = {other for key in found[used] for other in self._own[key]}
-            others = {other for other in words if other.isalpha()} - silent - own - used
-            if word in common or (word.isalpha() and others):
+            if word in common or (word.isalpha() and letters - own - used):
                 del found[used]
+        numbers = {key for key in numbers if found or not letters - self._own[key]}
         longest = [keys for used, keys in found.items() if not any(used < other for other in found)]
         named = set.intersection(*longest) or set.union(*longest) if longest else set[int]()
         return named if len(named) == 1 else named & numbers or named or numbers

@@ -197,6 +197,9 @@ def check(
             remarks.append(str(problem))
             is_small = unhanded or batch.is_whole  # such as an entry of an archive
             failures.code = max(failures.code, NOT_CORRECT if is_small else UsageError.exit_code)
+        if book and not roster and prepared.variants is not None:
+            hint = "`--roster FILE.csv` is the list of students with which the sheets were made"
+            raise UsageError("the values of a student follow from the name in the roster", hint=hint)
         if book and fill and class_list:
             if not batch.is_whole:
                 raise UsageError("not all of ANSWERS can be read, and the gradebook is not filled")

@@ -46,6 +46,7 @@ def student(number: int, first: str, last: str) -> SimpleNamespace:
     return SimpleNamespace(
         number=number, first=first, last=last, login=login, name=name, sorted=together,
         email=f"{login}@uni.example.edu", ident=300000 + 7 * number, platform=5000 + number,
+        chance=5001 + number % SIZE,
         section=number % 3, word="".join(name.split()), ascii=ascii_letters(transcribed).replace(" ", "_"),
         glued="".join(filter(str.isalnum, together.casefold())),
     )  # fmt: skip
