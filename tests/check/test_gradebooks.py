@@ -218,6 +218,28 @@ def test_a_file_is_read_as_it_is_or_refused(tmp_path: Path) -> None:
         read(path)
 
 
+WORKSHEET = """\
+ID,Vollständiger Name,E-Mail-Adresse,Status,Bewertung,Bestwertung,Bewertung kann geändert werden
+Teilnehmer/in5001,Max Roe,m1@x.de,Abgegeben,,"9,00",Ja
+Teilnehmer/in5002,Max Roe,m2@x.de,Abgegeben,"1,00","9,00",Ja
+Teilnehmer/in5003,Zoë O'Brien,z@x.de,Abgegeben,,"9,00",Nein
+"""
+
+
+@pytest.mark.parametrize("end", ["\n", "\r\n"])
+def test_a_worksheet_of_moodle_is_filled_in_the_language_of_the_teacher(end: str) -> None:
+    book = gradebooks.moodle("\ufeff" + WORKSHEET.replace("\n", end))
+    hands = [judged("Max Roe_5002", 2.5), judged("m1", 3.0), judged("Zoë O'Brien", 9.0)]
+    aliases = {"Max Roe_5002": ["m2@x.de"]}
+    filled = gradebooks.fill(book, hands, aliases)
+    expected = WORKSHEET.replace('"1,00"', '"2,5"').replace('Abgegeben,,"9,00",Ja', 'Abgegeben,3,"9,00",Ja')
+    assert filled.text == "\ufeff" + expected.replace("\n", end)
+    assert filled.notes == (
+        "excused, locked, or without this assignment, and left so: `Zoë O'Brien`",
+        "scores that stood in the column and are replaced: 1",
+    )
+
+
 # Python's own writer leaves a lone carriage return without quotes.
 TEXTS = st.text(st.characters(exclude_categories=["Cs"], exclude_characters="\r"), max_size=12)
 
