@@ -33,9 +33,9 @@ from rigidcli.studies.results import RESULTS
 MOST_LINES = {
     "algebra": 2920,  # the size of an expression is the number of its nodes
     "bodies": 5651,  # a density with a ridge that no box has seen is refused; places are told without noise
-    "cli": 2046,  # `new -o` names the command to run next; gradebooks of Moodle, and a row a student
+    "cli": 2047,  # `new -o` names the command to run next; gradebooks of Moodle, and a row a student
     "core": 4550,  # walls are found one after the other; a jump at a stop is crossed
-    "document": 3257,  # generating functions of four types
+    "document": 3264,  # a bare name in a setting is a parameter; slips are told all at once
     "fields": 1889,  # a list without brackets in braces is one problem with its cure
     "check": 9340,  # variants; one rule for whose a hand-in is; a file is what it answers
     "language": 2879,  # numbers without commas have a hint

@@ -182,7 +182,8 @@ Duration = Annotated[str | None, _option('End of the motion, as in "5 min".', me
 def format_option(formats: Any) -> Any:
     """The option that chooses one of the members of an enum of formats."""
     listed = ", ".join(formats)
-    return typer.Option("-f", "--format", metavar="FORMAT", help=f"What to print: {listed}.")
+    help = f"What to print: {listed}."
+    return typer.Option("-f", "--format", metavar="FORMAT", help=help, case_sensitive=False)
 
 
 def plot_kind(kinds: Iterable[str]) -> Any:

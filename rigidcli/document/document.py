@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import pathlib
+import re
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cache, cached_property
@@ -127,9 +128,9 @@ class Document(Section):
     @classmethod
     def _section_of(cls, key: str, raw: Mapping[str, Any]) -> tuple[str, str] | None:
         """The section to which a key belongs that stands at the top by mistake, and its name there."""
-        section, _, inner = key.partition(".")
+        section, *inner = re.split(r"\.|->|/", key, maxsplit=1)
         if inner and section in cls.model_fields:
-            return section, inner
+            return section, inner[0]
         for word in (key, *keys_called(key)) if key not in cls.model_fields else ():
             if names := sections_with().get(word):
                 # Beside a system, a duration is that of the orbit, not of a motion.

@@ -238,7 +238,7 @@ def _no_mapping(tree: object) -> ValueProblem:
         hint: str | None = "`rigidcli new` prints a document to start from"
         return ValueProblem("read an empty document, expected a mapping", hint=hint)
     cure = with_colon(tree) if isinstance(tree, str) else None
-    hint = cure and f"write `{cure}`"
+    hint = f"write `{cure}`" if cure else "`rigidcli new` prints a document to start from"
     return ValueProblem(f"read {shown(tree)}, expected a mapping", hint=hint, typed=cure and str(tree))
 
 

@@ -74,6 +74,9 @@ def read_parameters(env: Environment, raw: Any, *, has_time: bool) -> list[Value
 def _require_value(name: str, value: object, names: Collection[str]) -> None:
     """Raise ValueProblem for a word, or the name itself, where a parameter stays a symbol."""
     word = folded(value) if isinstance(value, str) else None
+    if isinstance(value, dict) and {*value} == {"value", "unit"}:
+        hint = f"write `{name}: {value['value']} {value['unit']}`"
+        raise ValueProblem("read a mapping, expected a number", hint=hint)
     if value == name or (word in SYMBOLIC and value not in names):
         hint = f"a symbol has no value: write `{name}: null`"
         raise ValueProblem(f"read {shown(value)}, expected a number, or null for a symbol", hint=hint)

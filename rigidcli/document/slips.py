@@ -181,6 +181,9 @@ class Slip(NamedTuple):
 _KEY = r" *(?:- +)*(?P<key>[A-Za-z_]\w*)"
 """The beginning of a line with a key, for which KEY stands in the table."""
 
+LONGEST_LINE = 500
+"""Characters of a line in which a slip is sought: patterns take long on lines that no person types."""
+
 _TABLE = resources.files("rigidcli.document").joinpath("slips.tsv").read_text("utf-8").splitlines()[1:]
 _RULES = {name: rule for name, *rule in (line.split("\t") for line in _TABLE)}
 """Slips in a line by name: a pattern, whose group `at` is the place, a message and a hint."""
@@ -240,7 +243,7 @@ def find_slip(text: str, error: Any) -> Slip | None:
 
 def _by_rules(lines: list[str], numbers: Iterable[int], *names: str) -> Slip | None:
     """The slip in the first of these lines that has one of these names."""
-    for number in numbers:
+    for number in (number for number in numbers if len(lines[number]) <= LONGEST_LINE):
         for pattern, message, hint in (_RULES[name] for name in names):
             if match := re.match(pattern.replace("KEY", _KEY), lines[number]):
                 found = match.groupdict(default="")

@@ -21,7 +21,7 @@ from pydantic import (
 )
 from pydantic_core import InitErrorDetails
 
-from rigidcli.errors import UNKNOWN, Path, ValueProblem, did_you_mean, nearest
+from rigidcli.errors import LONGEST_SHOWN, UNKNOWN, Path, ValueProblem, did_you_mean, nearest
 from rigidcli.fields.environment import Environment
 from rigidcli.fields.units import is_unit
 from rigidcli.fields.words import HINTS, bracketed, folded, key_slip, keys_called, lists_meant
@@ -124,7 +124,7 @@ class Section(BaseModel):
     @classmethod
     def _stranger(cls, key: str, raw: Mapping[str, Any], env: Environment) -> ValueProblem:
         """The problem of a key that the section does not have."""
-        unit = _WITH_UNIT.fullmatch(key)
+        unit = _WITH_UNIT.fullmatch(key) if len(key) <= LONGEST_SHOWN else None
         if (
             unit
             and is_unit(unit[2])
