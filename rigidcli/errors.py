@@ -217,15 +217,15 @@ def did_you_mean(meant: str | None) -> str:
     return "" if meant is None else f" (did you mean {meant}?)"
 
 
-def nearest(word: str, words: Sequence[str]) -> str | None:
-    """The word that was probably meant, if any is near."""
+def nearest(word: str, words: Sequence[str], cutoff: float = 0.6) -> str | None:
+    """The word that was probably meant, if any is near: at least as like as `cutoff`, of 1 for the same."""
     import difflib
 
     if len(words) > MOST_COMPARED:
         return None
     folded = {other.casefold(): other for other in words}
     plain = word.casefold()
-    near = difflib.get_close_matches(plain, folded, cutoff=0.6)
+    near = difflib.get_close_matches(plain, folded, cutoff=cutoff)
     # Of words that are as like, the one of nearly the same length: `con` is `com` and not `corner`.
     near.sort(
         key=lambda other: (-difflib.SequenceMatcher(a=other, b=plain).ratio(), abs(len(other) - len(plain)))

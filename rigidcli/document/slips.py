@@ -94,7 +94,14 @@ def explain(error: ValidationError) -> list[ValueProblem]:
 def _value_meant(key: str, read: Any, message: str) -> str | None:
     """What was meant by a value of the wrong type, or by a word, if one can tell."""
     if isinstance(read, str):
-        return value_meant(key, read)
+        weight = (
+            re.fullmatch(r"(\d+\.?\d*) *N", read) if "is a force (N), expected a mass" in message else None
+        )
+        return value_meant(key, read) if weight is None else f"{float(weight[1]) / STANDARD_GRAVITY:.6g} kg"
+    if isinstance(read, dict) and key == "lagrangian":
+        energies = ("kinetic", "potential")
+        called = {name: [key for key in keys_called(name) if key in energies] or [name] for name in read}
+        return ", ".join(f"{called[name][0]}: {value}" for name, value in read.items())
     if isinstance(read, dict) and all(value is None for value in read.values()):
         return f"[{', '.join(read)}]" if read and all(name[:1].isdigit() for name in read) else None
     if isinstance(read, dict) and {*read} == {"value", "unit"}:
@@ -180,6 +187,9 @@ class Slip(NamedTuple):
 
 _KEY = r" *(?:- +)*(?P<key>[A-Za-z_]\w*)"
 """The beginning of a line with a key, for which KEY stands in the table."""
+
+STANDARD_GRAVITY = 9.80665
+"""The acceleration (m/s^2) by which a weight is divided for a mass."""
 
 LONGEST_LINE = 500
 """Characters of a line in which a slip is sought: patterns take long on lines that no person types."""

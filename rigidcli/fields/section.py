@@ -159,7 +159,8 @@ class Section(BaseModel):
         near = cls.called(key, raw)
         if near is None and (hint := HINTS.get(folded(key))) is not None:
             return ValueProblem("unknown key", hint=hint)
-        near = near or nearest(key, keys)
+        # What is in a section or a list is read on as meant, which takes more than a few letters.
+        near = near or nearest(key, keys, 0.75 if isinstance(raw[key], dict | list) else 0.6)
         if near is not None:
             return ValueProblem(f"unknown key{did_you_mean(near)}")
         return ValueProblem("unknown key", hint=f"known keys here: {', '.join(keys)}")
