@@ -248,13 +248,19 @@ def _worked_out(node: Node, names: Names) -> Node:
 _BLANK = re.compile(r"(?<=[\w)\]}$²³])\s+(?=[\[(]?[^\W\d_])|(?<=[)\]}])(?=[\[(][^\W\d_])")
 
 
+_SURE_UNIT = re.compile(
+    r"\b(?:rad(?:ian)?s?|kg|deg|rpm|Hz|rev|(?:joule|newton|second|meter|metre|degree)s?)\b|\A[\[(]"
+)
+"""What is a unit and no factor: of `sqrt(g/l) m`, the m may be one too many."""
+
+
 def _without_tail(text: str) -> Iterator[str]:
     """A formula without a unit, or a remark in brackets, behind it."""
     for blank in islice(_BLANK.finditer(text), 20):
         tail = text[blank.end() :].strip()
         is_remark = re.fullmatch(r"\([^()=\d]*[^\W\d_]{3}[^()=\d]*\)", tail) is not None
         with suppress(Unreadable):
-            if is_remark or read_unit(without_latex(tail)):
+            if is_remark or (_SURE_UNIT.search(tail) and read_unit(without_latex(tail))):
                 yield text[: blank.start()]
 
 

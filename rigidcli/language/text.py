@@ -38,12 +38,15 @@ def reading(node: tree.Node) -> str:
 
 
 _AMPLITUDE = re.compile(r"\ba(?=(?:sin|cos|tan)h?\()")
-_POWER_OVER = re.compile(r"\^(\d+)/(?=\d)")
+_POWER_OVER = re.compile(r"(?:(?<=\))\^(\d+)|\^(\d*[13579]))/(?=\d)")
+"""A power over a number that would be read as one exponent: x^3/2, but not x^2/2."""
 
 
 def without_doubt(node: tree.Node) -> str:
     """A tree as a person would write it, in a form with one reading: `arcsin(x)`, as a may be a factor."""
-    return _POWER_OVER.sub(r"^\1 * 1/", _AMPLITUDE.sub("arc", reading(node)))
+    return _POWER_OVER.sub(
+        lambda power: f"^{power[1] or power[2]} * 1/", _AMPLITUDE.sub("arc", reading(node))
+    )
 
 
 def latex(node: tree.Node) -> str:
