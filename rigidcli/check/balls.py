@@ -251,7 +251,10 @@ def _exact(number: Fraction) -> Ball:
 
 @lru_cache(1024)
 def _number(text: str, rounded: int) -> Ball:
-    """A number as typed, with half of its last digit where it is a decimal of `rounded` figures or more."""
+    """A number as typed, with half of its last digit where it is a decimal of `rounded` figures or more.
+
+    A decimal of an answer, of which all are `rounded`, may also be cut: 0.9166 is 11/12.
+    """
     mantissa, _, exponent = text.lower().partition("e")
     decimals = mantissa.partition(".")[2]
     if abs(int(exponent or 0)) > MAX_POWER:
@@ -260,8 +263,9 @@ def _number(text: str, rounded: int) -> Ball:
     value = _exact(fraction)
     if not decimals or not fraction or len(mantissa.replace(".", "").lstrip("0")) < rounded:
         return value
-    half = min(Fraction(10) ** (int(exponent or 0) - len(decimals)) / 2, fraction * COARSEST)
-    return value + _arb()(0, _exact(half))
+    unit, most = Fraction(10) ** (int(exponent or 0) - len(decimals)), fraction * COARSEST
+    below, above = min(unit / 2, most), min(unit if rounded == 1 else unit / 2, most)
+    return value + _exact((above - below) / 2) + _arb()(0, _exact((above + below) / 2))
 
 
 @lru_cache(1024)
@@ -316,6 +320,9 @@ _FUNCTIONS: dict[str, Callable[..., Ball]] = {
 }
 
 
+_TWO = tree.Number("2", 2.0)
+
+
 def _is_positive(node: Node, domains: Mapping[str, str]) -> bool:
     """Whether a formula is nowhere negative by its form."""
     match node:
@@ -325,6 +332,10 @@ def _is_positive(node: Node, domains: Mapping[str, str]) -> bool:
             return True
         case tree.Reciprocal(operand) | tree.Call("sinh" | "asinh" | "atan" | "tanh", (operand,)):
             return _is_positive(operand, domains)
+        case tree.Sum((tree.Call("sqrt", (tree.Sum() as inner,)), other)) | tree.Sum(
+            (other, tree.Call("sqrt", (tree.Sum() as inner,)))
+        ) if tree.Power(other, _TWO) in inner.terms:  # x + sqrt(x^2 + 1)
+            return _is_positive(inner, domains)
         case tree.Sum(parts):
             return all(_is_positive(part, domains) for part in parts)
         case tree.Product(parts):

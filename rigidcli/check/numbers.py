@@ -241,6 +241,9 @@ def _units_before_words(text: str, unit: Unit | None, place: str) -> list[Unit]:
         for remark in islice(_REMARK.finditer(text), 8):
             with suppress(Unreadable):
                 return read_units(text[: remark.start()], unit, place)
+        if len(re.findall(r"[^\W\d_]{3,}", text)) > 1:
+            words = f"read {shown(text)}: words behind the number, give the number and its unit"
+            raise Unreadable("unit_incompatible", words, place=place) from None
         raise
 
 
