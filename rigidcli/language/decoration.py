@@ -59,8 +59,8 @@ def undecorated(text: str) -> str:
         before = text
         if text.startswith(("**", "__")) and text.count(text[:2]) > 1:
             text = text[2:].replace(text[:2], "", 1)
-        if text[:1] in _QUOTES or (text[-1:] in _QUOTES and not re.search(r"\d\s*[\"″]\Z", text)):
-            text = text.strip(_QUOTES)
+        if text[:1] in QUOTES or (text[-1:] in QUOTES and not re.search(r"\d\s*[\"″]\Z", text)):
+            text = text.strip(QUOTES)
         if len(text) > 1 and _PAIRS.get(text[0]) == text[-1]:
             text = text[1:-1]
         text = _BEHIND.sub("", text)

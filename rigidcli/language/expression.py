@@ -20,6 +20,7 @@ from typing import TYPE_CHECKING, Any, overload
 
 from rigidcli.errors import ExpressionError, shortened
 from rigidcli.language.functions import FUNCTIONS, RESERVED
+from rigidcli.language.decoration import QUOTES
 from rigidcli.language.latex import plain
 from rigidcli.language.parser import of_tokens
 from rigidcli.language.tokens import DOTTED, GREEK_LETTERS, tokenize
@@ -86,7 +87,7 @@ def parse(
         if error.code or any(letter.isalpha() and not _is_read(letter) for letter in text):
             raise
         try:
-            typed = plain(text)
+            typed = plain(text.strip(QUOTES + "‘’"))
             tokens = tokenize(typed.translate(POINTS) if "\\" in text else typed, as_typed=False)
         except ExpressionError:
             raise error from None

@@ -75,7 +75,8 @@ class Words:
                         continue
                     products.setdefault(tuple(sorted((meant, *rest))), (meant, *rest))
             spelled[start] = list(products.values())[:2]
-        return [way for way in spelled.get(0, []) if not self.is_open or CALLED.isdisjoint(way)]
+        ways = spelled.get(0, [])
+        return [way for way in ways if not self.is_open or way[0] in CALLED or CALLED.isdisjoint(way)]
 
 
 def unknown(word: str, words: Words) -> ExpressionError:
