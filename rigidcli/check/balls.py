@@ -332,10 +332,10 @@ def _is_positive(node: Node, domains: Mapping[str, str]) -> bool:
             return True
         case tree.Reciprocal(operand) | tree.Call("sinh" | "asinh" | "atan" | "tanh", (operand,)):
             return _is_positive(operand, domains)
-        case tree.Sum((tree.Call("sqrt", (tree.Sum() as inner,)), other)) | tree.Sum(
-            (other, tree.Call("sqrt", (tree.Sum() as inner,)))
-        ) if tree.Power(other, _TWO) in inner.terms:  # x + sqrt(x^2 + 1)
-            return _is_positive(inner, domains)
+        case tree.Sum((tree.Call("sqrt", (tree.Sum() as radicand,)), other)) | tree.Sum(
+            (other, tree.Call("sqrt", (tree.Sum() as radicand,)))
+        ) if tree.Power(other, _TWO) in radicand.terms:  # x + sqrt(x^2 + 1)
+            return _is_positive(radicand, domains)
         case tree.Sum(parts):
             return all(_is_positive(part, domains) for part in parts)
         case tree.Product(parts):

@@ -7,7 +7,7 @@ import re
 LONGEST = 4000
 """The most characters of an answer that anybody decorates: patterns take long for more."""
 
-_QUOTES = '"“”„‟«»`″'
+QUOTES = '"“”„‟«»`″'
 _PAIRS = {"'": "'", "‘": "’", "‚": "‘", "‹": "›"}
 
 _BEFORE = re.compile(

@@ -19,8 +19,8 @@ from functools import partial, reduce
 from typing import TYPE_CHECKING, Any, overload
 
 from rigidcli.errors import ExpressionError, shortened
-from rigidcli.language.functions import FUNCTIONS, RESERVED
 from rigidcli.language.decoration import QUOTES
+from rigidcli.language.functions import FUNCTIONS, RESERVED
 from rigidcli.language.latex import plain
 from rigidcli.language.parser import of_tokens
 from rigidcli.language.tokens import DOTTED, GREEK_LETTERS, tokenize

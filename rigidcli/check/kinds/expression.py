@@ -179,7 +179,7 @@ def _findings(key: Key, answer: Node) -> list[Finding]:
     factor = _common([a / b for a, b in pairs if not b.contains(0)])
     if factor is not None and math.isfinite(factor) and factor and abs(factor - 1) > EXACT:
         return [Finding(common_factor(factor, None, (), EXACT) or "constant_factor")]
-    lacking = f"`{sorted(missing)[0]}` does not occur in it" if missing else ""
+    lacking = f"`{min(missing)}` does not occur in it" if missing else ""
     return [Finding("term_wrong" if isinstance(key.tree, Sum) else "outside_tolerance", detail=lacking)]
 
 
