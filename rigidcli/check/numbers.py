@@ -173,6 +173,7 @@ def readings_of(answer: Tree, unit: Unit | None = None, place: str = "") -> list
     try:
         last, before = last_member(plain(undecorated(_signs_of_units(text))))
         last = without_uncertainty(undecorated(last)).strip()
+        last = re.sub(r"\A\(([^()]*\d\s*[^\W\d][^()]*)\)\Z", r"\1", last)  # a quantity in brackets
         if _UNCERTAIN.search(last):
             raise ExpressionError("an uncertainty is not read, give the value")
         found: list[Number] = []

@@ -170,9 +170,14 @@ def spellings(
 
     `p` of one momentum, `p_x` of the momentum of x, `p1` for `p_theta1`, `xdot1` for `x1dot`, `omega` of w.
     """
-    pairs = [*zip(map(momentum, coordinates), momenta, strict=False)]
+    coordinates, pairs = tuple(coordinates), list[tuple[str, str]]()
     pairs += [("p", momenta[0])] if len(momenta) == 1 else []
     pairs += in_other_letters(names)
+    pairs += [
+        (other, p)
+        for q, p in zip(coordinates, momenta, strict=False)
+        for other in (f"P_{q}", f"p_{q.capitalize()}", f"p_{q}")
+    ]
     pairs += [(f"p{digits[0]}", name) for name in momenta if (digits := re.search(r"\d+\Z", name))]
     indexed = ((re.fullmatch(r"(\w*?[A-Za-z])_?(\d+)(d?dot)", name), name) for name in velocities)
     pairs += [(f"{parts[1]}{parts[3]}_{parts[2]}", name) for parts, name in indexed if parts]

@@ -23,7 +23,7 @@ _BEFORE = re.compile(
         |unos|aproximadamente|nearly|almost)\b \.?
     | [•▪‣·] \s | \* \s+ (?=\S)
     | \#+ \s
-    | [≈~≃≅]
+    | [≈~≃≅∼∴] | => | ⇒
     ) \s*"""
 )
 _BEHIND = re.compile(
@@ -32,6 +32,7 @@ _BEHIND = re.compile(
         | sig\.?(?:nificant)?\s*fig(?:ure)?s?\.? | d\.?\s*p\.? | decimals?
         | decimal\s+places? | gültige\s+ziffern | stellen | c\.?\s*s\.? )
         | approx(?:\.|imately)? | about | rounded | gerundet | arrondi | ca\.? | exact(?:ly)? ) \s* [)\]]
+    | [(\[] \s* (?: exact(?:ly)? | i\.e\.? | unrounded | [≈=] ) [^()\[\]]* [)\]]
     | \s (?:to\s+) \d \s* (?: s\.?\s*f\.? | sig\.?\s*figs?\.? | significant\s+figures | decimal\s+places? )
     | \s (?:approx(?:\.|imately)? | rounded | gerundet)
     | (?<=[^\s.\\]) (?<!right) [.!]+ | (?<!\\) [,;]
@@ -59,6 +60,8 @@ def undecorated(text: str) -> str:
         before = text
         if text.startswith(("**", "__")) and text.count(text[:2]) > 1:
             text = text[2:].replace(text[:2], "", 1)
+        if len(text) > 2 and text[0] == text[-1] and text[0] in "*_" and text.count(text[0]) == 2:
+            text = text[1:-1]
         if text[:1] in QUOTES or (text[-1:] in QUOTES and not re.search(r"\d\s*[\"″]\Z", text)):
             text = text.strip(QUOTES)
         if len(text) > 1 and _PAIRS.get(text[0]) == text[-1]:

@@ -28,6 +28,8 @@ _SIGNS = str.maketrans(
     | {"÷": "/", "⁄": "/", "∕": "/", "≈": "=", "≃": "=", "≅": "=", "‖": "|", "º": "°"}
     | dict.fromkeys("′’‘´ʹ", "'")
     | dict.fromkeys("⇒⟹→⟶∴", "=>")
+    | dict.fromkeys("\u2061\u2062\u2063\u2064✓✔", " ")
+    | {"\N{TILDE OPERATOR}": "="}
     | {"″": "''", "”": "''"}
     | dict.fromkeys("\N{NO-BREAK SPACE}\N{THIN SPACE}\N{NARROW NO-BREAK SPACE}\N{EN SPACE}\t", " ")
     | dict.fromkeys("\N{ZERO WIDTH SPACE}\N{ZERO WIDTH NO-BREAK SPACE}", "")
@@ -71,6 +73,13 @@ _DERIVATIVE = re.compile(r"\s*d\s*(?:\^\s*(2)\s*)?(?P<name>[^\W\d]\w*'*)?\s*")
 _BY_TIME = re.compile(r"\s*d\s*t\s*(?:\^\s*2\s*)?")
 
 
+_WORD = re.compile("〖([^〖〗]*)〗")
+"""The brackets that Word writes around what belongs together."""
+
+_MATHEMATICA = re.compile(r"\\\[([A-Z][a-z]+)\]")
+_OVER = re.compile(r"\{([^{}]*)\\over\b\s*([^{}]*)\}")
+_LABEL = re.compile(r"\\(?:label|ref|eqref)\s*\{[^{}]*\}|\\(?:nonumber|notag)\b")
+
 _FONTS = re.compile("[\u2102-\u2138\uff01-\uff5e\U0001d400-\U0001d7ff]")
 """Letters in the fonts of Word and others, and of full width."""
 
@@ -86,6 +95,8 @@ def plain(text: str) -> str:
         raise ExpressionError(message, code="too_large")
     if text.isascii() and not set("\\{}$").intersection(text):
         return text
+    text = _WORD.sub(lambda group: f" {group[1]} " if group[1].isalpha() else f"({group[1]})", text)
+    text = _OVER.sub(r"\\frac{\1}{\2}", _LABEL.sub("", _MATHEMATICA.sub(lambda name: name[1].lower(), text)))
     text = _FONTS.sub(lambda letter: unicodedata.normalize("NFKC", letter[0]), text)
     text = text.replace("\N{DOT ABOVE}", "\u0307").replace("\N{DIAERESIS}", "\u0308")
     text = unicodedata.normalize("NFD", text).replace("\u0301", "") if not text.isascii() else text

@@ -18,7 +18,7 @@ TWO_ANSWERS = "two answers: give one"
 _NAME = r"[^\W\d]\w*'{0,2}"
 _LABEL = re.compile(
     rf"\s*[|<]?\s*(?:d\s*/\s*d\s*t\s*)?{_NAME}(?:[ \t]+{_NAME})*"
-    r"(?:\s*/\s*d\s*t)?(?:\s*\([^()]*\))?\s*[|>]?\s*"
+    r"(?:\s*/\s*d\s*t)?(?:\s*[(\[][^()\[\]]*[)\]])?\s*[|>]?\s*"
 )
 """A name before `=`: `omega`, `H(x, p)`, `dx/dt`, `the slow rate`."""
 

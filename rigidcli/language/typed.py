@@ -65,6 +65,7 @@ def last_member(text: str) -> tuple[str, list[str]]:
 
     A name and a colon, or a sign that says `about`, may stand in front. Raises ExpressionError.
     """
+    text = re.sub(r"(?<=\w)\s*~\s*(?=[-+.\d])", " = ", text)
     leading = _COLON.match(text)
     last, before = judged_member(text if leading is None else text[leading.end() :])
     return re.sub(r"(?<![\d\s])\.\s*\Z|[;,\s]+\Z", "", last), before
