@@ -55,7 +55,7 @@ _DEGREE = (tree.Constant("pi"), tree.Reciprocal(tree.Number("180", 180.0)))
 _ANGLE = re.compile(r"(theta|phi|psi|alpha|beta|gamma|chi|vartheta)[_0-9]*")
 """Names that are usually the whole argument of a function: `sin theta x`."""
 
-_HEAD = re.compile(rf"({'|'.join(sorted(CALLED - {'atan2', 'log10'}, key=len, reverse=True))})(\d+)(\w*)")
+_HEAD = re.compile(rf"({'|'.join(sorted(CALLED - {'atan2', *SHORT}, key=len, reverse=True))})(\d+)(\w*)")
 """A function with its argument behind it in one word: `sin2theta`."""
 
 
@@ -451,7 +451,7 @@ class Grammar:
             if calls and words is not None and words.is_open:
                 raise _no_function(token, self.functions is not _NONE)
             return [tree.Constant(name)]
-        if head := _HEAD.fullmatch(name):
+        if words is not None and (head := _HEAD.fullmatch(name)):
             self.put(token, *filter(None, head.groups()))
             return self.named(self.passed())
         if words is None or (name == _E.name and self.token.text == "**"):

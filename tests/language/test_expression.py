@@ -113,6 +113,7 @@ def test_the_tree() -> None:
         ("oo + zoo + nan + inf", {"oo", "zoo", "nan", "inf"}),
         ("Symbol + __import__ + _", {"Symbol", "__import__", "_"}),
         ("cos(omega*t)", {"omega", "t"}),
+        ("th1*ch2 + sh_x/lg + tg", {"th1", "ch2", "sh_x", "lg", "tg"}),
         ("ω_0*t + Δx1", {"omega_0", "t", "Deltax1"}),
         ("ϑ + ϕ + ϵ + ϱ + ς", {"theta", "phi", "epsilon", "rho", "sigma"}),
         ("\N{MICRO SIGN} + \N{GREEK SMALL LETTER MU}", {"mu"}),
