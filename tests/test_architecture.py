@@ -39,7 +39,7 @@ MOST_LINES = {
     "fields": 1889,  # a list without brackets in braces is one problem with its cure
     "check": 9340,  # variants; one rule for whose a hand-in is; a file is what it answers
     "language": 2879,  # numbers without commas have a hint
-    "mechanics": 3117,  # the relations of a generating function are solved for one side
+    "mechanics": 3123,  # constraints and their multipliers; bodies in space
     "reference": 518,  # `explain conventions` came here from the README
     "render": 2677,  # results stand beside the figures of a page
     "studies": 7638,  # generating functions, with their working

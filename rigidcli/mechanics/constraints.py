@@ -18,7 +18,6 @@ Integration, section IV.4.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from itertools import combinations
 from typing import NamedTuple
 
 import numpy as np
@@ -30,6 +29,9 @@ from rigidcli.algebra.simplification import tidy
 from rigidcli.algebra.values import is_zero, sampled
 from rigidcli.errors import ExpressionError
 from rigidcli.mechanics.hamilton_equations import TIME, linear, velocity
+
+NOISE = 1e-10
+"""Sums below this share of their terms are rounding."""
 
 
 class Constraint(NamedTuple):
@@ -85,17 +87,21 @@ def constraint(name: str, e: Expr, velocities: Mapping[str, str]) -> Constraint:
 
 
 def _is_integrable(form: Mapping[str, Expr]) -> bool:
-    """Whether a differential form, by its coefficients, is a factor times a differential (Frobenius)."""
-    inside = {name for e in form.values() for name in e.names}
-    used = [x for x, e in form.items() if e or x in inside]
+    """Whether a form w, by its coefficients, is a factor times a differential: w and dw have no product.
 
-    def turned(x: str, y: str) -> Expr:
-        return derivative(form[y], x) - derivative(form[x], y)
-
-    return all(
-        is_zero(form[x] * turned(y, z) + form[y] * turned(z, x) + form[z] * turned(x, y))
-        for x, y, z in combinations(used, 3)
-    )
+    This is the theorem of Frobenius, looked at for random values of all names.
+    """
+    size = len(form)
+    slopes = [derivative(e, x) for e in form.values() for x in form]
+    rows = sampled([*form.values(), *slopes], {}, signed=form)
+    if rows is None:
+        return False
+    w, slope = rows[:, :size], rows[:, size:].reshape(-1, size, size)
+    turned = slope.transpose(0, 2, 1) - slope
+    parts = np.einsum("pi,pjk->pijk", w, turned)
+    # w_i (dw)_jk + w_j (dw)_ki + w_k (dw)_ij
+    whole = parts + parts.transpose(0, 3, 1, 2) + parts.transpose(0, 2, 3, 1)
+    return bool(np.abs(whole).max() <= NOISE * np.abs(parts).max())
 
 
 def first_dependent(constraints: Sequence[Constraint]) -> int | None:
@@ -106,7 +112,7 @@ def first_dependent(constraints: Sequence[Constraint]) -> int | None:
     at_points = rows.reshape(len(rows), len(constraints), -1)
     at_points /= np.abs(at_points).max(axis=2, keepdims=True)
     for place in range(1, len(constraints)):
-        if np.linalg.matrix_rank(at_points[:, : place + 1], tol=1e-10).max() <= place:
+        if np.linalg.matrix_rank(at_points[:, : place + 1], tol=NOISE).max() <= place:
             return place
     return None
 
