@@ -50,6 +50,7 @@ def test_constraint_forces_and_motions_are_known(case: dict[str, Any], program: 
         assert at(found, path) == pytest.approx(expected(value, names, 1e-8).expected, abs=1e-10), path
     if "orbit" in found and "constraints" in found:
         assert max(found["orbit"]["drift"][one["name"]] for one in found["constraints"]) < 1e-9
+    assert "orbit" not in found or found["orbit"]["trusted_digits"] > 7
     if "motion" in case:
         other = _run(program, case["motion"]["document"])
         columns, reached = (_columns(result["orbit"]) for result in (found, other))

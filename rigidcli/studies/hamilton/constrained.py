@@ -12,7 +12,7 @@ Source: E. Hairer, C. Lubich, G. Wanner, Geometric Numerical Integration, sectio
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
 
@@ -22,7 +22,7 @@ from rigidcli.algebra.expressions import ZERO, Expr, symbol
 from rigidcli.algebra.trees import to_tree
 from rigidcli.core.arithmetic import Floats
 from rigidcli.core.estimate import columns
-from rigidcli.core.solution import NO_VALUE, Function, State
+from rigidcli.core.solution import NO_VALUE, Function, Solution, State
 from rigidcli.document.document import Document
 from rigidcli.errors import ComputationError, DocumentError, Problem
 from rigidcli.language import code
@@ -63,6 +63,27 @@ class Keeper:
         """A state near the constraints, moved to them by one of Newton's steps; what else is in it stays."""
         size = 2 * len(self.derivation.phase.coordinates)
         return (*self.rates(t, *self.places(t, *state[:size])), *state[size:])
+
+    def sizes(self, values: Callable[[Sequence[Expr], Floats, Floats], Floats], solution: Solution) -> Floats:
+        """What the forces of the constraints do to coordinates and velocities in a step of a solution (2 n).
+
+        A velocity that a constraint keeps at zero is rounding: large forces cancel in it.
+        """
+        momenta, limits = self.derivation.momenta, self.derivation.system.constraints
+        assert momenta is not None
+        pushes = [
+            one.multiplier * slope / row[place]
+            for one in limits
+            for place, (slope, row) in enumerate(zip(one.slopes, momenta.mass_matrix, strict=True))
+            if row[place]
+        ]
+        if len(pushes) < len(limits) * len(momenta.mass_matrix):
+            return np.zeros(2 * len(momenta.mass_matrix))
+        found = np.abs(values(pushes, solution.knots, solution.at(solution.knots)))
+        gained = found.reshape(len(limits), len(momenta.mass_matrix), -1).sum(axis=0).max(axis=1)
+        step = float(solution.knots[-1]) / max(1, solution.steps)
+        sizes: Floats = np.nan_to_num(np.concatenate([gained * step**2, gained * step]))
+        return sizes
 
     def measured(self, times: Floats, states: Floats, which: str = "expression") -> Floats:
         """How far off each constraint is, or its `rate`, at times (k) and states (k by 2 n): (m by k).

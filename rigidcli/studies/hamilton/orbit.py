@@ -275,6 +275,8 @@ def solve_orbit(
     )
     # Zero at some samples must not pass for the size of a variable.
     scale = np.maximum(solution.largest, np.abs(solution.at(times)).max(axis=0))[: 2 * len(initial.q)]
+    if bounds is not None:
+        scale = np.maximum(scale, bounds.sizes(motion.values, solution))
     scale[scale == 0] = 1.0
     solution, error, lost = compared(
         solution,
