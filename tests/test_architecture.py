@@ -42,7 +42,7 @@ MOST_LINES = {
     "mechanics": 3123,  # constraints and their multipliers; bodies in space
     "reference": 518,  # `explain conventions` came here from the README
     "render": 2677,  # results stand beside the figures of a page
-    "studies": 7638,  # generating functions, with their working
+    "studies": 7661,  # constraints: their forces, working and orbits; observables and their brackets
     "": 1731,  # the fields of a result are attributes, too
 }
 """The most lines of Python that each room may have; "" is what stands at the top.
