@@ -40,7 +40,7 @@ MOST_LINES = {
     "check": 9340,  # variants; one rule for whose a hand-in is; a file is what it answers
     "language": 2879,  # numbers without commas have a hint
     "mechanics": 3123,  # constraints and their multipliers; bodies in space
-    "reference": 518,  # `explain conventions` came here from the README
+    "reference": 521,  # the conventions of constraints and brackets
     "render": 2677,  # results stand beside the figures of a page
     "studies": 7661,  # constraints: their forces, working and orbits; observables and their brackets
     "": 1731,  # the fields of a result are attributes, too

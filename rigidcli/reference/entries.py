@@ -48,6 +48,9 @@ CONVENTIONS = {
     "velocities": "the velocity of x is xdot, its momentum p_x, and the time t",
     "conserved energy": "three questions are kept apart. Is H conserved (dH/dt = 0)? Is H = T + V? Are the "
     "coordinates natural, that is, do positions follow from them without the time?",
+    "constraints": "f = 0 acts on each coordinate q with the force lambda df/dq: the tension of a pendulum, "
+    "which pulls towards smaller r, is a negative multiplier of r - l",
+    "brackets": "{x, p_x} = 1",
 }
 """The conventions, by what they are about."""
 
