@@ -366,7 +366,7 @@ def _root_of_monomial(sign: int, monomial: Monomial, exponent: Fraction) -> Expr
         if common != 1:
             base = gathered(sign, {atom: inside / Fraction(common) for atom, inside in monomial})
             return power(base, exponent * common)
-    return gathered(1, {_group(Expr({monomial: sign})): exponent})
+    return gathered(1, {_group(gathered(sign, dict(monomial))): exponent})
 
 
 def _group(inner: Expr) -> Group[Expr]:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import suppress
 from fractions import Fraction
 from functools import lru_cache
@@ -57,10 +57,58 @@ def _tidied(e: Expr, allowance: Allowance) -> Expr:
         is_whole = isinstance(atom, (Symbol, Pi, Surd))
         return None if is_whole else rebuilt(atom, lambda part: _tidied(part, allowance))
 
-    inner = e
+    inner, roots = e, _roots(e)
     with suppress(ExpressionError):
-        inner = mapped(e, tidied)
-    return shortest(list(dict.fromkeys([e, *_forms(inner, allowance)])))
+        inner = mapped(_with_roots(e, roots, as_typed=False) if roots else e, tidied)
+    forms = dict.fromkeys([e, *_forms(inner, allowance)])
+    if roots:
+        forms |= dict.fromkeys([_with_roots(form, roots, as_typed=True) for form in forms])
+    return shortest(list(forms))
+
+
+def _roots(e: Expr) -> dict[Atom, tuple[Group[Expr], Expr]]:
+    """Sums under roots that are another sum times a factor, by that sum: 1 - v**2/c**2 is (c**2 - v**2)/c**2."""
+    roots = [a for m in e.terms for a, n in m if n.denominator > 1 and isinstance(a, Group)]
+    return {
+        core: (root, root.inner / atomic(core))
+        for root in dict.fromkeys(roots)
+        for core, n in factored(root.inner)[1]
+        if isinstance(core, Group) and n == 1 and root.inner not in (atomic(core), -atomic(core))
+    }
+
+
+def _with_roots(e: Expr, roots: Mapping[Atom, tuple[Group[Expr], Expr]], as_typed: bool) -> Expr:
+    """The powers of some sums, or of these times a factor, written by one of the two alone."""
+
+    def change(atom: Atom, n: Rational) -> Expr | None:
+        if not isinstance(atom, Group):
+            return None
+        size, monomial = factored(atom.inner)
+        core = next((a for a, k in monomial if a in roots and k == 1), None)
+        if core is None or (core is atom and not as_typed):
+            return None
+        root, factor = roots[core]
+        rest = gathered(size, {a: k for a, k in monomial if a is not core})
+        return (atomic(root) * (rest / factor)) ** n if as_typed else (atomic(core) * rest) ** n
+
+    return with_powers(e, change)
+
+
+def _roots_gathered(e: Expr) -> Expr:
+    """Powers of a sum and of its negative as one: sqrt(c - x)/(x - c)**2 is 1/(c - x)**(3/2)."""
+    if all(n.denominator == 1 for monomial in e.terms for _, n in monomial):
+        return e
+    parts = []
+    for monomial, c in e.terms.items():
+        sums = {atom.inner: (atom, n) for atom, n in monomial if isinstance(atom, Group)}
+        powers = dict(monomial)
+        for inner, (atom, n) in sums.items():
+            other, k = sums.get(-inner, (None, 0))
+            if n.denominator > 1 and other is not None and k.denominator == 1:
+                powers[atom], c = n + k, c if k % 2 == 0 else -c
+                del powers[other]
+        parts.append(Expr({monomial: c}) if len(powers) == len(monomial) else gathered(c, powers))
+    return total(parts)
 
 
 def shortest(forms: Sequence[Expr]) -> Expr:
@@ -116,12 +164,12 @@ def _forms(e: Expr, allowance: Allowance) -> Iterator[Expr]:
     known: set[Expr] = set()
     for change in (lambda e, _: e, _shortened, _over_one_denominator, _over_lowest_powers):
         with suppress(ExpressionError):
-            form = _roots_tidied(change(e, allowance), allowance)
+            form = _roots_gathered(_roots_tidied(change(e, allowance), allowance))
             if form not in known:
                 allowance.spend(_STEPS_TO_WRITE * len(form.terms))
                 known.add(form)
                 yield form
-                yield _with_factors(form)
+                yield _roots_gathered(_with_factors(form))
                 yield _collected(form)
 
 
@@ -157,7 +205,7 @@ def _roots_above(e: Expr) -> Expr:
     """Roots of products only above the fraction bar: k/sqrt(k*m) is sqrt(k*m)/m."""
 
     def moved(atom: Atom, n: Rational) -> Expr | None:
-        if not isinstance(atom, Group) or atom.plain or n > 0:
+        if not isinstance(atom, Group) or len(atom.inner.terms) > 1 or n > 0:
             return None
         whole = math.floor(n)
         return product([gathered(1, {atom: n - whole}), atom.inner**whole])

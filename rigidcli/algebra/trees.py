@@ -169,17 +169,17 @@ def _written(monomial: Monomial, coefficient: Rational) -> tree.Node:
 
 
 def _under_one_root(monomial: Monomial) -> Monomial:
-    """The same product, with one root of all symbols under square roots: sqrt(k)/sqrt(m) is sqrt(k/m).
+    """The same product, with one root of all that is under square roots: sqrt(k)/sqrt(m) is sqrt(k/m).
 
-    Sums of numbers, and products that stand under a root already, come under the same one.
+    Products that stand under a root already come under the same one.
     """
-    roots = {a: n for a, n in monomial if abs(n) == Fraction(1, 2) and isinstance(a, (Symbol, Group))}
+    roots = {a: n for a, n in monomial if abs(n) == Fraction(1, 2) and not isinstance(a, (Surd, Pi))}
     inside: dict[Atom, Rational] = {}
     kept = [(a, n) for a, n in monomial if a not in roots]
     for a, n in roots.items():
-        if isinstance(a, Symbol) or not a.names:
+        if not isinstance(a, Group) or len(a.inner.terms) > 1:
             inside[a] = inside.get(a, 0) + 2 * n
-        elif not a.plain and n > 0 and [*a.inner.terms.values()] == [1]:
+        elif n > 0 and [*a.inner.terms.values()] == [1]:
             inside = dict(_multiplied(tuple(inside.items()), dict(*a.inner.terms)))
         else:
             kept.append((a, n))

@@ -143,7 +143,7 @@ def test_a_bead_on_a_track(form: str) -> None:
     # J. R. Taylor, Classical Mechanics, problem 13.7.
     found = hamilton(TRACK.format(form))
     assert str(found["hamiltonian"]) == "p_x**2/(2*m*(1 + dh_dx(x)**2)) + m*g*h(x)"
-    x, p, m, g = sympy.symbols("x p_x m g", real=True)
+    (x, p), (m, g) = sympy.symbols("x p_x", real=True), sympy.symbols("m g", positive=True)
     h = sympy.Function("h")(x)
     energy = p**2 / (2 * m * (1 + h.diff(x) ** 2)) + m * g * h
     assert sympy.simplify(found["equations"]["p_x"].to_sympy() + energy.diff(x)) == 0

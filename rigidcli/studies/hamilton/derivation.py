@@ -274,7 +274,10 @@ class Derivation:
 
 @dataclass(frozen=True, slots=True)
 class _Given:
-    """A document by the `text` on which its derivation hangs: all but the `values` of its parameters."""
+    """A document by the `text` on which its derivation hangs: all but the `values` of its parameters.
+
+    Their signs count, as roots of positive parameters are shorter.
+    """
 
     text: str
     document: Document = field(compare=False)
@@ -285,7 +288,8 @@ class _Given:
         """A document. Raises ExpressionError where a value of a parameter cannot be worked with exactly."""
         values = known_values(document)
         derived = {name: e for name, e in document.definitions.items() if e is not None and e.names}
-        return cls(repr((document.system, derived, *values)), document, values)
+        negative = [name for name, e in values.items() if float(e) <= 0]
+        return cls(repr((document.system, derived, *values, negative)), document, values)
 
 
 def derive(document: Document) -> Derivation:

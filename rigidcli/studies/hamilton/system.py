@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterable
 from typing import TYPE_CHECKING, NamedTuple, TypeAlias
 
 from rigidcli.algebra.calculus import derivative
-from rigidcli.algebra.expressions import ZERO, Expr, total
+from rigidcli.algebra.expressions import ZERO, Expr, symbol, total
 from rigidcli.algebra.reading import from_tree
 from rigidcli.algebra.simplification import tidy
 from rigidcli.algebra.values import is_zero
@@ -142,11 +142,17 @@ def require_formulas(document: Document, expressions: Iterable[Expr], what: str)
 
 
 def derived_parameters(document: Document) -> dict[str, Expr]:
-    """The parameters that are given by others, as functions of these, so that no law is missed."""
-    derived: dict[str, Expr] = {}
+    """The parameters as they stand in expressions.
+
+    Those that are given by others are functions of these, so that no law is missed. A letter without a value
+    is positive, and so is one with a positive value: sqrt(d**2) is d.
+    """
+    known, derived = known_values(document), dict[str, Expr]()
     for name, definition in document.definitions.items():
         if definition is not None and definition.names:
             derived[name] = from_tree(definition.root, derived)
+        elif name not in known or float(known[name]) > 0:
+            derived[name] = symbol(name, positive=True)
     return derived
 
 
