@@ -26,6 +26,7 @@ from rigidcli.algebra.reading import from_tree
 from rigidcli.algebra.roots import Rational, content, magnitude
 from rigidcli.core.arithmetic import Arithmetic, Array
 from rigidcli.errors import ComputationError, ExpressionError
+from rigidcli.language.text import reading
 from rigidcli.language.tree import Node
 
 MOST_NODES = 4_000
@@ -156,6 +157,21 @@ def weak_sign(x: Expr) -> tuple[int, bool] | None:
             product *= known
         strict = strict and known is not None and (factor.is_strict() or not factor.names)
     return product, strict
+
+
+def inequality(e: Expr) -> str:
+    """The condition e > 0 as in a book, c^2 < 4 k m: without positive factors, and without a minus sign."""
+    with suppress(ExpressionError):
+        kept = ONE
+        for factor, times in factors(e):
+            side = factor.sign()
+            kept *= ONE if times % 2 == 0 or side == 1 else -ONE if side == -1 else factor
+        e = tidy(kept)
+    below = Expr({monomial: -c for monomial, c in e.terms.items() if c < 0})
+    above = e + below
+    if not (below and above):
+        return f"{reading(e.tree())} > 0"
+    return f"{reading(below.tree())} < {reading(above.tree())}"
 
 
 def polynomial_factors(e: Expr, unknown: str) -> list[tuple[dict[int, Expr], int]]:

@@ -67,7 +67,10 @@ def _tidied(e: Expr, allowance: Allowance) -> Expr:
 
 
 def _roots(e: Expr) -> dict[Atom, tuple[Group[Expr], Expr]]:
-    """Sums under roots that are another sum times a factor, by that sum: 1 - v**2/c**2 is (c**2 - v**2)/c**2."""
+    """Sums under roots that are another sum times a factor, by that sum.
+
+    For positive c, 1 - v**2/c**2 is (c**2 - v**2)/c**2.
+    """
     roots = [a for m in e.terms for a, n in m if n.denominator > 1 and isinstance(a, Group)]
     return {
         core: (root, root.inner / atomic(core))

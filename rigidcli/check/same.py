@@ -25,6 +25,7 @@ from rigidcli.check import balls
 from rigidcli.check.balls import Ball, NoValue, Point, Steps, Unclear
 from rigidcli.errors import ExpressionError, shortened
 from rigidcli.language import tree
+from rigidcli.language.parser import read
 from rigidcli.language.text import reading
 from rigidcli.language.tree import Node
 
@@ -47,13 +48,15 @@ class Formulas:
     """How formulas of the question called `name` are compared, in the `names` that they may hold.
 
     Numbers may be wrong by a `relative` tolerance, as a share of the largest term of the key. Where `numbers`
-    says so, the values of a document stand for its parameters, in the answer and in the key.
+    says so, the values of a document stand for its parameters, in the answer and in the key. All formulas
+    `within` are positive at the points: they are the conditions of the key.
     """
 
     name: str
     names: Names
     relative: float | None = None
     numbers: bool = False
+    within: tuple[Node, ...] = ()
     known: dict[tuple[Any, ...], bool | str] = field(default_factory=dict)
     """Outcomes by answer and key: a reading of an answer is chosen, and then judged."""
 
@@ -117,7 +120,9 @@ class Formulas:
 def formulas_of(asked: Asked, names: Names, relative: float | None = None) -> Formulas:
     """How answers to a question are compared, in whose `names`."""
     numbers = asked.question.numbers == "allowed" and bool(names.values)
-    return Formulas(asked.name, names, relative, numbers)
+    conditions = asked.report.get("conditions") if asked.report is not None else None
+    within = tuple(read(condition.removesuffix(" > 0"))[0] for condition in conditions or ())
+    return Formulas(asked.name, names, relative, numbers, within)
 
 
 @lru_cache(64)
@@ -149,6 +154,7 @@ class _Comparison:
         self.answer = self.steps.add(answer, 1 if self.relative is None else balls.NEVER)
         roots = [self.key] + [self.answer] * (self.relative is None)
         self.terms = [term for root in roots for term in self.steps.terms(root)]
+        self.within = [self.steps.add(formulas._independent(node)) for node in formulas.within]
         used = self.steps.names
         self.domains = {name: domain for name, domain in names.domains.items() if name in used}
         self.changing = [name for name in self.domains if name in names.variable] if constant else None
@@ -169,6 +175,8 @@ class _Comparison:
             pair = [point] if self.changing is None else [point, self.moved(point, self.changing, place)]
             shown = set(self.steps.signs), set(self.steps.unseen)
             try:
+                if not all(self.steps.values(e, at)[e] > 0 for e in self.within for at in pair):
+                    continue
                 states = [self.steps.values(self.key, at) for at in pair]
             except (NoValue, Unclear):
                 self.steps.signs, self.steps.unseen = shown

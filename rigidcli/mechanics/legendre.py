@@ -23,7 +23,7 @@ from typing import NamedTuple
 from rigidcli.algebra import matrices
 from rigidcli.algebra.calculus import derivative
 from rigidcli.algebra.expansion import coefficients, expand
-from rigidcli.algebra.expressions import ZERO, Expr, product, symbol, total
+from rigidcli.algebra.expressions import ZERO, Expr, factored, product, symbol, total
 from rigidcli.algebra.simplification import over_shared_sums, shortest, tidy
 from rigidcli.algebra.substitution import substitute
 from rigidcli.errors import ExpressionError
@@ -62,12 +62,14 @@ def legendre_transform(
     values: Mapping[str, Expr] | None = None,
     momenta: Momenta | None = None,
     squares: Squares = (),
+    typed: Sequence[Expr] = (),
 ) -> list[Branch]:
     """All ways back from the momenta, called `names`; none where no closed form is reached.
 
     Where their form depends on signs, as that of a mass, it is the form for the `values` of parameters and
-    coordinates, and where these do not decide for positive ones. The mass matrix must be regular. `squares`
-    are the squares of the velocities of particles, where L is given by particles.
+    coordinates, and where these do not decide for positive ones, and positive sums as they are `typed` in
+    products. The mass matrix must be regular. `squares` are the squares of the velocities of particles, where
+    L is given by particles.
     """
     momenta = momenta or canonical_momenta(lagrangian, velocities)
     moving, still = _apart(lagrangian, velocities)
@@ -79,7 +81,7 @@ def legendre_transform(
     ]
     try:
         if curved:
-            return _mixed(moving, still, curved, velocities, P, values or {})
+            return _mixed(moving, still, curved, velocities, P, values or {}, typed)
         branch = _quadratic(lagrangian, moving, still, momenta, velocities, P, squares)
     except ExpressionError:
         return []
@@ -149,6 +151,7 @@ def _mixed(
     velocities: Sequence[str],
     P: Sequence[Expr],
     values: Mapping[str, Expr],
+    typed: Sequence[Expr],
 ) -> list[Branch]:
     """The inverses of a Lagrangian, the velocities of every one of the `curved` blocks by themselves."""
     parts = _of_groups(moving, curved, velocities) or _of_groups(expand(moving), curved, velocities)
@@ -164,7 +167,7 @@ def _mixed(
         K, constant = _apart(K - linear, names)
         still += constant
         shifted = [P[k] - derivative(linear, velocities[k]) for k in group]
-        options.append(_likely(inverted(K, names, shifted), values))
+        options.append(_likely(inverted(K, names, shifted), values, typed))
     rest = ZERO
     if plain:
         kept = [v for k, v in enumerate(velocities) if not any(k in group for group in curved)]
@@ -191,14 +194,21 @@ def _of_groups(e: Expr, groups: Sequence[Sequence[int]], velocities: Sequence[st
     return list(map(total, parts))
 
 
-def _likely(branches: Sequence[Branch], values: Mapping[str, Expr]) -> list[Branch]:
-    """The branches in one region: in that of the values, or else in the first."""
+def _likely(branches: Sequence[Branch], values: Mapping[str, Expr], typed: Sequence[Expr]) -> list[Branch]:
+    """The branches in one region: in that of the values, or else where sums are positive as typed."""
+    turned = {monomial[0][0] for size, monomial in map(factored, typed) if size < 0 and len(monomial) == 1}
+
+    def is_typed(e: Expr) -> bool:
+        size, monomial = factored(e)
+        return (size > 0) == (sum(atom in turned for atom, _ in monomial) % 2 == 0)
+
     signs = [[substitute(e, values) for e in branch.region] for branch in branches]
     possible = [
         branch
         for branch, own in zip(branches, signs, strict=True)
         if not any(not e.names and e.evaluate() <= 0 for e in own)
     ]
+    possible.sort(key=lambda branch: not all(map(is_typed, branch.region)))
     return [branch for branch in possible if branch.region == possible[0].region]
 
 

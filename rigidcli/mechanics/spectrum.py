@@ -150,9 +150,12 @@ def _exact_roots(motion: LinearMotion, given: Values, is_free: bool, needs_vecto
     """The roots in closed form. Raises ExpressionError where one has none, or is too long."""
     size = len(motion.masses)
     for block, own in motion.blocks():
-        # Motion without forces is bounded by its energy, where that is positive definite.
-        bounded = is_free and all(is_positive_definite(part, given) for part in (own.masses, own.stiffness))
-        for root in _determinant_roots(own, given, bounded):
+        # Motion without forces is bounded by its energy, where that is positive definite. Where only M is,
+        # and nothing depends on velocities, all s^2 are real.
+        is_definite = is_free and is_positive_definite(own.masses, given)
+        bounded = is_definite and is_positive_definite(own.stiffness, given)
+        are_real = is_definite and not any(e for row in own.rates for e in row)
+        for root in _determinant_roots(own, given, bounded, are_real):
             if not needs_vectors and (root.times == 1 or root.growth):
                 yield root
                 continue
@@ -181,8 +184,11 @@ def _ascending(roots: Iterator[Root], given: Values) -> list[Root]:
     return [unordered[place] for place in order]
 
 
-def _determinant_roots(motion: LinearMotion, given: Values, bounded: bool) -> Iterator[Root]:
-    """The roots of det(M s^2 + C s + K); `bounded` says that all of them are imaginary."""
+def _determinant_roots(motion: LinearMotion, given: Values, bounded: bool, are_real: bool) -> Iterator[Root]:
+    """The roots of det(M s^2 + C s + K).
+
+    That all of them are imaginary says `bounded`, and that their squares `are_real` where M is definite.
+    """
     determinant = matrices.short_determinant(motion.pencil(S, S**2))
     powers = coefficients(determinant, [str(S)]) or {}
     if not motion.is_of_first_order and is_zero(powers.get((2 * len(motion.masses),), ZERO)):
@@ -196,7 +202,7 @@ def _determinant_roots(motion: LinearMotion, given: Values, bounded: bool) -> It
         if max(factor) > 2 * step:
             raise ExpressionError("a factor of high degree has no closed form")
         c, b, a = (factor.get(k * step, ZERO) for k in range(3))
-        roots = _of_squares(a, b, c, given, bounded) if is_square else _damped(a, b, c, given)
+        roots = _of_squares(a, b, c, given, bounded, are_real) if is_square else _damped(a, b, c, given)
         for root in roots:
             is_twice = is_square and not root.growth and not root.angular
             yield root._replace(times=2 * times if is_twice else times, is_paired=is_square)
@@ -225,14 +231,17 @@ def _of_square(square: Expr, given: Values, sign: int | None = None) -> Root:
     return Root(ZERO, angular, True) if sign else Root(ZERO, angular, None, tidy(-square))
 
 
-def _of_squares(a: Expr, b: Expr, c: Expr, given: Values, bounded: bool) -> list[Root]:
-    """The roots of a s^4 + b s^2 + c; both s^2 are taken to be real where that is open."""
+def _of_squares(a: Expr, b: Expr, c: Expr, given: Values, bounded: bool, definite: bool) -> list[Root]:
+    """The roots of a s^4 + b s^2 + c; both s^2 are taken to be real where that is open.
+
+    They are real, and a is positive, where M is `definite` and the energy is that of coordinates at rest.
+    """
     if not a:
         return [_of_square(tidy(-c / b), given, -1 if bounded else None)]
     middle, rest = tidy(-b / (2 * a)), tidy(b**2 - 4 * a * c)
     # Of two squares with a positive product both have the sign of their mean, else one has either.
     product, mean = (1, -1) if bounded else (sign_of(c / a, given), sign_of(middle, given))
-    are_real = 1 if bounded or product == -1 else sign_of(rest, given)
+    are_real = 1 if bounded or definite or product == -1 else sign_of(rest, given)
     if are_real == 0:
         raise ExpressionError("it depends on symbols whether roots are equal")
     if are_real == -1:
@@ -245,6 +254,11 @@ def _of_squares(a: Expr, b: Expr, c: Expr, given: Values, bounded: bool) -> list
         shortest([(-b + side * width) / (2 * a), tidy((-b + side * width) / (2 * a))]) for side in (1, -1)
     ]
     pair = [_of_square(square, given, sign) for square, sign in zip(squares, signs, strict=True)]
+    if definite and product is None and mean:
+        # The square whose sign is that of the mean is sure, and the other one has the sign of the product.
+        sure, open_ = (1, 0) if mean < 0 else (0, 1)
+        known = Root(ZERO, positive_root(-squares[open_], given), None, tidy(-mean * c / a))
+        pair[sure], pair[open_] = _of_square(squares[sure], given, mean), known
     if not are_real:
         condition = tidy(rest / (4 * a**2))
         pair = [r._replace(is_stable=None, condition=condition) if r.is_stable else r for r in pair]

@@ -115,6 +115,8 @@ def _results(findings: Findings) -> list[Field]:
         *_by_name("momentum_definitions", phase.momenta, definitions, _own),
         *_by_name("velocity_solutions", velocities, derivation.velocities),
         _expression("hamiltonian", derivation.hamiltonian),
+        Field("conditions", [f"{e} > 0" for e in derivation.conditions]),
+        Field("mass_matrix", None if momenta is None else [list(row) for row in momenta.mass_matrix]),
         *_by_name("equations", phase.names, derivation.equations, _rate, hidden=inverse),
         *(
             # The modes of small oscillations have the same frequencies.

@@ -11,6 +11,7 @@ from functools import cached_property, lru_cache
 
 import numpy as np
 
+from rigidcli.algebra.arithmetic import inequality
 from rigidcli.algebra.calculus import derivative
 from rigidcli.algebra.expressions import ZERO, Expr, number, symbol, total
 from rigidcli.algebra.simplification import tidy
@@ -57,8 +58,9 @@ MOST_NODES = 3_000
 class Derivation:
     """A system and what follows from it; `momenta` is None where only H is given, `branches` are checked.
 
-    `residual` is the largest difference at random points between Hamilton's equations and the equations of
-    Euler and Lagrange, in units of their size; None where there is nothing to compare.
+    The form of H holds where all `conditions` are positive. `residual` is the largest difference at random
+    points between Hamilton's equations and the equations of Euler and Lagrange, in units of their size; None
+    where there is nothing to compare.
     """
 
     phase: Phase
@@ -68,6 +70,7 @@ class Derivation:
     branches: tuple[Branch, ...] = ()
     residual: float | None = None
     notes: tuple[str, ...] = ()
+    conditions: tuple[Expr, ...] = ()
 
     @property
     def branch(self) -> Branch | None:
@@ -359,19 +362,16 @@ def _inverted(derivation: Derivation, values: Mapping[str, Expr]) -> Derivation:
     assert lagrangian is not None
     assert momenta is not None
     branches, residuals = list[Branch](), list[float]()
-    typed = squares(derivation.system.particles, phase.coordinates)
-    for branch in legendre_transform(lagrangian, velocities, phase.momenta, values, momenta, typed):
+    moving, sums = squares(derivation.system.particles, phase.coordinates), derivation.system.sums
+    for branch in legendre_transform(lagrangian, velocities, phase.momenta, values, momenta, moving, sums):
         decided = [e.names for e in branch.region if e.names <= values.keys()]
         fixed = {name: values[name].evaluate() for names in decided for name in names}
         residual = _residual_of(lagrangian, momenta, branch, phase, velocities, fixed)
         if residual is None or residual < MOST_RESIDUAL:
             branches.append(branch)
             residuals += [] if residual is None else [residual]
-    notes = [
-        f"H is written for {e} > 0"
-        for e in (branches[0].region if branches else ())
-        if not e.names <= values.keys()
-    ]
+    conditions = [e for e in (branches[0].region if branches else ()) if not e.names <= values.keys()]
+    notes = [f"H is written for {inequality(e)}" for e in conditions]
     if not branches and momenta.are_linear(velocities):
         notes.append("H is too long to be worked out in symbols; orbits solve for the velocities in numbers")
     elif not branches:
@@ -379,7 +379,13 @@ def _inverted(derivation: Derivation, values: Mapping[str, Expr]) -> Derivation:
     elif not _is_short(branches[0]):
         notes.append("Hamilton's equations are too long to be worked out in symbols")
     worst = max(residuals, default=None)
-    return replace(derivation, branches=tuple(branches), residual=worst, notes=tuple(notes))
+    return replace(
+        derivation,
+        branches=tuple(branches),
+        residual=worst,
+        notes=tuple(notes),
+        conditions=tuple(conditions),
+    )
 
 
 def _require_regular(

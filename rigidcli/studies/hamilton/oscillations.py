@@ -11,6 +11,7 @@ from typing import Any, NamedTuple, cast
 
 import numpy as np
 
+from rigidcli.algebra.arithmetic import inequality
 from rigidcli.algebra.atoms import Applied, Atom
 from rigidcli.algebra.calculus import derivative
 from rigidcli.algebra.expressions import PI, ZERO, Expr, atomic, number, symbol
@@ -25,7 +26,7 @@ from rigidcli.document.document import Document
 from rigidcli.document.variables import Equilibrium
 from rigidcli.errors import ComputationError, ExpressionError
 from rigidcli.language import code
-from rigidcli.language.text import latex_name
+from rigidcli.language.text import latex_name, reading
 from rigidcli.mechanics import linear_motion
 from rigidcli.mechanics.hamilton_equations import TIME
 from rigidcli.mechanics.linear_motion import LinearMotion, Root, Vector
@@ -245,8 +246,9 @@ def _notes(roots: Sequence[Root] | None) -> Iterator[str]:
     if roots is None:
         yield NO_MODES
     for root in roots or ():
-        if root.condition is not None:
-            yield f"the mode with the rate {root.rate} oscillates where {root.condition} > 0"
+        if root.condition is not None and isinstance(root.rate, Expr):
+            rate, where = reading(root.rate.tree()), inequality(root.condition)
+            yield f"the mode with the rate {rate} oscillates where {where}"
 
 
 def fields(oscillations: Oscillations) -> list[Field]:

@@ -14,6 +14,7 @@ from rigidcli.document.document import Document
 from rigidcli.document.system import System
 from rigidcli.errors import DocumentError, ExpressionError, Problem, shown
 from rigidcli.language.expression import Expression
+from rigidcli.language.tree import Product, Sum, nodes
 from rigidcli.mechanics import hamilton_equations as energies
 from rigidcli.mechanics.hamilton_equations import linear
 
@@ -26,7 +27,8 @@ class SystemFunctions(NamedTuple):
 
     `natural` says whether the coordinates are natural, None where that is open, and `reason` why. `forces`
     are generalized ones beside L or H, one for every coordinate; they may hold velocities and momenta, and
-    the multipliers of the `constraints`, whose forces are among them.
+    the multipliers of the `constraints`, whose forces are among them. `sums` are those that are factors in L
+    as it is typed.
     """
 
     lagrangian: Expr | None
@@ -38,6 +40,7 @@ class SystemFunctions(NamedTuple):
     forces: tuple[Expr, ...] = ()
     particles: tuple[energies.Particle, ...] = ()
     constraints: tuple[Constraint, ...] = ()
+    sums: tuple[Expr, ...] = ()
 
 
 _Read: TypeAlias = Callable[[Expression | None, str], Expr | None]
@@ -71,7 +74,10 @@ def system_functions(document: Document) -> SystemFunctions:
         from rigidcli.mechanics.constraints import reactions
 
         forces = [a + b for a, b in zip(forces, reactions(limits, len(forces)), strict=True)]
-    return _energies(system, read)._replace(forces=tuple(forces), constraints=limits)
+    written = [e.root for e in (system.lagrangian, system.kinetic, system.potential) if e is not None]
+    products = [part for part in nodes(written) if isinstance(part, Product)]
+    typed = tuple(from_tree(part, derived) for e in products for part in e.factors if isinstance(part, Sum))
+    return _energies(system, read)._replace(forces=tuple(forces), constraints=limits, sums=typed)
 
 
 def _constraints(document: Document, system: System, read: _Read) -> tuple[Constraint, ...]:
