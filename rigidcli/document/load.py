@@ -342,7 +342,7 @@ def tried(document: Document, draft: Draft, read: Callable[[Mapping[str, Any]], 
             failed[".".join(map(str, problem.path)), _check(problem.message)] += 1
         except ComputationError:
             continue
-    refused = []
+    refused, noted = [], []
     used = [name for name in symbols if name not in document.unused]
     names = ", ".join(f"`{name}`" for name in used)
     for (key, check), count in failed.items():
@@ -351,9 +351,14 @@ def tried(document: Document, draft: Draft, read: Callable[[Mapping[str, Any]], 
         if count == TRIALS and len(used) <= MOST_SYMBOLS:
             refused.append(document.problem(sentence, key))
         else:
-            document.reading.environment.notes.append(f"{key}: {sentence}" if key else sentence)
+            noted.append((key, check, sentence))
     if refused:
         raise DocumentError(refused)
+    notes = [f"{key}: {sentence}" if key else sentence for key, _, sentence in noted]
+    if len(noted) > 1:
+        checks = "; ".join(f"{key}: {check}" if key else check for key, check, _ in noted)
+        notes = [f"for positive values of {names} that were tried: {checks}"]
+    document.reading.environment.notes += notes
     return document
 
 
@@ -380,9 +385,13 @@ def _shapes(body: object) -> Iterator[Shape]:
         yield body
 
 
+_TRIAL_NUMBER = re.compile(r" = -?\d[^;,]*$")
+"""The value of a limit at the end of a message, with its unit."""
+
+
 def _check(message: str) -> str:
     """A message without the numbers that only a trial has."""
     expected = message.partition("expected ")[2]
     if message.startswith("read ") and expected:
-        return f"expected {expected}"
+        return f"expected {_TRIAL_NUMBER.sub('', expected)}"
     return re.split(r"[:(]| by up to|,? -?\d", message)[0].strip()

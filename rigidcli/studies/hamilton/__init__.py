@@ -265,11 +265,13 @@ def _is_energy(derivation: Derivation) -> Field:
 
 def _transform(transform: TransformedSystem) -> list[Field]:
     """Say whether a change of variables is canonical, and report H and its equations in the new ones."""
-    wrong, where = ", ".join(transform.wrong), ", ".join(transform.conditions)
+    wrong, where = transform.wrong, ", ".join(transform.conditions)
     words = f"yes, where {where}" if where else "yes"
     if wrong:
         only = ", ".join(f"{reading(to_tree(e))} = 1" for e in transform.open_brackets)
-        words = f"no: only where {only}" if only else f"no: of {wrong} the bracket is wrong"
+        shown = {name: reading(to_tree(transform.brackets[name])) for name in wrong}
+        listed = ", ".join(f"{name} is {e}, not {transform.canonical[name]}" for name, e in shown.items())
+        words = f"no: only where {only}" if only else f"no: {listed}"
     brackets = transform.brackets.items()
     return [
         _row("transform.canonical", not wrong, words=words),

@@ -264,7 +264,8 @@ def _of_transform(
 ) -> Iterator[Step]:
     """Lead to the verdict on a change of variables, and to H in the new ones."""
     assert document.transform is not None
-    values, pairs, phase = given_side(document, document.transform, old, transform.generated)
+    asked = document.transform.model_copy(update={"new_variables": transform.names})
+    values, pairs, phase = given_side(document, asked, old, transform.generated)
     if transform.generated is not None:
         yield _of_generating(document.transform, transform.generated, fields)
     for (a, b), (name, result) in islice(

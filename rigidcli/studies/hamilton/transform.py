@@ -54,7 +54,19 @@ class TransformedSystem:
 
 
 def transformed(document: Document, transform: Transform, derivation: Derivation) -> TransformedSystem:
-    """Judge a change of variables, for all values of the parameters or else for the given ones."""
+    """Judge a change of variables, for all values of the parameters or else for the given ones.
+
+    New variables are in pairs, [Q1, P1, Q2, P2], if only so they are canonical.
+    """
+    result, names = _transformed(document, transform, derivation), transform.new_variables
+    if result.wrong and len(names) > 2:
+        paired = transform.model_copy(update={"new_variables": (*names[::2], *names[1::2])})
+        other = _transformed(document, paired, derivation)
+        return result if other.wrong else other
+    return result
+
+
+def _transformed(document: Document, transform: Transform, derivation: Derivation) -> TransformedSystem:
     old, known, hamiltonian = derivation.phase, known_values(document), derivation.hamiltonian
     generated = _generated(document, transform, old)
     values, pairs, phase = given_side(document, transform, old, generated)
