@@ -21,6 +21,9 @@ MERGED = 1e-6
 COUNTED = 300_000
 """The most triangles of a mesh whose connected parts are counted, which takes a tenth of a second."""
 
+CLEARLY = 1e-9
+"""A part that encloses this share of the cube of the size is not flat."""
+
 PROBES = 1024
 """About how many triangles, evenly chosen, are places where parts may overlap."""
 
@@ -66,6 +69,14 @@ def _checked(path: pathlib.Path, state: tuple[int, int, int]) -> Checked:
     if not surface.is_closed:
         raise _gap(surfaces.unpaired(surface.corners), path)
     if surface.is_flat:
+        labels = surfaces.components(surfaces.vertex_keys(surface.corners))
+        volumes = [Surface(surface.corners[:, :, labels == label]).volume for label in np.unique(labels)[:9]]
+        if max(volumes) > CLEARLY * surface.size**3 and min(volumes) < 0:
+            raise ValueProblem(
+                f"{path}: its parts enclose {max(volumes):.6g} and {min(volumes):.6g} cubic units, "
+                "so that one is inside out",
+                hint="let the program that made the file orient its faces",
+            )
         raise ValueProblem(
             f"{path}: flat: it encloses {abs(surface.volume):.3g} cubic units, and has an area of "
             f"{surface.area:.6g} square units"
@@ -125,10 +136,11 @@ def _gap(gap: surfaces.Unpaired | None, path: pathlib.Path) -> ValueProblem:
         return ValueProblem(f"{path}: the surface is not closed")
     belong = "1 edge belongs" if gap.number == 1 else f"{gap.number:,} edges belong"
     start, end = map(_point, gap.edge)
+    holes = "1 hole" if gap.holes == 1 else f"{gap.holes:,} holes"
     what, hint = {
         1: (
             f"open: {belong} to one triangle only",
-            "close it in the program that made the file",
+            f"{holes}: close it in the program that made the file, or by Close Holes of MeshLab",
         ),
         2: (
             f"wound inconsistently: {belong} to triangles that do not agree where outside is",

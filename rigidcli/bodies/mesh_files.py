@@ -37,6 +37,12 @@ FACETS, WORDS = 6, 80
 NUMERAL = re.compile(rb"[-+]?(?:[0-9]+(?:\.[0-9]*)?|\.[0-9]+)(?:[eE][-+]?[0-9]+)?")
 """A number as meshes of text have it."""
 
+BOM = b"\xef\xbb\xbf"
+"""The mark with which some editors begin a text."""
+
+LIKELY = 100_000_000
+"""A header that counts more triangles is that of another kind of file."""
+
 WORDS_OF_FACETS = (b"endfacet", b"facet", b"normal", b"outer", b"endloop", b"loop", b"vertex")
 """What stands between the numbers of an STL file of text; a word comes after those of which it is a part."""
 
@@ -47,6 +53,9 @@ _LINE = re.compile(
 
 _NUMERALS = b"0123456789+-.eE \t\r\n\v\f"
 """The characters of numbers and of the blanks between them."""
+
+_NORMAL = re.compile(rb"facet\s+normal(?:\s+[-+]?(?:nan|inf)(?:\([a-z]*\))?){3}")
+"""A normal that the program could not work out, as that of a triangle without area."""
 
 _SOLID = re.compile(rb"^[ \t]*(?:end)?solid\b.*$", re.MULTILINE)
 """The lines that begin and end a body in an STL file of text: they hold any name."""
@@ -102,6 +111,7 @@ def _sized(path: Path, times: int) -> Iterator[BufferedReader]:
 def _stl(path: Path) -> Floats:
     with _sized(path, FACETS) as file:
         data = np.fromfile(file, np.uint8)  # by large pages, where the system has them
+    data = data[len(BOM) :] if data[: len(BOM)].tobytes() == BOM else data
     count = int.from_bytes(data[80:HEADER_BYTES].tobytes(), "little")
     expected = HEADER_BYTES + count * FACET.itemsize
     # A binary file, too, may begin with `solid`.
@@ -115,7 +125,9 @@ def _stl(path: Path) -> Floats:
         raise ValueProblem(f"{path}: {len(data)} bytes, which is shorter than the header of an STL file")
     raise ValueProblem(
         f"{path}: {len(data):,} bytes, expected {expected:,} for {count:,} triangles, as the header counts",
-        hint="the file is truncated, or no STL file: export or copy it once more",
+        hint="the file is truncated: export or copy it once more"
+        if len(data) < expected and count < LIKELY
+        else "this is no STL file, or one that is damaged: export or copy it once more",
     )
 
 
@@ -124,7 +136,7 @@ def _text(text: bytes, path: Path) -> Floats:
 
     The normal may be anything: it follows from the vertices. Raises ValueProblem.
     """
-    numbers = text = _SOLID.sub(b"", text)
+    numbers = text = _NORMAL.sub(b"facet normal 0 0 0", _SOLID.sub(b"", text))
     for word in WORDS_OF_FACETS:
         numbers = numbers.replace(word, b" ")
     count = text.count(b"endfacet")

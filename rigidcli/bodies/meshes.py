@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+import pathlib
 from collections.abc import Iterator
 from dataclasses import replace
 from functools import cached_property
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal, Self
 
 import numpy as np
-from pydantic import Field, ValidationInfo, model_validator
+from pydantic import AfterValidator, Field, ValidationInfo, model_validator
 
 from rigidcli.bodies.density import Density
 from rigidcli.bodies.form import Form
@@ -34,6 +35,14 @@ DRAWN_IN = 1e-2
 """How far corners of such a triangle are drawn to its middle, as they may be at sharp edges of the hole."""
 
 
+def _enclosing(path: pathlib.Path) -> pathlib.Path:
+    """The path of a mesh. Raises ValueProblem, beside other problems of the section, for one of no body."""
+    from rigidcli.bodies.mesh_checks import checked  # with all that reads meshes
+
+    checked(path)
+    return path
+
+
 class Mesh(Form):
     """What is inside a closed surface of triangles from a file, such as .stl or .obj."""
 
@@ -43,7 +52,9 @@ class Mesh(Form):
     MARGIN: ClassVar = 1e-6
     """How far, in units of its size, single precision may leave the surface from where it was meant to be."""
 
-    mesh: FileName = Field(description="An .stl, .obj, .off, .ply or .glb file, beside the document")
+    mesh: Annotated[FileName, AfterValidator(_enclosing)] = Field(
+        description="An .stl, .obj, .off, .ply or .glb file, beside the document"
+    )
     scale: Scale | None = Field(
         default=None, description="The unit of the file's coordinates; 1 m if not given"
     )

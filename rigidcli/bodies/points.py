@@ -131,19 +131,40 @@ _NUMERALS = b"0123456789+-.eE \t\r"
 
 _NUMBER = re.compile(rb"[-+]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][-+]?[0-9]+)?")
 
-_HEAD = re.compile(r'(")?([mxyz])\s*(?:[(\[]\s*(.+?)\s*[)\]])?(?(1)")')
+_HEAD = re.compile(r'(")?(m|mass|x|y|z)\s*(?:[(\[]\s*(.+?)\s*[)\]])?(?(1)")', re.IGNORECASE)
 """The head of a column: its name, and perhaps its unit, as in `x (cm)`, also in quotes as R writes them."""
+
+LABELS = {
+    "",
+    "#",
+    "body",
+    "comment",
+    "description",
+    "id",
+    "index",
+    "item",
+    "label",
+    "material",
+    "name",
+    "no",
+    "part",
+}
+"""The heads of columns that say which point it is, and are not read."""
 
 _PLAIN = {b",": None, b"\t": bytes.maketrans(b"\t", b","), b";": bytes.maketrans(b";,", b",.")}
 """What makes commas of the separators of a table, and points of the decimal commas beside `;`."""
 
 
 class _Layout(NamedTuple):
-    """What the header of a table says: the separator; for m, x, y and z the place in a line, and the unit."""
+    """What the header of a table says: the separator; for m, x, y and z the place in a line, and the unit.
+
+    `columns` is their number, with those of labels, which are not read.
+    """
 
     separator: bytes
     places: list[int]
     units: Block
+    columns: int
 
 
 def _csv_blocks(file: BufferedReader, name: str) -> Iterator[Block]:
@@ -156,7 +177,12 @@ def _csv_blocks(file: BufferedReader, name: str) -> Iterator[Block]:
         if len(rest) == LINE_BYTES:
             raise ValueProblem(f"{name}:{last_line}: a line of more than {LINE_BYTES} bytes")
         text = chunk + rest
-        block = _quick_block(text if plain is None else text.translate(plain), layout.places)
+        is_quick = layout.columns == len(COLUMNS)
+        block = (
+            _quick_block(text if plain is None else text.translate(plain), layout.places)
+            if is_quick
+            else None
+        )
         if block is None:
             block = _careful_block(text, layout, line, name)
         if len(block):
@@ -169,16 +195,18 @@ def _layout(header: bytes, name: str) -> _Layout:
     text = header.decode("utf-8-sig", "replace").strip()
     separator = next((sign for sign in ";,\t" if sign in text), ",")
     heads = [_HEAD.fullmatch(head.strip()) for head in text.split(separator)]
-    names = [head[2] for head in heads if head is not None]
-    if len(heads) != len(COLUMNS) or sorted(names) != sorted(COLUMNS):
+    found = {k: head for k, head in enumerate(heads) if head is not None}
+    names = [head[2].lower()[0] for head in found.values()]
+    others = {head.strip('" ').lower() for k, head in enumerate(text.split(separator)) if k not in found}
+    if sorted(names) != sorted(COLUMNS) or not others <= LABELS:
         hint = (
             "columns are separated by `,`, `;` or tabs, and may have units: `m (g), x (cm), y (cm), z (cm)`"
         )
         message = f"{name}:1: header {shown(text)}, expected `m,x,y,z` in any order"
         raise ValueProblem(message, hint=hint)
     units = np.ones(len(COLUMNS))
-    for column, head in zip(map(COLUMNS.index, names), heads, strict=True):
-        if head is not None and head[3]:
+    for column, head in zip(map(COLUMNS.index, names), found.values(), strict=True):
+        if head[3]:
             try:
                 unit = parse_unit(head[3])
                 check_dimension(unit.text, unit.dimension, LENGTH if column else MASS)
@@ -187,7 +215,8 @@ def _layout(header: bytes, name: str) -> _Layout:
                     f"{name}:1: column {head[2]}: {problem.message}", hint=problem.hint
                 ) from None
             units[column] = unit.si(Fraction(1))
-    return _Layout(separator.encode(), [names.index(column) for column in COLUMNS], units)
+    places = dict(zip(names, found, strict=True))
+    return _Layout(separator.encode(), [places[column] for column in COLUMNS], units, len(heads))
 
 
 def _quick_block(text: bytes, places: list[int]) -> Block | None:
@@ -215,8 +244,8 @@ def _careful_block(text: bytes, layout: _Layout, first_line: int, name: str) -> 
         if not content.strip():
             continue
         values = content.split(layout.separator)
-        if len(values) != len(COLUMNS):
-            raise ValueProblem(f"{name}:{line}: read {len(values)} values, expected {len(COLUMNS)}")
+        if len(values) != layout.columns:
+            raise ValueProblem(f"{name}:{line}: read {len(values)} values, expected {layout.columns}")
         for column, place in enumerate(layout.places):
             typed = values[place].strip()
             number = typed.replace(b",", b".") if layout.separator == b";" else typed

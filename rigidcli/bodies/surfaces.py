@@ -126,12 +126,14 @@ class Unpaired(NamedTuple):
     """How many edges run in one sense more often than in the other, and the first of them.
 
     `uses` is the number of its triangles: if an edge belongs to one triangle alone, only such are counted.
-    `edge` (2, 3) has its ends, in the sense in which it runs more often.
+    `edge` (2, 3) has its ends, in the sense in which it runs more often. The edges that are
+    counted hang together in as many groups as there are `holes`.
     """
 
     number: int
     uses: int
     edge: Floats
+    holes: int
 
 
 def unpaired(corners: Floats) -> Unpaired | None:
@@ -151,7 +153,9 @@ def unpaired(corners: Floats) -> Unpaired | None:
     first = int(np.argmax(wrong[places] & (senses * balance[places] > 0)))
     side, triangle = divmod(first, corners.shape[2])
     edge = corners[list(SIDES[side]), :, triangle].astype(np.float64) + 0.0
-    return Unpaired(int(wrong.sum()), int(uses[places[first]]), edge)
+    open_edges = wrong[places] & (senses != 0)
+    holes = len(np.unique(components(np.stack([one[open_edges], two[open_edges]]))))
+    return Unpaired(int(wrong.sum()), int(uses[places[first]]), edge, holes)
 
 
 def merged(corners: Floats, box: Floats, distance: float) -> tuple[Floats, int]:

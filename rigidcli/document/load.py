@@ -285,7 +285,12 @@ def _document(
     if problems:
         placed = [draft.problem(problem) for problem in problems if problem.code != UNSETTLED]
         first = {problem.key: -place for place, problem in enumerate(reversed(placed))}
-        raise DocumentError(sorted(placed, key=lambda problem: (problem.line or 0, first[problem.key])))
+        is_file = draft.form is not None  # what is wrong in a file comes before what is not set beside it
+
+        def place(problem: Problem) -> tuple[bool, int, int]:
+            return is_file and bool(problem.key), problem.line or 0, first[problem.key]
+
+        raise DocumentError(sorted(placed, key=place))
     if document.orbit is not None and document.system is not None and document.orbit.ensemble is None:
         env.notes += document.orbit.degrees_meant(document.system, draft.tree["orbit"]["initial"])
     env.notes += [f"parameter `{name}` is not used" for name in (document.unused if is_physical else ())]

@@ -19,10 +19,29 @@ from rigidcli.fields.words import FILES
 MAX_BYTES = 2_000_000
 """The longest text in UTF-8, which takes about half a second to read."""
 
+POINTER = b"version https://git-lfs.github.com/spec/"
+"""How a file begins that Git LFS has put in place of a large one."""
+
+NO_POINTER = "a pointer of Git LFS, expected the file itself", "`git lfs pull` fetches it"
+"""What is said of such a file, and the cure."""
+
 STDIN = "-"
 """The name of a file that stands for standard input."""
 
-NOT_READ = {".3ds", ".3mf", ".amf", ".blend", ".dae", ".fbx", ".iges", ".igs", ".step", ".stp", ".wrl"}
+NOT_READ = {
+    ".3ds",
+    ".3mf",
+    ".amf",
+    ".blend",
+    ".dae",
+    ".fbx",
+    ".gltf",
+    ".iges",
+    ".igs",
+    ".step",
+    ".stp",
+    ".wrl",
+}
 """The endings of meshes and solids that are not read; a file with one of them is refused."""
 
 CONVERT = "save it as STL in the program that made it, or in one that converts meshes"
@@ -61,6 +80,8 @@ def read_text(name: str, source: str) -> str:
                     raise OSError(errno.EINVAL, "not a regular file")
                 data = _of_pipe(file) if stat.S_ISFIFO(mode) else file.read(MAX_BYTES + 1)
         require_bounded(data, source)
+        if data.startswith(POINTER):
+            raise DocumentError([Problem(source, NO_POINTER[0], hint=NO_POINTER[1])])
         for begin, kind in FILES.items():
             if data.startswith(bytes.fromhex(begin)):
                 raise DocumentError([Problem(source, f"this is {kind}, expected plain text", hint=PLAIN)])
@@ -117,6 +138,8 @@ def opened(path: Path) -> Iterator[BufferedReader]:
         if not path.is_file():  # asked before opening: to open a pipe is to wait for its writer
             raise ValueProblem(f"{path}: {'not a regular file' if path.exists() else 'no such file'}")
         with path.open("rb") as file:
+            if os.pread(file.fileno(), len(POINTER), 0) == POINTER:
+                raise ValueProblem(f"{path}: {NO_POINTER[0]}", hint=NO_POINTER[1])
             yield file
     except OSError as error:
         raise ValueProblem(f"{path}: cannot be read: {error.strerror or error}") from error

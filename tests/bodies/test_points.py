@@ -12,6 +12,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
+import rigidcli
 from rigidcli.bodies import points
 from rigidcli.bodies.points import BLOCK_ROWS, Block, blocks
 from rigidcli.errors import ValueProblem
@@ -288,7 +289,7 @@ def test_a_wrong_line_is_found(tmp_path: Path, line: str, fault: str) -> None:
     ("text", "message"),
     [
         *((header, f"header `{header}`, expected `m,x,y,z` in any order; columns are separated by")
-          for header in ("", "m,x,y", "m,x,y,z,w", "m,x,y,y", "M,X,Y,Z", "1,2,3,4", "mass,x,y,z", "m;x,y;z")),
+          for header in ("", "m,x,y", "m,x,y,z,w", "m,x,y,y", "mass,m,x,y,z", "1,2,3,4", "m;x,y;z")),
         ("m (cm),x,y,z", "column m: `cm` is a length (m), expected a mass (kg)"),
         ("m,x,y (s),z", "column y: `s` is a time (s), expected a length (m)"),
         ("m,x,y,z (furl)", "column z: unknown unit `furl`; did you mean `furlong`?"),
@@ -330,3 +331,16 @@ def test_what_is_no_file_of_points_is_refused_without_waiting(
     path = table(tmp_path, "m,x,y,z\n")
     monkeypatch.setattr(Path, "open", denied)
     assert refusal(path) == ": cannot be read: Permission denied"
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "mass,X,Y,Z\n2,1,3,0\n1,-2,0,0\n",
+        "part;M (g);x;y;z\na b;2e3;1;3;0\nc;1e3;-2;0;0\n",
+        ',"Mass",x,y,z,material\n0,2,1,3,0,steel\n1,1,-2,0,0,\n',
+    ],
+)
+def test_heads_as_others_write_them(tmp_path: Path, text: str) -> None:
+    found = rigidcli.inertia({"body": {"points": str(table(tmp_path, text))}})
+    assert (found["mass"], found["center_of_mass"].tolist()) == (3, [0, 2, 0])

@@ -125,3 +125,50 @@ def test_a_pendulum_of_mjcf_swings_as_its_form_says(program: Program) -> None:
     rod, bob = 7850 * math.pi * 0.005**2, 8500 * math.pi * 0.08**2 * 0.02
     moment = rod * (0.005**2 / 4 + 1 / 12 + 1 / 4) + bob * (0.08**2 / 2 + 0.9**2)
     assert result["axis_moment"] == pytest.approx(moment, rel=1e-5)
+
+
+def facets(*corners: str, normal: str = "0 0 0") -> str:
+    vertices = ("\n".join(f"vertex {' '.join(corner)}" for corner in one.split()) for one in corners)
+    inside = "".join(f"facet normal {normal}\nouter loop\n{one}\nendloop\nendfacet\n" for one in vertices)
+    return f"solid t\n{inside}endsolid t\n"
+
+
+TETRAHEDRON = ("000 010 100", "000 100 001", "000 001 010", "100 010 001")
+
+
+INSIDE_OUT = ("500 600 510", "500 501 600", "500 510 501", "600 501 510")
+XACRO = '<robot name="r"><link name="l"><inertial><mass value="${m}"/></inertial></link></robot>'
+
+
+@pytest.mark.parametrize(
+    ("name", "text", "said"),
+    [
+        ("open.stl", facets(*TETRAHEDRON[:3]), "open.stl: open: 3 edges belong to one triangle only"),
+        ("open.stl", facets(*TETRAHEDRON[:3]), "hint: 1 hole: close it"),
+        ("open.stl", facets(*TETRAHEDRON[1:3]), "hint: 1 hole: close it"),
+        ("nosuch.stl", None, "nosuch.stl: no such file"),
+        ("two.stl", facets(*TETRAHEDRON, *INSIDE_OUT), "inside out"),
+        ("two.obj", "version https://git-lfs.github.com/spec/v1\noid", "two.obj: a pointer of Git LFS"),
+        ("a.urdf", "version https://git-lfs.github.com/spec/v1\noid", "a.urdf: a pointer of Git LFS"),
+        ("a.csv", "version https://git-lfs.github.com/spec/v1\noid", "a.csv: a pointer of Git LFS"),
+        ("a.gltf", '{"asset": {}}', "a.gltf: .gltf is not read"),
+        ("a.urdf.xacro", XACRO, "this is a template"),
+    ],
+)
+def test_the_fault_of_a_file_is_told_first(
+    name: str, text: str | None, said: str, program: Program, tmp_path: Path
+) -> None:
+    if text is not None:
+        (tmp_path / name).write_text(text)
+    outcome = program("inertia", str(tmp_path / name))
+    assert outcome.code == 3
+    assert said in "\n".join(outcome.err.splitlines()[:2])
+
+
+@pytest.mark.parametrize(
+    "text", [facets(*TETRAHEDRON, normal="nan -nan(ind) nan"), "\ufeff" + facets(*TETRAHEDRON)]
+)
+def test_meshes_as_others_write_them(text: str, program: Program, tmp_path: Path) -> None:
+    (tmp_path / "a.stl").write_text(text)
+    done = program("inertia", "-f", "json", str(tmp_path / "a.stl"), "-s", "body.density=6")
+    assert json.loads(done.out)["mass"] == pytest.approx(1)

@@ -14,7 +14,7 @@ from rigidcli.fields.texts import ending
 if TYPE_CHECKING:
     from rigidcli.bodies.robots.links import Link, Robot
 
-ENDINGS = (".urdf", ".sdf", ".xml")
+ENDINGS = (".urdf", ".sdf", ".world", ".xml", ".xacro")
 """How the names of robot descriptions end."""
 
 READERS = {"robot": "urdf", "sdf": "sdf", "mujoco": "mjcf"}
