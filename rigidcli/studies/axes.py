@@ -64,6 +64,11 @@ def run(document: Document, *, steps: bool = False, picture: str | None = None) 
         from rigidcli.studies.rotor import rotor_fields
 
         rotor, rotor_notes = rotor_fields(document, rounding)
+        if document.about == "com":  # equal moments differ by the rounding of coordinates
+            kind = rotor[0].value
+            fields = [
+                field.with_value(kind, CLASSES[kind]) if field.key == "class" else field for field in fields
+            ]
         about_axis, more_notes = (*about_axis, *rotor), (*more_notes, *rotor_notes)
     working: list[Step] = []
     if steps:

@@ -309,7 +309,8 @@ class Replay {
   }
 
   faces(part, turn) {
-    const [opacity, painted] = part.quiet ? [0.3, 0] : [1, PAINTED];
+    // Paint shows how a body turns; on one at rest it looks like damage. A hole is dark, to be seen on its body.
+    const [opacity, painted] = part.quiet ? [0.55, 0] : [1, part.carried ? PAINTED : 0];
     const look = { colour: rgba(part.colour, opacity), turn, painted };
     this.painter.draw(FACES, this.held(part), part.points.length / 3, look);
   }

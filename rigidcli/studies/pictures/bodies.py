@@ -32,6 +32,9 @@ MOST_POINTS = 2_000
 MOST_FACES = 4_000
 """The most triangles of a mesh that are drawn as they are, so that viewers stay fast."""
 
+GROWN = 1.004
+"""How much larger holes are drawn than they are."""
+
 REACH = 1.25
 """Length of the principal axes, in units of the distance from O to the farthest point of the body."""
 
@@ -102,13 +105,21 @@ def marks_of_body(document: Document) -> Iterator[Mark]:
         elif isinstance(leaf.form, Shape | Mesh):
             target = wires if isinstance(leaf.form, Wire) else holes if leaf.sign < 0 else material
             faces = leaf.form.faces(MOST_FACES, 24) if isinstance(leaf.form, Mesh) else leaf.form.faces()
-            target += [np.asarray(face @ turn.T + shift, dtype=float) for face in faces]
+            faces = [np.asarray(face @ turn.T + shift, dtype=float) for face in faces]
+            target += _grown(faces) if target is holes else faces
     if material := _outside(material):
         yield Mark("faces", material, "the body", style=5)
     if holes:
         yield Mark("faces", holes, "hole", quiet=True)
     for number, wire in enumerate(wires):
         yield Mark("line", wire, "" if number or material else "the body", style=5)
+
+
+def _grown(faces: list[Floats]) -> list[Floats]:
+    """The faces of a hole, a little larger about their middle, so that its ends are seen on the body."""
+    points = np.vstack(faces)
+    middle = (points.min(axis=0) + points.max(axis=0)) / 2
+    return [middle + GROWN * (face - middle) for face in faces]
 
 
 def _form(document: Document) -> Form | None:
