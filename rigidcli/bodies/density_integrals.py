@@ -212,9 +212,9 @@ def looked_at(density: Any, charts: Sequence[Chart], unit: str, is_searched: boo
     for part, own in zip(parts, heights, strict=True):
         part.least = -NEGATIVE * highest
         # Between points of the net, the least value of Chebyshev's polynomials is lower by half of this.
-        is_high = part.degree is not None and own.min() > 0.01 * part.degree**2 * highest
-        ends = [part.extremes(part.root, 1)] if is_searched and not is_high else []
-        part.density(np.hstack([part.net, *ends]))
+        if part.degree is not None and own.min() > 0.01 * part.degree**2 * highest:
+            continue
+        part.density(np.hstack([part.net, part.extremes(part.root, 1)]) if is_searched else part.net)
     return parts
 
 
