@@ -85,9 +85,11 @@ class TooManySteps(ComputationError):  # noqa: N818 - an outcome, named for what
 
     def __init__(self, name: str, steps: int, time: float, end: float, most: int) -> None:
         faster = "" if find_spec("heyoka") else ", or pip install 'rigidcli[taylor]', whose steps are longer"
+        is_orbit = name == "the orbit" and most <= MOST_STEPS
+        longer = "; over very many periods, take the method `symplectic`" if is_orbit else ""
         super().__init__(
             f"{name} needs more than {most:,} steps: {steps:,} have come to t = {time:.6g} of {end:.6g}",
-            hint=f"take a shorter span or a larger tolerance, {SMOOTHER}{faster}",
+            hint=f"take a shorter span or a larger `tolerance`, {SMOOTHER}{faster}{longer}",
         )
 
 

@@ -29,7 +29,6 @@ from rigidcli.core import dormand_prince, runge_kutta
 from rigidcli.core.arithmetic import EPS, Floats
 from rigidcli.core.solution import (
     MOST_NUMBERS,
-    MOST_STEPS,
     NO_VALUE,
     Flow,
     Function,
@@ -44,6 +43,9 @@ from rigidcli.core.solution import (
 from rigidcli.errors import ComputationError
 
 METHOD = "Gauss-Legendre 12"
+
+MOST = 3_000_000
+"""The most steps, for 1e5 turns of a planet and more: they take some minutes."""
 
 STAGES = 6
 """Stages of a step. The order of the method is twice as large."""
@@ -119,11 +121,11 @@ def solve(
 
     Raises:
         Stopped: the solution does not begin.
-        TooManySteps: it reaches t1 only after more than MOST_STEPS.
+        TooManySteps: it reaches t1 only after more than MOST steps.
         ComputationError: it needs steps so short in places that one length is not the way to take them.
     """
     f, (t0, t1), y = flow(math), span, tuple(start.tolist())
-    most = min(MOST_STEPS, MOST_NUMBERS // len(y))
+    most = min(MOST, MOST_NUMBERS // len(y))
     if not finite(f, t0, y):
         raise Stopped(name, Stop.AT_START, t0)
     # The errors of a few steps add up; rounding leaves 2e-14. With 3e-12 there are more than ten steps in a

@@ -70,6 +70,15 @@ def starts(number: int) -> None:
     )
 
 
+def swarm(number: int) -> None:
+    """So many pendulums, some of which turn over."""
+    source = np.random.default_rng(3)
+    starts = source.uniform([-3, -1], [3, 1], (number, 2))
+    np.savetxt("swarm.csv", starts, delimiter=",", header="x,p_x", comments="", fmt="%.6f")
+    system = "system: {coordinates: [x], kinetic: xdot**2/2, potential: -cos(x)}"
+    Path("swarm.yaml").write_text(f"{system}\norbit: {{initial: swarm.csv, duration: 20, samples: 5}}\n")
+
+
 def pendulum(duration: int) -> None:
     """A double pendulum, and the orbit of a regular swing of it, with ten samples a second."""
     system = """\
@@ -130,7 +139,7 @@ def classroom(number: int) -> None:
 
 
 KINDS: dict[str, Callable[[int], None]] = {
-    make.__name__: make for make in (documents, points, ball, free, heavy, starts, pendulum, classroom)
+    make.__name__: make for make in (documents, points, ball, free, heavy, starts, swarm, pendulum, classroom)
 }
 
 if __name__ == "__main__":
