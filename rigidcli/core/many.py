@@ -25,8 +25,8 @@ from rigidcli.core.solution import ORIGIN, SHORTEST, Elements, Flow
 MOST_TOGETHER = 20_000
 """The most steps of a start among others: the few that need more are quicker alone."""
 
-LANES = 2048
-"""Starts whose arrays are worked at once, so that those of the stages stay in the cache."""
+TOGETHER = 16_384
+"""Floats of the states that are worked at once, so that the arrays of the stages stay in the cache."""
 
 Marks: TypeAlias = NDArray[np.bool_]
 
@@ -61,9 +61,10 @@ class Problem(NamedTuple):
 
 def paths(problem: Problem, starts: Floats, times: Floats) -> Paths:
     """The solutions from `starts` (n by m) at t = 0, at the `times` (k), to the last of them."""
+    size = max(256, TOGETHER // len(starts))
     parts = [
-        _Lanes(problem, starts[:, first : first + LANES], times).followed()
-        for first in range(0, starts.shape[1], LANES)
+        _Lanes(problem, starts[:, first : first + size], times).followed()
+        for first in range(0, starts.shape[1], size)
     ]
     return Paths(
         np.concatenate([part.states for part in parts], axis=2),
@@ -152,6 +153,7 @@ class _Lanes:
         active = np.flatnonzero(~self.alone & (self.t < goal))
         t, h, y, k, least = (a[..., active] for a in (self.t, self.h, self.y, self.k, self.least))
         old, last = ([time[active], values[:, active]] for time, values in self.before)
+        large, steps = self.largest[:, active], self.steps[active]
         failures, turn = np.zeros(len(active), dtype=int), 0
         while len(active):
             if not turn % ROUND:
@@ -160,21 +162,19 @@ class _Lanes:
             to = np.where(left <= h, goal, t + np.where(left < 2 * h, left / 2, h))
             error, after, slopes = step(f, t, to - t, y, k, floors, least, self.problem.tolerance)
             good, h = (error <= 1.0) & (left > 0), to - t
-            scaled = np.where(error > 0, 0.9 * error**-0.125, 6.0)
+            scaled = np.where(error > 0, 0.9 / np.sqrt(np.sqrt(np.sqrt(error))), 6.0)
             longer = np.clip(np.minimum(scaled, np.where(failures > 0, 1.0, 6.0)), 0.3, 6.0)
             shorter = np.where(error < np.inf, np.maximum(0.1, scaled), 0.25)
             failures = np.where(good, 0, failures + (left > 0))
             self._want(active, t, to, y, good)
-            after, slopes = (
-                np.stack([np.broadcast_to(row, t.shape) for row in rows]) for rows in (after, slopes)
-            )
-            self.largest[:, active] = np.where(
-                good, np.maximum(self.largest[:, active], np.abs(after)), self.largest[:, active]
-            )
-            self.steps[active] += good
-            bad = (failures > 40) | (self.steps[active] > self.most)
+            steps += good
+            bad = (failures > 40) | (steps > self.most)
             bad |= h < SHORTEST * np.maximum(t, ORIGIN * self.end)
-            t, y, k = np.where(good, to, t), np.where(good, after, y), np.where(good, slopes, k)
+            np.copyto(t, to, where=good)
+            for whole, rows in ((y, after), (k, slopes)):
+                for old_row, row in zip(whole, rows, strict=True):
+                    np.copyto(old_row, row, where=good)
+            np.maximum(large, np.abs(y), out=large)
             h = np.minimum(h * np.where(good, longer, shorter), self.longest)
             if len(last[1]):
                 now = _rows(self.moving, t, y)
@@ -187,12 +187,14 @@ class _Lanes:
             done = bad | (t == goal)
             if done.sum() > len(done) // 8 or done.all():
                 pairs = [(self.t, t), (self.h, h), (self.y, y), (self.k, k)]
+                pairs += [(self.largest, large), (self.steps, steps)]
                 pairs += [*zip(self.before[0], old, strict=True), *zip(self.before[1], last, strict=True)]
                 for whole, part in pairs:
                     whole[..., active] = part
                 keep = ~done
                 active, failures = active[keep], failures[keep]
                 t, h, y, k, least, floors = (a[..., keep] for a in (t, h, y, k, least, floors))
+                large, steps = large[:, keep], steps[keep]
                 old, last = ([value[..., keep] for value in values] for values in (old, last))
 
     def _floors(self, t: Floats, y: Floats, k: Floats, h: Floats) -> Floats:
