@@ -405,6 +405,8 @@ def read_units(text: str, expected: Unit | None = None, place: str = "") -> list
             unit = parse_unit(_UNIT_NAME.sub(lambda match: next(each), text.replace("°", "deg")))  # noqa: B023
             if not 1e-100 < unit.scale < 1e100:
                 raise ValueProblem("the unit is too large or too small")
+            if product_of := re.fullmatch(r"\(([^()]*)\)", unit.text):
+                unit = replace(unit, text=product_of[1].replace("*", " "))
             units.setdefault((unit.factor, unit.pi_power, unit.dimension), unit)
         except ValueProblem as problem:
             first = first or problem

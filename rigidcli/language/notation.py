@@ -45,10 +45,10 @@ NOTATION = (
 
 QUANTITIES = (
     Notation("1,234", ("1.234", "1234"), "answers only"),
-    Notation("1.234,5", ("1234.5",), "answers only"),
+    Notation("1 234,5", ("1234.5",), "answers only"),
     Notation("125 000", ("125000",), "answers only"),
-    Notation("20.8 rads^-1", ("20.8 rad^-1", "20.8 rad*s^-1"), "fits"),
-    Notation("3 ms⁻²", ("3 ms^-2", "3 m*s^-2"), "fits"),
-    Notation("20.8 rad/s = 199 rpm", ("199 rpm; the members before it must be equal",), "answers only"),
+    Notation("21 rads^-1", ("21 rad^-1", "21 rad s^-1"), "fits"),
+    Notation("3 ms⁻²", ("3 ms^-2", "3 m s^-2"), "fits"),
+    Notation("21 rad/s = 201 rpm", ("201 rpm; the members before it must be equal",), "answers only"),
 )
 """Numbers and units, of which the one that fits the dimension is taken."""
