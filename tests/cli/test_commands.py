@@ -286,7 +286,7 @@ def test_points_are_not_read_from_a_device_or_a_pipe(folder: Path) -> None:
 
 
 USAGE = """
-axis   axes   inertia   validate   axes -f   axes -f xml x   axes -f JSON x   axes --format= x
+axis   axes   inertia   validate   axes -f   axes -f xml x   axes -f jason x   axes --format= x
 axes --digits 0 x   axes --digits 18 x   axes --digits six x   axes -s mass x   axes --set   axes -s =3 x
 axes -x x   axes --units g,kg x   axes --units 1 x   axes --units furlongs_a x   validate -f json x
 schema x   schema answers assignment   new shapes   new shape points   --digits 3
