@@ -72,8 +72,8 @@ def libration(function: Function, start: float, size: float) -> Libration | None
 
 def _between(function: Function, first: float, last: float) -> Libration | None:
     """The motion between two turning points."""
-    before, nodes, change = (math.inf, math.inf), 16, math.inf
-    while change > ACCURATE and nodes <= MOST_NODES:
+    before, nodes, change, rounding = (math.inf, math.inf), 16, math.inf, 0.0
+    while change > max(ACCURATE, rounding) and nodes <= MOST_NODES:
         period, action, rounding = _integrals(function, first, last, nodes)
         change = max(abs(before[0] / period - 1), abs(before[1] / action - 1))
         before, nodes = (period, action), 2 * nodes

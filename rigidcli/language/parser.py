@@ -369,7 +369,8 @@ class Grammar:
         if base is not None and self.is_euler(base):
             orders = OF_E
         elif isinstance(base, tree.Number) and first.kind == "name":
-            orders = OF_BASE
+            # With a sign behind it, 2^n/x has the order of all programs in a document.
+            orders = (Reach.FIRST,) if self.is_open and second.text in ("*", "/") else OF_BASE
         if len(orders) == 1 and first.kind == third.kind == "number" and second.text == "/":
             exponent = self.fraction(first.text, third.text, is_group)
         elif len(orders) == 1 or first.text == "(":
