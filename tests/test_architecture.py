@@ -38,10 +38,10 @@ MOST_LINES = {
     "document": 3298,  # a bare name in a setting is a parameter; slips are told all at once
     "fields": 1913,  # a list without brackets in braces is one problem with its cure
     "check": 9381,  # variants; one rule for whose a hand-in is; a file is what it answers
-    "language": 2899,  # numbers without commas have a hint
+    "language": 2900,  # numbers without commas have a hint
     "mechanics": 3147,  # constraints and their multipliers; bodies in space
     "reference": 521,  # the conventions of constraints and brackets
-    "render": 2677,  # results stand beside the figures of a page
+    "render": 2678,  # results stand beside the figures of a page
     "studies": 7809,  # constraints: their forces, working and orbits; observables and their brackets
     "": 1731,  # the fields of a result are attributes, too
 }

@@ -136,7 +136,8 @@ def _results(report: Report, look: Look) -> Iterator[str]:
     yield '<table class="results"><caption>Results</caption>\n'
     for entry in shown_fields(report, look):
         # The formula of an equation begins with its left side, as the title of the row may end.
-        title = _title(entry.title.removesuffix(f": {entry.symbol} ="))
+        is_name = entry.title.isidentifier() and latex_name(entry.title) == entry.symbol
+        title = formula(entry.symbol) if is_name else _title(entry.title.removesuffix(f": {entry.symbol} ="))
         # A result whose title is the symbol has this only once.
         shown = replace(entry, symbol="") if title == formula(entry.symbol) else entry
         yield f'<tr><th scope="row">{title}</th><td>{_result(shown, look)}</td></tr>\n'
