@@ -31,19 +31,19 @@ from rigidcli.studies.pictures import KINDS as KINDS_OF_PICTURES
 from rigidcli.studies.results import RESULTS
 
 MOST_LINES = {
-    "algebra": 2987,  # the size of an expression is the number of its nodes
-    "bodies": 5719,  # a density with a ridge that no box has seen is refused; places are told without noise
-    "cli": 2050,  # `new -o` names the command to run next; gradebooks of Moodle, and a row a student
-    "core": 4707,  # walls are found one after the other; a jump at a stop is crossed
-    "document": 3298,  # a bare name in a setting is a parameter; slips are told all at once
-    "fields": 1913,  # a list without brackets in braces is one problem with its cure
+    "algebra": 2987,  # sizes count nodes; conserved quantities have parameters as coefficients
+    "bodies": 5719,  # digits that were typed, silences that are told, prisms, files as others write them
+    "cli": 2050,  # sheets, gradebooks and wide rows; a starter names the next command
+    "core": 4707,  # orbits from many starts in arrays, stiff systems, jumps at stops, motion to and fro
+    "document": 3298,  # all slips at once; constraints, observables, generating functions
+    "fields": 1913,  # a section reads on with the key that is meant
     "check": 9381,  # variants; one rule for whose a hand-in is; a file is what it answers
-    "language": 2900,  # numbers without commas have a hint
-    "mechanics": 3147,  # constraints and their multipliers; bodies in space
-    "reference": 521,  # the conventions of constraints and brackets
-    "render": 2678,  # results stand beside the figures of a page
-    "studies": 7809,  # constraints: their forces, working and orbits; observables and their brackets
-    "": 1731,  # the fields of a result are attributes, too
+    "language": 2900,  # one reader, with readings, for documents and answers
+    "mechanics": 3147,  # constraints, generating functions, conserved quantities by Noether's theorem
+    "reference": 521,  # conventions, notation and sections of beams are explained
+    "render": 2678,  # results stand beside the figures of a page, with each name once
+    "studies": 7809,  # constraints, observables, bodies in space, many orbits, periods
+    "": 1731,  # fields of a result are attributes; settings that nothing uses are refused in Python
 }
 """The most lines of Python that each room may have; "" is what stands at the top.
 
