@@ -39,7 +39,7 @@ MOST_LINES = {
     "fields": 1913,  # a section reads on with the key that is meant
     "check": 9381,  # variants; one rule for whose a hand-in is; a file is what it answers
     "language": 2900,  # one reader, with readings, for documents and answers
-    "mechanics": 3147,  # constraints, generating functions, conserved quantities by Noether's theorem
+    "mechanics": 3152,  # constraints, generating functions, conserved quantities by Noether's theorem
     "reference": 521,  # conventions, notation and sections of beams are explained
     "render": 2678,  # results stand beside the figures of a page, with each name once
     "studies": 7809,  # constraints, observables, bodies in space, many orbits, periods

@@ -18,6 +18,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from contextlib import suppress
 from fractions import Fraction
+from functools import partial
 from itertools import combinations_with_replacement
 from typing import NamedTuple
 
@@ -87,13 +88,15 @@ class Branch(NamedTuple):
 
 def inverted(K: Expr, velocities: Sequence[str], momenta: Sequence[Expr]) -> list[Branch]:
     """All real inverses of dK/dv = P; none if no way leads to a closed form."""
-    with suppress(ExpressionError, ComputationError):
-        branches = _of_root(K, velocities, momenta)
-        if branches:
-            return branches
-        if len(velocities) > 1:
-            return _of_length(K, velocities, momenta)
-        return _of_powers(K, velocities[0], momenta[0]) or _undone(K, velocities[0], momenta[0])
+    ways = [partial(_of_root, K, velocities, momenta)]
+    if len(velocities) > 1:
+        ways.append(partial(_of_length, K, velocities, momenta))
+    else:
+        ways += [partial(way, K, velocities[0], momenta[0]) for way in (_of_powers, _undone)]
+    for way in ways:
+        with suppress(ExpressionError, ComputationError):
+            if branches := way():
+                return branches
     return []
 
 
@@ -255,6 +258,8 @@ def _undone(K: Expr, v: str, P: Expr) -> list[Branch]:
                 ways[twin] = ways[twin]._replace(period=half)
                 continue
             energy = tidy(momentum * velocity - _on_main_branch(substitute(K, {v: velocity})))
+            if momentum in positive:  # the root of its square is itself
+                energy = tidy(substitute(energy, {str(momentum): symbol(str(momentum), positive=True)}))
             put = {str(momentum): P}
             e, h = substitute(velocity, put), substitute(energy, put)
             limits = tuple(tidy(substitute(c, put)) for c in positive)
