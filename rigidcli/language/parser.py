@@ -359,9 +359,12 @@ class Grammar:
         return tree.Call("exp", (exponent,)) if self.is_euler(base) else tree.Power(base, exponent)
 
     def exponent(self, base: tree.Node | None) -> tree.Node:
-        """What stands behind the sign of a power."""
+        """What stands behind the sign of a power; in documents `**` has the order of all programs."""
         is_group = self.tokens[self.index - 1].text == ")"
-        self.descend()
+        if self.descend().kind == "stars" and self.is_open:
+            exponent = multiplied(self.factor())
+            self.depth -= 1
+            return exponent
         start = self.index
         orders: tuple[Reach, ...] = (Reach.FIRST,)
         place = start + (self.token.text in ("-", "+"))

@@ -41,12 +41,14 @@ _AMPLITUDE = re.compile(r"\ba(?=(?:sin|cos|tan)h?\()")
 _POWER_OVER = re.compile(r"(?:(?<=\))\^(\d+)|\^(\d*[13579]))/(?=\d)")
 """A power over a number that would be read as one exponent: x^3/2, but not x^2/2."""
 
+_NAME_OVER = re.compile(r"(?<=\d)\^([A-Za-z]\w*(?:\^\w+)*)(?=/)")
+"""A power of a number over something, which would be read as one exponent: 2^x/b."""
+
 
 def without_doubt(node: tree.Node) -> str:
     """A tree as a person would write it, in a form with one reading: `arcsin(x)`, as a may be a factor."""
-    return _POWER_OVER.sub(
-        lambda power: f"^{power[1] or power[2]} * 1/", _AMPLITUDE.sub("arc", reading(node))
-    )
+    shown = _NAME_OVER.sub(r"^(\1)", _AMPLITUDE.sub("arc", reading(node)))
+    return _POWER_OVER.sub(lambda power: f"^{power[1] or power[2]} * 1/", shown)
 
 
 def latex(node: tree.Node) -> str:

@@ -104,7 +104,7 @@ class Token(NamedTuple):
     """A piece of an expression; `column` counts characters from 1."""
 
     kind: str
-    """`number`, `name`, `operator`, `superscript`, `root` or `end`."""
+    """`number`, `name`, `operator`, `stars` (those of a power), `superscript`, `root` or `end`."""
     text: str
     column: int | None
     touches: bool
@@ -135,6 +135,7 @@ def tokenize(text: str, *, as_typed: bool = True) -> list[Token]:
         elif kind == "dotted":
             kind, piece = "name", _undotted(piece)
         elif kind == "operator":
+            kind = "stars" if piece == "**" else kind
             piece = _OPERATORS.get(piece, piece)
         elif kind == "superscript":
             piece = piece.translate(LOWERED)

@@ -56,6 +56,7 @@ def test_values(text: str, expected: float | str) -> None:
 
 
 WRITTEN = r"""
+2**x/m -> (2**x)/m   x**-1/2 -> x^(-1)/2   x**1/2 -> (x^1)/2
 2x -> 2*x   2 m g x -> 2*m*g*x   2(x + 1) -> 2*(x + 1)   m xdot^2/2 - k x^2/2 -> m*xdot^2/2 - k*x^2/2
 (a + b)(a - b) -> (a + b)*(a - b)   (a + b)c -> (a + b)*c   x (a + b) -> x*(a + b)
 l sin(theta) cos(phi) -> l*sin(theta)*cos(phi)   sin(x) (a + b) -> sin(x)*(a + b)   sin (x) -> sin(x)
