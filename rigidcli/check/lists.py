@@ -19,6 +19,8 @@ _OPEN, _CLOSE = "[({", "])}"
 _UNIT_TAIL = re.compile(r"(?P<entry>.*[\d)\]])\s+(?P<unit>(?![\d+*/^)\]-])\S.*)", re.DOTALL)
 _NUMBER = re.compile(r"[-+]?(?:\d+\.?|\d*[.,]\d+)(?:[eE][-+]?\d+)?(?:/\d+)?")
 _NAMED = re.compile(r"[^\W\d]\w*\s*[=:]")
+_NEXT_NAME = re.compile(r"(?<=[\w)])\s+(?=(?:[^\W\d]|[^\W\d_]+_?\d)\s*=)")
+"""What stands between `I1 = 3` and the next name with a digit, or of one letter."""
 _ARRAY = re.compile(r"(?:\b(?:np|numpy|sp|sympy)\.)?\b(?:array|[Mm]atrix|[Vv]ector|vec)\s*(?=\()")
 _DIAGONAL = re.compile(r"\bdiag(?:onal)?\s*[(\[{]")
 _PAIR = re.compile(r"\s*(?P<name>[^\W\d][\w ]*?)\s*[=:]\s*(?P<value>[^=:]+)\Z", re.DOTALL)
@@ -54,6 +56,8 @@ def read_list(answer: Tree, *, is_square: bool = False) -> Tree:
         if diagonal := _DIAGONAL.search(text):
             return _on_diagonal(read_list(text[: diagonal.start()] + text[diagonal.end() - 1 :]), is_square)
         is_mapping = len(_NAMED.findall(_outside(text))) > 1
+        if is_mapping and not re.search(r"[,;\n]", text):
+            text = _NEXT_NAME.sub("; ", text)
         factor, inner, unit = _parts(text.strip() if is_mapping else unnamed(text).strip())
         entries = _entries(inner)
     except ExpressionError as error:
@@ -113,7 +117,8 @@ def _parts(text: str) -> tuple[str, str, str]:
         if sign not in _OPEN:
             continue
         end = _closing(text, start)
-        if len(split(text[start + 1 : end])) > 1 or text[start + 1 : end].lstrip()[:1] in ("[", "{"):
+        within = text[start + 1 : end]
+        if max(len(split(within)), len(_blanks(within))) > 1 or within.lstrip()[:1] in ("[", "{"):
             factor = re.sub(r"[\s*]+\Z", "", text[:start])
             if sign == "(" and re.search(r"\batan2\Z", text[:start]):
                 continue  # the bracket of a function, as in `atan2(1, 2), 3`
@@ -162,6 +167,8 @@ def _equal(piece: Tree) -> list[Tree]:
     """The pieces of a chain of names that are equal: `b = c = 11` says `b = 11` and `c = 11`."""
     *names, value = piece.split("=") if isinstance(piece, str) else [piece]
     is_chain = len(names) > 1 and all(name.strip(" \\").isidentifier() for name in names)
+    if is_chain and len(spread(value)) == len(names):  # `b = c = 10 ± sqrt(7)` are two
+        return [f"{names[0]}={value}"]
     return [f"{name}={value}" for name in names] if is_chain else [piece]
 
 

@@ -45,6 +45,8 @@ _SPELLINGS = {
     "rotation": "rev", "rotations": "rev", "Umdrehung": "rev", "r": "rev",
     "S": "s", "Grad": "deg", "grados": "deg", "degrés": "deg", "Sekunden": "s", "Sekunde": "s",
     "secondes": "s", "segundos": "s",
+    "Gramm": "g", "grammes": "g", "gramos": "g", "Kilogramm": "kg", "kilogrammes": "kg", "kilogramos": "kg",
+    "metros": "m", "mNm": "(mN*m)", "MNm": "(MN*m)",
     "kgs": "kg", "Kg": "kg", "KG": "kg", "lbs": "lb", "cms": "cm", "Km": "km", "KM": "km", "hz": "Hz",
 }  # fmt: skip
 """Names of units in homework that the table of units lacks."""
@@ -76,6 +78,9 @@ _GROUPED = re.compile(
     re.DOTALL,
 )
 """A number whose commas, points, blanks or apostrophes may stand for thousands."""
+
+_LAST_DIGITS = re.compile(r"[-+]?\d+[.,]\d+(?=(?P<last>\(\d{1,2}\))\s*(?:[^\W\d]|\Z))")
+"""A number with digits in brackets behind it: `12.5(2) J`, `0.91(6)`."""
 
 _REMARK = re.compile(r"\s*[,(\s]\s*(?!(?:per|pro|par|por|over)\b)(?=[^\d=/]*[^\W\d]{3}[^\d=/]*\Z)")
 """The beginning of a remark in words."""
@@ -194,6 +199,8 @@ def readings_of(answer: Tree, unit: Unit | None = None, place: str = "") -> list
 
 def _digits(text: str) -> list[str]:
     """The texts that a number stands for where its commas, points or blanks may separate thousands."""
+    if doubtful := _LAST_DIGITS.match(text):  # a product, or digits that are uncertain or repeat
+        return [text, f"{doubtful[0]}{text[doubtful.end('last') :]}"]
     grouped = _GROUPED.fullmatch(text)
     if grouped is None:
         return [text]
@@ -306,7 +313,8 @@ def begins_another(member: str, read: Callable[[str], Any]) -> bool:
 
 def _signs_of_units(text: str) -> str:
     """A text whose minutes of arc, micro and ohm are not read as primes and Greek letters."""
-    text = _ANGLE_IN_PARTS.sub(_in_degrees, text)
+    text = re.sub(r"(?<=\d)\s*\^\s*\{?o\}?(?!\w)", "°", re.sub(r"(?<=\d)~(?=[A-Za-z\\])", " ", text))
+    text = _ANGLE_IN_PARTS.sub(_in_degrees, re.sub(r"\A\s*minus\s+(?=[\d.])", "-", text))
     text = re.sub(r"(?<=\d)\s*″", " arcsec", re.sub(r"(?<=\d)\s*′", " arcmin", text))
     text = re.sub(r"\\(?:SI|qty)\s*\{([^{}]*)\}\s*\{([^{}]*)\}", _si, text)
     return re.sub("[Å\u212b]", "angstrom", re.sub("μ(?=[A-Za-z])", "\N{MICRO SIGN}", text))
@@ -436,7 +444,9 @@ def _unit_spelled(name: str, power: str, own: set[str]) -> list[str]:
             or (len(part) > 2 and part not in _KNOWN and small in _KNOWN and small)
         ):
             ways.append(f"{meant}{raised}")
-        ways += [f"({'*'.join(parts)}{raised})" for parts in _run_together(part)]
+        # `ms^-1` is usually a metre by a second; a unit without such a power is itself, as `mN` and `mm`
+        if part not in _KNOWN or raised.startswith("^-"):
+            ways += [f"({'*'.join(parts)}{raised})" for parts in _run_together(part)]
     return list(dict.fromkeys(ways)) or [f"{name}{power}"]
 
 

@@ -33,8 +33,11 @@ _SEVERAL = {
 _BOTH_SIGNS = re.compile(
     r"(?P<name>[^=±]*=)?\s*(?P<a>[^=±]+?)\s*(?:±|\+/?-)\s*(?P<b>.*(?:sqrt|√|[A-Za-z(]).*)", re.DOTALL
 )
-_TRANSPOSED = re.compile(r"(?<=[)\]}])\s*(?:\^\s*[({]?\s*(?:\\top|top|T|t|tr)\s*[)}]?|ᵀ|'|\.T)(?!\w)")
+_TRANSPOSED = re.compile(
+    r"(?<=[)\]}])\s*(?:\^\s*[({]?\s*(?:\\(?:mathsf|mathrm|text)\s*\{?\s*)?(?:\\top|top|⊤|T|t|tr)\s*[)}]{0,2}|ᵀ|'|\.T)(?!\w)"
+)
 _SHARED = re.compile(r"(?P<name>\\?[A-Za-zλω]+)_?\{?(?P<one>[1-9₁-₉])\s*,\s*(?P<two>[1-9₁-₉])\}?\s*=")
+_CELL = re.compile(r"\s*[-+\u2212]?[\d.,/ ]+")
 _ARROWS = str.maketrans({"⟨": "(", "⟩": ")", "〈": "(", "〉": ")", **dict.fromkeys("⎡⎢⎣⎤⎥⎦⎛⎜⎝⎞⎟⎠", " ")})
 
 
@@ -43,8 +46,8 @@ def undressed(text: str) -> str:
     text = _TRANSPOSED.sub("", text.translate(_ARROWS)).replace(r"\langle", "(").replace(r"\rangle", ")")
     text = re.sub(r"(?s)(\A|=)\s*<([^<>=]*[,;][^<>=]*)>", r"\1 (\2)", text)
     text = _SHARED.sub(r"\g<name>_\g<one> = \g<name>_\g<two> = ", text)
-    if re.fullmatch(r"\s*\([^()|,;]+(?:\|[^()|,;]+)+\)\s*", text):
-        text = text.replace("|", ";")
+    if not re.search(r"[,;\n]", text):
+        text = re.sub(r"\([^()|]+(?:\|[^()|]+)+\)", lambda row: row[0].replace("|", ";"), text)
     return _from_table(text)
 
 
@@ -58,6 +61,8 @@ def _from_table(text: str) -> str:
     is_rule = re.compile(r"[\s:-]*-[\s:-]*").fullmatch
     rules = [place for place, row in enumerate(rows) if all(map(is_rule, row))]
     below = rows[rules[0] + 1 :] if rules else rows  # what stands above a rule are heads
+    if rules and len(below) + 1 == len(rows[0]) and all(map(_CELL.fullmatch, rows[0])):
+        below = [*rows[: rules[0]], *below]  # but for the first row of a matrix
     return "\n".join("; ".join(cell.strip() for cell in row) for row in below or rows)
 
 

@@ -19,13 +19,17 @@ from rigidcli.language.tokens import GREEK, GREEK_LETTERS, LOWERED, MAX_TEXT, SU
 MAX_NESTING = 60
 """The most braces inside each other, so that recursion never ends the program."""
 
+_FRACTION_SIGNS = "½¼¾⅓⅔⅕⅖⅗⅘⅙⅚⅛⅜⅝⅞"
+_MIXED = re.compile(rf"(?<![\w.,])(\d+)([{_FRACTION_SIGNS}])")
+"""A whole number and a fraction that is added to it: `12½`."""
+
 _SIGNS = str.maketrans(
     GREEK_LETTERS
     | {"∞": " inf ", "√": " sqrt ", "ℓ": "ell"}
-    | {"½": "(1/2)", "¼": "(1/4)", "¾": "(3/4)", "⅓": "(1/3)", "⅔": "(2/3)"}
+    | {sign: f"({unicodedata.normalize('NFKC', sign).replace('⁄', '/')})" for sign in _FRACTION_SIGNS}
     | dict.fromkeys("−–—‐‑", "-")
     | dict.fromkeys("·⋅×∗•", "*")
-    | {"÷": "/", "⁄": "/", "∕": "/", "≈": "=", "≃": "=", "≅": "=", "‖": "|", "º": "°"}
+    | {"÷": "/", "⁄": "/", "∕": "/", "≈": "=", "≃": "=", "≅": "=", "‖": "|", "º": "°", "˚": "°"}
     | dict.fromkeys("′’‘´ʹ", "'")
     | dict.fromkeys("⇒⟹→⟶∴", "=>")
     | dict.fromkeys("\u2061\u2062\u2063\u2064✓✔", " ")
@@ -98,6 +102,7 @@ def plain(text: str) -> str:
     text = _WORD.sub(lambda group: f" {group[1]} " if group[1].isalpha() else f"({group[1]})", text)
     text = _OVER.sub(r"\\frac{\1}{\2}", _LABEL.sub("", _MATHEMATICA.sub(lambda name: name[1].lower(), text)))
     text = _FONTS.sub(lambda letter: unicodedata.normalize("NFKC", letter[0]), text)
+    text = _MIXED.sub(r"(\1 + \2)", text)
     text = text.replace("\N{DOT ABOVE}", "\u0307").replace("\N{DIAERESIS}", "\u0308")
     text = unicodedata.normalize("NFD", text).replace("\u0301", "") if not text.isascii() else text
     text = _DOTTED.sub(lambda match: f"{match[1]}{'dot' if match[2] == chr(0x307) else 'ddot'}", text)

@@ -52,8 +52,11 @@ DOTTED = "".join(
 
 _OPERATORS = {"^": "**", "\N{MINUS SIGN}": "-", "\N{MIDDLE DOT}": "*", "\N{DOT OPERATOR}": "*"}
 
-_FRACTIONS = {"¼": "0.25", "½": "0.5", "¾": "0.75"}
-"""The fractions of Latin-1, as decimal numbers."""
+_FRACTIONS = {
+    "¼": "0.25", "½": "0.5", "¾": "0.75", "⅕": "0.2", "⅖": "0.4", "⅗": "0.6", "⅘": "0.8",
+    "⅛": "0.125", "⅜": "0.375", "⅝": "0.625", "⅞": "0.875",
+}  # fmt: skip
+"""The fractions of Unicode that are decimal numbers."""
 
 SUPERSCRIPT = "⁻?[⁰¹²³⁴-⁹]+"
 """The pattern of a whole number that is written as an exponent."""

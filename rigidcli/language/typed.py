@@ -14,7 +14,7 @@ import re
 from rigidcli.language import tree
 from rigidcli.language.latex import plain
 from rigidcli.language.parser import RATE, of_tokens
-from rigidcli.language.statements import judged_member
+from rigidcli.language.statements import judged_member, two_answers
 from rigidcli.language.tokens import tokenize
 from rigidcli.language.words import Words
 
@@ -32,10 +32,13 @@ _SLOPE = re.compile(
 
 _PRIMED = re.compile(rf"({_NAME})('{{1,2}}|\")(?:\(t\))?")
 _PROGRAMS = re.compile(
-    r"\b(?:np|numpy|math|sp|sympy)\.(?=[a-z])|\b((?:Arc|arc|ARC)?(?:Sin|Cos|Tan|SIN|COS|TAN)[hH]?"
+    r"\b(?:np|numpy|[Mm]ath|sp|sympy)\.(?=[a-zP])|\b((?:Arc|arc|ARC)?(?:Sin|Cos|Tan|SIN|COS|TAN)[hH]?"
     r"|Sqrt|SQRT|Exp|EXP|Log|LOG|Ln|LN|Abs|ABS)(?=\s*[\[(])"
 )
 """Functions as programs write them: `np.sqrt(x)`, `Cos[x]`, `SQRT(x)`."""
+
+_EITHER_SIGN = re.compile(r"\s*(?:\+/?-|-\+)")
+_PI = re.compile(r"\b(?:Pi|PI)\b")
 
 POINTS = str.maketrans("[]", "()")
 """Square brackets are parentheses."""
@@ -52,6 +55,9 @@ def expressions(text: str, words: Words | None, *, leading: bool = True) -> list
     """
     formula = _PROGRAMS.sub(lambda call: (call[1] or "").lower().replace("arc", "a"), plain(text))
     formula = slopes(last_member(formula)[0] if leading else formula).translate(POINTS)
+    if _EITHER_SIGN.match(formula):
+        raise two_answers()
+    formula = _PI.sub(lambda sign: sign[0] if words and words.products(sign[0]) else "pi", formula)
     return of_tokens(tokenize(formula, as_typed=False), {}, words)
 
 
