@@ -9,7 +9,7 @@
 Where neither `*` nor `/` stands between two factors, they are multiplied: `2 m g x`, `2(x + 1)`. A word is a
 name, or the product of known names that it spells. Where there are no brackets, people differ in how far a
 divisor, an exponent, a root and the argument of a function reach; each such place has some usual readings,
-the most usual first, and a `Way` says which of them are taken (see `readings`).
+the most usual first, and a `way` says which of them is taken in each kind of place (see `of_tokens`).
 The text is read by these rules alone and is never given to anything that could run it.
 """
 
@@ -17,10 +17,10 @@ from __future__ import annotations
 
 import difflib
 import re
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
+from contextlib import suppress
 from enum import Enum
 from itertools import product
-from typing import NamedTuple
 
 from rigidcli.errors import ExpressionError
 from rigidcli.language import tree
@@ -43,6 +43,9 @@ _SHOWN = 24
 
 MOST_READINGS = 8
 """The most readings of one text."""
+
+MOST_WAYS = 32
+"""The most ways in which a text is read to find them."""
 
 RATE = "Ddt"
 """The name of d/dt before a bracket, whose derivative by the time is for others to work out."""
@@ -80,53 +83,6 @@ OTHER_WAYS = (None, Reach.FIRST, Reach.RUN, Reach.ALL)
 """How far operands reach in the readings of a text: as is usual in each place, or alike in all."""
 
 
-class Way(NamedTuple):
-    """Which of its readings each kind of place has in a text: 0 is the most usual one."""
-
-    divisor: int = 0
-    number: int = 0
-    exponent: int = 0
-    fraction: int = 0
-    root: int = 0
-    argument: int = 0
-    raised: int = 0
-    spelling: int = 0
-    inverse: int = 0
-    alias: int = 0
-
-
-def readings(read: Callable[[Way], tuple[tree.Node, Mapping[str, int]]]) -> list[tree.Node]:
-    """The usual readings of a text that differ, the most usual first, by a function that reads it in a way.
-
-    That function returns the tree, and how many readings each kind of place has. Raises ExpressionError
-    where the text can be read in no way.
-    """
-    found: dict[tree.Node, None] = {}
-    failure: ExpressionError | None = None
-    places: Mapping[str, int] = {}
-    try:
-        node, places = read(Way())
-        if not places:  # what is hashed goes deeper into the stack
-            return [node]
-        found[node] = None
-    except ExpressionError as error:
-        failure, places = error, getattr(error, "places", {})
-    ways = product(*(range(count) for count in places.values()))
-    for choice in sorted(ways, key=lambda way: (sum(1 for place in way if place), sum(way)))[
-        1 : 4 * MOST_READINGS
-    ]:
-        if len(found) == MOST_READINGS:
-            break
-        try:
-            found.setdefault(read(Way(**dict(zip(places, choice, strict=True))))[0])
-        except ExpressionError:
-            continue
-    if not found:
-        assert failure is not None
-        raise failure
-    return list(found)
-
-
 def read(
     source: str, functions: Mapping[str, tree.UnknownFunction] = _NONE
 ) -> tuple[tree.Node, frozenset[str]]:
@@ -142,38 +98,44 @@ def read(
 def of_tokens(
     tokens: Sequence[Token], functions: Mapping[str, tree.UnknownFunction], words: Words | None
 ) -> list[tree.Node]:
-    """The readings of a text by its tokens, the most usual first; without `words` each word is one name.
+    """The usual readings of a text that differ, the most usual first; without `words` a word is one name.
 
-    Raises ExpressionError.
+    Raises ExpressionError where the text can be read in no way.
     """
+    found: dict[tree.Node, None] = {}
+    failure: ExpressionError | None = None
+    usual = _Grammar(list(tokens), functions, words, {})
+    try:
+        node = usual.whole()
+        if not usual.places:  # what is hashed goes deeper into the stack
+            return [node]
+        found[node] = None
+    except ExpressionError as error:
+        failure = error
+    ways = product(*(range(count) for count in usual.places.values()))
+    rarer = sorted(ways, key=lambda way: (sum(1 for place in way if place), sum(way)))[1:MOST_WAYS]
+    for way in (dict(zip(usual.places, choice, strict=True)) for choice in rarer):
+        with suppress(ExpressionError):
+            found.setdefault(_Grammar(list(tokens), functions, words, way).whole())
+    if failure is not None and not found:
+        raise failure
+    return list(found)[:MOST_READINGS]
 
-    def one(way: Way) -> tuple[tree.Node, Mapping[str, int]]:
-        reader = Grammar(list(tokens), functions, words, way)
-        try:
-            return reader.whole(), reader.places
-        except ExpressionError as error:
-            error.places = reader.places  # type: ignore[attr-defined]
-            raise
 
-    return readings(one)
-
-
-class Grammar:
+class _Grammar:
     """A place in the tokens of one text, with a method for each rule of the grammar.
 
-    `places` counts the readings of each kind of place that was met, and `barred` says of the brackets that
-    are open whether they are bars: a bar then closes, and else it opens.
+    `places` counts the readings of each kind of place that was met, of which the `way` says which one is
+    taken: without a word of it the first. `barred` says of the brackets that are open whether they are bars:
+    a bar then closes, and else it opens.
     """
-
-    NO_COMMA = "a comma stands between arguments; the decimal sign is a point"
-    """The hint where a comma has no meaning."""
 
     def __init__(
         self,
         tokens: list[Token],
         functions: Mapping[str, tree.UnknownFunction],
         words: Words | None,
-        way: Way,
+        way: Mapping[str, int],
     ) -> None:
         self.tokens = tokens
         self.index = 0
@@ -187,18 +149,15 @@ class Grammar:
         self.is_open = words is None or words.is_open
 
     def advance(self, count: int = 1) -> None:
-        """Pass some tokens."""
         self.index += count
         self.token = self.tokens[self.index]
 
     def passed(self) -> Token:
-        """Pass a token, and return it."""
         token = self.token
         self.advance()
         return token
 
     def deeper(self) -> None:
-        """Go one level deeper."""
         self.depth += 1
         if self.depth > MAX_DEPTH:
             message = f"nested deeper than {MAX_DEPTH} levels"
@@ -213,7 +172,6 @@ class Grammar:
         return opening
 
     def close(self, opening: Token) -> None:
-        """Pass the sign that closes what `opening` began."""
         if self.token.kind == "end":
             raise ExpressionError(f"`{opening.text}` is never closed", column=opening.column)
         if self.token.text != CLOSING[opening.text]:
@@ -226,16 +184,14 @@ class Grammar:
         """Take note of a kind of place with so many readings, and return which one is taken."""
         if count > 1:
             self.places[place] = max(count, self.places.get(place, 1))
-        taken: int = getattr(self.way, place)
-        return min(taken, count - 1)
+        return min(self.way.get(place, 0), count - 1)
 
     def reach(self, place: str, orders: Sequence[Reach]) -> Reach:
         """How far an operand reaches, of which these are usual here."""
-        reach = OTHER_WAYS[getattr(self.way, place)]
+        reach = OTHER_WAYS[self.way.get(place, 0)]
         return reach if reach is not None and reach in orders else orders[0]
 
     def whole(self) -> tree.Node:
-        """The expression, which is all of the text."""
         if self.token.kind == "end":
             raise ExpressionError("the expression is empty", column=self.token.column and 1)
         node = self.sum()
@@ -258,58 +214,42 @@ class Grammar:
     def product(self, reach: Reach | None = None) -> tree.Node:
         """A product, or the one factor that it is; an operand without brackets reaches so far."""
         factors = self.factor()
-        while True:
+        while self.goes_on(reach):
             operator = self.token.text
             if operator in ("*", "/"):
-                if reach is not None and not self.goes_on(reach):
-                    return multiplied(factors)
                 self.advance()
-                if operator == "*":
-                    factors += self.factor()
-                    continue
-                is_fraction = isinstance(factors[-1], tree.Number) and self.token.kind == "number"
-                opened = self.token.text == "("
-                below = self.factor()
-                if opened or (is_fraction and not self.token.touches) or not self.may_follow(below, reach):
-                    factors.append(tree.Reciprocal(multiplied(below)))
-                else:
-                    factors += self.divisor("number" if is_fraction else "divisor", below, reach)
-            elif self.begins_factor():
-                if reach is not None and not self.goes_on(reach):
-                    return multiplied(factors)
-                if operator.startswith("_") and self.token.touches:  # the digits of 1_000
-                    raise self.misplaced()
-                factors += self.factor()
-            else:
-                return multiplied(factors)
+            elif operator.startswith("_") and self.token.touches:  # the digits of 1_000
+                raise self.misplaced()
+            factors += self.divisor(factors[-1], reach) if operator == "/" else self.factor()
+        return multiplied(factors)
 
-    def may_follow(self, below: Sequence[tree.Node], reach: Reach | None) -> bool:
-        """Whether more than one factor may belong to a divisor."""
-        is_next = self.begins_factor() and (reach is None or self.goes_on(reach))
-        return len(below) > 1 or is_next
-
-    def divisor(self, place: str, below: list[tree.Node], reach: Reach | None) -> list[tree.Node]:
+    def divisor(self, above: tree.Node, reach: Reach | None) -> list[tree.Node]:
         """A divisor and the factors behind it, which may belong to it."""
+        is_fraction = isinstance(above, tree.Number) and self.token.kind == "number"
+        is_group = self.token.text == "("
+        below = self.factor()
+        is_complete = is_group or (is_fraction and not self.token.touches)
         run = len(below)
-        while self.begins_factor() and (reach is None or self.goes_on(reach)):
+        while not is_complete and self.begins_factor() and self.goes_on(reach):
             touches = self.token.touches
             further = self.factor()
             if touches and run == len(below):
                 run += len(further)
             below = below + further
-        ends = list(dict.fromkeys([run, 1, len(below)]))
-        end = ends[self.meets(place, len(ends))] if len(ends) > 1 else ends[0]
+        ends = [len(below)] if is_complete else list(dict.fromkeys([run, 1, len(below)]))
+        end = ends[self.meets("number" if is_fraction else "divisor", len(ends))]
         return [tree.Reciprocal(multiplied(below[:end])), *below[end:]]
 
     def begins_factor(self) -> bool:
-        """Whether a factor without a sign begins here."""
         opens = self.token.text == "|" and not self.barred[-1]
         return self.token.kind in ("name", "root") or self.token.text == "(" or opens
 
-    def goes_on(self, reach: Reach) -> bool:
-        """Whether an operand that reaches so far goes on with the factor or the operator that is next."""
+    def goes_on(self, reach: Reach | None) -> bool:
+        """Whether a product, or an operand that reaches so far, goes on with what is next."""
         here = self.token
         is_operator = here.text in ("*", "/")
+        if reach is None or not (is_operator or self.begins_factor()):
+            return is_operator or self.begins_factor()
         following = self.tokens[self.index + 1] if is_operator else here
         ends = self.is_function(following) or (following.text == "(" and not (is_operator or here.touches))
         if ends or reach is Reach.FIRST:
@@ -340,15 +280,18 @@ class Grammar:
         # A name is read here, and not there, as each level of calls takes one place less on the stack so.
         *before, base = self.named(self.passed()) if self.token.kind == "name" else self.atoms()
         if self.token.kind == "superscript":
-            digits = self.token.text.removeprefix("-")
-            raised = tree.Number(digits, float(digits))
-            base = self.power(base, raised if digits == self.token.text else tree.Negative(raised))
-            self.advance()
+            base = self.power(base, self.superscript())
             if self.token.text == "**" or self.token.kind == "superscript":
                 raise self.misplaced("group powers of powers with parentheses")
         if self.token.text == "**":
             base = self.power(base, self.exponent(base))
         return [*before, base]
+
+    def superscript(self) -> tree.Node:
+        raised = self.passed().text
+        digits = raised.removeprefix("-")
+        number = tree.Number(digits, float(digits))
+        return number if digits == raised else tree.Negative(number)
 
     def is_euler(self, base: tree.Node) -> bool:
         """Whether a base is the number e, which is no letter of the question."""
@@ -390,14 +333,13 @@ class Grammar:
 
         In answers `(a + b)^3/2` may be a power of 3/2, too; a document has the order of all programs.
         """
-        ways = [True, False] if above == "1" else [False]
-        may_be_power = not self.is_open and (is_group or below == "2")
-        if above != "1" and float(above) % float(below or 1) and may_be_power:
+        ways = [False]
+        if above == "1" and float(below):
+            ways = [True, False]
+        elif not self.is_open and (is_group or below == "2") and float(below) and float(above) % float(below):
             ways = [False, True]
-        if self.tokens[self.index + 1].text == "." or float(below) == 0:
-            ways = [False]
         exponent = multiplied(self.factor())
-        if ways[self.meets("fraction", len(ways)) if len(ways) > 1 else 0]:
+        if ways[self.meets("fraction", len(ways))]:
             self.advance()
             exponent = tree.Product((exponent, tree.Reciprocal(multiplied(self.atoms()))))
         return exponent
@@ -416,7 +358,10 @@ class Grammar:
         if kind == "name":
             return self.named(self.passed())
         if kind == "root":
-            return [self.root()]
+            sign = self.descend()
+            operand = self.operand("sqrt", sign)
+            self.depth -= 1
+            return [tree.Call("sqrt", (operand,))]
         if self.token.text not in CLOSING:
             raise self.misplaced()
         opening = self.descend()
@@ -443,11 +388,10 @@ class Grammar:
         if calls and name in self.functions:
             return [applied(token, self.functions[name], self.arguments())]
         if name in CALLED and (name not in SHORT or self.is_called(name)):
-            if not self.is_open and name[0] == "a" and name[1:] in CALLED and words is not None:
-                is_amplitude = words.meaning("a") is not None
-                if is_amplitude and self.meets("inverse", 2) == 0:
-                    self.put(token, "a", name[1:])
-                    return self.named(self.passed())
+            is_amplitude = name[0] == "a" and name[1:] in CALLED and words is not None and not words.is_open
+            if is_amplitude and words and words.meaning("a") and self.meets("inverse", 2) == 0:
+                self.put(token, "a", name[1:])
+                return self.named(self.passed())
             if calls and not self.is_half():  # here, and not below, for one place less on the stack
                 return [applied(token, ALIASES.get(name, name), self.arguments())]
             return [self.call(token)]
@@ -460,12 +404,7 @@ class Grammar:
             return self.named(self.passed())
         if words is None or (name == _E.name and self.token.text == "**"):
             return self.symbol(name, token)
-        if (
-            name[-1] == _E.name
-            and self.token.text == "**"
-            and not words.is_open
-            and words.meaning("e") is None
-        ):
+        if name[-1] == _E.name and self.token.text == "**" and self.is_euler(_E):
             before = name[:-1]
             if words.meaning(before) or words.products(before):
                 self.put(token, before, _E.name)
@@ -477,7 +416,7 @@ class Grammar:
             raise unknown(name, words)
         if len(ways) == 2 and words.is_open:
             raise _two_spellings(token, ways)
-        parts = ways[self.meets("spelling", 2) if len(ways) == 2 else 0]
+        parts = ways[self.meets("spelling", len(ways))]
         if any(part in CALLED for part in parts):
             self.put(token, *parts)
             return [self.call(self.passed())] if parts[0] in CALLED else self.named(self.passed())
@@ -530,9 +469,7 @@ class Grammar:
         function = token.text
         power: tree.Node | None = None
         if self.token.kind == "superscript":
-            digits = self.passed().text
-            power = tree.Number(digits.lstrip("-"), float(digits.lstrip("-")))
-            power = tree.Negative(power) if digits[0] == "-" else power
+            power = self.superscript()
         elif self.token.text == "**":
             power = self.exponent(None)
         function = ALIASES.get(function, function)
@@ -598,15 +535,7 @@ class Grammar:
             self.meets(place, len(OTHER_WAYS) if len(orders) > 1 else 1)
         return operand
 
-    def root(self) -> tree.Node:
-        """The root of what follows its sign."""
-        sign = self.descend()
-        operand = self.operand("sqrt", sign)
-        self.depth -= 1
-        return tree.Call("sqrt", (operand,))
-
     def arguments(self) -> tuple[tree.Node, ...]:
-        """The arguments of a function, with its parentheses."""
         opening = self.descend()
         arguments = [] if self.token.text == ")" else [self.sum()]
         while arguments and self.token.text == ",":
@@ -633,7 +562,7 @@ class Grammar:
             if here.text == ")":
                 return ExpressionError("`)` closes nothing", column=here.column)
         if here.text == ",":
-            hint = self.NO_COMMA
+            hint = "a comma stands between arguments; the decimal sign is a point"
         elif before is not None and before.text == here.text == "/":
             hint = "division is one `/`"
         return ExpressionError(f"unexpected `{shown}`", column=here.column, hint=hint)
