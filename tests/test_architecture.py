@@ -37,8 +37,8 @@ MOST_LINES = {
     "core": 4707,  # orbits from many starts in arrays, stiff systems, jumps at stops, motion to and fro
     "document": 3298,  # all slips at once; constraints, observables, generating functions
     "fields": 1913,  # a section reads on with the key that is meant
-    "check": 9381,  # variants; one rule for whose a hand-in is; a file is what it answers
-    "language": 2900,  # one reader, with readings, for documents and answers
+    "check": 9403,  # variants; one rule for whose a hand-in is; a file is what it answers
+    "language": 2849,  # one reader, with readings, for documents and answers
     "mechanics": 3152,  # constraints, generating functions, conserved quantities by Noether's theorem
     "reference": 521,  # conventions, notation and sections of beams are explained
     "render": 2678,  # results stand beside the figures of a page, with each name once
