@@ -25,7 +25,10 @@ BITS = 1024
 """The precision of balls: an answer must agree with its key to some 300 digits."""
 
 RANGES = (*[(0.3, 3.0)] * 8, *[(0.02, 50.0)] * 4, *[(1e-6, 1e6)] * 4)
-"""Sizes of the values of names at the points: near to one, and far from it."""
+"""Sizes of the values of names at the first points: near to one, and far from it."""
+
+MOST_POINTS = 400
+"""The most points that are tried where a key has few values: one of a hundred is within its conditions."""
 
 HIDDEN = 2.0**-96
 """The share of its neighbours below which a term is not seen, as it may be rounding or a narrow peak."""
@@ -52,16 +55,16 @@ class Unclear(Exception):  # noqa: N818
 
 
 def points(domains: Mapping[str, str], seed: str) -> Iterator[dict[str, Ball]]:
-    """The points of a seed: values for all names."""
+    """The points of a seed: values for all names. The ranges of sizes come again and again."""
     short = hashlib.sha512(seed.encode()).hexdigest()
-    for place in range(len(RANGES)):
+    for place in range(MOST_POINTS):
         yield {name: coordinate(f"{short} {place} {name}", domain, place) for name, domain in domains.items()}
 
 
 def coordinate(seed: str, domain: str, place: int) -> Ball:
     """The value of a name at one of the points: its last bits are a hash, on no lattice of floats."""
     digest = hashlib.sha512(seed.encode()).digest()
-    low, high = RANGES[place]
+    low, high = RANGES[place % len(RANGES)]
     size = low * (high / low) ** (int.from_bytes(digest[:7], "big") / 2**56)
     tail = _arb()(int.from_bytes(digest, "big")) * 2.0**-552 + 1
     return tail * (-size if domain == "real" and digest[7] & 1 else size)
@@ -141,7 +144,7 @@ class Steps:
         for function, place in self.sided(root):
             argument = self.nodes[place]
             shows_one = ((function, place, True) in self.signs) != ((function, place, False) in self.signs)
-            if shows_one and tree.names_in(argument) and not _is_positive(argument, domains):
+            if shows_one and tree.names_in(argument) and not is_positive(argument, domains):
                 yield function, argument
 
     def values(self, root: int, point: Point, before: Sequence[Ball] = ()) -> list[Ball]:
@@ -323,7 +326,7 @@ _FUNCTIONS: dict[str, Callable[..., Ball]] = {
 _TWO = tree.Number("2", 2.0)
 
 
-def _is_positive(node: Node, domains: Mapping[str, str]) -> bool:
+def is_positive(node: Node, domains: Mapping[str, str]) -> bool:
     """Whether a formula is nowhere negative by its form."""
     match node:
         case tree.Name(name):
@@ -331,21 +334,40 @@ def _is_positive(node: Node, domains: Mapping[str, str]) -> bool:
         case tree.Number() | tree.Constant() | tree.Call("exp" | "cosh" | "abs" | "sqrt" | "acos"):
             return True
         case tree.Reciprocal(operand) | tree.Call("sinh" | "asinh" | "atan" | "tanh", (operand,)):
-            return _is_positive(operand, domains)
+            return is_positive(operand, domains)
         case tree.Sum((tree.Call("sqrt", (tree.Sum() as radicand,)), other)) | tree.Sum(
             (other, tree.Call("sqrt", (tree.Sum() as radicand,)))
         ) if tree.Power(other, _TWO) in radicand.terms:  # x + sqrt(x^2 + 1)
-            return _is_positive(radicand, domains)
+            return is_positive(radicand, domains)
         case tree.Sum(parts):
-            return all(_is_positive(part, domains) for part in parts)
+            return all(is_positive(part, domains) for part in parts)
         case tree.Product(parts):
             # Factors of either sign must stand in pairs.
             inner = [part.operand if isinstance(part, tree.Reciprocal) else part for part in parts]
-            open_ = [part for part in inner if not _is_positive(part, domains)]
+            open_ = [part for part in inner if not is_positive(part, domains)]
             return all(open_.count(part) % 2 == 0 for part in open_)
         case tree.Power(base, exponent):
             rational = _rational(exponent)
             is_even = rational is not None and rational.numerator % 2 == 0
-            return is_even or _is_positive(base, domains)
+            return is_even or is_positive(base, domains)
         case _:
             return False
+
+
+def pivots(matrix: Sequence[Sequence[Ball]]) -> tuple[list[int], list[int]]:
+    """The rows and the columns of pivots that are certainly not zero, by elimination."""
+    rows = {place: list(row) for place, row in enumerate(matrix)}
+    chosen: list[int] = []
+    columns: list[int] = []
+    for column in range(len(matrix[0]) if matrix else 0):
+        usable = [place for place in rows if place not in chosen and not rows[place][column].contains(0)]
+        if not usable:
+            continue
+        pivot = max(usable, key=lambda place: float(rows[place][column].abs_lower()))
+        for place, row in rows.items():
+            if place != pivot and place not in chosen:
+                factor = row[column] / rows[pivot][column]
+                rows[place] = [a - factor * b for a, b in zip(row, rows[pivot], strict=True)]
+        chosen.append(pivot)
+        columns.append(column)
+    return sorted(chosen), columns

@@ -23,7 +23,7 @@ Names = Annotated[tuple[str, ...], AsList]
 
 KindName = Literal[
     "number", "quantity", "vector", "moments", "matrix", "tensor", "axes", "expression", "equations",
-    "trajectory", "choice",
+    "invariants", "trajectory", "choice",
 ]  # fmt: skip
 
 RELATIVE = 0.01

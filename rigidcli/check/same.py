@@ -21,6 +21,8 @@ from typing import TYPE_CHECKING, Any
 from rigidcli.algebra.expansion import expand
 from rigidcli.algebra.expressions import Expr, symbol
 from rigidcli.algebra.reading import from_tree
+from rigidcli.algebra.simplification import tidy
+from rigidcli.algebra.trees import to_tree
 from rigidcli.check import balls
 from rigidcli.check.balls import Ball, NoValue, Point, Steps, Unclear
 from rigidcli.errors import ExpressionError, shortened
@@ -38,6 +40,9 @@ NEEDED = 4
 
 MOST_KNOWN = 64
 """The most outcomes that are kept."""
+
+MOST_NODES = 400
+"""The most nodes of two formulas that are worked out exactly: a larger normal form takes long."""
 
 WIDEST = 0.25
 """The largest relative radius of a difference, at which an agreement still says something."""
@@ -75,7 +80,7 @@ class Formulas:
 
         asked = self.relative, self.numbers, answer, key, constant, tuple(beside)
         if asked not in self.known:
-            answer, key, *beside = map(self._independent, (answer, key, *beside))
+            answer, key, *beside = map(self.independent, (answer, key, *beside))
             with ctx.workprec(balls.BITS):
                 outcome = _Comparison(self, answer, key, beside, constant).outcome()
             if len(self.known) > MOST_KNOWN:
@@ -111,7 +116,7 @@ class Formulas:
                     values.append(None)
         return values
 
-    def _independent(self, node: Node) -> Node:
+    def independent(self, node: Node) -> Node:
         """A formula in the names that nothing defines."""
         node = self.names.without_derived(node)
         return tree.bound(node, self.names.values) if self.numbers else node
@@ -132,7 +137,7 @@ def _exact(node: Node, positive: frozenset[str]) -> Expr:
 
 def _identical(answer: Node, key: Node, names: Names) -> bool:
     """Whether both have the same normal form."""
-    if sum(1 for _ in tree.nodes([answer, key])) > 400:  # the normal form of a large formula takes long
+    if sum(1 for _ in tree.nodes([answer, key])) > MOST_NODES:
         return answer == key
     positive = frozenset(name for name, domain in names.domains.items() if domain == "positive")
     with suppress(ExpressionError, ArithmeticError, ValueError, KeyError):
@@ -154,7 +159,7 @@ class _Comparison:
         self.answer = self.steps.add(answer, 1 if self.relative is None else balls.NEVER)
         roots = [self.key] + [self.answer] * (self.relative is None)
         self.terms = [term for root in roots for term in self.steps.terms(root)]
-        self.within = [self.steps.add(formulas._independent(node)) for node in formulas.within]
+        self.within = [self.steps.add(formulas.independent(node)) for node in formulas.within]
         used = self.steps.names
         self.domains = {name: domain for name, domain in names.domains.items() if name in used}
         self.changing = [name for name in self.domains if name in names.variable] if constant else None
@@ -167,9 +172,11 @@ class _Comparison:
         """
         if self.key == self.answer:
             return True
-        agreeing = unclear = lost = 0
+        agreeing = unclear = lost = met = 0
         identical = False
         for place, point in enumerate(balls.points(self.domains, self.seed)):
+            if place >= len(balls.RANGES) and met >= NEEDED:
+                break
             if place == 1 and (identical := self.is_identical()) and not self.steps.sided(self.answer):
                 return True
             pair = [point] if self.changing is None else [point, self.moved(point, self.changing, place)]
@@ -181,6 +188,7 @@ class _Comparison:
             except (NoValue, Unclear):
                 self.steps.signs, self.steps.unseen = shown
                 continue
+            met += 1
             try:
                 states = [self.steps.values(self.answer, *of) for of in zip(pair, states, strict=True)]
             except NoValue:
@@ -253,18 +261,28 @@ class _Comparison:
                     return f"the argument of {function} in `{words}` shows one sign only"
         return ""
 
+    def has_sign_of(self, one: Node, other: Node) -> bool:
+        """Whether the quotient of two arguments is positive by its form, as 1/(1 - x^2)^2 is."""
+        if sum(1 for _ in tree.nodes([one, other])) > MOST_NODES:
+            return False
+        with suppress(ExpressionError, ArithmeticError, ValueError, KeyError):
+            positive = frozenset(name for name, domain in self.domains.items() if domain == "positive")
+            quotient = tidy(_exact(one, positive) / _exact(other, positive))
+            return balls.is_positive(to_tree(quotient), self.domains)
+        return False
+
     def proportional(self, one: Node, other: Node) -> bool:
-        """Whether the quotient or the product of two arguments has one sign, and holds no real name.
+        """Whether the quotient or the product of two arguments has one sign for all values of real names.
 
         Then one is positive where the other is: what is left are parameters, which are positive.
         """
-        if one == other:
+        if one == other or self.has_sign_of(one, other):
             return True
         steps = Steps()
         first, second = steps.add(one), steps.add(other)
         real = [name for name, domain in self.domains.items() if domain == "real"]
         quotients, products = list[tuple[Ball, Ball]](), list[tuple[Ball, Ball]]()
-        for place, point in enumerate(balls.points(self.domains, self.seed)):
+        for place, point in enumerate(islice(balls.points(self.domains, self.seed), len(balls.RANGES))):
             with suppress(NoValue, Unclear):
                 both = [
                     steps.values(second, at, steps.values(first, at))

@@ -632,10 +632,13 @@ choice: {answer: prolate}
 
 
 def real_items() -> dict[str, Item]:
-    """A question of every kind that a literal key can have."""
+    """A question of every kind; conserved quantities follow from a document."""
     questions = dict(line.split(": {", 1) for line in KEYS.strip().splitlines())
-    assert questions.keys() == KINDS.keys()
-    return {kind: asked(f"{{kind: {kind}, {question}") for kind, question in questions.items()}
+    free = "system: {coordinates: [x, y], kinetic: xdot^2 + ydot^2, potential: (x^2 + y^2)^2}"
+    items = {kind: asked(f"{{kind: {kind}, {question}") for kind, question in questions.items()}
+    items["invariants"] = asked("{ask: hamilton.invariants}", free)
+    assert items.keys() == KINDS.keys()
+    return items
 
 
 BOMBS = [

@@ -13,6 +13,7 @@ from rigidcli.check.kinds.arrays import Matrix, Vector
 from rigidcli.check.kinds.axes import Axes
 from rigidcli.check.kinds.equations import Equations
 from rigidcli.check.kinds.expression import Expression
+from rigidcli.check.kinds.invariants import Invariants
 from rigidcli.check.kinds.single import Choice, Quantity
 from rigidcli.check.kinds.tensors import Moments, Tensor
 from rigidcli.check.kinds.trajectory import Trajectory
@@ -21,7 +22,7 @@ KINDS: dict[str, Kind] = {
     kind.name: kind
     for kind in (
         *(Quantity("number"), Quantity("quantity"), Vector(), Moments(), Matrix(), Tensor(), Axes()),
-        *(Expression(), Equations(), Trajectory(), Choice()),
+        *(Expression(), Equations(), Invariants(), Trajectory(), Choice()),
     )
 }
 """The kinds of answers by the names that questions have for them."""
@@ -34,13 +35,14 @@ KIND_BY_NAME = {
     "cyclic": "choice",
     "conserved": "choice",
     "equations": "equations",
+    "invariants": "invariants",
 }
 """Kinds of results by the last name of their path."""
 
 MOTIONS = ("orbit", "trajectory")
 """Results that are tables in time."""
 
-OF_SYMBOLS = ("expression", "equations", "matrix")
+OF_SYMBOLS = ("expression", "equations", "invariants", "matrix")
 """Kinds of answers with symbols, which are compared by values: unknown functions have none."""
 
 

@@ -18,7 +18,7 @@ from rigidcli.algebra.expansion import expand
 from rigidcli.algebra.expressions import ZERO, Expr, atomic, factored
 from rigidcli.algebra.matrices import determinant
 from rigidcli.algebra.trees import to_tree
-from rigidcli.check.balls import Ball
+from rigidcli.check.balls import Ball, pivots
 from rigidcli.check.base import Asked, Finding, Kind, Outcome, Reading, Tree, Unreadable
 from rigidcli.check.mistakes import of_motion
 from rigidcli.check.motions import Motion, of_document, of_functions, of_text
@@ -219,7 +219,7 @@ class _System:
         for place in range(len(table[0][0])):
             matrix = [[entry[place] for entry in row] for row in table]
             if all(ball is not None for row in matrix for ball in row):
-                return _pivots(matrix)
+                return pivots(matrix)
         return [], []
 
     def _values(self, slope: Expr) -> list[Ball | None]:
@@ -255,22 +255,3 @@ class _System:
             if changes and atom not in poles:
                 return f"where `{reading(to_tree(factor))}` is zero"
         return ""
-
-
-def _pivots(matrix: list[list[Ball]]) -> tuple[list[int], list[int]]:
-    """The rows and the columns of pivots that are certainly not zero, by elimination."""
-    rows = {place: list(row) for place, row in enumerate(matrix)}
-    chosen: list[int] = []
-    columns: list[int] = []
-    for column in range(len(matrix[0]) if matrix else 0):
-        usable = [place for place in rows if place not in chosen and not rows[place][column].contains(0)]
-        if not usable:
-            continue
-        pivot = max(usable, key=lambda place: float(rows[place][column].abs_lower()))
-        for place, row in rows.items():
-            if place != pivot and place not in chosen:
-                factor = row[column] / rows[pivot][column]
-                rows[place] = [a - factor * b for a, b in zip(row, rows[pivot], strict=True)]
-        chosen.append(pivot)
-        columns.append(column)
-    return sorted(chosen), columns
