@@ -93,7 +93,8 @@ class Document(Section):
     )
     orbit: Orbit | None = None
     equilibrium: Annotated[Equilibrium, EQUILIBRIUM] | None = optional(
-        "Coordinates of an equilibrium, for small oscillations; or values near it, under `find`"
+        "Coordinates of an equilibrium, for small oscillations; or values near it, under `find`. In a steady "
+        "motion a cyclic coordinate is `steady`, or its momentum has a value"
     )
     transform: Transform | None = None
 

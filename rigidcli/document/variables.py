@@ -10,7 +10,7 @@ from typing import Annotated, Any, ClassVar, TypeAlias
 from pydantic import Field, ValidationInfo
 from pydantic.json_schema import JsonSchemaValue
 
-from rigidcli.document.parameters import MOST_ENTRIES, read_mapping, read_name
+from rigidcli.document.parameters import MOST_ENTRIES, read_mapping, read_name, read_names
 from rigidcli.errors import ValueProblem, gathered, shown
 from rigidcli.fields.environment import Environment
 from rigidcli.fields.readers import ReadBy
@@ -92,29 +92,82 @@ def take(env: Environment, meanings: Mapping[str, str]) -> None:
     env.meanings |= meanings
 
 
+STEADY = "steady"
+"""The value of a cyclic coordinate that turns at a constant rate."""
+
+
 @dataclass(frozen=True, slots=True)
 class Equilibrium:
-    """Values of all coordinates, in the parameters. If it `is_sought`, they are the start of the search."""
+    """Values of all coordinates, in the parameters. If it `is_sought`, they are the start of the search.
+
+    Coordinates with values of their `momenta`, and the one that is `steady`, are cyclic, and turn at constant
+    rates; these have no values.
+    """
 
     values: Mapping[str, Expression]
     is_sought: bool
+    momenta: Mapping[str, Expression]
+    steady: str | None = None
+
+    @property
+    def turning(self) -> tuple[str, ...]:
+        """The coordinates that turn at constant rates."""
+        return (*self.momenta, *(() if self.steady is None else (self.steady,)))
 
 
 def _read_equilibrium(raw: object, info: ValidationInfo) -> Equilibrium:
-    """The equilibrium in a document: `{theta: pi}`, or `{find: {theta: 3}}`. Raises ValueProblem."""
+    """The equilibrium in a document: `{theta: pi}`, `{find: {theta: 3}}`, or that of a steady motion.
+
+    Raises ValueProblem, or ValidationError with all problems.
+    """
     env = environment(info)
     names = env.coordinates or ()
-
-    is_sought = isinstance(raw, Mapping) and raw.keys() == {"find"} and "find" not in names
+    given: Any = dict(raw) if isinstance(raw, Mapping) else {}
+    meant = {key: name for name, key in read_names(given)[0].items()}
+    of_momenta = {momentum(name): name for name in names}
+    momenta = {key: given.pop(key) for key, name in meant.items() if name in of_momenta}
+    turning = {
+        key: meant[key] for key, value in given.items() if meant.get(key) in names and _is_steady(value)
+    }
+    turned = {of_momenta[meant[key]] for key in momenta}
+    problems = list[ValueProblem]()
+    steady = next(iter(turning.values()), None)
+    for key, name in turning.items():
+        if name != steady:
+            hint = f"give its momentum instead: `{momentum(name)}: J`"
+            problems.append(ValueProblem(f"`{steady}` is steady already", path=(key,), hint=hint))
+    for key, name in meant.items():
+        if name in turned:
+            message = f"read `{momentum(name)}` besides, expected one of the two"
+            problems.append(ValueProblem(message, path=(key,)))
+    given = {key: value for key, value in given.items() if key not in turning}
+    is_sought = given.keys() == {"find"} and "find" not in names
+    if is_sought and steady is not None:
+        hint = f"write `{momentum(steady)}: J`, or give the other coordinates without `find`"
+        problems.append(ValueProblem("`find` needs a fixed momentum", path=(next(iter(turning)),), hint=hint))
+    kept = [name for name in names if name not in {*turning.values(), *turned}]
+    if names and not kept and not problems:
+        problems.append(ValueProblem("no coordinate is left that the motion could keep where it is"))
+    refuse("equilibrium", problems)
+    fixed = read_mapping(
+        momenta, lambda name, value: env.symbolic(value), example="{p_phi: J}", names=tuple(of_momenta)
+    )
+    if not isinstance(raw, Mapping):
+        given = raw
     values = read_mapping(
-        raw["find"] if isinstance(raw, Mapping) and is_sought else raw,
+        given["find"] if is_sought else given,
         lambda name, value: env.symbolic(value),
-        example="{theta: 0}, or near it {find: {theta: 3}}",
+        example="{theta: 0}, {theta: 1, phi: steady}, or near it {find: {theta: 3}}",
         names=env.coordinates,
-        needed=names,
+        needed=kept,
         below=("find",) if is_sought else (),
     )
-    return Equilibrium(values, is_sought)
+    values = {name: values[name] for name in kept if name in values} or values  # in the order of the vectors
+    return Equilibrium(values, is_sought, {of_momenta[name]: e for name, e in fixed.items()}, steady)
+
+
+def _is_steady(value: object) -> bool:
+    return isinstance(value, str) and value.strip().lower() == STEADY
 
 
 _COORDINATES = {"type": "object", "additionalProperties": EXPRESSION_SCHEMA}

@@ -33,6 +33,7 @@ from rigidcli.mechanics.linear_motion import LinearMotion, Root, Vector
 from rigidcli.mechanics.spectrum import ROUNDING, ROUNDING_OF_FLOATS, spectrum
 from rigidcli.report import Column, Field, Table
 from rigidcli.studies.common import require_values
+from rigidcli.studies.hamilton import steady
 from rigidcli.studies.hamilton.derivation import Derivation
 from rigidcli.studies.hamilton.system import derived_parameters, known_values, require_formulas
 
@@ -68,6 +69,7 @@ class Oscillations:
     motion: LinearMotion
     roots: Sequence[Root] | None
     notes: tuple[str, ...]
+    steady: steady.Steady | None = None
 
     @property
     def modes(self) -> list[tuple[Root, Vector]]:
@@ -94,15 +96,23 @@ def oscillations(document: Document, equilibrium: Equilibrium, derivation: Deriv
     equations have no first order there.
     """
     try:
-        forces, at_rest = _forces_at_rest(document, derivation)
-        names = derivation.phase.coordinates
+        left, momenta, turning = derivation, dict[str, Expr](), tuple[str, ...]()
+        if equilibrium.turning:
+            momenta, turning = steady.cyclic_momenta(document, equilibrium, derivation)
+            left = steady.reduced(derivation, equilibrium, momenta)
+        forces, at_rest = _forces_at_rest(document, left)
+        names = left.phase.coordinates
         find = _found_place if equilibrium.is_sought else _given_place
         place = find(document, equilibrium, names, forces)
         there = place.known | place.coordinates
         there |= {name: substitute(p, there) for name, p in at_rest.items()}
         still = dict.fromkeys(derivation.velocity_names, ZERO)
-        _require_smooth([derivation.generator, *derivation.system.forces], there | still)
-        motion = _motion(derivation, there).changed(lambda e: tidy(without(e, place.assumed)))
+        _require_smooth([derivation.generator, *derivation.system.forces], momenta | there | still)
+        motion = _motion(left, there).changed(lambda e: tidy(without(e, place.assumed)))
+        steadily = None
+        if equilibrium.turning:
+            is_open = document.exact_results and not equilibrium.is_sought
+            steadily = steady.steady(document, equilibrium, derivation, momenta, there, is_open)
     except ExpressionError as error:
         raise document.refusal(
             f"the equations of motion have no value there: {error.message}", KEY
@@ -122,7 +132,8 @@ def oscillations(document: Document, equilibrium: Equilibrium, derivation: Deriv
         ) from None
     is_numeric = equilibrium.is_sought or not is_exact
     values = {name: float(e) if is_numeric and not e.names else e for name, e in place.coordinates.items()}
-    return Oscillations(values, not equilibrium.is_sought, motion, roots, (*place.notes, *_notes(roots)))
+    notes = (*turning, *place.notes, *_notes(roots))
+    return Oscillations(values, not equilibrium.is_sought, motion, roots, notes, steadily)
 
 
 def _forces_at_rest(document: Document, derivation: Derivation) -> tuple[list[Expr], dict[str, Expr]]:
@@ -259,6 +270,7 @@ def fields(oscillations: Oscillations) -> list[Field]:
     cells = {f"modes.{place}.rate": (place,) for place in range(len(rates))}
     keys = {f"equilibrium.{name}": (name, e) for name, e in oscillations.place.items()}
     return [
+        *([] if oscillations.steady is None else steady.fields(oscillations.steady)),
         *(
             Field(key, e, f"equilibrium, {name}", cells={key: ()}, diagnostic=oscillations.is_given)
             for key, (name, e) in keys.items()

@@ -97,7 +97,7 @@ def modes(findings: Findings) -> Picture:
     small = findings.oscillations
     if small is None or not small.modes:
         raise UsageError("it is drawn for the modes about an `equilibrium`")
-    names = findings.derivation.phase.coordinates
+    names = tuple(small.place)
     ticks = tuple(_ruler(name) for name in names)
     panels = []
     for number, (root, entries) in enumerate(small.modes[:MOST_PANELS], start=1):

@@ -26,7 +26,7 @@ from rigidcli.language.tree import Name, Negative, Node, Product, Sum, bound
 from rigidcli.mechanics.generating import Generated
 from rigidcli.mechanics.hamilton_equations import TIME, Phase, turning, velocity
 from rigidcli.report import Field, Step, Table
-from rigidcli.studies.hamilton import multipliers
+from rigidcli.studies.hamilton import multipliers, steady
 from rigidcli.studies.hamilton.derivation import Derivation
 from rigidcli.studies.hamilton.findings import Findings, as_typed
 from rigidcli.studies.hamilton.linear_equations import MOST_COLUMNS
@@ -85,6 +85,10 @@ def hamilton_steps(findings: Findings, fields: Sequence[Field], tables: Sequence
     if findings.transform is not None:
         yield from _of_transform(findings.document, findings.transform, derivation.phase, fields)
     if findings.oscillations is not None:
+        if findings.oscillations.steady is not None:
+            kinds = ("routhian", "effective_potential", "steady")
+            shown = [e for kind in kinds for e in fields if e.key.partition(".")[0] == kind]
+            yield steady.steps(tuple(map(_titled, shown)))
         place = [_titled(entry) for entry in fields if entry.key.startswith("equilibrium.")]
         yield from _of_oscillations(findings.oscillations, findings.document, place)
     if derivation.hamiltonian is None:
