@@ -97,6 +97,9 @@ _ANGLE_IN_PARTS = re.compile(
 
 _BEHIND = re.compile(rf"(?<=[\w.)])\s+(?={_UNIT_BEGINS}|1\s*/|{_PER})")
 _UNCERTAIN = re.compile(r"[\w.)°%]\s*(?:\+/?-|±|-/?\+)")
+_ENERGIES = re.compile(r"\s*[TVUEKLHW](?:_?\w+)?(?:\s*[-+]\s*[TVUEKLHW](?:_?\w+)?)+\s*")
+"""Sums of names of energies before `=`, as in `T + V = 5 J`."""
+
 _OF_ANGLES = {"asin", "acos", "atan", "atan2"}
 
 
@@ -290,7 +293,7 @@ def doubt(before: Sequence[str], read: Callable[[str], Any], is_equal: Callable[
         try:
             other = read(member)
         except Unreadable:
-            if place == 0 and not is_name:
+            if place == 0 and not is_name and not _ENERGIES.fullmatch(member):
                 return f"what stands before `=` is no name: {shown(member.strip())}"
             if place and begins_another(member, read):
                 raise Unreadable("wrong_shape", TWO_ANSWERS) from None

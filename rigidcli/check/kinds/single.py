@@ -7,7 +7,7 @@ import re
 import unicodedata
 from contextlib import suppress
 from dataclasses import dataclass
-from typing import ClassVar
+from typing import ClassVar, get_args
 
 import numpy as np
 
@@ -24,6 +24,7 @@ from rigidcli.check.numbers import (
     readings_of,
     with_hint,
 )
+from rigidcli.core.principal import BodyClass
 from rigidcli.errors import ValueProblem, shown
 from rigidcli.fields.dimensions import ANGLE, DIMENSIONLESS
 from rigidcli.fields.units import Unit, parse_unit
@@ -175,6 +176,9 @@ TRUTH = {
 _BRACKETED = re.compile(r"\s*[(\[][^()\[\]]*[)\]]\s*")
 """What is added in brackets."""
 
+CLASSES = (*get_args(BodyClass), "symmetric")
+"""The classes of tops, by which an answer may be longer or shorter than the key."""
+
 _ARTICLE = re.compile(
     r"\b(?:the|an?|der|die|das|eine?|le|la|une?|el|los|only|nur|body|system|motion) (?=\w)|(?<=\w) only\b"
 )
@@ -257,7 +261,8 @@ class Choice(Kind):
         """Whether the answer says what a table says, or the key with more of its words."""
         if not isinstance(value, str) or not isinstance(key.plain, str):
             return False
-        if value.removesuffix(" body").removesuffix(" top").removesuffix(" symmetric") == key.plain:
+        short = _class_of(value)
+        if short == key.plain or (short in CLASSES and short == _class_of(key.plain)):
             return True
         own, said = _plain(key.words.partition(":")[0]), set(value.split())
         return value in (own, _plain(key.words)) or set(key.plain.split()) <= said <= set(own.split())
@@ -275,6 +280,11 @@ def _text(answer: Tree) -> str:
     if not (plain := _plain(answer)):
         raise Unreadable("parse_error", "the text is blank")
     return plain
+
+
+def _class_of(words: str) -> str:
+    """The short form of a class of tops: `prolate` for a prolate symmetric top."""
+    return re.sub(r"(?<=\w)(?: symmetric(?:al)?)?(?: (?:body|top))?\Z", "", words)
 
 
 def _split(value: str) -> tuple[str, str]:
