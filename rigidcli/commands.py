@@ -109,7 +109,9 @@ _ROWS = (
         needs=("system",),
         ignored="body about axis frame motion top tide",
         section="orbit",
-        pictures=dict.fromkeys(("path", "phase", "modes", "series", "observables"), "hamilton.pictures"),
+        pictures=dict.fromkeys(
+            ("section", "path", "phase", "modes", "series", "observables"), "hamilton.pictures"
+        ),
         python="""
         >>> system = {"coordinates": ["x"], "lagrangian": "m*xdot**2/2 - k*x**2/2"}
         >>> rigidcli.hamilton({"system": system, "parameters": {"m": None, "k": None}})["hamiltonian"]

@@ -31,6 +31,12 @@ def _variables(env: Environment) -> tuple[str, ...]:
     return (*names, *map(momentum, names), *map(velocity, names), *limits, *energies, "t")
 
 
+def of_the_state(env: Environment) -> tuple[str, ...]:
+    """What further functions of the state may be made of, besides parameters."""
+    observed = [name for name, meaning in env.meanings.items() if meaning == OBSERVABLE]
+    return tuple(dict.fromkeys([*_variables(env), *observed]))
+
+
 def _read_observables(raw: object, info: ValidationInfo) -> dict[str, Expression]:
     """Observables, none of which uses itself."""
     env = environment(info)
@@ -65,8 +71,7 @@ def _read_brackets(raw: object, info: ValidationInfo) -> tuple[Bracket, ...]:
         raise ValueProblem(f"read {shown(raw)}, expected a list of pairs, such as {example}")
     if len(raw) == 2 and all(isinstance(entry, str) and "," not in entry for entry in raw):
         raw = [raw]
-    observed = [name for name, meaning in env.meanings.items() if meaning == OBSERVABLE]
-    variables = tuple(dict.fromkeys([*_variables(env), *observed]))
+    variables = of_the_state(env)
     brackets, problems = list[Bracket](), list[ValueProblem]()
     for place, entry in enumerate(raw):
         with gathered(problems, place):

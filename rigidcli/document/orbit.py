@@ -5,20 +5,23 @@ from __future__ import annotations
 import re
 from collections.abc import Iterator, Mapping, Sequence
 from decimal import Decimal
-from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal, Self
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal, Self, TypeAlias
 
 import numpy as np
 from pydantic import Field, ValidationError, ValidationInfo
 
 from rigidcli.core.arithmetic import Floats, Scalar
+from rigidcli.document.observables import of_the_state
 from rigidcli.document.parameters import read_mapping
 from rigidcli.document.sampling import Ensemble, OrMany, Sampling
 from rigidcli.document.variables import EXPRESSION_SCHEMA, momentum, velocity
-from rigidcli.errors import ValueProblem
+from rigidcli.errors import ValueProblem, shown
+from rigidcli.fields.environment import LONGEST_LIST
 from rigidcli.fields.quantities import FULL_TURN
 from rigidcli.fields.readers import ReadBy
-from rigidcli.fields.section import environment
+from rigidcli.fields.section import Section, environment, optional
 from rigidcli.fields.words import with_colon
+from rigidcli.language.expression import Expression
 
 if TYPE_CHECKING:
     from rigidcli.document.system import System
@@ -67,6 +70,45 @@ _START = Annotated[dict[str, Scalar], ReadBy(_read_initial, _SCHEMA)]
 _OR_MANY = OrMany(_START, dict, _names, "x,p_x")
 
 
+def _read_event(raw: object, info: ValidationInfo) -> Expression:
+    """A function of the state, of which the zeros are looked for; or an equation between two."""
+    env = environment(info)
+    text = raw if isinstance(raw, str) else ""
+    if any(sign in text for sign in "<>\u2264\u2265"):
+        hint = "write an equation, such as `y = 0`, or what vanishes, such as `y`"
+        raise ValueProblem(
+            f"read {shown(raw)}: an inequality, expected where something passes zero", hint=hint
+        )
+    sides = text.replace("==", "=").split("=")
+    if len(sides) > 2:
+        raise ValueProblem(f"read {shown(raw)}: {len(sides)} sides, expected one equation")
+    variables = None if env.coordinates is None else of_the_state(env)
+    read = [env.symbolic(side, None, variables) for side in (sides if len(sides) == 2 else [raw])]
+    whole = (
+        read[0]
+        if len(read) == 1
+        else Expression(text, read[0].root - read[1].root, read[0].names | read[1].names)
+    )
+    if variables is not None and whole.names.isdisjoint(variables):
+        moving = ", ".join(variables[:LONGEST_LIST])
+        raise ValueProblem(f"read {shown(raw)}: it never changes, expected a function of {moving}")
+    return whole
+
+
+Event: TypeAlias = Annotated[Expression, ReadBy(_read_event, EXPRESSION_SCHEMA)]
+
+
+class PoincareSection(Section):
+    """The states in which a function of the state passes zero: a Poincare section."""
+
+    EXAMPLE: ClassVar = "{at: x, direction: up}"
+
+    at: Event = Field(description="What passes zero, in coordinates, momenta, velocities, t and observables")
+    direction: Literal["up", "down", "both"] = Field(
+        default="up", description="Whether it passes upwards, downwards, or either way"
+    )
+
+
 _OF_ANGLES = re.compile(r"\b(?:sin|cos|tan)\(([^()]*)\)")
 """A sine, cosine or tangent without another function in it, and its argument."""
 
@@ -84,6 +126,13 @@ class Orbit(Sampling):
         default="auto",
         description="`symplectic` keeps the energy error bounded over very long spans, with a fixed step; "
         "`stiff` is scipy's Radau, for rates of very different sizes; `taylor` is by heyoka (extra `taylor`)",
+    )
+
+    until: Event | None = optional(
+        "The orbit ends where this passes zero; the duration is the longest: lambda1, or an equation r = R"
+    )
+    section: PoincareSection | None = optional(
+        "Only the states in which a function passes zero: {at: x, direction: up}"
     )
 
     @classmethod
@@ -113,6 +162,12 @@ class Orbit(Sampling):
             is_bare = isinstance(value, int | float | Decimal) and not isinstance(value, bool)
             if name in angles and is_bare and abs(value) > FULL_TURN:
                 yield f"`orbit.initial.{name}` of {value} rad is beyond a full turn; {value} deg meant?"
+
+    @property
+    def events(self) -> dict[str, Expression]:
+        """The functions of which zeros are looked for, by their keys."""
+        places = {"orbit.until": self.until, "orbit.section.at": self.section.at if self.section else None}
+        return {key: typed for key, typed in places.items() if typed is not None}
 
     def start(self, system: System) -> tuple[Floats, Floats | None, Floats | None]:
         """Coordinates, momenta and velocities at t = 0, arrays of shape (n); None where they are absent."""

@@ -86,6 +86,10 @@ def reports(
     `together` may work several starts as arrays. The first place is a multiple of `block`. Raises
     DocumentError where the starts do not share their times.
     """
+    if form == "few" and document.orbit is not None and document.orbit.events:
+        key = next(iter(document.orbit.events))
+        hint = "print them all: `-f csv` or `-f json`"
+        raise document.refusal("the starts have no times in common to sum up", key, hint=hint)
     size = block(document)
     parts: Iterable[StartReport | tuple[int, None]]
     several = None if together is None or form == "starts" else together(document, form)

@@ -14,7 +14,10 @@ from tests.truths import require, truths
 REFUSED = yaml.safe_load(Path(__file__).with_name("refused.yaml").read_text(encoding="utf-8"))
 
 
-@pytest.mark.parametrize("case", truths(Path(__file__).with_name("truths.yaml")))
+TABLES = [Path(__file__).with_name(name) for name in ("truths.yaml", "events.yaml")]
+
+
+@pytest.mark.parametrize("case", [case for table in TABLES for case in truths(table)])
 def test_a_document_comes_to_this(case: dict[str, Any], program: Program) -> None:
     require(case, program)
 

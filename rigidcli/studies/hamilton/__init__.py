@@ -12,6 +12,7 @@ import numpy as np
 
 from rigidcli.algebra.expressions import Expr, symbol
 from rigidcli.algebra.trees import to_tree
+from rigidcli.core.arithmetic import Floats
 from rigidcli.core.estimate import unshared
 from rigidcli.document.document import Document
 from rigidcli.document.variables import acceleration
@@ -76,7 +77,7 @@ def run(
         pictures = drawn("hamilton", picture, findings)
     title = "Hamilton's equations"
     result = report(document, SCHEMA, title, fields, notes_on(findings), tables, working, pictures)
-    if scene and findings.orbit is not None:
+    if scene and findings.orbit is not None and not findings.orbit.is_section:
         from rigidcli.studies.hamilton.scene import scene_of
 
         result = replace(result, scene=scene_of(document, findings.orbit, tables[-1]))
@@ -316,9 +317,18 @@ def _orbit_quality(orbit: OrbitSolution) -> list[Field]:
         _row("orbit.steps", orbit.steps),
         trusted("hamilton", "orbit.trusted_digits", orbit.trusted_digits),
         Field("orbit.drift", orbit.drift),
+        *_end(orbit),
         *drifts,
         *([Field("", max(further), "largest drift of the others", diagnostic=True)] if further else []),
     ]
+
+
+def _end(orbit: OrbitSolution) -> list[Field]:
+    """Say when an orbit with `until` ends, and why."""
+    if orbit.end is None:
+        return []
+    time, reason = orbit.end
+    return [_row("orbit.end.t", time), _row("orbit.end.reason", reason, words=reason)]
 
 
 def _libration(found: Libration) -> list[Field]:
@@ -350,10 +360,13 @@ def orbit_table(findings: Findings) -> list[Table]:
     error, size = noise(orbit.trusted_digits), np.abs(orbit.energy).max()
     constant = "H" in findings.derivation.conserved
     keys = [*(f"q.{name}" for name in phase.coordinates), *(f"p.{name}" for name in phase.momenta)]
-    samples = zip(keys, phase.names, (*orbit.coordinates.T, *orbit.momenta.T), strict=True)
+    samples = [
+        (key, name, x, error * _share(orbit, key, x))
+        for key, name, x in zip(keys, phase.names, (*orbit.coordinates.T, *orbit.momenta.T), strict=True)
+    ]
     columns = (
         Column(TIME, orbit.times, (TIME,), "s", (TIME,)),
-        *(Column(key, x, (name,), symbols=(latex_name(name),), noise=error) for key, name, x in samples),
+        *(Column(key, x, (name,), symbols=(latex_name(name),), noise=off) for key, name, x, off in samples),
         # What changes in a constant is rounding.
         Column("H", orbit.energy, ("H",), noise=np.ptp(orbit.energy) / size if constant and size else NOISE),
         *(
@@ -364,6 +377,12 @@ def orbit_table(findings: Findings) -> list[Table]:
         ),
     )
     return [Table("orbit", "the orbit", columns, data=True)]
+
+
+def _share(orbit: OrbitSolution, key: str, samples: Floats) -> float:
+    """The largest value on the way in units of the largest sample: a section may hold small ones only."""
+    largest = float(np.abs(samples).max())
+    return max(1.0, orbit.scales.get(key, 0.0) / largest) if largest else 1.0
 
 
 def notes_on(findings: Findings) -> list[str]:
@@ -387,6 +406,7 @@ def notes_on(findings: Findings) -> list[str]:
         notes.append("the orbit is followed in floating-point numbers")
     if findings.orbit is not None and findings.orbit.note is not None:
         notes.append(findings.orbit.note)
+    notes += findings.orbit.remarks if findings.orbit is not None else ()
     if findings.libration is not None and findings.libration.error > 1e-9:
         digits = int(-math.log10(findings.libration.error))
         notes.append(f"near the separatrix the period and the action have {digits} digits")

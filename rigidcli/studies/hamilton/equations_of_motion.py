@@ -62,8 +62,8 @@ class EquationsOfMotion:
 
     It gives q and p (both k by n), H (k), and the terms of H (any number by k). `roundings` are the
     rounding errors of the flow, in units of the error of one operation. `watched` shows where something
-    sudden may be. `values` takes functions of the variables, momenta and multipliers (m), times and states,
-    and gives their values (m by k).
+    sudden may be. `function` makes of functions of the variables, momenta and multipliers (m) one of times
+    and states that gives their values (m by k).
     """
 
     flow: Flow
@@ -71,7 +71,11 @@ class EquationsOfMotion:
     start: Floats
     watched: Watched
     observed: Callable[[Floats, Floats], tuple[Floats, Floats, Floats, Floats]]
-    values: Callable[[Sequence[Expr], Floats, Floats], Floats]
+    function: Callable[[Sequence[Expr]], Callable[[Floats, Floats], Floats]]
+
+    def values(self, functions: Sequence[Expr], times: Floats, states: Floats) -> Floats:
+        """The values (m by k) of functions (m) at times and states."""
+        return self.function(functions)(times, states)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -113,12 +117,12 @@ def equations_of_motion(derivation: Derivation, initial: InitialState) -> Equati
         rows = columns(observe)(times, *states[:, : 2 * size].T)
         return states[:, :size], rows[:size].T, rows[size:].sum(axis=0), rows[size:]
 
-    def values(functions: Sequence[Expr], times: Floats, states: Floats) -> Floats:
+    def function(functions: Sequence[Expr]) -> Callable[[Floats, Floats], Floats]:
         trees, arguments = [to_tree(e) for e in functions], [TIME, *equations.names]
         f = columns(code.function(trees, arguments, initial.parameters, equations.steps))
-        return f(times, *states[:, : 2 * size].T)
+        return lambda times, states: f(times, *states[:, : 2 * size].T)
 
-    return EquationsOfMotion(flow, roundings, start, watched, observed, values)
+    return EquationsOfMotion(flow, roundings, start, watched, observed, function)
 
 
 @lru_cache(maxsize=1)

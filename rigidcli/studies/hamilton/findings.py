@@ -83,7 +83,10 @@ def find(document: Document, progress: Callable[[float], None] | None) -> Findin
         observed = observations(document, derivation)
         functions = {f"observables.{name}": e for name, e in observed.functions.items()} if observed else {}
         starts = document.reading.starts
-        orbit = solve_orbit(document.orbit, derivation, initial, searched or (), progress, starts, functions)
+        passing = observed.events if observed else {}
+        orbit = solve_orbit(
+            document.orbit, derivation, initial, searched or (), progress, starts, functions, passing
+        )
     libration = None
     if orbit is not None and initial is not None and len(derivation.phase.coordinates) == 1:
         from rigidcli.studies.hamilton.periods import period
@@ -99,8 +102,9 @@ def find(document: Document, progress: Callable[[float], None] | None) -> Findin
 
 
 def observations(document: Document, derivation: Derivation) -> Observed | None:
-    """The observables and brackets, which are imported where there are any."""
-    if document.observables is None and document.brackets is None:
+    """The observables, brackets and events of the orbit, which are imported where there are any."""
+    has_events = document.orbit is not None and document.orbit.events
+    if document.observables is None and document.brackets is None and not has_events:
         return None
     from rigidcli.studies.hamilton.observables import observed
 

@@ -46,7 +46,7 @@ def together(
     It leaves out starts that are better followed alone: their reports are None.
     """
     orbit, ensemble = document.orbit, document.ensemble
-    if orbit is None or ensemble is None or orbit.method != "auto" or len(ensemble) < FEWEST:
+    if orbit is None or ensemble is None or orbit.method != "auto" or len(ensemble) < FEWEST or orbit.events:
         return None
     first = document.start(0)
     assert first.orbit is not None

@@ -67,11 +67,12 @@ class NamedBracket(NamedTuple):
 
 
 class Observed(NamedTuple):
-    """What a document asks about functions of the state."""
+    """What a document asks about functions of the state; `events` are those of the orbit, by their keys."""
 
     observables: tuple[Observable, ...]
     brackets: tuple[NamedBracket, ...]
     functions: Mapping[str, Expr]
+    events: Mapping[str, Expr]
 
 
 def observed(document: Document, derivation: Derivation) -> Observed:
@@ -108,7 +109,13 @@ def observed(document: Document, derivation: Derivation) -> Observed:
         value = tidy(bracket(sides[0], sides[1], derivation.phase)) if free else None
         equals = None if value is None else _recognised(value, candidates, derivation)
         brackets.append(NamedBracket(names, value, equals))
-    return Observed(tuple(found), tuple(brackets), {one.name: one.function for one in found})
+    events = {} if document.orbit is None else document.orbit.events
+    return Observed(
+        tuple(found),
+        tuple(brackets),
+        {one.name: one.function for one in found},
+        {key: function(typed, key) for key, typed in events.items()},
+    )
 
 
 def _energies(derivation: Derivation) -> dict[str, Expr]:

@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 from functools import partial
 
 import numpy as np
+from numpy.typing import NDArray
 
 from rigidcli.algebra.calculus import derivative
 from rigidcli.algebra.expressions import Expr, symbol, total
@@ -37,6 +38,7 @@ from rigidcli.studies.hamilton.equations_of_motion import (
     values_of_terms,
 )
 from rigidcli.studies.hamilton.equations_of_motion import terms as terms_of
+from rigidcli.studies.hamilton.passes import Values, cut, equation, passes, reach, selected, touching
 from rigidcli.studies.hamilton.system import require_formulas
 
 SAME = 1e-6
@@ -209,6 +211,7 @@ class OrbitSolution:
     is one of the `invariants`. The `states` (k by 2 n) have the variables that were integrated. `further`
     samples (k), such as those of multipliers, stand under their keys, and the `means` over the orbit of some;
     `scales` are the largest sums of the sizes of their terms.
+    The `end` is the time at which an orbit with `until` ends, and why; what events have met is in `remarks`.
     From `lost` on, if ever, a second orbit in other steps has nothing in common with this one.
     """
 
@@ -227,6 +230,9 @@ class OrbitSolution:
     further: dict[str, Floats]
     means: dict[str, float]
     scales: dict[str, float]
+    end: tuple[float, str] | None = None
+    is_section: bool = False
+    remarks: tuple[str, ...] = ()
 
 
 @np.errstate(over="ignore", invalid="ignore")
@@ -238,10 +244,12 @@ def solve_orbit(
     progress: Callable[[float], None] | None,
     starts: int = 1,
     functions: Mapping[str, Expr] | None = None,
+    passing: Mapping[str, Expr] | None = None,
 ) -> OrbitSolution:
     """The orbit that a document asks for, one of so many `starts`; with the drift of `invariants`, too.
 
-    `functions` of the state, as `observables` writes them, are sampled under their keys, and have means.
+    `functions` of the state, as `observables` writes them, are sampled under their keys, and have means; of
+    those that are `passing`, under the keys of the document, zeros are looked for.
 
     Raises ComputationError where the orbit ends early, or needs too many steps, or too much memory.
     """
@@ -256,6 +264,7 @@ def solve_orbit(
         from rigidcli.studies.hamilton.constrained import keeper
 
         bounds = keeper(derivation, initial.parameters)
+    tolerance = orbit.tolerance or DEFAULT_TOLERANCE
     follow = partial(
         integrate.integrate,
         motion.flow,
@@ -266,12 +275,20 @@ def solve_orbit(
         starts=starts,
         project=None if bounds is None else bounds.back,
     )
+    until, crossing = None, {key: _first_row(motion.function([e])) for key, e in (passing or {}).items()}
+    if "orbit.until" in crossing:
+        far, until = reach(
+            lambda end: follow(
+                (0.0, end), tolerance=tolerance, stops=stops[stops < end].tolist(), engine=orbit.method
+            ),
+            crossing["orbit.until"],
+            span[1],
+            "orbit.until",
+        )
+        span, stops = (0.0, far), stops[stops < far]
+        times = times if until is None else cut(times, until)
     solution = _by_exponential(derivation, initial, span[1], orbit) or follow(
-        span,
-        tolerance=orbit.tolerance or DEFAULT_TOLERANCE,
-        stops=stops.tolist(),
-        engine=orbit.method,
-        progress=progress,
+        span, tolerance=tolerance, stops=stops.tolist(), engine=orbit.method, progress=progress
     )
     # Zero at some samples must not pass for the size of a variable.
     scale = np.maximum(solution.largest, np.abs(solution.at(times)).max(axis=0))[: 2 * len(initial.q)]
@@ -290,6 +307,7 @@ def solve_orbit(
         lambda one, other: np.abs((one - other)[:, : len(scale)] / scale).max(axis=1),
         times,
     )
+    solution, times, kept, end, remarks = _met(orbit, crossing, solution, times, until)
     _require_range(solution, derivation, initial)
     states = solution.at(times)
     coordinates, momenta, energy, terms = motion.observed(times, states)
@@ -323,25 +341,73 @@ def solve_orbit(
             raise ComputationError(f"`{key.partition('.')[2]}` has no finite real value at t = {first:.6g}")
     means = solution.mean(partial(motion.values, [*functions.values()])) if functions else ()
     return OrbitSolution(
-        times,
-        coordinates,
-        momenta,
-        energy,
+        times[kept],
+        coordinates[kept],
+        momenta[kept],
+        energy[kept],
         drift,
         tuple(map(str, invariants)),
         solution.method,
         solution.steps,
-        states[:, : 2 * len(initial.q)],
+        states[kept, : 2 * len(initial.q)],
         digits(max(error, energy_error, noise, rounding(solution, stops))),
         lost,
         solution.note,
-        dict(zip(further, samples, strict=True)),
+        dict(zip(further, samples[:, kept], strict=True)),
         dict(zip(functions or (), map(float, means), strict=True)),
         {
             key: float(np.abs(motion.values(terms_of(e), times, states)).sum(axis=0).max())
             for key, e in further.items()
+        }
+        | {
+            key: float(np.abs(x).max())
+            for prefix, names, rows in (
+                ("q", derivation.phase.coordinates, coordinates.T),
+                ("p", derivation.phase.momenta, momenta.T),
+            )
+            for key, x in zip((f"{prefix}.{name}" for name in names), rows, strict=True)
         },
+        end,
+        orbit.section is not None,
+        remarks,
     )
+
+
+def _first_row(function: Values) -> Values:
+    return lambda times, states: function(times, states)[0]
+
+
+def _met(
+    orbit: Orbit, crossing: Mapping[str, Values], solution: Solution, times: Floats, until: float | None
+) -> tuple[Solution, Floats, NDArray[np.bool_], tuple[float, str] | None, tuple[str, ...]]:
+    """The solution to its end, the times of its samples, which of them are kept, the end, and remarks.
+
+    The end is about `until`, if ever; in a section, only the times of the section are kept.
+    """
+    end, remarks = None, list[str]()
+    if orbit.until is not None:
+        if until is None:
+            end = (float(times[-1]), "duration")
+            remarks.append(
+                f"{equation(orbit.until.text)} is not passed within {times[-1]:.6g} s: the orbit is followed "
+                "to its whole duration"
+            )
+            found = passes(crossing["orbit.until"], solution, "orbit.until")
+        else:
+            found = passes(crossing["orbit.until"], solution, "orbit.until")
+            until = float(found.times[0]) if len(found.times) else until
+            end = (until, equation(orbit.until.text))
+            times = cut(times[:-1], until)
+            solution = replace(solution, knots=cut(solution.knots, until))
+        remarks += touching(orbit.until.text, found.touched[found.touched < times[-1]])
+    kept = np.ones(len(times), dtype=bool)
+    if orbit.section is not None:
+        found = passes(crossing["orbit.section.at"], solution, "orbit.section.at")
+        chosen = selected(found, orbit)
+        times = np.array(sorted({*times.tolist(), *chosen.tolist()}))
+        kept = np.isin(times, chosen)
+        remarks += touching(orbit.section.at.text, found.touched)
+    return solution, times, kept, end, tuple(remarks)
 
 
 def _drift(values: Floats, *terms: Floats) -> float:
@@ -356,7 +422,8 @@ def _by_exponential(
 ) -> Solution | None:
     """The motion of linear equations that do not change with time, where it has many variables or takes many
     steps; else None."""
-    asked = orbit.method != "auto" or orbit.max_step is not None
+    # Its steps are too long for zeros to be found.
+    asked = orbit.method != "auto" or orbit.max_step is not None or bool(orbit.events)
     if asked or derivation.linear is None or derivation.explicit_time:
         return None
     rows, shift = derivation.linear

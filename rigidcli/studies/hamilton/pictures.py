@@ -1,8 +1,8 @@
-"""The pictures of `hamilton`: paths, phase portraits, coordinates in time, and modes."""
+"""The pictures of `hamilton`: sections, paths, phase portraits, coordinates in time, and modes."""
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 
@@ -30,13 +30,17 @@ GRID = 161
 LEVELS = 9
 """Contours of H beside that of the orbit's energy."""
 
+STILL = 1e-9
+"""A coordinate that varies by less than this over a section, in units of the largest, is held fixed by it."""
+
 MARGIN = 0.35
 """How far a phase portrait goes beyond the orbit, in units of the orbit's width."""
 
 
 def path(findings: Findings) -> Picture:
     """The paths of the particles, in the plane if they stay in one."""
-    places = positions(findings.document, _required(findings.orbit))
+    orbit = _required(findings.orbit)
+    places = positions(findings.document, orbit)
     if places is None:
         raise UsageError("it is drawn where `particles` have positions, and for the coordinates r and phi")
     extent = np.ptp(places.reshape(-1, 3), axis=0)
@@ -49,7 +53,7 @@ def path(findings: Findings) -> Picture:
     marks = [Mark("dots", np.zeros((1, len(shown))), "origin", quiet=True)]
     for index, name in enumerate(names):
         line = places[:, index, shown]
-        marks += [Mark("line", line, name, style=index), Mark("dots", line[:1], style=index)]
+        marks += [Mark(_form(orbit), line, name, style=index), Mark("dots", line[:1], style=index)]
     rulers = tuple(Ruler("xyz"[axis], unit="m") for axis in shown)
     title = "path of the orbit" if len(names) == 1 else "paths of the particles"
     return Picture("path", title, (Panel(rulers, tuple(marks), is_even=True),))
@@ -63,7 +67,7 @@ def phase(findings: Findings) -> Picture:
         path = np.column_stack([orbit.coordinates[:, place], orbit.momenta[:, place]])
         energy = _contours(findings, orbit, path) if len(names) == 1 else []
         named = not panels  # one legend is enough
-        drawn = Mark("line", path, "orbit" if named else "", style=0)
+        drawn = Mark(_form(orbit), path, "orbit" if named else "", style=0)
         marks = (*energy, drawn, Mark("dots", path[:1], "start" if named else "", style=1))
         panels.append(Panel((_ruler(name), _ruler(f"p_{name}")), marks))
     return Picture("phase", f"phase portrait{_of(names, 'coordinates')}", tuple(panels), _side(len(panels)))
@@ -73,7 +77,10 @@ def series(findings: Findings) -> Picture:
     """The coordinates in time."""
     orbit, names = _required(findings.orbit), findings.derivation.phase.coordinates
     panels = tuple(
-        Panel((Ruler("t", "t", "s"), _ruler(name)), (Mark("line", np.column_stack([orbit.times, values])),))
+        Panel(
+            (Ruler("t", "t", "s"), _ruler(name)),
+            (_in_time(orbit, values),),
+        )
         for name, values in zip(names[:MOST_PANELS], orbit.coordinates.T, strict=False)
     )
     return Picture("series", f"coordinates in time{_of(names, 'coordinates')}", panels)
@@ -86,10 +93,30 @@ def observables(findings: Findings) -> Picture:
     if not samples:
         raise UsageError("it is drawn for `observables`")
     panels = tuple(
-        Panel((Ruler("t", "t", "s"), _ruler(name)), (Mark("line", np.column_stack([orbit.times, values])),))
+        Panel(
+            (Ruler("t", "t", "s"), _ruler(name)),
+            (_in_time(orbit, values),),
+        )
         for name, values in [*samples.items()][:MOST_PANELS]
     )
     return Picture("observables", f"observables in time{_of([*samples], 'observables')}", panels)
+
+
+def section(findings: Findings) -> Picture:
+    """The states of a section, as dots in the plane of each coordinate that moves and its momentum."""
+    orbit, names = _required(findings.orbit), findings.derivation.phase.coordinates
+    if not orbit.is_section:
+        raise UsageError("it is drawn for an `orbit.section`")
+    places = np.stack([orbit.coordinates, orbit.momenta])
+    # A coordinate that the section itself holds fixed has nothing to show.
+    spread = np.ptp(orbit.coordinates, axis=0)
+    shown = [place for place in range(len(names)) if spread[place] > STILL * np.abs(places).max()]
+    shown = (shown or [*range(len(names))])[:MOST_PANELS]
+    panels = tuple(
+        Panel((_ruler(names[place]), _ruler(f"p_{names[place]}")), (Mark("dots", places[:, :, place].T),))
+        for place in shown
+    )
+    return Picture("section", f"section with {len(orbit.times)} crossings", panels, _side(len(panels)))
 
 
 def modes(findings: Findings) -> Picture:
@@ -121,6 +148,15 @@ def modes(findings: Findings) -> Picture:
         panels.append(Panel((Ruler("", ticks=ticks), Ruler("displacement")), tuple(marks), title))
     title = f"normal modes{_of(small.modes, 'modes')}"
     return Picture("modes", title, tuple(panels), _side(len(panels)))
+
+
+def _form(orbit: OrbitSolution) -> Literal["line", "dots"]:
+    """States of a section have nothing between them."""
+    return "dots" if orbit.is_section else "line"
+
+
+def _in_time(orbit: OrbitSolution, values: Floats) -> Mark:
+    return Mark(_form(orbit), np.column_stack([orbit.times, values]))
 
 
 def _required(orbit: OrbitSolution | None) -> OrbitSolution:

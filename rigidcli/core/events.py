@@ -1,0 +1,132 @@
+"""Where a function of the time and the state passes zero along a solution.
+
+The function is looked at in each step, and more closely where its size is least, so that it cannot pass zero
+and come back unseen. Each pass is then narrowed down by the Illinois method. Source: M. Dowell, P. Jarratt,
+BIT 11 (1971) 168.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rigidcli.core.arithmetic import EPS, Floats
+from rigidcli.core.solution import Solution
+
+LOOKS = 16
+"""Places in each step at which the function is looked at."""
+
+ROUNDS = 7
+"""Rounds in which a place where the size of the function is least is narrowed down, 8 times in each."""
+
+MOST_TURNS = 200
+"""Turns of the Illinois method; it takes about ten, and halves where there is a jump."""
+
+
+class Events(NamedTuple):
+    """The times of passes (k), whether each goes upwards, and the times (m) at which zero is only touched.
+
+    The first time without a finite value is `gap`; None where there is none.
+    """
+
+    times: Floats
+    upwards: NDArray[np.bool_]
+    touched: Floats
+    gap: float | None
+
+
+def events(function: Callable[[Floats, Floats], Floats], solution: Solution, near: float) -> Events:
+    """The zeros of a function of times (k) and states (k by n) along a solution.
+
+    What comes `near` to zero, in units of its largest size, and goes back touches it, and does not pass; nor
+    does a zero at the start. Of two passes a thousandth of a step apart none is missed.
+    """
+
+    def values(times: Floats) -> Floats:
+        flat = times.ravel()
+        return function(flat, solution.at(flat)).reshape(times.shape)
+
+    knots = solution.knots
+    inside = knots[:-1, None] + np.diff(knots)[:, None] * np.arange(LOOKS) / LOOKS
+    grid = np.append(inside.ravel(), knots[-1])
+    at = values(grid)
+    finite = np.isfinite(at)
+    gap = None if finite.all() else float(grid[np.argmin(finite)])
+    grid, at = grid[finite], at[finite]
+    none = np.empty(0)
+    if len(grid) < 2 or not np.any(at):
+        return Events(none, none > 0, none, gap)
+    near *= float(np.abs(at).max())
+    signs = _signs(np.where(np.abs(at) <= 4 * EPS * np.abs(at).max(), 0.0, at))
+    valleys, least, depth = _valleys(values, grid, at * signs, signs)
+    is_touch = np.abs(depth) <= near
+    # The start is no place where anything passes or touches.
+    touched = least[is_touch & (least > grid[min(1, len(grid) - 1)])]
+    twice = depth < -near
+    before, after = grid[np.maximum(valleys - 1, 0)], grid[np.minimum(valleys + 1, len(grid) - 1)]
+    passes = np.flatnonzero(signs[1:] != signs[:-1])
+    low = np.concatenate([grid[passes], before[twice], least[twice]])
+    high = np.concatenate([grid[passes + 1], least[twice], after[twice]])
+    first = np.concatenate([signs[passes], signs[valleys[twice]], -signs[valleys[twice]]])
+    times = _narrowed(values, low, high, first)
+    # At a pole the function changes its sign, too, but is largest there.
+    ends = np.maximum(np.abs(values(low)), np.abs(values(high)))
+    is_pass = (np.abs(values(times)) <= ends) & (times > grid[0] + 1e-9 * (grid[1] - grid[0]))
+    order = np.argsort(times[is_pass], kind="stable")
+    return Events(times[is_pass][order], (first < 0)[is_pass][order], touched, gap)
+
+
+def _signs(at: Floats) -> Floats:
+    """The sign of each value, where a zero has that of the value before it, or at the start after."""
+    signs, known = np.sign(at), np.flatnonzero(at)
+    if not len(known):
+        return np.ones(len(at))
+    place = np.searchsorted(known, np.arange(len(at)), side="right") - 1
+    return signs[known[np.maximum(place, 0)]]
+
+
+def _valleys(
+    values: Callable[[Floats], Floats], grid: Floats, sizes: Floats, signs: Floats
+) -> tuple[NDArray[np.int_], Floats, Floats]:
+    """Places in the grid where the size is less than beside, and where between its neighbours it is least.
+
+    With these times comes what is left of the size there: it is negative where the sign is another one.
+    """
+    beside = np.concatenate([[np.inf], sizes, [np.inf]])
+    same = np.concatenate([[True], signs[1:] == signs[:-1], [True]])
+    is_low = (sizes < beside[:-2]) & (sizes <= beside[2:]) & same[:-1] & same[1:]
+    places = np.flatnonzero(is_low)
+    low, high = grid[np.maximum(places - 1, 0)], grid[np.minimum(places + 1, len(grid) - 1)]
+    every, least, depth = np.arange(len(places)), grid[places], sizes[places]
+    for _ in range(ROUNDS if len(places) else 0):
+        times = np.linspace(low, high, LOOKS + 1, axis=-1)
+        inner = np.nan_to_num(values(times) * signs[places, None], nan=np.inf)
+        best = inner.argmin(axis=1)
+        least, depth = times[every, best], inner[every, best]
+        low, high = times[every, np.maximum(best - 1, 0)], times[every, np.minimum(best + 1, LOOKS)]
+    return places, least, depth
+
+
+def _narrowed(values: Callable[[Floats], Floats], low: Floats, high: Floats, first: Floats) -> Floats:
+    """The times (k) between `low`, where the function has the sign `first`, and `high`, where it has not."""
+    below, above = np.abs(values(low)), -np.abs(values(high))  # times the sign at first
+    best, least, middle = high, -above, low
+    for turn in range(MOST_TURNS if len(low) else 0):
+        with np.errstate(all="ignore"):
+            share = below / (below - above)
+        # Every third turn halves, which a function that is flat near its zero needs.
+        share = np.where(np.isfinite(share) & (turn % 3 < 2), share, 0.5)
+        before, middle = middle, low + (high - low) * np.clip(share, 0.0, 1.0)
+        at = values(middle) * first
+        best, least = np.where(np.abs(at) <= least, middle, best), np.fmin(np.abs(at), least)
+        is_before = at > 0
+        low, high = np.where(is_before, middle, low), np.where(is_before, high, middle)
+        below, above = np.where(is_before, at, below / 2), np.where(is_before, above / 2, at)
+        small = 2 * EPS * np.abs(middle)
+        is_still = (turn % 3 == 1) & (np.abs(middle - before) <= small)
+        if np.all((high - low <= small) | (least == 0) | is_still):
+            break
+    return best

@@ -1,0 +1,88 @@
+"""The end of an orbit where a function of the state passes zero, and the states of a Poincare section."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+
+from rigidcli.core.arithmetic import Floats
+from rigidcli.core.events import Events, events
+from rigidcli.core.solution import Solution, Stopped
+from rigidcli.document.orbit import Orbit
+from rigidcli.errors import ComputationError
+
+NEAR = 1e-10
+"""What comes this near to zero and goes back is no pass, in units of the largest value, as errors are."""
+
+BEFORE = 1e-6
+"""Where an orbit cannot be followed on, it is looked for its end up to this share of the time before."""
+
+Values = Callable[[Floats, Floats], Floats]
+
+
+def reach(
+    follow: Callable[[float], Solution], function: Values, end: float, key: str
+) -> tuple[float, float | None]:
+    """A time until which to follow an orbit, and the one at which a function first passes zero, or None.
+
+    The orbit may stop behind its end: a planet that is followed to the surface of the sun would fall into it.
+    """
+    stopped: Stopped | None = None
+    try:
+        solution = follow(end)
+    except Stopped as stop:
+        if stop.time <= 0:
+            raise
+        stopped, solution = stop, follow(stop.time * (1 - BEFORE))
+    found = passes(function, solution, key)
+    if not len(found.times):
+        if stopped is not None:
+            raise stopped
+        return end, None
+    beyond = solution.knots[solution.knots > found.times[0]]
+    return float(beyond[:2][-1]) if len(beyond) else end, float(found.times[0])
+
+
+def passes(function: Values, solution: Solution, key: str) -> Events:
+    """The zeros of a function along an orbit. Raises ComputationError where it has no value before one."""
+    found = events(function, solution, NEAR)
+    ends = key == "orbit.until" and len(found.times) > 0
+    if found.gap is not None and not (ends and found.times[0] < found.gap):
+        raise ComputationError(f"`{key}` has no finite real value at t = {found.gap:.6g}")
+    return found
+
+
+def cut(solution_knots: Floats, end: float) -> Floats:
+    """The ascending times before an end, and the end itself."""
+    return np.append(solution_knots[solution_knots < end], end)
+
+
+def selected(found: Events, orbit: Orbit) -> Floats:
+    """The times of a section. Raises ComputationError where there are none."""
+    assert orbit.section is not None
+    direction, at = orbit.section.direction, orbit.section.at.text
+    times = found.times
+    if direction != "both":
+        times = times[found.upwards == (direction == "up")]
+    if not len(times):
+        way = {"up": " upwards", "down": " downwards", "both": ""}[direction]
+        others = f"; {len(found.times)} times the other way: `direction: both`" if len(found.times) else ""
+        raise ComputationError(
+            f"the orbit never passes {equation(at)}{way}, so that the section is empty",
+            hint=f"take a longer `orbit.duration`{others}",
+        )
+    return times
+
+
+def equation(text: str) -> str:
+    """What holds where an expression, or the difference of two sides, vanishes."""
+    return text if "=" in text else f"{text} = 0"
+
+
+def touching(text: str, touched: Floats) -> list[str]:
+    """A remark on places where a function comes to zero and goes back."""
+    if not len(touched):
+        return []
+    more = f" and at {len(touched) - 1} more times" if len(touched) > 1 else ""
+    return [f"at t = {touched[0]:.10g}{more} the orbit touches {equation(text)} and does not pass it"]
