@@ -145,6 +145,11 @@ def _read_equilibrium(raw: object, info: ValidationInfo) -> Equilibrium:
     if is_sought and steady is not None:
         hint = f"write `{momentum(steady)}: J`, or give the other coordinates without `find`"
         problems.append(ValueProblem("`find` needs a fixed momentum", path=(next(iter(turning)),), hint=hint))
+    inside = given["find"] if is_sought and isinstance(given["find"], Mapping) else {}
+    for name, key in read_names(inside)[0].items():
+        if name in of_momenta:
+            hint = f"write `{{{name}: {inside[key]}, find: {{...}}}}`"
+            problems.append(ValueProblem("belongs beside `find`", path=("find", key), hint=hint))
     kept = [name for name in names if name not in {*turning.values(), *turned}]
     if names and not kept and not problems:
         problems.append(ValueProblem("no coordinate is left that the motion could keep where it is"))

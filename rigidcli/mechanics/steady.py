@@ -78,7 +78,8 @@ def steady_rates(forces: Mapping[str, Expr], momentum: str, velocity: Expr, give
     line = coefficients(velocity, [momentum])
     slope = None if line is None else tidy(coefficient(line, 1, 0))
     if not has_degrees(line, 0, 1) or not slope:
-        raise ExpressionError("the rate is not a linear function of its momentum")
+        hint = f"fix the momentum, and look for the place: `{{{momentum}: J, find: {{...}}}}`"
+        raise ExpressionError("the rate is not a linear function of its momentum", hint=hint)
     momenta = {momentum: (symbol(RATE) - coefficient(line, 1)) / slope}
     conditions = {}
     for name, force in forces.items():

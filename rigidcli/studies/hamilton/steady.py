@@ -81,7 +81,8 @@ def cyclic_momenta(
     try:
         found = steady_rates(forces, momentum(steadily), rate, known_values(document))
     except ExpressionError as error:
-        raise document.refusal(f"no steady motion: {error.message}", f"equilibrium.{steadily}") from error
+        message, key = f"no steady motion: {error.message}", f"equilibrium.{steadily}"
+        raise document.refusal(message, key, hint=error.hint) from error
     second = [] if found.other is None else [f"{velocity(steadily)} = {written(found.other)}"]
     notes = [f"a second steady rate is {text}" for text in second]
     notes += [] if found.condition is None else [f"the motion is steady where {found.condition} > 0"]
