@@ -34,16 +34,16 @@ MOST_LINES = {
     "algebra": 2987,  # sizes count nodes; conserved quantities have parameters as coefficients
     "bodies": 5719,  # digits that were typed, silences that are told, prisms, files as others write them
     "cli": 2050,  # sheets, gradebooks and wide rows; a starter names the next command
-    "core": 4707,  # orbits from many starts in arrays, stiff systems, jumps at stops, motion to and fro
-    "document": 3352,  # all slips at once; constraints, observables, generating functions
+    "core": 4839,  # orbits from many starts in arrays, stiff systems, jumps at stops, motion to and fro
+    "document": 3417,  # all slips at once; constraints, observables, generating functions
     "fields": 1913,  # a section reads on with the key that is meant
     "check": 9582,  # variants; one rule for whose a hand-in is; a file is what it answers
     "language": 2849,  # one reader, with readings, for documents and answers
-    "mechanics": 3290,  # constraints, generating functions, conserved quantities by Noether's theorem
+    "mechanics": 3291,  # constraints, generating functions, conserved quantities by Noether's theorem
     "reference": 521,  # conventions, notation and sections of beams are explained
     "render": 2678,  # results stand beside the figures of a page, with each name once
-    "studies": 7973,  # constraints, observables, bodies in space, many orbits, periods
-    "": 1731,  # fields of a result are attributes; settings that nothing uses are refused in Python
+    "studies": 8204,  # constraints, observables, bodies in space, many orbits, periods
+    "": 1733,  # fields of a result are attributes; settings that nothing uses are refused in Python
 }
 """The most lines of Python that each room may have; "" is what stands at the top.
 
