@@ -79,7 +79,7 @@ _GROUPED = re.compile(
 )
 """A number whose commas, points, blanks or apostrophes may stand for thousands."""
 
-_LAST_DIGITS = re.compile(r"[-+]?\d+[.,]\d+(?=(?P<last>\(\d{1,2}\))\s*(?:[^\W\d]|\Z))")
+_LAST_DIGITS = re.compile(r"[-+]?\d+[.,]\d*(?=(?P<last>\(\d{1,2}\))\s*(?:[^\W\d]|\Z))")
 """A number with digits in brackets behind it: `12.5(2) J`, `0.91(6)`."""
 
 _REMARK = re.compile(r"\s*[,(\s]\s*(?!(?:per|pro|par|por|over)\b)(?=[^\d=/]*[^\W\d]{3}[^\d=/]*\Z)")
@@ -203,7 +203,8 @@ def readings_of(answer: Tree, unit: Unit | None = None, place: str = "") -> list
 def _digits(text: str) -> list[str]:
     """The texts that a number stands for where its commas, points or blanks may separate thousands."""
     if doubtful := _LAST_DIGITS.match(text):  # a product, or digits that are uncertain or repeat
-        return [text, f"{doubtful[0]}{text[doubtful.end('last') :]}"]
+        behind, repeating = text[doubtful.end("last") :], 12 * doubtful["last"].strip("()")
+        return [text, f"{doubtful[0]}{behind}", f"{doubtful[0]}{repeating}{behind}"]
     grouped = _GROUPED.fullmatch(text)
     if grouped is None:
         return [text]

@@ -48,6 +48,9 @@ def undressed(text: str) -> str:
     text = _SHARED.sub(r"\g<name>_\g<one> = \g<name>_\g<two> = ", text)
     if not re.search(r"[,;\n]", text):
         text = re.sub(r"\([^()|]+(?:\|[^()|]+)+\)", lambda row: row[0].replace("|", ";"), text)
+    lines = text.strip().splitlines()
+    if len(lines) > 1 and all(line.lstrip().startswith("- ") for line in lines):  # as in YAML
+        return "\n".join(line.lstrip().removeprefix("- ") for line in lines)
     return _from_table(text)
 
 

@@ -186,7 +186,8 @@ _SUBJECT = re.compile(
     r"^(?:(?:body|top|system|motion|class|type|it|this|körper|kreisel) (?:is|ist|est|es) )+"
 )
 
-_REASON = re.compile(r"\s*(?:[,;:–—]|\. |\s-\s|\b(?:because|since|as|weil|denn|car|parce|porque|with)\b)")
+_WHY = r"\b(?:because|since|as|weil|denn|car|parce|porque|with)\b"
+_REASON = re.compile(rf"\s*(?:[,;:–—]|\. |\s-\s|(?={_WHY}))")
 """What stands before a reason."""
 
 _OPPOSITE = r"\b(?:yes|no|ja|nein|oui|true|false)\b"
@@ -255,7 +256,10 @@ class Choice(Kind):
         return Outcome.correct() if is_right else Outcome.earning(0.0, Finding("outside_tolerance"))
 
     def _is_word(self, key: Words, value: str) -> bool:
-        return value == key.plain or self._is_word_of_table(key, value)
+        name = isinstance(key.plain, str) and re.fullmatch(r"(\w) (\w+)", key.plain)  # of p_phi
+        return (
+            value == key.plain or (name and value == name[1] + name[2]) or self._is_word_of_table(key, value)
+        )
 
     def _is_word_of_table(self, key: Words, value: str | frozenset[str]) -> bool:
         """Whether the answer says what a table says, or the key with more of its words."""
@@ -288,9 +292,13 @@ def _class_of(words: str) -> str:
 
 
 def _split(value: str) -> tuple[str, str]:
-    """A word, and the reason that is given for it."""
+    """A word, and the reason that is given for it; a few words behind it may be a second answer."""
     between = _REASON.search(value)
-    return (value, "") if between is None else (value[: between.start()].strip(), value[between.end() :])
+    if between is None:
+        return value, ""
+    first, reason = value[: between.start()].strip(), value[between.end() :].strip()
+    is_reason = re.match(_WHY, reason) or len(reason.split()) > max(2, len(first.split()))
+    return (first, reason) if is_reason or not reason else (value, "")
 
 
 def _plain(text: str) -> str:
