@@ -14,7 +14,7 @@ from collections.abc import Callable, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
 from fractions import Fraction
-from itertools import islice, product
+from itertools import islice
 from typing import Any
 
 from rigidcli.algebra.reading import from_tree
@@ -22,7 +22,14 @@ from rigidcli.algebra.values import is_zero
 from rigidcli.check.base import Tree, Unreadable
 from rigidcli.errors import ExpressionError, ValueProblem, shown
 from rigidcli.fields.dimensions import ANGLE, DIMENSIONLESS, Dimension, check_dimension
-from rigidcli.fields.units import MAX_TEXT, Unit, known_names, parse_unit
+from rigidcli.fields.units import (
+    Unit,
+    known_names,
+    names_of_units,
+    run_together,
+    unit_readings,
+    without_separators,
+)
 from rigidcli.language import tree
 from rigidcli.language.decoration import undecorated, without_uncertainty
 from rigidcli.language.expression import RESERVED, real
@@ -51,17 +58,8 @@ _SPELLINGS = {
 }  # fmt: skip
 """Names of units in homework that the table of units lacks."""
 
-_SYMBOLS = ("rad", "rev", "deg", "min", "kg", "km", "cm", "mm", "kN", "N", "J", "W", "m", "s", "g", "h")
-"""Units that people run together; a power belongs to the last, as in `kgm^2` and `rads^-1`."""
-
-MOST_UNITS = 8
-"""The most readings of one unit."""
-
 _BRACKETS = str.maketrans("[]", "()")
 _KNOWN = frozenset(known_names())
-_UNIT_NAME = re.compile(
-    r"(?P<name>[^\W\d]\w*)(?P<power>-\d+|\s*(?:\^|\*\*)\s*(?:\(\s*[-+]?\d+\s*\)|[-+]?\d+))?"
-)
 _WORDS_OF_NUMBERS = rf"(?:{'|'.join(sorted(RESERVED - {'t', 'sec'}))})(?![^\W\d])"
 _UNIT_BEGINS = rf"[(\[]*(?!{_WORDS_OF_NUMBERS})[^\W\d_]|[°%]"
 _PER = rf"/\s*(?!{_WORDS_OF_NUMBERS})[^\W\d_]"
@@ -71,14 +69,6 @@ _DECIMAL = re.compile(
     rf"(?:(?:\s*(?={_UNIT_BEGINS}|{_PER})|\s+(?=1\s*/))(?P<unit>.+))?\s*",
     re.DOTALL,
 )
-_GROUPED = re.compile(
-    r"(?P<sign>[-+]?\s*)(?P<digits>[1-9]\d{0,2}(?:(?P<sep>[,. '])\d{3})(?:(?P=sep)\d{3})*)"
-    r"(?P<fraction>[.,]\d+)?"
-    r"(?![\d'])(?![.,]\d)(?P<rest>.*)",
-    re.DOTALL,
-)
-"""A number whose commas, points, blanks or apostrophes may stand for thousands."""
-
 _LAST_DIGITS = re.compile(r"[-+]?\d+[.,]\d*(?=(?P<last>\(\d{1,2}\))\s*(?:[^\W\d]|\Z))")
 """A number with digits in brackets behind it: `12.5(2) J`, `0.91(6)`."""
 
@@ -201,19 +191,11 @@ def readings_of(answer: Tree, unit: Unit | None = None, place: str = "") -> list
 
 
 def _digits(text: str) -> list[str]:
-    """The texts that a number stands for where its commas, points or blanks may separate thousands."""
+    """The texts that a number stands for, without separators of thousands."""
     if doubtful := _LAST_DIGITS.match(text):  # a product, or digits that are uncertain or repeat
         behind, repeating = text[doubtful.end("last") :], 12 * doubtful["last"].strip("()")
         return [text, f"{doubtful[0]}{behind}", f"{doubtful[0]}{repeating}{behind}"]
-    grouped = _GROUPED.fullmatch(text)
-    if grouped is None:
-        return [text]
-    digits, sign, fraction = grouped["digits"], grouped["sep"], grouped["fraction"] or ""
-    if fraction[:1] == sign:
-        return [text]
-    whole = f"{grouped['sign']}{re.sub(r'[^0-9]', '', digits)}{fraction.replace(',', '.')}{grouped['rest']}"
-    is_decimal = sign in ",." and digits.count(sign) == 1 and not fraction
-    return [text, whole] if is_decimal else [whole]
+    return without_separators(text)
 
 
 def _numbers(text: str, unit: Unit | None, place: str, before: tuple[str, ...]) -> list[Number]:
@@ -402,36 +384,12 @@ def read_units(text: str, expected: Unit | None = None, place: str = "") -> list
         unit, again = (read_unit(part, expected, place) for part in twice.groups())
         if (unit.scale, unit.dimension) == (again.scale, again.dimension):
             return [unit]
-    own = set() if expected is None else {match["name"] for match in _UNIT_NAME.finditer(expected.text)}
-    words = list(_UNIT_NAME.finditer(text.replace("°", "deg")))
-    spelled = [_unit_spelled(match["name"], _power(match["power"]), own) for match in words]
-    units: dict[tuple[Fraction, int, Dimension], Unit] = {}
-    first: ValueProblem | None = None
-    for choice in islice(product(*spelled), MOST_UNITS):
-        each = iter(choice)
-        try:
-            if len(text) > MAX_TEXT:
-                raise ValueProblem(f"a unit of {len(text)} characters")
-            if re.search(r"°\s*[A-Za-z]|\w°", text):
-                raise ValueProblem("unknown unit")  # a degree Celsius has its zero elsewhere
-            unit = parse_unit(_UNIT_NAME.sub(lambda match: next(each), text.replace("°", "deg")))  # noqa: B023
-            if not 1e-100 < unit.scale < 1e100:
-                raise ValueProblem("the unit is too large or too small")
-            if product_of := re.fullmatch(r"\(([^()]*)\)", unit.text):
-                unit = replace(unit, text=product_of[1].replace("*", " "))
-            units.setdefault((unit.factor, unit.pi_power, unit.dimension), unit)
-        except ValueProblem as problem:
-            first = first or problem
-    if not units:
-        assert first is not None
-        message = f"read {shown(text)}: {with_hint(first)}"
-        raise Unreadable("unit_incompatible", message, place=place)
-    return list(units.values())
-
-
-def _power(text: str | None) -> str:
-    power = re.sub(r"[\s()]", "", text or "").replace("**", "^")
-    return f"^{power}" if power.startswith("-") else power
+    own = set() if expected is None else set(names_of_units(expected.text))
+    try:
+        return unit_readings(text, lambda name, power: _unit_spelled(name, power, own))
+    except ValueProblem as problem:
+        message = f"read {shown(text)}: {with_hint(problem)}"
+        raise Unreadable("unit_incompatible", message, place=place) from None
 
 
 def _unit_spelled(name: str, power: str, own: set[str]) -> list[str]:
@@ -450,21 +408,8 @@ def _unit_spelled(name: str, power: str, own: set[str]) -> list[str]:
             ways.append(f"{meant}{raised}")
         # `ms^-1` is usually a metre by a second; a unit without such a power is itself, as `mN` and `mm`
         if part not in _KNOWN or raised.startswith("^-"):
-            ways += [f"({'*'.join(parts)}{raised})" for parts in _run_together(part)]
+            ways += [f"({'*'.join(parts)}{raised})" for parts in run_together(part)]
     return list(dict.fromkeys(ways)) or [f"{name}{power}"]
-
-
-def _run_together(word: str, most: int = 4) -> list[tuple[str, ...]]:
-    """The products of two or more different symbols that a word spells."""
-    found: list[tuple[str, ...]] = []
-    for symbol in _SYMBOLS:
-        rest = word.removeprefix(symbol)
-        if rest == word or not rest or most < 2:
-            continue
-        further = [(rest,)] if rest in _SYMBOLS else []
-        ways = [*further, *_run_together(rest, most - 1)]
-        found += [(symbol, *way) for way in ways if symbol not in way]
-    return found
 
 
 def scale_in(unit: Unit, expected: Dimension) -> float:

@@ -22,6 +22,8 @@ from rigidcli.fields.units import (
     parse_unit,
     quantity_meant,
     split_quantity,
+    unit_in_one_word,
+    without_separators,
 )
 from rigidcli.fields.words import variable_called
 from rigidcli.language.expression import Expression, parse
@@ -130,6 +132,8 @@ class Environment:
             return raw
         if raw in ("NaN", "Infinity", "-Infinity"):
             raise ValueProblem(f"read {shown(raw)}, expected a finite number")
+        several = without_separators(raw)
+        raw = several[0] if len(several) == 1 else raw
         amount = self._amount(raw, dimension, variables)
         if amount is not None:
             return amount
@@ -370,11 +374,23 @@ def _in_si(digits: str, unit: Unit) -> float:
 
 @lru_cache(maxsize=1024)
 def _unit(text: str, dimension: Dimension | None) -> Unit:
-    """The unit of this text, which must fit the dimension. Raises ValueProblem."""
-    unit = parse_unit(text)
-    if dimension is not None:
-        check_dimension(unit.text, unit.dimension, dimension)
-    return unit
+    """The unit of this text, which must fit the dimension. Raises ValueProblem.
+
+    A unit in one word, such as `rads^-1`, is the product that fits; any product does without a dimension, if
+    it has a negative power.
+    """
+    try:
+        unit = parse_unit(text)
+        if dimension is not None:
+            check_dimension(unit.text, unit.dimension, dimension)
+        return unit
+    except ValueProblem:
+        if dimension is None and not re.search("[-⁻−]", text):
+            raise
+        product = unit_in_one_word(text, lambda each: dimension in (None, each.dimension))
+        if product is None:
+            raise
+        return product
 
 
 @lru_cache(maxsize=1024)

@@ -9,6 +9,7 @@ rational factor times a power of pi. A name that the table lacks is refused, wit
 
 A product is worked from left to right and a blank binds like `*`: `N m/rad s` is `(N m/rad) s`.
 A point or a hyphen before a letter is a product, too: `kg.m^2`, `N-m`.
+In one word, `rads^-1` and `kgm^2` are the products that fit the dimension of a field.
 Write `kg/(m s)` for several names below the line. Case matters: `Mm` is not `mm`.
 """
 
@@ -17,11 +18,14 @@ from __future__ import annotations
 import math
 import re
 from collections import deque
+from collections.abc import Callable
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from decimal import Decimal
 from difflib import get_close_matches
 from fractions import Fraction
 from functools import lru_cache
+from itertools import islice, product
 from pathlib import Path
 from typing import NamedTuple
 
@@ -268,6 +272,86 @@ def _unexpected(head: str) -> ValueProblem:
     return ValueProblem(f"unexpected `{head}` in a unit" if head else "a unit ends too early")
 
 
+# --- units in one word
+
+_SYMBOLS = ("rad", "rev", "deg", "min", "kg", "km", "cm", "mm", "kN", "N", "J", "W", "m", "s", "g", "h")
+"""Units that people run together; a power belongs to the last, as in `kgm^2` and `rads^-1`."""
+
+MOST_UNITS = 8
+"""The most readings of one unit."""
+
+_UNIT_NAME = re.compile(
+    r"(?P<name>[^\W\d]\w*)(?P<power>-\d+|\s*(?:\^|\*\*)\s*(?:\(\s*[-+]?\d+\s*\)|[-+]?\d+))?"
+)
+
+
+def names_of_units(text: str) -> list[str]:
+    """The names in the text of a unit."""
+    return [match["name"] for match in _UNIT_NAME.finditer(text)]
+
+
+def unit_readings(text: str, spelled: Callable[[str, str], list[str]]) -> list[Unit]:
+    """The readings of a unit, of which `spelled` has those of a name with its power. Raises ValueProblem."""
+    text = text.replace("°", "deg") if not re.search(r"°\s*[A-Za-z]|\w°", text) else text
+    names = [spelled(match["name"], _power(match["power"])) for match in _UNIT_NAME.finditer(text)]
+    units: dict[tuple[Fraction, int, Dimension], Unit] = {}
+    first: ValueProblem | None = None
+    for choice in islice(product(*names), MOST_UNITS):
+        each = iter(choice)
+        try:
+            if len(text) > MAX_TEXT:
+                raise ValueProblem(f"a unit of {len(text)} characters")
+            if "°" in text:
+                raise ValueProblem("unknown unit")  # a degree Celsius has its zero elsewhere
+            unit = parse_unit(_UNIT_NAME.sub(lambda match: next(each), text))  # noqa: B023
+            if not 1e-100 < unit.scale < 1e100:
+                raise ValueProblem("the unit is too large or too small")
+            if product_of := re.fullmatch(r"\(([^()]*)\)", unit.text):
+                unit = replace(unit, text=product_of[1].replace("*", " "))
+            units.setdefault((unit.factor, unit.pi_power, unit.dimension), unit)
+        except ValueProblem as problem:
+            first = first or problem
+    if not units:
+        assert first is not None
+        raise first
+    return list(units.values())
+
+
+def _power(text: str | None) -> str:
+    power = re.sub(r"[\s()]", "", text or "").replace("**", "^")
+    return f"^{power}" if power.startswith("-") else power
+
+
+def run_together(word: str, most: int = 4) -> list[tuple[str, ...]]:
+    """The products of two or more different symbols that a word spells."""
+    found: list[tuple[str, ...]] = []
+    for symbol in _SYMBOLS:
+        rest = word.removeprefix(symbol)
+        if rest == word or not rest or most < 2:
+            continue
+        further = [(rest,)] if rest in _SYMBOLS else []
+        ways = [*further, *run_together(rest, most - 1)]
+        found += [(symbol, *way) for way in ways if symbol not in way]
+    return found
+
+
+def unit_in_one_word(text: str, fits: Callable[[Unit], bool]) -> Unit | None:
+    """The unit `rad s^-1` for `rads^-1`, where one product alone fits; None for other texts."""
+
+    def spelled(name: str, power: str) -> list[str]:
+        known = [f"{name}{power}"] * is_unit(name)
+        if known and not power.startswith("^-"):
+            return known  # `mN` and `mm` are no products
+        products = [f"({'*'.join(parts)}{power})" for parts in run_together(name)]
+        return [*known, *products] or [f"{name}{power}"]
+
+    plain = re.sub(SUPERSCRIPT, lambda raised: "^" + raised[0].translate(LOWERED), text)
+    with suppress(ValueProblem):
+        fitting = [unit for unit in unit_readings(plain, spelled) if fits(unit)]
+        return replace(fitting[0], text=text.strip()) if len(fitting) == 1 else None
+    return None
+
+
 # --- quantities as they are typed
 
 
@@ -336,3 +420,25 @@ def quantity_meant(text: str) -> str | None:
     if match is None or not is_unit(match[3]) or not float(match[2]):
         return None
     return f"{float(match[1]) / float(match[2])!r} {match[3]}"
+
+
+_GROUPED = re.compile(
+    r"(?P<sign>[-+]?\s*)(?P<digits>[1-9]\d{0,2}(?:(?P<sep>[,. '])\d{3})(?:(?P=sep)\d{3})*)"
+    r"(?P<fraction>[.,]\d+)?"
+    r"(?![\d'])(?![.,]\d)(?P<rest>.*)",
+    re.DOTALL,
+)
+"""A number whose commas, points, blanks or apostrophes may stand for thousands."""
+
+
+def without_separators(text: str) -> list[str]:
+    """The texts that a number stands for where its commas, points or blanks may separate thousands."""
+    grouped = _GROUPED.fullmatch(text)
+    if grouped is None:
+        return [text]
+    digits, sign, fraction = grouped["digits"], grouped["sep"], grouped["fraction"] or ""
+    if fraction[:1] == sign:
+        return [text]
+    whole = f"{grouped['sign']}{re.sub(r'[^0-9]', '', digits)}{fraction.replace(',', '.')}{grouped['rest']}"
+    is_decimal = sign in ",." and digits.count(sign) == 1 and not fraction
+    return [text, whole] if is_decimal else [whole]

@@ -7,15 +7,17 @@ from contextlib import suppress
 from dataclasses import replace
 from fractions import Fraction
 from functools import cache
+from pathlib import Path
 from typing import Any
 
 import pint
 import pytest
+import yaml
 from hypothesis import given
 from hypothesis import strategies as st
 
 from rigidcli.errors import ValueProblem
-from rigidcli.fields import units
+from rigidcli.fields import dimensions, units
 from rigidcli.fields.dimensions import (
     ACCELERATION,
     ANGLE,
@@ -31,6 +33,7 @@ from rigidcli.fields.dimensions import (
     VOLUME,
     Dimension,
 )
+from rigidcli.fields.environment import Environment
 from rigidcli.fields.units import known_names, parse_unit, split_quantity
 from tests.conftest import Program
 
@@ -247,3 +250,16 @@ def test_what_is_refused(text: str, message: str, hint: str | None) -> None:
 )
 def test_split_quantity(text: str, parts: tuple[str, str, bool] | None) -> None:
     assert split_quantity(text) == parts
+
+
+@pytest.mark.parametrize(
+    ("text", "dimension", "value"),
+    yaml.safe_load(Path(__file__).with_name("typed.yaml").read_text(encoding="utf-8")),
+)
+def test_a_quantity_is_read_as_people_write_it(text: str, dimension: str | None, value: float | None) -> None:
+    of = None if dimension is None else getattr(dimensions, dimension)
+    if value is None:
+        with pytest.raises(ValueProblem):
+            Environment().read(text, of)
+    else:
+        assert Environment().read(text, of) == pytest.approx(value, rel=1e-15)
