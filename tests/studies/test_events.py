@@ -55,6 +55,8 @@ def test_crossings_of_henon_and_heiles_are_those_of_another_integration() -> Non
     y, py = 0.1, 0.1
     start = [0, y, math.sqrt(1 / 6 - py**2 - y**2 + 2 * y**3 / 3), py]
     known = solve_ivp(rates, (0, 130), start, method="DOP853", rtol=3e-14, atol=1e-15, events=passes)
+    assert known.t_events is not None
+    assert known.y_events is not None
     times, states = known.t_events[0], known.y_events[0]
     late = times > 1e-6  # scipy counts the start
     assert found["t"] == pytest.approx(times[late], rel=1e-9)
