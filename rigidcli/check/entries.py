@@ -17,7 +17,7 @@ import numpy as np
 from rigidcli.algebra.expressions import Expr
 from rigidcli.algebra.trees import to_tree
 from rigidcli.check.base import Asked, Finding, Tree, Unreadable
-from rigidcli.check.numbers import ROUNDING, Number, as_typed, read_numbers
+from rigidcli.check.numbers import ROUNDING, Number, as_typed, doubt, read_numbers
 from rigidcli.check.question import RELATIVE, Tolerance
 from rigidcli.check.reading import exactly, names_of, read_expression, read_expressions
 from rigidcli.check.same import Formulas, formulas_of
@@ -26,8 +26,11 @@ from rigidcli.errors import ExpressionError, ValueProblem
 from rigidcli.fields.dimensions import ANGLE, DIMENSIONLESS
 from rigidcli.fields.units import Unit, parse_unit
 from rigidcli.language import tree
+from rigidcli.language.decoration import undecorated
 from rigidcli.language.expression import real
+from rigidcli.language.latex import plain
 from rigidcli.language.text import text, without_doubt
+from rigidcli.language.typed import last_member
 
 Entry: TypeAlias = Number | tree.Node
 """An entry of an answer: a number as it was typed, or a tree."""
@@ -98,6 +101,13 @@ class Ruler:
         if self.formulas is None:
             return read_numbers(typed, self.unit, place)
         return read_expressions(typed, self.formulas.names, place)
+
+    def doubt(self, typed: Tree, entry: Entry) -> str:
+        """Why a person must look at a chain of equalities in the place of an entry. Raises Unreadable."""
+        if "=" not in str(typed):
+            return ""
+        before = last_member(plain(undecorated(str(typed))))[1]
+        return doubt(before, self.readings, lambda others: not all(self.differ(e, entry) for e in others))
 
     def margin(self, reference: float, scale: float = 1.0) -> float:
         """How far (SI) a number may be from a reference: the largest of what the tolerance allows.

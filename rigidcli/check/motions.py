@@ -24,6 +24,9 @@ from rigidcli.language.tree import Name, Negative, Node, Sum, bound, names_in
 
 _DERIVATIVE = re.compile(r"(.+?)(d?)dot")
 
+_MOMENTUM = re.compile(r"[pP](?:[a-zA-Z]?\d*|_\w+|theta|phi|psi)")
+"""Names of momenta: `p`, `px`, `p1`, `p_theta`."""
+
 
 @dataclass(frozen=True, eq=False)
 class Motion:
@@ -175,7 +178,8 @@ def _partners(question: Question, functions: Sequence[str], rates: Mapping[str, 
     for name in () if partners else functions:
         rate = rates[velocity(name)]
         others = names_in(rate) & {*functions} - {name}
-        if others == {momentum(name)} or (len(others) == 1 and rate == Name(*others)):
+        is_pair = len(others) == 1 and _MOMENTUM.fullmatch(min(others)) and not _MOMENTUM.fullmatch(name)
+        if is_pair or others == {momentum(name)} or (len(others) == 1 and rate == Name(*others)):
             partners[name] = others.pop()
     return partners if 2 * len(partners) == len(functions) and not {*partners} & {*partners.values()} else {}
 

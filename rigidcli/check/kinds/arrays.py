@@ -107,8 +107,11 @@ class List(Kind):
         if not self.fits(key, table.shape):
             words = f"{shown(answer)} as one entry" if table.size == 1 else counted(table.shape)
             raise Unreadable("wrong_shape", f"read {words}, expected {counted(key.entries.shape)}")
-        entries = key.ruler.read(table.ravel().tolist(), self.labels(table.shape), key.right)
-        return Reading(entries, _bracketed(filled(shown_as(entries), table.shape).tolist()))
+        cells: list[Tree] = table.ravel().tolist()
+        entries = key.ruler.read(cells, self.labels(table.shape), key.right)
+        doubts = filter(None, map(key.ruler.doubt, cells, entries))
+        shown_entries = _bracketed(filled(shown_as(entries), table.shape).tolist())
+        return Reading(entries, shown_entries, next(doubts, ""))
 
     def fits(self, key: Key, shape: tuple[int, ...]) -> bool:
         """Whether an answer of this shape can be judged."""
