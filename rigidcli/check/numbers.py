@@ -90,6 +90,11 @@ _UNCERTAIN = re.compile(r"[\w.)°%]\s*(?:\+/?-|±|-/?\+)")
 _ENERGIES = re.compile(r"\s*[TVUEKLHW](?:_?\w+)?(?:\s*[-+]\s*[TVUEKLHW](?:_?\w+)?)+\s*")
 """Sums of names of energies before `=`, as in `T + V = 5 J`."""
 
+_GRAMMAR = re.compile(
+    r"unexpected|no operator before|the expression ends|a unit (?:ends|of)|power .* in a unit|the unit is too"
+)
+"""How the readers of documents speak of their grammar, of which a student knows nothing."""
+
 _OF_ANGLES = {"asin", "acos", "atan", "atan2"}
 
 
@@ -186,7 +191,10 @@ def readings_of(answer: Tree, unit: Unit | None = None, place: str = "") -> list
             raise failed
         return found
     except ExpressionError as error:
-        message = f"read {shown(answer)}: {with_hint(error)}"
+        advice = with_hint(error)
+        if _GRAMMAR.match(advice):
+            advice = "give one number" if unit in (None, PURE) else "give the number and its unit"
+        message = f"read {shown(answer)}: {advice}"
         raise Unreadable(error.code or "not_a_number", message, place=place) from None
 
 
@@ -388,7 +396,12 @@ def read_units(text: str, expected: Unit | None = None, place: str = "") -> list
     try:
         return unit_readings(text, lambda name, power: _unit_spelled(name, power, own))
     except ValueProblem as problem:
-        message = f"read {shown(text)}: {with_hint(problem)}"
+        advice = with_hint(problem)
+        if _GRAMMAR.match(advice):
+            advice = "what stands behind the number is no unit, give the number and its unit"
+        advice = re.sub(r"(unknown unit `[^`]+`) \(units are.*", r"\1, give the number and its unit", advice)
+        advice = re.sub(r"unknown unit (`[^`]+`)", r"\1 is no unit", advice)
+        message = f"read {shown(text)}: {advice}"
         raise Unreadable("unit_incompatible", message, place=place) from None
 
 
