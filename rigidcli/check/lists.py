@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator
-from itertools import pairwise
 from typing import Any
 
 from rigidcli.check.base import Tree, Unreadable
@@ -13,6 +11,7 @@ from rigidcli.check.vectors import from_columns, in_unit_vectors, spread, undres
 from rigidcli.errors import ExpressionError, shown
 from rigidcli.language.decoration import undecorated
 from rigidcli.language.latex import plain as without_latex
+from rigidcli.language.statements import cut, without_brackets
 from rigidcli.language.typed import unnamed
 
 _OPEN, _CLOSE = "[({", "])}"
@@ -36,12 +35,8 @@ def read_list(answer: Tree, *, is_square: bool = False) -> Tree:
         return answer
     if isinstance(answer, list):
         if not any(isinstance(entry, str) and ";" in entry for entry in answer):
-            equal = [each for entry in answer for each in _equal(entry)]
-            return [
-                _entry(each)
-                for entry in equal
-                for each in (spread(entry) if isinstance(entry, str) else [entry])
-            ]
+            several = [spread(entry) if isinstance(entry, str) else [entry] for entry in answer]
+            return [_entry(each) for entries in several for each in entries]
         if any(isinstance(entry, list | dict) for entry in answer):
             raise Unreadable("wrong_shape", "`;` and `,` are mixed, separate entries with `;`")
         answer = ",".join(map(str, answer))  # YAML has cut `1,5; 2,5` at its decimal commas
@@ -55,7 +50,7 @@ def read_list(answer: Tree, *, is_square: bool = False) -> Tree:
         text = _ARRAY.sub("", re.sub(r",?\s+(?:and|und|et)\s+", ";" if ";" in answer else ",", text))
         if diagonal := _DIAGONAL.search(text):
             return _on_diagonal(read_list(text[: diagonal.start()] + text[diagonal.end() - 1 :]), is_square)
-        is_mapping = len(_NAMED.findall(_outside(text))) > 1
+        is_mapping = len(_NAMED.findall(without_brackets(text))) > 1
         if is_mapping and not re.search(r"[,;\n]", text):
             text = _NEXT_NAME.sub("; ", text)
         factor, inner, unit = _parts(text.strip() if is_mapping else unnamed(text).strip())
@@ -83,10 +78,11 @@ def _moved(entry: Tree, factor: str, unit: str) -> Tree:
 
 def _entry(entry: Tree) -> Tree:
     """An entry of a list in YAML, which may itself be a row typed as text: `(1, 2, 3)`."""
-    is_row = isinstance(entry, str) and re.fullmatch(r"\s*[\[(].*[,;].*[\])]\s*", entry, re.DOTALL)
-    if is_row and not _is_call(entry):
+    if not isinstance(entry, str):
+        return entry
+    if re.fullmatch(r"\s*[\[(].*[,;].*[\])]\s*", entry, re.DOTALL) and not _is_call(entry):
         return read_list(entry)
-    return _row(entry) if isinstance(entry, str) and entry.strip()[:1] not in (*_OPEN,) else entry
+    return entry if entry.strip()[:1] in tuple(_OPEN) else _row(entry)
 
 
 def _is_call(text: str) -> bool:
@@ -95,20 +91,12 @@ def _is_call(text: str) -> bool:
     return _closing(text, 0) != len(text) - 1
 
 
-def _depths(text: str) -> Iterator[tuple[int, str, int]]:
-    """The place of each character, the character, and how many brackets are open behind it."""
-    depth = 0
-    for place, character in enumerate(text):
-        depth += (character in _OPEN) - (character in _CLOSE)
-        yield place, character, depth
-
-
 def _closing(text: str, start: int) -> int:
     """The place of the bracket that closes the one at `start`. Raises ExpressionError."""
-    for place, _, depth in _depths(text[start:]):
-        if depth == 0:
-            return start + place
-    raise ExpressionError(f"`{text[start]}` is never closed")
+    end = re.compile(r"[\])}]").search(without_brackets(text[start:]))
+    if end is None:
+        raise ExpressionError(f"`{text[start]}` is never closed")
+    return start + end.start()
 
 
 def _parts(text: str) -> tuple[str, str, str]:
@@ -138,9 +126,7 @@ def _parts(text: str) -> tuple[str, str, str]:
 def split(text: str) -> list[str]:
     """A text cut at the weakest sign that separates entries outside of brackets."""
     for sign in ("\n", ";", ","):
-        cuts = [place for place, character, depth in _depths(text) if character == sign and depth == 0]
-        ends = pairwise([-1, *cuts, len(text)])
-        pieces = [text[before + 1 : end].strip().rstrip(",;" * (sign == "\n")) for before, end in ends]
+        pieces = [piece.strip().rstrip(",;" * (sign == "\n")) for piece in cut(text, re.compile(sign))]
         if not pieces[-1]:
             pieces.pop()
         if len(pieces) > 1:
@@ -150,7 +136,7 @@ def split(text: str) -> list[str]:
 
 def _entries(text: str) -> Any:
     """The entries of a text, of rows where its pieces are lists themselves."""
-    pieces = [part for piece in split(text) if piece for each in _equal(piece) for part in spread(each)]
+    pieces = [part for piece in split(text) if piece for part in spread(piece)]
     pairs = [_PAIR.match(piece) for piece in pieces]
     if pieces and all(pairs):
         return {pair["name"].strip(): pair["value"].strip() for pair in pairs if pair}
@@ -158,27 +144,12 @@ def _entries(text: str) -> Any:
         return _entries(pieces[0][1:-1])
     if len(pieces) == 1:
         pieces = _blanks(pieces[0])
-    elif "," in text and not re.search(r"[;\n]", _outside(text)):
+    elif "," in text and not re.search(r"[;\n]", without_brackets(text)):
         return [_inner(piece) for piece in pieces]
     return [_row(piece) for piece in pieces]
 
 
-def _equal(piece: Tree) -> list[Tree]:
-    """The pieces of a chain of names that are equal: `b = c = 11` says `b = 11` and `c = 11`."""
-    *names, value = piece.split("=") if isinstance(piece, str) else [piece]
-    is_chain = len(names) > 1 and all(name.strip(" \\").isidentifier() for name in names)
-    if is_chain and len(spread(value)) == len(names):  # `b = c = 10 ± sqrt(7)` are two
-        return [f"{names[0]}={value}"]
-    return [f"{name}={value}" for name in names] if is_chain else [piece]
-
-
-def _outside(text: str) -> str:
-    """A text without what stands in brackets."""
-    return "".join(sign for _, sign, depth in _depths(text) if depth == 0 and sign not in _CLOSE)
-
-
 def _inner(piece: str) -> Any:
-    """An entry, or the list that stands in its brackets."""
     piece = piece.strip()
     bracketed = piece[:1] in tuple(_OPEN) and not _is_call(piece)
     if bracketed and (piece[0] != "(" or max(len(split(piece[1:-1])), len(_blanks(piece[1:-1]))) > 1):

@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 import unicodedata
 
+from rigidcli.language.latex import matrix
 from rigidcli.language.statements import cut, without_brackets
 
 AXES = {"i": 0, "j": 1, "k": 2, "x": 0, "y": 1, "z": 2, "1": 0, "2": 1, "3": 2}
@@ -14,12 +15,12 @@ _E = "\ue000"
 
 _DRESS = r"\\(?:hat|vec|mathbf|mathrm|boldsymbol|bm|bf|widehat|overrightarrow)\s*"
 _LATEX_UNIT = re.compile(
-    rf"(?:{_DRESS})+\{{?\s*(?:{_DRESS})*\{{?\s*(?:e\s*\}}*\s*_\s*\{{?\s*(?P<of>[xyz123])|\\?(?P<axis>[ijk](?:math)?|[xyz]))"
+    rf"(?:{_DRESS})+\{{?\s*(?:{_DRESS})*\{{?\s*(?:e\s*\}}*\s*_\s*\{{?\s*([xyz123])|\\?([ijk](?:math)?|[xyz]))"
     r"(?![A-Za-z])\s*\}*"
 )
 _HATTED = re.compile("([ijkxyz])[\u0302\u20d7]|e[\u0302\u20d7]?_?([xyz123])(?![\\w])")
 _PLAIN_UNIT = re.compile(r"(?<![A-Za-z_\\])(?:e_?\{?([xyz123])\}?|([ijk]))(?![\w(\ue000])")
-_BARE_UNIT = re.compile(r"(?<![A-Za-z_\\])()([xyz])(?![\w(])")
+_BARE_UNIT = re.compile(r"(?<![A-Za-z_\\])([xyz])(?![\w(])")
 _TERM = re.compile(r"\s*(?P<before>[^\ue000]*?)[\s*·]*\ue000(?P<axis>[012])\s*(?P<behind>[^\ue000]*?)\s*")
 _NEXT_TERM = re.compile(r"(?<=[\w)\]])\s*(?=[-+])|(?<=[\ue000][012])\s*(?=[-+])")
 
@@ -73,12 +74,15 @@ def from_columns(text: str) -> str:
     """Rows of LaTeX without their environment, in which a double backslash is a new line already."""
     if "&" not in text or "[" in text:
         return text
-    rows = [f"[{row.replace('&', ';')}]" for row in text.split("\n") if row.strip()]
-    return f"[{'; '.join(rows)}]" if len(rows) > 1 else text.replace("&", ";")
+    return matrix(text) if "\n" in text.strip() else text.replace("&", ";")
 
 
 def spread(entry: str) -> list[str]:
-    """The entries that one stands for: `11 (twice)`, and `10 ± sqrt(7)`."""
+    """The entries that one stands for: `b = c = 11`, `11 (twice)`, and `10 ± sqrt(7)`."""
+    *names, value = entry.split("=")
+    if len(names) > 1 and all(name.strip(" \\").isidentifier() for name in names):
+        several = names[:1] if len(spread(value)) == len(names) else names  # `b = c = 10 ± sqrt(7)` are two
+        return [each for name in several for each in spread(f"{name}={value}")]
     for count, words in _SEVERAL.items():
         if words.search(entry):
             return [words.sub("", entry)] * count
@@ -91,12 +95,9 @@ def in_unit_vectors(text: str) -> list[str] | None:
     """The components of a sum such as `2 j + 12 k` or `2 \\hat{y}`, with a unit behind it; or None."""
     text = unicodedata.normalize("NFD", text.replace("\u2212", "-").replace("–", "-"))
     text = re.sub(r"\\[,;:! ]", " ", text).rpartition("=")[2].strip().strip("$").strip()
-    found = _HATTED.sub(
-        lambda match: f" {_E}{AXES[match[1] or match[2]]} ", _LATEX_UNIT.sub(_latex_axis, text)
-    )
-    for pattern in (_PLAIN_UNIT, _BARE_UNIT):
-        if _E not in found and pattern.search(found):
-            found = pattern.sub(lambda match: f" {_E}{AXES[match[1] or match[2]]} ", found)
+    found = _LATEX_UNIT.sub(_marked, text)
+    for pattern in (_HATTED, _PLAIN_UNIT, _BARE_UNIT):
+        found = found if _E in found else pattern.sub(_marked, found)
     if _E not in found or re.search(r"[,;\n]", without_brackets(found)):
         return None
     factor, unit = "", ""
@@ -121,5 +122,6 @@ def in_unit_vectors(text: str) -> list[str] | None:
     return [f"{component} {unit}".strip() for component in written]
 
 
-def _latex_axis(match: re.Match[str]) -> str:
-    return f" {_E}{AXES[match['of'] or match['axis'][0]]} "
+def _marked(unit_vector: re.Match[str]) -> str:
+    axis = next(filter(None, unit_vector.groups()))
+    return f" {_E}{AXES[axis[0]]} "

@@ -235,8 +235,13 @@ class _Latex:
         self.argument()
         if name in _LINES:
             return inner.replace("&", " ")
-        rows = [f"[{row.replace('&', ';')}]" for row in inner.split("\n") if row.strip()]
-        return f"[{'; '.join(rows)}]"
+        return matrix(inner)
+
+
+def matrix(text: str) -> str:
+    """The list of rows that lines with `&` between entries are."""
+    rows = [f"[{row.replace('&', ';')}]" for row in text.split("\n") if row.strip()]
+    return f"[{'; '.join(rows)}]"
 
 
 def _index(text: str) -> str:

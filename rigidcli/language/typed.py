@@ -14,14 +14,13 @@ import re
 from rigidcli.language import tree
 from rigidcli.language.latex import plain
 from rigidcli.language.parser import RATE, of_tokens
-from rigidcli.language.statements import judged_member, two_answers
+from rigidcli.language.statements import is_label, judged_member, members, two_answers
 from rigidcli.language.tokens import tokenize
 from rigidcli.language.words import Words
 
-_LEADING = re.compile(r"\s*(?!\d)[\w']+(?:/dt|\s*\((?:[\w',\s]|dot)*\))?\s*(?::=|={1,2}|:)(?!=)|\s*[~=]")
-"""A name before the answer: `H =`, `H(x, p) =`, `dx/dt =`; or the sign of `~20.8`."""
 _COLON = re.compile(r"\s*(?!\d)[\w']+(?:\s*\([\w',\s]*\))?\s*:(?!=)|\s*[~=]")
-_MEMBERS = re.compile(r"\A(?:[^\[{,;\n]|(?<=\d),(?=\d))*=")
+"""A name and a colon before the answer, as in `H:` and `H(x, p):`; or the sign of `~20.8`."""
+_END = re.compile(r"(?<![\d\s])\.\s*\Z|[;,\s]+\Z")
 _NAME = r"[^\W\d]\w*+"
 _SLOPE = re.compile(
     rf"\bd\s*(?P<second>\^\s*2|2(?=\s*[\(\w]))?\s*(?:(?P<name>{_NAME})|\(\s*(?P<inner>{_NAME})\s*\))"
@@ -71,17 +70,20 @@ def last_member(text: str) -> tuple[str, list[str]]:
 
     A name and a colon, or a sign that says `about`, may stand in front. Raises ExpressionError.
     """
-    text = re.sub(r"(?<=\w)\s*~\s*(?=[-+.\d])", " = ", text)
-    leading = _COLON.match(text)
-    last, before = judged_member(text if leading is None else text[leading.end() :])
-    return re.sub(r"(?<![\d\s])\.\s*\Z|[;,\s]+\Z", "", last), before
+    last, before = judged_member(_begun(re.sub(r"(?<=\w)\s*~\s*(?=[-+.\d])", " = ", text)))
+    return _END.sub("", last), before
 
 
 def unnamed(text: str) -> str:
     """A plain text without the name, the sign and other members before the answer, and its final dot."""
-    leading = _LEADING.match(text)
-    rest = text if leading is None else _MEMBERS.sub("", text[leading.end() :])
-    return re.sub(r"(?<![\d\s])\.\s*\Z|[;,\s]+\Z", "", rest)
+    begun = _begun(text)
+    name, *others = members(begun)
+    return _END.sub("", (others[-1].strip() if others and is_label(name) else "") or begun)
+
+
+def _begun(text: str) -> str:
+    leading = _COLON.match(text)
+    return text if leading is None else text[leading.end() :]
 
 
 def slopes(text: str) -> str:
