@@ -170,7 +170,6 @@ def _of_tree(tree: Tree, names: set[str]) -> Answers:
 
 
 def _unreadable(problem: Problem) -> Unreadable:
-    """A problem of YAML as one of an answer, with what helps."""
     place = "" if problem.line is None else f"line {problem.line}: "
     message = ": ".join(filter(None, [place + problem.message, problem.hint]))
     return Unreadable("too_large" if problem.code == "too_deep" else problem.code or "parse_error", message)

@@ -10,12 +10,12 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
 from fractions import Fraction
 from itertools import islice
-from typing import Any
+from typing import Any, TypeVar
 
 from rigidcli.algebra.reading import from_tree
 from rigidcli.algebra.values import is_zero
@@ -87,6 +87,8 @@ _ANGLE_IN_PARTS = re.compile(
 
 _BEHIND = re.compile(rf"(?<=[\w.)])\s+(?={_UNIT_BEGINS}|1\s*/|{_PER})")
 _UNCERTAIN = re.compile(r"[\w.)°%]\s*(?:\+/?-|±|-/?\+)")
+_T = TypeVar("_T")
+_Way = TypeVar("_Way")
 _ENERGIES = re.compile(r"\s*[TVUEKLHW](?:_?\w+)?(?:\s*[-+]\s*[TVUEKLHW](?:_?\w+)?)+\s*")
 """Sums of names of energies before `=`, as in `T + V = 5 J`."""
 
@@ -137,17 +139,23 @@ def read_numbers(answer: Tree, unit: Unit | None = None, place: str = "") -> lis
 
     A unit must fit `unit`; where that is None, a pure number is asked for. Raises Unreadable.
     """
-    fitting: list[Number] = []
-    misfit: ValueProblem | None = None
-    for number in readings_of(answer, unit, place):
+    try:
+        return _those_read(lambda number: in_dimension(number, unit), readings_of(answer, unit, place))
+    except ValueProblem as misfit:
+        raise Unreadable("unit_incompatible", with_hint(misfit), place=place) from None
+
+
+def _those_read(read: Callable[[_Way], _T], ways: Iterable[_Way]) -> list[_T]:
+    """What is read in each of some ways, as far as it can be; raises the first problem where none can."""
+    found, problems = list[_T](), list[Exception]()
+    for way in ways:
         try:
-            fitting.append(number if number.unit is None else in_dimension(number, unit))
-        except ValueProblem as problem:
-            misfit = misfit or problem
-    if not fitting:
-        assert misfit is not None
-        raise Unreadable("unit_incompatible", with_hint(misfit), place=place)
-    return fitting
+            found.append(read(way))
+        except (ValueProblem, ExpressionError, Unreadable) as problem:
+            problems.append(problem)
+    if problems and not found:
+        raise problems[0]
+    return found
 
 
 def in_dimension(number: Number, unit: Unit | None) -> Number:
@@ -179,17 +187,8 @@ def readings_of(answer: Tree, unit: Unit | None = None, place: str = "") -> list
         last = re.sub(r"\A\(([^()]*\d\s*[^\W\d][^()]*)\)\Z", r"\1", last)  # a quantity in brackets
         if _UNCERTAIN.search(last):
             raise ExpressionError("an uncertainty is not read, give the value")
-        found: list[Number] = []
-        failed: Unreadable | ExpressionError | None = None
-        for text in _digits(last):
-            try:
-                found += _numbers(text, unit, place, tuple(before))
-            except (Unreadable, ExpressionError) as problem:
-                failed = failed or problem
-        if not found:
-            assert failed is not None
-            raise failed
-        return found
+        found = _those_read(lambda text: _numbers(text, unit, place, tuple(before)), _digits(last))
+        return [number for several in found for number in several]
     except ExpressionError as error:
         advice = with_hint(error)
         if _GRAMMAR.match(advice):
@@ -212,6 +211,11 @@ def _numbers(text: str, unit: Unit | None, place: str, before: tuple[str, ...]) 
         raised = f"{lost['mantissa']}e-{lost['power']}{text[lost.end() :]}"
         with suppress(ExpressionError):
             return [*_numbers(raised, unit, place, before), *_numbers(f"1*{text}", unit, place, before)]
+
+    def number(typed: float, own: Unit | None, mantissa: str = "", power: int = 0) -> Number:
+        scale = own.scale if own else 1.0 if unit is None else unit.scale
+        return Number(_finite(typed * scale), typed, scale, own, mantissa, power, before)
+
     if decimal := _DECIMAL.fullmatch(text):
         mantissa = decimal["mantissa"].replace(",", ".")
         power = int((decimal["e"] or decimal["p"] or "0").replace(" ", ""))
@@ -221,18 +225,18 @@ def _numbers(text: str, unit: Unit | None, place: str, before: tuple[str, ...]) 
                 raise ExpressionError("it is too small for a number")
             power = 0
         units = [None] if decimal["unit"] is None else _units_before_words(decimal["unit"], unit, place)
-        return [_number(typed, own, unit, before, mantissa, power) for own in units]
+        return [number(typed, own, mantissa, power) for own in units]
     node, behind = _value(text)
     typed = _worth(node)
     if behind is not None:
-        return [_number(typed, own, unit, before) for own in read_units(behind, unit, place)]
+        return [number(typed, own) for own in read_units(behind, unit, place)]
     if unit is None or not unit.dimension.angle or not _is_angle(node):
-        return [_number(typed, None, unit, before)]
+        return [number(typed, None)]
     radians = Unit("rad", Fraction(1), 0, unit.dimension)
     if unit.dimension == ANGLE:
-        return [_number(typed, radians, unit, before)]
+        return [number(typed, radians)]
     in_si = replace(radians, text=re.sub(r"\b(?:deg|rev|rpm)\b", "rad", unit.text))
-    return [_number(typed, None, unit, before), _number(typed, in_si, unit, before)]
+    return [number(typed, None), number(typed, in_si)]
 
 
 def _units_before_words(text: str, unit: Unit | None, place: str) -> list[Unit]:
@@ -247,18 +251,6 @@ def _units_before_words(text: str, unit: Unit | None, place: str) -> list[Unit]:
             words = f"read {shown(text)}: words behind the number, give the number and its unit"
             raise Unreadable("unit_incompatible", words, place=place) from None
         raise
-
-
-def _number(
-    typed: float,
-    own: Unit | None,
-    unit: Unit | None,
-    before: tuple[str, ...],
-    mantissa: str = "",
-    power: int = 0,
-) -> Number:
-    scale = own.scale if own else 1.0 if unit is None else unit.scale
-    return Number(_finite(typed * scale), typed, scale, own, mantissa, power, before)
 
 
 def _is_angle(node: tree.Node) -> bool:
@@ -277,32 +269,24 @@ def doubt(before: Sequence[str], read: Callable[[str], Any], is_equal: Callable[
 
     What can be read is compared; a name alone is only a name. Raises Unreadable where a second answer begins.
     """
+
+    def value(text: str | None) -> Any:
+        with suppress(Unreadable):
+            return None if text is None else read(text)
+
     for place, member in enumerate(before):
         is_name = place == 0 and is_label(slopes(member))
         if is_name and len(member.split()) == 1:
             continue
-        try:
-            other = read(member)
-        except Unreadable:
-            if place == 0 and not is_name and not _ENERGIES.fullmatch(member):
-                return f"what stands before `=` is no name: {shown(member.strip())}"
-            if place and begins_another(member, read):
-                raise Unreadable("wrong_shape", TWO_ANSWERS) from None
-        else:
-            if place and begins_another(member, read) and read(second_name(member) or "") == other:
-                raise Unreadable("wrong_shape", TWO_ANSWERS)  # the name was passed over as a remark
-            if not is_equal(other):
-                return CONTRADICTION
+        own = value(member)
+        second = value(second_name(member)) if place else None
+        if second is not None and own in (None, second):  # the name behind it begins another answer
+            raise Unreadable("wrong_shape", TWO_ANSWERS)
+        if own is None and place == 0 and not is_name and not _ENERGIES.fullmatch(member):
+            return f"what stands before `=` is no name: {shown(member.strip())}"
+        if own is not None and not is_equal(own):
+            return CONTRADICTION
     return ""
-
-
-def begins_another(member: str, read: Callable[[str], Any]) -> bool:
-    """Whether a member is a value and the name of a second answer: `3.1 rad/s fast`."""
-    value = second_name(member)
-    try:
-        return value is not None and read(value) is not None
-    except Unreadable:
-        return False
 
 
 def _signs_of_units(text: str) -> str:
@@ -322,9 +306,8 @@ def _si(match: re.Match[str]) -> str:
 
 
 def _in_degrees(match: re.Match[str]) -> str:
-    """Degrees, minutes and seconds of arc as decimal degrees."""
     minutes, seconds = (Fraction((match[part] or "0").replace(",", ".")) for part in ("min", "sec"))
-    whole = Fraction(match["deg"]).__abs__() + minutes / 60 + seconds / 3600
+    whole = Fraction(match["deg"].lstrip("+-")) + minutes / 60 + seconds / 3600
     return f"{'-' * match['deg'].startswith('-')}{float(whole)!r} deg"
 
 
@@ -349,7 +332,6 @@ def _value(text: str) -> tuple[tree.Node, str | None]:
 
 
 def _worth(node: tree.Node) -> float:
-    """The value of an expression without names."""
     value = _finite(real(node, {}))
     with suppress(ExpressionError):  # it is proved that `cos(pi/2)` is zero, which no float shows
         return 0.0 if abs(value) < ROUNDING and is_zero(from_tree(node)) else value

@@ -77,7 +77,6 @@ def read_table(text: str, wanted: Collection[str] | None = None) -> dict[str, Co
 
 
 def _lines(text: str) -> list[tuple[int, str]]:
-    """The lines that are not empty, with their numbers."""
     text = text.removeprefix("\ufeff").replace("\r\n", "\n").replace("\r", "\n")
     text = text.replace('"', "").replace("\N{MINUS SIGN}", "-")
     return [(number, line) for number, line in enumerate(text.split("\n"), start=1) if line.strip()]
@@ -105,7 +104,6 @@ def _cells(line: str, separator: str | None) -> list[str]:
 
 
 def _number(cell: str, line: int, name: str) -> float:
-    """The number in a cell of the column `name`. Raises Unreadable."""
     if _DECIMAL.fullmatch(cell):
         return float(cell)
     return read_number(cell, None, f"line {line}, column {shown(name)}").value

@@ -245,5 +245,4 @@ def matrix(text: str) -> str:
 
 
 def _index(text: str) -> str:
-    """An index as a part of a name."""
     return re.sub(r"[^A-Za-z0-9]+", "", text)

@@ -355,8 +355,6 @@ class _Grammar:
                 self.advance()
                 return [tree.Product((number, *_DEGREE))]
             return [number]
-        if kind == "name":
-            return self.named(self.passed())
         if kind == "root":
             sign = self.descend()
             operand = self.operand("sqrt", sign)
@@ -414,8 +412,6 @@ class _Grammar:
             return self.symbol(name, token)
         if not ways:
             raise unknown(name, words)
-        if len(ways) == 2 and words.is_open:
-            raise _two_spellings(token, ways)
         parts = ways[self.meets("spelling", len(ways))]
         if any(part in CALLED for part in parts):
             self.put(token, *parts)
@@ -592,12 +588,6 @@ def applied(typed: Token, name: str, arguments: tuple[tree.Node, ...]) -> tree.N
     above, below = QUOTIENTS[name]
     over = tree.Call(above, arguments) if above else tree.Number("1", 1.0)
     return tree.Product((over, tree.Reciprocal(tree.Call(below, arguments))))
-
-
-def _two_spellings(token: Token, ways: Sequence[Sequence[str]]) -> ExpressionError:
-    first, second = (" ".join(way) for way in ways)
-    message = f"`{token.text}` can be read as `{first}` and as `{second}`"
-    return ExpressionError(message, column=token.column, hint="put blanks or `*` between names")
 
 
 def _no_function(token: Token, may_be_declared: bool) -> ExpressionError:

@@ -60,11 +60,6 @@ def expressions(text: str, words: Words | None, *, leading: bool = True) -> list
     return of_tokens(tokenize(formula, as_typed=False), {}, words)
 
 
-def expression(text: str, words: Words | None, *, leading: bool = True) -> tree.Node:
-    """The most usual reading of a formula. Raises ExpressionError."""
-    return expressions(text, words, leading=leading)[0]
-
-
 def last_member(text: str) -> tuple[str, list[str]]:
     """The last member of a chain of equalities in a plain text, without a final dot, and those before it.
 
