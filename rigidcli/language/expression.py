@@ -21,9 +21,9 @@ from typing import TYPE_CHECKING, Any, overload
 from rigidcli.errors import ExpressionError, shortened
 from rigidcli.language.decoration import QUOTES
 from rigidcli.language.functions import FUNCTIONS, RESERVED
-from rigidcli.language.latex import plain
+from rigidcli.language.latex import DOTS, plain, undotted
 from rigidcli.language.parser import of_tokens
-from rigidcli.language.tokens import DOTTED, GREEK_LETTERS, tokenize
+from rigidcli.language.tokens import GREEK_LETTERS, tokenize
 from rigidcli.language.tree import Kind, Node, Parts, UnknownFunction, fold, names_in
 from rigidcli.language.typed import POINTS
 from rigidcli.language.words import Words
@@ -82,7 +82,8 @@ def parse(
         ExpressionError: the text is not in the language or beyond its bounds, or several readings fit.
     """
     try:
-        tokens = tokenize(text)
+        source = undotted(text)
+        tokens = tokenize(source, as_typed=source == text)
     except ExpressionError as error:
         if error.code or any(letter.isalpha() and not _is_read(letter) for letter in text):
             raise
@@ -109,8 +110,8 @@ _ANY = Words((), is_open=True)
 
 
 def _is_read(letter: str) -> bool:
-    """Whether a letter has an ASCII spelling: an accent is no decoration in a name."""
-    return unicodedata.normalize("NFKC", letter).isascii() or letter in GREEK_LETTERS or letter in DOTTED
+    """Whether a letter has an ASCII spelling: dots are derivatives, other accents no decoration of a name."""
+    return unicodedata.normalize("NFKD", letter).strip(DOTS).isascii() or letter in GREEK_LETTERS
 
 
 _SHOWN = 60

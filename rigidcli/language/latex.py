@@ -39,20 +39,17 @@ _SIGNS = str.maketrans(
     | dict.fromkeys("\N{ZERO WIDTH SPACE}\N{ZERO WIDTH NO-BREAK SPACE}", "")
     | dict(zip("₀₁₂₃₄₅₆₇₈₉", (f"_{digit}" for digit in "0123456789"), strict=True))
 )  # fmt: skip
-_DOTTED = re.compile(r"([^\W\d_](?:\w*\d)?)(\u0308|\u0307\u0307|\u0307)")
+DOTS = "\N{COMBINING DOT ABOVE}\N{COMBINING DIAERESIS}"
+_DOTTED = re.compile(r"([^\W\d_](?:\w{0,9}\d)?)(\u0308|\u0307\u0307|\u0307)(_?\d+)?")
 
-_GREEK = {
-    **{name: name for name in (*GREEK, *map(str.capitalize, GREEK), "hbar", "ell")},
-    "varphi": "phi", "vartheta": "theta", "varepsilon": "epsilon", "varrho": "rho", "varsigma": "sigma",
-}  # fmt: skip
-_FUNCTIONS = {name: name for name in CALLED}
 _SPACES = ("tag", "quad", "qquad", "thinspace", "space", *",;:! >")
 _DROPPED = (
     "left", "right", "big", "Big", "bigl", "bigr", "Bigl", "Bigr", "bigg", "biggl", "biggr", "displaystyle",
     "textstyle", "rm", "it", "bf", "limits", "hline", *"()[]",
 )  # fmt: skip
 _WORDS = {
-    **{command: f" {name}" for command, name in (_GREEK | _FUNCTIONS).items()},
+    **{name: f" {name}" for name in (*GREEK, *map(str.capitalize, GREEK), "hbar", "ell", *CALLED)},
+    "varphi": " phi", "vartheta": " theta", "varepsilon": " epsilon", "varrho": " rho", "varsigma": " sigma",
     "cdot": "*", "times": "*", "ast": "*", "div": "/", "approx": "=", "simeq": "=", "prime": "'", "circ": "°",
     "lbrace": "(", "rbrace": ")", "lbrack": "[", "rbrack": "]", "lvert": "|", "rvert": "|", "vert": "|",
     **dict.fromkeys(("Rightarrow", "implies", "rightarrow", "to", "therefore", "Longrightarrow"), "=>"),
@@ -103,12 +100,19 @@ def plain(text: str) -> str:
     text = _OVER.sub(r"\\frac{\1}{\2}", _LABEL.sub("", _MATHEMATICA.sub(lambda name: name[1].lower(), text)))
     text = _FONTS.sub(lambda letter: unicodedata.normalize("NFKC", letter[0]), text)
     text = _MIXED.sub(r"(\1 + \2)", text)
-    text = text.replace("\N{DOT ABOVE}", "\u0307").replace("\N{DIAERESIS}", "\u0308")
-    text = unicodedata.normalize("NFD", text).replace("\u0301", "") if not text.isascii() else text
-    text = _DOTTED.sub(lambda match: f"{match[1]}{'dot' if match[2] == chr(0x307) else 'ddot'}", text)
+    text = unicodedata.normalize("NFD", undotted(text)).replace("\u0301", "")
     text = re.sub(SUPERSCRIPT, lambda match: f"^{match[0].translate(LOWERED)} ", text).translate(_SIGNS)
     text = re.sub("&?=&?", "=", _SYSTEM.sub(r"\\begin{cases}\1\\end{cases}", text))
     return _Latex(text).whole() if set("\\{}$").intersection(text) else text
+
+
+def undotted(text: str) -> str:
+    """A text with names for letters that have dots: xdot and x_1ddot for x and x_1 with one dot and two."""
+    marked = text.replace("\N{DOT ABOVE}", DOTS[0]).replace("\N{DIAERESIS}", DOTS[1])
+    letters = unicodedata.normalize("NFD", marked)
+    if not any(dots in letters for dots in DOTS):
+        return text
+    return _DOTTED.sub(lambda m: f"{m[1]}{m[3] or ''}{'dot' if m[2] == DOTS[0] else 'ddot'}", letters)
 
 
 class _Latex:

@@ -7,9 +7,7 @@ still counts in the text as typed.
 
 from __future__ import annotations
 
-import itertools
 import re
-import string
 import unicodedata
 from typing import NamedTuple
 
@@ -40,16 +38,6 @@ GREEK_LETTERS = (
 _GREEK = str.maketrans(GREEK_LETTERS | {"\N{MICRO SIGN}": "mu"})
 _LETTER = "A-Za-z_" + "".join(map(chr, _GREEK))
 
-_MARKS = {"\N{COMBINING DOT ABOVE}": "dot", "\N{COMBINING DIAERESIS}": "ddot"}
-"""The dots over a letter: of its first and its second derivative by the time."""
-
-DOTTED = "".join(
-    letter
-    for pair in itertools.product(string.ascii_letters, _MARKS)
-    if len(letter := unicodedata.normalize("NFC", "".join(pair))) == 1
-)
-"""The letters of Unicode that have dots, such as ẋ."""
-
 _OPERATORS = {"^": "**", "\N{MINUS SIGN}": "-", "\N{MIDDLE DOT}": "*", "\N{DOT OPERATOR}": "*"}
 
 _FRACTIONS = {
@@ -67,7 +55,6 @@ LOWERED = str.maketrans("⁻⁰¹²³⁴⁵⁶⁷⁸⁹", "-0123456789")
 _TOKEN = re.compile(
     rf"""[ \t\r\n]*+  # possessive: a blank is never tried again as another token
     (?: (?P<number> (?: [0-9]+ \.? [0-9]* | \.[0-9]+ ) (?: [eE][+-]?[0-9]+ )? )
-      | (?P<dotted> [{DOTTED}](?:_?[0-9]+)? | [{_LETTER}][{_LETTER}0-9]*[{"".join(_MARKS)}] )
       | (?P<name> [{_LETTER}][{_LETTER}0-9]* )
       | (?P<degree> ° )
       | (?P<operator> \*\* | [-+*/^(),|{"".join(_OPERATORS)}] )
@@ -135,8 +122,6 @@ def tokenize(text: str, *, as_typed: bool = True) -> list[Token]:
             piece = piece.translate(_GREEK)
         elif kind == "degree":
             kind, piece = "name", "deg"
-        elif kind == "dotted":
-            kind, piece = "name", _undotted(piece)
         elif kind == "operator":
             kind = "stars" if piece == "**" else kind
             piece = _OPERATORS.get(piece, piece)
@@ -153,13 +138,6 @@ def tokenize(text: str, *, as_typed: bool = True) -> list[Token]:
         if kind == "end":  # past blanks the pattern would find the end once more
             break
     return tokens
-
-
-def _undotted(name: str) -> str:
-    """The name of the derivative that dots over a letter mean: x_1 with a dot over the x is x_1dot."""
-    letters = unicodedata.normalize("NFD", name)
-    (mark,) = (letter for letter in letters if letter in _MARKS)
-    return letters.replace(mark, "").translate(_GREEK) + _MARKS[mark]
 
 
 def _check_number(piece: str, column: int | None) -> None:
