@@ -9,14 +9,14 @@ from rigidcli.check.base import Tree, Unreadable
 from rigidcli.check.numbers import with_hint
 from rigidcli.check.vectors import from_columns, in_unit_vectors, spread, undressed
 from rigidcli.errors import ExpressionError, shown
-from rigidcli.language.decoration import undecorated
+from rigidcli.language.decoration import DECIMAL, undecorated
 from rigidcli.language.latex import plain as without_latex
 from rigidcli.language.statements import cut, without_brackets
 from rigidcli.language.typed import unnamed
 
 _OPEN, _CLOSE = "[({", "])}"
 _UNIT_TAIL = re.compile(r"(?P<entry>.*[\d)\]])\s+(?P<unit>(?![\d+*/^)\]-])\S.*)", re.DOTALL)
-_NUMBER = re.compile(r"[-+]?(?:\d+\.?|\d*[.,]\d+)(?:[eE][-+]?\d+)?(?:/\d+)?")
+_NUMBER = re.compile(rf"[-+]?{DECIMAL}(?:[eE][-+]?\d+)?(?:/\d+)?")
 _NAMED = re.compile(r"[^\W\d]\w*\s*[=:]")
 _NEXT_NAME = re.compile(r"(?<=[\w)])\s+(?=(?:[^\W\d]|[^\W\d_]+_?\d)\s*=)")
 """What stands between `I1 = 3` and the next name with a digit, or of one letter."""
@@ -88,36 +88,38 @@ def _entry(entry: Tree) -> Tree:
 def _is_call(text: str) -> bool:
     """Whether the first bracket of a text is closed before its end, so that the text is a product."""
     text = text.strip()
-    return _closing(text, 0) != len(text) - 1
+    return _closings(text)[0] != len(text) - 1
 
 
-def _closing(text: str, start: int) -> int:
-    """The place of the bracket that closes the one at `start`. Raises ExpressionError."""
-    end = re.compile(r"[\])}]").search(without_brackets(text[start:]))
-    if end is None:
-        raise ExpressionError(f"`{text[start]}` is never closed")
-    return start + end.start()
+def _closings(text: str) -> dict[int, int]:
+    """Where the brackets of a text are closed, by where they open. Raises ExpressionError."""
+    opened, ends = list[int](), dict[int, int]()
+    for place, sign in enumerate(text):
+        if sign in _OPEN:
+            opened.append(place)
+        elif sign in _CLOSE and opened:
+            ends[opened.pop()] = place
+    if opened:
+        raise ExpressionError(f"`{text[opened[-1]]}` is never closed")
+    return ends
 
 
 def _parts(text: str) -> tuple[str, str, str]:
     """What stands before, in, and behind the outer brackets of a list."""
-    for start, sign in enumerate(text):
-        if sign not in _OPEN:
-            continue
-        end = _closing(text, start)
+    for start, end in sorted(_closings(text).items()):
         within = text[start + 1 : end]
         if max(len(split(within)), len(_blanks(within))) > 1 or within.lstrip()[:1] in ("[", "{"):
             factor = re.sub(r"[\s*]+\Z", "", text[:start])
-            if sign == "(" and re.search(r"\batan2\Z", text[:start]):
+            if text[start] == "(" and re.search(r"\batan2\Z", text[:start]):
                 continue  # the bracket of a function, as in `atan2(1, 2), 3`
             behind = text[end + 1 :].strip()
-            if divided := re.match(r"/\s*((?:sqrt)?\s*\(?\d+(?:[.,]\d+)?\)?)\s*(.*)", behind, re.DOTALL):
-                return f"({factor or 1})/{divided[1]}", text[start + 1 : end], divided[2]
+            if divided := re.match(rf"/\s*((?:sqrt)?\s*\(?{DECIMAL}\)?)\s*(.*)", behind, re.DOTALL):
+                return f"({factor or 1})/{divided[1]}", within, divided[2]
             if re.match(r"[,;+/-]|\n\s*[\[({]", text[end + 1 :].lstrip(" ")) or re.search(
                 r"[,;\n+]\s*\Z", text[:start]
             ):
                 break  # rows without brackets round them
-            return factor, text[start + 1 : end], behind.lstrip("* ")
+            return factor, within, behind.lstrip("* ")
         if not re.search(r"[,;\n]", text):
             break
     return "", text, ""

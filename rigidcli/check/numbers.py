@@ -31,7 +31,7 @@ from rigidcli.fields.units import (
     without_separators,
 )
 from rigidcli.language import tree
-from rigidcli.language.decoration import undecorated, without_uncertainty
+from rigidcli.language.decoration import DECIMAL, undecorated, without_uncertainty
 from rigidcli.language.expression import RESERVED, real
 from rigidcli.language.latex import plain
 from rigidcli.language.statements import TWO_ANSWERS, is_label, second_name
@@ -64,7 +64,7 @@ _WORDS_OF_NUMBERS = rf"(?:{'|'.join(sorted(RESERVED - {'t', 'sec'}))})(?![^\W\d]
 _UNIT_BEGINS = rf"[(\[]*(?!{_WORDS_OF_NUMBERS})[^\W\d_]|[°%]"
 _PER = rf"/\s*(?!{_WORDS_OF_NUMBERS})[^\W\d_]"
 _DECIMAL = re.compile(
-    r"(?P<sign>[-+]?)\s*(?P<mantissa>(?>\d++[.,]?+\d*+|[.,]\d++))"
+    rf"(?P<sign>[-+]?)\s*(?P<mantissa>(?>{DECIMAL}))"
     r"(?:[eE](?P<e>[-+]?\d++)|(?:\s*[*xX.]\s*|\s+)10\s*(?:\^|\*\*|(?<=[xX]10)(?=-\d))\s*(?P<open>\()?\s*(?P<p>[-+]?\s*\d++)\s*(?(open)\)))?+"
     rf"(?:(?:\s*(?={_UNIT_BEGINS}|{_PER})|\s+(?=1\s*/))(?P<unit>.+))?\s*",
     re.DOTALL,
@@ -75,13 +75,11 @@ _LAST_DIGITS = re.compile(r"[-+]?\d+[.,]\d*(?=(?P<last>\(\d{1,2}\))\s*(?:[^\W\d]
 _REMARK = re.compile(r"\s*[,(\s]\s*(?!(?:per|pro|par|por|over)\b)(?=[^\d=/]*[^\W\d]{3}[^\d=/]*\Z)")
 """The beginning of a remark in words."""
 
-_POWER_LOST = re.compile(
-    r"(?P<mantissa>[-+]?\d+(?:[.,]\d+)?)\s*[*xX]\s*10\s*-\s*(?P<power>\d{1,2})(?![\d.,])"
-)
+_POWER_LOST = re.compile(rf"(?P<mantissa>[-+]?{DECIMAL})\s*[*xX]\s*10\s*-\s*(?P<power>\d\d?)(?![\d.,])")
 
 _ANGLE_IN_PARTS = re.compile(
-    r"(?P<deg>[-+]?\d+)\s*(?:[°º]|deg)\s*(?P<min>\d+(?:[.,]\d+)?)\s*(?:'|′|’|arcmin|min\b)"
-    r"(?:\s*(?P<sec>\d+(?:[.,]\d+)?)\s*(?:\"|″|''|”|arcsec))?"
+    rf"(?P<deg>[-+]?\d+)\s*(?:[°º]|deg)\s*(?P<min>{DECIMAL})\s*(?:'|′|’|arcmin|min\b)"
+    rf"(?:\s*(?P<sec>{DECIMAL})\s*(?:\"|″|''|”|arcsec))?"
 )
 """Degrees, minutes and seconds of arc."""
 

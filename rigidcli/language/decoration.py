@@ -7,6 +7,9 @@ import re
 LONGEST = 4000
 """The most characters of an answer that anybody decorates: patterns take long for more."""
 
+DECIMAL = r"(?:\d*[.,]\d+|\d+\.?)"
+"""The pattern of a decimal number as people type it, without a sign and a power of ten."""
+
 QUOTES = '"“”„‟«»`″'
 _PAIRS = {"'": "'", "‘": "’", "‚": "‘", "‹": "›"}
 
@@ -41,7 +44,7 @@ _BEHIND = re.compile(
 _UNIT = r"[^\W\d_][\w^/. ·*²³⁻-]*?"
 _UNCERTAINTY = re.compile(
     rf"(?P<open>\()?(?P<value>\d[\d.,]*(?:[eE][-+]?\d+)?(?P<unit>\s*{_UNIT})?)\s*(?:±|\+/?[-−]|-/?\+|\\pm)\s*"
-    rf"\d+(?:[.,]\d+)?(?:\s*%)?(?(unit)(?:\s*{_UNIT}(?=\s*\)?\s*\Z))?)\s*(?(open)\)|(?![\w(]*\())"
+    rf"{DECIMAL}(?:\s*%)?(?(unit)(?:\s*{_UNIT}(?=\s*\)?\s*\Z))?)\s*(?(open)\)|(?![\w(]*\())"
 )
 
 _TAG = re.compile(r"</?(?:br|p|b|i|em|strong|div|span)\b[^<>]*>|&nbsp;")
