@@ -315,18 +315,17 @@ def _value(text: str) -> tuple[tree.Node, str | None]:
         if slip.match(text):
             raise ExpressionError(advice)
     blank = _BEHIND.search(text)
+    ways: list[tuple[str, str | None]] = []
     if blank is None or re.search(r"[a-z]{2}.*\bdeg", text):
-        nodes = expressions(text, None, leading=False)
-        names = sorted(tree.names_in(nodes[0]))
+        ways.append((text, None))
+    if blank is not None:
+        ways.append((text[: blank.start()], text[blank.end() :]))
+    for value, behind in ways:
+        node = expressions(value, None, leading=False)[0]
+        names = sorted(tree.names_in(node))
         if not names:
-            return nodes[0], None
-        if blank is None:
-            raise ExpressionError(f"{shown(names[0])} has no value")
-    value, behind = text[: blank.start()], text[blank.end() :]
-    node = expressions(value, None, leading=False)[0]
-    if names := sorted(tree.names_in(node)):
-        raise ExpressionError(f"{shown(names[0])} has no value")
-    return node, behind
+            return node, behind
+    raise ExpressionError(f"{shown(names[0])} has no value")
 
 
 def _worth(node: tree.Node) -> float:

@@ -200,7 +200,6 @@ class _Grammar:
         return node
 
     def sum(self) -> tree.Node:
-        """A sum, or the one product that it is."""
         first = self.product()
         if self.token.text not in ("+", "-"):
             return first
