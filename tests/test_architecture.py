@@ -37,8 +37,8 @@ MOST_LINES = {
     "core": 4839,  # orbits from many starts in arrays, stiff systems, jumps at stops, motion to and fro
     "document": 3417,  # all slips at once; constraints, observables, generating functions
     "fields": 2035,  # a section reads on with the key that is meant
-    "check": 9569,  # variants; one rule for whose a hand-in is; a file is what it answers
-    "language": 2849,  # one reader, with readings, for documents and answers
+    "check": 9520,  # variants; one rule for whose a hand-in is; a file is what it answers
+    "language": 2825,  # one reader, with readings, for documents and answers
     "mechanics": 3291,  # constraints, generating functions, conserved quantities by Noether's theorem
     "reference": 521,  # conventions, notation and sections of beams are explained
     "render": 2678,  # results stand beside the figures of a page, with each name once

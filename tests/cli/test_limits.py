@@ -31,7 +31,7 @@ PUMPED = {
     "a stiff spring": (
         "hamilton",
         """
-system: {coordinates: [x], lagrangian: "xdot**2/2 - 1e12*x**2/2"}
+system: {coordinates: [x], lagrangian: "xdot**2/2 - 1e12*x**2/2 - x**4"}
 orbit: {initial: {x: 1, p_x: 0}, duration: 60}
 """,
     ),
