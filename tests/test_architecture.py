@@ -34,7 +34,7 @@ MOST_LINES = {
     "algebra": 2987,  # sizes count nodes; conserved quantities have parameters as coefficients
     "bodies": 5719,  # digits that were typed, silences that are told, prisms, files as others write them
     "cli": 2050,  # sheets, gradebooks and wide rows; a starter names the next command
-    "core": 4839,  # orbits from many starts in arrays, stiff systems, jumps at stops, motion to and fro
+    "core": 4843,  # orbits from many starts in arrays, stiff systems, jumps at stops, motion to and fro
     "document": 3417,  # all slips at once; constraints, observables, generating functions
     "fields": 2035,  # a section reads on with the key that is meant
     "check": 9520,  # variants; one rule for whose a hand-in is; a file is what it answers

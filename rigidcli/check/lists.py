@@ -17,7 +17,7 @@ from rigidcli.language.typed import unnamed
 _OPEN, _CLOSE = "[({", "])}"
 _UNIT_TAIL = re.compile(r"(?P<entry>.*[\d)\]])\s+(?P<unit>(?![\d+*/^)\]-])\S.*)", re.DOTALL)
 _NUMBER = re.compile(rf"[-+]?{DECIMAL}(?:[eE][-+]?\d+)?(?:/\d+)?")
-_NAMED = re.compile(r"[^\W\d]\w*\s*[=:]")
+_NAMED = re.compile(r"(?<!\w)[^\W\d]\w*+\s*[=:]")
 _NEXT_NAME = re.compile(r"(?<=[\w)])\s+(?=(?:[^\W\d]|[^\W\d_]+_?\d)\s*=)")
 """What stands between `I1 = 3` and the next name with a digit, or of one letter."""
 _ARRAY = re.compile(r"(?:\b(?:np|numpy|sp|sympy)\.)?\b(?:array|[Mm]atrix|[Vv]ector|vec)\s*(?=\()")

@@ -163,7 +163,7 @@ def integrate(
 
         with suppress(ComputationError):
             note = "explicit steps are held back by fast decay: the method `stiff` is taken"
-            return replace(stiff.solve(flow, y0, (t0, t1), **implicit), note=note)
+            return replace(stiff.solve(flow, y0, (t0, t1), most=stiff.FEW, **implicit), note=note)
         raise
     knots, path = np.frombuffer(times), np.frombuffer(states).reshape(len(times), -1)
     sample = dormand_prince.sampler(flow, knots, path)

@@ -17,7 +17,6 @@ import numpy as np
 from rigidcli.core.arithmetic import Floats
 from rigidcli.core.solution import (
     NO_VALUE,
-    PATIENCE,
     Flow,
     Solution,
     Stop,
@@ -34,7 +33,13 @@ LEAST_TOLERANCE = 1e-10
 """The least error of a step: below it, this method takes very many steps."""
 
 MOST = 100_000
-"""The most steps: each takes some 0.3 ms."""
+"""The most steps: each takes some milliseconds."""
+
+FEW = 20_000
+"""The most steps where this method is only tried, after another one: they take seconds."""
+
+LOOKS = (256, 2048)
+"""After so many steps it is asked whether MOST of them will do: the first of them take a second."""
 
 
 def solve(
@@ -46,12 +51,13 @@ def solve(
     tell: Callable[[float], None],
     name: str,
     longest: float,
+    most: int = MOST,
 ) -> Solution:
-    """The solution of y' = f(t, y), y(t0) = `start` (n), over `span` (t0, t1).
+    """The solution of y' = f(t, y), y(t0) = `start` (n), over `span` (t0, t1), in at `most` so many steps.
 
     Raises:
         Stopped: there is no solution as far as t1.
-        TooManySteps: there are more than MOST, or will be if they go on as they are.
+        TooManySteps: there are more, or will be if they go on as they are.
     """
     from scipy.integrate import Radau
 
@@ -86,10 +92,8 @@ def solve(
             sizes = np.maximum(sizes, np.abs(solver.y))
             solver.atol = tolerance * sizes
             taken = len(times) - 1
-            if taken >= MOST or (
-                taken == PATIENCE // 4 and taken * abs(t1 - t0) > MOST * abs(times[-1] - t0)
-            ):
-                raise TooManySteps(name, taken, times[-1], t1, MOST)
+            if taken >= most or (taken in LOOKS and taken * abs(t1 - t0) > most * abs(times[-1] - t0)):
+                raise TooManySteps(name, taken, times[-1], t1, most)
             if not taken % 64:
                 tell(times[-1])
     knots, path = np.frombuffer(times), np.frombuffer(states).reshape(-1, count)

@@ -54,7 +54,7 @@ def test_what_needs_too_many_steps_is_refused_in_seconds(case: tuple[str, str], 
     assert (outcome.code, outcome.out) == (4, "")
     assert "needs more than 1,000,000 steps" in outcome.err
     assert "have come to t = " in outcome.err
-    assert "shorter span or a larger tolerance" in outcome.err
+    assert "shorter span or a larger `tolerance`" in outcome.err
     assert "rigidcli[taylor]" in outcome.err or find_spec("heyoka")
 
 

@@ -62,6 +62,8 @@ CLAIMS: dict[str, float] = {}
 
 @pytest.mark.parametrize("case", CASES, ids=lambda case: str(case["name"]))
 def test_no_digit_is_claimed_that_is_wrong(case: dict[str, Any]) -> None:
+    if case["document"].get("orbit", {}).get("method") == "taylor":
+        pytest.importorskip("heyoka", reason="Taylor series are those of heyoka")
     found = worked(case["document"])
     error = true_error(case, found)
     true = min(MOST, max(0.0, -math.log10(error))) if error else MOST
