@@ -267,7 +267,7 @@ def _unfit(variants: Variants, questions: Mapping[str, Question], library: Libra
 def _refused(parameter: str, variants: Variants, document: str, library: Library) -> Iterator[Problem]:
     """The values of a variant that a document refuses, where the others have their first values."""
     refused = list[tuple[Values, DocumentError]]()
-    with contextlib.suppress(DocumentError):  # what is wrong with the first values is told already
+    with contextlib.suppress(DocumentError):  # the problems of the first values stand in the list already
         library.document(document, library.own(document, library.first))
         for value in variants.values[parameter][1:]:
             values = library.own(document, {**library.first, parameter: value})

@@ -87,8 +87,8 @@ def may_answer(name: str) -> bool:
 class Owner:
     """Whose a folder or a file is by its name alone.
 
-    `label` names the student in reports; `name` and `number` are what a `platform` says of the student, `own`
-    is the student's own name of the file, and `when` tells copies of it apart, of which the last counts.
+    `label` names the student in reports. A `platform` writes a `name` and a `number` of the student before
+    `own`, the name that the student gave the file. Of copies the last one counts, by `when`.
     """
 
     label: str
@@ -301,7 +301,7 @@ def _walk(folder: Path, batch: Batch) -> Iterator[Path]:
 
 
 def _unpacked(path: Path, folder: Path, room: Room, batch: Batch, source: str = "") -> bool:
-    """Whether an archive is unpacked into a folder; what is left out of it is told."""
+    """Unpack an archive into a folder, note what is left out, and return whether it could be opened."""
     name = Path(source) if source else path
     try:
         for message in unpack(path, folder, room, SUFFIXES):

@@ -118,7 +118,7 @@ class Library:
         return self.places.problem(ValueProblem(message, path=keys, hint=hint))
 
     def refusal(self, name: str, values: Values, error: DocumentError, more: int = 0) -> Problem:
-        """Why a document does not allow these values, and how many `more` are like the one that is told."""
+        """The problem of values that a document refuses; `more` values are refused beside these."""
         others = [parameter for parameter, value in values.items() if value != self.first[parameter]]
         problem = error.problems[0]
         reason = f"{problem.key}: {problem.message}" if problem.key else problem.message

@@ -6,7 +6,7 @@
 `runge-kutta` needs nothing but Python and suits nearly every problem. `taylor` compiles the equations with
 heyoka, an optional dependency: it pays where very many steps are wanted.
 `symplectic` is for the equations of Hamilton over very long spans: the error of the energy does not grow.
-`stiff` is for rates of very different sizes, of which the fast ones have died out.
+`stiff` is for rates of very different sizes, after the fast motions have died out.
 """
 
 from __future__ import annotations

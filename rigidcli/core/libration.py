@@ -45,7 +45,7 @@ ACCURATE = 1e-12
 """The relative change from one rule to that with twice the nodes, below which no more nodes are tried."""
 
 TOLD = 1e-6
-"""The relative error above which nothing is told: six digits are left near a separatrix."""
+"""With a larger relative error no period is reported: near a separatrix six digits are left."""
 
 PASSED = 1e-8
 """Where D passes zero, its last positive value is below this share of the largest; at a pole it is not."""

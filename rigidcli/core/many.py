@@ -47,7 +47,7 @@ class Paths:
 class Problem(NamedTuple):
     """The equations y' = f(t, y) of n variables, and how they are solved: the arguments of `integrate`.
 
-    The `moving` ones are those of what is watched.
+    `moving` gives the functions whose zeros and extremes may hide a narrow wall.
     """
 
     flow: Flow
