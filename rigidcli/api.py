@@ -5,21 +5,19 @@ from __future__ import annotations
 import inspect
 import json
 import os
-import sys
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import fields, replace
 from functools import partial
 from importlib import import_module
 from pathlib import Path
 from textwrap import indent
-from types import ModuleType
 from typing import Any, TypeAlias
 
-from rigidcli.check import Feedback
 from rigidcli.commands import COMMANDS, STUDIES, Command
 from rigidcli.document.document import Document
 from rigidcli.document.load import MAPPING, Source, plain, read_source
 from rigidcli.errors import DocumentError, Problem, UsageError, did_you_mean, nearest, shown
+from rigidcli.homework import Feedback
 from rigidcli.reference.pages import result_rows
 from rigidcli.result import Result
 
@@ -179,12 +177,12 @@ def check(
     """
     from tempfile import TemporaryDirectory
 
-    from rigidcli.check import files, hand_ins
-    from rigidcli.check import roster as students
-    from rigidcli.check.assignment import prepare
-    from rigidcli.check.judge import run
-    from rigidcli.check.reports import Style
-    from rigidcli.check.reports.formats import render
+    from rigidcli.homework import files, hand_ins
+    from rigidcli.homework import roster as students
+    from rigidcli.homework.assignment import prepare
+    from rigidcli.homework.judge import run
+    from rigidcli.homework.reports import Style
+    from rigidcli.homework.reports.formats import render
 
     levels = list(Feedback)
     if feedback not in levels:
@@ -209,12 +207,3 @@ def check(
         judged = list(students.overridden(judged, person, notes))
     style = Style(Feedback(feedback), late=any(paper.late for paper in judged))
     return Judgements([json.loads(line) for line in render("json", judged, style)], notes)
-
-
-class _Package(ModuleType):
-    """The package `rigidcli.check`, which is called as the function whose name it has."""
-
-    __call__ = staticmethod(check)
-
-
-sys.modules["rigidcli.check"].__class__ = _Package

@@ -16,15 +16,15 @@ import typer
 import rigidcli
 from rigidcli import STUDIES
 from rigidcli.bodies import primitives, shapes
-from rigidcli.check.base import CODES
-from rigidcli.check.base import Kind as KindOfAnswer
-from rigidcli.check.kinds import KINDS
-from rigidcli.check.question import Credited, KindName
-from rigidcli.check.reports.formats import FORMATS
 from rigidcli.cli import app
 from rigidcli.cli.check import CheckFormat
 from rigidcli.cli.printing import Kind
 from rigidcli.commands import COMMANDS
+from rigidcli.homework.base import CODES
+from rigidcli.homework.base import Kind as KindOfAnswer
+from rigidcli.homework.kinds import KINDS
+from rigidcli.homework.question import Credited, KindName
+from rigidcli.homework.reports.formats import FORMATS
 from rigidcli.render import TRAITS, Format, renderer
 from rigidcli.render.plots import LIBRARIES
 from rigidcli.studies.pictures import KINDS as KINDS_OF_PICTURES
@@ -37,7 +37,7 @@ MOST_LINES = {
     "core": 4843,  # orbits from many starts in arrays, stiff systems, jumps at stops, motion to and fro
     "document": 3417,  # all slips at once; constraints, observables, generating functions
     "fields": 2035,  # a section reads on with the key that is meant
-    "check": 9520,  # variants; one rule for whose a hand-in is; a file is what it answers
+    "homework": 9520,  # variants; one rule for whose a hand-in is; a file is what it answers
     "language": 2825,  # one reader, with readings, for documents and answers
     "mechanics": 3291,  # constraints, generating functions, conserved quantities by Noether's theorem
     "reference": 521,  # conventions, notation and sections of beams are explained

@@ -13,18 +13,18 @@ from typing import TYPE_CHECKING, Annotated, Any, TypeAlias
 import typer
 
 import rigidcli
-from rigidcli.check import Feedback
 from rigidcli.cli.failures import Failures, complain, progress, tell_notes
 from rigidcli.cli.options import NoHeader, OutputPath, Quiet, format_option, listed, whole
 from rigidcli.cli.output import Folder, Output, is_folder
 from rigidcli.errors import UsageError
+from rigidcli.homework import Feedback
 
 if TYPE_CHECKING:
-    from rigidcli.check.assignment import Prepared
-    from rigidcli.check.base import Judgement
-    from rigidcli.check.files import Place
-    from rigidcli.check.reports import Style
     from rigidcli.document.document import Document
+    from rigidcli.homework.assignment import Prepared
+    from rigidcli.homework.base import Judgement
+    from rigidcli.homework.files import Place
+    from rigidcli.homework.reports import Style
     from rigidcli.report import Report
 
     Fill: TypeAlias = Callable[[Iterator[Judgement], Mapping[str, Sequence[str]]], tuple[str, Sequence[str]]]
@@ -157,12 +157,12 @@ def check(
         _target(format, output, feedback) as target,
         tempfile.TemporaryDirectory(prefix="rigidcli-") as scratch,
     ):
-        from rigidcli.check import files, hand_ins
-        from rigidcli.check import roster as students
-        from rigidcli.check.assignment import prepare
-        from rigidcli.check.base import MISSING
-        from rigidcli.check.judge import run
-        from rigidcli.check.reports import Style
+        from rigidcli.homework import files, hand_ins
+        from rigidcli.homework import roster as students
+        from rigidcli.homework.assignment import prepare
+        from rigidcli.homework.base import MISSING
+        from rigidcli.homework.judge import run
+        from rigidcli.homework.reports import Style
 
         prepared = prepare(assignment, studies(steps))
         target.protect(*prepared.files, *filter(None, (regrade, book, roster, overrides)), *lists)
@@ -248,7 +248,7 @@ def _remark(quiet: bool, kept: list[str], source: str, notes: Sequence[str]) -> 
 
 def pages(prepared: "Prepared", remarks: Sequence[str], target: Output, *, steps: bool) -> "View":
     """The function that turns judgements into the page of a class, or into those of a folder."""
-    from rigidcli.check.reports import pages as report
+    from rigidcli.homework.reports import pages as report
 
     solutions = report.worked(prepared.solutions) if steps else {}
     course = report.Course(prepared.title, remarks, solutions)
@@ -265,8 +265,8 @@ def pages(prepared: "Prepared", remarks: Sequence[str], target: Output, *, steps
 
 def without_answers(assignment: str, roster: str | None, target: Output, header: bool, quiet: bool) -> int:
     """Write the sheets of the students of a roster, or without one test the keys. Returns the exit code."""
-    from rigidcli.check.assignment import prepare
-    from rigidcli.check.judge import selftest
+    from rigidcli.homework.assignment import prepare
+    from rigidcli.homework.judge import selftest
 
     prepared = prepare(assignment, studies())
     target.protect(*prepared.files, *filter(None, [roster]))
@@ -292,9 +292,9 @@ def hand_out(
     progress: Callable[[float], None],
 ) -> None:
     """Write the sheet of each student of a roster: pages into a folder, or the rows of a table."""
-    from rigidcli.check import roster as students
-    from rigidcli.check.reports import Style
-    from rigidcli.check.reports import sheets as report
+    from rigidcli.homework import roster as students
+    from rigidcli.homework.reports import Style
+    from rigidcli.homework.reports import sheets as report
 
     if prepared.variants is None:
         hint = "`rigidcli new assignment` shows how parameters get other values for each student"
@@ -327,7 +327,7 @@ def noted(
 
     `others` are files beside the answers, which are listed in the end, if no answer names them.
     """
-    from rigidcli.check.files import unnamed
+    from rigidcli.homework.files import unnamed
 
     named = set[str]()
     for judgement in judgements:
@@ -344,7 +344,7 @@ def noted(
 def view_of(format: CheckFormat, items: bool, regrade: str | None, wide: bool) -> "View":
     """The function that turns judgements into text; other files that it needs are read at once."""
     if items:
-        from rigidcli.check.reports import items as report
+        from rigidcli.homework.reports import items as report
 
         def told(judgements: "Iterator[Judgement]", style: "Style") -> Iterator[str]:
             every = list(judgements)
@@ -352,17 +352,17 @@ def view_of(format: CheckFormat, items: bool, regrade: str | None, wide: bool) -
 
         return told
     if regrade is not None:
-        from rigidcli.check.reports.items import changes, run_of
+        from rigidcli.homework.reports.items import changes, run_of
 
         return partial(changes, run_of(regrade))
-    from rigidcli.check.reports import formats
+    from rigidcli.homework.reports import formats
 
     return formats.wide if wide else partial(formats.render, format)
 
 
 def gradebook(path: str, is_moodle: bool, column: str | None, title: str) -> "Fill":
     """The function that fills a gradebook, which is read at once. Raises RigidError."""
-    from rigidcli.check.reports import gradebooks, read
+    from rigidcli.homework.reports import gradebooks, read
 
     text, _ = read(path)
     book = gradebooks.moodle(text, column) if is_moodle else gradebooks.canvas(text, column or title)

@@ -114,7 +114,7 @@ def _robot(
 
 def _assignment(file: str, text: str, quiet: bool) -> list[str]:
     """Lines with the questions of an assignment, their kinds and their points, and with its variants."""
-    from rigidcli.check.assignment import prepare
+    from rigidcli.homework.assignment import prepare
 
     prepared = prepare(file, studies(), text)
     for note in () if quiet else prepared.notes:
@@ -130,10 +130,10 @@ def _assignment(file: str, text: str, quiet: bool) -> list[str]:
 
 def _answers(text: str, path: Path, failures: Failures) -> list[str]:
     """Lines with each answer as it is read without the key; unreadable answers are printed as errors."""
-    from rigidcli.check.answers import read_answers
-    from rigidcli.check.base import Unreadable, sentence
-    from rigidcli.check.files import safe_name
-    from rigidcli.check.reading import described
+    from rigidcli.homework.answers import read_answers
+    from rigidcli.homework.base import Unreadable, sentence
+    from rigidcli.homework.files import safe_name
+    from rigidcli.homework.reading import described
 
     source, readings = safe_name(str(path)), list[str]()
 

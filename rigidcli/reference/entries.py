@@ -10,14 +10,14 @@ from typing import Any, TypeAlias
 from rigidcli.algebra.arithmetic import EXACT
 from rigidcli.bodies.robots import ENDINGS
 from rigidcli.bodies.shapes import SHAPES
-from rigidcli.check.base import CODES
-from rigidcli.check.question import AnswerFile, Assignment
 from rigidcli.document.document import Document
 from rigidcli.document.draft import BODY_FILES
 from rigidcli.document.motion import VARIABLES
 from rigidcli.errors import EXIT_CODES
 from rigidcli.fields.section import Section
 from rigidcli.fields.units import PREFIXES, TABLE, parse_unit
+from rigidcli.homework.base import CODES
+from rigidcli.homework.question import AnswerFile, Assignment
 from rigidcli.language.functions import ALIASES, CONSTANTS, FUNCTIONS
 from rigidcli.language.notation import NOTATION, QUANTITIES
 from rigidcli.reference.results import Entry, results

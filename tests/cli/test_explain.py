@@ -5,9 +5,9 @@ from __future__ import annotations
 import pytest
 
 from rigidcli.bodies.shapes import SHAPES
-from rigidcli.check.base import CODES
 from rigidcli.errors import EXIT_CODES, RigidError
 from rigidcli.fields.units import TABLE
+from rigidcli.homework.base import CODES
 from rigidcli.language.functions import FUNCTIONS
 from rigidcli.reference.entries import entries
 from rigidcli.reference.pages import explain, overview

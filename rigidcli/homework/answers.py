@@ -1,0 +1,299 @@
+r"""The text of an answer file -> its answers by question, as they were typed, or what is wrong with each.
+
+A file of lines is read line by line, so that a line that is no YAML costs its own question only. An entry
+begins at a line that names a question (`3: 2.34`, `3:2.34`, `3 = 2.34`, `3. 2.34`, `3 2.34`), and goes on in
+the lines that are indented deeper. What stands behind the name is read as YAML where it is that, and else as
+the text that it is: `[1, 2] cm`, `- 3.2`, `|T|`.
+"""
+
+from __future__ import annotations
+
+import re
+import unicodedata
+from collections.abc import Callable, Collection, Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import TypeAlias
+
+from rigidcli.document.syntax import read_tree
+from rigidcli.errors import DocumentError, Problem, shown
+from rigidcli.homework.base import Tree, Unreadable
+
+Answers: TypeAlias = dict[str, Tree | Unreadable]
+"""Answers by the names of questions; one that cannot be read is what is wrong with it."""
+
+MOST_ANSWERS = 1000
+"""Entries of a file that are read."""
+
+ABOUT = frozenset(["student", "name"])
+"""Keys beside the answers that say who the student is, which nobody believes."""
+
+_SECTION = re.compile(r"""["']?answers["']?\s*(?:$|#|:\s*(?P<value>[^\s#].*)?)""", re.IGNORECASE)
+"""The line with which the answers begin; they may stand on it."""
+
+_SILENT = re.compile(r"#|%YAML|---\s*$|\.\.\.\s*$|$")
+"""A line that says nothing: empty, a comment, or a mark of YAML."""
+
+_GOES_ON = re.compile(r"[-+*/=&|)\]},;.<>^\\]")
+"""The beginning of a line that continues the one before, however it is indented."""
+
+_PLAIN = re.compile(r"[\w.()-]{1,20}")
+"""A name that is no part of a formula or an address, even if no blank stands behind its colon."""
+
+_KEY = re.compile(r"[\w.()'\"-]{1,100}:\s")
+"""A key that begins the next answer, also where a bracket before it was never closed."""
+
+_NUMBERED = re.compile(r"(?P<name>[0-9][\w.]{0,20}?)(?:\s*=\s*|[.)]\s+|\s+)(?P<value>\S.*)")
+"""A number that may be the name of a question, with `=`, a dot, or a blank behind it."""
+
+_CONTROL = re.compile(r"[\x00-\x08\x0b\x0e-\x1f\x7f]")
+"""Characters that no text has; form feeds may stand in one."""
+
+_QUOTED = re.compile(r'"(?:[^"\\\n]|\\.)*"')
+_ESCAPE = re.compile(r"\\([a-zA-Z]+|.)")
+_LATEX = re.compile(
+    r"[^0abtnvfreNLPxuU\W\d_].*|alpha|approx|begin|beta|bar|big[lr]?|end|epsilon|ell|eta|exp|frac|nabla|nu|rho|"
+    r"right|rm|tan|tau|text|tfrac|theta|times|varphi|vartheta|vec"
+)
+"""Commands of LaTeX: some begin like an escape of YAML, such as `\\t`, and all others do not."""
+
+
+def folded(id: str) -> str:
+    """The name of a question or a student, however it is spelled."""
+    return unicodedata.normalize("NFC", id.strip()).casefold()
+
+
+def tree_of(text: str) -> Tree:
+    """What a text is in YAML. Raises Unreadable."""
+    try:
+        return read_tree(text, "", typed=True)
+    except DocumentError as error:
+        raise _unreadable(error.problems[0]) from None
+
+
+def read_answers(text: str, known: Collection[str] = ()) -> tuple[Answers, list[str]]:
+    """The answers in a text by the names as they are spelled, and notes on lines that are none.
+
+    `known` are the names of questions. Raises Unreadable where there are no answers.
+    """
+    if _CONTROL.search(text):
+        raise Unreadable("parse_error", "there are control characters in it: is it a text file?")
+    names = {folded(name) for name in known}
+    text = _QUOTED.sub(_literal, _undressed(text.removeprefix("\ufeff"), names))
+    reader = _Lines(sorted(names, key=len, reverse=True))
+    lines = text.splitlines()
+    sections = ((place, _SECTION.match(line.strip())) for place, line in enumerate(lines))
+    begin, section = next(((place, match) for place, match in sections if match), (-1, None))
+    value = (section and section["value"]) or ""
+    if value or text.lstrip().startswith("{"):
+        try:
+            whole = text if text.lstrip().startswith("{") else "\n".join(lines[begin:])
+            return _of_tree(tree_of(whole), names), []
+        except Unreadable as unreadable:
+            if unreadable.findings[0].code in ("wrong_shape", "too_large", "not_allowed"):
+                raise
+            # Brackets and commas are taken away, and what is left is read line by line.
+            lines = [re.sub(r"[,{]\s*$|^\s*[{}][{}\s,]*", "", line) for line in lines]
+            reader.read(lines[begin + 1 :], begin + 2)
+            heads = {folded(entry.name) for entry in reader.entries}
+            if not heads & names if names else section is None:
+                raise
+    else:
+        reader.read(lines[begin + 1 :], begin + 2)
+    if section is None and text.strip():
+        heads = {folded(entry.name) for entry in reader.entries}
+        if not (heads & names if names else heads - ABOUT) and not heads & ABOUT:
+            raise Unreadable("wrong_shape", "expected `answers`, a mapping from questions to answers")
+    return reader.answers(), capped(reader.stray)
+
+
+_DRESSED = re.compile(
+    r"""(?xi) (?P<indent>\s*+) (?P<marks>(?: [-*•+]\s++ | \#++\s*+ | \*\* | __ | \|\s*+ )*+)
+    (?P<word>(?:question|problem|exercise|task|aufgabe|frage|übung|exercice|ejercicio|pregunta|ex|nr|no|q)
+        [.:]?\s*+)?
+    (?P<open>\()? (?P<name>[\w.-]*\w) (?(open)\)) \s*(?:\*\*|__)?\s* [:=.)|]? \s*(?:\*\*|__)? (?=\s|\Z)
+    \s* (?P<rest>.*)"""
+)
+"""A line that begins with the name of a question in a bullet, a heading, bold letters or a table."""
+
+
+def _undressed(text: str, names: Collection[str]) -> str:
+    """The text with `name: answer` for lines that name a question in bullets, headings or bold letters."""
+    lines = text.splitlines()
+    found: dict[int, re.Match[str]] = {}
+    for place, line in enumerate(lines):
+        match = _DRESSED.fullmatch(line.rstrip())
+        if match is None or folded(match["name"]) not in names:
+            continue
+        is_comment = match["marks"].strip() == "#" and match["rest"]
+        if (match["marks"] or match["word"] or match["open"]) and not is_comment:
+            found[place] = match
+    named = [folded(match["name"]) for match in found.values()]
+    are_bullets = all(match["marks"].strip() in ("-", "*", "+", "•") for match in found.values())
+    is_repeated = len(set(named)) < len(named)
+    keys = sum(1 for place, line in enumerate(lines) if place not in found and _KEY.match(f"{line.strip()} "))
+    if not found or is_repeated or keys > len(found) + 2 or (are_bullets and 2 * len(named) < len(names)):
+        return text
+    is_table = any("|" in match["marks"] for match in found.values())
+    written, is_below = list[str](), False
+    for place, line in enumerate(lines):
+        if match := found.get(place):
+            rest = match["rest"].removesuffix("|").strip() if "|" in match["marks"] else match["rest"]
+            written.append(f"{match['indent']}{match['name']}: {rest}")
+            is_below = True
+        else:
+            section = _SECTION.match(line.strip())
+            if not (line.lstrip().startswith("|") and is_table):
+                written.append(f"  {line}" if is_below and line.strip() and not section else line)
+    return "\n".join(written)
+
+
+def _literal(quoted: re.Match[str]) -> str:
+    """A text between quotation marks, whose backslashes stay where they begin commands of LaTeX."""
+    if not any(_LATEX.fullmatch(escape) for escape in _ESCAPE.findall(quoted[0])):
+        return quoted[0]
+    return re.sub(r"\\(.)", lambda pair: pair[0] if pair[1] in '\\"' else f"\\{pair[0]}", quoted[0])
+
+
+def _of_tree(tree: Tree, names: set[str]) -> Answers:
+    """The answers of a file that is YAML as a whole. Raises Unreadable."""
+    if isinstance(tree, dict):
+        keys = {folded(key): key for key in tree}
+        if "answers" in keys:
+            answers = tree[keys["answers"]]
+            if isinstance(answers, dict):
+                return dict(answers)
+            if answers is None:
+                return {}
+        elif not names or not names.isdisjoint(keys) or keys.keys() <= ABOUT:
+            return {key: value for key, value in tree.items() if folded(key) not in ABOUT - names}
+    raise Unreadable("wrong_shape", "expected `answers`, a mapping from questions to answers")
+
+
+def _unreadable(problem: Problem) -> Unreadable:
+    place = "" if problem.line is None else f"line {problem.line}: "
+    message = ": ".join(filter(None, [place + problem.message, problem.hint]))
+    return Unreadable("too_large" if problem.code == "too_deep" else problem.code or "parse_error", message)
+
+
+@dataclass(slots=True)
+class _Entry:
+    """The lines of one answer, from the line `number` with its `name`, which is indented so deep."""
+
+    name: str
+    number: int
+    indent: int
+    lines: list[str]
+    open: int = 0
+
+    def add(self, line: str) -> None:
+        """Add a line, and count the brackets that are open after it."""
+        self.lines.append(line)
+        self.open += sum(line.count(bracket) for bracket in "([{") - sum(line.count(end) for end in ")]}")
+
+    @property
+    def is_list(self) -> bool:
+        """Whether no brace is open, in which keys may stand."""
+        return sum(line.count("{") - line.count("}") for line in self.lines) <= 0
+
+    @property
+    def is_begun(self) -> bool:
+        """Whether nothing stands behind the name as yet."""
+        return not any(line.strip() for line in self.lines)
+
+    def value(self) -> Tree | Unreadable:
+        """The answer, as YAML or else as text."""
+        texts = [text for line in self.lines if (text := re.sub(r"(^|\s)#.*", "", line).strip())]
+        try:
+            tree = tree_of("x: " + "\n ".join(self.lines) + "\n")["x"]
+        except Unreadable as unreadable:
+            finding = unreadable.findings[0]
+            if finding.code != "parse_error":
+                return Unreadable(finding.code, f"line {self.number}: {finding.detail.partition(': ')[2]}")
+            is_list = texts and not self.lines[0].strip() and all(text.startswith("- ") for text in texts)
+            return [text[2:].strip() for text in texts] if is_list else "\n".join(texts)
+        is_text = isinstance(tree, str) and texts and not texts[0].startswith(("'", '"', "|", ">"))
+        # YAML would join the lines of a text, each of which may be an equation; and where semicolons separate
+        # numbers, it would cut these at their decimal commas.
+        is_cut = texts and texts[0].startswith(("[", "{")) and ";" in _QUOTED.sub("", "\n".join(texts))
+        return "\n".join(texts) if is_text or is_cut else tree
+
+
+@dataclass(slots=True)
+class _Lines:
+    """The lines of answers, put together to entries; `names` are those of questions, the longest first."""
+
+    names: Sequence[str]
+    entries: list[_Entry] = field(default_factory=list)
+    stray: list[str] = field(default_factory=list)
+
+    def read(self, lines: list[str], first: int) -> None:
+        """Read the lines, of which the first has the number `first`. Raises Unreadable for too many."""
+        for number, raw in enumerate(lines, first):
+            line = raw.expandtabs(8) if raw[:1] == "\t" else raw.rstrip()
+            text = line.lstrip(" ")
+            indent = len(line) - len(text)
+            last = self.entries[-1] if self.entries else None
+            is_open = last is not None and last.open > 0 and not (_KEY.match(text) and last.is_list)
+            head = self._head(text, last)
+            # A question that is indented too deep, below another answer, stands by itself.
+            is_astray = head and last and last.lines[0].strip() and folded(head[0]) in self.names
+            is_deeper = last and indent > last.indent and not is_astray
+            if _SILENT.match(text) or is_open or is_deeper:
+                if last:
+                    last.add(line)
+            elif head:
+                depth = min(indent, last.indent) if last and is_astray else indent
+                entry = _Entry(head[0], number, depth, [])
+                entry.add(head[1])
+                self.entries.append(entry)
+                if len(self.entries) > MOST_ANSWERS:
+                    raise Unreadable("too_large", f"expected at most {MOST_ANSWERS:,} answers")
+            elif last and (last.is_begun or _GOES_ON.match(text)):
+                last.add(line)
+            else:
+                self.stray.append(f"line {number} is no answer: {shown(text)}")
+
+    def _head(self, text: str, last: _Entry | None) -> tuple[str, str] | None:
+        """The name at the beginning of a line, and what is behind it."""
+        plain = text.lstrip("\"'")
+        for name in self.names:
+            if plain[: len(name)].casefold() == name:
+                behind = plain[len(name) :].lstrip("\"'")
+                blank = r"|\s+(?=\S)" if re.search(r"[0-9]", name) else r"|\s+(?=[-+~]?[0-9.\[({\\$])"
+                if mark := re.match(rf"\s*[:=]\s*|[.)]\s+{blank}", behind):
+                    return plain[: len(name)], behind[mark.end() :]
+        name, colon, behind = text[:100].partition(":")
+        name = name.strip().strip("\"'")
+        if colon and name and (not behind.strip() or behind[:1] == " " or _PLAIN.fullmatch(name)):
+            return name, text.partition(":")[2].strip()
+        numbered = None if self.names or (last and last.is_begun) else _NUMBERED.fullmatch(text)
+        return (numbered["name"], numbered["value"]) if numbered else None
+
+    def answers(self) -> Answers:
+        """The answers; one that stands twice is none."""
+        spelled: dict[str, str] = {}
+        answers: Answers = {}
+        for entry in self.entries:
+            key = folded(entry.name)
+            if key in spelled:
+                message = f"line {entry.number}: the key {shown(entry.name)} stands twice"
+                answers[spelled[key]] = Unreadable("duplicate_key", message)
+            elif key not in ABOUT or key in self.names:
+                spelled[key] = entry.name
+                answers[entry.name] = entry.value()
+        return answers
+
+
+def capped(names: Sequence[str], note: Callable[[str], str] = str) -> list[str]:
+    """A note on each of the first names, and how many more there are."""
+    first, more = names[:5], len(names) - 5
+    return [*map(note, first), *([f"and {more:,} more of this kind"] if more > 0 else [])]
+
+
+def as_typed(answer: Tree | Unreadable) -> str:
+    """An answer as it was typed, in one line where it is a list or a mapping."""
+    if isinstance(answer, Mapping):
+        return f"{{{', '.join(f'{key}: {as_typed(value)}' for key, value in answer.items())}}}"
+    if isinstance(answer, list):
+        return f"[{', '.join(map(as_typed, answer))}]"
+    return "" if answer is None or isinstance(answer, Unreadable) else "; ".join(str(answer).splitlines())

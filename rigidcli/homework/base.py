@@ -1,0 +1,360 @@
+"""What all kinds of answers share: what is asked, what was read, the mark, and what is said of it."""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass, field, replace
+from decimal import ROUND_HALF_UP, Decimal
+from functools import cache
+from typing import TYPE_CHECKING, Any, ClassVar, Literal, NamedTuple, TypeAlias, get_args
+
+import orjson
+from pydantic import TypeAdapter
+
+from rigidcli.errors import printable, shortened
+from rigidcli.homework import Feedback
+
+if TYPE_CHECKING:
+    from rigidcli.document.document import Document
+    from rigidcli.homework.question import Question
+    from rigidcli.report import Report
+
+Tree: TypeAlias = Any
+"""An answer as it was typed: texts (numbers too), None, and lists and mappings of them."""
+
+Verdict: TypeAlias = Literal["review", "correct", "partial", "incorrect", "invalid", "missing"]
+
+VERDICTS: tuple[Verdict, ...] = get_args(Verdict)
+"""The verdicts in the order of reports: what waits for a person first."""
+
+CODES: dict[str, str] = {
+    "accepted": "this answer was foreseen",
+    "additive_constant": "this differs from the expected answer by a constant",
+    "axes_not_orthogonal": "the axes are not at right angles to each other",
+    "axis_not_normalised": "the axis is right, but it is no unit vector",
+    "component_wrong": "not right",
+    "components_permuted": "the components are right, but in another order",
+    "constant_factor": "this differs from the expected answer by a constant factor",
+    "degrees_radians": "degrees and radians are confused",
+    "duplicate_key": "a name stands twice, so that it is not clear which answer is meant",
+    "equation_wrong": "this equation does not hold for the motion",
+    "euler_sign": "a cross term of Euler's equations has the wrong sign",
+    "extra_solutions": "the equations have other solutions besides the right ones",
+    "frequency_vs_angular_frequency": "a frequency and an angular frequency are confused",
+    "hamilton_sign": "a sign in Hamilton's equations is wrong: q' = dH/dp, p' = -dH/dq",
+    "kinetic_factor": "the kinetic energy has a wrong factor",
+    "lagrangian_or_potential_sign": "this is T - V instead of T + V, or the potential has the wrong sign",
+    "missing_axis": "an axis is missing: three independent ones are asked for",
+    "missing_column": "a column is missing",
+    "missing_equation": "an equation is missing",
+    "missing_file": "there is no such file",
+    "moment_axis_pairing": "the moments and the axes are right, but wrongly paired",
+    "not_a_number": "this cannot be read as a number",
+    "not_allowed": "this is not allowed in an answer",
+    "not_an_eigenvector": "this is not along a principal axis",
+    "not_symmetric": "the tensor is not symmetric",
+    "number_for_symbol": "a number stands in place of a symbol",
+    "other_frame": "this is right, but along other axes than those asked for",
+    "outside_tolerance": "this is not right",
+    "overridden": "a person has judged this",
+    "parallel_axis_missing": "this is about the centre of mass: the parallel-axis theorem is not applied",
+    "parallel_axis_sign": "the parallel-axis theorem is applied with the wrong sign",
+    "parse_error": "this cannot be read",
+    "path_outside": "this is a file that is not beside the answer file",
+    "potential_sign": "the potential energy has the wrong sign",
+    "power_of_ten": "this is wrong by a power of ten",
+    "products_of_inertia_missing": "the products of inertia are missing",
+    "products_of_inertia_sign": "the products of inertia have the wrong sign",
+    "second_order_form": "the equations are right, and of second order",
+    "sign_error": "the sign is wrong",
+    "term_wrong": "one or more terms are wrong, missing, or too many",
+    "time_range_short": "this does not cover the time that is asked for",
+    "timeout": "this took too long to judge",
+    "too_few_sig_figs": "this has too few significant figures",
+    "too_large": "this is too large",
+    "transposed": "rows and columns are exchanged",
+    "trivial_equation": "this equation is true of every motion",
+    "undecided": "the program cannot say whether this is right: a person will judge it",
+    "unit_incompatible": "the unit does not fit what is asked",
+    "unit_missing": "the unit is missing",
+    "unknown_symbol": "this holds a symbol that is not in the question",
+    "velocity_in_hamiltonian": "the Hamiltonian is a function of coordinates and momenta, not of velocities",
+    "wrong_initial_condition": "the initial conditions are not right",
+    "wrong_order": "the order is not the one asked for",
+    "wrong_shape": "this does not have the form that is asked for",
+    "wrong_unit_right_number": "the number is right, the unit is not",
+}
+"""What is said of an answer: codes for programs, and the sentence that a student reads.
+
+A sentence may follow the name of the part that is meant (`Ixy: not right`). It holds no
+number, so that it cannot give a reference value away.
+"""
+
+
+@dataclass(frozen=True, slots=True)
+class Finding:
+    """One remark on an answer.
+
+    `place` names the part that is meant (`Ixy`, `row 2`), `detail` says more of what was read. Neither may
+    hold a reference value or lead to one. `reference` may; only `--feedback full` shows it.
+    """
+
+    code: str
+    place: str = ""
+    detail: str = ""
+    reference: str = ""
+
+
+@dataclass(frozen=True, slots=True)
+class Outcome:
+    """The verdict on one answer, the share (0 to 1) of its points that it earns, and the remarks on it."""
+
+    verdict: Verdict
+    share: float
+    findings: tuple[Finding, ...] = ()
+
+    @classmethod
+    def correct(cls, *findings: Finding) -> Outcome:
+        """A right answer, perhaps with remarks."""
+        return cls("correct", 1.0, findings)
+
+    @classmethod
+    def earning(cls, share: float, *findings: Finding) -> Outcome:
+        """An answer that earns this share of its points."""
+        verdict: Verdict = "correct" if share >= 1 else "partial" if share > 0 else "incorrect"
+        return cls(verdict, max(0.0, min(share, 1.0)), findings)
+
+    @classmethod
+    def review(cls, detail: str, *findings: Finding) -> Outcome:
+        """An answer that a person must judge, with the reason."""
+        return cls("review", 0.0, (Finding("undecided", detail=detail), *findings))
+
+
+class Unreadable(Exception):  # noqa: N818 - it carries findings to their outcome
+    """The answer cannot be read as one of its kind. `findings` has all that is wrong with it."""
+
+    def __init__(
+        self, code: str, detail: str = "", *, place: str = "", also: tuple[Finding, ...] = ()
+    ) -> None:
+        super().__init__(detail)
+        self.findings = (Finding(code, place, detail), *also)
+
+    @property
+    def outcome(self) -> Outcome:
+        """The outcome of an answer that cannot be read."""
+        return Outcome("invalid", 0.0, self.findings)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Asked:
+    """The right answer of the question called `name`, and where it comes from.
+
+    A literal key (`answer` of a question) is a `Tree` in `value`, read by the rules of a student's answer.
+    A key from a document (`ask`) has the `document`, the `report` of its study, the `path` of the ask
+    (`("inertia", "tensor")`), and in `value` the report's value there (floats, arrays, trees of expressions,
+    texts), in the SI unit `unit`.
+    """
+
+    name: str
+    question: Question
+    value: Any
+    unit: str = ""
+    path: tuple[str, ...] = ()
+    document: Document | None = None
+    report: Report | None = None
+
+
+class Reading(NamedTuple):
+    """An answer as it was read: the `value` for the judge, and `read_as`, the text that students see.
+
+    A `doubt` says why a person must look at it, whatever the value is.
+    """
+
+    value: Any
+    read_as: str
+    doubt: str = ""
+
+
+class Kind(ABC):
+    """One kind of answer. It has no state: all that judging needs is in the key, which can be pickled.
+
+    `options` are the options of a question that this kind uses, besides those of every question. A kind that
+    `has_tolerance` has one also where the question names none.
+    """
+
+    name: ClassVar[str]
+    options: ClassVar[frozenset[str]] = frozenset()
+    has_tolerance: ClassVar[bool] = True
+
+    @abstractmethod
+    def key(self, asked: Asked) -> Any:
+        """The key of a question. Raises ValueProblem where what is asked is not of this kind."""
+
+    def loaded(self, answer: Tree, text_of: Callable[[Tree], str]) -> Tree:
+        """An answer with the texts of the files that it names, which `text_of` reads. Raises Unreadable."""
+        return answer
+
+    @abstractmethod
+    def read(self, key: Any, answer: Tree) -> Reading:
+        """An answer to the question of this key. Raises Unreadable."""
+
+    @abstractmethod
+    def judge(self, key: Any, value: Any) -> Outcome:
+        """The outcome of an answer that has been read, with the share that `credit: parts` gives."""
+
+    def is_right(self, key: Any, value: Any) -> bool:
+        """Whether the outcome would be `correct`; a kind may say so sooner than it finds what is wrong."""
+        return self.judge(key, value).verdict == "correct"
+
+    def mistaken(self, asked: Asked, key: Any) -> Iterator[tuple[str, Any]]:
+        """The codes of mistakes, and the keys of the problems that they lead to.
+
+        The key about the centre of mass, with the products of inertia flipped, or with T - V for T + V: an
+        answer that is right by the keys of exactly one mistake is explained by it.
+        """
+        return iter(())
+
+    @abstractmethod
+    def typed(self, key: Any) -> Tree:
+        """The key as a student would type it; judging this answer gives `correct`."""
+
+
+# --- marks
+
+PLACES = 6
+"""Decimal places of a score: shares such as 1/3 need an end."""
+
+MISSING = Outcome("missing", 0.0)
+"""The outcome of a student, or a question, without an answer."""
+
+UNREAD = frozenset(["parse_error", "unknown_symbol", "too_large"])
+"""What is said of parts of an answer that cannot be read, such as one of several equations."""
+
+
+@dataclass(frozen=True, slots=True)
+class Judged:
+    """One question of a hand-in: the `answer` as it was typed, `read_as`, how it was read, and its mark.
+
+    `values` are those of the student's variant, in words by the names of the parameters.
+    """
+
+    id: str
+    title: str
+    answer: str
+    read_as: str
+    verdict: Verdict
+    score: float
+    max_score: float
+    findings: tuple[Finding, ...] = ()
+    values: Mapping[str, str] = field(default_factory=dict)
+
+    @property
+    def codes(self) -> tuple[str, ...]:
+        """The codes of the findings, without repetition, in their order."""
+        return tuple(dict.fromkeys(finding.code for finding in self.findings))
+
+    @property
+    def sentences(self) -> list[str]:
+        """What is said of the answer, one sentence a finding."""
+        return [sentence(finding) for finding in self.findings]
+
+    @property
+    def message(self) -> str:
+        """The sentences, one a line."""
+        return "\n".join(self.sentences)
+
+    @property
+    def reading(self) -> str:
+        """How the answer was read, where that says more than what was typed: brackets and blanks do not."""
+        typed, read = ([c for c in text if c not in " \n\t[]{}:;=,"] for text in (self.answer, self.read_as))
+        return "" if typed == read else self.read_as
+
+    @property
+    def is_urgent(self) -> bool:
+        """Whether a person must look at it first: it is not judged, or not read, or not all of it is read."""
+        return not UNREAD.isdisjoint(self.codes) or self.verdict in ("review", "invalid")
+
+    def overridden(self, score: float, reason: str) -> Judged:
+        """The question as a person has judged it."""
+        verdict: Verdict = "correct" if score >= self.max_score else "partial" if score > 0 else "incorrect"
+        return replace(self, verdict=verdict, score=score, findings=(Finding("overridden", detail=reason),))
+
+
+@dataclass(frozen=True, slots=True)
+class Judgement:
+    """What a student has handed in, judged; `source` is the answer file, empty where there is none.
+
+    `notes` are for the instructor, and `files` lie beside the answer file, which names them. It is `late` if
+    the platform says so.
+    """
+
+    student: str
+    source: str
+    questions: tuple[Judged, ...]
+    notes: tuple[str, ...] = ()
+    files: tuple[str, ...] = ()
+    late: bool = False
+
+    def to_bytes(self) -> bytes:
+        """The judgement as one process hands it to another: plain JSON, never objects."""
+        return orjson.dumps(self)
+
+    @classmethod
+    def from_bytes(cls, data: bytes) -> Judgement:
+        """A judgement from another process."""
+        return _reader().validate_json(data)
+
+    @property
+    def score(self) -> float:
+        """Points earned."""
+        return round(sum((question.score for question in self.questions), 0.0), PLACES)
+
+    @property
+    def max_score(self) -> float:
+        """Points that could be earned."""
+        return round(sum((question.max_score for question in self.questions), 0.0), PLACES)
+
+    def score_to(self, places: int) -> float:
+        """Points earned, rounded half up to so many decimal places, as a gradebook has them."""
+        return float(Decimal(str(self.score)).quantize(Decimal(1).scaleb(-places), ROUND_HALF_UP))
+
+
+@cache
+def _reader() -> TypeAdapter[Judgement]:
+    return TypeAdapter(Judgement)
+
+
+def reported(judgement: Judgement, feedback: Feedback) -> Judgement:
+    """A hand-in as reports show it, with what waits for a person before the other questions.
+
+    All texts are safe to print, and only the level `full` has references.
+    """
+    waiting_first = sorted(judgement.questions, key=lambda question: question.verdict != "review")
+    return replace(
+        judgement,
+        student=printable(judgement.student),
+        source=printable(judgement.source),
+        questions=tuple(_reported(question, feedback) for question in waiting_first),
+    )
+
+
+def _reported(question: Judged, feedback: Feedback) -> Judged:
+    findings = question.findings if feedback.reasons else ()
+    if feedback is not Feedback.full:
+        findings = tuple(replace(finding, reference="") for finding in findings)
+    return replace(
+        question,
+        id=printable(question.id),
+        title=printable(question.title),
+        answer=printable(question.answer),
+        read_as=printable(question.read_as),
+        findings=findings,
+    )
+
+
+def sentence(finding: Finding) -> str:
+    """What a student reads of a finding."""
+    text = f"{finding.place}: {CODES[finding.code]}" if finding.place else CODES[finding.code]
+    text = f"{text}; {shortened(finding.detail, 500)}" if finding.detail else text
+    return printable(f"{text}; {finding.reference}" if finding.reference else text)

@@ -1,0 +1,356 @@
+"""Whose a hand-in is, which of a student's files is the answer file, and what becomes of the others."""
+
+from __future__ import annotations
+
+import hashlib
+from collections import Counter, defaultdict
+from collections.abc import Collection, Iterable, Sequence
+from functools import partial
+from itertools import takewhile
+from pathlib import Path
+from typing import NamedTuple
+
+import orjson
+
+from rigidcli.errors import printable
+from rigidcli.fields.texts import ending
+from rigidcli.homework.answers import folded, read_answers
+from rigidcli.homework.base import MISSING, Outcome, Unreadable
+from rigidcli.homework.files import (
+    Batch,
+    Owner,
+    Place,
+    first_bytes,
+    is_answer,
+    listed,
+    may_answer,
+    names_file,
+    noted,
+    owner_of,
+    platform_of,
+    read_file,
+    uncounted,
+)
+from rigidcli.homework.roster import Paper, Roster, words_of
+from rigidcli.homework.workers import each
+from rigidcli.sandbox import LIMITS, usable_cores
+
+TABLES = frozenset([".csv", ".tsv", ".npy", ".xls", ".xlsx", ".ods", ".html", ".htm"])
+"""Endings of files that answers name, or platforms add: none of them is an answer file."""
+
+MANY = 4
+"""Answer files, or folders, that a folder of the class has at least, and that of a student has not."""
+
+MOST_LOOKED_AT = 30
+"""Files of a student of which it is found out whether they answer a question."""
+
+NATURES = {
+    b"%PDF": "a PDF",
+    b"\x89PNG": "a picture",
+    b"\xff\xd8\xff": "a picture",
+    b"GIF8": "a picture",
+    b"II*\0": "a picture",
+    b"MM\0*": "a picture",
+    b"{\\rtf": "a Word file",
+    b"\xd0\xcf\x11\xe0": "a Word file",
+    b"PK": "a zip",
+}
+"""What files are that people hand in and no program reads, by their first bytes."""
+
+OFFICE = {".docx": "a Word file", ".odt": "an OpenDocument file", ".pages": "a Pages file"}
+"""What zips are that have other endings."""
+
+
+class HandIns(NamedTuple):
+    """What every student has handed in, notes on who is who, and files that are no hand-ins."""
+
+    papers: list[Paper]
+    notes: list[str]
+    others: list[Place]
+
+
+class _File(NamedTuple):
+    """A file of a student, as its name tells."""
+
+    place: Place
+    owner: Owner
+
+
+class _Look(NamedTuple):
+    """Whether a file answers a question, what tells its text from others, and the files that it names."""
+
+    answers: bool = False
+    digest: str = ""
+    names: Sequence[str] = ()
+
+
+def papers(
+    batch: Batch,
+    roster: Roster | None = None,
+    known: Collection[str] = (),
+    jobs: int | None = None,
+    *,
+    one: str = "",
+    listing: str = "roster",
+) -> HandIns:
+    """The hand-in of every student, also of those on the roster without one.
+
+    `known` are the names of questions. All files are those of `one` student, if that has a name. Notes call
+    the list of students a `listing`.
+    """
+    owners = _plainly(batch.places) if roster is None else _by_roster(batch.places, roster)
+    students: dict[str, str] = {}
+    files = defaultdict[str, list[_File]](list)
+    unknown, doubtful = dict[str, list[str]](), dict[str, list[str]]()
+    for place, (owner, common) in zip(batch.places, owners, strict=True):
+        for names in [(one,)] if one else place.owners or [(owner.label,)]:
+            student = names[0]
+            if roster is not None and not one:
+                keys = roster.first(names) if place.owners else roster.find(owner, common)
+                labels = [roster.labels[key] for key in sorted(keys)]
+                if len(labels) == 1:
+                    student = labels[0]
+                else:
+                    (doubtful if keys else unknown)[folded(student)] = labels
+            students.setdefault(folded(student), student)
+            files[folded(student)].append(_File(place, owner))
+    looks = _looked_at([_candidates(own) for own in files.values()], known, jobs)
+    rows, notes, others = list[Paper](), list[str](), list[Place]()
+    for key, own in files.items():
+        paper, said, left = _paper(students[key], own, looks)
+        if key in unknown and paper and not paper.file and not any(_nature(each.place.file) for each in own):
+            paper = None  # such as a file about the course
+        notes += said
+        others += left
+        if key in doubtful:
+            detail = f"it may be that of {listed(doubtful[key])}"
+            outcome = Unreadable("duplicate_key", detail).outcome
+            paper = Paper(students[key], None, own[0].place.source, outcome)
+        elif paper is None:
+            unknown.pop(key, None)
+        rows += [] if paper is None else [paper]
+    said = noted(f"not found in the {listing}", [students[key] for key in unknown])
+    said += noted(
+        f"more than one student of the {listing} may be meant by", [students[key] for key in doubtful]
+    )
+    if roster is not None:
+        given = {folded(paper.student) for paper in rows}
+        lacking = (label for label in roster.labels.values() if folded(label) not in given)
+        rows += [Paper(label, outcome=MISSING) for label in lacking]
+    return HandIns(rows, [*said, *notes], others)
+
+
+# --- whose a file is
+
+_Found = tuple[Owner, Collection[str]]
+"""Whose a place is by a name, and the words that all names beside this one have."""
+
+
+def _by_roster(places: Sequence[Place], roster: Roster) -> list[_Found]:
+    """Whose each place is: by the first level of folders that names students, or has the form of a platform.
+
+    A student chooses the names of what lies deeper, and could take the place of another by them. A file that
+    lies above, or where no folder names anybody, goes by its own name.
+    """
+    ways = [(place.given, *place.way) if place.given else place.way for place in places]
+    roots = [-3 if place.given else place.root for place in places]
+    found: dict[int, _Found] = {}
+    for root in dict.fromkeys(roots):
+        own = [place for place, other in enumerate(roots) if other == root]
+        for level in range(max(len(ways[place]) for place in own)):
+            names = {place: ways[place][level] for place in own if len(ways[place]) > level}
+            owners = _of_names(names, roster, is_folder=True)
+            if any(owner.platform or roster.find(owner, common) for owner, common in owners.values()):
+                found |= owners
+                break
+        direct = {place: places[place].file.name for place in own if place not in found}
+        by_file = _of_names(direct, roster, is_folder=False)
+        if len(direct) == len(own) and not any(roster.find(*each) for each in by_file.values()):
+            plain = _plainly([places[place] for place in own])  # the list is no help
+            by_file = dict(zip(own, plain, strict=True))
+        found |= by_file
+    return [found[place] for place in range(len(places))]
+
+
+def _of_names(names: dict[int, str], roster: Roster, *, is_folder: bool) -> dict[int, _Found]:
+    """Whose places are by the names of folders or files that stand beside each other."""
+    platform = platform_of({*names.values()})
+    owners = {name: owner_of(name, platform, is_folder=is_folder) for name in {*names.values()}}
+    words = [{*words_of(owner.name)} for owner in owners.values()]
+    common = set.intersection(*words) if len(words) > 1 else set[str]()
+    keys = [roster.find(owner, common) for owner in owners.values()]
+    if len({min(each) for each in keys if len(each) == 1}) < 2:
+        common = set()  # they may be the files of one student
+    return {place: (owners[name], common) for place, name in names.items()}
+
+
+def _plainly(places: Sequence[Place]) -> list[_Found]:
+    """Whose each place is without a list of students: by the first folder that tells hand-ins apart.
+
+    A student chooses the names within the own folder only, and so a folder comes before what is in it.
+    """
+    ways: dict[int, list[tuple[str, ...]]] = defaultdict(list)
+    beside: dict[tuple[int, int], set[str]] = defaultdict(set)
+    for place in places:
+        ways[place.root].append(place.way)
+        for level, name in enumerate((*place.way, place.file.name)):
+            beside[place.root, level if level < len(place.way) else -1].add(name)
+    shared = {root: _shared(below) for root, below in ways.items()}
+    platforms = {where: platform_of(names) for where, names in beside.items()}
+    named = Counter((place.root, place.way) for place in places if is_answer(place.file.name))
+    below = Counter((place.root, place.way) for place in places if may_answer(place.file.name))
+    levels: dict[int, int] = {}
+    for root, common in shared.items():
+        # Where an answer file lies in the one folder that all share, or nothing lies deeper, it is a
+        # student's; and where many do, it is that of the class.
+        is_last = not any(way > common for way in ways[root])
+        is_own = (named[root, common] or is_last) and below[root, common] < MANY and not platforms[root, -1]
+        levels[root] = len(common) - bool(common and is_own)
+        # Folders that all hold many folders, and nothing else, are sections of the class.
+        while _are_sections(ways[root], levels[root]):
+            levels[root] += 1
+    found = list[_Found]()
+    for place in places:
+        level = levels[place.root]
+        if len(place.way) > level:
+            above = [
+                owner_of(name, platforms[place.root, depth], is_folder=True)
+                for depth, name in enumerate(place.way[: level + 1])
+            ]
+            owner = next((owner for owner in above if owner.platform), above[-1])
+        else:
+            owner = owner_of(place.file.name, platforms[place.root, -1])
+        found.append((owner, ()))
+    return found
+
+
+def _are_sections(ways: Sequence[tuple[str, ...]], level: int) -> bool:
+    """Whether all folders of a level hold many folders, and no files."""
+    within: dict[tuple[str, ...], set[str]] = defaultdict(set)
+    for way in ways:
+        if len(way) < level + 2:
+            return False
+        within[way[: level + 1]].add(way[level + 1])
+    return bool(within) and all(len(folders) >= MANY for folders in within.values())
+
+
+def _shared(ways: Sequence[tuple[str, ...]]) -> tuple[str, ...]:
+    """The folders that all ways into folders begin with."""
+    levels = takewhile(lambda level: len(set(level)) == 1, zip(*filter(None, ways), strict=False))
+    return tuple(level[0] for level in levels)
+
+
+# --- which file it is
+
+
+def _candidates(files: Sequence[_File]) -> list[_File]:
+    """The files of a student that may be the answer file, those of the right names first."""
+    texts = [file for file in files if ending(file.place.file.name) not in TABLES]
+
+    def order(file: _File) -> tuple[bool, int, int]:
+        name = file.place.file.name
+        return not is_answer(name), len(file.place.way), len(name)
+
+    return sorted(texts, key=order)
+
+
+def _looked_at(
+    students: Iterable[Sequence[_File]], known: Collection[str], jobs: int | None
+) -> dict[Path, _Look]:
+    """What the files of students are, where the name of the only one does not say it."""
+    tasks = list[tuple[Path, list[str]]]()
+    for files in students:
+        paths = [file.place.file for file in files[:MOST_LOOKED_AT]]
+        if len(paths) > 1 or not all(is_answer(path.name) for path in paths):
+            for path in paths:
+                beside = [other.name for other in paths if other.parent == path.parent and other != path]
+                tasks.append((path, beside))
+    # The texts are untrusted: they are read where judging would read them.
+    work = partial(_look, frozenset(map(folded, known)))
+    results = each(work, tasks, jobs or usable_cores(), LIMITS, lambda share: None)
+    return {
+        path: _Look(*orjson.loads(result)) if isinstance(result, bytes) else _Look()
+        for (path, _), result in zip(tasks, results, strict=True)
+    }
+
+
+def _look(known: frozenset[str], task: tuple[Path, Sequence[str]]) -> bytes:
+    path, others = task
+    look = _Look()
+    try:
+        text = read_file(path)
+        digest = hashlib.sha256(text.encode()).hexdigest()
+        look = _Look(False, digest, [name for name in others if names_file(text, name)])
+        answers, _ = read_answers(text, known)
+        given = {folded(name) for name, answer in answers.items() if answer is not None}
+        look = look._replace(answers=bool(given & known if known else given))
+    except Unreadable:
+        pass
+    return orjson.dumps([*look])
+
+
+def _paper(
+    student: str, files: Sequence[_File], looks: dict[Path, _Look]
+) -> tuple[Paper | None, list[str], list[Place]]:
+    """The hand-in of a student, if there is any, notes on it, and the files that are none."""
+    candidates = _candidates(files)
+    answering = [file for file in candidates if looks.get(file.place.file, _Look()).answers]
+    named = {name for file in answering for name in looks[file.place.file].names}
+    answering = [file for file in answering if file.place.file.name not in named] or answering
+    # Where nothing can be read, what has the name of an answer file is judged, and says what is wrong.
+    hand_ins = answering or [file for file in candidates if is_answer(file.place.file.name)]
+    last = _last(hand_ins)
+    notes = noted(
+        f"handed in again by {printable(student)}, and the earlier left out",
+        [file.place.file.name for file in hand_ins if file not in last],
+    )
+    apart = {looks.get(file.place.file, _Look()).digest or file.place.source: file for file in reversed(last)}
+    others = [file.place for file in files if file not in hand_ins]
+    if len(apart) > 1:
+        names = [file.place.short for file in last]
+        detail = f"{len(names)} answer files are this student's: {listed(names)}"
+        notes += noted("more than one answer file, and none of them judged", [student])
+        return Paper(student, outcome=Unreadable("duplicate_key", detail).outcome), notes, others
+    for file in apart.values():
+        nature = _nature(file.place.file)
+        outcome = Outcome.review(f"read {_told(file)}") if nature else None
+        paper = Paper(student, file.place.file, file.place.source, outcome, file.owner.is_late)
+        return paper, notes, others
+    # A table beside answer files is one that they name; any other file is a hand-in, such as a pdf.
+    scans = [file for file in files if file.place.way or file in candidates or file.owner.platform]
+    if not scans:
+        return None, notes, others
+    detail = f"read {', '.join(_told(file) for file in scans[:5])}, which answers no question"
+    first = scans[0]
+    return (
+        Paper(student, None, first.place.source, Outcome.review(detail), first.owner.is_late),
+        notes,
+        others,
+    )
+
+
+def _last(files: Sequence[_File]) -> list[_File]:
+    """The last of copies that a platform's number or time tells apart, or all files."""
+    platforms = {file.owner.platform for file in files}
+    names = {uncounted(file.owner.own) for file in files}
+    if not platforms or len(platforms) > 1 or not all(file.owner.when for file in files):
+        return list(files)
+    if platforms == {"canvas"} and len(names) > 1:
+        return list(files)
+    last = max(file.owner.turn for file in files)
+    return [file for file in files if file.owner.turn == last]
+
+
+def _told(file: _File) -> str:
+    """The name of a file, and what it is."""
+    nature = _nature(file.place.file)
+    return listed([file.place.file.name]) + (f", {nature}" if nature else "")
+
+
+def _nature(path: Path) -> str:
+    """What a file is that no program reads, and that people hand in; empty for any other."""
+    begin = first_bytes(path)
+    nature = next((nature for mark, nature in NATURES.items() if begin.startswith(mark)), "")
+    if begin[4:8] == b"ftyp":  # of HEIC and of films
+        return "a picture or a film"
+    return OFFICE.get(ending(path.name), nature) if nature == "a zip" else nature

@@ -1,0 +1,305 @@
+"""One answer file, judged question by question, and many, each in a process that is confined.
+
+One bad file is one bad row, and harms no other.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from contextlib import suppress
+from dataclasses import dataclass, field, replace
+from functools import partial
+from pathlib import Path
+from typing import Any, TypeAlias
+
+from rigidcli.errors import nearest, printable, shortened, shown
+from rigidcli.homework.answers import as_typed, capped, folded, read_answers
+from rigidcli.homework.base import (
+    CODES,
+    MISSING,
+    PLACES,
+    Finding,
+    Judged,
+    Judgement,
+    Kind,
+    Outcome,
+    Tree,
+    Unreadable,
+)
+from rigidcli.homework.files import beside, is_contested, read_file, safe_name
+from rigidcli.homework.question import RELATIVE, Question, Tolerance
+from rigidcli.homework.roster import Paper
+from rigidcli.homework.variants import words
+from rigidcli.homework.workers import each
+from rigidcli.sandbox import LIMITS, ForbiddenError, LateError, Limits, timed, usable_cores
+
+SECONDS = 2.0
+"""Seconds of the processor that one answer may take, so that others have time, too."""
+
+LONGEST_ANSWER = 2000
+"""Characters of an answer that reports repeat."""
+
+
+@dataclass(frozen=True, slots=True)
+class Accepted:
+    """The key of another answer, the share (0 to 1) of the points, and what a student reads then."""
+
+    key: Any
+    credit: float
+    message: str = ""
+
+
+@dataclass(frozen=True, slots=True)
+class Item:
+    """A question that is ready to judge answers: its kind, and the key that the kind has made.
+
+    `changes` are the keys of mistaken problems with the codes of the mistakes; `reference` is the key in
+    words, for feedback at the level `full`; `credit` and `accepted` are as the question has them.
+    `values` are those of the student's variant that the question depends on, or names.
+    """
+
+    kind: Kind
+    key: Any
+    points: float
+    title: str = ""
+    reference: str = ""
+    credit: str | Mapping[Any, float] = "parts"
+    accepted: tuple[Accepted, ...] = ()
+    changes: tuple[tuple[str, Any], ...] = ()
+    values: Mapping[str, str] = field(default_factory=dict)
+
+    def judged(self, id: str, result: Outcome, answer: str = "", read_as: str = "") -> Judged:
+        """The question of this name with the points that its outcome earns."""
+        score = round(result.share * self.points, PLACES)
+        marks = result.verdict, score, self.points, result.findings
+        return Judged(id, self.title, answer, read_as, *marks, values=dict(self.values))
+
+
+Seen: TypeAlias = dict[tuple[str, str], Judged]
+"""Questions with answers that were judged before, for the many who answer alike."""
+
+
+def judge(text: str, path: Path, items: Mapping[str, Item], seen: Seen | None = None) -> Judgement:
+    """Judge the text of the answer file at `path`; files that it names are looked for beside it.
+
+    What is `seen` is not judged again: the outcome follows from the question and the answer alone.
+    """
+    seen = {} if seen is None else seen
+    try:
+        answers, notes = read_answers(text, items)
+    except Unreadable as unreadable:
+        return same_for_all(items, unreadable.outcome)
+    if not answers and not notes:
+        notes = ["there are no answers in it"]
+    questions, files = list[Judged](), set[str]()
+    for id, item in items.items():
+        # The name itself comes before other spellings of it.
+        names = [id] if id in answers else [name for name in answers if folded(name) == folded(id)]
+        answer = answers[names[0]] if names else None
+        if len(names) > 1:
+            answer = Unreadable("duplicate_key")
+        asked = id, f"{words(item.values)} {answer!r}"
+        if asked in seen:
+            questions.append(seen[asked])
+            continue
+        opened = list[Path]()
+        result, read_as = outcome(item, answer, path, opened)
+        files |= {safe_name(file.name) for file in opened}
+        if result.share and any(is_contested(file, path) for file in opened):
+            result = Outcome.review("another student's answer names this file, too")
+        typed = shortened(as_typed(answer), LONGEST_ANSWER)
+        questions.append(item.judged(id, result, typed, shortened(read_as, LONGEST_ANSWER)))
+        # A file lies beside one answer only, and what cannot be read may be so for want of time or memory.
+        is_lasting = not opened and result.verdict != "invalid"
+        if is_lasting and len(asked[1]) <= LONGEST_ANSWER and len(seen) < 5000:  # some 30 MB
+            seen[asked] = questions[-1]
+    return Judgement("", "", tuple(questions), (*notes, *_strangers(answers, items)), tuple(sorted(files)))
+
+
+def same_for_all(items: Mapping[str, Item], result: Outcome) -> Judgement:
+    """A hand-in whose questions are not judged one by one."""
+    return Judgement("", "", tuple(item.judged(id, result) for id, item in items.items()))
+
+
+def _strangers(answers: Iterable[str], items: Mapping[str, Item]) -> list[str]:
+    """Notes on answers that no question asks for."""
+    known = {folded(id) for id in items}
+    strange = [id for id in answers if folded(id) not in known]
+
+    def note(id: str) -> str:
+        near = nearest(id, list(items))
+        return f"there is no question {shown(id)}" + (f" (did you mean {near}?)" if near else "")
+
+    return capped(strange, note)
+
+
+def outcome(
+    item: Item, answer: Tree | Unreadable, path: Path, opened: list[Path] | None = None
+) -> tuple[Outcome, str]:
+    """The outcome of one answer, whatever goes wrong in judging it, and how the answer was read.
+
+    Files that it names lie beside the one at `path`, and are listed in `opened`.
+    """
+    if isinstance(answer, Unreadable):
+        return answer.outcome, ""
+    if answer is None or (isinstance(answer, str) and not answer.strip()):
+        return MISSING, ""
+    with suppress(LateError):
+        with timed(SECONDS):
+            try:
+                result, read_as = _judged(item, item.kind.loaded(answer, partial(text_beside, path, opened)))
+            except Unreadable as unreadable:
+                result, read_as = unreadable.outcome, ""
+        return _with_reference(result, item), read_as
+    return Unreadable("timeout").outcome, ""
+
+
+def text_beside(path: Path, opened: list[Path] | None, name: Tree) -> str:
+    """The text of a file that lies beside the one at `path`; it is added to `opened`. Raises Unreadable."""
+    file = beside(name, path)
+    if opened is not None:
+        opened.append(file)
+    return read_file(file, shown(name))
+
+
+def _judged(item: Item, answer: Tree) -> tuple[Outcome, str]:
+    """The outcome by the key, the mistakes and the accepted answers, and how the answer was read."""
+    outcome, value, read_as = _by_key(item.kind, item.key, answer)
+    if outcome.verdict in ("partial", "incorrect"):
+        outcome = _explained(item, outcome, value)
+    outcome = _credited(item, outcome)
+    if outcome.verdict != "correct":
+        for other in item.accepted:
+            by_other, _, _ = _by_key(item.kind, other.key, answer)
+            if by_other.verdict == "correct" and other.credit >= outcome.share:
+                outcome = Outcome.earning(other.credit, Finding("accepted", detail=other.message))
+    return outcome, read_as
+
+
+def _by_key(kind: Kind, key: Any, answer: Tree) -> tuple[Outcome, Any, str]:
+    """The outcome by a key, the value of the answer, and how it was read."""
+    value, read_as = None, ""
+    try:
+        value, read_as, doubt = kind.read(key, answer)
+        return Outcome.review(doubt) if doubt else kind.judge(key, value), value, read_as
+    except Unreadable as unreadable:
+        return unreadable.outcome, value, read_as
+    except (MemoryError, RecursionError):
+        return Unreadable("too_large", "it takes too much memory").outcome, value, read_as
+    except ForbiddenError:
+        return Unreadable("not_allowed").outcome, value, read_as
+    except Exception as error:  # noqa: BLE001 - one answer on which a kind fails is no harm to the others
+        return Outcome.review(f"it cannot be judged ({type(error).__name__})"), value, read_as
+
+
+def _explained(item: Item, outcome: Outcome, value: Any) -> Outcome:
+    """The outcome with the one named mistake that explains a wrong answer, if there is exactly one."""
+    named = {}
+    for code, key in item.changes:
+        with suppress(Unreadable, ArithmeticError, ValueError):
+            if code not in named and item.kind.is_right(key, value):
+                named[code] = (Finding(code), *item.kind.judge(key, value).findings)
+    return replace(outcome, findings=named.popitem()[1]) if len(named) == 1 else outcome
+
+
+def _credited(item: Item, outcome: Outcome) -> Outcome:
+    """The outcome with the share that the question gives for an answer that is right but for one thing."""
+    if item.credit == "whole" and outcome.verdict == "partial":
+        return replace(outcome, verdict="incorrect", share=0.0)
+    codes = {finding.code for finding in outcome.findings}
+    if isinstance(item.credit, str) or outcome.verdict in ("correct", "review") or not codes:
+        return outcome
+    if codes <= item.credit.keys():
+        return Outcome.earning(min(item.credit[code] for code in codes), *outcome.findings)
+    return outcome
+
+
+def _with_reference(outcome: Outcome, item: Item) -> Outcome:
+    """The outcome with the key in its first finding, unless the kind has said what was expected."""
+    has_reference = any(finding.reference for finding in outcome.findings)
+    if outcome.verdict == "correct" or not item.reference or not outcome.findings or has_reference:
+        return outcome
+    first, *others = outcome.findings
+    return replace(outcome, findings=(replace(first, reference=f"expected {item.reference}"), *others))
+
+
+# --- many hand-ins
+
+
+def run(
+    items: Mapping[str, Item],
+    papers: Sequence[Paper],
+    jobs: int | None = None,
+    progress: Callable[[float], None] = lambda share: None,
+    limits: Limits = LIMITS,
+    own: Mapping[str, Mapping[str, Item]] | None = None,
+) -> Iterator[Judgement]:
+    """Judge what was handed in, in that order, whatever is done first; `jobs` at a time, or one a core.
+
+    `own` are the questions of students who have others than `items`, by the names of the students.
+    `progress` gets the share that is done. Raises ComputationError where no process can be started.
+    """
+    own = own or {}
+    sheets = [dict(items), *own.values()]
+    number = {student: number for number, student in enumerate(own, 1)}
+    tasks = [
+        (number.get(paper.student, 0), paper.file)
+        for paper in papers
+        if paper.file is not None and paper.outcome is None
+    ]
+    _warm_up(items)
+    results = each(partial(judge_file, sheets, {}), tasks, jobs or usable_cores(), limits, progress)
+    for paper in papers:
+        result = paper.outcome or next(results)
+        if isinstance(result, Unreadable):
+            result = result.outcome
+        graded = (
+            same_for_all(own.get(paper.student, items), result)
+            if isinstance(result, Outcome)
+            else Judgement.from_bytes(result)
+        )
+        yield replace(graded, student=safe_name(paper.student), source=paper.source, late=paper.is_late)
+
+
+def judge_file(sheets: Sequence[Mapping[str, Item]], seen: Seen, task: tuple[int, Path]) -> bytes:
+    """The judgement of an answer file, by the number of its `sheet` of questions and its path."""
+    number, path = task
+    items = sheets[number]
+    try:
+        return judge(read_file(path), path, items, seen).to_bytes()
+    except Unreadable as unreadable:
+        return same_for_all(items, unreadable.outcome).to_bytes()
+
+
+def _warm_up(items: Mapping[str, Item]) -> None:
+    """Judge the keys: what is loaded and worked out for that, forks need not load and work out again."""
+    for item in items.values():
+        with suppress(Exception):  # what is wrong with a key, its own test says
+            item.kind.judge(item.key, item.kind.read(item.key, item.kind.typed(item.key)).value)
+
+
+# --- an assignment held against itself
+
+
+def selftest(items: Mapping[str, Item], questions: Mapping[str, Question]) -> Iterator[tuple[str, bool]]:
+    """For each question what it would do, in words, and whether its own key is judged to be right."""
+    for id, item in items.items():
+        result, read_as = outcome(item, item.kind.typed(item.key), Path())
+        is_right = result.verdict == "correct"
+        named = ", ".join(dict.fromkeys(code for code, _ in item.changes))
+        lines = [
+            f"{printable(id)}: {item.kind.name}, {item.points:.12g} point{'s' * (item.points != 1)}",
+            f"  values     {printable(words(item.values))}" if item.values else "",
+            f"  key        {printable(shortened(item.reference or read_as))}",
+            f"  judged     {', '.join([result.verdict, *(CODES[each.code] for each in result.findings)])}",
+            f"  tolerance  {tolerance}" if (tolerance := _tolerance(item, questions[id].tolerance)) else "",
+            f"  mistakes   {named}" if named else "",
+        ]
+        yield "".join(f"{line}\n" for line in lines if line), is_right
+
+
+def _tolerance(item: Item, tolerance: Tolerance) -> str:
+    """A tolerance in words; formulas have one only where the question says so, and words have none."""
+    # A decimal in a formula stands for all numbers that round to it.
+    given = ", ".join(f"{name} {value:g}" for name, value in tolerance if value is not None)
+    return given or f"relative {RELATIVE:g}" * item.kind.has_tolerance

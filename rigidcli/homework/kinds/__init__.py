@@ -1,0 +1,64 @@
+"""The kinds of answers: how a key and an answer of each are read and compared."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+
+from rigidcli.algebra.expressions import Expr
+from rigidcli.homework.base import Kind
+from rigidcli.homework.kinds.arrays import Matrix, Vector
+from rigidcli.homework.kinds.axes import Axes
+from rigidcli.homework.kinds.equations import Equations
+from rigidcli.homework.kinds.expression import Expression
+from rigidcli.homework.kinds.invariants import Invariants
+from rigidcli.homework.kinds.single import Choice, Quantity
+from rigidcli.homework.kinds.tensors import Moments, Tensor
+from rigidcli.homework.kinds.trajectory import Trajectory
+
+KINDS: dict[str, Kind] = {
+    kind.name: kind
+    for kind in (
+        *(Quantity("number"), Quantity("quantity"), Vector(), Moments(), Matrix(), Tensor(), Axes()),
+        *(Expression(), Equations(), Invariants(), Trajectory(), Choice()),
+    )
+}
+"""The kinds of answers by the names that questions have for them."""
+
+KIND_BY_NAME = {
+    "axes": "axes",
+    "moments": "moments",
+    "tensor": "tensor",
+    "tensor_com": "tensor",
+    "cyclic": "choice",
+    "conserved": "choice",
+    "equations": "equations",
+    "invariants": "invariants",
+}
+"""Kinds of results by the last name of their path."""
+
+MOTIONS = ("orbit", "trajectory")
+"""Results that are tables in time."""
+
+OF_SYMBOLS = ("expression", "equations", "invariants", "matrix")
+"""Kinds of answers with symbols, which are compared by values: unknown functions have none."""
+
+
+def kind_of(path: tuple[str, ...], value: Any, unit: str) -> str | None:
+    """The kind of a result; None where it is no single answer."""
+    is_scalar = isinstance(value, bool | int | float | str | np.generic)
+    if path[1:2] and path[1] in MOTIONS and not is_scalar:
+        return "trajectory"
+    if path[-1] in KIND_BY_NAME:
+        return KIND_BY_NAME[path[-1]]
+    if isinstance(value, bool | np.bool_ | str):
+        return "choice"
+    if is_scalar:
+        return "quantity" if unit else "number"
+    if isinstance(value, Expr):
+        return "expression"
+    if isinstance(value, Mapping):
+        return None
+    return {1: "vector", 2: "matrix"}.get(np.ndim(np.array(value, dtype=object)))

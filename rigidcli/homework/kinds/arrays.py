@@ -1,0 +1,337 @@
+"""Answers of many numbers, judged entry by entry: vectors, matrices, and what tensors share."""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import dataclass, replace
+from typing import Any, ClassVar, TypeAlias
+
+import numpy as np
+
+from rigidcli.core.arithmetic import Array, Floats
+from rigidcli.errors import ValueProblem, shown
+from rigidcli.homework.base import Asked, Finding, Kind, Outcome, Reading, Tree, Unreadable
+from rigidcli.homework.entries import (
+    Entry,
+    Right,
+    Ruler,
+    Same,
+    computed,
+    filled,
+    is_constant,
+    literal,
+    shown_as,
+)
+from rigidcli.homework.lists import read_list
+from rigidcli.homework.mistakes import Arrays, of_vector, shared_factor
+from rigidcli.homework.numbers import ROUNDING, Number
+from rigidcli.homework.question import Question
+
+MOST_ENTRIES = 400
+"""The most entries of an answer: more than any matrix of a course has."""
+
+AXES = {name: k for names in ("xyz", "123456789") for k, name in enumerate(names)}
+"""The ends of the names of components, in their order: `x`, `L_x`, `omega1`."""
+
+Triples: TypeAlias = Sequence[tuple[str, Entry, Right]]
+"""Names of places, each with the entry of an answer and the right one."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Key:
+    """The right `entries`: floats in SI units, or trees.
+
+    `labels` name the entries. Entries of one name are one component, which is right if all of them are, and
+    those that are `counted` earn points.
+    """
+
+    question: Question
+    path: tuple[str, ...]
+    ruler: Ruler
+    entries: Array
+    labels: tuple[str, ...]
+    counted: frozenset[str]
+
+    @property
+    def right(self) -> list[Right]:
+        """The entries one after the other."""
+        right: list[Right] = self.entries.ravel().tolist()
+        return right
+
+    def named(self, *values: int) -> frozenset[str]:
+        """The names of the entries that have one of these whole numbers as their value."""
+        both = zip(self.labels, self.right, strict=True)
+        return frozenset(label for label, right in both if self.ruler.has_value(right, *values))
+
+
+class List(Kind):
+    """A kind of many numbers in `dimensions` (1 for a list, 2 for rows). `word` names an entry."""
+
+    options: ClassVar[frozenset[str]] = frozenset({"symbols", "unit", "numbers"})
+    word: ClassVar[str]
+    dimensions: ClassVar[int] = 1
+    uncounted: ClassVar[tuple[int, ...]] = ()
+    """Numbers that stand in a key by themselves, and so earn no points."""
+
+    def table(self, answer: Tree) -> Array:
+        """What was typed for each entry, as a list or by names. Raises Unreadable."""
+        return row(read_list(answer))
+
+    def labels(self, shape: tuple[int, ...]) -> tuple[str, ...]:
+        """The names of the entries of a table of this shape."""
+        return numbered(self.word, shape[0])
+
+    def key(self, asked: Asked) -> Key:
+        """The key of a question, literal or computed. Raises ValueProblem."""
+        if asked.report is None:
+            table = self.table(asked.value)
+            ruler, entries = literal(asked, table, self.labels(table.shape))
+        else:
+            ruler, entries = computed(asked, asked.value)
+        if entries.ndim != self.dimensions or not entries.size:
+            raise ValueProblem(f"this is no {self.name}: a vector is a list, a matrix a list of rows")
+        labels = self.labels(entries.shape)
+        key = Key(asked.question, asked.path, ruler, entries, labels, frozenset(labels))
+        counted = key.counted - key.named(*self.uncounted)
+        return replace(key, counted=counted or key.counted)
+
+    def read(self, key: Key, answer: Tree) -> Reading:
+        """The entries of an answer of the shape that is asked. Raises Unreadable."""
+        table = self.table(answer)
+        if self.dimensions == 2 and len(table) == 1 and table.size == key.entries.size:  # row after row
+            table = table.reshape(key.entries.shape)
+        if table.shape == (3,) and key.entries.shape == (2,) and table[2] == "0":  # in unit vectors
+            table = table[:2]
+        if not self.fits(key, table.shape):
+            words = f"{shown(answer)} as one entry" if table.size == 1 else counted(table.shape)
+            raise Unreadable("wrong_shape", f"read {words}, expected {counted(key.entries.shape)}")
+        cells: list[Tree] = table.ravel().tolist()
+        entries = key.ruler.read(cells, self.labels(table.shape), key.right)
+        doubts = filter(None, map(key.ruler.doubt, cells, entries))
+        shown_entries = _bracketed(filled(shown_as(entries), table.shape).tolist())
+        return Reading(entries, shown_entries, next(doubts, ""))
+
+    def fits(self, key: Key, shape: tuple[int, ...]) -> bool:
+        """Whether an answer of this shape can be judged."""
+        return shape == key.entries.shape
+
+    def judge(self, key: Key, value: Sequence[Entry]) -> Outcome:
+        """The outcome of an answer: its right components, less wrong ones that earn nothing if right."""
+        components = compared(key, value)
+        wrong = [name for name, same in components.items() if same is False]
+        if not wrong:
+            return settled(key, value, components.values())
+        right, zero = {name for name, same in components.items() if same is True}, key.named(0)
+        earned = len(right & key.counted) - len(set(wrong) - key.counted)
+        if right <= zero != set(components):
+            earned = 0  # where only zeros are right, nothing is
+        triples = list(zip(key.labels, value, key.right, strict=True))
+        return Outcome.earning(earned / len(key.counted), *self.said(key, triples, wrong, partly=earned > 0))
+
+    def said(self, key: Key, triples: Triples, wrong: Sequence[str], *, partly: bool) -> list[Finding]:
+        """What is said of an answer of which these places are wrong, and others right `partly`."""
+        off = [(name, own, right) for name, own, right in triples if name in wrong]
+        if all(key.ruler.is_short(own, right) for _, own, right in off):
+            return [Finding("too_few_sig_figs", listed(wrong) if partly else "")]
+        plain = [name for name, own, right in off if is_constant(own) and not is_constant(right)]
+        if plain and key.ruler.formulas and not key.ruler.formulas.numbers:
+            return [Finding("number_for_symbol", listed(plain))]
+        if partly:
+            return [Finding("component_wrong", listed(wrong))]
+        _, entries, expected = zip(*triples, strict=True)
+        own, right = key.ruler.numbers(entries), key.ruler.numbers(expected)
+        code = shared_factor(own, right, key.ruler.unit, key.path, max(key.ruler.slack, ROUNDING))
+        return [Finding(code or "outside_tolerance")]
+
+    def mistakes(self, asked: Asked, key: Key) -> Arrays:
+        """The entries that come out under a mistake."""
+        return iter(())
+
+    def mistaken(self, asked: Asked, key: Key) -> Iterator[tuple[str, Key]]:
+        """The keys whose entries come out under a mistake."""
+        for code, entries in self.mistakes(asked, key):
+            yield code, replace(key, entries=key.ruler.entries(entries))
+
+    def typed(self, key: Key) -> Tree:
+        """The key with all digits, each entry with its unit."""
+        typed: Tree = filled(list(map(key.ruler.typed, key.right)), key.entries.shape).tolist()
+        return typed
+
+
+def compared(key: Key, entries: Sequence[Entry]) -> dict[str, Same]:
+    """Whether the components of an answer are right, by their names."""
+    components: dict[str, Same] = {}
+    for name, own, right in zip(key.labels, entries, key.right, strict=True):
+        same = key.ruler.same(own, right)
+        components[name] = same if components.get(name, True) is True or same is False else components[name]
+    return components
+
+
+def settled(key: Key, entries: Sequence[Entry], compared: Iterable[Same] = ()) -> Outcome:
+    """The outcome of an answer in which no entry is wrong."""
+    for same in compared:
+        if isinstance(same, str):
+            return Outcome.review(same)
+    if key.question.unit == "required" and key.ruler.has_units and are_bare(entries):
+        return Outcome.earning(0.0, Finding("unit_missing"))
+    return Outcome.correct()
+
+
+def are_bare(entries: Sequence[Entry]) -> bool:
+    """Whether a number that is not zero lacks a unit."""
+    return any(isinstance(each, Number) and each.unit is None and each.value != 0 for each in entries)
+
+
+def listed(names: Sequence[str]) -> str:
+    """Places in a message: the first few, and how many more."""
+    names = sorted(set(names), key=lambda name: (len(name), name))
+    more = f" and {len(names) - 6} more" if len(names) > 6 else ""
+    return ("; " if "," in names[0] else ", ").join(names[:6]) + more
+
+
+def counted(shape: tuple[int, ...]) -> str:
+    """How many numbers there are: `3 numbers`, `2 by 2 numbers`."""
+    return " by ".join(map(str, shape)) + (" number" if shape == (1,) else " numbers")
+
+
+def _bracketed(texts: list[Any]) -> str:
+    return f"[{', '.join(each if isinstance(each, str) else _bracketed(each) for each in texts)}]"
+
+
+# --- tables of what is typed
+
+
+def row(answer: Tree) -> Array:
+    """A list, a column, or a mapping from the names of components, as it was typed. Raises Unreadable."""
+    if isinstance(answer, dict):
+        expected = "a list, or `{x: .., y: .., z: ..}`"
+        cells = by_places(answer, 1, len(answer), expected)
+        answer = [cells[k,] for k in range(len(cells))]
+    table = rows(answer, "a list of numbers")
+    return table.ravel() if 1 in table.shape else table
+
+
+def rows(answer: Tree, expected: str = "rows of the same length") -> Array:
+    """A list of rows of one length, or one row, as it was typed. Raises Unreadable."""
+    lines = answer if isinstance(answer, list) else []
+    if not any(isinstance(line, list) for line in lines):
+        lines = [lines]
+    is_table = all(isinstance(line, list) for line in lines)
+    cells = [cell for line in lines for cell in line] if is_table else []
+    if not cells or len(set(map(len, lines))) > 1 or any(isinstance(cell, list | dict) for cell in cells):
+        raise Unreadable("wrong_shape", f"read {shown(answer)}, expected {expected}")
+    if len(cells) > MOST_ENTRIES:
+        raise Unreadable("too_large", f"expected at most {MOST_ENTRIES} numbers")
+    return filled(cells, (len(lines), len(lines[0])))
+
+
+def by_places(
+    answer: dict[str, Tree], dimensions: int, size: int, expected: str
+) -> dict[tuple[int, ...], Tree]:
+    """The entries of a mapping by the places that the ends of their names say: `L_x`, `I12`."""
+    places: dict[tuple[int, ...], Tree] = {}
+    for name, entry in answer.items():
+        ends = re.sub(r"[\s_{}()]", "", name).lower()[-dimensions:]
+        place = tuple(AXES.get(end, size) for end in ends)
+        if len(place) != dimensions or max(place) >= size:
+            raise Unreadable("wrong_shape", f"read {shown(name)}, expected {expected}")
+        if place in places:
+            raise Unreadable("duplicate_key", f"read {shown(name)}")
+        places[place] = entry
+    return places
+
+
+def numbered(word: str, count: int) -> tuple[str, ...]:
+    """The names of the entries of a list."""
+    return tuple(f"{word} {k}" for k in range(1, count + 1))
+
+
+# --- vectors
+
+
+class Vector(List):
+    """The components of a vector, or a direction alone."""
+
+    name: ClassVar[str] = "vector"
+    options: ClassVar[frozenset[str]] = List.options | {"direction", "normalized"}
+    word: ClassVar[str] = "component"
+
+    def key(self, asked: Asked) -> Key:
+        """The key of a question for a vector. Raises ValueProblem."""
+        key = super().key(asked)
+        if asked.question.direction in ("sense", "parallel") and key.named(0) == set(key.labels):
+            raise ValueProblem("a vector of length zero has no direction", path=("direction",))
+        return key
+
+    def mistakes(self, asked: Asked, key: Key) -> Arrays:
+        """The vectors that come out under a mistake."""
+        return of_vector(asked, key.entries)
+
+    def judge(self, key: Key, value: Sequence[Entry]) -> Outcome:
+        """The outcome of a vector; a direction is right as a whole."""
+        way, opposite = key.question.direction, replace(key, entries=-key.entries)
+        if way in ("exact", "sign_free"):
+            is_turned = way == "sign_free" and False not in compared(opposite, value).values()
+            return super().judge(opposite if is_turned else key, value)
+        if not _along(key, value):
+            code = "sign_error" if _along(opposite, value) else "outside_tolerance"
+            return Outcome.earning(0.0, Finding(code))
+        if key.question.normalized == "required" and not has_unit_length(key.ruler, value):
+            return Outcome.earning(0.0, Finding("axis_not_normalised"))
+        return settled(key, value)
+
+
+def _along(key: Key, entries: Sequence[Entry]) -> bool:
+    """Whether a vector has the direction of the key, or where that is free the opposite, at all points.
+
+    The angle is 2 atan2(|u - v|, |u + v|) of the unit vectors u and v, which is accurate at all angles
+    (W. Kahan, How Futile are Mindless Assessments of Roundoff, section 12).
+    """
+    u, v = unit_vectors(key.ruler.numbers(entries)), unit_vectors(key.ruler.numbers(key.right))
+    apart = 2 * np.arctan2(np.linalg.norm(u - v, axis=0), np.linalg.norm(u + v, axis=0))
+    if key.question.direction == "parallel":
+        apart = np.minimum(apart, math.pi - apart)
+    return bool((apart <= key.ruler.angle).all())  # nan, where a vector has no direction, is above any angle
+
+
+def unit_vectors(vectors: Floats) -> Floats:
+    """Columns (n by k) made unit vectors; nan where one has no direction."""
+    with np.errstate(all="ignore"):
+        small = vectors / np.abs(vectors).max(axis=0)  # so that squares stay within floats
+        return np.asarray(small / np.linalg.norm(small, axis=0))
+
+
+def has_unit_length(ruler: Ruler, entries: Sequence[Entry]) -> bool:
+    """Whether a vector has the length 1, at all points."""
+    lengths = np.linalg.norm(ruler.numbers(entries), axis=0)
+    return bool((np.abs(lengths - 1) <= ruler.angle).all())
+
+
+# --- matrices
+
+
+class Matrix(List):
+    """The entries of a matrix of any shape; zeros and ones, which stand by themselves, are not counted."""
+
+    name: ClassVar[str] = "matrix"
+    dimensions: ClassVar[int] = 2
+    uncounted: ClassVar[tuple[int, ...]] = (0, 1)
+
+    def table(self, answer: Tree) -> Array:
+        """What was typed for each entry, in rows. Raises Unreadable."""
+        return rows(read_list(answer, is_square=True))
+
+    def labels(self, shape: tuple[int, ...]) -> tuple[str, ...]:
+        """The rows and columns of a table of this shape."""
+        return tuple(f"row {i + 1}, column {j + 1}" for i, j in np.ndindex(*shape))
+
+    def is_right(self, key: Key, value: Sequence[Entry]) -> bool:
+        """Whether all entries are right: a mistake makes many keys, and the first wrong entry is enough."""
+        return all(key.ruler.same(*both) is True for both in zip(value, key.right, strict=True))
+
+    def mistakes(self, asked: Asked, key: Key) -> Arrays:
+        """Where it is square, the matrix with rows and columns exchanged."""
+        if key.entries.shape[0] == key.entries.shape[-1]:
+            yield "transposed", key.entries.T

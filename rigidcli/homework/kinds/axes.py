@@ -1,0 +1,360 @@
+"""Principal axes: moments lambda with their directions e, each judged by I e = lambda e.
+
+The order of the pairs, the sign and length of an axis, and every turn among the axes to equal moments are
+free, unless the question asks for more. Where `ask: axes.axes` is asked, axes alone are an answer, too.
+With symbols the problem is solved at a point, where they have values: what is wrong there is wrong. What is
+right there, within the tolerance, is asked again in symbols.
+"""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass, replace
+from itertools import pairwise
+from typing import Any, ClassVar, NamedTuple
+
+import numpy as np
+
+from rigidcli.algebra.reading import from_tree
+from rigidcli.core.arithmetic import Array, Floats, Mask
+from rigidcli.errors import ValueProblem, shown
+from rigidcli.fields.units import parse_unit
+from rigidcli.homework import entries
+from rigidcli.homework.base import Asked, Finding, Kind, Outcome, Reading, Tree, Unreadable
+from rigidcli.homework.entries import NOISE, Entry, Ruler, Same, shown_as
+from rigidcli.homework.kinds.arrays import are_bare, counted, has_unit_length, numbered, row, unit_vectors
+from rigidcli.homework.kinds.tensors import Tensor, matched, products
+from rigidcli.homework.lists import read_list
+from rigidcli.homework.mistakes import of_tensor, shared_factor
+from rigidcli.homework.numbers import ROUNDING, Number
+from rigidcli.homework.question import RELATIVE, Question
+from rigidcli.language import tree
+
+MOST_PAIRS = 6
+"""The most pairs of an answer: three are right, and more are surplus."""
+
+EQUAL = 1e-3
+"""Moments that differ by less, in units of the largest, are equal: three figures do not tell their axes."""
+
+KG_M2 = parse_unit("kg m^2")
+
+_LINES = re.compile(r"\s*(?:\n|;(?![^(\[]*[)\]]))\s*")
+"""Between pairs that are typed as lines, or with semicolons outside of brackets."""
+
+
+class Pairs(NamedTuple):
+    """The moments (n, or none at all) and the axes (n by 3) of an answer, as they were read."""
+
+    moments: tuple[Entry, ...]
+    axes: Sequence[Sequence[Entry]]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Key:
+    """The `tensor` (3 by 3, floats in kg m^2 or trees) whose axes an answer must have; `usual` is as asked.
+
+    It has `moments` (3, ascending), `axes` (rows), and a table of which moments are `equal` (3 by 3); `typed`
+    (3 by 4) are moments and axes as a student would write them. `alone` says that axes need no moments,
+    `columns` that those of an answer stand in columns, by mistake.
+    """
+
+    question: Question
+    path: tuple[str, ...]
+    ruler: Ruler
+    tensor: Array
+    moments: Floats
+    axes: Floats
+    equal: Mask
+    usual: Array
+    typed: Array
+    alone: bool
+    columns: bool = False
+
+
+class Axes(Kind):
+    """Principal moments with their axes, or axes alone."""
+
+    name: ClassVar[str] = "axes"
+    options: ClassVar[frozenset[str]] = frozenset(
+        {"order", "normalized", "orthogonal", "symbols", "unit", "products"}
+    )
+
+    def key(self, asked: Asked) -> Key:
+        """The tensor whose axes are asked. Raises ValueProblem."""
+        if (asked.question.tolerance.angle or 0.0) > 0.5:
+            raise ValueProblem("is in radians, expected at most 0.5", path=("tolerance", "angle"))
+        ruler, usual, pairs = _literal(asked) if asked.report is None else _reported(asked)
+        if ruler.formulas is not None and asked.question.order == "ascending":
+            raise ValueProblem("the order of moments with symbols depends on these", path=("order",))
+        alone = len(asked.path) > 1 and asked.path[-1] == "axes"
+        solved = _solved(ruler, ruler.entries(usual))
+        typed = np.column_stack([solved["moments"], solved["axes"]]) if pairs is None else pairs
+        return Key(asked.question, asked.path, **solved, usual=usual, typed=typed, alone=alone)
+
+    def read(self, key: Key, answer: Tree) -> Reading:
+        """A list of pairs, or of axes. Raises Unreadable."""
+        table = _typed(answer)
+        count, width = table.shape
+        if not key.alone and width == 3:
+            raise Unreadable("wrong_shape", "expected a moment with each axis: `[moment, [x, y, z]]`")
+        moments = key.ruler.read(table[:, :-3].ravel(), numbered("moment", count * (width - 3)))
+        direction = replace(key.ruler, unit=None)
+        components = direction.read(table[:, -3:].ravel(), np.repeat(numbered("axis", count), 3).tolist())
+        pairs = Pairs(moments, entries.filled(components, (count, 3)).tolist())
+        names = [f"{name}: " for name in shown_as(pairs.moments)] or [""] * count
+        texts = (f"{name}[{', '.join(shown_as(axis))}]" for name, axis in zip(names, pairs.axes, strict=True))
+        return Reading(pairs, "; ".join(texts))
+
+    def judge(self, key: Key, value: Pairs) -> Outcome:
+        """The outcome of pairs, one by one; one counts half where only its moment or its axis is right."""
+        count, answer = len(value.axes), _Answer(key, value)
+        truths = [answer.pair(k) for k in range(count)]
+        worth, findings = answer.worth(truths)
+        findings = [Finding("missing_axis")] * (count < 3) + findings
+        if count == 3 and not findings:
+            why = next((truth for truth in truths if isinstance(truth, str)), "")
+            return Outcome.review(why) if why else answer.by_rules()
+        if count == 3 and {finding.code for finding in findings} == {"outside_tolerance"}:
+            own, expected = key.ruler.numbers(value.moments), answer.expected()
+            code = shared_factor(own, expected, key.ruler.unit, key.path, key.ruler.slack)
+            findings = findings if code is None else [Finding(code)]
+        return Outcome.earning((worth - max(0, count - 3)) / 3, *findings)
+
+    def mistaken(self, asked: Asked, key: Key) -> Iterator[tuple[str, Key]]:
+        """The keys whose tensor comes out under a mistake, and that for axes which stand in columns."""
+        for code, tensor in of_tensor(asked, key.usual):
+            yield code, replace(key, **_solved(key.ruler, key.ruler.entries(tensor)))
+        yield "transposed", replace(key, columns=True)
+
+    def typed(self, key: Key) -> Tree:
+        """The moments and axes."""
+        direction = replace(key.ruler, unit=None)
+        moments = list(map(key.ruler.typed, key.typed[:, 0].tolist()))
+        axes = [list(map(direction.typed, axis)) for axis in key.typed[:, 1:].tolist()]
+        return axes if key.alone else [{"moment": m, "axis": e} for m, e in zip(moments, axes, strict=True)]
+
+
+class _Answer:
+    """Pairs beside the solutions of the eigenproblem."""
+
+    def __init__(self, key: Key, pairs: Pairs) -> None:
+        if key.columns and len(pairs.axes) == 3:
+            pairs = Pairs(pairs.moments, tuple(zip(*pairs.axes, strict=True)))
+        self.key, self.ruler, self.given = key, key.ruler, pairs
+        self.units = np.array([self.ruler.numbers(axis)[:, 0] for axis in pairs.axes])
+        self.units = np.nan_to_num(unit_vectors(self.units.T).T)
+        # An axis is near a solution where its part among the axes to equal moments outweighs the rest.
+        squares = (self.units @ key.axes.T) ** 2
+        inside, outside = np.sqrt(squares @ key.equal), np.sqrt(squares @ ~key.equal)
+        self.near = np.where(inside > 0, np.arctan2(outside, inside), math.pi) <= self.ruler.angle
+        point = replace(self.ruler, formulas=None, noise=ROUNDING * self.ruler.largest)
+        self.moments = [[point.same(own, each) for each in key.moments.tolist()] for own in self._at_point()]
+        self.axes = [_without_zeros(axis) for axis in pairs.axes]
+
+    def _at_point(self) -> Sequence[Number]:
+        """The moments of an answer, those with symbols by their values at a point."""
+        if self.ruler.formulas is None:
+            return [each for each in self.given.moments if isinstance(each, Number)]
+        return [Number(value, value, 1.0) for value in self.ruler.numbers(self.given.moments)[:, 0].tolist()]
+
+    def vanish(self, k: int, residual: Callable[[Array, Array], Array]) -> Same:
+        """Whether a residual of I e and e vanishes in symbols; numbers have been compared already."""
+        if self.ruler.formulas is None:
+            return True
+        tensor, axis = _without_zeros(self.key.tensor.ravel().tolist()).reshape(3, 3), self.axes[k]
+        return self.ruler.formulas.vanish(residual(np.asarray(tensor @ axis), axis))
+
+    def axis(self, k: int) -> Same:
+        """Whether e and I e are parallel."""
+        return bool(self.near[k].any()) and self.vanish(k, np.cross)
+
+    def pair(self, k: int) -> Same:
+        """Whether I e = lambda e; without moments, whether e is an axis."""
+        if not self.given.moments:
+            return self.axis(k)
+        both = [same for same, near in zip(self.moments[k], self.near[k], strict=True) if near]
+        truth = True in both or next((same for same in both if same), False)
+        if truth is not True:
+            return truth
+        return self.vanish(k, lambda turned, axis: turned - axis * self.given.moments[k])
+
+    def independent(self, places: Sequence[int]) -> bool:
+        """Whether axes span as many dimensions as they are, however wide the tolerance."""
+        least = np.linalg.svd(self.units[list(places)], compute_uv=False)[-1]
+        return len(places) <= 3 and bool(least > min(2 * self.ruler.angle, 0.02))
+
+    def orthogonal(self, places: Sequence[int]) -> bool:
+        """Whether the last of some axes is at right angles to the others."""
+        *others, last = self.units[list(places)]
+        return all(abs(float(last @ other)) <= math.sin(2 * self.ruler.angle) for other in others)
+
+    def expected(self) -> Floats:
+        """The moments about the axes, e.I.e/e.e (n by k), at all points."""
+        axes = np.array([self.ruler.numbers(axis) for axis in self.given.axes])
+        tensor = self.ruler.numbers(self.key.tensor.ravel().tolist()).reshape(3, 3, -1)
+        with np.errstate(all="ignore"):
+            above, below = np.einsum("kip,ijp,kjp->kp", axes, tensor, axes), (axes**2).sum(axis=1)
+            return np.asarray(above / below)
+
+    def worth(self, truths: Sequence[Same]) -> tuple[float, list[Finding]]:
+        """How many pairs are right, by the truths of all, and what is said of the others."""
+        worth, findings = 0.0, list[Finding]()
+        seen, sound = list[int](), list[int]()
+        partners, has_moments = matched(self.moments), bool(self.given.moments)
+        for k, truth in enumerate(truths):
+            place = f"axis {k + 1}"
+            axis = self.axis(k) if truth is False else truth
+            if axis is not False and not self.independent([*seen, k]):
+                findings.append(Finding("missing_axis", place))  # it stands twice, or is made up of others
+                continue
+            seen += [k] * (axis is not False)
+            is_free = self.key.question.orthogonal == "optional" or truth is not True
+            if not is_free and not self.orthogonal([*sound, k]):
+                findings.append(Finding("axes_not_orthogonal", place))
+                worth += 0.5 * has_moments
+            elif truth is True:
+                sound.append(k)
+                worth += 1
+            elif truth is False:
+                moment = has_moments and partners[k] is not None
+                # Where every direction is an axis, one is worth nothing without its moment.
+                worth += 0.5 * (moment or (axis is True and not self.key.equal.all()))
+                if axis is not True:
+                    findings.append(Finding("not_an_eigenvector", place))
+                elif moment:
+                    findings.append(Finding("moment_axis_pairing", f"pair {k + 1}"))
+                if has_moments and not moment:
+                    findings.append(Finding("outside_tolerance", f"moment {k + 1}"))
+        return worth, findings
+
+    def by_rules(self) -> Outcome:
+        """The outcome of three right pairs: whether they keep the rules of the question."""
+        question, half = self.key.question, 0.5 * bool(self.given.moments)
+        if question.unit == "required" and self.ruler.has_units and are_bare(self.given.moments):
+            return Outcome.earning(half, Finding("unit_missing"))
+        moments = self.expected()[:, 0] if question.order == "ascending" else ()
+        if any(own < before - self.ruler.slack * abs(before) for before, own in pairwise(moments)):
+            return Outcome.earning(0.0, Finding("wrong_order"))
+        for k, axis in enumerate(self.given.axes if question.normalized == "required" else (), 1):
+            if not has_unit_length(self.ruler, axis):
+                return Outcome.earning(half, Finding("axis_not_normalised", f"axis {k}"))
+        return Outcome.correct()
+
+
+def _without_zeros(trees: Sequence[Entry]) -> Array:
+    """Trees with zeros that their arithmetic leaves out."""
+    zeros = [tree.ZERO if isinstance(each, tree.Number) and each.value == 0 else each for each in trees]
+    return entries.filled(zeros, (len(zeros),))
+
+
+# --- reading
+
+
+def _typed(answer: Tree) -> Array:
+    """What was typed, a row for each pair: its moment, unless axes stand alone, and three components.
+
+    Raises Unreadable.
+    """
+    lines = _LINES.split(answer.strip()) if isinstance(answer, str) else []
+    answer = lines if lines and all(":" in line for line in lines) else read_list(answer)
+    if isinstance(answer, dict) and set(answer) == {"moments", "axes"}:
+        columns = [each for name in ("moments", "axes") if isinstance(each := read_list(answer[name]), list)]
+        are_alike = len(columns) == 2 and len(columns[0]) == len(columns[1])
+        answer = list(map(list, zip(*columns, strict=True))) if are_alike else []
+    elif isinstance(answer, dict):
+        answer = [answer] if set(answer) == {"moment", "axis"} else list(map(list, answer.items()))
+    pairs = [_pair(each) for each in answer] if isinstance(answer, list) else []
+    if not 0 < len(pairs) <= MOST_PAIRS or len({len(pair) for pair in pairs}) > 1:
+        expected = f"expected at most {MOST_PAIRS} pairs `[moment, [x, y, z]]`"
+        raise Unreadable("wrong_shape", f"read {shown(answer)}, {expected}")
+    if all(isinstance(axis, str) and not re.search(r"[\s,;(\[{]", axis.strip()) for *_, axis in pairs):
+        expected = "expected an axis beside each moment: `[moment, [x, y, z]]`"
+        raise Unreadable("wrong_shape", f"read {counted((len(pairs),))} and no axes, {expected}")
+    cells = list[Tree]()
+    for k, (*moment, axis) in enumerate(pairs, 1):
+        components = row(read_list(axis))
+        if components.shape != (3,):
+            raise Unreadable(
+                "wrong_shape", f"read {shown(axis)}, expected three components", place=f"axis {k}"
+            )
+        cells += [*moment, *components]
+    return entries.filled(cells, (len(pairs), -1))
+
+
+def _pair(entry: Tree) -> list[Tree]:
+    """The moment and the axis in an entry of a list, or an axis alone."""
+    if isinstance(entry, dict) and set(entry) == {"moment", "axis"}:
+        return [entry["moment"], entry["axis"]]
+    if isinstance(entry, str) and ":" in entry:
+        return list(entry.split(":", 1))
+    if isinstance(entry, list) and len(entry) in (2, 4):
+        return entry if len(entry) == 2 else [entry[0], entry[1:]]
+    return [entry]
+
+
+# --- keys
+
+
+def _solved(ruler: Ruler, tensor: Array) -> dict[str, Any]:
+    """A symmetric tensor with its eigenproblem, for a key. Raises ValueProblem for a tensor of zeros."""
+    numbers = ruler.numbers(tensor.ravel().tolist())[:, 0].reshape(3, 3)
+    scale = float(np.abs(numbers).max())
+    if not scale:
+        raise ValueProblem("a tensor of zeros has no axes of its own")
+    moments, vectors = np.linalg.eigh(numbers / scale)
+    largest = float(np.abs(moments).max())
+    moments[np.abs(moments) < NOISE * largest] = 0.0
+    equal = np.abs(moments[:, None] - moments) <= max(NOISE, min(EQUAL, ruler.slack)) * largest
+    ruler = replace(ruler, largest=largest * scale)
+    return {"ruler": ruler, "tensor": tensor, "moments": moments * scale, "axes": vectors.T, "equal": equal}
+
+
+def _reported(asked: Asked) -> tuple[Ruler, Array, Array | None]:
+    """The ruler, the tensor of a report, and where there are symbols the pairs. Raises ValueProblem."""
+    assert asked.report is not None
+    tensor = asked.value if asked.path[-1] in ("tensor", "tensor_com") else asked.report.get("tensor")
+    if tensor is None:
+        raise ValueProblem("this document has no principal axes")
+    ruler, _ = entries.computed(replace(asked, unit="kg m^2"), tensor)
+    if ruler.formulas is None:
+        return ruler, np.asarray(tensor), None
+    moments, axes = asked.report.get("moments"), asked.report.get("axes")
+    if moments is None or axes is None or tensor is not asked.report["tensor"]:
+        raise ValueProblem("the axes of this tensor cannot be written in its symbols")
+    return ruler, np.asarray(tensor), ruler.entries(np.column_stack([moments, axes]))
+
+
+def _literal(asked: Asked) -> tuple[Ruler, Array, Array | None]:
+    """The same of a literal key: a tensor of numbers, or pairs. Raises ValueProblem."""
+    if isinstance(asked.value, dict) and set(asked.value) == {"tensor"}:
+        key = Tensor().key(replace(asked, value=asked.value["tensor"]))
+        if key.ruler.formulas is not None:
+            raise ValueProblem("a tensor with symbols is no key", hint="write pairs: `[moment, [x, y, z]]`")
+        ruler, tensor, pairs = key.ruler, key.entries * products(asked), None
+    else:
+        table = _typed(asked.value)
+        if table.shape != (3, 4):
+            expected = "expected three pairs of a moment and an axis, or `{tensor: [[..]]}`"
+            raise Unreadable("wrong_shape", expected)
+        ruler, typed = entries.literal(asked, table, np.repeat(numbered("pair", 3), 4).tolist())
+        tensor = _tensor_of_pairs(ruler, typed)
+        pairs = None if ruler.formulas is None else typed
+    if ruler.unit is not None and ruler.unit.dimension != KG_M2.dimension:
+        raise ValueProblem(f"read a unit of {ruler.unit.dimension}, expected one of a moment of inertia")
+    return replace(ruler, unit=ruler.unit or KG_M2), tensor, pairs
+
+
+def _tensor_of_pairs(ruler: Ruler, pairs: Array) -> Array:
+    """The tensor with three moments and axes (3 by 4). Raises ValueProblem."""
+    moments, axes = pairs[:, 0], pairs[:, 1:]
+    if ruler.formulas is not None:
+        if ruler.formulas.vanish([axes[i] @ axes[j] for i, j in ((0, 1), (0, 2), (1, 2))]) is not True:
+            raise ValueProblem("the axes are not at right angles")
+        terms = (np.outer(e, e) * (moment / (e @ e)) for moment, e in zip(moments, axes, strict=True))
+        return ruler.entries(np.vectorize(from_tree, otypes=[object])(sum(terms)))
+    units = unit_vectors(axes.T).T
+    if not np.abs(units @ units.T - np.eye(3)).max() <= RELATIVE:  # also where an axis has no direction
+        raise ValueProblem("the axes are not at right angles")
+    return np.asarray(units.T * moments @ units)

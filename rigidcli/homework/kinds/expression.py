@@ -1,0 +1,203 @@
+"""Formulas: right where they are the same function as the key, in whatever form they are written.
+
+Where the key is an energy, H or L, a constant may be added: it does not change the motion.
+"""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
+from typing import ClassVar
+
+from rigidcli.algebra.expressions import Expr
+from rigidcli.algebra.reading import from_tree
+from rigidcli.algebra.trees import to_tree
+from rigidcli.errors import ValueProblem
+from rigidcli.homework.balls import Ball
+from rigidcli.homework.base import Asked, Finding, Kind, Outcome, Reading, Tree, Unreadable
+from rigidcli.homework.entries import chosen
+from rigidcli.homework.mistakes import common_factor, of_energy
+from rigidcli.homework.numbers import doubt
+from rigidcli.homework.question import Tolerance
+from rigidcli.homework.reading import names_of, read_expression, read_expressions
+from rigidcli.homework.same import NEEDED, Formulas, formulas_of
+from rigidcli.language.decoration import undecorated
+from rigidcli.language.latex import plain
+from rigidcli.language.text import text, without_doubt
+from rigidcli.language.tree import Name, Negative, Node, Number, Sum, bound, names_in
+from rigidcli.language.typed import last_member
+
+ENERGIES = ("hamiltonian", "lagrangian", "energy")
+"""Last names of results to which a constant may be added."""
+
+EXACT = 1e-12
+"""The relative error of a factor that is read from the values of formulas."""
+
+ZERO = Number("0", 0.0)
+
+
+@dataclass(frozen=True, eq=False)
+class Key:
+    """The right formula, and what may stand in an answer.
+
+    A `constant` may differ. `rates` are momenta or velocities, in which an energy is T + V (or T - V, where
+    it `is_lagrangian`). In a Hamiltonian, velocities are `misplaced`.
+    """
+
+    tree: Node
+    formulas: Formulas
+    constant: bool = False
+    rates: tuple[str, ...] = ()
+    is_lagrangian: bool = False
+    misplaced: frozenset[str] = frozenset()
+
+    def same(self, answer: Node, *, constant: bool = False) -> bool | str:
+        """Whether an answer is this formula, up to a constant if one is allowed."""
+        return self.formulas.same(answer, self.tree, constant=constant)
+
+
+class Expression(Kind):
+    """A formula in the symbols of the question."""
+
+    name: ClassVar[str] = "expression"
+    has_tolerance: ClassVar[bool] = False
+    options: ClassVar[frozenset[str]] = frozenset(
+        {"symbols", "coordinates", "momenta", "velocities", "constant", "numbers"}
+    )
+
+    def key(self, asked: Asked) -> Key:
+        """The formula that is asked for. Raises ValueProblem."""
+        tree, question, last = _tree(asked), asked.question, asked.path[-1] if asked.path else ""
+        used = names_in(tree)
+        names = names_of(asked, used)
+        rates = names.velocities if used & set(names.velocities) else names.momenta
+        is_energy = last in ENERGIES if asked.report is not None else not used.isdisjoint(rates)
+        in_momenta = last == "hamiltonian" or not used.isdisjoint(names.momenta)
+        formulas = formulas_of(asked, names, _relative(question.tolerance))
+        if all(value is None for value in formulas.values(tree)):
+            raise ValueProblem("the key has no value")
+        return Key(
+            tree,
+            formulas,
+            is_energy and bool(used & names.states) and question.constant == "allowed",
+            rates if is_energy else (),
+            last == "lagrangian" or rates == names.velocities,
+            frozenset(names.velocities) - used if in_momenta and rates == names.momenta else frozenset(),
+        )
+
+    def read(self, key: Key, answer: Tree) -> Reading:
+        """A formula in the symbols of the question. Raises Unreadable."""
+        names = key.formulas.names
+        if key.constant and isinstance(answer, str):
+            answer = re.sub(r"\s*\+\s*(?:const(?:ant)?|konst|cst|cte)\.?\s*\Z", "", answer)
+        node = chosen(read_expressions(answer, names), lambda each: self._truth(key, each))
+        why = doubt(
+            last_member(plain(undecorated(str(answer))))[1],
+            lambda member: read_expressions(member, names),
+            lambda others: any(key.formulas.same(each, node) is not False for each in others),
+        )
+        return Reading(node, without_doubt(node), why)
+
+    def _truth(self, key: Key, node: Node) -> bool | str:
+        """Whether a formula is the key, perhaps up to a constant, or why that is open."""
+        return self.is_right(key, node) or key.same(node)
+
+    def judge(self, key: Key, value: Node) -> Outcome:
+        """Whether the answer is the key, perhaps up to a constant."""
+        truth = key.same(value)
+        if truth is True:
+            return Outcome.correct()
+        if key.constant and key.same(value, constant=True) is True:
+            return Outcome.correct(Finding("additive_constant", detail="that does not change the motion"))
+        if isinstance(truth, str):
+            return Outcome.review(truth)
+        return Outcome.earning(0.0, *_findings(key, value))
+
+    def is_right(self, key: Key, value: Node) -> bool:
+        """Whether the answer is the key, perhaps up to a constant."""
+        return key.same(value, constant=key.constant) is True
+
+    def mistaken(self, asked: Asked, key: Key) -> Iterator[tuple[str, Key]]:
+        """The key of the other sign, and an energy with mistakes in its parts."""
+        yield "sign_error", replace(key, tree=Negative(key.tree))
+        if parts := _energies(key):
+            others = of_energy(*parts, is_lagrangian=key.is_lagrangian)
+            yield from ((code, replace(key, tree=other)) for code, other in others)
+
+    def typed(self, key: Key) -> Tree:
+        """The key in the language of documents."""
+        return text(key.tree)
+
+
+def _tree(asked: Asked) -> Node:
+    """The formula that is the key, if literal in the letters that the question lists. Raises ValueProblem."""
+    if asked.report is not None:
+        if isinstance(asked.value, Expr):
+            return to_tree(asked.value)
+        raise ValueProblem("what is asked for is not one expression")
+    names = names_of(asked)
+    code = "unknown_symbol"
+    for letters in (names if names.words.names != ("t",) else None, None):
+        try:
+            if code == "unknown_symbol":
+                return read_expression(asked.value, letters)
+        except Unreadable as unreadable:
+            code = unreadable.findings[0].code
+    raise ValueProblem(f"the key cannot be read: {code}")
+
+
+def _relative(tolerance: Tolerance) -> float | None:
+    """The tolerance relative to the sizes of terms, if the question gives any. Raises ValueProblem."""
+    if tolerance.absolute is not None:
+        message = "an expression has a tolerance `relative` to its terms"
+        raise ValueProblem(message, path=("tolerance", "absolute"))
+    figures = tolerance.significant_figures
+    return tolerance.relative if figures is None else 0.5 * 10.0 ** (1 - figures)
+
+
+def _findings(key: Key, answer: Node) -> list[Finding]:
+    """What is wrong with an answer, apart from the mistakes that change the key."""
+    if velocities := sorted(key.misplaced & names_in(answer)):
+        return [Finding("velocity_in_hamiltonian", detail=f"read `{velocities[0]}`")]
+    names = key.formulas.names
+    missing = names_in(names.without_derived(key.tree)) - names_in(names.without_derived(answer))
+    if names.values and missing:
+        given = replace(key, formulas=key.formulas.with_values())
+        if given.same(answer, constant=key.constant) is True:
+            return [Finding("number_for_symbol")]
+    if not key.constant and names.states & names_in(key.tree) and key.same(answer, constant=True) is True:
+        return [Finding("additive_constant")]
+    seed = f"{key.formulas.name} {text(answer)}"
+    both = zip(*(key.formulas.values(node, seed, NEEDED + 1) for node in (answer, key.tree)), strict=True)
+    pairs = [(own, right) for own, right in both if own is not None and right is not None]
+    if len(pairs) < NEEDED:
+        return [Finding("outside_tolerance")]
+    if not key.constant and names_in(key.tree) and _common([a - b for a, b in pairs]) is not None:
+        return [Finding("additive_constant")]
+    factor = _common([a / b for a, b in pairs if not b.contains(0)])
+    if factor is not None and math.isfinite(factor) and factor and abs(factor - 1) > EXACT:
+        return [Finding(common_factor(factor, None, (), EXACT) or "constant_factor")]
+    lacking = f"`{min(missing)}` does not occur in it" if missing else ""
+    return [Finding("term_wrong" if isinstance(key.tree, Sum) else "outside_tolerance", detail=lacking)]
+
+
+def _common(balls: Sequence[Ball]) -> float | None:
+    """The number that all balls may be; None where there is none, or they are too wide."""
+    if len(balls) < NEEDED:
+        return None
+    best = min(balls, key=lambda ball: float(ball.rad()))
+    is_common = all(ball.overlaps(best) for ball in balls)
+    return float(best.mid()) if is_common and best.rad() <= EXACT * abs(best.mid()) else None
+
+
+def _energies(key: Key) -> tuple[Node, Node] | None:
+    """The kinetic energy and what is left at rest, where the rest is the same for motion backwards."""
+    if not key.rates or names_in(key.tree).isdisjoint(key.rates):
+        return None
+    resting = to_tree(from_tree(bound(key.tree, dict.fromkeys(key.rates, ZERO))))
+    back = bound(key.tree, {name: Negative(Name(name)) for name in key.rates})
+    if key.same(back) is not True or key.formulas.same(resting, ZERO) is not False:
+        return None
+    return Sum((key.tree, Negative(resting))), resting

@@ -1,0 +1,313 @@
+"""Single answers: numbers and quantities with their units and figures, words and sets of words."""
+
+from __future__ import annotations
+
+import math
+import re
+import unicodedata
+from contextlib import suppress
+from dataclasses import dataclass
+from typing import ClassVar, get_args
+
+import numpy as np
+
+from rigidcli.core.principal import BodyClass
+from rigidcli.errors import ValueProblem, shown
+from rigidcli.fields.dimensions import ANGLE, DIMENSIONLESS
+from rigidcli.fields.units import Unit, parse_unit
+from rigidcli.homework.base import Asked, Finding, Kind, Outcome, Reading, Tree, Unreadable
+from rigidcli.homework.entries import NOISE, Ruler, Same, beside, chosen, value_of
+from rigidcli.homework.mistakes import TURN, common_factor
+from rigidcli.homework.numbers import (
+    PURE,
+    Number,
+    as_typed,
+    doubt,
+    in_dimension,
+    read_numbers,
+    readings_of,
+    with_hint,
+)
+from rigidcli.language.decoration import undecorated
+from rigidcli.language.latex import plain as without_latex
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Key:
+    """The right number in SI units, and the unit of an answer without one. A literal key has no `path`."""
+
+    reference: float
+    unit: Unit
+    ruler: Ruler
+    needs_unit: bool
+    path: tuple[str, ...]
+
+    def is_near(self, value: float, scale: float) -> bool:
+        """Whether an SI value is within the tolerance, where one of the typed unit is `scale`."""
+        return self.ruler.is_near(value, self.reference, scale)
+
+
+class Quantity(Kind):
+    """A number, with a unit where it is a `quantity`."""
+
+    options: ClassVar[frozenset[str]] = frozenset({"products", "unit"})
+
+    def __init__(self, name: str) -> None:
+        self.name = name  # type: ignore[misc]  # two kinds of the same class
+
+    def key(self, asked: Asked) -> Key:
+        """The number that is asked for. Raises ValueProblem."""
+        question = asked.question
+        if asked.report is not None:
+            value, unit = value_of(asked.value), parse_unit(asked.unit) if asked.unit else PURE
+        else:
+            number = as_typed(asked.value)
+            value, unit = number.typed, number.unit or PURE
+            if (question.kind == "quantity") is not bool(unit.text):
+                has_unit, kind = ("has one", "quantity") if unit.text else ("has none", "number")
+                message = f"a quantity has a unit, a number has no unit, and this {has_unit}"
+                raise ValueProblem(message, hint=f"make it of kind `{kind}`")
+        is_product = (
+            len(asked.path) > 2 and asked.path[-3].startswith("tensor") and asked.path[-2] != asked.path[-1]
+        )
+        reference = value * unit.scale * (-1 if question.products == "plus" and is_product else 1)
+        if not math.isfinite(reference) or (value and not reference):
+            raise ValueProblem("the number is beyond the range of SI units")
+        noise = NOISE * max(beside(asked) * unit.scale, asked.report is not None and unit.dimension == ANGLE)
+        return Key(
+            0.0 if abs(reference) <= noise else reference,
+            unit,
+            Ruler(question.tolerance, unit, noise=noise),
+            question.unit == "required" and unit.dimension not in (DIMENSIONLESS, ANGLE),
+            asked.path,
+        )
+
+    def read(self, key: Key, answer: Tree) -> Reading:
+        """A number in its own unit, or else in that of the key. Raises Unreadable."""
+        several = readings_of(answer, key.unit)
+        if key.ruler.tolerance.significant_figures is not None:
+            several = [number for number in several if number.mantissa]
+            if not several:
+                raise Unreadable("not_a_number", "significant figures are asked for: write a decimal number")
+        number = chosen(several, lambda each: self._is_right(key, each))
+        bare = number.unit is None and key.unit.text and not key.needs_unit
+        read_as = f"{number.read_as} {key.unit.text}" if bare else number.read_as
+        return Reading(number, read_as, self._doubt(key, number))
+
+    def _is_right(self, key: Key, number: Number) -> Same:
+        """Whether a number is the key; a unit that fits is better than one that does not."""
+        try:
+            number = in_dimension(number, key.unit)
+        except ValueProblem:
+            return False
+        return key.is_near(number.value, number.scale) or "its unit fits"
+
+    def _doubt(self, key: Key, number: Number) -> str:
+        """Why a person must look at a chain of equalities. Raises Unreadable where it is two answers."""
+        if not number.before:
+            return ""
+        with suppress(ValueProblem):
+            number = in_dimension(number, key.unit)
+            return doubt(
+                number.before,
+                lambda member: read_numbers(member, key.unit),
+                lambda others: any(
+                    key.ruler.is_near(each.value, number.value, number.scale) for each in others
+                ),
+            )
+        return ""
+
+    def judge(self, key: Key, value: Number) -> Outcome:
+        """The value first, then its unit and its figures."""
+        try:
+            number = in_dimension(value, key.unit)
+        except ValueProblem as problem:
+            if key.unit is PURE and key.path[:1] == ("hamilton",) and key.is_near(value.value, value.scale):
+                return Outcome.review("the unit of this result is not known")
+            return Outcome.earning(0.0, _of_misfit(key, value, with_hint(problem)))
+        is_right = key.is_near(number.value, number.scale)
+        if is_right and key.ruler.too_few(number):
+            return Outcome.earning(0.0, Finding("too_few_sig_figs"))
+        unitless = [Finding("unit_missing")] if key.needs_unit and value.unit is None else []
+        if is_right:
+            return Outcome.earning(0.0, *unitless) if value.typed and unitless else Outcome.correct()
+        return Outcome.earning(0.0, *unitless, Finding(self._slip(key, number)))
+
+    def _slip(self, key: Key, number: Number) -> str:
+        """The code of the one mistake that makes this number of the key."""
+        if key.ruler.is_short(number, key.reference):
+            return "too_few_sig_figs"
+        if number.unit is not None and key.is_near(number.typed * key.unit.scale, key.unit.scale):
+            return "wrong_unit_right_number"
+        slack = key.ruler.margin(key.reference, number.scale) / abs(key.reference or 1)
+        if not key.reference or slack >= 1:
+            return "outside_tolerance"
+        code = common_factor(number.value / key.reference, key.unit, key.path, max(slack, NOISE))
+        # Of a single number a factor says which twenty numbers the key may be.
+        return "outside_tolerance" if code in (None, "constant_factor") else code
+
+    def typed(self, key: Key) -> Tree:
+        """The key with all its digits, in its unit."""
+        return f"{key.reference / key.unit.scale!r} {key.unit.text}".strip()
+
+
+def _of_misfit(key: Key, number: Number, detail: str) -> Finding:
+    """What is wrong with a unit of another dimension: hertz is not radians per second."""
+    given, asked = number.unit.dimension if number.unit else DIMENSIONLESS, key.unit.dimension
+    if given.cycle != asked.cycle and given._replace(angle=0, cycle=0) == asked._replace(angle=0, cycle=0):
+        if key.is_near(number.typed * number.scale, number.scale):
+            return Finding("wrong_unit_right_number")
+        if key.is_near(number.typed * number.scale * (TURN if given.cycle else 1 / TURN), number.scale):
+            return Finding("frequency_vs_angular_frequency")
+    return Finding("unit_incompatible", detail=detail)
+
+
+# --- words
+
+
+LONGEST = 1000
+"""The most characters of an answer."""
+
+TRUTH = {
+    **dict.fromkeys(("yes", "ja", "oui", "si", "wahr", "vrai", "richtig", "verdadero"), "true"),
+    **dict.fromkeys(("no", "nein", "non", "falsch", "faux", "falso"), "false"),
+}
+
+_BRACKETED = re.compile(r"\s*[(\[][^()\[\]]*[)\]]\s*")
+"""What is added in brackets."""
+
+CLASSES = (*get_args(BodyClass), "symmetric")
+"""The classes of tops, by which an answer may be longer or shorter than the key."""
+
+_ARTICLE = re.compile(
+    r"\b(?:the|an?|der|die|das|eine?|le|la|une?|el|los|only|nur|body|system|motion) (?=\w)|(?<=\w) only\b"
+)
+_SUBJECT = re.compile(
+    r"^(?:(?:body|top|system|motion|class|type|it|this|körper|kreisel) (?:is|ist|est|es) )+"
+)
+
+_WHY = r"\b(?:because|since|as|weil|denn|car|parce|porque|with)\b"
+_REASON = re.compile(rf"\s*(?:[,;:–—]|\. |\s-\s|(?={_WHY}))")
+"""What stands before a reason."""
+
+_OPPOSITE = r"\b(?:yes|no|ja|nein|oui|true|false)\b"
+_DOUBTFUL = re.compile(r"\b(?:not|no|or|but|nicht|oder|aber|kein|non|pas|ou|mais)\b")
+
+_BETWEEN = re.compile("(?<=\\w)[\\s_\\-\N{HYPHEN}\N{NON-BREAKING HYPHEN}\N{EN DASH}]+(?=\\w)")
+"""What stands between words: a hyphen before the first one may be a sign."""
+
+
+@dataclass(frozen=True, slots=True)
+class Words:
+    """The right `text`, its `plain` form, to which answers are held, and the `words` of a table for it."""
+
+    text: str
+    plain: str | frozenset[str]
+    words: str = ""
+
+
+class Choice(Kind):
+    """A word, yes or no, or a set of words."""
+
+    name: ClassVar[str] = "choice"
+    has_tolerance: ClassVar[bool] = False
+
+    def key(self, asked: Asked) -> Words:
+        """The text, the truth value or the set that is asked for. Raises ValueProblem."""
+        value, fields = asked.value, () if asked.report is None else asked.report.fields
+        words = next((field.words for field in fields if field.key == ".".join(asked.path[1:])), "")
+        if isinstance(value, bool | np.bool_):
+            value = "true" if value else "false"
+        if isinstance(value, list | tuple) and all(isinstance(word, str) for word in value):
+            return Words(", ".join(value) or "none", frozenset(map(_plain, value)), words)
+        if not isinstance(value, str):
+            raise ValueProblem("what is asked for is not a text")
+        if not _plain(value) or len(value) > LONGEST:
+            raise ValueProblem(f"the text of a choice has 1 to {LONGEST} characters")
+        return Words(value, _plain(value), words)
+
+    def read(self, key: Words, answer: Tree) -> Reading:
+        """A text, or a set of texts where one is asked. Raises Unreadable."""
+        if isinstance(key.plain, str):
+            return Reading(_text(answer), _text(answer))
+        words = (
+            answer if isinstance(answer, list) else re.split(r"[,;]|\b(?:and|und|et|y)\b|&", _text(answer))
+        )
+        if len(words) > LONGEST:
+            raise Unreadable("too_large", f"{len(words)} words")
+        nothing = {"none", _plain(key.words) if not key.plain else "none"}
+        chosen = frozenset(map(_text, words)) - nothing
+        return Reading(chosen, ", ".join(sorted(chosen)) or "none")
+
+    def judge(self, key: Words, value: str | frozenset[str]) -> Outcome:
+        """Whether the answer is the text, or the set, of the key."""
+        if not isinstance(value, str) or not isinstance(key.plain, str):
+            is_right = value == key.plain
+        else:
+            first, reason = _split(value)
+            is_right = self._is_word(key, value) or (
+                self._is_word(key, first) and not _DOUBTFUL.search(reason)
+            )
+            said, *rest = re.split(r"\W+", value, maxsplit=1)
+            if key.plain in TRUTH.values():
+                is_right = TRUTH.get(said, said) == key.plain and not re.search(_OPPOSITE, " ".join(rest))
+            if not is_right and re.search(rf"(?<!\w){re.escape(key.plain)}(?!\w)", value):
+                return Outcome.review("the right word stands in a longer answer")
+        return Outcome.correct() if is_right else Outcome.earning(0.0, Finding("outside_tolerance"))
+
+    def _is_word(self, key: Words, value: str) -> bool:
+        name = isinstance(key.plain, str) and re.fullmatch(r"(\w) (\w+)", key.plain)  # of p_phi
+        return (
+            value == key.plain or (name and value == name[1] + name[2]) or self._is_word_of_table(key, value)
+        )
+
+    def _is_word_of_table(self, key: Words, value: str | frozenset[str]) -> bool:
+        """Whether the answer says what a table says, or the key with more of its words."""
+        if not isinstance(value, str) or not isinstance(key.plain, str):
+            return False
+        short = _class_of(value)
+        if short == key.plain or (short in CLASSES and short == _class_of(key.plain)):
+            return True
+        own, said = _plain(key.words.partition(":")[0]), set(value.split())
+        return value in (own, _plain(key.words)) or set(key.plain.split()) <= said <= set(own.split())
+
+    def typed(self, key: Words) -> Tree:
+        """The text of the key."""
+        return key.text
+
+
+def _text(answer: Tree) -> str:
+    if not isinstance(answer, str):
+        raise Unreadable("wrong_shape", f"read {shown(answer)}, expected a text")
+    if len(answer) > LONGEST:
+        raise Unreadable("too_large", f"{len(answer)} characters")
+    if not (plain := _plain(answer)):
+        raise Unreadable("parse_error", "the text is blank")
+    return plain
+
+
+def _class_of(words: str) -> str:
+    """The short form of a class of tops: `prolate` for a prolate symmetric top."""
+    return re.sub(r"(?<=\w)(?: symmetric(?:al)?)?(?: (?:body|top))?\Z", "", words)
+
+
+def _split(value: str) -> tuple[str, str]:
+    """A word, and the reason that is given for it; a few words behind it may be a second answer."""
+    between = _REASON.search(value)
+    if between is None:
+        return value, ""
+    first, reason = value[: between.start()].strip(), value[between.end() :].strip()
+    is_reason = re.match(_WHY, reason) or len(reason.split()) > max(2, len(first.split()))
+    return (first, reason) if is_reason or not reason else (value, "")
+
+
+def _plain(text: str) -> str:
+    """The text in small letters, without articles and decoration, and truth values in one spelling."""
+    letters = undecorated(re.sub(r"\A\s*[-–—]\s+", "", unicodedata.normalize("NFKC", text)))
+    with suppress(ValueProblem):  # a brace may stand in a text that is no LaTeX
+        letters = without_latex(letters)
+    words = _BETWEEN.sub(" ", letters.casefold().strip("\"'“”„‘’ \n{}").rstrip(".!\n "))
+    inner = words.strip("()[] ") if _BRACKETED.fullmatch(words) else _BRACKETED.sub(" ", words)
+    words = inner.strip()
+    words = _SUBJECT.sub("", _ARTICLE.sub("", words)).strip(" .!")
+    return TRUTH.get(words.replace("í", "i"), words)

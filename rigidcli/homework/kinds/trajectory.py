@@ -1,0 +1,301 @@
+"""Trajectories: tables of columns in the time, each judged at its own times until it goes wrong.
+
+Without `columns`, a question asks for the coordinates and momenta of an orbit, or for omega. Columns with the
+usual names of angles (`theta1`, `phi`) are judged modulo a turn, and so are those that `angles` lists.
+"""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
+from typing import ClassVar
+
+import numpy as np
+
+from rigidcli.core.arithmetic import Floats, Mask
+from rigidcli.document.sampling import DEFAULT_TOLERANCE
+from rigidcli.errors import ValueProblem, shown
+from rigidcli.fields.units import Unit, parse_unit
+from rigidcli.homework.base import Asked, Finding, Kind, Outcome, Reading, Tree, Unreadable
+from rigidcli.homework.entries import Ruler
+from rigidcli.homework.mistakes import shared_factor
+from rigidcli.homework.tables import SECOND, TIME, Column, read_table, table_text, tabulated
+from rigidcli.report import single_cells
+
+BY_DEFAULT = {"orbit": ("q", "p"), "trajectory": ("omega",)}
+"""The columns of each table of results that are judged where the question lists none, by their keys."""
+
+ANGLES = re.compile(r"(theta|phi|psi|alpha|beta|gamma)_?[0-9]*")
+"""The usual names of angles."""
+
+QUATERNION = ["q0", "q1", "q2", "q3"]
+"""The components of an orientation, whose common sign has no meaning."""
+
+LEAST_SAMPLES = 11
+"""The fewest rows of a key."""
+
+GAP, SHORT = 0.1, 0.01
+"""The longest gap between two rows of an answer, and what may be missing at the end, in units of the span."""
+
+SAME_TIME = 1e-6
+"""How far times that are the same may be apart, in units of the span: they may be typed with few digits."""
+
+NOISE = 1e-9
+"""A column below this, in units of the largest, is zero but for rounding and integration."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Key:
+    """What is right: the `columns` (m), as `values` (n by m) at ascending `times` (n).
+
+    `margins` (m) are the errors that are allowed, `periods` (m) those of angles, infinite for other columns.
+    Columns of an answer without a unit are in `units`. A key that is `dense` has its columns at any time.
+    """
+
+    columns: tuple[str, ...]
+    times: Floats
+    values: Floats
+    margins: Floats
+    periods: Floats
+    units: tuple[Unit | None, ...]
+    dense: bool
+
+    @property
+    def start(self) -> float:
+        """When the motion begins."""
+        return float(self.times[0])
+
+    @property
+    def span(self) -> float:
+        """How long the motion is."""
+        return float(self.times[-1] - self.times[0])
+
+
+class Trajectory(Kind):
+    """A motion as a table in time. An answer is an array (k by 1 + m): times, and the columns of the key."""
+
+    name: ClassVar[str] = "trajectory"
+    options: ClassVar[frozenset[str]] = frozenset({"columns", "angles"})
+
+    @np.errstate(all="ignore")
+    def key(self, asked: Asked) -> Key:
+        """The key of a trajectory. Raises ValueProblem for what is none, and for options that do not fit."""
+        question = asked.question
+        table, default = _of_literal(asked.value) if asked.report is None else _of_report(asked)
+        columns = {name: each.in_si(SECOND if name == TIME else None) for name, each in table.items()}
+        times = columns.pop(TIME)
+        names = question.columns or tuple(default)
+        for option, given in (("columns", question.columns), ("angles", question.angles)):
+            for name in given:
+                if name not in columns:
+                    hint = f"there are {', '.join(columns)}"
+                    raise ValueProblem(f"the key has no column {shown(name)}", path=(option,), hint=hint)
+        if not names or len(set(names)) < len(names):
+            raise ValueProblem("expected columns to judge, each once", path=("columns",))
+        _require_predictable(asked)
+        if len(times) < LEAST_SAMPLES or not (np.diff(times) > 0).all():
+            raise ValueProblem(f"expected a key of at least {LEAST_SAMPLES} rows at ascending times")
+        is_angle = [name in question.angles or ANGLES.fullmatch(name) is not None for name in names]
+        periods = np.where(is_angle, 2 * math.pi, np.inf)
+        values = np.column_stack([columns[name] for name in names])
+        values = np.where(np.isfinite(periods), np.unwrap(values, axis=0), values)
+        sizes = np.minimum(np.abs(values).max(axis=0), periods / 2)
+        sizes = np.where(sizes <= NOISE * sizes.max(), sizes.max() or 1.0, sizes)
+        margins = np.array([Ruler(question.tolerance).margin(size) for size in sizes.tolist()])
+        if (margins >= periods / 4).any():
+            raise ValueProblem("any angle is within this tolerance", path=("tolerance",))
+        units = tuple(table[name].unit for name in names)
+        off = np.abs(_between(times[::2], values[::2], times[1:-1:2]) - values[1:-1:2]).max(axis=0)
+        # With twice the rows, cubic curves between them are at least four times as near.
+        dense = bool((off <= margins).all())
+        return Key(names, times, values, margins, periods, units, dense)
+
+    def loaded(self, answer: Tree, text_of: Callable[[Tree], str]) -> Tree:
+        """An answer with the text of the table in the place of its file. Raises Unreadable."""
+        if not isinstance(answer, dict) or "file" not in answer:
+            return answer
+        others = {key: value for key, value in answer.items() if key != "file"}
+        return others | {"csv": text_of(answer["file"])}
+
+    def read(self, key: Key, answer: Tree) -> Reading:
+        """The table of an answer, in SI units; a column that is missing is NaN. Raises Unreadable."""
+        table = read_table(table_text(answer), (TIME, *key.columns))
+        if TIME not in table:
+            raise Unreadable("missing_column", "there is no column of times", place=shown(TIME))
+        missing = np.full(len(table[TIME].values), np.nan)
+        named = zip((TIME, *key.columns), (SECOND, *key.units), strict=True)
+        rows = np.column_stack(
+            [table[name].in_si(unit) if name in table else missing for name, unit in named]
+        )
+        heads = ", ".join(name for name in (TIME, *key.columns) if name in table)
+        count = "1 row" if len(rows) == 1 else f"{len(rows)} rows"
+        return Reading(rows, f"{count} of {heads}, t from {rows[0, 0]:.6g} to {rows[-1, 0]:.6g}")
+
+    @np.errstate(all="ignore")
+    def judge(self, key: Key, value: Floats) -> Outcome:
+        """The outcome of an answer: each column earns the share of the time until which it is right."""
+        later = np.diff(value[:, 0]) > 0
+        if not later.all():
+            detail = f"row {np.argmin(later) + 2} is not later than the one before"
+            return Outcome.earning(0.0, Finding("wrong_order", shown(TIME), detail))
+        there = np.asarray(~np.isnan(value[:, 1:]).all(axis=0))
+        missing = [Finding("missing_column", shown(key.columns[k])) for k in np.flatnonzero(~there)]
+        times, own, expected = compared = _compared(key, value)
+        if not key.dense and len(times) < LEAST_SAMPLES:
+            why = "the key has few rows, and those of the answer are at other times"
+            return Outcome.review(why, *missing)
+        until, complete = _reach(key, value[:, 0] if key.dense else times)
+        bad = np.abs(_wrapped(key, own - expected)) > key.margins
+        wrong = np.asarray(there & bad.any(axis=0))
+        ranges = np.ptp(key.values, axis=0)
+        moving = ranges > key.margins
+        if complete and there.all() and not wrong.any():
+            seen = np.ptp(expected, axis=0) >= 0.5 * ranges  # of a swing, not only its returns
+            return (
+                Outcome.correct()
+                if (seen | ~moving).all()
+                else Outcome.review("its rows are too few to show the motion")
+            )
+        first = bad.argmax(axis=0) if len(bad) else np.zeros(len(there), dtype=int)
+        ends = np.minimum(until, np.where(wrong, np.append(key.start, times)[first], until))
+        ends = np.where(there, ends, key.start)
+        # Columns that do not move are right without any work: they count where they are wrong.
+        counted = moving | wrong | ~there | ~moving.any()
+        findings = [*missing, *_said(key, *compared, wrong, first, ends)]
+        if not complete:
+            detail = f"it is judged until t = {until:.4g} of {key.times[-1]:.4g}"
+            findings.append(Finding("time_range_short", detail=detail))
+        return Outcome.earning(float((ends[counted] - key.start).mean() / key.span), *findings)
+
+    def typed(self, key: Key) -> Tree:
+        """The rows of the key."""
+        units = [1.0 if unit is None else unit.scale for unit in key.units]
+        rows = np.column_stack([key.times, key.values / units]).tolist()
+        lines = [(TIME, *key.columns), *(map(repr, row) for row in rows)]
+        return {"csv": "\n".join(map(",".join, lines))}
+
+
+# --- judging
+
+
+def _compared(key: Key, rows: Floats) -> tuple[Floats, Floats, Floats]:
+    """Times (k), what an answer has there, and what is expected (both k by m).
+
+    The times are those of the answer that the key has, too. A quaternion has the sign that is nearer.
+    """
+    times, own, slack = rows[:, 0], rows[:, 1:], SAME_TIME * key.span
+    if key.dense:
+        met = (times >= key.start - slack) & (times <= key.times[-1] + slack)
+        expected = _between(key.times, key.values, np.clip(times[met], key.start, key.times[-1]))
+    else:
+        near = np.abs(times[:, None] - key.times).argmin(axis=1)
+        met = np.abs(times - key.times[near]) <= slack
+        expected = key.values[near[met]]
+    times, own = times[met], own[met]
+    if set(QUATERNION) <= set(key.columns):
+        places = [key.columns.index(name) for name in QUATERNION]
+        sign = np.where((own[:, places] * expected[:, places]).sum(axis=1) < 0, -1.0, 1.0)
+        own = own.copy()
+        own[:, places] *= sign[:, None]
+    return times, own, expected
+
+
+def _wrapped(key: Key, differences: Floats) -> Floats:
+    """Differences of the columns (k by m), those of angles to the nearest of their turns."""
+    own = np.where(np.isfinite(key.periods), key.periods, 1.0)
+    # Where the digits of a huge angle do not tell what is left of it, it stays as it is.
+    turns = np.isfinite(key.periods) & (np.spacing(np.abs(differences)) <= key.margins / 4)
+    return np.where(turns, differences - own * np.round(differences / own), differences)
+
+
+def _reach(key: Key, times: Floats) -> tuple[float, bool]:
+    """The time until which the rows of an answer follow each other closely, and whether that is the end."""
+    stop = float(key.times[-1])
+    longest = max(GAP * key.span, float(np.diff(key.times).max())) + SAME_TIME * key.span
+    own = times[(times >= key.start - longest) & (times <= stop + longest)]
+    if not len(own) or own[0] > key.start + longest:
+        return key.start, False
+    steps = np.diff(own)
+    gaps = np.flatnonzero(steps > longest)
+    end = float(own[gaps[0]] if len(gaps) else own[-1])
+    last = float(np.median(steps)) * (1 + SAME_TIME) if len(steps) else 0.0
+    complete = not len(gaps) and end >= stop - max(SHORT * key.span, last)
+    return (stop if complete else max(key.start, end)), complete
+
+
+def _said(
+    key: Key, times: Floats, own: Floats, expected: Floats, wrong: Mask, first: Floats, ends: Floats
+) -> Iterator[Finding]:
+    """What is said of wrong columns: the factor that all of them have, or until when they are right."""
+    places = np.flatnonzero(wrong).tolist()
+    slack = key.margins / np.abs(expected).max(axis=0, initial=0.0)
+    columns = ((own[:, [k]], expected[:, [k]], key.units[k], (), float(slack[k])) for k in places)
+    codes = {shared_factor(*column) for column in columns}
+    if len(codes) == 1 and (code := codes.pop()):
+        yield Finding(code, ", ".join(shown(key.columns[k]) for k in places))
+        return
+    for k in places:
+        name, row = key.columns[k], int(first[k])
+        reference = f"expected {name} = {expected[row, k]:.6g} at t = {times[row]:.6g}"
+        if row:
+            yield Finding("outside_tolerance", shown(name), f"it is right until t = {ends[k]:.4g}", reference)
+        else:
+            yield Finding("wrong_initial_condition", shown(name), reference=reference)
+
+
+# --- keys
+
+
+def _between(times: Floats, values: Floats, at: Floats) -> Floats:
+    """The columns (k by m) at any times (k): Hermite's cubic curves through samples (n by m)."""
+    slopes = np.gradient(values, times, axis=0, edge_order=2)
+    k = np.clip(np.searchsorted(times, at) - 1, 0, len(times) - 2)
+    step = (times[k + 1] - times[k])[:, None]
+    s = (at - times[k])[:, None] / step
+    by_values = (1 - s) ** 2 * (1 + 2 * s) * values[k] + s**2 * (3 - 2 * s) * values[k + 1]
+    return np.asarray(by_values + step * s * (1 - s) * ((1 - s) * slopes[k] - s * slopes[k + 1]))
+
+
+def _of_report(asked: Asked) -> tuple[dict[str, Column], Sequence[str]]:
+    """The columns of a report, and those at the path that is asked. Raises ValueProblem."""
+    assert asked.report is not None
+    name = asked.path[1] if len(asked.path) > 1 else ""
+    table = next((each for each in asked.report.tables if each.key == name and name in BY_DEFAULT), None)
+    if table is None or asked.path[2:] == (TIME,):
+        raise ValueProblem("this result is no trajectory", path=("ask",))
+    asks = (".".join(asked.path[2:]),) if len(asked.path) > 2 else BY_DEFAULT[name]
+    keys = [each.key for each in table.columns for _ in each.cells]
+    columns = {
+        each.cells[0]: Column(
+            each.cells[0], parse_unit(each.unit) if each.unit else None, np.array(each.values)
+        )
+        for each in single_cells(table)
+    }
+    beginnings = tuple(f"{ask}." for ask in asks)
+    default = [cell for cell, key in zip(columns, keys, strict=True) if f"{key}.".startswith(beginnings)]
+    return columns, default
+
+
+def _require_predictable(asked: Asked) -> None:
+    """Raise ValueProblem for a chaotic motion, whose end no ordinary integration shows."""
+    results = {} if asked.report is None else asked.report.tree()
+    digits = results.get("trusted_digits", results.get("orbit", {}).get("trusted_digits"))
+    section = getattr(asked.document, "orbit", None) or getattr(asked.document, "motion", None)
+    tolerance = float(getattr(section, "tolerance", None) or DEFAULT_TOLERANCE)
+    if digits is not None and -math.log10(tolerance) - float(digits) > 3:
+        # An ordinary integration, with an error of 1e-6, may be off by 0.001.
+        hint = "ask for a shorter time, or lower the tolerance of the orbit itself"
+        raise ValueProblem("only a part of this motion can be predicted", hint=hint)
+
+
+def _of_literal(value: Tree) -> tuple[dict[str, Column], Sequence[str]]:
+    """A table, or formulas of the time, and the columns beside the time. Raises ValueProblem."""
+    if isinstance(value, dict) and set(value) == {TIME, "columns"}:
+        columns = tabulated(value[TIME], value["columns"])
+    else:
+        columns = read_table(table_text(value))
+    if TIME not in columns:
+        raise ValueProblem("expected a column `t` of times", path=("answer",))
+    return columns, [name for name in columns if name != TIME]

@@ -1,0 +1,193 @@
+"""What the mistakes of people make of a key: codes, each with the result of a changed problem.
+
+A wrong answer that is right by the keys of exactly one code is explained by it.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Sequence
+from itertools import combinations, permutations
+from typing import TYPE_CHECKING, TypeAlias
+
+import numpy as np
+
+from rigidcli.algebra.expansion import expand
+from rigidcli.algebra.expressions import Expr, total
+from rigidcli.algebra.trees import to_tree
+from rigidcli.core.arithmetic import Array, Floats
+from rigidcli.core.tensor import point_tensor, rotate
+from rigidcli.document.variables import velocity
+from rigidcli.fields.dimensions import DIMENSIONLESS
+from rigidcli.fields.units import Unit
+from rigidcli.homework.base import Asked
+from rigidcli.homework.entries import NOISE
+from rigidcli.homework.motions import Motion, state_of
+from rigidcli.language.tree import Negative, Node, Number, Product, Sum
+
+if TYPE_CHECKING:
+    from rigidcli.document.document import Document
+
+Arrays: TypeAlias = Iterator[tuple[str, Array]]
+"""Codes of mistakes, each with the entries that come out."""
+
+EYE = np.eye(3, dtype=int)
+
+OTHER_PRODUCTS = 2 * EYE - 1
+"""These signs give the products of inertia of a tensor the other sign."""
+
+HALF, TWO = Number("0.5", 0.5), Number("2", 2.0)
+
+TENS = tuple(10.0**power for power in range(1, 13))
+"""The factors of slips in a power of ten."""
+
+LOST = (2, 3, 4, 5, 6, 8, 12, 3 / 2, 4 / 3, 5 / 2, math.sqrt(2), math.sqrt(3), math.pi)
+"""Numbers that get lost in a formula."""
+
+TURN = 2 * math.pi
+
+
+# --- vectors and tensors
+
+
+def of_vector(asked: Asked, vector: Array) -> Arrays:
+    """The vector along the axes of the document, turned the wrong way, and with components exchanged."""
+    if asked.document is not None and asked.document.frame is not None and vector.size == 3:
+        axes, own = asked.document.physical.axes, np.asarray(asked.value)
+        yield "other_frame", axes @ own
+        yield "other_frame", axes.T @ own
+    if vector.size <= 4:
+        orders = list(permutations(range(vector.size)))[1:]
+        yield from (("components_permuted", vector[list(order)]) for order in orders)
+
+
+def of_tensor(asked: Asked, tensor: Array) -> Arrays:
+    """What mistakes make of a tensor of inertia; the formulas take floats, exact numbers and trees."""
+    yield "products_of_inertia_sign", tensor * OTHER_PRODUCTS
+    yield "products_of_inertia_missing", tensor * EYE
+    orders = [list(order) for order in permutations(range(3))]
+    for order in orders[1:]:
+        yield "components_permuted", tensor[order, :][:, order]
+    if tensor.dtype == float:
+        moments = np.linalg.eigvalsh(tensor)
+        yield from (("other_frame", np.diag(moments[order])) for order in orders)
+    if asked.document is not None and asked.report is not None:
+        tidy = asked.document.arithmetic.tidy
+        yield from ((code, tidy(each)) for code, each in _of_document(asked, asked.document, tensor))
+
+
+def _of_document(asked: Asked, document: Document, tensor: Array) -> Arrays:
+    """The tensor along the axes of the document or turned the wrong way, and Steiner's theorem misused."""
+    if document.frame is not None:
+        axes = document.physical.axes
+        yield "other_frame", rotate(tensor, axes)
+        yield "other_frame", rotate(tensor, axes @ axes)
+    results = {} if asked.report is None else asked.report.tree()
+    needed = [results.get(name) for name in ("mass", "center_of_mass", "about", "tensor", "tensor_com")]
+    if all(each is not None for each in needed):
+        mass, com, about, here, central = map(np.asarray, needed)
+        term = mass * point_tensor(about - com)
+        about_com = asked.path[-1:] == ("tensor_com",)
+        yield "parallel_axis_missing", here if about_com else central
+        yield "parallel_axis_sign", here + term if about_com else central - term
+
+
+# --- formulas
+
+
+def of_energy(kinetic: Node, rest: Node, *, is_lagrangian: bool) -> Iterator[tuple[str, Node]]:
+    """T - V for T + V, and half and twice T."""
+    code = "potential_sign" if is_lagrangian else "lagrangian_or_potential_sign"
+    yield code, Sum((kinetic, Negative(rest)))
+    for factor in (HALF, TWO):
+        yield "kinetic_factor", Sum((Product((factor, kinetic)), rest))
+
+
+# --- equations of motion
+
+
+def of_motion(key: Motion) -> Iterator[tuple[str, dict[str, Node]]]:
+    """The rates that mistakes change.
+
+    Of Hamilton's equations, q' = -dH/dp or p' = dH/dq. Of others, one equation of the wrong sign or all of
+    them, and cross terms of Euler's equations.
+    """
+    turned: dict[str, Node] = {rate: Negative(node) for rate, node in key.rates.items()}
+    if key.is_hamiltonian:
+        forward, back = (
+            {velocity(name): turned[velocity(name)] for name in names}
+            for names in (key.coordinates, key.momenta)
+        )
+        yield from (("hamilton_sign", rates) for rates in (back, forward, {**forward, **back}))
+        return
+    yield from (("sign_error", {rate: node}) for rate, node in turned.items())
+    yield "sign_error", turned
+    crossed = _other_cross_terms(key)
+    for count in (1, 2, 3):
+        yield from (("euler_sign", dict(some)) for some in combinations(crossed.items(), count))
+
+
+def _other_cross_terms(key: Motion) -> dict[str, Node]:
+    """Three rates in which the terms that multiply the two other ones have the other sign; or none."""
+    functions = {state_of(rate) for rate in key.rates}
+    turned: dict[str, Node] = {}
+    for rate, node in key.rates.items():
+        e = expand(key.exact(node))
+        others = functions - {state_of(rate)}
+        crossed = [Expr({m: c}) for m, c in e.terms.items() if others <= Expr({m: c}).names]
+        if len(functions) != 3 or not crossed:
+            return {}
+        turned[rate] = to_tree(e - total(crossed) - total(crossed))
+    return turned
+
+
+# --- factors by which people's numbers are wrong
+
+
+def common_factor(ratio: float, unit: Unit | None, path: tuple[str, ...], slack: float) -> str | None:
+    """The code of the one factor that an answer has, to a relative `slack`; None where it has no name.
+
+    The `unit` and the `path` of the result tell which factors are likely: a 2 pi is one of rates only.
+    """
+    for code, factor in _factors(unit, path):
+        if abs(factor - 1) > 2 * slack and abs(ratio / factor - 1) <= slack:
+            return code
+    return None
+
+
+def shared_factor(
+    own: Floats, expected: Floats, unit: Unit | None, path: tuple[str, ...], slack: float
+) -> str | None:
+    """The code of the one factor by which all numbers (n by k) are wrong; None where there is none.
+
+    The slack is relative to the largest number of a column; the larger half of each tells the factor.
+    """
+    sizes = np.abs(expected)
+    scale = sizes.max(axis=0)
+    with np.errstate(all="ignore"):
+        middle = float(np.median((own / expected)[sizes >= scale / 2]))
+        is_shared = bool((np.abs(own - middle * expected) <= abs(middle) * slack * scale).all())
+    if not is_shared or not middle or abs(middle - 1) <= slack:
+        return None
+    # Of numbers of different sizes any shared factor is one; of one number it may be anything.
+    least = np.where(sizes > NOISE * scale, sizes, np.inf).min(axis=0)
+    differ = bool((scale > least * (1 + 2 * slack)).any())
+    return common_factor(middle, unit, path, slack) or ("constant_factor" if differ else None)
+
+
+def _factors(unit: Unit | None, path: tuple[str, ...]) -> Iterator[tuple[str, float]]:
+    """Codes and factors, the likely ones first."""
+    dimension = DIMENSIONLESS if unit is None else unit.dimension
+    is_rate = dimension.time in (1, -1) and not (dimension.mass or dimension.length)
+    is_bare = unit is None and not path
+    yield "sign_error", -1.0
+    slips: dict[str, Sequence[float]] = {"power_of_ten": TENS}
+    if dimension.angle or dimension.time or dimension == DIMENSIONLESS:
+        slips["degrees_radians"] = (180 / math.pi,)
+    if is_rate or dimension.cycle or is_bare:
+        slips["frequency_vs_angular_frequency"] = (TURN,)
+    slips["constant_factor"] = LOST
+    for code, factors in slips.items():
+        for factor in factors:
+            yield code, factor
+            yield code, 1 / factor

@@ -1,0 +1,427 @@
+"""Numbers in answers, read as they are typed, with their units and figures.
+
+    read_number("20,8 rad/s", None)      # a pure number is asked for: Unreadable
+    read_number("~22.4 rpm", unit)       # .value in SI units, .figures 3
+
+A comma between digits is a decimal comma. An uncertainty (`20.8 +- 0.1`) is no arithmetic, and is refused.
+"""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Callable, Iterable, Sequence
+from contextlib import suppress
+from dataclasses import dataclass, replace
+from fractions import Fraction
+from itertools import islice
+from typing import Any, TypeVar
+
+from rigidcli.algebra.reading import from_tree
+from rigidcli.algebra.values import is_zero
+from rigidcli.errors import ExpressionError, ValueProblem, shown
+from rigidcli.fields.dimensions import ANGLE, DIMENSIONLESS, Dimension, check_dimension
+from rigidcli.fields.units import (
+    Unit,
+    known_names,
+    names_of_units,
+    run_together,
+    unit_readings,
+    without_separators,
+)
+from rigidcli.homework.base import Tree, Unreadable
+from rigidcli.language import tree
+from rigidcli.language.decoration import DECIMAL, undecorated, without_uncertainty
+from rigidcli.language.expression import RESERVED, real
+from rigidcli.language.latex import plain
+from rigidcli.language.statements import TWO_ANSWERS, is_label, second_name
+from rigidcli.language.typed import expressions, last_member, slopes
+
+LONGEST = 400
+"""The most characters of a number."""
+
+ROUNDING = 1e-9
+"""The share of a number that rounding may change: a value on the very limit of a tolerance is accepted."""
+
+PURE = Unit("", Fraction(1), 0, DIMENSIONLESS)
+PERCENT = Unit("%", Fraction(1, 100), 0, DIMENSIONLESS)
+
+_SPELLINGS = {
+    "sec": "s", "secs": "s", "mins": "min", "hrs": "h", "rads": "rad", "degs": "deg", "revs": "rev",
+    "sek": "s", "U": "rev", "tr": "rev", "Upm": "rpm", "Umdrehungen": "rev", "tours": "rev", "vueltas": "rev",
+    "rotation": "rev", "rotations": "rev", "Umdrehung": "rev", "r": "rev",
+    "S": "s", "Grad": "deg", "grados": "deg", "degrés": "deg", "Sekunden": "s", "Sekunde": "s",
+    "secondes": "s", "segundos": "s",
+    "Gramm": "g", "grammes": "g", "gramos": "g", "Kilogramm": "kg", "kilogrammes": "kg", "kilogramos": "kg",
+    "metros": "m", "mNm": "(mN*m)", "MNm": "(MN*m)",
+    "kgs": "kg", "Kg": "kg", "KG": "kg", "lbs": "lb", "cms": "cm", "Km": "km", "KM": "km", "hz": "Hz",
+}  # fmt: skip
+"""Names of units in homework that the table of units lacks."""
+
+_BRACKETS = str.maketrans("[]", "()")
+_KNOWN = frozenset(known_names())
+_WORDS_OF_NUMBERS = rf"(?:{'|'.join(sorted(RESERVED - {'t', 'sec'}))})(?![^\W\d])"
+_UNIT_BEGINS = rf"[(\[]*(?!{_WORDS_OF_NUMBERS})[^\W\d_]|[°%]"
+_PER = rf"/\s*(?!{_WORDS_OF_NUMBERS})[^\W\d_]"
+_DECIMAL = re.compile(
+    rf"(?P<sign>[-+]?)\s*(?P<mantissa>(?>{DECIMAL}))"
+    r"(?:[eE](?P<e>[-+]?\d++)|(?:\s*[*xX.]\s*|\s+)10\s*(?:\^|\*\*|(?<=[xX]10)(?=-\d))\s*(?P<open>\()?\s*(?P<p>[-+]?\s*\d++)\s*(?(open)\)))?+"
+    rf"(?:(?:\s*(?={_UNIT_BEGINS}|{_PER})|\s+(?=1\s*/))(?P<unit>.+))?\s*",
+    re.DOTALL,
+)
+_LAST_DIGITS = re.compile(r"[-+]?\d+[.,]\d*(?=(?P<last>\(\d{1,2}\))\s*(?:[^\W\d]|\Z))")
+"""A number with digits in brackets behind it: `12.5(2) J`, `0.91(6)`."""
+
+_REMARK = re.compile(r"\s*[,(\s]\s*(?!(?:per|pro|par|por|over)\b)(?=[^\d=/]*[^\W\d]{3}[^\d=/]*\Z)")
+"""The beginning of a remark in words."""
+
+_POWER_LOST = re.compile(rf"(?P<mantissa>[-+]?{DECIMAL})\s*[*xX]\s*10\s*-\s*(?P<power>\d\d?)(?![\d.,])")
+
+_ANGLE_IN_PARTS = re.compile(
+    rf"(?P<deg>[-+]?\d+)\s*(?:[°º]|deg)\s*(?P<min>{DECIMAL})\s*(?:'|′|’|arcmin|min\b)"
+    rf"(?:\s*(?P<sec>{DECIMAL})\s*(?:\"|″|''|”|arcsec))?"
+)
+"""Degrees, minutes and seconds of arc."""
+
+_BEHIND = re.compile(rf"(?<=[\w.)])\s+(?={_UNIT_BEGINS}|1\s*/|{_PER})")
+_UNCERTAIN = re.compile(r"[\w.)°%]\s*(?:\+/?-|±|-/?\+)")
+_T = TypeVar("_T")
+_Way = TypeVar("_Way")
+_ENERGIES = re.compile(r"\s*[TVUEKLHW](?:_?\w+)?(?:\s*[-+]\s*[TVUEKLHW](?:_?\w+)?)+\s*")
+"""Sums of names of energies before `=`, as in `T + V = 5 J`."""
+
+_GRAMMAR = re.compile(
+    r"unexpected|no operator before|the expression ends|a unit (?:ends|of)|power .* in a unit|the unit is too"
+)
+"""How the readers of documents speak of their grammar, of which a student knows nothing."""
+
+_OF_ANGLES = {"asin", "acos", "atan", "atan2"}
+
+
+@dataclass(frozen=True, slots=True)
+class Number:
+    """A number as it was typed: `value` in SI units, of which its unit is `scale`; `typed` is in that unit.
+
+    `mantissa` has the digits before a power of ten; it is empty for an expression such as `2*pi`. `before`
+    are the members of a chain of equalities before the number.
+    """
+
+    value: float
+    typed: float
+    scale: float
+    unit: Unit | None = None
+    mantissa: str = ""
+    power: int = 0
+    before: tuple[str, ...] = ()
+
+    @property
+    def figures(self) -> int:
+        """The significant figures that are typed, zeros at the end among them; 0 for an expression."""
+        digits = self.mantissa.replace(".", "")
+        return len(digits.lstrip("0")) or len(digits[:1])
+
+    @property
+    def read_as(self) -> str:
+        """The number as it is shown to the student."""
+        digits = f"{self.typed:.12g}" if not self.mantissa or self.power else f"{self.typed:.15g}"
+        return digits if self.unit is None else f"{digits} {self.unit.text}"
+
+
+def read_number(answer: Tree, unit: Unit | None = None, place: str = "") -> Number:
+    """The most usual reading of a number that fits a unit. Raises Unreadable."""
+    return read_numbers(answer, unit, place)[0]
+
+
+def read_numbers(answer: Tree, unit: Unit | None = None, place: str = "") -> list[Number]:
+    """The readings of a decimal number or an expression of numbers, in its own unit or else in `unit`.
+
+    A unit must fit `unit`; where that is None, a pure number is asked for. Raises Unreadable.
+    """
+    try:
+        return _those_read(lambda number: in_dimension(number, unit), readings_of(answer, unit, place))
+    except ValueProblem as misfit:
+        raise Unreadable("unit_incompatible", with_hint(misfit), place=place) from None
+
+
+def _those_read(read: Callable[[_Way], _T], ways: Iterable[_Way]) -> list[_T]:
+    """What is read in each of some ways, as far as it can be; raises the first problem where none can."""
+    found, problems = list[_T](), list[Exception]()
+    for way in ways:
+        try:
+            found.append(read(way))
+        except (ValueProblem, ExpressionError, Unreadable) as problem:
+            problems.append(problem)
+    if problems and not found:
+        raise problems[0]
+    return found
+
+
+def in_dimension(number: Number, unit: Unit | None) -> Number:
+    """A number with its value in SI units, where a quantity like `unit` is asked. Raises ValueProblem."""
+    if number.unit is None:
+        return number
+    scale = scale_in(number.unit, DIMENSIONLESS if unit is None else unit.dimension)
+    return replace(number, value=number.typed * scale, scale=scale)
+
+
+def as_typed(answer: Tree, unit: Unit | None = None, place: str = "") -> Number:
+    """The most usual reading of a number in its own unit, whatever that measures. Raises Unreadable."""
+    return readings_of(answer, unit, place)[0]
+
+
+def readings_of(answer: Tree, unit: Unit | None = None, place: str = "") -> list[Number]:
+    """The readings of a number, the most usual first; `unit` is that of a number without one.
+
+    Raises Unreadable.
+    """
+    if isinstance(answer, list | dict) or answer is None:
+        raise Unreadable("wrong_shape", f"read {shown(answer)}, expected one number", place=place)
+    text = str(answer)
+    if len(text) > LONGEST:
+        raise Unreadable("too_large", f"{len(text)} characters", place=place)
+    try:
+        last, before = last_member(plain(undecorated(_signs_of_units(text))))
+        last = without_uncertainty(undecorated(last)).strip()
+        last = re.sub(r"\A\(([^()]*\d\s*[^\W\d][^()]*)\)\Z", r"\1", last)  # a quantity in brackets
+        if _UNCERTAIN.search(last):
+            raise ExpressionError("an uncertainty is not read, give the value")
+        found = _those_read(lambda text: _numbers(text, unit, place, tuple(before)), _digits(last))
+        return [number for several in found for number in several]
+    except ExpressionError as error:
+        advice = with_hint(error)
+        if _GRAMMAR.match(advice):
+            advice = "give one number" if unit in (None, PURE) else "give the number and its unit"
+        message = f"read {shown(answer)}: {advice}"
+        raise Unreadable(error.code or "not_a_number", message, place=place) from None
+
+
+def _digits(text: str) -> list[str]:
+    """The texts that a number stands for, without separators of thousands."""
+    if doubtful := _LAST_DIGITS.match(text):  # a product, or digits that are uncertain or repeat
+        behind, repeating = text[doubtful.end("last") :], 12 * doubtful["last"].strip("()")
+        return [text, f"{doubtful[0]}{behind}", f"{doubtful[0]}{repeating}{behind}"]
+    return without_separators(text)
+
+
+def _numbers(text: str, unit: Unit | None, place: str, before: tuple[str, ...]) -> list[Number]:
+    """The readings of a number whose digits stand without separators. Raises ExpressionError, Unreadable."""
+    if lost := _POWER_LOST.match(text):  # what was a superscript is a difference now
+        raised = f"{lost['mantissa']}e-{lost['power']}{text[lost.end() :]}"
+        with suppress(ExpressionError):
+            return [*_numbers(raised, unit, place, before), *_numbers(f"1*{text}", unit, place, before)]
+
+    def number(typed: float, own: Unit | None, mantissa: str = "", power: int = 0) -> Number:
+        scale = own.scale if own else 1.0 if unit is None else unit.scale
+        return Number(_finite(typed * scale), typed, scale, own, mantissa, power, before)
+
+    if decimal := _DECIMAL.fullmatch(text):
+        mantissa = decimal["mantissa"].replace(",", ".")
+        power = int((decimal["e"] or decimal["p"] or "0").replace(" ", ""))
+        typed = float(f"{decimal['sign']}{mantissa}e{power}")
+        if typed == 0:
+            if mantissa.strip("0."):
+                raise ExpressionError("it is too small for a number")
+            power = 0
+        units = [None] if decimal["unit"] is None else _units_before_words(decimal["unit"], unit, place)
+        return [number(typed, own, mantissa, power) for own in units]
+    node, behind = _value(text)
+    typed = _worth(node)
+    if behind is not None:
+        return [number(typed, own) for own in read_units(behind, unit, place)]
+    if unit is None or not unit.dimension.angle or not _is_angle(node):
+        return [number(typed, None)]
+    radians = Unit("rad", Fraction(1), 0, unit.dimension)
+    if unit.dimension == ANGLE:
+        return [number(typed, radians)]
+    in_si = replace(radians, text=re.sub(r"\b(?:deg|rev|rpm)\b", "rad", unit.text))
+    return [number(typed, None), number(typed, in_si)]
+
+
+def _units_before_words(text: str, unit: Unit | None, place: str) -> list[Unit]:
+    """The readings of a unit, behind which there may be a remark: `rad/s (clockwise)`. Raises Unreadable."""
+    try:
+        return read_units(text, unit, place)
+    except Unreadable:
+        for remark in islice(_REMARK.finditer(text), 8):
+            with suppress(Unreadable):
+                return read_units(text[: remark.start()], unit, place)
+        if len(re.findall(r"[^\W\d_]{3,}", text)) > 1:
+            words = f"read {shown(text)}: words behind the number, give the number and its unit"
+            raise Unreadable("unit_incompatible", words, place=place) from None
+        raise
+
+
+def _is_angle(node: tree.Node) -> bool:
+    """Whether a value is made of pi or of an inverse function, and so is in radians."""
+    parts = tree.nodes([node])
+    return any(
+        isinstance(p, tree.Constant) or (isinstance(p, tree.Call) and p.function in _OF_ANGLES) for p in parts
+    )
+
+
+CONTRADICTION = "the members of the chain of equalities are not equal"
+
+
+def doubt(before: Sequence[str], read: Callable[[str], Any], is_equal: Callable[[Any], bool]) -> str:
+    """Why a person must look at an answer behind `=`: a member before it is another value, or no name.
+
+    What can be read is compared; a name alone is only a name. Raises Unreadable where a second answer begins.
+    """
+
+    def value(text: str | None) -> Any:
+        with suppress(Unreadable):
+            return None if text is None else read(text)
+
+    for place, member in enumerate(before):
+        is_name = place == 0 and is_label(slopes(member))
+        if is_name and len(member.split()) == 1:
+            continue
+        own = value(member)
+        second = value(second_name(member)) if place else None
+        if second is not None and own in (None, second):  # the name behind it begins another answer
+            raise Unreadable("wrong_shape", TWO_ANSWERS)
+        if own is None and place == 0 and not is_name and not _ENERGIES.fullmatch(member):
+            return f"what stands before `=` is no name: {shown(member.strip())}"
+        if own is not None and not is_equal(own):
+            return CONTRADICTION
+    return ""
+
+
+def _signs_of_units(text: str) -> str:
+    """A text whose minutes of arc, micro and ohm are not read as primes and Greek letters."""
+    text = re.sub(r"(?<=\d)\s*\^\s*\{?o\}?(?!\w)", "°", re.sub(r"(?<=\d)~(?=[A-Za-z\\])", " ", text))
+    text = _ANGLE_IN_PARTS.sub(_in_degrees, re.sub(r"\A\s*minus\s+(?=[\d.])", "-", text))
+    text = re.sub(r"(?<=\d)\s*″", " arcsec", re.sub(r"(?<=\d)\s*′", " arcmin", text))
+    text = re.sub(r"\\(?:SI|qty)\s*\{([^{}]*)\}\s*\{([^{}]*)\}", _si, text)
+    return re.sub("[Å\u212b]", "angstrom", re.sub("μ(?=[A-Za-z])", "\N{MICRO SIGN}", text))
+
+
+def _si(match: re.Match[str]) -> str:
+    """A quantity of the LaTeX package siunitx: `\\SI{20.8}{\\radian\\per\\second}` or `\\SI{20.8}{rad/s}`."""
+    unit = re.sub(r"\\(squared|cubed)", lambda power: f"^{2 + (power[1] == 'cubed')}", match[2])
+    unit = re.sub(r"\\per\s*\\?(\w+)", r"/\1", re.sub(r"(?<=\w)[.~](?=\\?\w)", " ", unit)).replace("\\", " ")
+    return f"{match[1]} {unit}"
+
+
+def _in_degrees(match: re.Match[str]) -> str:
+    minutes, seconds = (Fraction((match[part] or "0").replace(",", ".")) for part in ("min", "sec"))
+    whole = Fraction(match["deg"].lstrip("+-")) + minutes / 60 + seconds / 3600
+    return f"{'-' * match['deg'].startswith('-')}{float(whole)!r} deg"
+
+
+def _value(text: str) -> tuple[tree.Node, str | None]:
+    """An expression without names, and the unit behind it, if there is one."""
+    for slip, advice in _SLIPS:
+        if slip.match(text):
+            raise ExpressionError(advice)
+    blank = _BEHIND.search(text)
+    ways: list[tuple[str, str | None]] = []
+    if blank is None or re.search(r"[a-z]{2}.*\bdeg", text):
+        ways.append((text, None))
+    if blank is not None:
+        ways.append((text[: blank.start()], text[blank.end() :]))
+    for value, behind in ways:
+        node = expressions(value, None, leading=False)[0]
+        names = sorted(tree.names_in(node))
+        if not names:
+            return node, behind
+    raise ExpressionError(f"{shown(names[0])} has no value")
+
+
+def _worth(node: tree.Node) -> float:
+    value = _finite(real(node, {}))
+    with suppress(ExpressionError):  # it is proved that `cos(pi/2)` is zero, which no float shows
+        return 0.0 if abs(value) < ROUNDING and is_zero(from_tree(node)) else value
+    return value
+
+
+_SLIPS = (
+    (re.compile(r"[-+.0-9]+[_'][._'0-9]+"), "nothing stands between digits"),
+    (re.compile(r"[-+]?\d[.,\d]*\s[.,\s]*\d(?!\s*/)"), "no blank stands between digits"),
+    (re.compile(r"[-+]?0[xXoObB]"), "expected decimal digits"),
+    (re.compile(r"[-+\s]*(?:inf|nan|\.inf|\.nan)", re.IGNORECASE), "expected a finite number"),
+)
+
+
+def _finite(value: float) -> float:
+    if not math.isfinite(value):
+        raise ExpressionError("it is beyond the range of numbers")
+    return value
+
+
+# --- units
+
+
+def read_unit(text: str, expected: Unit | None = None, place: str = "") -> Unit:
+    """The most usual reading of a unit as typed in homework. Raises Unreadable."""
+    return read_units(text, expected, place)[0]
+
+
+def read_units(text: str, expected: Unit | None = None, place: str = "") -> list[Unit]:
+    """The readings of a unit: `ms` is a millisecond, and a metre times a second.
+
+    Names of the `expected` one may stand in it, too. Raises Unreadable.
+    """
+    text = re.sub(r"^\s*/", "1/", re.sub(r"(^|\s)(?:per|pro|par|por)\s", "/", text.strip()))
+    text = re.sub(r"\s+(squared|cubed)\b", lambda power: f"^{2 + (power[1] == 'cubed')}", text)
+    text = text.translate(_BRACKETS).strip()
+    if text == PERCENT.text:
+        return [PERCENT]
+    if twice := re.fullmatch(r"([^\s()]+)\s*\(([^\W\d_]+)\)", text):  # as in `J (joules)`
+        unit, again = (read_unit(part, expected, place) for part in twice.groups())
+        if (unit.scale, unit.dimension) == (again.scale, again.dimension):
+            return [unit]
+    own = set() if expected is None else set(names_of_units(expected.text))
+    try:
+        return unit_readings(text, lambda name, power: _unit_spelled(name, power, own))
+    except ValueProblem as problem:
+        advice = with_hint(problem)
+        if _GRAMMAR.match(advice):
+            advice = "what stands behind the number is no unit, give the number and its unit"
+        advice = re.sub(r"(unknown unit `[^`]+`) \(units are.*", r"\1, give the number and its unit", advice)
+        advice = re.sub(r"unknown unit (`[^`]+`)", r"\1 is no unit", advice)
+        message = f"read {shown(text)}: {advice}"
+        raise Unreadable("unit_incompatible", message, place=place) from None
+
+
+def _unit_spelled(name: str, power: str, own: set[str]) -> list[str]:
+    """The readings of a name of a unit with its power, or with the digits at its end as one."""
+    stem = name.rstrip("0123456789")
+    ways: list[str] = []
+    for part, raised in ((name, power), (stem, power or f"^{name.removeprefix(stem)}")):
+        small = part.lower()
+        if part in _KNOWN or part in own:
+            ways.append(f"{part}{raised}")
+        if part not in own and (
+            meant := _SPELLINGS.get(part)
+            or (part not in _KNOWN and _SPELLINGS.get(small))
+            or (len(part) > 2 and part not in _KNOWN and small in _KNOWN and small)
+        ):
+            ways.append(f"{meant}{raised}")
+        # `ms^-1` is usually a metre by a second; a unit without such a power is itself, as `mN` and `mm`
+        if part not in _KNOWN or raised.startswith("^-"):
+            ways += [f"({'*'.join(parts)}{raised})" for parts in run_together(part)]
+    return list(dict.fromkeys(ways)) or [f"{name}{power}"]
+
+
+def scale_in(unit: Unit, expected: Dimension) -> float:
+    """The size in SI units of one of the unit, where a quantity of dimension `expected` is asked.
+
+    Beyond what documents accept, an angle is a pure number, a hertz is 1/s, and turns (`rev/s`, `rpm`, and
+    degrees, but not radians) are what a frequency counts. Raises ValueProblem where the unit does not fit.
+    """
+    given = unit.dimension
+    if expected == DIMENSIONLESS and given == ANGLE:
+        return unit.scale
+    if expected.cycle and given == expected._replace(cycle=0):
+        return unit.scale
+    turns = expected.cycle and given == expected._replace(cycle=0, angle=expected.cycle)
+    if turns and unit.pi_power == given.angle:
+        return unit.scale / (2 * math.pi) ** given.angle
+    check_dimension(unit.text, given, expected)
+    return unit.scale
+
+
+def with_hint(problem: ValueProblem) -> str:
+    """What a problem says, in one line."""
+    return problem.message if problem.hint is None else f"{problem.message} ({problem.hint})"

@@ -1,0 +1,453 @@
+"""What people type, read for a question: formulas in its letters, and lists and tables of entries.
+
+Everything that cannot be read is `Unreadable`, with a finding for the student.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from contextlib import suppress
+from dataclasses import dataclass, field
+from fractions import Fraction
+from functools import cached_property
+from itertools import islice, product
+from pathlib import Path
+from typing import Literal, TypeAlias
+
+from rigidcli.algebra.calculus import derivative
+from rigidcli.algebra.expressions import symbol, total
+from rigidcli.algebra.reading import from_tree
+from rigidcli.algebra.trees import to_tree
+from rigidcli.document.parameters import read_name
+from rigidcli.document.variables import acceleration, momentum, velocity
+from rigidcli.errors import ExpressionError, ValueProblem, shortened, shown
+from rigidcli.homework.base import Asked, Tree, Unreadable
+from rigidcli.homework.files import beside, read_file
+from rigidcli.homework.lists import read_list, split
+from rigidcli.homework.numbers import as_typed, read_unit, with_hint
+from rigidcli.language import typed
+from rigidcli.language.decoration import undecorated
+from rigidcli.language.functions import FUNCTIONS
+from rigidcli.language.latex import plain as without_latex
+from rigidcli.language.parser import RATE
+from rigidcli.language.statements import two_answers
+from rigidcli.language.text import without_doubt
+from rigidcli.language.tree import (
+    Call,
+    Name,
+    Negative,
+    Node,
+    Number,
+    Product,
+    Reciprocal,
+    bound,
+    names_in,
+    nodes,
+    rebuilt,
+)
+from rigidcli.language.words import Words, unknown
+
+Domain: TypeAlias = Literal["positive", "real"]
+
+TIME = "t"
+
+INVERSE = frozenset(name for name in FUNCTIONS if name[0] == "a" and name[1:] in FUNCTIONS)
+"""Functions that begin like an amplitude `a`."""
+
+MOVING = re.compile(r"(x|y|z|q|u|v|theta|phi|psi|alpha|beta|gamma|p)(_?\w{1,6})?|\w+dot")
+"""Names that usually belong to what moves, and so may have either sign; others are parameters."""
+
+
+@dataclass(frozen=True, eq=False)
+class Names:
+    """The names that an answer may hold, and what is known of them.
+
+    `domains` has the independent ones, `derived` names that stand for expressions in these, as a document
+    defines them, and `spellings` other ways to write some. `values` has the numbers of a document's
+    parameters.
+    """
+
+    domains: Mapping[str, Domain]
+    spellings: Mapping[str, str] = field(default_factory=dict)
+    values: Mapping[str, Node] = field(default_factory=dict)
+    derived: Mapping[str, Node] = field(default_factory=dict)
+    coordinates: tuple[str, ...] = ()
+    momenta: tuple[str, ...] = ()
+    velocities: tuple[str, ...] = ()
+    further: tuple[str, ...] = ()
+
+    @cached_property
+    def states(self) -> frozenset[str]:
+        """All that changes while the system moves, but the time."""
+        rates = map(acceleration, self.coordinates)
+        both = ({name, of(name)} for name in self.domains for of in (momentum, velocity))
+        pairs = (name for pair in both if pair <= self.domains.keys() for name in pair)
+        return frozenset((*self.coordinates, *self.momenta, *self.velocities, *self.further, *rates, *pairs))
+
+    @property
+    def variable(self) -> frozenset[str]:
+        """All that a constant may not hold: states, the time, and what is no positive parameter."""
+        open_ = {name for name, domain in self.domains.items() if domain != "positive"}
+        return self.states | open_ | {TIME}
+
+    @cached_property
+    def words(self) -> Words:
+        """The names for the reader."""
+        return Words((*self.domains, *self.derived), self.spellings, self.states)
+
+    def without_derived(self, node: Node) -> Node:
+        """The tree in independent names."""
+        for name in reversed(list(self.derived)):
+            node = bound(node, {name: self.derived[name]})
+        return node
+
+
+def names_of(asked: Asked, used: Iterable[str] = ()) -> Names:
+    """The names that an answer to a question may hold; `used` are the names in its literal key.
+
+    Parameters of a document are positive, unless their values are not; what moves is real. The `symbols` of
+    the question come first. A name of a literal key that no list has is real where it looks like a
+    coordinate, and else positive. Raises ValueProblem for a name in the question that is none.
+    """
+    question, document = asked.question, asked.document
+    listed = {TIME if n == TIME else read_name(n): domain for n, domain in (question.symbols or {}).items()}
+    lists = (question.coordinates, question.momenta, question.velocities)
+    coordinates, momenta, velocities = (tuple(map(read_name, names)) for names in lists)
+    domains: dict[str, Domain] = {}
+    values: dict[str, Node] = {}
+    derived: dict[str, Node] = {}
+    further: tuple[str, ...] = ()
+    if document is not None:
+        known = {name: document.arithmetic.value(value) for name, value in document.values.items()}
+        values = {name: exactly(float(value)) for name, value in known.items() if value is not None}
+        signs = {name: float(value) > 0 for name, value in known.items() if value is not None}
+        derived = {
+            name: definition.root
+            for name, definition in document.definitions.items()
+            if definition is not None and definition.names and name not in listed
+        }
+        domains |= {name: "positive" if signs.get(name, True) else "real" for name in document.definitions}
+        coordinates = coordinates or (document.system.coordinates if document.system else ())
+        if document.transform is not None and "transform" in asked.path:
+            further = document.transform.new_variables
+    for key, own in (("momenta", momenta), ("velocities", velocities)):
+        if own and len(own) != len(coordinates):
+            count = f"{len(own)} {key} and {len(coordinates)} coordinates"
+            hint = "list the `coordinates` to which they belong, in the same order: `coordinates: [x, theta]`"
+            raise ValueProblem(f"{count}, expected as many of both", path=(key,), hint=hint)
+    momenta = momenta or tuple(map(momentum, coordinates))
+    velocities = velocities or tuple(map(velocity, coordinates))
+    moving = (*coordinates, *momenta, *velocities, *further)
+    new = [name for name in sorted(used) if name not in {*domains, *listed, *moving, TIME}]
+    domains |= {name: "real" if MOVING.fullmatch(name) else "positive" for name in new}
+    domains |= dict.fromkeys((*moving, TIME), "real")
+    domains |= listed
+    return Names(
+        {name: domain for name, domain in domains.items() if name not in derived},
+        spellings(domains, coordinates, momenta, velocities),
+        values,
+        derived,
+        coordinates,
+        momenta,
+        velocities,
+        further,
+    )
+
+
+def exactly(value: float) -> Node:
+    """A number as the quotient of two whole ones: a decimal would stand for all that rounds to it."""
+    above, below = Fraction(repr(value)).as_integer_ratio()
+    whole, divisor = (Number(str(abs(part)), float(abs(part))) for part in (above, below))
+    node: Node = whole if below == 1 else Product((whole, Reciprocal(divisor)))
+    return Negative(node) if above < 0 else node
+
+
+def spellings(
+    names: Iterable[str], coordinates: Iterable[str], momenta: Sequence[str], velocities: Sequence[str]
+) -> dict[str, str]:
+    """Other spellings that can mean one name only, besides underscores that are left out or added.
+
+    `p` of one momentum, `p_x` of the momentum of x, `p1` for `p_theta1`, `xdot1` for `x1dot`, `omega` of w.
+    """
+    coordinates, pairs = tuple(coordinates), list[tuple[str, str]]()
+    pairs += [("p", momenta[0])] if len(momenta) == 1 else []
+    pairs += in_other_letters(names)
+    pairs += [
+        (other, p)
+        for q, p in zip(coordinates, momenta, strict=False)
+        for other in (f"P_{q}", f"p_{q.capitalize()}", f"p_{q}")
+    ]
+    pairs += [(f"p{digits[0]}", name) for name in momenta if (digits := re.search(r"\d+\Z", name))]
+    indexed = ((re.fullmatch(r"(\w*?[A-Za-z])_?(\d+)(d?dot)", name), name) for name in velocities)
+    pairs += [(f"{parts[1]}{parts[3]}_{parts[2]}", name) for parts, name in indexed if parts]
+    meanings: dict[str, set[str]] = {}
+    for other, name in pairs:
+        meanings.setdefault(other, set()).add(name)
+    return {other: meant.pop() for other, meant in meanings.items() if len(meant) == 1 and other not in names}
+
+
+def in_other_letters(names: Iterable[str]) -> Iterator[tuple[str, str]]:
+    """Names with w for omega or omega for w, and those with l with the letter ell of print."""
+    for name, (own, other) in product(names, (("w", "omega"), ("omega", "w"), ("l", "ell"))):
+        if parts := re.fullmatch(rf"{own}(_?\d*)", name):
+            yield f"{other}{parts[1]}", name
+
+
+def read_expression(answer: Tree, names: Names | None, place: str = "", *, leading: bool = True) -> Node:
+    """The formula of a key: the most usual reading, in which `asin` is the inverse. Raises Unreadable."""
+    several = read_expressions(answer, names, place, leading=leading)
+    inverse = [each for each in several if len(several) > 1 and _inverses(each) > _inverses(several[0])]
+    return [*inverse, *several][0]
+
+
+def _inverses(node: Node) -> int:
+    return sum(isinstance(part, Call) and part.function in INVERSE for part in nodes([node]))
+
+
+def read_expressions(
+    answer: Tree, names: Names | None, place: str = "", *, leading: bool = True
+) -> list[Node]:
+    """The readings of a formula in the names of the question; without them, a name is taken whole.
+
+    A name and `=` may be `leading`. Raises Unreadable.
+    """
+    if isinstance(answer, list | dict) or answer is None:
+        raise Unreadable("wrong_shape", f"read {shown(answer)}, expected an expression", place=place)
+    try:
+        text = undecorated(str(answer)) if leading else str(answer)
+        words = None if names is None else names.words
+        try:
+            found = typed.expressions(text, words, leading=leading)
+            return found if names is None else [_worked_out(node, names) for node in found]
+        except ExpressionError as error:
+            if error.code != "unknown_symbol" or not leading:
+                raise
+            for shorter in _without_tail(text):
+                with suppress(ExpressionError):
+                    return typed.expressions(shorter, words)
+            raise
+    except ExpressionError as error:
+        raise Unreadable(error.code or "parse_error", with_hint(error), place=place) from None
+
+
+def _worked_out(node: Node, names: Names) -> Node:
+    """A formula with the derivatives by the time worked out that stand in it: d/dt (m l^2 thetadot).
+
+    Raises ExpressionError.
+    """
+    if RATE not in {part.function for part in nodes([node]) if isinstance(part, Call)}:
+        return node
+    if not (isinstance(node, Call) and node.function == RATE):
+        return rebuilt(node, lambda operand: _worked_out(operand, names))
+    e = from_tree(names.without_derived(_worked_out(node.arguments[0], names)))
+    parts = [derivative(e, TIME)]
+    for state in names.states & e.names:
+        rate = acceleration(state.removesuffix("dot")) if state.endswith("dot") else velocity(state)
+        if rate not in names.words.names:
+            raise unknown(rate, names.words)
+        parts.append(derivative(e, state) * symbol(rate))
+    return to_tree(total(parts))
+
+
+_BLANK = re.compile(r"(?<=[\w)\]}$²³])\s+(?=[\[(]?[^\W\d_])|(?<=[)\]}])(?=[\[(][^\W\d_])")
+
+
+_SURE_UNIT = re.compile(
+    r"\b(?:rad(?:ian)?s?|kg|deg|rpm|Hz|rev|(?:joule|newton|second|meter|metre|degree)s?)\b|\A[\[(]"
+)
+"""What is a unit and no factor: of `sqrt(g/l) m`, the m may be one too many."""
+
+
+def _without_tail(text: str) -> Iterator[str]:
+    """A formula without a unit, or a remark in brackets, behind it."""
+    for blank in islice(_BLANK.finditer(text), 20):
+        tail = text[blank.end() :].strip()
+        is_remark = re.fullmatch(r"\([^()=\d]*[^\W\d_]{3}[^()=\d]*\)", tail) is not None
+        with suppress(Unreadable):
+            if is_remark or (_SURE_UNIT.search(tail) and read_unit(without_latex(tail))):
+                yield text[: blank.start()]
+
+
+# --- without a question
+
+
+_WORDS = re.compile(r"[\w\s,.;'<>-]*[^\W\d_]{3}[\w\s,.;'<>-]*")
+"""Words, which may be the answer to a question with a choice."""
+
+_EQUATION = re.compile(r"=\s*0\s*\Z|['′\N{COMBINING DOT ABOVE}].*=|dot|d\s*t")
+"""What stands in an equation of motion, and not in a formula that has a name and `=` before it."""
+
+
+def described(answer: Tree | Unreadable, path: Path) -> str:
+    """An answer in the file at `path`, as it is read. Raises Unreadable where no question reads it."""
+    if isinstance(answer, Unreadable):
+        raise answer
+    if answer is None or (isinstance(answer, str) and not answer.strip()):
+        return "no answer"
+    if isinstance(answer, dict) and answer.keys() & {"file", "csv"}:
+        text = str(answer.get("csv", ""))
+        if "file" in answer:
+            text = read_file(beside(answer["file"], path), shown(answer["file"]))
+        head, *rows = [line for line in text.splitlines() if line.strip()] or [""]
+        return f"a table with {len(rows)} row{'s' * (len(rows) != 1)} below `{shortened(head)}`"
+    try:
+        return f"read as {shortened(describe(answer))}"
+    except Unreadable:
+        if isinstance(answer, str) and _WORDS.fullmatch(answer):
+            return f"{shown(answer)} as it is typed: how it is read depends on the question"
+        raise
+
+
+def describe(answer: Tree, *, is_entry: bool = False) -> str:
+    """An answer, or an entry of a list, as it is read without its question. Raises Unreadable."""
+    if isinstance(answer, dict):
+        return "; ".join(f"{name}: {describe(value, is_entry=is_entry)}" for name, value in answer.items())
+    if isinstance(answer, list):
+        entries = answer if is_entry else read_list(answer)
+        return f"[{', '.join(describe(entry, is_entry=True) for entry in entries)}]"
+    text = str(answer)
+    with suppress(Unreadable):
+        return as_typed(text).read_as
+    if text.count("=") > 1 or _EQUATION.search(text):
+        with suppress(Unreadable):
+            equations = read_equations(text, None)
+            return "; ".join(
+                f"{without_doubt(left)} = {without_doubt(right)}" for _, left, right in equations
+            )
+    with suppress(Unreadable):
+        return without_doubt(read_expression(text, None))
+    if is_entry or (listed := read_list(text)) in ([text], [text.strip()]):
+        return without_doubt(read_expression(text, None))  # it says what is wrong
+    return describe(listed, is_entry=True)
+
+
+# --- equations
+
+_LAW = re.compile(r"=[^=\n;,]*\\partial[^=\n;,]*(?==)")  # as in `xdot = dH/dp = p/m`
+Sides: TypeAlias = tuple[str, Node, Node]
+"""The place of an equation in the answer, and its two sides."""
+
+
+def read_equations(
+    answer: Tree,
+    names: Names | None,
+    tops: Mapping[str, str] | None = None,
+    unread: list[Unreadable] | None = None,
+    chained: list[Sides] | None = None,
+    is_true: Callable[[Node, Node], bool | str] = lambda left, right: True,
+) -> list[Sides]:
+    """The equations of a mapping, of a list of texts, or of lines; of several readings one that `is_true`.
+
+    In a mapping whose keys are all functions of the time, `x` stands for its derivative, which `tops` has.
+    Of a chain of equalities the last member counts; those between that can be read are added to what is
+    `chained`, with the last. Raises Unreadable; with a list for what is `unread`, only where no equation can
+    be read.
+    """
+    failed: list[Unreadable] = []
+    equations = list(_texts(answer, "", failed))
+    if len(equations) > 200:  # twice the variables of the largest system that anybody writes
+        raise Unreadable("too_large", f"{len(equations)} equations")
+    tops = tops or {}
+    keys = [sides[0].strip() for _, sides, label in equations if label]
+    if names is not None:
+        keys = [names.words.meaning(key) or key for key in keys]
+    short = len(keys) == len(equations) and all(key in tops for key in keys)
+    sides = list[Sides]()
+    others = chained if chained is not None else []
+    for count, (place, (first, *between, last), _) in enumerate(equations):
+        try:
+            above = (
+                [Name(tops[keys[count]])] if short else read_expressions(first, names, place, leading=False)
+            )
+            pairs = list(product(above, read_expressions(last, names, place, leading=False)))
+            left, below = next((pair for pair in pairs if is_true(*pair) is True), pairs[0])
+            sides.append((place, left, below))
+            for member in between:
+                with suppress(Unreadable):
+                    others.append((place, read_expression(member, names, leading=False), below))
+        except Unreadable as problem:
+            failed.append(problem)
+    if failed and (unread is None or not sides):
+        raise failed[0]
+    if not sides:
+        raise Unreadable("wrong_shape", "expected equations, such as `xdot = p/m`")
+    if unread is not None:
+        unread += failed
+    return sides
+
+
+def _texts(answer: Tree, place: str, failed: list[Unreadable]) -> Iterator[tuple[str, list[str], bool]]:
+    """The place and the members of every equation, and whether the first one was a key of a mapping.
+
+    What is no equation is added to what has `failed`.
+    """
+    if isinstance(answer, dict):
+        for key, value in answer.items():
+            if not isinstance(value, str):
+                message = f"read {shown(value)}, expected an expression"
+                failed.append(Unreadable("wrong_shape", message, place=str(key)))
+            elif "=" in value:
+                yield from _texts(value, str(key), failed)
+            else:
+                yield str(key), [str(key), value], True
+    elif isinstance(answer, list):
+        for count, entry in enumerate(answer, 1):
+            yield from _texts(entry, f"equation {count}", failed)
+    elif isinstance(answer, str):
+        lines = [line.strip() for line in answer.strip().splitlines()]
+        if len(lines) > 1 and all(line[:2] in ("- ", "* ", "• ") for line in lines):
+            answer = "\n".join(line[2:] for line in lines)  # a list, and no signs
+        answer = "\n".join(map(undecorated, answer.splitlines()))
+        try:
+            pieces = list(_equations_in(typed.slopes(without_latex(_LAW.sub("", answer)))))
+        except ExpressionError as error:
+            failed.append(Unreadable(error.code or "parse_error", with_hint(error), place=place))
+            return
+        for count, piece in enumerate(pieces, 1):
+            here = place or (f"equation {count}" if len(pieces) > 1 else "")
+            n = here.removeprefix("equation ") if here[-1:].isdigit() else "1"  # as `(1)` beside an equation
+            piece = re.sub(rf"\A\s*\(?{n}[.)]\s+(?=[^\W\d])|(?<=[\w)}}\]])\s+\({n}\)\s*\Z", "", piece)
+            piece = re.sub(r"\A[^=]*(?::\s(?=[^=]*=)|\b(?:are|is|sind|ist|lauten|sont|son)\s)", "", piece)
+            if "=" not in piece:
+                piece = re.sub(r"\A(\s*[^\W\d]\w*\s*):", r"\1=", piece)
+            sides = re.split(r"==?", piece)
+            if len(sides) == 1:
+                message = f"no `=` in {shown(piece.strip())}, expected `left = right`"
+                failed.append(Unreadable("parse_error", message, place=here))
+            else:
+                yield here, sides, False
+    else:
+        failed.append(Unreadable("wrong_shape", f"read {shown(answer)}, expected equations", place=place))
+
+
+_SECOND = re.compile(r"(?<=[\w)\]}])\s+(?=[^\W\d]\w*dot(?:_?\w+)?\s*=)")
+"""What stands between two equations for derivatives, where nothing but a blank does."""
+
+
+def _equations_in(text: str) -> Iterator[str]:
+    """The equations of a text, between lines, semicolons, `and`, and commas before another equation.
+
+    Raises ExpressionError where one equation or another is given.
+    """
+    text = re.sub(r"\s*\n\s*(?==(?!>))", " ", text)
+    if len(re.split(r"\b(?:or|oder|ou)\b|\s\|\s", text)) > 1:
+        raise two_answers()
+    for line in re.split(r"[\n;]|=>|\s&\s|\b(?:and|und|et)\b|\s[y/]\s+(?=[^\W\d]\w*\s*=)", text):
+        whole = ""
+        pieces = split(line)
+        if all(re.match(r"\s*[^\W\d]\w*dot\w*\s*=", piece) for piece in pieces):
+            pieces = [part for piece in pieces for part in _SECOND.split(piece)]
+        for piece in pieces:
+            if whole and "=" in piece and "=" in whole:
+                yield whole
+                whole = piece
+            else:
+                whole = f"{whole},{piece}" if whole else piece
+        if whole.strip(" \t\r,."):
+            yield re.sub(r"[\s,]+\Z|(?<=\D)\.\s*\Z", "", whole)
+
+
+def names_in_all(sides: Iterable[Sides]) -> set[str]:
+    """The names in equations."""
+    return {name for _, left, right in sides for side in (left, right) for name in names_in(side)}

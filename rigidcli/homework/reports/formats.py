@@ -1,0 +1,351 @@
+"""The formats of judgements: a table for people, and texts for programs, written hand-in by hand-in."""
+
+from __future__ import annotations
+
+import io
+import re
+from collections import Counter, defaultdict
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from csv import writer
+from dataclasses import replace
+from itertools import chain
+from statistics import fmean
+from typing import TypeAlias
+from xml.etree import ElementTree as ET
+
+import orjson
+
+from rigidcli.errors import printable, shortened
+from rigidcli.homework import Feedback
+from rigidcli.homework.base import VERDICTS, Judged, Judgement, Verdict, reported, sentence
+from rigidcli.homework.reports import Style
+from rigidcli.render.terminal import Page, Part, Row
+
+Students: TypeAlias = Iterable[Judgement]
+"""Hand-ins as the level of feedback allows to show them."""
+
+Cell: TypeAlias = str | float | bool | tuple[str, ...] | None
+"""A cell of csv: a text, a number, a truth, several words, or nothing."""
+
+HEADER = ("student", "question", "verdict", "score", "max_score", "codes", "message", "source")
+"""The columns of csv."""
+
+LATE = ("late",)
+"""The column of csv that says whether a hand-in was late, where any was."""
+
+FIELDS = ("id", "title", "answer", "read_as", "verdict", "score", "max_score")
+"""What json says of a question, besides the feedback."""
+
+# Where semicolons separate cells, as they do in much of Europe, one within a text begins a new cell.
+_FORMULA = re.compile(r'(^|;)([\s"]*)(?=[=+\-@＝＋－＠﹦﹢﹣﹫])')
+
+ELEMENTS: dict[Verdict, str] = {
+    "review": "skipped",
+    "partial": "failure",
+    "incorrect": "failure",
+    "missing": "failure",
+    "invalid": "error",
+}
+"""The element of JUnit's XML that tells of an answer that is not right, or not judged."""
+
+
+def csv_rows(header: Sequence[str], rows: Iterable[Sequence[Cell]], style: Style) -> Iterator[str]:
+    """The header, then the rows, for spreadsheets and scripts: no text in them can become a formula."""
+    for row in chain([header] if style.header else [], rows):
+        target = io.StringIO()
+        writer(target, lineterminator="\n").writerow(map(_written, row))
+        yield target.getvalue()
+
+
+def _written(cell: Cell) -> str | float | None:
+    if isinstance(cell, bool):
+        return str(cell).lower()
+    text = " ".join(cell) if isinstance(cell, tuple) else cell
+    # No spreadsheet takes a text for a formula if an apostrophe stands before what could begin one.
+    return _FORMULA.sub(r"\1\2'", printable(text)) if isinstance(text, str) else text
+
+
+def json_line(entry: object) -> str:
+    """A compact object on a line of its own."""
+    return orjson.dumps(entry).decode() + "\n"
+
+
+def _csv(students: Students, style: Style) -> Iterator[str]:
+    """A row for each question."""
+    rows: Iterator[list[Cell]] = (
+        [
+            *(student.student, question.id, question.verdict, question.score, question.max_score),
+            *(question.codes, "; ".join(question.sentences), student.source),
+            *([student.late] if style.late else []),
+        ]
+        for student in students
+        for question in student.questions
+    )
+    return csv_rows([*HEADER, *LATE] if style.late else HEADER, rows, style)
+
+
+def wide(students: Students, style: Style) -> Iterator[str]:
+    """A row for each student, with the points of each question; none where a person must judge it."""
+    rows = iter(students)
+    for first in rows:
+        ids = [question.id for question in first.questions]
+        head = ["student", *ids, "score", "max_score", "source", *(LATE if style.late else ())]
+        yield from csv_rows(head, (_wide(student, style) for student in chain([first], rows)), style)
+
+
+def _wide(student: Judgement, style: Style) -> list[Cell]:
+    scores = [None if question.verdict == "review" else question.score for question in student.questions]
+    late = [student.late] if style.late else []
+    return [student.student, *scores, student.score, student.max_score, student.source, *late]
+
+
+def _json(students: Students, style: Style) -> Iterator[str]:
+    """The contract `rigidcli.check/1`: a line for each answer file."""
+    for student in students:
+        line: dict[str, object] = {"schema": "rigidcli.check/1"}
+        line |= {name: getattr(student, name) for name in ("student", "source", "score", "max_score")}
+        line |= {"late": student.late} if style.late else {}
+        line["questions"] = [
+            {name: getattr(question, name) for name in FIELDS}
+            | ({"values": question.values} if question.values else {})
+            | {"feedback": [{"code": each.code, "message": sentence(each)} for each in question.findings]}
+            for question in student.questions
+        ]
+        yield json_line(line)
+
+
+def _gradescope(students: Students, style: Style) -> Iterator[str]:
+    """The `results.json` of a Gradescope autograder: one object an answer file, one a line.
+
+    Source: Gradescope's autograder specifications, "Output format". All texts are marked as plain text, for
+    Gradescope would read HTML or Markdown in others. Where no feedback is given, it hides the results from
+    students. A test either passes or fails there: its text says the rest.
+    """
+    silent = style.feedback is Feedback.none
+    for student in students:
+        yield json_line(
+            {
+                "score": student.score,
+                "output_format": "text",
+                "test_output_format": "text",
+                "test_name_format": "text",
+                "visibility": "hidden" if silent else "visible",
+                "stdout_visibility": "hidden",
+                "extra_data": {"student": student.student, "source": student.source},
+                "tests": [
+                    {
+                        "name": question.id,
+                        "score": question.score,
+                        "max_score": question.max_score,
+                        "status": "passed" if question.verdict == "correct" else "failed",
+                        "output": "" if silent else _output(question),
+                    }
+                    for question in student.questions
+                ],
+            }
+        )
+
+
+def _output(question: Judged) -> str:
+    """What a student reads of a question."""
+    lines = {"": question.title, "your answer: ": question.answer, "read as: ": question.reading}
+    given = [f"{head}{text}" for head, text in lines.items() if text]
+    return "\n".join(filter(None, [_earned(question), *given, question.message]))
+
+
+def _earned(question: Judged) -> str:
+    """The verdict, and the points that the answer earns."""
+    if question.verdict == "review":
+        return "review (no points yet)"
+    return f"{question.verdict} ({points(question.score)}/{points(question.max_score)})"
+
+
+def _junit(students: Students, style: Style) -> Iterator[str]:
+    """JUnit XML: a suite for each answer file, a case for each question."""
+    yield '<?xml version="1.0" encoding="UTF-8"?>\n<testsuites>\n'
+    for student in students:
+        elements = [ELEMENTS.get(question.verdict) for question in student.questions]
+        counts = {"failures": "failure", "errors": "error", "skipped": "skipped"}
+        named = {"name": student.student.strip() or "-", "tests": str(len(elements))}
+        named |= {name: str(elements.count(element)) for name, element in counts.items()}
+        suite = ET.Element("testsuite", named, file=student.source)
+        for question in student.questions:
+            case = ET.SubElement(suite, "testcase", name=question.id, classname=student.student)
+            if question.verdict in ELEMENTS:
+                case.append(_result(question, silent=style.feedback is Feedback.none))
+        ET.indent(suite, level=1)
+        yield f"  {ET.tostring(suite, encoding='unicode')}\n"
+    yield "</testsuites>\n"
+
+
+def _result(question: Judged, *, silent: bool) -> ET.Element:
+    """The verdict and the reasons of an answer that is not right."""
+    element = ET.Element(ELEMENTS[question.verdict])
+    if not silent:
+        reasons = "; ".join(question.sentences)
+        element.set("message", f"{_earned(question)}: {reasons}" if reasons else _earned(question))
+        element.text = question.message
+    return element
+
+
+# --- for people
+
+NARROWEST = 30
+"""Columns that remarks must have beside their heads on a terminal; otherwise they stand below them."""
+
+LONGEST_ANSWER = 60
+"""Characters of an answer that a table shows."""
+
+COLOURS: dict[Verdict, str] = {
+    "review": "magenta",
+    "correct": "green",
+    "partial": "yellow",
+    "incorrect": "red",
+    "invalid": "red",
+    "missing": "yellow",
+}
+"""The colours of verdicts on a terminal."""
+
+SHARED = ("review", "invalid", "missing")
+"""Verdicts that stand in one row where all questions have them for the same reason: these earn no points."""
+
+_VERDICT = max(map(len, VERDICTS))
+
+
+def table(students: Iterable[Judgement], style: Style) -> Iterator[str]:
+    """A block for each student, and where there are several, a summary and all that needs a person.
+
+    What needs a person is read first, and of this the blocks have only the marks.
+    """
+    seen = list(students)
+    parts = ["".join(_block(student, style, len(seen) > 1) for student in seen)]
+    if len(seen) > 1:
+        parts = [_urgent(seen, style), *parts, _summary(seen, style)]
+    yield "\n".join(filter(None, parts))
+
+
+def _block(student: Judgement, style: Style, brief: bool) -> str:
+    """A student, the questions that are not right or have a remark, and in one row what has no answer."""
+    shown = [q for q in as_one(student) if q.verdict != "correct" or q.findings]
+    missing = [q for q in shown if q.verdict == "missing" and not q.findings]
+    if len(missing) > 1:
+        names, worth = ", ".join(q.id for q in missing), sum(q.max_score for q in missing)
+        others = replace(missing[0], id="others", title=names, max_score=worth)
+        shown = [*(q for q in shown if q not in missing), others]
+    widest = max((len(score(question)) for question in shown), default=0)
+    rows = [
+        Row(
+            ((f"  {question.id}", ""), (f"{score(question):>{widest}}", ""), painted(question.verdict)),
+            question.title if brief and question.is_urgent else _remarks(question, style, question.title),
+        )
+        for question in shown
+    ]
+    right = all(question.verdict == "correct" for question in student.questions)
+    earned = f"  {score(student)}{'  all correct' if right else ''}"
+    return block(((student.student, "bold"), (earned, "")), rows, style)
+
+
+def _remarks(question: Judged, style: Style, title: str = "") -> str:
+    """A title, the answer as it was typed, how it was read where that says more, and what is said of it."""
+    typed, read_as = (shortened(text, LONGEST_ANSWER) for text in (question.answer, question.reading))
+    answer = f"`{typed}`" + (f", read as `{read_as}`" if read_as else "")
+    shown = answer if question.answer and style.feedback.reasons else ""
+    return "\n".join(filter(None, [title, shown, question.message]))
+
+
+def as_one(student: Judgement) -> Sequence[Judged]:
+    """The questions, or one for all of them where they have the same remarks, no answer and no points."""
+    first, said = student.questions[0], {(each.verdict, each.findings) for each in student.questions}
+    answered = any(question.answer for question in student.questions)
+    if len(student.questions) == 1 or len(said) > 1 or first.verdict not in SHARED or answered:
+        return student.questions
+    return [replace(first, id="every question", title="", max_score=student.max_score)]
+
+
+def urgent(students: Sequence[Judgement]) -> list[tuple[int, Judged]]:
+    """The answers that a person must look at, with the places of their students: first what is not judged."""
+    hands = ((place, question) for place, student in enumerate(students) for question in as_one(student))
+    return sorted((hand for hand in hands if hand[1].is_urgent), key=lambda hand: hand[1].verdict != "review")
+
+
+def _urgent(students: Sequence[Judgement], style: Style) -> str:
+    """The answers that a person must look at, if there are any."""
+    rows = [
+        Row(
+            ((f"  {students[place].student}", "bold"), (question.id, ""), painted(question.verdict)),
+            _remarks(question, style),
+        )
+        for place, question in urgent(students)
+    ]
+    count = "1 answer needs a person" if len(rows) == 1 else f"{len(rows)} answers need a person"
+    head = ((f"{count}: not judged, or not readable", COLOURS["review"]),)
+    return block(head, rows, style) if rows else ""
+
+
+def _summary(students: Sequence[Judgement], style: Style) -> str:
+    """The mean, and of each question the share of right answers and the number with each verdict."""
+    counts = defaultdict[str, Counter[Verdict]](Counter)
+    for student in students:
+        for question in student.questions:
+            counts[question.id][question.verdict] += 1
+    rows = [
+        Row(((f"  {id}", ""), (f"{verdicts['correct'] / len(students):>4.0%}", "")), counted(verdicts))
+        for id, verdicts in sorted(counts.items(), key=lambda entry: not entry[1]["review"])
+    ]
+    return block(((mean_of(students), ""),), rows, style)
+
+
+def mean_of(students: Sequence[Judgement]) -> str:
+    """How many students there are, and their mean."""
+    mean, most = fmean(student.score for student in students), students[-1].max_score
+    count = "1 student" if len(students) == 1 else f"{len(students)} students"
+    return f"{count}, mean {points(mean)}/{points(most)}{share(mean, most)}"
+
+
+def block(head: Sequence[Part], rows: Sequence[Row], style: Style) -> str:
+    """A line, unless `head` is empty, and rows below it."""
+    page = Page(style.width, style.colour)
+    if head:
+        page.line(*head)
+    page.rows(rows, room=NARROWEST)
+    return str(page)
+
+
+def painted(verdict: Verdict) -> Part:
+    """A verdict in its colour, as wide as the longest one."""
+    return f"{verdict:{_VERDICT}}", COLOURS[verdict]
+
+
+def counted(verdicts: Mapping[Verdict, int]) -> str:
+    """How many have each verdict."""
+    return ", ".join(f"{verdicts[verdict]} {verdict}" for verdict in VERDICTS if verdicts[verdict])
+
+
+def points(number: float) -> str:
+    """A score for people: two decimals at most."""
+    return f"{round(number, 2) or number:.12g}"
+
+
+def share(part: float, most: float) -> str:
+    """A share of the points in brackets, if there are points."""
+    return f" ({part / most:.0%})" if most else ""
+
+
+def score(earned: Judgement | Judged) -> str:
+    """The points that are earned, of those that could be."""
+    return f"{points(earned.score)}/{points(earned.max_score)}"
+
+
+FORMATS: dict[str, Callable[[Students, Style], Iterator[str]]] = {
+    "table": table,
+    "json": _json,
+    "csv": _csv,
+    "junit": _junit,
+    "gradescope": _gradescope,
+}
+"""The output formats of judgements."""
+
+
+def render(name: str, judgements: Iterable[Judgement], style: Style) -> Iterator[str]:
+    """Judgements in a format."""
+    return FORMATS[name]((reported(judgement, style.feedback) for judgement in judgements), style)

@@ -1,0 +1,318 @@
+"""The questions as a class has answered them, and what a new run changes in the marks of an old one.
+
+Many who err alone err differently. A wrong answer that several students share, and that no known mistake
+leads to, is a reason to look at the key. Two students who share several wrong answers that hardly anybody
+else has given are a reason to look at both. Only what students wrote is shown, never a reference value.
+"""
+
+from __future__ import annotations
+
+import os
+import re
+from collections import Counter
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import dataclass, fields
+from itertools import combinations
+from statistics import correlation, fmean
+from typing import TypeAlias
+
+import orjson
+
+from rigidcli.errors import DocumentError, Problem, printable, shortened
+from rigidcli.homework.base import PLACES, VERDICTS, Judged, Judgement, Verdict
+from rigidcli.homework.reports import Style, read
+from rigidcli.homework.reports.formats import (
+    LONGEST_ANSWER,
+    block,
+    counted,
+    csv_rows,
+    json_line,
+    painted,
+    score,
+)
+from rigidcli.homework.variants import words
+from rigidcli.render.terminal import Row
+
+MOST_SHOWN = 10
+"""Wrong answers of a question that people are shown."""
+
+UNNAMED = {
+    "component_wrong", "equation_wrong", "not_an_eigenvector", "outside_tolerance", "term_wrong",
+    "wrong_initial_condition",
+}  # fmt: skip
+"""Codes that say what is wrong, but not by which mistake."""
+
+TABLES = ("{file:", "{csv:")
+"""How the answer begins that is a trajectory."""
+
+# Possessive, so that long digits are passed over once.
+_NUMBER = re.compile(
+    r"(?<![A-Za-z_0-9.])(?:[0-9]++(?:\.[0-9]*+)?+|\.[0-9]++)(?:[eE][-+]?[0-9]{1,3}+)?+(?![A-Za-z_0-9.])"
+)
+
+
+RARE, SHARE_OF_RARE = 3, 40
+"""A wrong answer is rare if at most three students gave it, or at most one in forty of a large class."""
+
+MANY_SHARED = 3
+"""Questions with the same rare wrong answer from which on students are named."""
+
+LEAST_CLASS = 3
+"""Students for a correlation: of two it is always 1 or -1."""
+
+
+@dataclass(frozen=True, slots=True)
+class Taken:
+    """An answer that is not right, how many students gave it, and whether it casts doubt on the key.
+
+    `values` are those of the variant of the students who gave it, in words.
+    """
+
+    answer: str
+    students: int
+    verdict: Verdict
+    codes: tuple[str, ...]
+    suspicious: bool
+    values: str = ""
+
+
+@dataclass(frozen=True, slots=True)
+class Tally:
+    """The answers to one question: how many have each verdict, and those that are not right.
+
+    These begin with what waits for a person; the most frequent ones come first. `right` is the share of right
+    answers, and `correlation` tells how they go with the rest of the score; None where there is none.
+    """
+
+    question: str
+    verdicts: dict[Verdict, int]
+    suspicious: bool
+    answers: tuple[Taken, ...]
+    right: float | None = None
+    correlation: float | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class Alike:
+    """Students who have given the same rare wrong answers to several questions."""
+
+    students: tuple[str, ...]
+    questions: tuple[str, ...]
+
+
+def tally(judgements: Iterable[Judgement]) -> tuple[Tally, ...]:
+    """What the class has made of each question, those first of which an answer waits for a person."""
+    students = [*judgements]
+    given: dict[str, list[Judged]] = {}
+    for judgement in students:
+        for question in judgement.questions:
+            given.setdefault(question.id, []).append(question)
+    tallies = (_tally(id, answers, *_analysis(id, students)) for id, answers in given.items())
+    return tuple(sorted(tallies, key=lambda tally: not tally.verdicts["review"]))
+
+
+def _analysis(id: str, students: Sequence[Judgement]) -> tuple[float | None, float | None]:
+    """The share of right answers to a question, and how right ones go with the rest of the score.
+
+    The latter is the point-biserial correlation of x, which is 1 for a right answer and else 0, and the score
+    y in all other questions,
+
+        r = (mean of y where x = 1 - mean of y where x = 0) / s * sqrt(p (1 - p)),
+
+    where p is the share of right answers and s the standard deviation of y (the root of the mean square).
+    It is Pearson's correlation of x and y: see the notes of scipy.stats.pointbiserialr. The question itself
+    is not in y, as it would go with itself: S. Henrysson, Psychometrika 28 (1963) 211. It is None where x or
+    y is the same for all, and for fewer than three students.
+
+    Who has answered nothing does not count, nor, for this question, whose answer waits for a person. A partly
+    right answer is not right.
+    """
+    right, rest = list[float](), list[float]()
+    for student in students:
+        own = next((question for question in student.questions if question.id == id), None)
+        took_part = any(each.answer or each.verdict in ("correct", "partial") for each in student.questions)
+        if own is not None and took_part and own.verdict != "review":
+            right.append(float(own.verdict == "correct"))
+            rest.append(round(student.score - own.score, PLACES))
+    varies = len(right) >= LEAST_CLASS and len(set(right)) > 1 and len(set(rest)) > 1
+    share = fmean(right) if right else None
+    return share, round(correlation(right, rest), PLACES) if varies else None
+
+
+def alike(judgements: Iterable[Judgement]) -> tuple[Alike, ...]:
+    """The students who share rare wrong answers to MANY_SHARED questions or more, those first who share most.
+
+    Values of variants do not matter: a wrong answer that belongs to the values of another says even more.
+    """
+    students = [*judgements]
+    gave: dict[tuple[str, str], set[int]] = {}
+    for number, student in enumerate(students):
+        for question in student.questions:
+            # Of a trajectory only the name of a file is known here, or the first rows.
+            is_wrong = question.verdict in ("partial", "incorrect", "invalid") and bool(question.answer)
+            if is_wrong and not question.answer.startswith(TABLES):
+                gave.setdefault((question.id, _same(question.answer)), set()).add(number)
+    most = max(RARE, len(students) // SHARE_OF_RARE)
+    rare = {answer: who for answer, who in gave.items() if 2 <= len(who) <= most}
+    shared: dict[tuple[int, int], list[tuple[str, str]]] = {}
+    for answer, who in rare.items():
+        for pair in combinations(sorted(who), 2):
+            shared.setdefault(pair, []).append(answer)
+    found: dict[tuple[int, ...], tuple[str, ...]] = {}
+    for answers in shared.values():
+        if len(answers) >= MANY_SHARED:
+            who = set.intersection(*(rare[answer] for answer in answers))
+            found.setdefault(tuple(sorted(who)), tuple(printable(id) for id, _ in answers))
+    return tuple(
+        Alike(tuple(printable(students[number].student) for number in who), questions)
+        for who, questions in sorted(found.items(), key=lambda entry: (-len(entry[1]), entry[0]))
+    )
+
+
+def _same(answer: str) -> str:
+    """An answer without its blanks and last digits, in which equal ones may differ."""
+    return _NUMBER.sub(lambda number: f"{float(number[0]):.3g}", "".join(answer.split()))
+
+
+def _tally(id: str, given: Sequence[Judged], right: float | None, together: float | None) -> Tally:
+    counts: dict[Verdict, int] = dict.fromkeys(VERDICTS, 0)
+    counts |= Counter(each.verdict for each in given)
+    # A key is not wrong because one slip is popular: it must be half as popular as the key.
+    least = max(3, counts["correct"] / 2)
+    typed, taken = dict[str, str](), Counter[tuple[str, Verdict, tuple[str, ...], str]]()
+    for each in given:
+        if each.answer and each.verdict not in ("correct", "missing"):
+            answer = typed.setdefault(_same(each.answer), each.answer)
+            taken[answer, each.verdict, each.codes, words(each.values)] += 1
+    # What waits for a person, then what many have in common.
+    ranked = sorted(taken.items(), key=lambda entry: (entry[0][1] != "review", -entry[1], entry[0]))
+    answers = tuple(
+        # Of a trajectory only the name of a file is known here, or the first rows: it looks like others.
+        Taken(
+            printable(answer),
+            count,
+            verdict,
+            codes,
+            count >= least and set(codes) <= UNNAMED and not answer.startswith(TABLES),
+            printable(values),
+        )
+        for (answer, verdict, codes, values), count in ranked
+    )
+    return Tally(
+        printable(id), counts, any(answer.suspicious for answer in answers), answers, right, together
+    )
+
+
+def table(tallies: Sequence[Tally], style: Style, pairs: Sequence[Alike] = ()) -> Iterator[str]:
+    """A block for each question: its counts, then the answers that are not right; then who is alike."""
+    for tally in tallies:
+        said = [counted(tally.verdicts)]
+        said += [] if tally.right is None else [f"{tally.right:.0%} right of those who answered"]
+        said += [] if tally.correlation is None else [f"correlation with the rest {tally.correlation:.2f}"]
+        yield block((), [Row(((tally.question, "bold"),), "; ".join(said))], style)
+        widest = max((len(str(taken.students)) for taken in tally.answers), default=0)
+        rows = []
+        for taken in tally.answers[:MOST_SHOWN]:
+            notes = [" ".join(taken.codes), "no known mistake: the key may be wrong" * taken.suspicious]
+            answer = shortened(taken.answer, LONGEST_ANSWER) + f"  ({taken.values})" * bool(taken.values)
+            lines = filter(None, [answer, ", ".join(filter(None, notes))])
+            heads = ((f"  {taken.students:>{widest}} x", ""), painted(taken.verdict))
+            rows.append(Row(heads, "\n".join(lines)))
+        yield block((), rows, style)
+        if len(tally.answers) > MOST_SHOWN:
+            yield f"  and {len(tally.answers) - MOST_SHOWN} other answers\n"
+    doubted = [tally.question for tally in tallies if tally.suspicious]
+    if doubted:
+        doubt = "the key may be wrong: several gave the same answer, and no known mistake leads to it"
+        yield "\n" + block((), [Row(((", ".join(doubted), ""),), doubt)], style)
+    for each in pairs:
+        shared = f"the same rare wrong answers to {', '.join(each.questions)}: a hint to look, not a verdict"
+        yield "\n" * (each is pairs[0]) + block((), [Row(((", ".join(each.students), ""),), shared)], style)
+
+
+def json(tallies: Sequence[Tally], style: Style, pairs: Sequence[Alike] = ()) -> Iterator[str]:
+    """One compact object a question, one a line, and one for students who are alike."""
+    for tally in tallies:
+        answers = [{name: getattr(each, name) for name in _columns(tallies)} for each in tally.answers]
+        entry = {"schema": "rigidcli.items/1", "question": tally.question} | tally.verdicts
+        analysis = {"right": tally.right, "correlation": tally.correlation}
+        yield json_line(entry | {"suspicious": tally.suspicious, "answers": answers} | analysis)
+    for each in pairs:
+        yield json_line(
+            {"schema": "rigidcli.alike/1", "students": each.students, "questions": each.questions}
+        )
+
+
+def _columns(tallies: Sequence[Tally]) -> list[str]:
+    """What is said of an answer: `values` only where there are variants."""
+    has_values = any(taken.values for tally in tallies for taken in tally.answers)
+    return [field.name for field in fields(Taken) if has_values or field.name != "values"]
+
+
+def csv(tallies: Sequence[Tally], style: Style, pairs: Sequence[Alike] = ()) -> Iterator[str]:
+    """A row for each answer that is not right, with the counts of its question; one where there is none."""
+    names = _columns(tallies)
+    rows = (
+        (tally.question, *tally.verdicts.values(), *answer, tally.right, tally.correlation)
+        for tally in tallies
+        for answer in [[getattr(each, name) for name in names] for each in tally.answers]
+        or [[None] * len(names)]
+    )
+    return csv_rows(["question", *VERDICTS, *names, "right", "correlation"], rows, style)
+
+
+TEXTS = {"table": table, "json": json, "csv": csv}
+"""The formats of these tallies."""
+
+
+# --- two runs
+
+Run: TypeAlias = dict[tuple[str, str], str]
+"""Marks in words, such as `partial 1/2`, by student and question."""
+
+
+def run_of(path: str | os.PathLike[str]) -> Run:
+    """The run that was written to a file with `-f json`. Raises DocumentError."""
+    text, source = read(path)
+    run: Run = {}
+    for number, line in enumerate(text.removeprefix("\ufeff").splitlines(), 1):
+        try:
+            entry = orjson.loads(line)
+            if entry["schema"] != "rigidcli.check/1":
+                raise ValueError
+            questions = [
+                Judged(each["id"], "", "", "", each["verdict"], each["score"], each["max_score"])
+                for each in entry["questions"]
+            ]
+            run |= _marks([Judgement(entry["student"], "", tuple(questions))])
+        except (TypeError, KeyError, ValueError, AttributeError):
+            hint = "an old run is what `rigidcli check -f json` has printed"
+            message = "not an object of `rigidcli.check/1`"
+            raise DocumentError([Problem(source, message, number, hint=hint)]) from None
+    return run
+
+
+def _marks(judgements: Iterable[Judgement]) -> Run:
+    return {
+        (printable(each.student), printable(question.id)): printable(f"{question.verdict} {score(question)}")
+        for each in judgements
+        for question in each.questions
+    }
+
+
+def changes(old: Run, judgements: Iterable[Judgement], style: Style) -> Iterator[str]:
+    """A line for each mark that differs, what waits for a person first, and below how many there are.
+
+    Students of the new run come before those who are gone.
+    """
+    new = _marks(judgements)
+    changed = [place for place in new | old if old.get(place) != new.get(place)]
+    waiting = [place for place in changed if new.get(place, "").startswith("review")]
+    rows = [
+        Row(((place[0], "bold"), (place[1], "")), f"{old.get(place, 'none')} -> {new.get(place, 'none')}")
+        for place in sorted(changed, key=lambda place: place not in waiting)
+    ]
+    yield block([], rows, style)
+    counts = {"waiting for a person": len(waiting), "questions changed": len(changed)}
+    words = ", ".join(f"{name}: {count}" for name, count in counts.items() if count)
+    yield block([(words or "nothing has changed", "")], [], style)

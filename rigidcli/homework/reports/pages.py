@@ -1,0 +1,229 @@
+"""A class on a page of HTML for the instructor, and a page for each student.
+
+All texts of students and files stay text (`own`), isolated from the direction of what stands beside them.
+"""
+
+from __future__ import annotations
+
+import re
+import unicodedata
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from functools import cache
+from pathlib import Path
+from statistics import fmean
+from typing import TypeAlias
+from urllib.parse import quote
+
+from rigidcli.errors import ExpressionError, printable, shortened
+from rigidcli.homework.base import Judged, Judgement, reported
+from rigidcli.homework.reports import Style
+from rigidcli.homework.reports.formats import LONGEST_ANSWER, as_one, mean_of, points, score, share, urgent
+from rigidcli.homework.variants import Values, words
+from rigidcli.render import Look
+from rigidcli.render.web.page import page, resource, text
+from rigidcli.report import Report
+
+LONGEST_NAME = 50
+"""Characters of a file's name that are taken from a student's: 200 bytes at most, where systems allow 255."""
+
+_FORMULA = re.compile(r"(?![-+]?[0-9.]+(?:e[-+]?[0-9]+)? [A-Za-z])(?=.*[A-Za-z])(?=.*[-+*/^=(]).*")
+"""What is set as a formula: more than a word, and no number with its unit."""
+
+
+Solutions: TypeAlias = Mapping[tuple[str, str], str]
+"""Solutions on pages, by the names of their questions and the values of variants in words."""
+
+
+@dataclass(frozen=True, slots=True)
+class Course:
+    """What pages say besides judgements: the title of the assignment, and solutions that are `worked`.
+
+    Solutions stand by the names of questions and the values of variants in words. `remarks` are on files and
+    students; they may grow as long as there are judgements to come.
+    """
+
+    title: str
+    remarks: Sequence[str] = ()
+    solutions: Solutions = field(default_factory=dict)
+
+
+def one_page(judgements: Iterable[Judgement], course: Course, style: Style) -> Iterator[str]:
+    """The class on one page, with the feedback for each student folded in it."""
+    judged = tuple(judgements)
+    links = [f"#student{number}" for number in range(1, len(judged) + 1)]
+    return _page(course.title, _class(judged, course, style, links, folded=True))
+
+
+def pages(judgements: Iterable[Judgement], course: Course, style: Style) -> Iterator[tuple[str, str]]:
+    """Files of a folder, each a name and what stands in it: a page for each student, then the class's."""
+    judged, links = [], []
+    taken = {"index"}
+    for judgement in judgements:
+        name = file_name(judgement.student, taken)
+        judged.append(judgement)
+        links.append(quote(name))
+        student = reported(judgement, style.feedback)
+        body = [
+            f"<h1>{own(student.student)}</h1>\n<p>{own(course.title)}: <strong>{score(student)}",
+            f"{share(student.score, student.max_score)}</strong></p>\n",
+            your_values({name: text for each in student.questions for name, text in each.values.items()}),
+            *_answers(student, course.solutions),
+            f'<p class="quiet">{own(Path(student.source).name)}</p>\n' if student.source else "",
+        ]
+        yield name, written(f"{course.title}: {student.student}", body)
+    yield "index.html", "".join(_page(course.title, _class(judged, course, style, links, folded=False)))
+
+
+def _page(title: str, body: Iterable[str]) -> Iterator[str]:
+    return page(title, body, styles=[resource("classroom.css")])
+
+
+def written(title: str, body: Iterable[str]) -> str:
+    """A page for a student."""
+    return "".join(_page(title, body))
+
+
+def your_values(values: Values) -> str:
+    """The line that names the values of a student's variants, if there are any."""
+    return f"<p>Your values: <strong>{own(printable(words(values)))}</strong></p>\n" if values else ""
+
+
+def file_name(student: str, taken: set[str]) -> str:
+    """A name for the page of a student, made of words alone, and none of those `taken`, to which it is added.
+
+    Names count as the same where systems take capitals, or forms of a letter, for the same.
+    """
+    words = re.findall(r"\w+", unicodedata.normalize("NFKC", student))
+    stem = name = "-".join(words)[:LONGEST_NAME] or "student"
+    count = 1
+    while name.casefold() in taken:
+        count += 1
+        name = f"{stem}-{count}"
+    taken.add(name.casefold())
+    return f"{name}.html"
+
+
+def own(words: str) -> str:
+    """Words of somebody else: text, whose direction changes nothing beside it."""
+    return f"<bdi>{text(words)}</bdi>"
+
+
+def _list(entries: Iterable[str]) -> str:
+    return "<ul>\n" + "".join(f"<li>{entry}</li>\n" for entry in entries) + "</ul>\n"
+
+
+# --- a student
+
+
+def _answers(student: Judgement, solutions: Solutions) -> Iterator[str]:
+    """Each question with its title, the answer as typed and as read, its verdict, and what is said of it."""
+    for question in as_one(student):
+        yield f'<section class="answer {question.verdict}">\n<h3>{own(question.id)}'
+        yield f" <span>{question.verdict}, {score(question)}</span></h3>\n"
+        if question.title:
+            yield f'<p class="title">{own(question.title)}</p>\n'
+        if question.answer:
+            yield f"<p>Your answer: <code>{own(question.answer)}</code></p>\n"
+        if question.read_as:
+            yield f"<p>Read as: {typeset(question.read_as)}</p>\n"
+        if question.findings:
+            yield _list(map(own, question.sentences))
+        yield solutions.get((question.id, words(question.values)), "")
+        yield "</section>\n"
+
+
+@cache
+def _has_formulas() -> bool:
+    from rigidcli.render.plots import has_library
+
+    return has_library("formulas")
+
+
+def typeset(words: str) -> str:
+    """An expression, or equations, as a formula where the library for it is there; other words as text."""
+    # A long answer is read more easily as text.
+    if len(words) > 300 or not _has_formulas() or not _FORMULA.fullmatch(words):
+        return own(words)
+    from rigidcli.language.expression import parse
+    from rigidcli.language.text import latex
+    from rigidcli.render.web.mathml import formula
+
+    try:
+        lines = [[latex(parse(side).root) for side in line.split("=")] for line in words.split("; ")]
+    except ExpressionError:
+        return own(words)
+    return "<br>".join(formula(" = ".join(sides)) for sides in lines)
+
+
+def worked(solutions: Mapping[tuple[str, str], Report]) -> Solutions:
+    """The working of questions, folded, by their names as they are shown, and the values of variants."""
+    from rigidcli.render.html import fragment
+    from rigidcli.render.table import render
+
+    workings = {}
+    for (id, values), report in solutions.items():
+        if _has_formulas():
+            work = fragment(replace(report, pictures=()), Look(steps=True))
+        else:
+            work = f"<pre>{text(''.join(render([report], Look(steps=True))))}</pre>"
+        solution = f'<details class="solution"><summary>Solution</summary>\n{work}</details>\n'
+        workings[printable(id), values] = solution
+    return workings
+
+
+# --- the class
+
+
+def _class(
+    judged: Sequence[Judgement], course: Course, style: Style, links: Sequence[str], *, folded: bool
+) -> Iterator[str]:
+    """What needs a person, a table of scores, notes, solutions, and where it is `folded` in, the feedback."""
+    students = [reported(judgement, style.feedback) for judgement in judged]
+    yield f"<h1>{own(course.title)}</h1>\n"
+    if students:
+        yield f"<p>{mean_of(students)}</p>\n"
+        first = [_asked(students[place], links[place], question) for place, question in urgent(students)]
+        yield f"<h2>To look at first</h2>\n{_list(first)}" if first else ""
+        yield from _scores(judged, links)
+    else:
+        yield "<p>There are no answers to judge.</p>\n"
+    if course.remarks:
+        remarks = ("<br>".join(map(own, remark.split("\n"))) for remark in course.remarks)
+        yield f"<h2>Files and notes</h2>\n{_list(remarks)}"
+    for (id, values), solution in course.solutions.items():
+        yield "" if values else f"<h3>{own(id)}</h3>\n{solution}"
+    if folded and students:
+        yield "<h2>Feedback</h2>\n"
+        for number, student in enumerate(students, 1):
+            yield f'<details id="student{number}"><summary>{own(student.student)}, '
+            yield f"{score(student)}</summary>\n"
+            # Those that all students share stand above, once.
+            yield from _answers(student, {key: each for key, each in course.solutions.items() if key[1]})
+            yield "</details>\n"
+
+
+def _asked(student: Judgement, link: str, question: Judged) -> str:
+    """An answer that a person must look at, and what is said of it."""
+    who = f'<a href="{link}">{own(student.student)}</a>, {own(question.id)}: {question.verdict}'
+    answer = shortened(question.answer, LONGEST_ANSWER)
+    typed = [f"<code>{own(answer)}</code>"] if answer else []
+    return "<br>".join([who, *typed, *map(own, question.sentences)])
+
+
+def _scores(judged: Sequence[Judgement], links: Sequence[str]) -> Iterator[str]:
+    """A row for each student with the points of every question, or why there are none; means below."""
+    yield '<h2>Scores</h2>\n<div class="wide"><table class="class">\n'
+    ids = (f'<th scope="col">{own(question.id)}</th>' for question in judged[0].questions)
+    yield f'<thead><tr><th scope="col">Student</th><th scope="col">Score</th>{"".join(ids)}</tr></thead>\n'
+    for judgement, link in zip(judged, links, strict=True):
+        yield f'<tr><th scope="row"><a href="{link}">{own(judgement.student)}</a></th>'
+        yield f'<td class="number">{points(judgement.score)}</td>'
+        for each in judgement.questions:
+            says = points(each.score) if each.verdict in ("correct", "partial", "incorrect") else each.verdict
+            yield f'<td><span class="mark {each.verdict}">{says}</span></td>'
+        yield "</tr>\n"
+    columns = zip(*(judgement.questions for judgement in judged), strict=True)
+    means = [points(fmean(each.score for each in column)) for column in [judged, *columns]]
+    yield f'<tr><th scope="row">mean</th><td class="number">{"</td><td>".join(means)}</td></tr>\n'
+    yield "</table></div>\n"

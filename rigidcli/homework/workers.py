@@ -1,0 +1,188 @@
+"""Work on many untrusted things, in processes that `sandbox` confines and that serve one thing after another.
+
+A process that breaks its limits ends with the thing that it works on, and another takes its place. Where that
+is safe (Linux), a process is a fork: it has at once what is loaded and worked out.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import gc
+import os
+import signal
+import sys
+import time
+import warnings
+from collections.abc import Callable, Iterator, Sequence
+from multiprocessing import get_context
+from multiprocessing.connection import wait
+from typing import TYPE_CHECKING, Any, TypeAlias, TypeVar
+
+from rigidcli.errors import ComputationError
+from rigidcli.homework.base import Unreadable
+from rigidcli.sandbox import Limits, address_space, confine, start_clock, stop_clock
+
+if TYPE_CHECKING:
+    from multiprocessing.connection import Connection
+
+_Task = TypeVar("_Task")
+
+METHOD = "fork" if sys.platform == "linux" else "spawn"
+"""How processes start: on other systems a fork is not safe, or not there."""
+
+PATIENCE = {"fork": 0.5, "spawn": 60.0}
+"""Seconds beyond the limit after which a process is ended from outside: a new one loads the program first."""
+
+
+MEMORY, LONG = 103, 104
+"""Exit codes that nothing else has: there is no memory left, and there is too much to hand over."""
+
+_NO_MEMORY = Unreadable("too_large", "it takes too much memory")
+_STOPPED = Unreadable("not_allowed", "the process that judged it was stopped")
+
+ENDS: dict[str | int, Unreadable] = {
+    "SIGALRM": Unreadable("timeout"),
+    **dict.fromkeys(("SIGABRT", "SIGBUS", "SIGKILL", MEMORY), _NO_MEMORY),
+    "SIGSEGV": Unreadable("too_large", "the process that judged it broke down"),
+    LONG: Unreadable("too_large", "there is too much to say of it"),
+}
+"""What it means when a process ends by a signal or with a code; the system kills one that has its memory."""
+
+Result: TypeAlias = bytes | Unreadable
+"""What work hands over, as bytes: pickles of a process in doubt are not opened; or why there is nothing."""
+
+
+def each(
+    work: Callable[[_Task], bytes],
+    tasks: Sequence[_Task],
+    jobs: int,
+    limits: Limits,
+    progress: Callable[[float], None],
+) -> Iterator[Result]:
+    """What `work` makes of each task, in the order of tasks, whatever is done first; `jobs` run at a time.
+
+    `progress` gets the share that is done. Raises ComputationError where no process can be started.
+    """
+    workers: list[_Worker] = []
+    done: dict[int, Result] = {}
+    begun = finished = 0
+    gc.freeze()  # the collection of garbage leaves alone what is there, so that forks can share it
+    try:
+        for index in range(len(tasks)):
+            while index not in done:
+                while begun < len(tasks) and len(workers) < jobs:
+                    try:
+                        workers.append(_Worker(work, limits))
+                    except OSError as error:
+                        if workers:
+                            break  # the system has no room for more
+                        message = f"no process can be started: {error.strerror or error}"
+                        raise ComputationError(message) from None
+                    workers[-1].give(begun, tasks[begun], limits)
+                    begun += 1
+                for worker in _ready(workers):
+                    done[worker.index], serves = worker.take()
+                    finished += 1
+                    progress(finished / len(tasks))
+                    if serves and begun < len(tasks):
+                        worker.give(begun, tasks[begun], limits)
+                        begun += 1
+                    else:
+                        workers.remove(worker)
+                        worker.end()
+            yield done.pop(index)
+    finally:
+        gc.unfreeze()
+        for worker in workers:
+            worker.end()
+
+
+class _Worker:
+    """A process, and the `index` of the task that it works on until the `deadline`."""
+
+    def __init__(self, work: Callable[[_Task], bytes], limits: Limits) -> None:
+        """Start the process. Raises OSError where the system has no room for it."""
+        self.index, self.deadline = -1, 0.0
+        context: Any = get_context(METHOD)
+        with _interrupts_held(), warnings.catch_warnings():
+            # Threads of a library for matrices do nothing at this moment.
+            warnings.filterwarnings("ignore", ".*multi-?threaded.*", DeprecationWarning)
+            self.line, its_end = context.Pipe()
+            with its_end:
+                self._process = context.Process(target=_serve, args=(its_end, work, limits), daemon=True)
+                self._process.start()
+
+    def give(self, index: int, task: object, limits: Limits) -> None:
+        """Give it the task of this index."""
+        self.index, self.deadline = index, time.monotonic() + limits.seconds + PATIENCE[METHOD]
+        with contextlib.suppress(OSError):  # it has ended, which is seen when it is read from
+            self.line.send(task)
+
+    def take(self) -> tuple[Result, bool]:
+        """What has come of its task, and whether it may have another."""
+        try:
+            if not self.line.poll():
+                return ENDS["SIGALRM"], False
+            message = self.line.recv_bytes()
+            return message[1:], message[:1] == b"+"
+        except (EOFError, OSError):
+            self._process.kill()
+            self._process.join()
+            code = self._process.exitcode
+            name = next((each.name for each in signal.Signals if each == -code), code)
+            return ENDS.get(name, _STOPPED), False
+
+    def end(self) -> None:
+        """End the process, and leave nothing of it behind."""
+        self._process.kill()
+        self._process.join()
+        self._process.close()
+        self.line.close()
+
+
+def _ready(workers: Sequence[_Worker]) -> list[_Worker]:
+    """Wait for the workers that have a result, have ended, or are late."""
+    soonest = min(worker.deadline for worker in workers)
+    ready = wait([worker.line for worker in workers], max(0.0, soonest - time.monotonic()))
+    now = time.monotonic()
+    return [worker for worker in workers if worker.line in ready or worker.deadline <= now]
+
+
+@contextlib.contextmanager
+def _interrupts_held() -> Iterator[None]:
+    """A context in which no interrupt reaches this process, nor one that begins before it is confined."""
+    if sys.platform == "win32":
+        yield
+        return
+    before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
+    try:
+        yield
+    finally:
+        signal.pthread_sigmask(signal.SIG_SETMASK, before)
+
+
+def _serve(line: Connection, work: Callable[[_Task], bytes], limits: Limits) -> None:
+    """Work on what comes, hand over the results, and end with the line.
+
+    The process ends at once, so that nothing is done or written that belongs to the one it is a fork of.
+    """
+    code = 1
+    try:
+        confine(limits, line.fileno())
+        start = address_space() or 0
+        while True:
+            task = line.recv()
+            start_clock(limits.seconds)
+            data = work(task)
+            stop_clock()
+            if len(data) > limits.handed:
+                code = LONG
+                return
+            has_room = (address_space() or 0) - start < limits.memory / 8  # for the next task
+            line.send_bytes((b"+" if has_room else b"-") + data)
+    except EOFError:
+        code = 0
+    except MemoryError:
+        code = MEMORY
+    finally:
+        os._exit(code)

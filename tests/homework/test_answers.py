@@ -1,0 +1,296 @@
+"""Answer files as people write them: each line that is no entry costs its own question only."""
+
+from __future__ import annotations
+
+import contextlib
+import random
+import time
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from rigidcli.homework.answers import MOST_ANSWERS, as_typed, read_answers
+from rigidcli.homework.base import Tree, Unreadable
+from rigidcli.homework.reading import described
+
+KNOWN = ("1", "2", "3", "10.35a", "a", "b", "c", "spring")
+
+
+def read(text: str, known: Any = KNOWN) -> dict[str, Tree]:
+    """The answers; in place of one that cannot be read, its code and its detail."""
+    found, _ = read_answers(text, known)
+    return {
+        name: (answer.findings[0].code, answer.findings[0].detail)
+        if isinstance(answer, Unreadable)
+        else answer
+        for name, answer in found.items()
+    }
+
+
+@pytest.mark.parametrize(
+    "line",
+    [
+        "3: 2.34 rad/s",
+        "3:2.34 rad/s",
+        "3 = 2.34 rad/s",
+        "3=2.34 rad/s",
+        "3 2.34 rad/s",
+        "3. 2.34 rad/s",
+        "3) 2.34 rad/s",
+        "'3': 2.34 rad/s",
+        '"3":2.34 rad/s',
+        "3:    2.34 rad/s  # at last",
+        " 3: 2.34 rad/s",
+    ],
+)
+@pytest.mark.parametrize("end", ["\n", "\r\n"])
+@pytest.mark.parametrize(
+    "head", ["answers:", "Answers:", "ANSWERS", "student: x\nanswers: # mine", "student: x"]
+)
+def test_an_entry_may_be_written_in_many_ways(line: str, end: str, head: str) -> None:
+    lines = [head, "  1: 5", f"  {line}", "  2: 6", ""]
+    if not head.casefold().endswith(("answers:", "answers", "mine")):
+        lines = [head, "1: 5", line, "2: 6", ""]
+    assert read(end.join(lines)) == {"1": "5", "3": "2.34 rad/s", "2": "6"}
+
+
+@pytest.mark.parametrize(
+    ("value", "expected"),
+    [
+        ("20.8 rad/s", "20.8 rad/s"),
+        ("omega: 20.8 rad/s", "omega: 20.8 rad/s"),
+        ("omega = 20.8", "omega = 20.8"),
+        ("- 3.2", "- 3.2"),
+        ("[1, 2, 3] cm", "[1, 2, 3] cm"),
+        ("[[1, 0], [0, 1]] kg m^2  # all", "[[1, 0], [0, 1]] kg m^2"),
+        ("M a^2/12 * [[1, 0], [0, 1]]", "M a^2/12 * [[1, 0], [0, 1]]"),
+        ("[1, 2", "[1, 2"),
+        ("[1, 2]]", "[1, 2]]"),
+        ("|T|", "|T|"),
+        ("@x", "@x"),
+        ("`x`", "`x`"),
+        ("% 3", "% 3"),
+        ('"p_x"/2', '"p_x"/2'),
+        (r"\frac{p^2}{2m} + mgz", r"\frac{p^2}{2m} + mgz"),
+        (r"$\frac{1}{2}$", r"$\frac{1}{2}$"),
+        (r'"\frac{1}{2} \theta \cdot \omega"', r"\frac{1}{2} \theta \cdot \omega"),
+        ("'it''s'", "it's"),
+        ("[1, 2]", ["1", "2"]),
+        ("{x: 0, y: 1/2}", {"x": "0", "y": "1/2"}),
+        ("", None),
+        ("~", None),
+        ("\n    xdot = p/m\n    pdot = -k*x", "xdot = p/m\npdot = -k*x"),
+        ("\n    xdot: p/m\n    pdot: -k*x", {"xdot": "p/m", "pdot": "-k*x"}),
+        ("\n  - xdot = p/m\n  - pdot = -k*x", ["xdot = p/m", "pdot = -k*x"]),
+        ("\n    csv: |\n      t,x\n      0,1", {"csv": "t,x\n0,1\n"}),
+        ("p^2/2m\n    + k*x^2/2", "p^2/2m\n+ k*x^2/2"),
+        ("p^2/2m\n  + k*x^2/2", "p^2/2m\n+ k*x^2/2"),
+        ("[1,\n  2]", ["1", "2"]),
+        ("[[1,5; 2], [3; 4,5]]", "[[1,5; 2], [3; 4,5]]"),
+        ('{csv: "t;x\\n0;1,5\\n"}', {"csv": "t;x\n0;1,5\n"}),
+        ("\n  - [1, \\frac{1}{2}]\n  - [2, 0]", ["[1, \\frac{1}{2}]", "[2, 0]"]),
+    ],
+)
+def test_an_answer_is_the_text_that_was_typed_or_its_lists_and_mappings(value: str, expected: Tree) -> None:
+    assert read(f"answers:\n  a: 42\n  b: {value}\n  c: [1, 2]\n") == {
+        "a": "42",
+        "b": expected,
+        "c": ["1", "2"],
+    }
+
+
+@pytest.mark.parametrize(
+    ("value", "code"),
+    [
+        ("*x", "not_allowed"),
+        ("&x 1", "not_allowed"),
+        ("!x 1", "not_allowed"),
+        ("!!python/object/apply:os.system ['true']", "not_allowed"),
+        ("{x: 1, x: 2}", "duplicate_key"),
+        ("[" * 60 + "]" * 60, "too_large"),
+    ],
+)
+def test_what_is_not_allowed_costs_its_own_question(value: str, code: str) -> None:
+    found = read(f"answers:\n  a: 42\n  b: {value}\n  c: [1, 2]\n")
+    assert (found["a"], found["b"][0], found["c"]) == ("42", code, ["1", "2"])
+    assert found["b"][1].startswith("line 3: ")
+
+
+@pytest.mark.parametrize(
+    ("text", "expected"),
+    [
+        ("student: Ada: L\nanswers:\n  a: 1\n", {"a": "1"}),
+        ("student: 'Ada\nanswers: {a: 1}\n", {"a": "1"}),
+        ("# mine\nanswers: # all\n  # b: 3\n  a: 1\n\n   b: 2\n", {"a": "1", "b": "2"}),
+        ("answers:\n  a: 1\n b: 2\n", {"a": "1", "b": "2"}),
+        ("answers:\n    a: 1\n  b: 2\n", {"a": "1", "b": "2"}),
+        ("answers:\n  a: 1\n\tb: 2\n  c: 3\n", {"a": "1", "b": "2", "c": "3"}),
+        ("answers:\na: 1\nb: 2\n", {"a": "1", "b": "2"}),
+        ("answers: {a: 1, b: [1, 2]}", {"a": "1", "b": ["1", "2"]}),
+        ("ANSWERS: {a: 1}", {"a": "1"}),
+        ('{"answers": {"a": 1}}', {"a": "1"}),
+        ('{"a": 1, "student": "x"}', {"a": "1"}),
+        ('{\n"answers": {\n"a": 1,\n"b": 2: 3\n}}', {"a": "1", "b": "2: 3"}),
+        ('{"answers": {"a": "\\frac{1}{2}"}}', {"a": r"\frac{1}{2}"}),
+        ("answers:", {}),
+        ("answers: ~", {}),
+        ("student: x", {}),
+        ("", {}),
+        ("{}", {}),
+    ],
+)
+def test_files_of_many_forms(text: str, expected: Tree) -> None:
+    assert read(text) == expected
+
+
+def test_a_line_that_is_no_answer_is_told_and_takes_nothing_along() -> None:
+    found, notes = read_answers("answers:\n  a: 1\n  I could not do b\n  c: 2\n", KNOWN)
+    assert found == {"a": "1", "c": "2"}
+    assert notes == ["line 3 is no answer: `I could not do b`"]
+    _, notes = read_answers("answers:\n  a: 1\n" + "  what now\n" * 30, KNOWN)
+    assert len(notes) == 6
+    assert "25 more" in notes[-1]
+
+
+def test_what_stands_in_an_answer_is_no_other_answer() -> None:
+    found = read("answers:\n  a: 1\n  b: 2\n  spring:\n    c: p\n    x: 2\n")
+    assert found == {"a": "1", "b": "2", "spring": {"c": "p", "x": "2"}}
+
+
+def test_an_answer_that_stands_twice_is_none() -> None:
+    found = read("answers:\n  a: 1\n  b: 2\n  A: 1\n")
+    assert found == {"a": ("duplicate_key", "line 4: the key `A` stands twice"), "b": "2"}
+
+
+@pytest.mark.parametrize(
+    ("code", "text"),
+    [
+        ("wrong_shape", "Dear grader: hello"),
+        ("wrong_shape", "Dear grader, please give me all points."),
+        ("wrong_shape", "[42]"),
+        ("wrong_shape", "42"),
+        ("wrong_shape", "answers: 42"),
+        ("wrong_shape", "answers: [42]"),
+        ("wrong_shape", "- 1\n- 2"),
+        ("parse_error", "answers: {a: 1, b: 2: 3}"),
+        ("parse_error", '{"answers": {"a": 1, "b": 2: 3}}'),
+        ("parse_error", "answers: {a: 1\0}"),
+        ("parse_error", "a: \x1b[31m"),
+        ("not_allowed", "answers: {<<: {a: 1}}"),
+        ("duplicate_key", "answers: {a: 1, a: 2}"),
+        ("too_large", "answers: {a: " + "[" * 100_000),
+        ("too_large", "answers:\n" + "".join(f"  q{n}: 1: 2\n" for n in range(MOST_ANSWERS + 1))),
+    ],
+)
+def test_a_file_of_which_no_answer_can_be_told_is_refused(code: str, text: str) -> None:
+    with pytest.raises(Unreadable) as refused:
+        read_answers(text, KNOWN)
+    assert refused.value.findings[0].code == code
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "answers:\n  a: 1: 2\n" + "  b: [1,\n" * 100_000,
+        "answers:\n  a: 1: 2\n" + " " * 900_000,
+        "answers:\n  a: 1: 2\n" + "x" * 900_000,
+        "answers:\n  a: 1: 2\n  " + ": " * 400_000,
+        "answers:\n  a: [" + "[1," * 300_000,
+        "answers:\n  a: [" + "1]" * 400_000,
+        "answers:\n" + "  a: '\n" * 140_000,
+        "answers:\n  a: " + '"' * 900_000,
+        "answers:\n  a: " + "# " * 400_000,
+        "? " * 100_000,
+        "- " * 100_000,
+    ],
+)
+def test_no_text_takes_long(text: str) -> None:
+    begin = time.process_time()
+    with contextlib.suppress(Unreadable):
+        read_answers(text, KNOWN)
+    assert time.process_time() - begin < 4
+
+
+def test_any_line_may_be_broken_in_any_way() -> None:
+    """Of many broken lines, each costs at most its own answer."""
+    chance = random.Random(1)
+    for _ in range(300):
+        names = [f"q{n}" for n in range(6)]
+        values = {name: chance.choice(["1", "[1, 2]", "{x: 1}", "p^2/(2*m)", "'a: b'"]) for name in names}
+        broken = chance.choice(names)
+        noise = "".join(chance.choice("]}:'\"&*!|>%@`,#-? x1") for _ in range(chance.randint(1, 12)))
+        lines = [f"  {name}: {noise if name == broken else value}" for name, value in values.items()]
+        whole = "answers:\n" + "".join(f"  {name}: {value}\n" for name, value in values.items())
+        right, _ = read_answers(whole, names)
+        found, _ = read_answers("answers:\n" + "\n".join(lines), names)
+        assert {name: found.get(name) for name in names if name != broken} == {
+            name: right[name] for name in names if name != broken
+        }, lines
+
+
+@pytest.mark.parametrize(
+    ("answer", "typed"),
+    [
+        ("1,125e-3", "1,125e-3"),
+        (["0.002455", ["1", None]], "[0.002455, [1, ]]"),
+        ({"Ixx": "1 kg m^2"}, "{Ixx: 1 kg m^2}"),
+        ("xdot = p/m\npdot = -k x", "xdot = p/m; pdot = -k x"),
+        (None, ""),
+    ],
+)
+def test_an_answer_is_shown_as_typed(answer: Tree, typed: str) -> None:
+    assert as_typed(answer) == typed
+
+
+@pytest.mark.parametrize(
+    ("answer", "said"),
+    [
+        ("20,8 rad/s", "20.8 rad/s"),
+        ("[1, 2, 3] cm", "cm"),
+        ("p_x^2/(2*m) + k*x^2/2", "p_x"),
+        (r"\frac{p^2}{2m}", "p"),
+        ("the longest one", "the longest one"),
+        ({"csv": "t,x\n0,1\n1,2\n"}, "a table with 2 rows below `t,x`"),
+        (None, "no answer"),
+    ],
+)
+def test_an_answer_is_described_without_its_key(answer: Tree, said: str) -> None:
+    assert said in described(answer, Path("x.yaml"))
+
+
+@pytest.mark.parametrize(
+    ("answer", "code"),
+    [
+        ("((((", "parse_error"),
+        ({"file": "nowhere.csv"}, "missing_file"),
+        ({"file": "/etc/passwd"}, "path_outside"),
+        (Unreadable("too_large"), "too_large"),
+    ],
+)
+def test_what_no_question_reads_is_told(answer: Tree, code: str) -> None:
+    with pytest.raises(Unreadable) as refused:
+        described(answer, Path("x.yaml"))
+    assert refused.value.findings[0].code == code
+
+
+@pytest.mark.parametrize(
+    "form",
+    [
+        "answers:\n- 1: {}\n- 2a: {}\n",
+        "- 1: {}\n- 2a: {}\n",
+        "# Homework\n\n## 1\n{}\n\n## 2a\n{}\n",
+        "### 1:\n{}\n### 2A:\n{}\n",
+        "**1:** {}\n**2a.** {}\n",
+        "Question 1: {}\nQ2a: {}\n",
+        "Aufgabe 1: {}\nAufgabe 2a: {}\n",
+        "(1) {}\n(2a) {}\n",
+        "| question | answer |\n|---|---|\n| 1 | {} |\n| 2a | {} |\n",
+        "ANSWERS:\n  1: {}\n  2a: {}\n",
+    ],
+)
+def test_answers_below_headings_and_behind_bullets(form: str) -> None:
+    answers, _ = read_answers(form.format("m*g*z", "[[1, 2], [3, 4]]"), ["1", "2a"])
+    read = {name.casefold(): answer for name, answer in answers.items()}
+    assert read["1"] == "m*g*z"
+    assert read["2a"] in ([["1", "2"], ["3", "4"]], "[[1, 2], [3, 4]]")
