@@ -37,13 +37,13 @@ MOST_LINES = {
     "core": 4843,  # orbits from many starts in arrays, stiff systems, jumps at stops, motion to and fro
     "document": 3417,  # all slips at once; constraints, observables, generating functions
     "fields": 2035,  # a section reads on with the key that is meant
-    "homework": 9520,  # variants; one rule for whose a hand-in is; a file is what it answers
+    "homework": 9538,  # variants; one rule for whose a hand-in is; a file is what it answers
     "language": 2825,  # one reader, with readings, for documents and answers
     "mechanics": 3291,  # constraints, generating functions, conserved quantities by Noether's theorem
     "reference": 521,  # conventions, notation and sections of beams are explained
     "render": 2678,  # results stand beside the figures of a page, with each name once
     "studies": 8204,  # constraints, observables, bodies in space, many orbits, periods
-    "": 1733,  # fields of a result are attributes; settings that nothing uses are refused in Python
+    "": 1722,  # fields of a result are attributes; settings that nothing uses are refused in Python
 }
 """The most lines of Python that each room may have; "" is what stands at the top.
 
