@@ -24,6 +24,7 @@ from rigidcli.core import memory
 from rigidcli.core.arithmetic import Floats
 from rigidcli.errors import ValueProblem, shown
 from rigidcli.fields.texts import opened
+from rigidcli.language.tokens import NUMERAL
 
 HEADER_BYTES = 84
 """Length of the header of a binary STL file: 80 bytes of anything, and the number of triangles."""
@@ -34,8 +35,7 @@ FACET = np.dtype([("normal", "<f4", 3), ("vertices", "<f4", (3, 3)), ("attribute
 FACETS, WORDS = 6, 80
 """The memory that an STL file and one of words may need, in units of the size: words are short."""
 
-NUMERAL = re.compile(rb"[-+]?(?:[0-9]+(?:\.[0-9]*)?|\.[0-9]+)(?:[eE][-+]?[0-9]+)?")
-"""A number as meshes of text have it."""
+_NUMBER = re.compile(NUMERAL.encode())
 
 BOM = b"\xef\xbb\xbf"
 """The mark with which some editors begin a text."""
@@ -47,7 +47,7 @@ WORDS_OF_FACETS = (b"endfacet", b"facet", b"normal", b"outer", b"endloop", b"loo
 """What stands between the numbers of an STL file of text; a word comes after those of which it is a part."""
 
 _LINE = re.compile(
-    rb"(?:(?:facet normal|vertex)(?: N){3}|outer loop|endloop|endfacet)?".replace(b"N", NUMERAL.pattern)
+    rb"(?:(?:facet normal|vertex)(?: N){3}|outer loop|endloop|endfacet)?".replace(b"N", _NUMBER.pattern)
 )
 """A line of a facet, with single blanks."""
 
@@ -233,7 +233,7 @@ def _numbers(lines: Sequence[Line], path: Path) -> tuple[Floats, Numbers]:
     values = parsed(b" ".join(line for _, line in lines), int(counts.sum()))
     if values is None:
         words = ((word, number) for number, line in lines for word in line.split())
-        wrong = next((word, number) for word, number in words if NUMERAL.fullmatch(word) is None)
+        wrong = next((word, number) for word, number in words if _NUMBER.fullmatch(word) is None)
         raise _wrong_word(*wrong, "a number", path)
     return values, counts
 

@@ -29,6 +29,7 @@ from rigidcli.core.arithmetic import Floats
 from rigidcli.errors import ValueProblem, shown
 from rigidcli.fields.texts import opened
 from rigidcli.fields.units import parse_unit
+from rigidcli.language.tokens import NUMERAL
 
 MOST_ATOMS = 500_000
 """The most atoms that are read, which takes two seconds."""
@@ -52,7 +53,7 @@ ATOMIC_MASS = float(parse_unit("u").factor)
 """The atomic mass constant (kg)."""
 
 _COUNT = re.compile(r"[0-9]+")
-_NUMBER = re.compile(r"[-+]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][-+]?[0-9]{1,3})?")
+_NUMBER = re.compile(NUMERAL)
 _NAMED = re.compile(r"([0-9]{0,3})([A-Za-z]{1,2})|([0-9]{1,3})")
 """An element by its symbol, with a mass number before it for one isotope; or by its atomic number."""
 

@@ -32,6 +32,7 @@ from rigidcli.fields.readers import Alternative, reference
 from rigidcli.fields.section import Section, environment
 from rigidcli.fields.texts import opened
 from rigidcli.fields.units import parse_unit
+from rigidcli.language.tokens import NUMERAL
 
 if TYPE_CHECKING:
     from rigidcli.bodies.molecules import Molecule
@@ -129,7 +130,7 @@ def _require_points(block: Block, start: int, name: str) -> None:
 _NUMERALS = b"0123456789+-.eE \t\r"
 """What an ordinary line consists of, separators and newline apart."""
 
-_NUMBER = re.compile(rb"[-+]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][-+]?[0-9]+)?")
+_NUMBER = re.compile(NUMERAL.encode())
 
 _HEAD = re.compile(r'(")?(m|mass|x|y|z)\s*(?:[(\[]\s*(.+?)\s*[)\]])?(?(1)")', re.IGNORECASE)
 """The head of a column: its name, and perhaps its unit, as in `x (cm)`, also in quotes as R writes them."""

@@ -18,6 +18,7 @@ import yaml
 
 from rigidcli.errors import DocumentError, Excerpt, Path, Problem, shown
 from rigidcli.fields.texts import require_bounded
+from rigidcli.language.tokens import NUMERAL
 
 MAX_DEPTH = 50
 """The deepest nesting of lists and mappings: documents have ten levels, and Python's stack has a thousand."""
@@ -38,7 +39,7 @@ _TRUE, _FALSE = ["true", "True", "TRUE"], ["false", "False", "FALSE"]
 _PLAIN = _NULL | dict.fromkeys(_TRUE, True) | dict.fromkeys(_FALSE, False)
 _NUMBER = re.compile(
     r"(?P<whole>[-+]?[0-9]+)"
-    r"|(?P<decimal>[-+]?(?:\.[0-9]+|[0-9]+(?:\.[0-9]*)?)(?:[eE][-+]?[0-9]+)?)"
+    rf"|(?P<decimal>{NUMERAL})"
     r"|(?P<based>0o[0-7]+|0x[0-9a-fA-F]+)"
     r"|(?P<endless>[-+]?\.(?:inf|Inf|INF)|\.(?:nan|NaN|NAN))"
 )

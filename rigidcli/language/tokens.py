@@ -52,9 +52,15 @@ SUPERSCRIPT = "⁻?[⁰¹²³⁴-⁹]+"
 LOWERED = str.maketrans("⁻⁰¹²³⁴⁵⁶⁷⁸⁹", "-0123456789")
 """From superscripts to what they are on the line."""
 
+UNSIGNED = r"(?:[0-9]++\.?[0-9]*+|\.[0-9]++)(?:[eE][-+]?[0-9]++)?+"
+"""The pattern of a decimal number without a sign. It is possessive, so that long digits are read once."""
+
+NUMERAL = rf"[-+]?{UNSIGNED}"
+"""The pattern of a decimal number."""
+
 _TOKEN = re.compile(
     rf"""[ \t\r\n]*+  # possessive: a blank is never tried again as another token
-    (?: (?P<number> (?: [0-9]+ \.? [0-9]* | \.[0-9]+ ) (?: [eE][+-]?[0-9]+ )? )
+    (?: (?P<number> {UNSIGNED} )
       | (?P<name> [{_LETTER}][{_LETTER}0-9]* )
       | (?P<degree> ° )
       | (?P<operator> \*\* | [-+*/^(),|{"".join(_OPERATORS)}] )

@@ -15,6 +15,7 @@ from typing import Any
 from xml.parsers import expat
 
 from rigidcli.errors import DocumentError, Problem, shown
+from rigidcli.language.tokens import NUMERAL
 
 MAX_DEPTH = 100
 """The deepest nesting of elements: a long chain of bodies in MJCF, each within the last, has fifty."""
@@ -22,8 +23,7 @@ MAX_DEPTH = 100
 MAX_ELEMENTS = 15_000
 """The most elements of a file: the largest robots have some 4,000."""
 
-NUMBER = re.compile(r"[-+]?(\d+\.?\d*|\.\d+)([eE][-+]?\d+)?")
-"""A number as XML files write it."""
+_NUMBER = re.compile(NUMERAL)
 
 MOST_DIGITS = 400
 """The most characters of a number: more than any float needs, fewer than are slow to read."""
@@ -84,7 +84,7 @@ class Element:
         if text is None:
             raise self.refusal(f"`<{self.tag}>` has no `{key}`, expected {expected}")
         words = text.split()
-        bad = [word for word in words if len(word) > MOST_DIGITS or NUMBER.fullmatch(word) is None]
+        bad = [word for word in words if len(word) > MOST_DIGITS or _NUMBER.fullmatch(word) is None]
         large = [word for word in words if not bad and abs(float(word)) > LARGEST]
         if not bad and not large and len(words) == count:
             return [Decimal(word) for word in words]

@@ -31,6 +31,7 @@ from rigidcli.homework.reports.formats import (
     score,
 )
 from rigidcli.homework.variants import words
+from rigidcli.language.tokens import UNSIGNED
 from rigidcli.render.terminal import Row
 
 MOST_SHOWN = 10
@@ -45,10 +46,7 @@ UNNAMED = {
 TABLES = ("{file:", "{csv:")
 """How the answer begins that is a trajectory."""
 
-# Possessive, so that long digits are passed over once.
-_NUMBER = re.compile(
-    r"(?<![A-Za-z_0-9.])(?:[0-9]++(?:\.[0-9]*+)?+|\.[0-9]++)(?:[eE][-+]?[0-9]{1,3}+)?+(?![A-Za-z_0-9.])"
-)
+_NUMBER = re.compile(rf"(?<![A-Za-z_0-9.]){UNSIGNED}(?![A-Za-z_0-9.])")
 
 
 RARE, SHARE_OF_RARE = 3, 40
