@@ -16,7 +16,7 @@ from typing import Any, TypeAlias
 from rigidcli.commands import COMMANDS, STUDIES, Command
 from rigidcli.document.document import Document
 from rigidcli.document.load import MAPPING, Source, plain, read_source
-from rigidcli.errors import DocumentError, Problem, UsageError, did_you_mean, nearest, shown
+from rigidcli.errors import DocumentError, Problem, UsageError, guess, shown
 from rigidcli.homework import Feedback
 from rigidcli.reference.pages import result_rows
 from rigidcli.result import Result
@@ -186,8 +186,8 @@ def check(
 
     levels = list(Feedback)
     if feedback not in levels:
-        guess = did_you_mean(nearest(feedback, levels))
-        raise UsageError(f"feedback: read {shown(feedback)}, expected {', '.join(levels)}{guess}")
+        expected = f"expected {', '.join(levels)}{guess(feedback, levels)}"
+        raise UsageError(f"feedback: read {shown(feedback)}, {expected}")
     if not answers:
         raise UsageError("no answers are named: expected files, folders of them, or a zip")
     prepared = prepare(os.fspath(assignment), {name: globals()[name] for name in STUDIES})

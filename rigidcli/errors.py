@@ -7,7 +7,7 @@ that says what to do about it.
 from __future__ import annotations
 
 import json
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from typing import ClassVar, NamedTuple, Self, TypeAlias
@@ -212,11 +212,6 @@ def with_article(noun: str) -> str:
     return f"{'an' if noun[0] in 'aeiou' else 'a'} {noun}"
 
 
-def did_you_mean(meant: str | None) -> str:
-    """The guess at the end of a message; nothing where there is none."""
-    return "" if meant is None else f" (did you mean {meant}?)"
-
-
 def nearest(word: str, words: Sequence[str], cutoff: float = 0.6) -> str | None:
     """The word that was probably meant, if any is near: at least as like as `cutoff`, of 1 for the same."""
     import difflib
@@ -231,3 +226,13 @@ def nearest(word: str, words: Sequence[str], cutoff: float = 0.6) -> str | None:
         key=lambda other: (-difflib.SequenceMatcher(a=other, b=plain).ratio(), abs(len(other) - len(plain)))
     )
     return folded[near[0]] if near else None
+
+
+def did_you_mean(meant: str | None) -> str:
+    """The end of a message that proposes a word: ` (did you mean mass?)`; empty without one."""
+    return "" if meant is None else f" (did you mean {meant}?)"
+
+
+def guess(word: str, words: Iterable[str]) -> str:
+    """The end of a message on a wrong `word`, which proposes the nearest one of the right `words`."""
+    return did_you_mean(nearest(word, list(words)))

@@ -19,7 +19,7 @@ from rigidcli.bodies.shape import Shape
 from rigidcli.bodies.shapes import SHAPES, shape_called
 from rigidcli.core import mass_properties, tensor
 from rigidcli.core.arithmetic import Arithmetic, Floats, Scalar, half_unit
-from rigidcli.errors import Path, ValueProblem, at, nearest, shown
+from rigidcli.errors import Path, ValueProblem, at, did_you_mean, nearest, shown
 from rigidcli.fields.environment import Environment
 from rigidcli.fields.quantities import AsList, Mass, MomentOfInertia, Point, PrincipalMoment, Vector3
 from rigidcli.fields.readers import Alternative, Choice, FileName, by_key, reference
@@ -319,7 +319,7 @@ class _AnyForm(Choice):
         shape, problem = shape_called(raw[key], raw)
         if key != "shape":
             cure = None if problem is None else problem.hint
-            problem = ValueProblem("unknown key (did you mean shape?)", hint=cure)
+            problem = ValueProblem(f"unknown key{did_you_mean('shape')}", hint=cure)
         if shape is None or (problem is not None and problem.hint is None and key == "shape"):
             assert problem is not None
             raise problem.below(key)  # a guess by its letters alone says nothing of the other keys

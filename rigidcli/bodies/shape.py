@@ -20,7 +20,7 @@ from rigidcli.bodies.density import SAID, Density
 from rigidcli.bodies.form import Form
 from rigidcli.core import mass_properties, tensor
 from rigidcli.core.arithmetic import FLOAT, Arithmetic, Array, Floats, Mask, Scalar
-from rigidcli.errors import ValueProblem, with_article
+from rigidcli.errors import ValueProblem, did_you_mean, with_article
 from rigidcli.fields.dimensions import AREA_DENSITY, DENSITY, LINE_DENSITY
 from rigidcli.fields.environment import Formula
 from rigidcli.fields.quantities import Mass
@@ -188,11 +188,11 @@ class Shape(Form):
         for radius in halved(key):
             if radius in cls.model_fields:
                 cure = f"write `{radius}: {_half(raw[key])}`, half of the diameter"
-                return ValueProblem(f"unknown key (did you mean {radius}?)", hint=cure)
+                return ValueProblem(f"unknown key{did_you_mean(radius)}", hint=cure)
         dimension = cls.key_for(key, raw[key])
         if dimension is not None and raw.get(dimension) is None:
             hint = None if cls.holds(dimension, raw[key]) else cls.summary()
-            return ValueProblem(f"unknown key (did you mean {dimension}?)", hint=hint)
+            return ValueProblem(f"unknown key{did_you_mean(dimension)}", hint=hint)
         problem = super()._unknown(key, raw)
         if problem.hint is not None:
             problem.hint = f"{cls.summary()}; any body may have {', '.join(Form.model_fields)}"

@@ -8,7 +8,7 @@ from typing import Any
 
 from rigidcli.bodies import primitives
 from rigidcli.bodies.shape import Anchor, Lamina, Shape, Shell, Solid, Wire, section
-from rigidcli.errors import ValueProblem, nearest, shown
+from rigidcli.errors import ValueProblem, did_you_mean, nearest, shown
 from rigidcli.fields.words import RELATIVES, lists_meant, not_one_of, other_form, shapes_called
 
 BASE: dict[str, Anchor] = {"base": lambda s: (0, 0, -s.height / 2)}
@@ -102,7 +102,7 @@ def shape_called(name: object, raw: Mapping[str, Any]) -> tuple[type[Shape] | No
     best = max((SHAPES[shape] for shape in called), key=lambda shape: _likeness(shape, raw))
     if best.word() in (word, word.replace("disc", "disk")):  # both spellings are English
         return best, None
-    return best, ValueProblem(f"read {shown(name)} (did you mean {best.word()}?)", hint=best.summary())
+    return best, ValueProblem(f"read {shown(name)}{did_you_mean(best.word())}", hint=best.summary())
 
 
 def _likeness(shape: type[Shape], raw: Mapping[str, Any]) -> int:

@@ -17,7 +17,7 @@ from typing import Any, NamedTuple
 
 from rigidcli.document.draft import SWEEP, split_setting
 from rigidcli.document.syntax import read_value
-from rigidcli.errors import DocumentError, UsageError, ValueProblem, did_you_mean, nearest, shown
+from rigidcli.errors import DocumentError, UsageError, ValueProblem, guess, shown
 from rigidcli.fields.environment import Amount, Environment, arithmetic_for
 from rigidcli.fields.texts import csv_rows
 from rigidcli.fields.units import exact_text, finite
@@ -226,9 +226,7 @@ def _column(name: str, text: str) -> tuple[tuple[str, ...], str]:
         _, heads = next(rows, (1, []))
         if head not in heads:
             hint = f"its columns are {', '.join(heads)}"
-            raise UsageError(
-                f"`{path}` has no column {shown(head)}{did_you_mean(nearest(head, heads))}", hint=hint
-            )
+            raise UsageError(f"`{path}` has no column {shown(head)}{guess(head, heads)}", hint=hint)
         place, cells = heads.index(head), []
         unit = re.search(r"(?<=[(\[])[^)\]]+(?=[)\]]$)", head)
         for line, row in rows:

@@ -12,7 +12,15 @@ from functools import cached_property, lru_cache
 from typing import Any, NamedTuple, TypeAlias
 
 from rigidcli.core.arithmetic import FLOAT, Arithmetic, Scalar
-from rigidcli.errors import LONGEST_SHOWN, UNSETTLED, ExpressionError, ValueProblem, nearest, shown
+from rigidcli.errors import (
+    LONGEST_SHOWN,
+    UNSETTLED,
+    ExpressionError,
+    ValueProblem,
+    did_you_mean,
+    nearest,
+    shown,
+)
 from rigidcli.fields.dimensions import Dimension, check_dimension, dimension_of, number_of
 from rigidcli.fields.units import (
     Unit,
@@ -345,8 +353,7 @@ class Environment:
         if is_unit(names[0]):
             also += f"; a quantity in {shown(names[0])} stands alone, or is a parameter"
         return ExpressionError(
-            f"undeclared name{'s' if len(names) > 1 else ''} {_listed(names)}"
-            f"{f' (did you mean {near}?)' if near else ''}",
+            f"undeclared name{'s' if len(names) > 1 else ''} {_listed(names)}{did_you_mean(near)}",
             hint=f"declared parameters: {_listed(self._declared_in_order)}{also}",
         )
 

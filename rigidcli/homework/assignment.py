@@ -14,7 +14,7 @@ from pydantic import ValidationError
 from rigidcli.document.draft import of_text
 from rigidcli.document.slips import explain
 from rigidcli.document.syntax import read_tree
-from rigidcli.errors import DocumentError, Problem, nearest, shown
+from rigidcli.errors import DocumentError, Problem, guess, nearest, shown
 from rigidcli.errors import Path as Keys
 from rigidcli.fields.texts import STDIN, read_text
 from rigidcli.homework.answers import as_typed
@@ -229,10 +229,9 @@ def _braces(question: Question, library: Library) -> Iterator[tuple[Keys, str]]:
     for name in sorted(named_in(question.title, variants) - own.keys()):
         yield ("title",), f"`{{{name}}}` differs from student to student, but the key does not depend on it"
     for name in in_braces(question.title) if variants else ():
-        near = nearest(name, list(variants))
-        guess = f" (did you mean {near}?)" if near else ""
         if name not in variants:
-            yield ("title",), f"there is no variant `{name}`{guess}, and so `{{{name}}}` stays as it is"
+            stays = f"and so `{{{name}}}` stays as it is"
+            yield ("title",), f"there is no variant `{name}`{guess(name, variants)}, {stays}"
 
 
 def _unfit(variants: Variants, questions: Mapping[str, Question], library: Library) -> Iterator[Problem]:

@@ -12,7 +12,7 @@ from functools import partial
 from pathlib import Path
 from typing import Any, TypeAlias
 
-from rigidcli.errors import nearest, printable, shortened, shown
+from rigidcli.errors import guess, printable, shortened, shown
 from rigidcli.homework.answers import as_typed, capped, folded, read_answers
 from rigidcli.homework.base import (
     CODES,
@@ -126,11 +126,7 @@ def _strangers(answers: Iterable[str], items: Mapping[str, Item]) -> list[str]:
     known = {folded(id) for id in items}
     strange = [id for id in answers if folded(id) not in known]
 
-    def note(id: str) -> str:
-        near = nearest(id, list(items))
-        return f"there is no question {shown(id)}" + (f" (did you mean {near}?)" if near else "")
-
-    return capped(strange, note)
+    return capped(strange, lambda id: f"there is no question {shown(id)}{guess(id, items)}")
 
 
 def outcome(

@@ -14,7 +14,7 @@ from itertools import product
 from pathlib import Path
 from typing import TypeAlias
 
-from rigidcli.errors import DocumentError, Problem, nearest, printable, shown
+from rigidcli.errors import DocumentError, Problem, guess, printable, shown
 from rigidcli.fields.texts import read_text
 from rigidcli.homework.answers import folded
 from rigidcli.homework.base import Judgement, Outcome
@@ -355,9 +355,8 @@ def read_overrides(
         student = student if roster is None else roster.one(student)
         whole, points = most.get(folded(question)), points_in(score)
         if whole is None:
-            near = nearest(question, list(worth))
-            guess = f" (did you mean {near}?)" if near else ""
-            problems.append(Problem(source, f"there is no question {shown(question)}{guess}", line))
+            message = f"there is no question {shown(question)}{guess(question, worth)}"
+            problems.append(Problem(source, message, line))
         elif points is None or not 0 <= points <= whole:
             expected = f"points from 0 to {whole:.12g}"
             problems.append(Problem(source, f"read {shown(score)}, expected {expected}", line, "score"))

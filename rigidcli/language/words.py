@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Collection, Iterable, Mapping
 from functools import cached_property
 
-from rigidcli.errors import ExpressionError, nearest, shown
+from rigidcli.errors import ExpressionError, did_you_mean, nearest, shown
 from rigidcli.language.functions import CALLED, CONSTANTS
 
 LONGEST_PRODUCT = 40
@@ -84,5 +84,5 @@ def unknown(word: str, words: Words) -> ExpressionError:
     near = nearest(word, words.names) if len(word) <= LONGEST_PRODUCT else None
     listed = ", ".join(f"`{name}`" for name in words.names[:MOST_LISTED]) or "none"
     more = ", ..." if len(words.names) > MOST_LISTED else ""
-    message = f"read {shown(word)}" + (f" (did you mean `{near}`?)" if near else "")
+    message = f"read {shown(word)}{did_you_mean(near and f'`{near}`')}"
     return ExpressionError(message, hint=f"the symbols are {listed}{more}", code="unknown_symbol")

@@ -6,7 +6,7 @@ import textwrap
 from collections.abc import Sequence
 from contextlib import suppress
 
-from rigidcli.errors import UsageError, ValueProblem, nearest, shown
+from rigidcli.errors import UsageError, ValueProblem, did_you_mean, nearest, shown
 from rigidcli.fields.words import shapes_called
 from rigidcli.reference.results import Entry, results
 
@@ -56,9 +56,9 @@ def explain(path: str) -> str:
         for entry in every
         if len(entry.path) == 1 or entry.path[0] in ("document", "assignment", "answers")
     }
-    near = nearest(".".join(path.split(".")[-1:]), sorted(names))
-    guess = f" (did you mean {'.'.join((*above, near))}?)" if near else ""
-    raise UsageError(f"nothing is called {shown(path)}{guess}", hint="`rigidcli explain` lists what there is")
+    near = nearest(path.split(".")[-1], sorted(names))
+    meant = did_you_mean(near and ".".join((*above, near)))
+    raise UsageError(f"nothing is called {shown(path)}{meant}", hint="`rigidcli explain` lists what there is")
 
 
 def result_rows(command: str) -> str:

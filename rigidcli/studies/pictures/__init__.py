@@ -7,7 +7,7 @@ from importlib import import_module
 from typing import TYPE_CHECKING
 
 from rigidcli.commands import COMMANDS, STUDIES
-from rigidcli.errors import RigidError, UsageError, did_you_mean, nearest
+from rigidcli.errors import RigidError, UsageError, guess
 
 if TYPE_CHECKING:
     from rigidcli.picture import Picture
@@ -26,9 +26,8 @@ UsageError where the result has nothing to show."""
 def require_kind(command: str, kind: str) -> None:
     """Raise UsageError unless this command has pictures of this kind."""
     if kind != BEST and kind not in KINDS[command]:
-        guess = did_you_mean(nearest(kind, list(KINDS[command])))
         hint = f"kinds of pictures here: {', '.join(KINDS[command])}"
-        raise UsageError(f"`{kind}` is no picture here{guess}", hint=hint)
+        raise UsageError(f"`{kind}` is no picture here{guess(kind, KINDS[command])}", hint=hint)
 
 
 def drawn(command: str, kind: str | None, *result: object) -> tuple[Picture, ...]:
