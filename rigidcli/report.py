@@ -8,8 +8,11 @@ from functools import cached_property
 from typing import TYPE_CHECKING, Any, TypeAlias
 
 if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
+
+    from rigidcli.language.sharing import Formulas
     from rigidcli.picture import Picture
-    from rigidcli.program import Program
 
 NOISE = 4 * 2.0**-52
 """Entries of an array below this, in units of its largest, are shown to people as zero: a few roundings."""
@@ -106,6 +109,38 @@ class Step:
     tables: tuple[Table, ...] = ()
 
 
+@dataclass(frozen=True, slots=True, eq=False)
+class Run:
+    """What a program does: from the values `start` of its variables at t = 0 to those at `times` (k, s).
+
+    `sizes` are those of the variables on the way, with which their errors are compared.
+    """
+
+    start: Sequence[float]
+    sizes: Sequence[float]
+    times: NDArray[np.float64]
+
+
+@dataclass(frozen=True, slots=True)
+class Program:
+    """Differential equations of first order, as a program in any language needs them.
+
+    `about` are remarks, line by line. `constants` are numbers by their names, None where there is no value.
+    The derivatives of the `variables` by `time` are the values of `rates`; each of the `quantities` has one
+    value, and its name. What is to be printed are the `columns`: the time, variables and quantities.
+    Without a `run` there is nowhere to begin.
+    """
+
+    about: Sequence[str]
+    constants: Mapping[str, float | None]
+    time: str
+    variables: Sequence[str]
+    rates: Formulas
+    quantities: Mapping[str, Formulas]
+    columns: Sequence[str]
+    run: Run | None = None
+
+
 @dataclass(frozen=True)  # without slots, for the tree is kept
 class Report(Mapping[str, Value]):
     """The answer of one study to one document; also a mapping from the keys of JSON to their values.
@@ -139,6 +174,7 @@ class Report(Mapping[str, Value]):
         """A title behind the name of the document, if it has one."""
         return f"{self.name}: {title}" if self.name else title
 
+    @cached_property
     def tree(self) -> dict[str, Value]:
         """All values as JSON nests them; a table with the key of a field shows that field to people."""
         tree: dict[str, Value] = {}
@@ -154,6 +190,11 @@ class Report(Mapping[str, Value]):
         return tree
 
     @property
+    def data(self) -> Table | None:
+        """The table of a motion or an orbit, which csv writes instead of the fields."""
+        return next((table for table in self.tables if table.data), None)
+
+    @property
     def units(self) -> dict[str, str]:
         """The units of the values that have one, by their keys: a dot is the way into an object."""
         units = {entry.key: entry.unit for entry in self.fields if entry.key and entry.unit}
@@ -162,18 +203,21 @@ class Report(Mapping[str, Value]):
                 units |= {f"{table.key}.{column.key}": column.unit for column in table.columns if column.unit}
         return units
 
-    @cached_property
-    def _tree(self) -> dict[str, Value]:
-        return self.tree()
-
     def __getitem__(self, key: str) -> Value:
-        return self._tree[key]
+        return self.tree[key]
 
     def __iter__(self) -> Iterator[str]:
-        return iter(self._tree)
+        return iter(self.tree)
 
     def __len__(self) -> int:
-        return len(self._tree)
+        return len(self.tree)
+
+
+def yes_or_no(value: bool | None, unknown: str = "-") -> str:
+    """A truth value as people read it."""
+    if value is None:
+        return unknown
+    return "yes" if value else "no"
 
 
 def single_cells(table: Table, names: Sequence[str] = ()) -> list[Column]:

@@ -8,7 +8,7 @@ from dataclasses import dataclass, field, fields, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from rigidcli.errors import RigidError, UsageError, nearest
+from rigidcli.errors import RigidError, UsageError, guess
 from rigidcli.report import Report, Table, single_cells
 
 if TYPE_CHECKING:
@@ -29,11 +29,10 @@ class Result(Report):
     """Works the study out again, with what is only made to be seen; it stays behind when a result is sent."""
 
     def __getitem__(self, key: str) -> Any:
-        tree = self._tree
+        tree = self.tree
         if key in tree:
             return tree[key]
-        near = nearest(key, list(tree))
-        raise KeyError(f"{key}: no such result" + (f" (did you mean {near}?)" if near else ""))
+        raise KeyError(f"{key}: no such result{guess(key, tree)}")
 
     def __getattr__(self, name: str) -> Any:
         if name.startswith("_") or name in Result.__dataclass_fields__:
@@ -77,7 +76,7 @@ class Result(Report):
             import pandas as pd
         except ImportError:
             raise UsageError("pandas is not installed", hint="python -m pip install pandas") from None
-        chosen = self._table(table)
+        chosen = self.data if table is None else self._table(table)
         if chosen is None:
             cells = {
                 name: (entry.value if entry.value is None or not place else entry.value[place], entry.unit)
@@ -124,12 +123,9 @@ class Result(Report):
             return self
         return replace(self, scene=seen.scene, pictures=self.pictures or seen.pictures)
 
-    def _table(self, name: str | None) -> Table | None:
-        """The table of this name; without a name that of the data, if there is one."""
+    def _table(self, name: str) -> Table:
         for table in self.tables:
-            if table.key == name or (name is None and table.data):
+            if table.key == name:
                 return table
-        if name is None:
-            return None
         names = ", ".join(f"`{table.key}`" for table in self.tables) or "none"
         raise UsageError(f"there is no table `{name}` here", hint=f"the tables are {names}")

@@ -277,7 +277,7 @@ def beside(asked: Asked) -> float:
 
     A centre of mass may be at the origin, beside the radius of gyration.
     """
-    result: Any = None if asked.report is None else asked.report.tree()
+    result: Any = None if asked.report is None else asked.report.tree
     with suppress(TypeError, ValueError, KeyError, IndexError, ZeroDivisionError):  # it has no numbers
         if "center_of_mass" in asked.path:
             return math.sqrt(np.abs(np.array(result["tensor"], dtype=float)).max() / float(result["mass"]))

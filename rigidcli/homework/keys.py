@@ -181,7 +181,7 @@ class Library:
         if question.document is None:
             raise ValueProblem("missing, expected the document that is asked", path=("document",))
         document, report = self._report(question.document, study, values)
-        tree = report.tree()
+        tree = report.tree
         value = _value_at(study, tree, way)
         names = ".".join(step for step in way if not step.isdecimal())  # a unit is that of all rows
         unit = next((unit for key, unit in report.units.items() if f"{names}.".startswith(f"{key}.")), "")

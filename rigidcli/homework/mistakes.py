@@ -82,7 +82,7 @@ def _of_document(asked: Asked, document: Document, tensor: Array) -> Arrays:
         axes = document.physical.axes
         yield "other_frame", rotate(tensor, axes)
         yield "other_frame", rotate(tensor, axes @ axes)
-    results = {} if asked.report is None else asked.report.tree()
+    results = {} if asked.report is None else asked.report.tree
     needed = [results.get(name) for name in ("mass", "center_of_mass", "about", "tensor", "tensor_com")]
     if all(each is not None for each in needed):
         mass, com, about, here, central = map(np.asarray, needed)

@@ -138,9 +138,7 @@ def require_columns(report: Report, names: Sequence[str], traits: Traits) -> Non
     """Raise UsageError unless the output for the report has columns with these names."""
     if not names:
         return
-    heads = [
-        name for table in report.tables if table.data for column in table.columns for name in column.cells
-    ]
+    heads = [name for column in report.data.columns for name in column.cells] if report.data else []
     if (traits.rows and not heads) or (report.swept and (traits.rows or traits.people)):
         from rigidcli.render.values import row_of
 

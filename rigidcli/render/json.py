@@ -24,7 +24,7 @@ def piece(report: Report, look: Look) -> str:
         head["swept"] = {entry.key: entry.value for entry in report.swept}
     if look.columns:
         report = replace(report, tables=tuple(_asked(table, look) for table in report.tables))
-    body = head | report.tree() | {"units": report.units}
+    body = head | report.tree | {"units": report.units}
     return orjson.dumps(body, default=plain, option=orjson.OPT_SERIALIZE_NUMPY).decode() + "\n"
 
 

@@ -21,9 +21,8 @@ from rigidcli.errors import UsageError
 from rigidcli.language.sharing import Formulas
 from rigidcli.language.text import text
 from rigidcli.language.tree import Call, Constant, Name, Negative, Node, Number, Power, rebuilt
-from rigidcli.program import Program, Run
 from rigidcli.render import Look
-from rigidcli.report import Report
+from rigidcli.report import Program, Report, Run
 
 WIDTH = 100
 """The width of lines in characters; longer ones are broken at blanks."""

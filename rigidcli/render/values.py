@@ -12,7 +12,7 @@ import numpy as np
 
 from rigidcli.errors import printable
 from rigidcli.render import Look
-from rigidcli.report import NOISE, Column, Field, Report, Table, Value, single_cells
+from rigidcli.report import NOISE, Column, Field, Report, Table, Value, single_cells, yes_or_no
 
 _PLAIN = (float, int, str, bool, type(None))
 
@@ -54,8 +54,7 @@ def row_of(report: Report, names: Sequence[str] = ()) -> dict[str, tuple[Value, 
 
 def data_columns(report: Report, look: Look) -> list[Column]:
     """The columns of the table of data, of one cell each; none where the report is a row of cells."""
-    data = next((table for table in report.tables if table.data), None)
-    return [] if data is None or report.swept else single_cells(data, look.columns)
+    return [] if report.data is None or report.swept else single_cells(report.data, look.columns)
 
 
 def shown_fields(report: Report, look: Look) -> list[Field]:
@@ -107,13 +106,10 @@ def without_noise(column: Column) -> Column:
     return replace(column, values=values)
 
 
-_TRUTH = {None: "-", True: "yes", False: "no"}
-
-
 def cell_text(value: Value, digits: int, notation: Notation) -> str:
     """The text of a cell for people: a word, a number, yes or no, or `-` where there is no value."""
     if value is None or isinstance(value, str | bool):
-        return printable(value) if isinstance(value, str) else _TRUTH[value]
+        return printable(value) if isinstance(value, str) else yes_or_no(value)
     return notation(value, digits)
 
 

@@ -13,7 +13,7 @@ from rigidcli.core.principal import PrincipalFrame
 from rigidcli.core.tensor import ROUNDING
 from rigidcli.document.document import Document
 from rigidcli.errors import ComputationError
-from rigidcli.report import Field
+from rigidcli.report import Field, yes_or_no
 from rigidcli.studies.common import if_known
 from rigidcli.studies.results import field_of
 
@@ -27,7 +27,6 @@ NO_SPIN = "the body is linear: it has no moment about its line, and cannot turn 
 ON_AXIS = 1e-12
 """What is smaller than this, in units of the largest number of its kind, is the rounding of a zero."""
 
-TRUTH = {True: "yes", False: "no"}
 
 USUAL = {"components": 1, "watertight": True, "winding": "outward"}
 """Values of a mesh's results that nearly all meshes have; people see these results with `-v` only."""
@@ -72,7 +71,7 @@ def mesh_fields(document: Document) -> list[Field]:
     fields = []
     for key, value in document.body.report().items() if isinstance(document.body, Mesh) else ():
         field = field_of("inertia", f"mesh.{key}", value)
-        field.words = TRUTH[value] if isinstance(value, bool) else value if isinstance(value, str) else ""
+        field.words = yes_or_no(value) if isinstance(value, bool) else value if isinstance(value, str) else ""
         field.diagnostic |= key in USUAL and value == USUAL[key]
         fields.append(field)
     return fields

@@ -189,8 +189,7 @@ def summaries(reports: Iterable[Report]) -> Iterator[Report]:
 
 
 def _is_part(report: Report) -> bool:
-    data = next((table for table in report.tables if table.data), None)
-    return data is not None and data.columns[0].key == "start"
+    return report.data is not None and report.data.columns[0].key == "start"
 
 
 def _summary(parts: Iterator[Report]) -> Report:

@@ -87,7 +87,7 @@ class Invariants(Kind):
         if asked.report is None:
             hint = "ask a document for `hamilton.invariants`, or give one formula of kind `expression`"
             raise ValueProblem("what is conserved follows from a document", hint=hint)
-        results = asked.report.tree()
+        results = asked.report.tree
         if asked.path[-1] != "invariants" or not asked.value:
             hint = "there are `hamilton.cyclic` and `hamilton.conserved`, too"
             raise ValueProblem("this result has no conserved quantities", hint=hint)

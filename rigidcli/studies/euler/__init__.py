@@ -12,7 +12,7 @@ from rigidcli.core import free_body, memory
 from rigidcli.core.arithmetic import FLOAT
 from rigidcli.document.document import Document
 from rigidcli.errors import ValueProblem
-from rigidcli.report import Column, Field, Report, Step, Table
+from rigidcli.report import Column, Field, Report, Step, Table, yes_or_no
 from rigidcli.studies.common import SHOWN_DIGITS, if_known, report, trusted
 from rigidcli.studies.euler.closed import CLOSED_FORM, closed_form, together
 from rigidcli.studies.euler.motion import QUANTITIES, Trajectory, initial_value_problem
@@ -36,7 +36,6 @@ MOTIONS = {
 }
 """The kinds of motion, in words."""
 
-VERDICTS = {True: "yes", False: "no", None: "neutral"}
 """The stability of rotation about an axis, in words."""
 
 
@@ -134,7 +133,9 @@ def _stability(motion: Trajectory) -> Table:
     about = free_body.about_axes(frame.moments, frame.groups)
     stable = [one.stable for one in about]
     slopes = [one.rate_per_spin for one in about]
-    words = tuple(VERDICTS[one] if moment else "" for one, moment in zip(stable, frame.moments, strict=True))
+    words = tuple(
+        yes_or_no(one, "neutral") if moment else "" for one, moment in zip(stable, frame.moments, strict=True)
+    )
     columns = [
         Column("axis", ["e1", "e2", "e3"], ("axis",)),
         Column("moment", frame.moments.tolist(), ("moment",), "kg m^2"),

@@ -18,7 +18,7 @@ from rigidcli.document.document import Document
 from rigidcli.document.variables import acceleration
 from rigidcli.language.text import latex_name, reading
 from rigidcli.mechanics.hamilton_equations import TIME
-from rigidcli.report import NOISE, Column, Field, Report, Step, Table
+from rigidcli.report import NOISE, Column, Field, Report, Step, Table, yes_or_no
 from rigidcli.studies.common import if_known, noise, report, trusted
 from rigidcli.studies.hamilton import linear_equations
 from rigidcli.studies.hamilton.derivation import Derivation
@@ -35,7 +35,6 @@ if TYPE_CHECKING:
 
 SCHEMA = "rigidcli.hamilton/1"
 
-TRUTH = {True: "yes", False: "no", None: "not known"}
 
 LONGEST_SHOWN = 2_000
 """The longest text of an expression, in characters, that people are shown: a screen full."""
@@ -94,7 +93,7 @@ def _results(findings: Findings) -> list[Field]:
     derivation, system, phase = findings.derivation, findings.derivation.system, findings.derivation.phase
     momenta, lagrange, rate = derivation.momenta, derivation.lagrange, derivation.energy_rate
     cyclic, conserved, invariants = list(derivation.cyclic), derivation.conserved, findings.invariants
-    natural = f"{TRUTH[system.natural]}: {system.reason}"
+    natural = f"{yes_or_no(system.natural, 'not known')}: {system.reason}"
     is_energy = derivation.energy_excess is not None and derivation.energy_excess.is_zero
     words = ", ".join("H = T + V" if name == "H" and is_energy else name for name in conserved)
     definitions, velocities = None if momenta is None else momenta.definitions, derivation.velocity_names
@@ -260,7 +259,7 @@ def _is_energy(derivation: Derivation) -> Field:
     excess = derivation.energy_excess
     same = None if excess is None else excess.is_zero
     differ = f": T + V - H = {reading(to_tree(excess))}" if excess is not None and not same else ""
-    entry = _row("h_equals_energy", same, words=f"{TRUTH[same]}{differ}")
+    entry = _row("h_equals_energy", same, words=f"{yes_or_no(same, 'not known')}{differ}")
     return replace(entry, title="") if same is None else entry
 
 

@@ -11,7 +11,7 @@ from rigidcli.algebra.expressions import Expr, symbol, total
 from rigidcli.document.document import Document
 from rigidcli.document.variables import acceleration
 from rigidcli.language.text import latex_name
-from rigidcli.report import Column, Field, Step, Table
+from rigidcli.report import Column, Field, Step, Table, yes_or_no
 from rigidcli.studies.hamilton.derivation import Derivation
 from rigidcli.studies.hamilton.findings import as_typed
 from rigidcli.studies.results import field_of
@@ -48,7 +48,7 @@ def tables(derivation: Derivation, document: Document) -> list[Table]:
     columns = (
         Column("name", [one.name for one in limits], ("multiplier",)),
         Column("expression", typed.value, ("what vanishes",)),
-        Column("holonomic", kinds, ("holonomic",), words=tuple("yes" if kind else "no" for kind in kinds)),
+        Column("holonomic", kinds, ("holonomic",), words=tuple(map(yes_or_no, kinds))),
     )
     return [Table("constraints", "constraints", columns, records=True)]
 

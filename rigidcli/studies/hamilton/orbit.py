@@ -28,7 +28,7 @@ from rigidcli.mechanics import linear_flow
 from rigidcli.mechanics.hamilton_equations import TIME
 from rigidcli.mechanics.legendre import Momenta
 from rigidcli.mechanics.velocity_inversion import Branch
-from rigidcli.program import Program, Run
+from rigidcli.report import Program, Run
 from rigidcli.studies.hamilton.derivation import Derivation, on_this_side
 from rigidcli.studies.hamilton.equations_of_motion import (
     KEY,
