@@ -5,11 +5,16 @@
     result = rigidcli.axes("configs/cube_corner.yaml")     # or a mapping, or the text of a document
     result["moments"]        # array([ 2., 11., 11.])
 
-`inertia`, `axes`, `precess`, `euler` and `hamilton` answer documents with a `Result`, which maps the fields
-of the JSON output to floats, numpy arrays, texts and exact expressions, and shows itself as a table. `load`
-and `loads` read a document once for several of them, `load_all` the links of a robot. Errors are a
-`RigidError`; a refused document is a `DocumentError`, which lists its problems, as `validate` does. `check`
-judges homework.
+The studies `inertia`, `axes`, `precess`, `euler` and `hamilton` answer a document with a `Result`, which maps
+the fields of the JSON output to floats, numpy arrays, texts and exact expressions. It is shown as a table,
+and in notebooks as a page. A document is a mapping, a text, the path to a file, or what `load` has read.
+
+Options of the studies: `exact` computes with rationals and symbols; `settings` are values by their keys, such
+as {"body.mass": 3}; `steps` shows the working; `picture` is the kind that `Result.save_picture` writes.
+`euler` and `hamilton` call `progress` with the fraction that is done; `hamilton` keeps a `program`.
+
+Errors are a `RigidError`. A document that is refused is a `DocumentError`, whose `problems` have line, key,
+message and hint.
 """
 
 from __future__ import annotations
@@ -33,11 +38,6 @@ _PLACES = {
 
 __all__ = [
     "STUDIES",
-    "Document",
-    "DocumentError",
-    "Result",
-    "RigidError",
-    "__version__",
     "axes",
     "check",
     "euler",
@@ -49,15 +49,17 @@ __all__ = [
     "precess",
     "validate",
 ]
+"""What `help` shows. The classes have pages of their own, such as `help(rigidcli.Result)`."""
 
 if TYPE_CHECKING:
     from typing import Any
 
     from rigidcli.api import axes, check, euler, hamilton, inertia, precess, validate
-    from rigidcli.document.document import Document
+    from rigidcli.document.document import Document as Document
     from rigidcli.document.load import load, load_all, loads
-    from rigidcli.errors import DocumentError, RigidError
-    from rigidcli.result import Result
+    from rigidcli.errors import DocumentError as DocumentError
+    from rigidcli.errors import RigidError as RigidError
+    from rigidcli.result import Result as Result
 
 
 def __getattr__(name: str) -> Any:
@@ -70,5 +72,4 @@ def __getattr__(name: str) -> Any:
 
 
 def __dir__() -> list[str]:
-    """What the package offers, for completion."""
-    return sorted(__all__)
+    return sorted({*__all__, *_PLACES, "__version__"})

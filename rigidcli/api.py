@@ -10,7 +10,7 @@ from dataclasses import fields, replace
 from functools import partial
 from importlib import import_module
 from pathlib import Path
-from textwrap import indent
+from textwrap import fill
 from typing import Any, TypeAlias
 
 from rigidcli.commands import COMMANDS, STUDIES, Command
@@ -18,49 +18,17 @@ from rigidcli.document.document import Document
 from rigidcli.document.load import MAPPING, Source, plain, read_source
 from rigidcli.errors import DocumentError, Problem, UsageError, guess, shown
 from rigidcli.homework import Feedback
-from rigidcli.reference.pages import result_rows
 from rigidcli.result import Result
+from rigidcli.studies.results import RESULTS
 
 HELP = """{about}
 
-Parameters
-----------
-document : Document, mapping, str or path
-    What a document says as a mapping (arrays and exact expressions may stand in it), its text in YAML,
-    the path to its file or to that of a body, such as a .csv, or what `rigidcli.load` has read.
-exact : bool
-    Exact arithmetic: decimals are rationals, and parameters without a value stay symbols.
-settings : mapping or sequence of str
-    Values to override, such as ``{{"body.mass": 3, "a": "2 cm"}}``, where ``a`` is a parameter, or as on the
-    command line, ``["body.mass=3"]``.
-steps : bool
-    Show the working, too.
-picture : str
-    The kind of picture that `Result.save_picture` writes, such as "polhode"; without it, the best one.
-progress : callable
-    Of `euler` and `hamilton`: it is called with the fraction of the motion that is done.
-program : bool
-    Of `hamilton`: keep the equations as `program`, for the formats that are programs.
-
-Returns
--------
-Result
-    A mapping with these fields, where they apply; arrays are those of numpy, and formulas are exact
-    expressions, which `str()` writes and `evaluate(m=1, x=0.5)` turns into numbers.
-
+Fields of the result, which `rigidcli explain {name}` explains:
 {fields}
 
-Examples
---------
 {example}
-
-Raises
-------
-rigidcli.RigidError
-    The document is refused, which is a `rigidcli.DocumentError` whose `problems` have line, key,
-    message and hint; or the result cannot be computed.
 """
-"""The help of a study."""
+"""The help of a study. The help of the package tells its options."""
 
 Settings: TypeAlias = Mapping[str, object] | Sequence[str]
 """Values by their keys, such as `body.mass` or the name of a parameter; or texts such as `body.mass=3`."""
@@ -84,9 +52,11 @@ def _study(name: str) -> Study:
     ) -> Result:
         return _answer(row, document, exact, settings, {"steps": steps, "picture": picture, **options})
 
-    listed = indent(result_rows(name), "  ")
+    fields = ", ".join(dict.fromkeys(field.key.partition(".")[0] for field in RESULTS[name]))
     study.__name__ = study.__qualname__ = name
-    study.__doc__ = HELP.format(about=row.about, fields=listed, example=inspect.cleandoc(row.python))
+    study.__doc__ = HELP.format(
+        about=row.about, name=name, fields=fill(fields, 100), example=inspect.cleandoc(row.python)
+    )
     return study
 
 
@@ -164,12 +134,10 @@ def check(
 ) -> Judgements:
     """Judge homework: answer files, folders of them, or a zip, as the command `check` does.
 
-    `feedback` is "none", "verdict", "hint" or "full", where only the last shows reference values. `roster`
-    and `overrides` are files of csv: who the students are, and a person's scores. `jobs` files are judged at
-    a time, as many as there are processors if it is None.
+    `feedback` is "none", "verdict", "hint" or "full"; only the last shows reference values. `roster` and
+    `overrides` are files of csv: the students, and scores of a person. `jobs` files are judged at a time.
 
-    Returns one mapping a student, with the fields of `check -f json`: `student`, `source`, `score`,
-    `max_score`, and `questions` with `verdict`, `score` and `feedback`; `notes` list what was left out.
+    Returns a mapping for each student, with the fields of `check -f json`; `notes` list what was left out.
     Raises DocumentError for an assignment that is refused, and for files that cannot be read.
 
         for student in rigidcli.check("homework.yaml", "answers/"):

@@ -38,12 +38,12 @@ MOST_LINES = {
     "document": 3417,  # all slips at once; constraints, observables, generating functions
     "fields": 2042,  # a section reads on with the key that is meant
     "homework": 9538,  # variants; one rule for whose a hand-in is; a file is what it answers
-    "language": 2831,  # one pattern of decimal numbers for all rooms; one reader, with readings, for documents and answers
+    "language": 2831,  # one reader, with readings; one pattern of decimal numbers for all rooms
     "mechanics": 3291,  # constraints, generating functions, conserved quantities by Noether's theorem
     "reference": 521,  # conventions, notation and sections of beams are explained
     "render": 2678,  # results stand beside the figures of a page, with each name once
     "studies": 8204,  # constraints, observables, bodies in space, many orbits, periods
-    "": 1722,  # fields of a result are attributes; settings that nothing uses are refused in Python
+    "": 1692,  # fields of a result are attributes; settings that nothing uses are refused in Python
 }
 """The most lines of Python that each room may have; "" is what stands at the top.
 

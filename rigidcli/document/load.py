@@ -121,11 +121,11 @@ def robot_drafts(text: str, source: str, folder: str, **options: Any) -> Drafts:
 def load(path: str | os.PathLike[str], **options: Any) -> Document:
     """Read the document in the file `path`; `-` is standard input.
 
-    A file that is a body by itself, such as a table of points, stands for the document with that body, which
-    `settings` complete. A robot must have exactly one link with a mass. The options are `exact`, `settings`
-    and `options`, which are fields of a `Draft`. A document with a parameter that has no value is always
-    exact. The document of a system keeps expressions as they are written, and has floats for its numbers.
-    Raises DocumentError with all problems, or UsageError for a setting that is not `KEY=VALUE`.
+    A table of points or a mesh is the document with that body, which `settings` complete, such as
+    ["body.density=7850"]. A robot must have exactly one link with a mass. With `exact`, or with a parameter
+    that has no value, decimals are rationals. A document with a system alone has floats for its numbers.
+
+    Raises DocumentError with all problems, and UsageError for a setting that is not `KEY=VALUE`.
     """
     one, *others = load_all(path, **options)
     if others:
@@ -135,7 +135,7 @@ def load(path: str | os.PathLike[str], **options: Any) -> Document:
 
 
 def load_all(path: str | os.PathLike[str], **options: Any) -> list[Document]:
-    """The documents of a file, which `load` would read: one for each link of a robot that has a mass.
+    """The documents of a file: one for each link of a robot that has a mass, else a single one.
 
     Raises DocumentError with the problems of all links.
     """

@@ -61,12 +61,6 @@ def explain(path: str) -> str:
     raise UsageError(f"nothing is called {shown(path)}{meant}", hint="`rigidcli explain` lists what there is")
 
 
-def result_rows(command: str) -> str:
-    """The results of a command, with their meanings and units."""
-    fields = [entry for entry in results() if entry.path[1:2] == (command,) and len(entry.path) > 2]
-    return _rows([(".".join(entry.path[2:]), entry.text) for entry in fields])
-
-
 def _called(steps: tuple[str, ...], every: Sequence[Entry]) -> list[Entry]:
     """The entries at a path: a topic, else from the top of a topic, else those whose path ends so."""
     name = steps[0] if len(steps) == 1 else None
