@@ -35,15 +35,15 @@ MOST_LINES = {
     "bodies": 5721,  # digits that were typed, silences that are told, prisms, files as others write them
     "cli": 2050,  # sheets, gradebooks and wide rows; a starter names the next command
     "core": 4843,  # orbits from many starts in arrays, stiff systems, jumps at stops, motion to and fro
-    "document": 3417,  # all slips at once; constraints, observables, generating functions
+    "document": 3416,  # all slips at once; constraints, observables, generating functions
     "fields": 2042,  # a section reads on with the key that is meant
-    "homework": 9538,  # variants; one rule for whose a hand-in is; a file is what it answers
+    "homework": 9530,  # variants; one rule for whose a hand-in is; a file is what it answers
     "language": 2831,  # one reader, with readings; one pattern of decimal numbers for all rooms
     "mechanics": 3291,  # constraints, generating functions, conserved quantities by Noether's theorem
-    "reference": 521,  # conventions, notation and sections of beams are explained
-    "render": 2678,  # results stand beside the figures of a page, with each name once
-    "studies": 8204,  # constraints, observables, bodies in space, many orbits, periods
-    "": 1692,  # fields of a result are attributes; settings that nothing uses are refused in Python
+    "reference": 515,  # conventions, notation and sections of beams are explained
+    "render": 2671,  # results stand beside the figures of a page, with each name once
+    "studies": 8201,  # constraints, observables, bodies in space, many orbits, periods
+    "": 1691,  # fields of a result are attributes; settings that nothing uses are refused in Python
 }
 """The most lines of Python that each room may have; "" is what stands at the top.
 
