@@ -40,7 +40,7 @@ MOST_LINES = {
     "homework": 9530,  # variants; one rule for whose a hand-in is; a file is what it answers
     "language": 2831,  # one reader, with readings; one pattern of decimal numbers for all rooms
     "mechanics": 3291,  # constraints, generating functions, conserved quantities by Noether's theorem
-    "reference": 515,  # conventions, notation and sections of beams are explained
+    "reference": 578,  # examples of keys, and the words of a course
     "render": 2671,  # results stand beside the figures of a page, with each name once
     "studies": 8201,  # constraints, observables, bodies in space, many orbits, periods
     "": 1691,  # fields of a result are attributes; settings that nothing uses are refused in Python

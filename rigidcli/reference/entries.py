@@ -1,9 +1,14 @@
-"""All that can be explained, one entry each: keys, shapes, units, functions, results and mistakes."""
+"""All that can be explained, one entry each: keys, shapes, units, functions, results, mistakes and subjects.
+
+Collecting them takes 0.3 s, so `python -m rigidcli.reference.entries` writes them to entries.json.
+"""
 
 from __future__ import annotations
 
+import json
 from collections.abc import Iterator, Mapping, Sequence
 from functools import cache
+from pathlib import Path
 from types import SimpleNamespace
 from typing import Any, TypeAlias
 
@@ -13,6 +18,7 @@ from rigidcli.bodies.shapes import SHAPES
 from rigidcli.document.document import Document
 from rigidcli.document.draft import BODY_FILES
 from rigidcli.document.motion import VARIABLES
+from rigidcli.document.syntax import read_tree
 from rigidcli.errors import EXIT_CODES
 from rigidcli.fields.section import Section
 from rigidcli.fields.units import PREFIXES, TABLE, parse_unit
@@ -20,8 +26,9 @@ from rigidcli.homework.base import CODES
 from rigidcli.homework.question import AnswerFile, Assignment
 from rigidcli.language.functions import ALIASES, CONSTANTS, FUNCTIONS
 from rigidcli.language.notation import NOTATION, QUANTITIES
-from rigidcli.reference.results import Entry, results
+from rigidcli.reference.pages import ENTRIES, Entry
 from rigidcli.reference.schema import json_schema
+from rigidcli.studies.results import RESULTS
 
 Schema: TypeAlias = Mapping[str, Any]
 """The JSON Schema of a value."""
@@ -34,49 +41,92 @@ FILES: Mapping[str, tuple[str, type[Section]]] = {
 }
 """The files that people write."""
 
-CONVENTIONS = {
-    "units": "plain numbers are in SI units: kg, m, s, rad",
-    "products of inertia": "Ixy = -sum m x y; with `products: plus` the typed tensor has plus sums",
-    "moments": "ascending; equal if they differ by less than 1e-12 of the largest",
-    "principal axes": "the rows e1, e2, e3: unit vectors, right-handed; e1 and e3 have a positive largest "
-    "component, and e2 = e3 x e1; the axes of equal moments are those nearest to x, y, z",
-    "kinetic energy": "T = omega.I.omega/2",
-    "rotations": "active, from body to space; zxz turns about the moving axes: Rz(phi) Rx(theta) Rz(psi)",
-    "quaternions": "scalar first, from body to space",
-    "gravity": "9.80665 m/s^2 along -z, unless it is given",
-    "body_rate": "(lambda3 - lambda1)/lambda1 omega3; Taylor's Omega_b is its negative",
-    "velocities": "the velocity of x is xdot, its momentum p_x, and the time t",
-    "conserved energy": "three questions are kept apart. Is H conserved (dH/dt = 0)? Is H = T + V? Are the "
-    "coordinates natural, that is, do positions follow from them without the time?",
-    "constraints": "f = 0 acts on each coordinate q with the force lambda df/dq: the tension of a pendulum, "
-    "which pulls towards smaller r, is a negative multiplier of r - l",
-    "brackets": "{x, p_x} = 1",
-}
-"""The conventions, by what they are about."""
-
-SECTION = {
-    "how": "a section is a flat body in x and y with 1 kg on each unit of area: `new section` prints one, of "
-    "plates, polygons and holes. With `density: 1 kg/cm^2` and `--units kg,cm,deg`, kg stand for cm^2 and "
-    "kg cm^2 for cm^4. `about: com` takes all about the centroid.",
-    "A": "area: `mass`",
-    "centroid": "`center_of_mass`",
-    "I_x, I_y": "second moments of area about x and y: Ixx and Iyy of `tensor`; about another line, "
-    "`axis_moment` with an `axis`. The radius of gyration, sqrt(I/A), is `radius_of_gyration`.",
-    "I_xy": "product moment, the integral of x y: -Ixy of `tensor`",
-    "I_p": "polar moment I_x + I_y: Izz of `tensor`, and the third of `moments`. It is the torsion constant "
-    "of round sections only.",
-    "I_1, I_2": "principal second moments of area, I_max and I_min (I_u and I_v, or I_z and I_y): the second "
-    "and the first of `moments`",
-    "theta_p": "principal direction, the angle from x to the strong axis, about which the moment is I_max: "
-    "atan2(e2y, e2x) of `axes`; e1 is the weak axis, across it. tan 2 theta_p = -2 I_xy/(I_x - I_y)",
-    "W": "section modulus I/c: the moment, divided by the largest distance from the axis",
-}
-"""What the section of a beam has, by the usual names, and where it stands in the results."""
-
 
 def entries() -> list[Entry]:
     """All entries; the topics are those with a path of one name."""
-    return [*_keys(), *_shapes(), *results(), *_others()]
+    plain = [*_keys(), *_shapes(), *_results(), *_others()]
+    examples = _examples()
+    each = [entry._replace(example=_example_for(entry.path, examples)) for entry in plain]
+    return [*each, *_subjects(plain)]
+
+
+def _examples() -> dict[tuple[str, ...], str]:
+    """The first example with each key, by the path of its entry, from examples.txt."""
+    examples: dict[tuple[str, ...], str] = {}
+    for text in _resource("examples.txt").split("\n\n"):
+        tree = read_tree(text, "examples.txt")
+        root = "answers" if "answers" in tree else "assignment" if "questions" in tree else "document"
+        for path in _paths(tree, (root,)):
+            examples.setdefault(path, text.strip())
+    return examples
+
+
+def _paths(tree: Any, above: tuple[str, ...]) -> Iterator[tuple[str, ...]]:
+    """The paths of the keys in a tree, as entries have them: without indices, and through the shape."""
+    if isinstance(tree, list):
+        for entry in tree:
+            yield from _paths(entry, above)
+    if not isinstance(tree, dict):
+        return
+    if above == ("document", "body", "parts"):
+        above = ("document", "body")
+    if above in (("assignment", "questions"), ("answers", "answers")):
+        yield above
+        tree = {"": [*tree.values()]}  # its keys are names that people choose
+    for key, value in tree.items():
+        path = (*above, key) if key else above
+        yield path
+        if "shape" in tree:
+            yield (*above, "shape", tree["shape"])
+            yield (*above, "shape", tree["shape"], key)
+        yield from _paths(value, path)
+
+
+def _example_for(path: tuple[str, ...], examples: Mapping[tuple[str, ...], str]) -> str:
+    """The example of a key, or of the nearest key above it."""
+    above = (path[:end] for end in range(len(path), 1, -1))
+    return next((examples[each] for each in above if each in examples), "")
+
+
+def _subjects(every: Sequence[Entry]) -> Iterator[Entry]:
+    """The words of a course, with the entries to which each leads."""
+    texts: dict[str, str] = {}
+    for entry in every:
+        for path in (entry.path, entry.path[1:]):
+            texts.setdefault(".".join(path), entry.text)
+    yield Entry(("subjects",), "words of a course, and where each leads")
+    for line in _resource("subjects.tsv").splitlines()[1:]:
+        names, text, see = (cell.split(", ") if k != 1 else [cell] for k, cell in enumerate(line.split("\t")))
+        facts = {path: texts[path] for path in see}
+        yield Entry(("subjects", names[0]), text[0], facts=facts, other_names=names)
+
+
+def _resource(name: str) -> str:
+    return Path(__file__).with_name(name).read_text("utf-8")
+
+
+def written() -> str:
+    """The text of entries.json: a line for each entry."""
+    rows = (json.dumps(entry, ensure_ascii=False) for entry in entries())
+    return "[\n" + ",\n".join(rows) + "\n]\n"
+
+
+def _results() -> Iterator[Entry]:
+    """The results of every command, from results.csv."""
+    common = "all have `schema`, `name`, `source` and `units`, too, and with `--sweep` also `swept`"
+    yield Entry(("results",), "the results of each command: the fields of its json", facts={"json": common})
+    for command, fields in RESULTS.items():
+        keys = ", ".join(field.key for field in fields)
+        yield Entry(("results", command), f"results of `rigidcli {command}`", row=keys)
+        for group in dict.fromkeys(field.key.partition(".")[0] for field in fields if "." in field.key):
+            if all(field.key != group for field in fields):
+                yield Entry(("results", command, group), f"results of `{command}` under `{group}`")
+        for field in fields:
+            words = "; ".join(filter(None, [field.title.strip(), field.means]))
+            words = words or f"the {field.key.rpartition('.')[2].replace('_', ' ')}"
+            text = f"{words} ({field.unit})" if field.unit else words
+            facts = {"symbol": field.symbol and f"{field.symbol} (LaTeX)", "csv": ", ".join(field.cells)}
+            yield Entry(("results", command, *field.key.split(".")), text, "", facts, [*field.cells])
 
 
 def _others() -> Iterator[Entry]:
@@ -113,24 +163,12 @@ def _others() -> Iterator[Entry]:
     yield Entry(("mistakes",), "what `check` may say")
     for code, sentence in CODES.items():
         yield Entry(("mistakes", code), sentence)
-    yield Entry(("conventions",), "signs, orders and axes, as documents and results have them")
-    for name, text in CONVENTIONS.items():
-        yield Entry(("conventions", name), text)
-    yield Entry(("section",), "second moments of area of a beam's section, by their usual names")
-    for name, text in SECTION.items():
-        yield Entry(("section", name), text)
+    for line in _resource("topics.tsv").splitlines()[1:]:
+        topic, name, text = line.split("\t")
+        yield Entry((topic, name) if name else (topic,), text)
     yield Entry(("exit-codes",), "what the exit codes mean")
     for number, meaning in EXIT_CODES.items():
         yield Entry(("exit-codes", str(number)), meaning)
-
-
-def unit(name: str) -> Entry:
-    """The entry of a unit, with a prefix or without. Raises ValueProblem for another name."""
-    parsed = parse_unit(name)
-    dimension = str(parsed.dimension)
-    facts = {"is": f"{parsed.scale:.12g} {dimension.partition('(')[2].rstrip(')') or dimension}"}
-    facts["names"] = next((names for names, *_ in TABLE if name in names.split() and names != name), "")
-    return Entry(("units", name), f"measures {dimension}", facts=facts)
 
 
 def _shapes() -> Iterator[Entry]:
@@ -284,3 +322,7 @@ def _entry(schema: Schema) -> str:
 def _small(text: str | None) -> str:
     """A description up to its first semicolon, as part of a sentence."""
     return (text[:1].lower() + text[1:]).partition(";")[0] if text else ""
+
+
+if __name__ == "__main__":
+    ENTRIES.write_text(written(), "utf-8")

@@ -2,27 +2,58 @@
 
 from __future__ import annotations
 
+import json
+import re
 import textwrap
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from contextlib import suppress
+from functools import cache
+from pathlib import Path
+from textwrap import indent
+from typing import NamedTuple
 
 from rigidcli.errors import UsageError, ValueProblem, did_you_mean, nearest, shown
 from rigidcli.fields.words import shapes_called
-from rigidcli.reference.results import Entry, results
 
 WIDTH = 80
 """Characters in a line of a page, as in the narrowest terminal that people use."""
 
+ENTRIES = Path(__file__).with_name("entries.json")
+"""The file with all entries."""
+
 EXAMPLES = ("body", "body.shape.cone", "motion.omega", "axes.groups", "rpm", "atan2", "sign_error")
+
+
+class Entry(NamedTuple):
+    """What is explained: the way to it from a topic, a text, further facts by their names, and an example.
+
+    The page of the entry above lists it under the heading `group`, with the text of its `row`, which mostly
+    is the same. It is also found by `other_names`.
+    """
+
+    path: tuple[str, ...]
+    text: str = ""
+    group: str = ""
+    facts: Mapping[str, str] = {}
+    other_names: Sequence[str] = ()
+    row: str = ""
+    example: str = ""
+
+
+@cache
+def stored() -> list[Entry]:
+    """All entries, as they stand in entries.json."""
+    rows = json.loads(ENTRIES.read_text("utf-8"))
+    return [Entry(tuple(path), *rest) for path, *rest in rows]
 
 
 def overview() -> str:
     """The page of `explain` without a path: the topics, and examples."""
-    from rigidcli.reference.entries import entries
-
-    topics = [(entry.path[0], entry.text) for entry in entries() if len(entry.path) == 1]
+    topics = [(entry.path[0], entry.text) for entry in stored() if len(entry.path) == 1]
     return _page(
-        _paragraph("`rigidcli explain PATH` explains a key, shape, unit, function, result or mistake."),
+        _paragraph(
+            "`rigidcli explain PATH` explains a key, shape, unit, function, result, mistake or subject."
+        ),
         _rows(topics),
         "Examples:\n" + "\n".join(f"  rigidcli explain {example}" for example in EXAMPLES),
     )
@@ -35,30 +66,59 @@ def explain(path: str) -> str:
     """
     typed = "body.shape" if path == "shapes" else path
     steps = tuple(step for step in typed.split(".") if not step.isdecimal()) or (path,)
-    every = list(results())
-    if matches := [entry for entry in every if entry.path[1:] == steps]:
-        return "\n".join(_pages(matches, every))
-    from rigidcli.reference.entries import entries, unit
-
-    every = entries()
+    every = stored()
+    subjects = _subjects_called(path, every)
     while not (matches := _called(steps, every)) and len(steps) > 1 and _called(steps[:1], every):
         steps = steps[1:]
+    matches = subjects + [entry for entry in matches if entry not in subjects]
     if not matches and len(steps) == 1:
         with suppress(ValueProblem):
-            matches = [unit(path)]
+            matches = [_unit(path)]
     shapes = [("body", "shape", shape) for shape in shapes_called(path)]
     if matches := matches or [entry for entry in every if entry.path[1:] in shapes]:
         return "\n".join(_pages(matches, every))
-    above = tuple(path.split("."))[:-1]
-    parents = {entry.path for entry in _called(above, every)} if above else set()
-    names = {entry.path[-1] for entry in every for path in parents if entry.path[: len(path)] == path} or {
-        entry.path[-1]
-        for entry in every
-        if len(entry.path) == 1 or entry.path[0] in ("document", "assignment", "answers")
-    }
-    near = nearest(path.split(".")[-1], sorted(names))
-    meant = did_you_mean(near and ".".join((*above, near)))
-    raise UsageError(f"nothing is called {shown(path)}{meant}", hint="`rigidcli explain` lists what there is")
+    raise UsageError(
+        f"nothing is called {shown(path)}{did_you_mean(_near(path, every))}",
+        hint="`rigidcli explain` lists what there is",
+    )
+
+
+def _near(path: str, every: Sequence[Entry]) -> str | None:
+    """The path of an entry that is spelled nearly so: a key at the same place, a topic, or a subject."""
+    *above, last = path.split(".")
+    parents = {entry.path for entry in _called(tuple(above), every)} if above else set()
+    names = {entry.path[-1] for entry in every for parent in parents if entry.path[: len(parent)] == parent}
+    keys = [
+        e.path[-1] for e in every if len(e.path) == 1 or e.path[0] in ("document", "assignment", "answers")
+    ]
+    subjects = [name for entry in every if entry.path[0] == "subjects" for name in entry.other_names]
+    alike = [name for name in subjects if name[0] == last[:1].casefold()]
+    near = nearest(last, sorted(names)) if names else nearest(last, sorted({*keys})) or nearest(last, alike)
+    return near and ".".join((*above, near))
+
+
+def _subjects_called(typed: str, every: Sequence[Entry]) -> list[Entry]:
+    """The subjects with this name, in capitals or not, in the plural or not."""
+    subjects = [entry for entry in every if entry.path[0] == "subjects" and len(entry.path) > 1]
+    plain = _plain(typed)
+    return [entry for entry in subjects if plain in map(_plain, entry.other_names)]
+
+
+def _plain(name: str) -> str:
+    """A name in small letters, without hyphens and the endings of plurals."""
+    words = re.split(r"[-_\s]+", name.strip().casefold().replace("\N{RIGHT SINGLE QUOTATION MARK}", "'"))
+    return " ".join(word.removesuffix("'s").removesuffix("s") for word in words if word != "the")
+
+
+def _unit(name: str) -> Entry:
+    """The entry of a unit, with a prefix or without. Raises ValueProblem for another name."""
+    from rigidcli.fields.units import TABLE, parse_unit
+
+    parsed = parse_unit(name)
+    dimension = str(parsed.dimension)
+    facts = {"is": f"{parsed.scale:.12g} {dimension.partition('(')[2].rstrip(')') or dimension}"}
+    facts["names"] = next((names for names, *_ in TABLE if name in names.split() and names != name), "")
+    return Entry(("units", name), f"measures {dimension}", facts=facts)
 
 
 def _called(steps: tuple[str, ...], every: Sequence[Entry]) -> list[Entry]:
@@ -91,8 +151,10 @@ def _pages(matches: Sequence[Entry], every: Sequence[Entry]) -> list[str]:
             for group in dict.fromkeys(other.group for other in below)
         ]
         facts = _rows([fact for fact in entry.facts.items() if fact[1]])
-        heads = alike.setdefault(_page(_paragraph(entry.text), *groups, facts), [])
-        head = ".".join(entry.path[1:] if entry.path[0] in ("document", "results") else entry.path)
+        example = entry.example and f"Example:\n{indent(entry.example, '  ')}"
+        heads = alike.setdefault(_page(_paragraph(entry.text), *groups, facts, example), [])
+        is_plain = entry.path[0] in ("document", "results", "subjects")
+        head = ".".join(entry.path[1:] if is_plain else entry.path)
         heads.append(head or entry.path[0])
     return [_page(_paragraph(", ".join(dict.fromkeys(heads))), page[:-1]) for page, heads in alike.items()]
 

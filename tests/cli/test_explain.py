@@ -2,6 +2,10 @@
 
 from __future__ import annotations
 
+import re
+import shutil
+from pathlib import Path
+
 import pytest
 
 from rigidcli.bodies.shapes import SHAPES
@@ -9,11 +13,10 @@ from rigidcli.errors import EXIT_CODES, RigidError
 from rigidcli.fields.units import TABLE
 from rigidcli.homework.base import CODES
 from rigidcli.language.functions import FUNCTIONS
-from rigidcli.reference.entries import entries
-from rigidcli.reference.pages import explain, overview
-from rigidcli.reference.results import Entry
+from rigidcli.reference.entries import entries, written
+from rigidcli.reference.pages import ENTRIES, Entry, explain, overview
 from rigidcli.studies.results import RESULTS
-from tests.conftest import Program
+from tests.conftest import ROOT, Program
 from tests.shapes import DIMENSIONS
 
 
@@ -39,6 +42,11 @@ PAGES = {
     "rpm": ["measures angular velocity (rad/s)", "is  0.10471975512 rad/s"],
     "atan2": ["angle of the point (x, y), from -pi to pi"],
     "mrad": ["is  0.001 rad"],
+    "motion.omega": ["Example:", "# rigidcli axes FILE", "motion: {omega: [0, 0, 2]}"],
+    "Poisson bracket": ["{f, g} =", "hamilton.brackets"],
+    "Principal-Axes": ["axes.axes", "conventions.principal axes"],
+    "Noether's theorem": ["hamilton.invariants"],
+    "cyclic coordinates": ["hamilton.cyclic"],
     "sign_error": ["the sign is wrong"],
     "assignment": ["questions.points", "questions.tolerance.significant_figures"],
     "shape": ["box ", "cone ", "radius, height"],
@@ -98,3 +106,29 @@ def test_exit_codes_are_those_of_the_errors() -> None:
         kinds += kind.__subclasses__()
         codes.add(kind.exit_code)
     assert codes <= set(EXIT_CODES)
+
+
+def test_the_entries_stand_ready() -> None:
+    assert ENTRIES.read_text("utf-8") == written(), "run `python -m rigidcli.reference.entries`"
+
+
+def test_every_key_has_an_example_that_runs(
+    program: Program, every: list[Entry], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    keys = [entry for entry in every if entry.path[0] in ("document", "assignment", "answers")]
+    assert [entry.path for entry in keys if not entry.example and len(entry.path) > 1] == []
+    shutil.copy(ROOT / "configs/bracket.stl", tmp_path)
+    for example in dict.fromkeys(entry.example for entry in every if entry.example):
+        (tmp_path / "example.yaml").write_text(example, "utf-8")
+        *before, last = reversed(re.findall("# rigidcli (.*)", example))
+        for command in (*before, last.replace("FILE", "example.yaml")):
+            monkeypatch.chdir(tmp_path)
+            done = program(*command.split())
+            assert done.code == 0, f"{example}\n{done.err}"
+
+
+def test_words_of_a_course_lead_somewhere(every: list[Entry]) -> None:
+    subjects = [name for entry in every if entry.path[0] == "subjects" for name in entry.other_names]
+    assert len(subjects) > 200
+    for name in subjects:
+        assert "  " in explain(name.title()), name
