@@ -74,7 +74,7 @@ def _answer(
         raise DocumentError(_placed(error)) from None
     again = None
     if document.ensemble is None:
-        again = partial(run, document, **({"scene": True} if row.section else {}))
+        again = partial(run, document, **({"scene": True} if row.has_replay else {}))
     return Result(**{part.name: getattr(report, part.name) for part in fields(report)}, _again=again)
 
 

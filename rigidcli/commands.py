@@ -26,6 +26,11 @@ class Command(NamedTuple):
     module: str = ""
 
     @property
+    def has_replay(self) -> bool:
+        """Whether its pages may replay a motion."""
+        return "top" in self.needs or bool(self.section)
+
+    @property
     def about(self) -> str:
         """What the command does, in a line."""
         return self.help.partition("\n")[0]

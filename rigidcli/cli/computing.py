@@ -121,7 +121,7 @@ def command_of(name: str) -> Callable[..., None]:
             if wanted:
                 tell_notes("--units", ["the picture has SI units, whatever `--units` says"], quiet)
         options |= {"program": True} if traits.program else {}
-        options |= {"scene": True} if traits.page and row.section and swept is None else {}
+        options |= {"scene": True} if traits.page and row.has_replay and swept is None else {}
         of_motion = {"samples": samples, "duration": duration}
         given = {key: value for key, value in of_motion.items() if value is not None}
         named = {f"{row.section}.{key}": f"--{key}" for key in given}

@@ -7,21 +7,17 @@ from collections.abc import Iterable, Iterator
 from dataclasses import replace
 
 from rigidcli.language.text import latex_name
-from rigidcli.language.tokens import GREEK
 from rigidcli.render import Look
-from rigidcli.render.latex import SYMBOLS, number, value
+from rigidcli.render.latex import number, value
 from rigidcli.render.plots import has_library, inline_picture, require_library
-from rigidcli.render.values import has_words, shown_columns, shown_fields, worded
+from rigidcli.render.prose import typeset
+from rigidcli.render.values import has_words, raised, shown_columns, shown_fields, worded
 from rigidcli.render.web.mathml import formula
-from rigidcli.render.web.page import page, resource, script_element, text
+from rigidcli.render.web.page import page, resource, script_element, script_of, text
 from rigidcli.report import Column, Field, Report, Step, Table
 
 _NUMBER = re.compile(r"(-?[0-9.]+)(?: \\times 10\^\{(-?\d+)\})?")
 """A number with or without a power of ten: all numbers of a column are in the font of the page."""
-
-_ANGLES = "|".join(sorted({*GREEK} - {"lambda", "omega"}))
-_NAME = re.compile(rf"\b(?:d(?P<rate>\w+)/dt|p_\w+|\w+dot|(?:{_ANGLES})\d*)\b")
-"""A coordinate, velocity or momentum in the title of a result."""
 
 PAGE, NOTEBOOK = 300_000, 8_000
 """The most numbers of a replay that change in time: 1.6 MB on a page; a result in a notebook takes 150 kB."""
@@ -49,6 +45,7 @@ def render(reports: Iterable[Report], look: Look) -> Iterator[str]:
         contents = _contents(title, [name for name, _ in sections]) if look.several else ""
         body = "".join((contents, *(section for _, section in sections)))
         style, scripts = _dress(body)
+        scripts = [script_of("result.js"), *scripts]
         yield from page(title, ["<main>\n", body, "</main>\n"], scripts, [style])
 
 
@@ -137,26 +134,17 @@ def _results(report: Report, look: Look) -> Iterator[str]:
     for entry in shown_fields(report, look):
         # The formula of an equation begins with its left side, as the title of the row may end.
         is_name = entry.title.isidentifier() and latex_name(entry.title) == entry.symbol
-        title = formula(entry.symbol) if is_name else _title(entry.title.removesuffix(f": {entry.symbol} ="))
+        title = formula(entry.symbol) if is_name else _prose(entry.title.removesuffix(f": {entry.symbol} ="))
         # A result whose title is the symbol has this only once.
         shown = replace(entry, symbol="") if title == formula(entry.symbol) else entry
         yield f'<tr><th scope="row">{title}</th><td>{_result(shown, look)}</td></tr>\n'
     yield "</table>\n"
 
 
-def _title(title: str) -> str:
-    """Words in which names of coordinates, velocities and momenta are set like the formulas beside them."""
-    if not (name := _NAME.search(title)):
-        return _prose(title)
-    before, after = title[: name.start()], title[name.end() :]
-    meant = name[0] if name["rate"] is None else f"{name['rate']}dot"
-    return f"{_prose(before)}{formula(latex_name(meant))}{_title(after)}"
-
-
 def _result(entry: Field, look: Look) -> str:
     """The formula of a result, or its words."""
     if entry.words or entry.value is None:
-        return _title(entry.words or "not known")
+        return _prose(entry.words or "not known")
     found = value(entry, look.digits)
     # A parameter without a value is its own result: M, and not M = M.
     return formula(f"{entry.symbol} = {found}" if entry.symbol not in ("", found) else found)
@@ -167,7 +155,7 @@ def _tables(tables: Iterable[Table], look: Look) -> Iterator[str]:
     for table in tables:
         if columns := shown_columns(table, look, number):
             yield f'<div class="wide" role="region" tabindex="0" aria-label="{text(table.title)}"><table>'
-            yield f"<caption><span>{_title(table.title)}</span></caption>\n<thead><tr>"
+            yield f"<caption><span>{_prose(table.title)}</span></caption>\n<thead><tr>"
             yield "".join(_head(column) for column, _ in columns)
             yield "</tr></thead>\n<tbody>\n"
             for row in zip(*(_cells(column, texts) for column, texts in columns), strict=True):
@@ -177,7 +165,7 @@ def _tables(tables: Iterable[Table], look: Look) -> Iterator[str]:
 
 def _head(column: Column) -> str:
     name = formula(column.symbols[0]) if column.symbols else _prose(column.cells[0])
-    unit = f" ({_prose(column.unit)})" if column.unit else ""
+    unit = f" ({text(raised(column.unit))})" if column.unit else ""
     return f'<th scope="col"{"" if has_words(column) else _NUMERIC}>{name}{unit}</th>'
 
 
@@ -197,7 +185,7 @@ def _working(steps: Iterable[Step], look: Look) -> Iterator[str]:
     if steps:
         yield '<div class="working"><h3>The working</h3>\n<ol>\n'
         for step in steps:
-            yield f"<li><h4>{_prose(step.title)}</h4><p>{_title(step.sentence)}</p>\n"
+            yield f"<li><h4>{_prose(step.title)}</h4><p>{_prose(step.sentence)}</p>\n"
             for entry in step.fields:
                 title = "" if entry.symbol else f"{_prose(entry.title)}: "
                 yield f'<p class="formula">{title}{_result(entry, look)}</p>\n'
@@ -221,8 +209,5 @@ def _document(report: Report) -> Iterator[str]:
 
 
 def _prose(words: str) -> str:
-    """Words as text of a page, with the symbols of mechanics as symbols."""
-    escaped = text(words)
-    for spelled, (_, symbol) in SYMBOLS.items():
-        escaped = re.sub(spelled, symbol, escaped)
-    return escaped
+    """Words as text of a page, with the formulas among them typeset."""
+    return "".join(formula(piece) if is_formula else text(piece) for piece, is_formula in typeset(words))

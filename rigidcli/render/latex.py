@@ -9,6 +9,7 @@ import numpy as np
 
 from rigidcli.errors import printable
 from rigidcli.render import Look
+from rigidcli.render.prose import typeset
 from rigidcli.render.values import entries, is_exact, shown_columns, shown_fields, worded
 from rigidcli.report import Column, Field, Report, Table, Value
 
@@ -17,20 +18,6 @@ _SPECIAL = str.maketrans(
     | {"~": r"\textasciitilde{}", "^": r"\textasciicircum{}", "\\": r"\textbackslash{}"}
     | {"<": r"\textless{}", ">": r"\textgreater{}", "[": "{[}"}
 )
-
-SYMBOLS = {
-    r"\blambda(?:\\?_)?([1-3i-k])\b": (r"$\\lambda_\1$", r"λ<sub>\1</sub>"),
-    r"(?<!\\)\blambda\b": (r"$\\lambda$", "λ"),
-    r"\be([123])\b": (r"$\\mathbf{e}_\1$", r"<b>e</b><sub>\1</sub>"),
-    r"\bomega([123])\b": (r"$\\omega_\1$", r"ω<sub>\1</sub>"),
-    r"(?<!\\)\bomega\b": (r"$\\boldsymbol{\\omega}$", "<b>ω</b>"),
-    r"\b([pwLN])(?:\\?_)?([1-3i-kq])\b": (r"$\1_\2$", r"\1<sub>\2</sub>"),
-    r"\bI\\?_cm\b": (r"$\\mathbf{I}_\\mathrm{cm}$", "<b>I</b><sub>cm</sub>"),
-    r"(?<!\\)\b(alpha|beta|theta|phi|psi|epsilon|Omega)\b": (r"$\\\1$", r"&\1;"),
-    r"\bqdot\b": (r"$\\dot q$", "q\N{COMBINING DOT ABOVE}"),
-    r"(?:\^|\\textasciicircum\{\})(\d+|T\b)": (r"\\textsuperscript{\1}", r"<sup>\1</sup>"),
-}
-"""Symbols in words of results: patterns of their spelling, each with the symbol in LaTeX and in HTML."""
 
 _LONG = 50
 """The most letters of a formula or words on one line, which then fits on a page."""
@@ -91,15 +78,21 @@ def formulas(report: Report, look: Look) -> str:
 
 
 def _aligned(fields: Iterable[Field], look: Look) -> str:
-    rows = " \\\\\n".join(f"  {_row(entry, look)}" for entry in fields)
+    # A parameter without a value is its own result: no row says that M = M.
+    every = [_row(entry, look) for entry in fields]
+    rows = " \\\\\n".join(f"  {row}" for row in every if not _SAME.fullmatch(row))
     return f"\\begin{{align*}}\n{rows}\n\\end{{align*}}"
+
+
+_SAME = re.compile(r"(.+) &= \1")
 
 
 def _column(column: Column, texts: list[str]) -> list[str]:
     """A column as LaTeX: the head with the unit, then the cells."""
     head = f"${column.symbols[0]}$" if column.symbols else _prose(column.cells[0])
     cells = [_prose(text) if is_word else f"${text}$" for text, is_word in worded(column, texts)]
-    return [f"{head} ({_prose(column.unit)})" if column.unit else head, *cells]
+    unit = f"${_upright(column.unit)}$" if "^" in column.unit else _escaped(column.unit)
+    return [f"{head} ({unit})" if unit else head, *cells]
 
 
 def _pages(columns: list[list[str]]) -> Iterator[list[list[str]]]:
@@ -180,22 +173,27 @@ def value(entry: Field, digits: int) -> str:
             written = rf"\left(\begin{{array}}{{{columns}}}{rows}\end{{array}}\right)"
         else:
             written = rf"\begin{{pmatrix}}{rows}\end{{pmatrix}}"
-    # The unit is in upright letters: `kg m^2/s` becomes kg\,m^2/s.
-    upright = rf"\,\mathrm{{{unit}}}".replace(" ", r"\,") if unit else ""
+    upright = rf"\,{_upright(unit)}" if unit else ""
     factor = factor.removeprefix(r"1 \times ")
     return f"{factor}{written}{upright}"
 
 
+def _upright(unit: str) -> str:
+    r"""A unit in upright letters: `kg m^2/s` becomes kg\,m^2/s."""
+    return rf"\mathrm{{{unit}}}".replace(" ", r"\,")
+
+
 def _prose(words: str) -> str:
-    """Words as LaTeX text, with the symbols of mechanics as symbols.
+    """Words as LaTeX text, with the formulas among them in math mode.
 
     Letters beyond Latin-1, for which pdflatex needs further packages, are written by their numbers.
     """
+    return "".join(f"${piece}$" if is_formula else _escaped(piece) for piece, is_formula in typeset(words))
+
+
+def _escaped(words: str) -> str:
     plain = "".join(letter if ord(letter) < 0x100 else f"U+{ord(letter):04X}" for letter in words)
-    text = plain.translate(_SPECIAL)
-    for spelled, (symbol, _) in SYMBOLS.items():
-        text = re.sub(spelled, symbol, text)
-    return text
+    return plain.translate(_SPECIAL)
 
 
 def number(value: Value, digits: int) -> str:

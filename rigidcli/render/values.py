@@ -11,6 +11,7 @@ from typing import Any, TypeAlias
 import numpy as np
 
 from rigidcli.errors import printable
+from rigidcli.language.tokens import GREEK_LETTERS
 from rigidcli.render import Look
 from rigidcli.report import NOISE, Column, Field, Report, Table, Value, single_cells, yes_or_no
 
@@ -166,6 +167,20 @@ def _texts(value: Value, digits: int, notation: Notation) -> Any:
     if isinstance(value, np.ndarray):
         return [_texts(entry, digits, notation) for entry in value]
     return notation(value, digits)
+
+
+_GREEK_NAME = re.compile(rf"\b({'|'.join(GREEK_LETTERS.values())})(\d*)\b|\b([a-z])(\d+)\b")
+_LETTERS = {name: letter for letter, name in reversed(GREEK_LETTERS.items())}
+
+
+def lettered(text: str) -> str:
+    """Plain text with Greek letters for their names, and numbers of symbols below the line: theta1 is θ₁."""
+
+    def written(name: re.Match[str]) -> str:
+        below = (name[2] or name[4] or "").translate(str.maketrans("0123456789", "₀₁₂₃₄₅₆₇₈₉"))
+        return _LETTERS.get(name[1] or "", name[3] or "") + below
+
+    return _GREEK_NAME.sub(written, text)
 
 
 def raised(text: str) -> str:

@@ -15,8 +15,9 @@ from rigidcli.core.principal import body_class
 from rigidcli.core.tensor import Inertia
 from rigidcli.document.document import Document
 from rigidcli.document.motion import Motion, Tide, Top
-from rigidcli.errors import DocumentError, Problem
+from rigidcli.errors import DocumentError, Problem, RigidError
 from rigidcli.report import Column, Field, Report, Step, Table, Value
+from rigidcli.scene import Scene
 from rigidcli.studies.body import body_frame, principal_omega, require_one_start, require_spin
 from rigidcli.studies.common import report
 from rigidcli.studies.pictures import drawn
@@ -49,7 +50,9 @@ Sections: TypeAlias = dict[str, dict[str, Value]]
 
 
 @np.errstate(over="ignore", invalid="ignore")
-def run(document: Document, *, steps: bool = False, picture: str | None = None) -> Report:
+def run(
+    document: Document, *, steps: bool = False, picture: str | None = None, scene: bool = False
+) -> Report:
     """Find the precession of the document's top, free body and planet.
 
     Raises DocumentError for a document with none of them, or with an ensemble of angular velocities.
@@ -73,7 +76,24 @@ def run(document: Document, *, steps: bool = False, picture: str | None = None) 
 
         working += precess_steps(document, sections)
     pictures = drawn("precess", picture, document, sections)
-    return report(document, SCHEMA, "precession", _fields(sections), notes, tables, working, pictures)
+    result = report(document, SCHEMA, "precession", _fields(sections), notes, tables, working, pictures)
+    return replace(result, scene=_scene(document)) if scene else result
+
+
+def _scene(document: Document) -> Scene | None:
+    """The motion that precesses, as `euler` follows it; None where it has letters, or cannot be followed."""
+    if document.arithmetic.exact or (document.top is None and document.body is None):
+        return None
+    from rigidcli.studies.euler import run as follow
+
+    if document.top is None and document.motion is not None and document.motion.torque is not None:
+        free = document.motion.model_copy(update={"torque": None})
+        document = document.model_copy(update={"motion": free})
+    try:
+        scene: Scene | None = follow(document, scene=True).scene
+    except RigidError:
+        return None
+    return scene
 
 
 _COLUMNS = [

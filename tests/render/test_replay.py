@@ -122,7 +122,7 @@ def test_a_page_shows_the_body_with_its_axes_in_three_dimensions(program: Progra
 
 def test_links_of_a_robot_are_shown_by_their_geometry(program: Program) -> None:
     page = program("axes", "configs/arm.urdf", "-q", "-f", "html").out
-    assert page.count("<script>") == 1
+    assert page.count("new Replay(") == 1
     shown = [sent(figure)["stages"][0] for figure in page.split("<figure class=rigidcli-replay>")[1:]]
     assert [stage["parts"][0]["label"] for stage in shown] == ["the body"] * 3
     bar = sent(page.split("<figure class=rigidcli-replay>")[2])

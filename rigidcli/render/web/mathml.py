@@ -29,16 +29,33 @@ Browsers have no bold letters except in Unicode, and put no space about the name
 """
 
 
+_LIST = re.compile(r"\\left\(((?:(?!\\(?:frac|left|sqrt)).)*,\\, .*)\\right\)(.*)", re.DOTALL)
+"""A list of numbers in brackets, which need not be higher than a line, and its unit."""
+
+
 def formula(latex: str) -> str:
-    """A formula as MathML, which wraps between the terms of a sum.
+    """A formula as MathML, which wraps between the terms of a sum and the entries of a list.
 
     LaTeX that cannot be converted, or for which the library is missing, stays as it is in dollar signs, which
     most notebooks set.
     """
     try:
-        return "<wbr>".join(_converted(piece, place > 0) for place, piece in enumerate(pieces(latex)))
+        terms = (_entries(piece) for piece in pieces(latex))
+        return "<wbr>".join(
+            " ".join(_converted(entry, place > 0) for entry in entries) for place, entries in enumerate(terms)
+        )
     except Exception:  # noqa: BLE001 - whatever the library stumbles over, a person can read the LaTeX
         return f'<span class="latex">${html.escape(latex)}$</span>'
+
+
+def _entries(piece: str) -> list[str]:
+    """A piece of a formula, cut behind each entry if it ends in a list."""
+    found = _LIST.search(piece)
+    if not found:
+        return [piece]
+    first, *others = found[1].split(",\\, ")
+    entries = [f"{piece[: found.start()]}({first}", *others]
+    return [*(f"{entry}," for entry in entries[:-1]), f"{entries[-1]}){found[2]}"]
 
 
 def _converted(latex: str, follows: bool) -> str:

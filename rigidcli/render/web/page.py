@@ -33,6 +33,13 @@ def script_element(script: str) -> str:
     return f"<script>\n{script}</script>\n"
 
 
+def script_of(*names: str) -> str:
+    """Scripts of this package as one, without comments, whose names are its own."""
+    lines = (line.strip() for name in names for line in resource(name).splitlines())
+    script = "".join(f"{line}\n" for line in lines if line and not line.startswith("//"))
+    return f'(() => {{\n"use strict";\n{script}}})();\n'
+
+
 def text(words: str) -> str:
     """Words of a document or an answer, which stay text in HTML, also between quotation marks."""
     return escape(printable(words))

@@ -16,12 +16,28 @@ const LONGEST_FRAME = 0.1;                           // the most seconds that pa
 const STEPS = 100;                                   // steps of the arrow keys from beginning to end
 const MOST_DIGITS = 5;                                // of the readings, which change all the time
 const PAINTED = 0.22;                                // how much darker every other octant of a body is
+const FAINT = 0.3;                                   // the colour of a path that is still to come, on the page
+const LEAST_SEEN = 0.45;                             // of the reach of a stage: what is seen end on has room to turn
+const POSES = 24;                                    // of a body, and points of a part, that show how far it reaches
+const MOST_CORNERS = 300;
 
 const floats = (text, Kind) => new Kind(Uint8Array.from(atob(text), (c) => c.charCodeAt(0)).buffer);
 
 // A colour as the card wants it; what lets others shine through has an opacity below 1.
 const rgba = (colour, opacity = 1) =>
   [...[1, 3, 5].map((k) => parseInt(colour.slice(k, k + 2), 16) / 255), opacity];
+
+// A colour that is nearly that of the page.
+const faint = (colour, page) => {
+  const [mine, others] = [rgba(colour), rgba(page)];
+  return mine.map((x, k) => FAINT * x + (1 - FAINT) * others[k]);
+};
+
+// The view from a direction, as a matrix.
+const viewed = (yaw, pitch) => {
+  const [[cy, sy], [cp, sp]] = [yaw, pitch].map((angle) => [Math.cos(angle), Math.sin(angle)]);
+  return [cy, cp * sy, sp * sy, -sy, cp * cy, sp * cy, 0, -sp, cp];
+};
 
 class Replay {
   constructor(figure) {
@@ -179,7 +195,7 @@ class Replay {
   // The legend, whose boxes show and hide, and the labels, in the colours of the page.
   dress() {
     const [r, g, b] = getComputedStyle(this.figure).color.match(/[\d.]+/g);
-    const colours = +r + +g + +b > 384 ? DARK : LIGHT;
+    const colours = this.colours = +r + +g + +b > 384 ? DARK : LIGHT;
     const legend = this.find(".legend"), labels = this.find(".labels"), named = new Set();
     legend.replaceChildren();
     labels.replaceChildren();
@@ -277,13 +293,33 @@ class Replay {
     return matrix(compose([...this.orientation.subarray(4 * this.row, 4 * this.row + 4)], way));
   }
 
+  // Half of the width and of the height of all that a stage shows, as it is seen at the beginning.
+  extent(stage) {
+    if (stage.flat) return stage.half;
+    const seen = viewed(...VIEWS.space), count = (this.orientation?.length ?? 4) / 4;
+    const poses = Array.from({ length: POSES }, (_, k) => 4 * Math.round(k * (count - 1) / (POSES - 1)));
+    let [x, y] = [LEAST_SEEN, LEAST_SEEN];
+    for (const { points, carried, motion } of stage.parts) {
+      const turns = carried ? poses.map((at) => matrix([...this.orientation.subarray(at, at + 4)])) : [IDENTITY];
+      const most = motion === "still" ? MOST_CORNERS : POSES * MOST_CORNERS;
+      const step = 3 * Math.ceil(points.length / 3 / most);
+      for (let i = 0; i < points.length; i += step) {
+        for (const turn of turns) {
+          const eye = turned(seen, less(turned(turn, points.subarray(i, i + 3)), stage.centre));
+          const near = DISTANCE / (DISTANCE - eye[2]);
+          [x, y] = [Math.max(x, Math.abs(eye[0]) * near), Math.max(y, Math.abs(eye[1]) * near)];
+        }
+      }
+    }
+    return [x, y];
+  }
+
   camera() {
-    const [[cy, sy], [cp, sp]] = [this.yaw, this.pitch].map((angle) => [Math.cos(angle), Math.sin(angle)]);
-    const { width, height } = this.canvas, [x, y] = this.stage.flat ? this.stage.half : [1, 1];
+    const { width, height } = this.canvas, [x, y] = this.stage.extent ??= this.extent(this.stage);
     const filled = Math.min(MOST_FILLED, 1 - ROOM / this.canvas.clientHeight);
     const focus = filled * DISTANCE * this.zoom * Math.min(width / height / (x || 1e-9), 1 / (y || 1e-9));
     return {
-      matrix: [cy, cp * sy, sp * sy, -sy, cp * cy, sp * cy, 0, -sp, cp],
+      matrix: viewed(this.yaw, this.pitch),
       centre: this.stage.centre,
       zoom: [focus * height / width, focus],
     };
@@ -324,6 +360,8 @@ class Replay {
     } else if (part.motion === "still" || part.quiet) {
       this.painter.draw(LINE, this.held(part), part.points.length / 3, look);
     } else {
+      const ahead = { colour: faint(part.colour, this.colours[HALO]), turn, width: WIDTHS.thin * this.ratio };
+      this.painter.draw(LINE, this.held(part), part.points.length / 3, ahead);
       const last = [...part.points.subarray(3 * row, 3 * row + 3), ...points];
       this.painter.draw(LINE, this.held(part), row + 1, look);
       this.painter.draw(LINE, this.painter.once(last), 2, look);

@@ -23,10 +23,11 @@ from rigidcli.core import rotation
 from rigidcli.core.arithmetic import FLOAT, Floats
 from rigidcli.picture import Picture
 from rigidcli.render import Look
-from rigidcli.render.values import raised, without_noise
+from rigidcli.render.prose import typeset
+from rigidcli.render.values import lettered, raised, without_noise
 from rigidcli.render.web.mathml import formula
-from rigidcli.render.web.page import resource, text
-from rigidcli.report import Table, single_cells
+from rigidcli.render.web.page import resource, script_of, text
+from rigidcli.report import Column, Table, single_cells
 from rigidcli.scene import Part, Scene, Stage
 
 Rows: TypeAlias = NDArray[np.intp]
@@ -53,9 +54,7 @@ def still(picture: Picture) -> Scene:
 
 def player() -> tuple[str, str]:
     """The style and the script of all replays on a page."""
-    lines = (line.strip() for name in ("drawing.js", "replay.js") for line in resource(name).splitlines())
-    script = "".join(f"{line}\n" for line in lines if line and not line.startswith("//"))
-    return resource("replay.css"), f'(() => {{\n"use strict";\n{script}}})();\n'
+    return resource("replay.css"), script_of("drawing.js", "replay.js")
 
 
 def replay(scene: Scene, look: Look, most: int) -> str:
@@ -85,34 +84,44 @@ def replay(scene: Scene, look: Look, most: int) -> str:
 
 
 def _figure(scene: Scene, data: str) -> Iterator[str]:
-    yield f"<figure class=rigidcli-replay>\n<figcaption>{text(scene.title)}</figcaption>\n"
+    yield "<figure class=rigidcli-replay>\n"
     options = "".join(
-        f"<option value={place}>{text(stage.title)}</option>" for place, stage in enumerate(scene.stages)
+        f"<option value={place}>{text(lettered(stage.title))}</option>"
+        for place, stage in enumerate(scene.stages)
     )
     columns = single_cells(scene.readings)
-    names = (formula(column.symbols[0]) if column.symbols else text(column.cells[0]) for column in columns)
-    heads = "".join(f"<div><dt>{name}</dt><dd></dd></div>" for name in names)
+    heads = "".join(f"<div><dt>{_symbol(column)}</dt><dd></dd></div>" for column in columns)
     label = f"{scene.title}: {scene.stages[0].title}, in three dimensions"
-    yield _CONTROLS.format(label=text(label), options=options, readings=heads)
+    yield _FRAME.format(title=text(scene.title), label=text(label), options=options, readings=heads)
     # A `<` in data is written as an escape of JSON, so that no text of a document ends the element.
     yield f"<script type=application/json>{data.replace('<', chr(92) + 'u003c')}</script>\n</figure>\n"
 
 
-_CONTROLS = """<div class=stage>
+def _symbol(column: Column) -> str:
+    """The symbol of a column, or its name with its formulas typeset."""
+    if column.symbols:
+        return formula(column.symbols[0])
+    return "".join(
+        formula(piece) if is_formula else text(piece) for piece, is_formula in typeset(column.cells[0])
+    )
+
+
+_FRAME = """<div class=title><figcaption>{title}</figcaption>
+<select class=timed aria-label="What to show" hidden>{options}</select></div>
+<div class=stage>
 <canvas tabindex=0 role=img aria-label="{label}"></canvas>
 <div class=labels aria-hidden=true></div>
+<div class=view hidden><button type=button data-do=out aria-label="Zoom out" title="Zoom out">−</button>
+<button type=button data-do=in aria-label="Zoom in" title="Zoom in">+</button>
+<button type=button data-do=reset aria-label="Reset view" title="Reset view">↺</button></div>
 <p class=trouble role=status>The replay needs JavaScript.</p>
 </div>
-<div class=controls hidden>
-<button type=button class=timed data-do=play>Play</button>
-<input type=range class=timed min=0 max=1000 step=1 value=0 aria-label="Time">
-<span class=timed><button type=button data-do=slower aria-label="Slower">−</button>
+<div class="controls timed" hidden>
+<button type=button data-do=play>Play</button>
+<input type=range min=0 max=1000 step=1 value=0 aria-label="Time">
+<span><button type=button data-do=slower aria-label="Slower" title="Slower">−</button>
 <output class=speed aria-label="Speed"></output>
-<button type=button data-do=faster aria-label="Faster">+</button></span>
-<span><button type=button data-do=out>Zoom out</button>
-<button type=button data-do=in>Zoom in</button>
-<button type=button data-do=reset>Reset view</button></span>
-<label class=timed>Show <select>{options}</select></label>
+<button type=button data-do=faster aria-label="Faster" title="Faster">+</button></span>
 </div>
 <dl class="readings timed" hidden>{readings}</dl>
 <div class=legend role=group aria-label="What is shown" hidden></div>
@@ -172,8 +181,10 @@ def _stage(scene: Scene, stage: Stage, rows: Rows, finest: int, arrays: dict[str
         points = points if part.motion == "still" else points[rows]
         parts.append(
             {
-                **{key: getattr(mark, key) for key in ("form", "label", "style", "quiet")},
-                **{key: getattr(part, key) for key in ("group", "motion", "carried")},
+                **{key: getattr(mark, key) for key in ("form", "style", "quiet")},
+                **{key: getattr(part, key) for key in ("motion", "carried")},
+                "label": lettered(mark.label),
+                "group": lettered(part.group),
                 "count": int(points[0].size),
                 "points": arrays.setdefault(_packed(points / reach), len(arrays)),
             }
