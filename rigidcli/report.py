@@ -148,7 +148,7 @@ class Report(Mapping[str, Value]):
     `about` is what people read first; `notes` are remarks on the numbers, for standard error; `steps`
     and `pictures` are shown, a `program` of the equations is written, and the `Scene` of a motion is made, on
     demand. `document` is the text that was read. `swept` are the values of the keys at which this is the
-    report, where a sweep asks for several.
+    report, where a sweep asks for several; `motions` are the reports of a sweep that a page shows by turns.
     """
 
     schema: str
@@ -164,6 +164,7 @@ class Report(Mapping[str, Value]):
     scene: Value = None
     document: str = ""
     swept: tuple[Field, ...] = ()
+    motions: tuple[Report, ...] = ()
 
     @property
     def heading(self) -> str:

@@ -42,6 +42,9 @@ MANY = 500
 MOST_SHOWN = 100_000
 """The most rows of a table for people, which is kept in memory until the columns are known."""
 
+MOST_MOTIONS = 60
+"""The most motions of a sweep among which a slider of a page chooses: they are all in the page."""
+
 PULSE = 2.0
 """Seconds after which a terminal shows the time that the work has taken."""
 
@@ -121,7 +124,8 @@ def command_of(name: str) -> Callable[..., None]:
             if wanted:
                 tell_notes("--units", ["the picture has SI units, whatever `--units` says"], quiet)
         options |= {"program": True} if traits.program else {}
-        options |= {"scene": True} if traits.page and row.has_replay and swept is None else {}
+        is_short = swept is None or len(files) * swept.count <= MOST_MOTIONS
+        options |= {"scene": True} if traits.page and row.has_replay and is_short else {}
         of_motion = {"samples": samples, "duration": duration}
         given = {key: value for key, value in of_motion.items() if value is not None}
         named = {f"{row.section}.{key}": f"--{key}" for key in given}

@@ -11,7 +11,8 @@ from rigidcli.render import Look
 from rigidcli.render.latex import number, value
 from rigidcli.render.plots import has_library, inline_picture, require_library
 from rigidcli.render.prose import typeset
-from rigidcli.render.values import has_words, raised, shown_columns, shown_fields, worded
+from rigidcli.render.table import number as plain_number
+from rigidcli.render.values import cell_text, has_words, raised, shown_columns, shown_fields, worded
 from rigidcli.render.web.mathml import formula
 from rigidcli.render.web.page import page, resource, script_element, script_of, text
 from rigidcli.report import Column, Field, Report, Step, Table
@@ -90,7 +91,7 @@ def _section(report: Report, look: Look, head: str, anchor: str, *, is_cell: boo
     return "".join(
         [
             f'<section class="rigidcli"{name}>\n<{head}>{text(report.heading)}</{head}>\n',
-            *_front(_figures(report, look, is_cell=is_cell), _results(report, look)),
+            *_front(_figures(report, look, is_cell=is_cell), _results_of(report, look)),
             *_tables(report.tables, look),
             *_working(report.steps if look.steps else (), look),
             *_notes(report),
@@ -114,6 +115,12 @@ def _figures(report: Report, look: Look, *, is_cell: bool) -> Iterator[str]:
 
     A body is seen once: the picture stands for its view in print, and where scripts may not run.
     """
+    if report.motions:
+        from rigidcli.render.web.replay import replay
+
+        scenes = {_swept(each, look): each.scene for each in report.motions}
+        yield replay(report.motions[0].scene, look, PAGE, scenes)
+        return
     scene = report.scene
     rests = scene is None and not is_cell and any(first.kind == "body" for first in report.pictures[:1])
     if scene is not None or rests:
@@ -127,6 +134,24 @@ def _figures(report: Report, look: Look, *, is_cell: bool) -> Iterator[str]:
     if report.pictures and has_library("drawing"):
         kind = " class=still" if rests else ""
         yield f"<figure{kind}>{inline_picture(report)}</figure>\n"
+
+
+def _swept(report: Report, look: Look) -> str:
+    """The values of the swept keys, as a reader sees them beside a slider."""
+    return ", ".join(
+        f"{entry.key} = {cell_text(entry.value, look.digits, plain_number)} {raised(entry.unit)}".rstrip()
+        for entry in report.swept
+    )
+
+
+def _results_of(report: Report, look: Look) -> Iterator[str]:
+    """The results; of a sweep those of each value, of which the script shows one at a time if they differ."""
+    each = ["".join(_results(one, look)) for one in report.motions]
+    if len(set(each)) < 2:
+        yield from each[:1] or (_results(report, look) if report.fields else ())
+        return
+    for place, one in enumerate(each):
+        yield f"<div class=chosen{' hidden' if place else ''}>{one}</div>\n"
 
 
 def _results(report: Report, look: Look) -> Iterator[str]:

@@ -19,7 +19,7 @@ _TOKEN = re.compile(
     |(?P<function>\b(?:{"|".join(FUNCTIONS)})(?=\())
     |\bd(?P<coordinate>[a-z]\w*)/dt\b
     |(?P<differential>\bd[A-Z](?=/d)|(?<=/)d\w+|\bdm\b(?!-))
-    |(?P<symbol>(?<![\w'])(?:(?:{_GREEK}|[A-Za-z])\d*(?:_\w+)?|I[xyz]{{2}}|(?:{_GREEK}|[a-z]\w*)d?dot)(?![\w']|-[a-z]{3}))
+    |(?P<symbol>(?<![\w'])(?:(?:{_GREEK}|[A-Za-z])\d*(?:_\w+)?|I[xyz]{{2}}|(?:{_GREEK}|[a-z]\w*)d?dot)(?![\w']|-[a-z]{{3}}))
     |(?P<number>(?<![\w.])\d+(?:\.\d+)?(?:e-?\d+)?(?!\w|\.\d))
     |(?P<power>\*\*-?|\^-?)
     |(?P<sign>[<>]=|\ [-+=<>]\ |(?<!\w)-(?=[\w(])|(?<=\))-|[*/+=<>(){{}}])

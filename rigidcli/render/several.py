@@ -108,7 +108,9 @@ def gathered(reports: Iterable[Report], look: Look, tell: Callable[[str], None])
     columns: dict[str, list[Value]] = {}
     units: dict[str, str] = {}
     results, sources, last = dict[str, None](), list[str](), None
+    moving: list[Report] = []
     for last in reports:
+        moving += [last] if last.scene is not None else []
         row = row_of(last)
         shown = (entry for entry in last.fields if look.verbose or not entry.diagnostic)
         results |= dict.fromkeys(head for entry in shown for head in entry.cells)
@@ -137,7 +139,7 @@ def gathered(reports: Iterable[Report], look: Look, tell: Callable[[str], None])
         ),
     )
     name = f"{names[0]}{' and others' if len(set(names)) > 1 else ''}"
-    yield Report(last.schema, name, last.source, last.title, (), tables=(table,))
+    yield Report(last.schema, name, last.source, last.title, (), tables=(table,), motions=tuple(moving))
 
 
 def _varies(values: list[Value], look: Look) -> bool:

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from pathlib import Path
 
+import pytest
+
 from tests.browser.conftest import Browser
 from tests.conftest import Program
 
@@ -84,3 +86,40 @@ def test_the_pages_of_a_class(browser: Browser, program: Program, tmp_path: Path
         assert browser.overflow <= 0, width
     assert browser.complaints() == []
     assert set(browser.requests()) <= {index.as_uri(), *links}
+
+
+def test_a_slider_chooses_a_value_of_a_sweep(browser: Browser, program: Program, tmp_path: Path) -> None:
+    """The value, the motion and the results change together; nothing is fetched."""
+    file = tmp_path / "page.html"
+    sweep = ("--sweep", "top.spin=1000 rpm,2000 rpm,3000 rpm", FILES[1])
+    assert program("euler", "-q", "-f", "html", "-o", str(file), *sweep).code == 0
+    browser.open_page(file, 390, still=True)
+    readings = "[...document.querySelectorAll('.readings div')]"
+    spin = f"{readings}.find((each) => each.textContent.startsWith('ω3')).lastChild.textContent"
+    seen = []
+    for place in range(3):
+        browser.driver.execute_script(
+            "const slider = document.querySelector('.choice input');"
+            "slider.value = arguments[0]; slider.oninput()",
+            place,
+        )
+        shown = browser.ask("document.querySelector('.choice output').textContent")
+        reading = float(browser.ask(spin).split()[0])
+        assert float(shown.split()[2]) == pytest.approx(reading, rel=1e-4)
+        (results,) = browser.ask(
+            "[...document.querySelectorAll('.chosen:not([hidden])')].map((e) => e.textContent)"
+        )
+        seen.append((reading, results))
+    assert len(set(seen)) == len({results for _, results in seen}) == 3
+    assert browser.overflow <= 0
+    assert browser.complaints() == []
+    assert browser.requests() == [file.as_uri()]
+    assert browser.ask("document.querySelectorAll('canvas').length") == 1
+
+
+def test_a_long_sweep_is_a_table(program: Program) -> None:
+    outcome = program(
+        "euler", "-q", "-f", "html", "--sweep", "top.spin=100:300:61", "--samples", "2", FILES[1]
+    )
+    assert outcome.out.count("<tr>") == 62
+    assert "<canvas" not in outcome.out

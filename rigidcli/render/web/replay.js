@@ -45,19 +45,9 @@ class Replay {
     this.find = (selector) => figure.querySelector(selector);
     const data = JSON.parse(this.find('script[type="application/json"]').textContent);
     this.digits = Math.min(data.digits, MOST_DIGITS);
-    this.times = floats(data.times, Float64Array);
-    this.readings = data.readings.map(({ unit, values }) => ({ unit, values: floats(values, Float64Array) }));
-    this.orientation = data.orientation && floats(data.orientation, Float32Array);
-    this.turns = data.turns && floats(data.turns, Float32Array);
-    this.stages = data.stages;
     const arrays = data.arrays.map((text) => floats(text, Float32Array));
-    for (const part of this.stages.flatMap((stage) => stage.parts)) {
-      part.points = arrays[part.points];
-      part.size = part.motion === "traced" ? 3 : part.count;  // the numbers at a time of what moves
-    }
-    [this.start, this.end] = [this.times.at(0), this.times.at(-1)];
-    this.duration = this.end - this.start;
-    this.pace = this.duration / data.seconds;
+    this.motions = [data, ...data.others ?? []].map((motion) => this.unpack(motion, arrays));
+    this.load(this.motions[0]);
     [this.time, this.doublings] = [this.start, 0];
     this.playing = this.inView = this.met = false;
     this.hidden = new Set();
@@ -79,12 +69,54 @@ class Replay {
     this.tell("");
   }
 
+  unpack(sent, arrays) {
+    const motion = {
+      ...sent,
+      times: floats(sent.times, Float64Array),
+      readings: sent.readings.map(({ unit, values }) => ({ unit, values: floats(values, Float64Array) })),
+      orientation: sent.orientation && floats(sent.orientation, Float32Array),
+      turns: sent.turns && floats(sent.turns, Float32Array),
+    };
+    for (const part of motion.stages.flatMap((stage) => stage.parts)) {
+      part.points = arrays[part.points];
+      part.size = part.motion === "traced" ? 3 : part.count;  // the numbers at a time of what moves
+    }
+    return motion;
+  }
+
+  load(motion) {
+    const { times, readings, orientation, turns, stages, seconds } = motion;
+    Object.assign(this, { times, readings, orientation, turns, stages });
+    [this.start, this.end] = [times.at(0), times.at(-1)];
+    this.duration = this.end - this.start;
+    this.pace = this.duration / seconds;
+  }
+
+  // Another value of a sweep: the motion, as far as before, and the results that belong to it.
+  vary(place) {
+    const share = (this.time - this.start) / this.duration, stage = this.stages.indexOf(this.stage);
+    this.load(this.motions[place]);
+    this.time = this.start + share * this.duration;
+    this.stage = this.stages[Math.min(stage, this.stages.length - 1)];
+    const slider = this.find(".choice input"), name = JSON.parse(slider.dataset.names)[place];
+    this.find(".choice output").textContent = name;
+    slider.setAttribute("aria-valuetext", name);
+    const results = this.figure.closest("section")?.querySelectorAll(".chosen") ?? [];
+    results.forEach((each, k) => { each.hidden = k !== place; });
+    dispatchEvent(new Event("resize"));  // the formulas in them are fitted
+    this.dress();
+    this.change(0);
+    this.read();
+  }
+
   // --- What a reader does
 
   listen() {
     for (const each of this.figure.querySelectorAll("button")) each.onclick = this.actions[each.dataset.do];
-    this.slider = this.find("input[type=range]");
+    this.slider = this.find(".controls input");
     this.slider.oninput = () => this.go(this.start + this.slider.value / this.slider.max * this.duration);
+    const choice = this.find(".choice input");
+    if (choice) choice.oninput = () => this.vary(+choice.value);
     this.find("select").onchange = (event) => this.choose(+event.target.value);
     const stage = this.find(".stage");
     new ResizeObserver(() => this.ask()).observe(stage);
@@ -255,7 +287,7 @@ class Replay {
     this.lacking = !gl;
     this.tell(gl ? "" : "This browser has no WebGL2, which the picture needs; the readings go on without it.");
     this.painter = gl && new Painter(gl);
-    for (const part of this.stages.flatMap((stage) => stage.parts)) part.held = null;
+    for (const { stages } of this.motions) for (const { parts } of stages) for (const part of parts) part.held = null;
     return this.painter;
   }
 
@@ -294,14 +326,20 @@ class Replay {
   }
 
   // Half of the width and of the height of all that a stage shows, as it is seen at the beginning.
-  extent(stage) {
-    if (stage.flat) return stage.half;
-    const seen = viewed(...VIEWS.space), count = (this.orientation?.length ?? 4) / 4;
+  // It is that of all values of a sweep, so that they can be compared.
+  extent(place) {
+    const each = this.motions.map((motion) => this.seen(motion, motion.stages[place])).filter(Boolean);
+    return [0, 1].map((k) => Math.max(...each.map((extent) => extent[k])));
+  }
+
+  seen({ orientation }, stage) {
+    if (!stage || stage.flat) return stage?.half;
+    const seen = viewed(...VIEWS.space), count = (orientation?.length ?? 4) / 4;
     const poses = Array.from({ length: POSES }, (_, k) => 4 * Math.round(k * (count - 1) / (POSES - 1)));
     let [x, y] = [LEAST_SEEN, LEAST_SEEN];
     for (const { points, carried, motion } of stage.parts) {
-      const turns = carried ? poses.map((at) => matrix([...this.orientation.subarray(at, at + 4)])) : [IDENTITY];
-      const most = motion === "still" ? MOST_CORNERS : POSES * MOST_CORNERS;
+      const turns = carried ? poses.map((at) => matrix([...orientation.subarray(at, at + 4)])) : [IDENTITY];
+      const most = (motion === "still" ? 1 : POSES) * MOST_CORNERS / this.motions.length;
       const step = 3 * Math.ceil(points.length / 3 / most);
       for (let i = 0; i < points.length; i += step) {
         for (const turn of turns) {
@@ -315,7 +353,7 @@ class Replay {
   }
 
   camera() {
-    const { width, height } = this.canvas, [x, y] = this.stage.extent ??= this.extent(this.stage);
+    const { width, height } = this.canvas, [x, y] = this.stage.extent ??= this.extent(this.stages.indexOf(this.stage));
     const filled = Math.min(MOST_FILLED, 1 - ROOM / this.canvas.clientHeight);
     const focus = filled * DISTANCE * this.zoom * Math.min(width / height / (x || 1e-9), 1 / (y || 1e-9));
     return {

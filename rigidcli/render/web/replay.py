@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import json
 from base64 import b64encode
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from typing import Any, TypeAlias
 
@@ -32,6 +32,9 @@ from rigidcli.scene import Part, Scene, Stage
 
 Rows: TypeAlias = NDArray[np.intp]
 """Indices of samples of a scene."""
+
+Extent: TypeAlias = tuple[Floats, Floats, float]
+"""The middle of a view (3), half of its extent along x, y and z (3), and its reach from the middle."""
 
 MOST_TRIANGLES = 8_000
 """The most triangles of one surface: 0.4 MB, and drawn in less than a millisecond."""
@@ -57,33 +60,51 @@ def player() -> tuple[str, str]:
     return resource("replay.css"), script_of("drawing.js", "replay.js")
 
 
-def replay(scene: Scene, look: Look, most: int) -> str:
+def replay(scene: Scene, look: Look, most: int, others: Mapping[str, Scene] | None = None) -> str:
     """The figure, for a page with the `player`: all text in it is escaped, and no data ends its element.
 
     Where the samples have more than `most` numbers, evenly chosen ones are shown, and surfaces are coarser.
+    A slider chooses among the `others`, by their names, of which `scene` is the first.
     """
-    rows, arrays = _rows(scene, most), dict[str, int]()
+    scenes, arrays = list((others or {"": scene}).values()), dict[str, int]()
+    share = most // len(scenes)
+    # All views of a kind have the same middle and scale, so that motions can be compared.
+    extents = [[_extent(each, stage) for stage in each.stages] for each in scenes]
+    if len({len(each) for each in extents}) == 1:
+        extents = [[_joined(alike) for alike in zip(*extents, strict=True)]] * len(scenes)
+    first, *further = [
+        _motion(each, sizes, share, arrays) for each, sizes in zip(scenes, extents, strict=True)
+    ]
+    data = {**first, "arrays": list(arrays), "digits": look.digits}
+    if further:
+        data["others"] = further
+    return "".join(_figure(scene, list(others or ()), json.dumps(data, separators=(",", ":"))))
+
+
+def _motion(scene: Scene, extents: Sequence[Extent], most: int, arrays: dict[str, int]) -> dict[str, Any]:
+    """A scene as it is sent, with about as many numbers as `most`; packed arrays are in `arrays`."""
+    rows = _rows(scene, most)
     finest = min(MOST_TRIANGLES, most // 8)
     readings = replace(scene.readings, columns=tuple(map(without_noise, scene.readings.columns)))
-    data = {
-        "stages": [_stage(scene, stage, rows, finest, arrays) for stage in scene.stages],
-        "arrays": list(arrays),
+    data: dict[str, Any] = {
+        "stages": [
+            _stage(scene, stage, extent, rows, finest, arrays)
+            for stage, extent in zip(scene.stages, extents, strict=True)
+        ],
         "times": _packed(scene.times[rows], "f8"),
         "readings": [
             {"unit": raised(column.unit), "values": _packed(np.asarray(column.values)[rows], "f8")}
             for column in single_cells(readings)
         ],
-        "digits": look.digits,
     }
     turns = None
     if scene.orientation is not None:
         turns = _turns(scene, rows)
         data |= {"orientation": _packed(scene.orientation[rows]), "turns": _packed(turns)}
-    data["seconds"] = _seconds(scene, turns)
-    return "".join(_figure(scene, json.dumps(data, separators=(",", ":"))))
+    return data | {"seconds": _seconds(scene, turns)}
 
 
-def _figure(scene: Scene, data: str) -> Iterator[str]:
+def _figure(scene: Scene, choices: Sequence[str], data: str) -> Iterator[str]:
     yield "<figure class=rigidcli-replay>\n"
     options = "".join(
         f"<option value={place}>{text(lettered(stage.title))}</option>"
@@ -93,6 +114,8 @@ def _figure(scene: Scene, data: str) -> Iterator[str]:
     heads = "".join(f"<div><dt>{_symbol(column)}</dt><dd></dd></div>" for column in columns)
     label = f"{scene.title}: {scene.stages[0].title}, in three dimensions"
     yield _FRAME.format(title=text(scene.title), label=text(label), options=options, readings=heads)
+    if choices:
+        yield _CHOICE.format(last=len(choices) - 1, names=text(json.dumps(choices)), first=text(choices[0]))
     # A `<` in data is written as an escape of JSON, so that no text of a document ends the element.
     yield f"<script type=application/json>{data.replace('<', chr(92) + 'u003c')}</script>\n</figure>\n"
 
@@ -129,6 +152,11 @@ _FRAME = """<div class=title><figcaption>{title}</figcaption>
 ← → step in time, ↑ ↓ change the speed, </span>+ − zoom, shift and arrows turn, 0 resets the view.</p>
 """
 """The elements around the picture; they are hidden until the script runs."""
+
+_CHOICE = """<label class=choice><input type=range min=0 max={last} step=1 value=0 aria-label="Value"
+data-names="{names}"><output>{first}</output></label>
+"""
+"""The slider over the values of a sweep."""
 
 
 def _rows(scene: Scene, most: int) -> Rows:
@@ -168,12 +196,14 @@ def _seconds(scene: Scene, turns: Floats | None) -> float:
     return duration if 0.4 * followed <= duration <= 2.5 * followed else followed
 
 
-def _stage(scene: Scene, stage: Stage, rows: Rows, finest: int, arrays: dict[str, int]) -> dict[str, Any]:
+def _stage(
+    scene: Scene, stage: Stage, extent: Extent, rows: Rows, finest: int, arrays: dict[str, int]
+) -> dict[str, Any]:
     """A stage as it is sent, in units of its reach; `arrays` holds packed arrays by their place in a list.
 
     A surface has at most `finest` triangles.
     """
-    centre, half, reach = _extent(scene, stage)
+    centre, half, reach = extent
     parts = []
     for part in stage.parts:
         mark = part.mark
@@ -189,11 +219,20 @@ def _stage(scene: Scene, stage: Stage, rows: Rows, finest: int, arrays: dict[str
                 "points": arrays.setdefault(_packed(points / reach), len(arrays)),
             }
         )
-    extent = {"centre": (centre / reach).tolist(), "half": (half / reach).tolist()}
-    return {"flat": stage.is_flat, **extent, "parts": parts}
+    place = {"centre": (centre / reach).tolist(), "half": (half / reach).tolist()}
+    return {"flat": stage.is_flat, **place, "parts": parts}
 
 
-def _extent(scene: Scene, stage: Stage) -> tuple[Floats, Floats, float]:
+def _joined(extents: Sequence[Extent]) -> Extent:
+    """The extent of views that are shown in turn."""
+    low = np.min([centre - half for centre, half, _ in extents], axis=0)
+    high = np.max([centre + half for centre, half, _ in extents], axis=0)
+    middle = (low + high) / 2
+    reach = max(reach + float(np.linalg.norm(centre - middle)) for centre, _, reach in extents)
+    return middle, (high - low) / 2, reach
+
+
+def _extent(scene: Scene, stage: Stage) -> Extent:
     """The middle of a stage (3), half of its extent (3), and its reach from the middle in any direction.
 
     The middle is on the axis z through O where something turns.
