@@ -145,12 +145,13 @@ def check(
     """
     from tempfile import TemporaryDirectory
 
-    from rigidcli.homework import files, hand_ins
-    from rigidcli.homework import roster as students
     from rigidcli.homework.assignment import prepare
-    from rigidcli.homework.judge import run
+    from rigidcli.homework.files import gather
+    from rigidcli.homework.hand_ins import papers
+    from rigidcli.homework.overrides import read_overrides
     from rigidcli.homework.reports import Style
     from rigidcli.homework.reports.formats import render
+    from rigidcli.homework.roster import read_roster
 
     levels = list(Feedback)
     if feedback not in levels:
@@ -159,19 +160,16 @@ def check(
     if not answers:
         raise UsageError("no answers are named: expected files, folders of them, or a zip")
     prepared = prepare(os.fspath(assignment), {name: globals()[name] for name in STUDIES})
-    people = None if roster is None else students.read_roster(os.fspath(roster))
-    person = None if overrides is None else students.read_overrides(overrides, prepared.worth, people)
+    notes = [*map(str, prepared.notes)]
+    people = None if roster is None else read_roster(roster)
+    scores = None if overrides is None else read_overrides(overrides, prepared.worth, people)
     with TemporaryDirectory(prefix="rigidcli-") as scratch:
-        gathered = files.gather([os.fspath(name) for name in answers], os.fspath(assignment), Path(scratch))
-        if gathered.problems:
-            raise DocumentError(gathered.problems)
-        papers, notes, others = hand_ins.papers(gathered, people, prepared.questions, jobs)
-        papers, own, said = prepared.for_students(papers, people)
-        judged = list(run(prepared.items, papers, jobs, own=own))
-    beside = {str(Path(paper.source).parent / name) for paper in judged for name in paper.files}
-    notes = [*map(str, prepared.notes), *notes, *said, *(note for paper in judged for note in paper.notes)]
-    notes += files.unnamed(others, beside)
-    if person is not None:
-        judged = list(students.overridden(judged, person, notes))
-    style = Style(Feedback(feedback), late=any(paper.late for paper in judged))
+        batch = gather([os.fspath(name) for name in answers], os.fspath(assignment), Path(scratch))
+        if batch.problems:
+            raise DocumentError(batch.problems)
+        handed_in = papers(batch, people, prepared.questions, jobs)
+        notes += handed_in.notes
+        told = prepared.judged(handed_in, people, scores, jobs, lambda source, said: notes.extend(said))
+        judged = list(told)
+    style = Style(Feedback(feedback), late=any(student.late for student in judged))
     return Judgements([json.loads(line) for line in render("json", judged, style)], notes)

@@ -3,19 +3,20 @@
 # Annotations here are objects, not texts: typer reads them.
 
 import os
-import tempfile
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from enum import StrEnum
 from functools import partial
+from importlib import import_module
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, TypeAlias
+from tempfile import TemporaryDirectory
+from typing import TYPE_CHECKING, Annotated, Any, NamedTuple, TypeAlias
 
 import typer
 
-import rigidcli
 from rigidcli.cli.failures import Failures, complain, progress, tell_notes
 from rigidcli.cli.options import NoHeader, OutputPath, Quiet, format_option, listed, whole
 from rigidcli.cli.output import Folder, Output, is_folder
+from rigidcli.commands import STUDIES
 from rigidcli.errors import UsageError
 from rigidcli.homework import Feedback
 
@@ -23,11 +24,11 @@ if TYPE_CHECKING:
     from rigidcli.document.document import Document
     from rigidcli.homework.assignment import Prepared
     from rigidcli.homework.base import Judgement
-    from rigidcli.homework.files import Place
+    from rigidcli.homework.keys import Study
     from rigidcli.homework.reports import Style
+    from rigidcli.homework.reports.gradebooks import Gradebook
     from rigidcli.report import Report
 
-    Fill: TypeAlias = Callable[[Iterator[Judgement], Mapping[str, Sequence[str]]], tuple[str, Sequence[str]]]
     View: TypeAlias = Callable[[Iterator[Judgement], Style], Iterator[str]]
 
 NOT_CORRECT = 1
@@ -38,7 +39,7 @@ CheckFormat = StrEnum("CheckFormat", "table json csv junit gradescope html")
 """The output formats of judgements."""
 
 
-TABULAR = {
+FORMATS_OF_VIEWS = {
     "--items": ("table", "json", "csv"),
     "--regrade": ("table",),
     "--canvas": ("table", "csv"),
@@ -53,9 +54,14 @@ Gradebooks and wide rows are csv in both of their formats; sheets are pages in h
 """
 
 
-def studies(steps: bool = False) -> "dict[str, Callable[[Document], Report]]":
-    """The studies that work out keys; their reports may have steps."""
-    return {name: partial(getattr(rigidcli, name), steps=steps) for name in rigidcli.STUDIES}
+def studies(steps: bool = False) -> "dict[str, Study]":
+    """The studies that work out keys, each loaded when it is asked; their reports may have steps."""
+
+    def study(name: str, document: "Document") -> "Report":
+        report: Report = import_module(f"rigidcli.studies.{name}").run(document, steps=steps)
+        return report
+
+    return {name: partial(study, name) for name in STUDIES}
 
 
 def _file(name: str, metavar: str, help: str) -> Any:
@@ -91,6 +97,39 @@ Selftest = Annotated[bool, typer.Option("--selftest", help=KEYS)]
 Steps = Annotated[bool, typer.Option("--steps", help="Solutions on the pages, too; with --feedback full.")]
 
 
+class Request(NamedTuple):
+    """What the user asks of `check`: its options, and `view`, the one that asks for more than judgements.
+
+    `file` is the old run of --regrade, or the gradebook.
+    """
+
+    assignment: str
+    answers: Sequence[str]
+    lists: Sequence[str]
+    view: str
+    file: str | None
+    format: CheckFormat
+    output: str | None
+    feedback: Feedback
+    jobs: int | None
+    column: str | None
+    roster: str | None
+    overrides: str | None
+    steps: bool
+    header: bool
+    quiet: bool
+
+    @property
+    def is_gradebook(self) -> bool:
+        """Whether a gradebook is filled."""
+        return self.view in ("--canvas", "--moodle")
+
+    @property
+    def files(self) -> Sequence[str]:
+        """The files that are read besides the assignment and the answers."""
+        return [*filter(None, (self.file, self.roster, self.overrides)), *self.lists]
+
+
 def check(
     assignment: Annotated[str, typer.Argument(metavar="ASSIGNMENT", help="The questions and their keys.")],
     answers: Annotated[
@@ -119,195 +158,111 @@ def check(
 
     Example: rigidcli check homework.yaml answers/ -f csv -o scores.csv
     """
-    answers, lists = listed(answers or ())
+    given, lists = listed(answers or ())
     chosen = {"--items": items, "--regrade": regrade, "--canvas": canvas, "--moodle": moodle, "--wide": wide}
     chosen |= {"--selftest": selftest, "--sheets": sheets}
-    views = [option for option, given in chosen.items() if given]
+    views = [option for option, value in chosen.items() if value]
     if len(views) > 1:
         raise typer.BadParameter(f"{' and '.join(views)} exclude each other")
-    alone = next((option for option in views if option in ("--selftest", "--sheets")), None)
-    if bool(answers) == bool(alone):
-        wrong = f"{alone} takes no ANSWERS" if alone else "expected ANSWERS: files, or folders of them"
-        raise typer.BadParameter(wrong)
-    if views and format not in TABULAR[views[0]]:
-        raise typer.BadParameter(f"{views[0]} has no other format than {', '.join(TABULAR[views[0]])}")
-    if steps and (feedback is not Feedback.full or format is not CheckFormat.html):
-        raise typer.BadParameter("--steps shows the keys: it is for html with --feedback full")
-    if sheets and roster is None:
-        raise typer.BadParameter("--sheets are for the students of a --roster")
-    if selftest and roster is not None:
-        raise typer.BadParameter("--selftest takes no --roster")
-    if sheets and format is not CheckFormat.csv:
-        format = CheckFormat.html
-        if not is_folder(output):
-            raise typer.BadParameter(
-                "--sheets are pages: name a folder for them, as in `-o sheets/`; or -f csv"
-            )
-    book = canvas or moodle
-    if column is not None and book is None:
-        raise typer.BadParameter("--column is for --canvas and --moodle")
+    asked = Request(
+        *(assignment, given, lists, "".join(views), regrade or canvas or moodle, format, output, feedback),
+        *(jobs, column, roster, overrides, steps, not no_header, quiet),
+    )
+    require_consistent(asked)
+    if asked.view == "--sheets" and format is not CheckFormat.csv:
+        asked = asked._replace(format=CheckFormat.html)
+    run = {"--sheets": hand_out, "--selftest": test_keys}.get(asked.view, judge)
     failures = Failures()
-    if alone:
-        with failures.of(assignment), _target(format, output, Feedback.hint) as target:
-            code = without_answers(assignment, roster, target, not no_header, quiet)
-            failures.code = max(failures.code, code)
-        raise typer.Exit(failures.code)
-    with (
-        failures.of(assignment),
-        _target(format, output, feedback) as target,
-        tempfile.TemporaryDirectory(prefix="rigidcli-") as scratch,
-    ):
-        from rigidcli.homework import files, hand_ins
-        from rigidcli.homework import roster as students
-        from rigidcli.homework.assignment import prepare
-        from rigidcli.homework.base import MISSING
-        from rigidcli.homework.judge import run
-        from rigidcli.homework.reports import Style
-
-        prepared = prepare(assignment, studies(steps))
-        target.protect(*prepared.files, *filter(None, (regrade, book, roster, overrides)), *lists)
-        for note in () if quiet else prepared.notes:
-            complain(str(note))
-        width, colour = target.terminal()
-        remarks = list[str]()
-        remark = partial(_remark, quiet, remarks)
-        view = view_of(format, items, regrade, wide)
-        fill = gradebook(book, moodle is not None, column, prepared.title) if book else None
-        batch = files.gather(answers, assignment, Path(scratch))
-        target.protect(*(place.file for place in batch.places))
-        # A gradebook is a list of students, too.
-        class_list = students.read_roster(listing) if (listing := roster or book) else None
-        person = None if overrides is None else students.read_overrides(overrides, prepared.worth, class_list)
-        # Gradescope runs this for one student, and waits for a result of those, too, who hand in nothing.
-        is_single = format is CheckFormat.gradescope
-        papers, notes, others = hand_ins.papers(
-            batch,
-            None if is_single else class_list,
-            prepared.questions,
-            jobs,
-            one=Path(answers[0]).absolute().stem if is_single else "",
-            listing="roster" if roster else "gradebook",
-        )
-        unhanded = is_single and not papers
-        if unhanded:
-            papers = [students.Paper(Path(answers[0]).absolute().stem, outcome=MISSING)]
-        style = Style(feedback, not no_header, width, colour, any(paper.is_late for paper in papers))
-        for problem in batch.problems:
-            complain(str(problem))
-            remarks.append(str(problem))
-            is_small = unhanded or batch.is_whole  # such as an entry of an archive
-            failures.code = max(failures.code, NOT_CORRECT if is_small else UsageError.exit_code)
-        if book and not roster and prepared.variants is not None:
-            hint = "`--roster FILE.csv` is the list of students with which the sheets were made"
-            raise UsageError("the values of a student follow from the name in the roster", hint=hint)
-        if book and fill and class_list:
-            if not batch.is_whole:
-                raise UsageError("not all of ANSWERS can be read, and the gradebook is not filled")
-            view = partial(filled, book, fill, class_list.aliases, notes, quiet)
-        if not papers and not batch.problems:
-            raise UsageError("there is no hand-in in ANSWERS", hint="; ".join(notes) or None)
-        remark(listing or prepared.source, notes)
-        with progress() as show:
-            papers, own, said = prepared.for_students(papers, class_list, show)
-            remark(prepared.source, said)
-            if format is CheckFormat.html:
-                view = pages(prepared, remarks, target, steps=steps)
-            judgements = run(prepared.items, papers, jobs, show, own=own)
-            late = list[str]()
-            if person is not None:
-                judgements = students.overridden(judgements, person, late)
-            judged = noted(judgements, others, prepared.source, failures, remark, target)
-            for piece in view(judged, style):
-                target.write(piece)
-            remark(overrides or "", late)
+    with failures.of(assignment), _target(asked) as target:
+        run(asked, target, failures)
     raise typer.Exit(failures.code)
 
 
-def _target(format: CheckFormat, path: str | None, feedback: Feedback) -> Output:
+def require_consistent(asked: Request) -> None:
+    """Raise BadParameter for options that do not go together."""
+    view, formats = asked.view, FORMATS_OF_VIEWS.get(asked.view, tuple(CheckFormat))
+    needs_answers = view not in ("--selftest", "--sheets")
+    is_folder_missing = asked.format is not CheckFormat.csv and not is_folder(asked.output)
+    wrong = {
+        f"{view} takes no ANSWERS": asked.answers and not needs_answers,
+        "expected ANSWERS: files, or folders of them": needs_answers and not asked.answers,
+        f"{view} has no other format than {', '.join(formats)}": asked.format not in formats,
+        "--steps shows the keys: it is for html with --feedback full": asked.steps
+        and (asked.feedback is not Feedback.full or asked.format is not CheckFormat.html),
+        "--sheets are for the students of a --roster": view == "--sheets" and asked.roster is None,
+        "--selftest takes no --roster": view == "--selftest" and asked.roster is not None,
+        "--sheets are pages: name a folder for them, as in `-o sheets/`; or -f csv": view == "--sheets"
+        and is_folder_missing,
+        "--column is for --canvas and --moodle": asked.column is not None and not asked.is_gradebook,
+    }
+    for message, is_wrong in wrong.items():
+        if is_wrong:
+            raise typer.BadParameter(message)
+
+
+def _target(asked: Request) -> Output:
     """Where results go; for pages, it may be a folder. Raises UsageError where that is not clear."""
-    if format is not CheckFormat.html or path in (None, "-"):
+    path = asked.output
+    if asked.format is not CheckFormat.html or path is None or path == "-":
         return Output(path)
-    place = Path(str(path))
-    named = str(path).endswith((os.sep, os.altsep or os.sep))
+    place = Path(path)
+    named = path.endswith((os.sep, os.altsep or os.sep))
     if not (named or place.exists() or place.suffix):
         hint = f"`-o {path}/` writes a page for each student, too, `-o {path}.html` the class on one page"
         raise UsageError(f"`{path}` may be a file or a folder", hint=hint)
     if not (named or place.is_dir()):
         return Output(path)
-    if feedback is Feedback.none:
+    if asked.feedback is Feedback.none and asked.view != "--sheets":
         hint = f"`--feedback verdict` tells them more; `-o {place}.html` writes the class on one page"
         raise UsageError("`--feedback none` leaves nothing to say on the pages of students", hint=hint)
-    return Folder(str(path))
+    return Folder(path)
 
 
-def _remark(quiet: bool, kept: list[str], source: str, notes: Sequence[str]) -> None:
-    """Print notes on files and students, unless the user wants none, and keep them for a page."""
-    tell_notes(source, notes, quiet)
-    kept += [f"{source}: {note}" for note in notes]
-
-
-def pages(prepared: "Prepared", remarks: Sequence[str], target: Output, *, steps: bool) -> "View":
-    """The function that turns judgements into the page of a class, or into those of a folder."""
-    from rigidcli.homework.reports import pages as report
-
-    solutions = report.worked(prepared.solutions) if steps else {}
-    course = report.Course(prepared.title, remarks, solutions)
-    if not isinstance(target, Folder):
-        return lambda judgements, style: report.one_page(judgements, course, style)
-
-    def fill(judgements: "Iterator[Judgement]", style: "Style") -> Iterator[str]:
-        for name, content in report.pages(judgements, course, style):
-            target.begin(name)
-            yield content
-
-    return fill
-
-
-def without_answers(assignment: str, roster: str | None, target: Output, header: bool, quiet: bool) -> int:
-    """Write the sheets of the students of a roster, or without one test the keys. Returns the exit code."""
+def prepared_for(asked: Request, target: Output) -> "Prepared":
+    """The assignment with its keys; what in it does nothing is told. Raises DocumentError."""
     from rigidcli.homework.assignment import prepare
+
+    prepared = prepare(asked.assignment, studies(asked.steps))
+    target.protect(*prepared.files, *asked.files)
+    for note in () if asked.quiet else prepared.notes:
+        complain(str(note))
+    return prepared
+
+
+# --- without answers
+
+
+def test_keys(asked: Request, target: Output, failures: Failures) -> None:
+    """Write what each question would do, and whether its own key is right."""
     from rigidcli.homework.judge import selftest
 
-    prepared = prepare(assignment, studies())
-    target.protect(*prepared.files, *filter(None, [roster]))
-    for note in () if quiet else prepared.notes:
-        complain(str(note))
-    if roster is not None:
-        with progress() as show:
-            hand_out(prepared, roster, target, header, show)
-        return 0
-    code = 0
+    prepared = prepared_for(asked, target)
     for questions in prepared.trials():
         for words, is_right in selftest(questions, prepared.questions):
             target.write(words)
-            code = max(code, 0 if is_right else NOT_CORRECT)
-    return code
+            failures.code = max(failures.code, 0 if is_right else NOT_CORRECT)
 
 
-def hand_out(
-    prepared: "Prepared",
-    roster: str,
-    target: Output,
-    header: bool,
-    progress: Callable[[float], None],
-) -> None:
+def hand_out(asked: Request, target: Output, failures: Failures) -> None:
     """Write the sheet of each student of a roster: pages into a folder, or the rows of a table."""
-    from rigidcli.homework import roster as students
     from rigidcli.homework.reports import Style
     from rigidcli.homework.reports import sheets as report
+    from rigidcli.homework.roster import read_roster
 
+    prepared = prepared_for(asked, target)
     if prepared.variants is None:
         hint = "`rigidcli new assignment` shows how parameters get other values for each student"
         raise UsageError("there are no `variants` in it, and so all sheets would be the same", hint=hint)
-    columns, rows = students.read_table(roster)
-    people = students.read_roster(roster)
-    questions = prepared.own(people.students, progress)
+    people = read_roster(str(asked.roster))
+    with progress() as show:
+        questions = prepared.own(people.students, show)
     sheets = [
-        report.Sheet(label, prepared.variants.of(people.students[label]), questions[label], rows[place])
-        for place, label in people.labels.items()
+        report.Sheet(label, prepared.variants.of(name), questions[label], people.rows[number])
+        for number, label in people.labels.items()
+        for name in [people.students[label]]
     ]
     if not isinstance(target, Folder):
-        for piece in report.csv(sheets, columns, Style(header=header)):
+        for piece in report.csv(sheets, people.head, Style(header=asked.header)):
             target.write(piece)
         return
     for name, content in report.pages(sheets, prepared.title):
@@ -315,70 +270,131 @@ def hand_out(
         target.write(content)
 
 
-def noted(
-    judgements: "Iterator[Judgement]",
-    others: "Sequence[Place]",
-    source: str,
-    failures: Failures,
-    remark: Callable[[str, Sequence[str]], None],
-    target: Output,
-) -> "Iterator[Judgement]":
-    """The judgements, whose notes are printed, and whose verdicts decide the exit code.
+# --- with answers
 
-    `others` are files beside the answers, which are listed in the end, if no answer names them.
-    """
-    from rigidcli.homework.files import unnamed
 
-    named = set[str]()
-    for judgement in judgements:
-        remark(judgement.source, judgement.notes)
+class Remarks:
+    """Notes on files and students: printed, unless the user wants none, and `kept` for a page."""
+
+    def __init__(self, quiet: bool) -> None:
+        self.kept: list[str] = []
+        self._quiet = quiet
+
+    def tell(self, source: str, notes: Sequence[str]) -> None:
+        """Take notes on a source."""
+        tell_notes(source, notes, self._quiet)
+        self.kept += [f"{source}: {note}" for note in notes]
+
+
+def judge(asked: Request, target: Output, failures: Failures) -> None:
+    """Write the judgements of what is handed in, in the view that the user asks for."""
+    from rigidcli.homework.files import gather
+    from rigidcli.homework.hand_ins import papers
+    from rigidcli.homework.overrides import read_overrides
+    from rigidcli.homework.reports import Style
+    from rigidcli.homework.roster import read_roster
+
+    prepared, remarks = prepared_for(asked, target), Remarks(asked.quiet)
+    book = read_gradebook(asked, prepared) if asked.is_gradebook else None
+    roster = read_roster(asked.roster) if asked.roster else book.people if book else None
+    overrides = None if asked.overrides is None else read_overrides(asked.overrides, prepared.worth, roster)
+    with TemporaryDirectory(prefix="rigidcli-") as scratch:
+        batch = gather(asked.answers, asked.assignment, Path(scratch))
+        target.protect(*(place.file for place in batch.places))
+        for problem in batch.problems:
+            complain(str(problem))
+            remarks.kept.append(str(problem))
+        if book and not batch.is_whole:
+            failures.code = max(failures.code, UsageError.exit_code)
+            raise UsageError("not all of ANSWERS can be read, and the gradebook is not filled")
+        # Gradescope runs this for one student, and waits for a result also of those who hand in nothing.
+        one = Path(asked.answers[0]).absolute().stem if asked.format is CheckFormat.gradescope else ""
+        listing = "gradebook" if book and not asked.roster else "roster"
+        handed_in = papers(
+            batch, None if one else roster, prepared.questions, asked.jobs, one=one, listing=listing
+        )
+        if batch.problems:
+            is_small = batch.is_whole or (one and not handed_in.papers[0].source)  # an entry of an archive
+            failures.code = max(failures.code, NOT_CORRECT if is_small else UsageError.exit_code)
+        elif not handed_in.papers:
+            raise UsageError("there is no hand-in in ANSWERS", hint="; ".join(handed_in.notes) or None)
+        remarks.tell(asked.roster or (book and asked.file) or prepared.source, handed_in.notes)
+        is_late = any(paper.is_late for paper in handed_in.papers)
+        style = Style(asked.feedback, asked.header, *target.terminal(), is_late)
+        fill = partial(filled, book, roster.aliases, handed_in.notes, remarks) if book and roster else None
+        view = fill or view_of(asked, prepared, target, remarks)
+        with progress() as show:
+            judged = prepared.judged(handed_in, roster, overrides, asked.jobs, remarks.tell, show)
+            for piece in view(watched(judged, failures, target), style):
+                target.write(piece)
+
+
+def watched(judged: "Iterator[Judgement]", failures: Failures, target: Output) -> "Iterator[Judgement]":
+    """The judgements, whose verdicts decide the exit code, and whose files are not written over."""
+    for judgement in judged:
         if any(question.verdict != "correct" for question in judgement.questions):
             failures.code = max(failures.code, NOT_CORRECT)
-        beside = [str(Path(judgement.source).parent / name) for name in judgement.files]
-        target.protect(*beside)
-        named.update(beside)
+        target.protect(*judgement.beside)
         yield judgement
-    remark(source, unnamed(others, named))
 
 
-def view_of(format: CheckFormat, items: bool, regrade: str | None, wide: bool) -> "View":
-    """The function that turns judgements into text; other files that it needs are read at once."""
-    if items:
-        from rigidcli.homework.reports import items as report
+def view_of(asked: Request, prepared: "Prepared", target: Output, remarks: Remarks) -> "View":
+    """The function that turns judgements into text; an old run is read at once. Raises DocumentError."""
+    from rigidcli.homework.reports import formats, items
 
-        def told(judgements: "Iterator[Judgement]", style: "Style") -> Iterator[str]:
-            every = list(judgements)
-            return report.TEXTS[format](report.tally(every), style, report.alike(every))
-
-        return told
-    if regrade is not None:
-        from rigidcli.homework.reports.items import changes, run_of
-
-        return partial(changes, run_of(regrade))
-    from rigidcli.homework.reports import formats
-
-    return formats.wide if wide else partial(formats.render, format)
+    if asked.view == "--items":
+        return partial(items.render, asked.format)
+    if asked.view == "--regrade":
+        return partial(items.changes, items.run_of(str(asked.file)))
+    if asked.view == "--wide":
+        return formats.wide
+    if asked.format is CheckFormat.html:
+        return pages_of(prepared, remarks.kept, target, steps=asked.steps)
+    return partial(formats.render, asked.format)
 
 
-def gradebook(path: str, is_moodle: bool, column: str | None, title: str) -> "Fill":
-    """The function that fills a gradebook, which is read at once. Raises RigidError."""
-    from rigidcli.homework.reports import gradebooks, read
+def pages_of(prepared: "Prepared", remarks: Sequence[str], target: Output, *, steps: bool) -> "View":
+    """The function that turns judgements into the page of a class, or into those of a folder."""
+    from rigidcli.homework.reports import pages
 
-    text, _ = read(path)
-    book = gradebooks.moodle(text, column) if is_moodle else gradebooks.canvas(text, column or title)
-    return partial(gradebooks.fill, book)
+    solutions = pages.worked(prepared.solutions) if steps else {}
+    course = pages.Course(prepared.title, remarks, solutions)
+    if not isinstance(target, Folder):
+        return lambda judgements, style: pages.one_page(judgements, course, style)
+
+    def fill(judgements: "Iterator[Judgement]", style: "Style") -> Iterator[str]:
+        for name, content in pages.pages(judgements, course, style):
+            target.begin(name)
+            yield content
+
+    return fill
+
+
+def read_gradebook(asked: Request, prepared: "Prepared") -> "Gradebook":
+    """The gradebook that is filled. Raises UsageError for what is none, or has not this column."""
+    from rigidcli.homework.reports import gradebooks
+    from rigidcli.homework.spreadsheets import read_spreadsheet
+
+    if prepared.variants is not None and not asked.roster:
+        hint = "`--roster FILE.csv` is the list of students with which the sheets were made"
+        raise UsageError("the values of a student follow from the name in the roster", hint=hint)
+    table = read_spreadsheet(str(asked.file))
+    if asked.view == "--moodle":
+        return gradebooks.moodle(table, asked.column)
+    return gradebooks.canvas(table, asked.column or prepared.title)
 
 
 def filled(
-    path: str,
-    fill: "Fill",
+    book: "Gradebook",
     aliases: "Mapping[str, Sequence[str]]",
     told: Sequence[str],
-    quiet: bool,
+    remarks: Remarks,
     judgements: "Iterator[Judgement]",
     style: "Style",
 ) -> Iterator[str]:
-    """The text of a gradebook with the scores of all who have handed in; its notes are printed."""
-    text, notes = fill((each for each in judgements if each.source), aliases)
-    tell_notes(path, [note for note in notes if note not in told], quiet)
+    """The text of a gradebook with the scores; those of its notes that are not told yet are told."""
+    from rigidcli.homework.reports.gradebooks import fill
+
+    text, notes = fill(book, judgements, aliases)
+    remarks.tell(book.table.source, [note for note in notes if note not in told])
     yield text

@@ -130,9 +130,9 @@ def _assignment(file: str, text: str, quiet: bool) -> list[str]:
 
 def _answers(text: str, path: Path, failures: Failures) -> list[str]:
     """Lines with each answer as it is read without the key; unreadable answers are printed as errors."""
+    from rigidcli.fields.texts import safe_name
     from rigidcli.homework.answers import read_answers
     from rigidcli.homework.base import Unreadable, sentence
-    from rigidcli.homework.files import safe_name
     from rigidcli.homework.reading import described
 
     source, readings = safe_name(str(path)), list[str]()

@@ -13,7 +13,7 @@ from contextlib import contextmanager
 from io import BufferedReader
 from pathlib import Path
 
-from rigidcli.errors import DocumentError, Problem, ValueProblem
+from rigidcli.errors import DocumentError, Problem, ValueProblem, printable
 from rigidcli.fields.words import FILES
 
 MAX_BYTES = 2_000_000
@@ -60,8 +60,17 @@ def ending(name: str) -> str:
     return os.path.splitext(name)[1].lower()  # noqa: PTH122 - a PurePath takes ten times as long
 
 
-def read_text(name: str, source: str) -> str:
-    """The text of a regular file, a pipe or standard input, bounded. Raises DocumentError."""
+def safe_name(name: str | os.PathLike[str]) -> str:
+    """A name of a file, which may hold anything, as a text that is safe to print."""
+    return printable(os.fsencode(name).decode(errors="backslashreplace"))
+
+
+def read_text(name: str, source: str, most: int = MAX_BYTES, fallback: str | None = None) -> str:
+    """The text of a regular file, a pipe or standard input, of at most so many bytes. Raises DocumentError.
+
+    With a `fallback`, a text that is not in UTF-8 or UTF-16 is in that encoding, and the mark with which a
+    text in UTF-8 may begin stays.
+    """
     hint = None
     if ending(name) in NOT_READ:
         message = f"{ending(name)} is not read, expected a mesh such as .stl, .obj or .glb"
@@ -70,7 +79,7 @@ def read_text(name: str, source: str) -> str:
         if name == STDIN:
             if sys.stdin is None:
                 raise OSError(errno.EBADF, "standard input is closed")
-            data = sys.stdin.buffer.read(MAX_BYTES + 1)
+            data = sys.stdin.buffer.read(most + 1)
         else:
             # A pipe without a writer, or a device, named by mistake is refused, not waited for.
             descriptor = os.open(name, os.O_RDONLY | getattr(os, "O_NONBLOCK", 0))
@@ -78,17 +87,20 @@ def read_text(name: str, source: str) -> str:
                 mode = os.fstat(descriptor).st_mode
                 if not (stat.S_ISREG(mode) or stat.S_ISFIFO(mode)):
                     raise OSError(errno.EINVAL, "not a regular file")
-                data = _of_pipe(file) if stat.S_ISFIFO(mode) else file.read(MAX_BYTES + 1)
-        require_bounded(data, source)
+                data = _of_pipe(file, most) if stat.S_ISFIFO(mode) else file.read(most + 1)
+        require_bounded(data, source, most)
         if data.startswith(POINTER):
             raise DocumentError([Problem(source, NO_POINTER[0], hint=NO_POINTER[1])])
         for begin, kind in FILES.items():
             if data.startswith(bytes.fromhex(begin)):
                 raise DocumentError([Problem(source, f"this is {kind}, expected plain text", hint=PLAIN)])
-        return data.decode("utf-16" if data.startswith(_UTF_16) else "utf-8-sig")
+        usual = "utf-8" if fallback else "utf-8-sig"
+        return data.decode("utf-16" if data.startswith(_UTF_16) else usual)
     except OSError as error:
         message = f"cannot be read: {error.strerror or error}"
     except UnicodeDecodeError as error:
+        if fallback and b"\0" not in data:
+            return data.decode(fallback, errors="replace")
         message = f"not UTF-8 text: byte {error.start} is {data[error.start]:#04x}"
         hint = "save the file as UTF-8 in the editor, or with `iconv -f ENCODING -t UTF-8`"
         if name == STDIN:
@@ -98,20 +110,20 @@ def read_text(name: str, source: str) -> str:
     raise DocumentError([Problem(source, message, hint=hint)])
 
 
-def _of_pipe(file: io.BufferedReader) -> bytes:
+def _of_pipe(file: io.BufferedReader, most: int) -> bytes:
     """The bytes written to a pipe, as by a process substitution; raises OSError where nobody writes."""
-    first = file.raw.read(MAX_BYTES + 1)  # None where a writer is there, and has written nothing yet
+    first = file.raw.read(most + 1)  # None where a writer is there, and has written nothing yet
     if first == b"":
         raise OSError(errno.EPIPE, "nothing is written to this pipe")
     os.set_blocking(file.fileno(), True)
-    return (first or b"") + file.read(MAX_BYTES + 1)
+    return (first or b"") + file.read(most + 1)
 
 
-def require_bounded(data: bytes, source: str) -> None:
-    """Raise DocumentError for a text of more than MAX_BYTES."""
-    if len(data) > MAX_BYTES:
+def require_bounded(data: bytes, source: str, most: int = MAX_BYTES) -> None:
+    """Raise DocumentError for a text that is longer."""
+    if len(data) > most:
         hint = "many points are read faster from a .csv or .npy file: `points: cloud.npy`"
-        message = f"too long, expected at most {MAX_BYTES:,} bytes"
+        message = f"too long, expected at most {most:,} bytes"
         raise DocumentError([Problem(source, message, hint=hint, code="too_large")])
 
 

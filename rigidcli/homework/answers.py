@@ -58,8 +58,8 @@ _LATEX = re.compile(
 
 
 def folded(id: str) -> str:
-    """The name of a question or a student, however it is spelled."""
-    return unicodedata.normalize("NFC", id.strip()).casefold()
+    """The name of a question or a student, in whatever capitals, blanks and form of Unicode."""
+    return " ".join(unicodedata.normalize("NFC", id).casefold().split())
 
 
 def tree_of(text: str) -> Tree:

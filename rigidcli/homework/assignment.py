@@ -3,11 +3,10 @@
 from __future__ import annotations
 
 import contextlib
-import os
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, TypeAlias
+from typing import TYPE_CHECKING, Any
 
 from pydantic import ValidationError
 
@@ -16,21 +15,20 @@ from rigidcli.document.slips import explain
 from rigidcli.document.syntax import read_tree
 from rigidcli.errors import DocumentError, Problem, guess, nearest, shown
 from rigidcli.errors import Path as Keys
-from rigidcli.fields.texts import STDIN, read_text
+from rigidcli.fields.texts import STDIN, read_text, safe_name
 from rigidcli.homework.answers import as_typed
-from rigidcli.homework.base import Outcome
-from rigidcli.homework.judge import Item
+from rigidcli.homework.base import Judgement, Outcome, Progress, Tell
+from rigidcli.homework.hand_ins import HandIns, Paper, unnamed
+from rigidcli.homework.judge import Item, run
 from rigidcli.homework.keys import Library
+from rigidcli.homework.overrides import Overrides
 from rigidcli.homework.question import EVERYWHERE, Assignment, Question
-from rigidcli.homework.roster import Paper, Roster
+from rigidcli.homework.roster import Roster
 from rigidcli.homework.variants import Values, Variants, filled, in_braces, named_in, words
 
 if TYPE_CHECKING:
     from rigidcli.homework.keys import Study
     from rigidcli.report import Report
-
-Progress: TypeAlias = Callable[[float], None]
-"""A function that gets the share that is done."""
 
 NO_ROSTER = (
     "without a --roster, the name of a folder or file decides which values a student has: give the list of "
@@ -62,6 +60,29 @@ class Prepared:
     def worth(self) -> dict[str, float]:
         """The points of each question."""
         return {id: item.points for id, item in self.items.items()}
+
+    def judged(
+        self,
+        handed_in: HandIns,
+        roster: Roster | None,
+        overrides: Overrides | None,
+        jobs: int | None,
+        tell: Tell,
+        progress: Progress = lambda share: None,
+    ) -> Iterator[Judgement]:
+        """Judge what is handed in, in that order, with the scores of a person over those of the program.
+
+        `tell` gets the notes on files and students. Raises DocumentError where there is no key.
+        """
+        papers, own, notes = self.for_students(handed_in.papers, roster, progress)
+        tell(self.source, notes)
+        judgements = run(self.items, papers, jobs, progress, own=own)
+        seen = list[Judgement]()
+        for judgement in overrides.applied(judgements, tell) if overrides else judgements:
+            tell(judgement.source, judgement.notes)
+            seen.append(replace(judgement, questions=()))
+            yield judgement
+        tell(self.source, unnamed(handed_in.others, seen))
 
     def for_students(
         self, papers: Sequence[Paper], roster: Roster | None, progress: Progress = lambda share: None
@@ -139,7 +160,7 @@ def prepare(path: str, studies: Mapping[str, Study], text: str | None = None) ->
 
     Raises DocumentError with all that is wrong with it, or with the documents that it names.
     """
-    source = os.fsencode(path).decode(errors="backslashreplace")
+    source = safe_name(path)
     text = read_text(path, source) if text is None else text
     tree, places = _tree(text, source), of_text(text, source)
     items, problems, notes = dict[str, Item](), list[Problem](), list[Problem]()

@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from decimal import ROUND_HALF_UP, Decimal
 from functools import cache
+from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar, Literal, NamedTuple, TypeAlias, get_args
 
 import orjson
@@ -22,6 +23,12 @@ if TYPE_CHECKING:
 
 Tree: TypeAlias = Any
 """An answer as it was typed: texts (numbers too), None, and lists and mappings of them."""
+
+Tell: TypeAlias = Callable[[str, Sequence[str]], None]
+"""A function that gets notes for the instructor, with the name of the file that they are on."""
+
+Progress: TypeAlias = Callable[[float], None]
+"""A function that gets the share that is done."""
 
 Verdict: TypeAlias = Literal["review", "correct", "partial", "incorrect", "invalid", "missing"]
 
@@ -314,6 +321,16 @@ class Judgement:
     def max_score(self) -> float:
         """Points that could be earned."""
         return round(sum((question.max_score for question in self.questions), 0.0), PLACES)
+
+    @property
+    def beside(self) -> list[str]:
+        """The files that the answers name, as reports name them."""
+        return [str(Path(self.source).parent / name) for name in self.files]
+
+    @property
+    def is_overridden(self) -> bool:
+        """Whether a person has given a score for any question."""
+        return any("overridden" in question.codes for question in self.questions)
 
     def score_to(self, places: int) -> float:
         """Points earned, rounded half up to so many decimal places, as a gradebook has them."""

@@ -3,19 +3,32 @@
 from __future__ import annotations
 
 import errno
+import lzma
 import os
 import re
 import stat
-from collections import Counter, defaultdict
-from collections.abc import Collection, Iterator, Sequence
+import zipfile
+import zlib
+from collections.abc import Iterator, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field, replace
-from datetime import datetime
-from pathlib import Path, PurePath
+from pathlib import Path
+from typing import NamedTuple
 
-from rigidcli.errors import Problem, printable, shown
-from rigidcli.homework.archives import BROKEN, ELSEWHERE, ENDING, HIDDEN, Room, size, unpack
+from rigidcli.errors import Problem, printable, shortened, shown
+from rigidcli.fields.texts import safe_name
+from rigidcli.homework.answers import tree_of
 from rigidcli.homework.base import Tree, Unreadable
+from rigidcli.homework.names import (
+    ARCHIVE,
+    SUFFIXES,
+    Owner,
+    is_answer,
+    may_answer,
+    owner_of,
+    platform_of,
+    uncounted,
+)
 
 MOST_BYTES = 1_000_000
 """Length of an answer file, and of one beside it."""
@@ -23,141 +36,13 @@ MOST_BYTES = 1_000_000
 MOST_FILES = 50_000
 """Files of an archive that are unpacked, and of a folder in which names are looked for."""
 
-CLASS = Room(files=MOST_FILES, bytes=500_000_000, each=MOST_BYTES + 1)
-"""What the archive of a class of thousands becomes, which every disk has room for."""
-
-HAND_IN = Room(files=200, bytes=5_000_000, each=MOST_BYTES + 1)
-"""What the archive becomes that a student hands in."""
-
 GRADESCOPE = "submission_metadata.yml"
 """The list of who has submitted what in Gradescope's export."""
-
-SUFFIXES = frozenset([".yaml", ".yml", ".json"])
-"""Ends of the names of answer files, in small letters or capitals."""
-
-TEXTS = frozenset([*SUFFIXES, "", ".txt", ".text", ".md", ".markdown"])
-"""Ends of the names of files that may be answers, too, if they answer a question."""
-
-# --- names, with what platforms put before them
-
-_DATE = r"[A-Z][a-z]{2} [0-9]{1,2}, [0-9]{4} [0-9]{3,4} [AP]M"
-
-FORMS = {
-    # Moodle: Jane Doe_4711_assignsubmission_file_, a folder, or joined with the name of a file.
-    "moodle": re.compile(
-        r"(?P<name>.+?)_(?P<id>[0-9]+)_assignsubmission_(?:file|onlinetext)(?:_(?P<own>.*))?"
-    ),
-    # Blackboard: Week 3_jdoe_attempt_2026-11-20-13-05-22_homework.yaml, and .txt about the attempt.
-    "blackboard": re.compile(
-        r"(?P<name>(?:.+?_)?(?P<login>[^_]+))_attempt_(?P<when>[0-9-]{10,19})(?:_(?P<own>.+)|\.txt|)"
-    ),
-    # Brightspace: 300001-701 - Jane Doe - Nov 20, 2026 201 PM, a folder, or joined with the name of a file.
-    "brightspace": re.compile(
-        rf"(?P<id>[0-9]+)-[0-9]+ - (?P<name>.+?) - (?P<when>{_DATE})(?: - (?P<own>.+)|)"
-    ),
-    # Sakai: Doe, Jane(jdoe), a folder.
-    "sakai": re.compile(r"(?P<name>[^()]+, [^()]+\([^()]+\))"),
-    # Canvas, with a number for each file: doejane_LATE_4711_98765_homework.yaml
-    "canvas": re.compile(r"(?P<name>[^_]+)(?P<late>_LATE)?_(?P<id>[0-9]+)_(?P<when>[0-9]+)_(?P<own>.+\..+)"),
-}
-"""How platforms name a hand-in: a name or login, a number, and the student's own name of the file."""
 
 _NOT_THERE = (errno.ENOENT, errno.ENOTDIR, errno.ENAMETOOLONG)
 
 # Windows has no links to follow or pipes to wait for in opening, and its text mode would change bytes.
 _FLAGS = ("O_NOFOLLOW", "O_NONBLOCK", "O_CLOEXEC", "O_NOCTTY", "O_BINARY")
-
-
-def safe_name(name: str | os.PathLike[str]) -> str:
-    """A name of a file, which may hold anything, as a text that is safe to print."""
-    return printable(os.fsencode(name).decode(errors="backslashreplace"))
-
-
-def is_answer(name: str) -> bool:
-    """Whether a file has the name of an answer file."""
-    return PurePath(name).suffix.lower() in SUFFIXES
-
-
-def may_answer(name: str) -> bool:
-    """Whether a file may be an answer file, by its name."""
-    return PurePath(name).suffix.lower() in TEXTS
-
-
-@dataclass(frozen=True, slots=True)
-class Owner:
-    """Whose a folder or a file is by its name alone.
-
-    `label` names the student in reports. A `platform` writes a `name` and a `number` of the student before
-    `own`, the name that the student gave the file. Of copies the last one counts, by `when`.
-    """
-
-    label: str
-    name: str
-    number: str = ""
-    platform: str = ""
-    own: str = ""
-    when: str = ""
-    is_late: bool = False
-
-    @property
-    def turn(self) -> tuple[int, str]:
-        """What orders the copies of a file: a number, or a time."""
-        if self.platform == "brightspace":
-            with suppress(ValueError):  # a folder may have any name
-                time = datetime.strptime(f"{self.when[:-5]}:{self.when[-5:]}", "%b %d, %Y %I:%M %p")
-                return 0, time.isoformat()
-        return (int(self.when), "") if self.when.isdecimal() else (0, self.when)
-
-
-def platform_of(names: Collection[str]) -> str:
-    """The platform whose form at least half of the names have that stand beside each other, or none.
-
-    A student may choose a part of one name, and not of the others. Canvas gives every file another number.
-    """
-    counts = Counter[str]()
-    for platform, form in FORMS.items():
-        matches = [match for name in names if (match := form.fullmatch(name))]
-        numbers = [match["when"] for match in matches] if platform == "canvas" else []
-        counts[platform] = 0 if len(set(numbers)) < len(numbers) else len(matches)
-    platform, most = max(counts.items(), key=lambda each: each[1])
-    return platform if most and 2 * most >= len(names) else ""
-
-
-def owner_of(name: str, platform: str = "", *, is_folder: bool = False) -> Owner:
-    """Whose a folder or a file is, by the form of a platform if it has that."""
-    match = FORMS[platform].fullmatch(name) if platform else None
-    if match:
-        found = defaultdict(str, {key: text or "" for key, text in match.groupdict().items()})
-        name, number, when = found["name"], found["id"], found["when"]
-        label = "_".join(filter(None, [found["login"] or name, number]))
-        return Owner(label, name, number, platform, found["own"], when, bool(found["late"]))
-    stem = name.removesuffix(ENDING) if is_folder else PurePath(name).stem
-    while not is_folder and PurePath(stem).suffix.lower() in {*TEXTS, ENDING} - {""}:
-        stem = PurePath(stem).stem
-    stem = re.sub(r"(?<=.) ?\([0-9]{1,2}\)$", "", stem)  # the count of a browser
-    return Owner(stem, stem, own=name)
-
-
-def uncounted(name: str) -> str:
-    """A name without the count that Canvas adds where a file is handed in again: `orbit-1.csv`."""
-    return re.sub(r"-[0-9]+(?=\.[^.]*$)", "", name).casefold()
-
-
-def listed(names: Sequence[str]) -> str:
-    """Names in a message, short and safe to print."""
-    first, more = ", ".join(shown(printable(name)) for name in names[:20]), len(names) - 20
-    return f"{first} and {more} more" if more > 0 else first
-
-
-def noted(what: str, names: Sequence[str]) -> list[str]:
-    """A note on some students or files; none if there are none."""
-    return [f"{what}: {listed(sorted(names))}"] if names else []
-
-
-def unnamed(others: Sequence[Place], named: Collection[str]) -> list[str]:
-    """A note on files beside the answers that no answer names."""
-    unused = [place.short for place in others if place.source not in named]
-    return noted("no answer files, and left out", unused)
 
 
 # --- finding
@@ -220,7 +105,7 @@ def gather(paths: Sequence[str], assignment: str | None, scratch: Path) -> Batch
         except (OSError, ValueError) as error:
             batch.trouble(path, _reason(error), is_whole=False)
             continue
-        is_archive = path.suffix.lower() == ENDING and not is_folder
+        is_archive = path.suffix.lower() == ARCHIVE and not is_folder
         if is_folder or is_archive:
             folder = scratch / str(root) if is_archive else path
             if is_archive and not _unpacked(path, folder, CLASS, batch):
@@ -268,7 +153,7 @@ def _below(folder: Path, path: Path, root: int, scratch: Path, batch: Batch) -> 
     ]
     packed = dict[int, int]()
     for number, (place,) in enumerate(found):
-        if place.file.suffix.lower() == ENDING and place.file.is_file() and not place.file.is_symlink():
+        if place.file.suffix.lower() == ARCHIVE and place.file.is_file() and not place.file.is_symlink():
             with suppress(*BROKEN):
                 packed[number] = size(place.file)
     left = CLASS.bytes
@@ -300,11 +185,11 @@ def _walk(folder: Path, batch: Batch) -> Iterator[Path]:
         yield from (here / each for each in named if each not in folders)
 
 
-def _unpacked(path: Path, folder: Path, room: Room, batch: Batch, source: str = "") -> bool:
+def _unpacked(path: Path, folder: Path, bounds: Bounds, batch: Batch, source: str = "") -> bool:
     """Unpack an archive into a folder, note what is left out, and return whether it could be opened."""
     name = Path(source) if source else path
     try:
-        for message in unpack(path, folder, room, SUFFIXES):
+        for message in unpack(path, folder, bounds, SUFFIXES):
             batch.trouble(name, message, is_whole=bool(source) or "too large" not in message)
     except BROKEN as error:
         reason = getattr(error, "strerror", None) or printable(str(error))
@@ -318,8 +203,6 @@ def _named(places: Sequence[Place]) -> Iterator[Place]:
 
     It counts where it lies above all other files: a student may put another into the own folder.
     """
-    from rigidcli.homework.answers import tree_of
-
     lists = sorted((each for each in places if each.file.name == GRADESCOPE), key=lambda each: len(each.way))
     others = [place for place in places if place.file.name != GRADESCOPE]
     owners: dict[str, tuple[tuple[str, ...], ...]] = {}
@@ -344,6 +227,120 @@ def _reason(error: Exception) -> str:
 def _spot(path: Path) -> str:
     """The place of a file, whatever path leads there; no link is followed."""
     return os.path.normpath(path.absolute())
+
+
+# --- archives
+
+
+class Bounds(NamedTuple):
+    """How much of an archive is unpacked: the number of `files`, the bytes of all, and those of `each`.
+
+    A longer file is cut off. An archive within may be as long as all files: half of one cannot be read.
+    """
+
+    files: int
+    bytes: int
+    each: int
+
+
+CLASS = Bounds(files=MOST_FILES, bytes=500_000_000, each=MOST_BYTES + 1)
+"""What the archive of a class of thousands becomes, which every disk has room for."""
+
+HAND_IN = Bounds(files=200, bytes=5_000_000, each=MOST_BYTES + 1)
+"""What the archive becomes that a student hands in."""
+
+MOST_FOLDERS = 9
+"""Parts of a name in an archive: a download has two or three, and a student may add some."""
+
+ELSEWHERE = frozenset("/\\:\0")
+"""Characters by which a name leads out of its folder, on one system or another."""
+
+HIDDEN = (".", "__MACOSX", "Thumbs.db", "desktop.ini")
+"""Beginnings of names that are passed over without a word: some systems put such files beside others."""
+
+_UTF8 = 0x800
+"""The flag of an entry of an archive whose name is in UTF-8."""
+
+_DEVICE = re.compile(r"(?i:con|prn|aux|nul|com[0-9]|lpt[0-9])(?:\..*)?")
+"""Names that are devices on Windows, with any ending."""
+
+BROKEN = (zipfile.BadZipFile, zlib.error, lzma.LZMAError, OSError, RuntimeError, ValueError, EOFError)
+"""What is raised for an archive, or for an entry, that is broken, encrypted, or of an unknown form."""
+
+
+def size(path: Path) -> int:
+    """The bytes that an archive says it will become. Raises one of BROKEN."""
+    with zipfile.ZipFile(path) as archive:
+        return sum(info.file_size for info in archive.infolist())
+
+
+def unpack(path: Path, folder: Path, bounds: Bounds, is_kept: frozenset[str]) -> Iterator[str]:
+    """Unpack an archive into a folder. Yields a message for each entry that is left out by itself.
+
+    Where a file and a folder have one name, the file stays if its ending `is_kept`, or else the folder.
+    Raises one of BROKEN for what is no archive.
+    """
+    left = bounds.bytes
+    folder.mkdir(parents=True, exist_ok=True)
+    with zipfile.ZipFile(path) as archive:
+        named = [(_parts_of(info), info) for info in archive.infolist() if not info.is_dir()]
+        named = [(parts, info) for parts, info in named if not any(each.startswith(HIDDEN) for each in parts)]
+        answers = {parts for parts, _ in named if parts and Path(parts[-1]).suffix.lower() in is_kept}
+        folders = {above for parts, _ in named for above in _above(parts) if above not in answers}
+        # The smallest come first, so that no large one takes the room of others.
+        named.sort(key=lambda each: each[1].file_size)
+        for number, (parts, info) in enumerate(named):
+            if number >= bounds.files or left <= 0:
+                yield f"{len(named) - number:,} files are left out: the archive is too large"
+                return
+            try:
+                if parts in folders or not answers.isdisjoint(_above(parts)):
+                    raise ValueError("a file and a folder have one name")
+                most = bounds.bytes if parts[-1:] and parts[-1].lower().endswith(ARCHIVE) else bounds.each
+                left -= _unpack(archive, info, folder.joinpath(*_harmless(parts, info)), min(most, left))
+            except BROKEN as error:
+                reason = "it is encrypted" if info.flag_bits & 1 else "it is broken, or its form is unknown"
+                if isinstance(error, OSError | ValueError):
+                    reason = getattr(error, "strerror", None) or str(error)
+                yield f"`{shortened(printable('/'.join(parts)))}` is left out: {reason}"
+
+
+def _parts_of(info: zipfile.ZipInfo) -> tuple[str, ...]:
+    """The folders and the name of an entry; some programs write UTF-8 without saying so."""
+    name = info.filename
+    if not info.flag_bits & _UTF8:
+        with suppress(UnicodeError):
+            name = name.encode("cp437").decode()
+    return tuple(part for part in re.split(r"[/\\]", name) if part not in ("", "."))
+
+
+def _above(parts: tuple[str, ...]) -> list[tuple[str, ...]]:
+    """The folders above an entry."""
+    return [parts[:depth] for depth in range(1, len(parts))]
+
+
+def _harmless(parts: tuple[str, ...], info: zipfile.ZipInfo) -> tuple[str, ...]:
+    """The parts of a name below which an entry may be written. Raises ValueError for other entries."""
+    kind = stat.S_IFMT(info.external_attr >> 16)
+    if kind not in (0, stat.S_IFREG):
+        raise ValueError("it is a link, or no file")
+    if not parts or ".." in parts or ELSEWHERE & set("".join(parts)) or info.filename.startswith(("/", "\\")):
+        raise ValueError("its name leads out of the folder")
+    if os.name == "nt" and any(map(_DEVICE.fullmatch, parts)):
+        raise ValueError("its name is that of a device")
+    if len(parts) > MOST_FOLDERS:
+        raise ValueError("it lies too deep")
+    return parts
+
+
+def _unpack(archive: zipfile.ZipFile, info: zipfile.ZipInfo, file: Path, most: int) -> int:
+    """Write an entry of an archive into a file that is not there yet, and return how long it is."""
+    with archive.open(info) as packed:
+        data = packed.read(most)
+    file.parent.mkdir(parents=True, exist_ok=True)
+    with file.open("xb") as target:
+        target.write(data)
+    return len(data)
 
 
 # --- reading

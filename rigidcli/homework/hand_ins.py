@@ -5,6 +5,7 @@ from __future__ import annotations
 import hashlib
 from collections import Counter, defaultdict
 from collections.abc import Collection, Iterable, Sequence
+from dataclasses import dataclass, field
 from functools import partial
 from itertools import takewhile
 from pathlib import Path
@@ -15,23 +16,20 @@ import orjson
 from rigidcli.errors import printable
 from rigidcli.fields.texts import ending
 from rigidcli.homework.answers import folded, read_answers
-from rigidcli.homework.base import MISSING, Outcome, Unreadable
-from rigidcli.homework.files import (
-    Batch,
+from rigidcli.homework.base import MISSING, Judgement, Outcome, Unreadable
+from rigidcli.homework.files import Batch, Place, first_bytes, names_file, read_file
+from rigidcli.homework.names import (
     Owner,
-    Place,
-    first_bytes,
     is_answer,
     listed,
     may_answer,
-    names_file,
     noted,
     owner_of,
     platform_of,
-    read_file,
     uncounted,
+    words_of,
 )
-from rigidcli.homework.roster import Paper, Roster, words_of
+from rigidcli.homework.roster import Roster
 from rigidcli.homework.workers import each
 from rigidcli.sandbox import LIMITS, usable_cores
 
@@ -61,6 +59,17 @@ OFFICE = {".docx": "a Word file", ".odt": "an OpenDocument file", ".pages": "a P
 """What zips are that have other endings."""
 
 
+@dataclass(frozen=True, slots=True)
+class Paper:
+    """What a student has handed in: a file, or none; with an `outcome` if the program does not judge it."""
+
+    student: str
+    file: Path | None = None
+    source: str = ""
+    outcome: Outcome | None = None
+    is_late: bool = False
+
+
 class HandIns(NamedTuple):
     """What every student has handed in, notes on who is who, and files that are no hand-ins."""
 
@@ -84,6 +93,15 @@ class _Look(NamedTuple):
     names: Sequence[str] = ()
 
 
+@dataclass(slots=True)
+class _Student:
+    """The files of a student, and those of the roster who may be `meant`: one, none, or several by doubt."""
+
+    name: str
+    meant: Sequence[str] | None = None
+    files: list[_File] = field(default_factory=list)
+
+
 def papers(
     batch: Batch,
     roster: Roster | None = None,
@@ -98,46 +116,53 @@ def papers(
     `known` are the names of questions. All files are those of `one` student, if that has a name. Notes call
     the list of students a `listing`.
     """
-    owners = _plainly(batch.places) if roster is None else _by_roster(batch.places, roster)
-    students: dict[str, str] = {}
-    files = defaultdict[str, list[_File]](list)
-    unknown, doubtful = dict[str, list[str]](), dict[str, list[str]]()
-    for place, (owner, common) in zip(batch.places, owners, strict=True):
-        for names in [(one,)] if one else place.owners or [(owner.label,)]:
-            student = names[0]
-            if roster is not None and not one:
-                keys = roster.first(names) if place.owners else roster.find(owner, common)
-                labels = [roster.labels[key] for key in sorted(keys)]
-                if len(labels) == 1:
-                    student = labels[0]
-                else:
-                    (doubtful if keys else unknown)[folded(student)] = labels
-            students.setdefault(folded(student), student)
-            files[folded(student)].append(_File(place, owner))
-    looks = _looked_at([_candidates(own) for own in files.values()], known, jobs)
+    students = [_Student(one, files=[_File(place, Owner("", "")) for place in batch.places])] * bool(one)
+    students = students or _students(batch.places, roster)
+    looks = _looked_at([_candidates(student.files) for student in students], known, jobs)
     rows, notes, others = list[Paper](), list[str](), list[Place]()
-    for key, own in files.items():
-        paper, said, left = _paper(students[key], own, looks)
-        if key in unknown and paper and not paper.file and not any(_nature(each.place.file) for each in own):
-            paper = None  # such as a file about the course
+    unknown, doubtful = list[str](), list[str]()
+    for student in students:
+        paper, said, left = _paper(student.name, student.files, looks)
         notes += said
         others += left
-        if key in doubtful:
-            detail = f"it may be that of {listed(doubtful[key])}"
+        if student.meant and len(student.meant) > 1:
+            detail = f"it may be that of {listed(student.meant)}"
             outcome = Unreadable("duplicate_key", detail).outcome
-            paper = Paper(students[key], None, own[0].place.source, outcome)
-        elif paper is None:
-            unknown.pop(key, None)
-        rows += [] if paper is None else [paper]
-    said = noted(f"not found in the {listing}", [students[key] for key in unknown])
-    said += noted(
-        f"more than one student of the {listing} may be meant by", [students[key] for key in doubtful]
-    )
-    if roster is not None:
-        given = {folded(paper.student) for paper in rows}
-        lacking = (label for label in roster.labels.values() if folded(label) not in given)
-        rows += [Paper(label, outcome=MISSING) for label in lacking]
+            paper = Paper(student.name, None, student.files[0].place.source, outcome)
+            doubtful.append(student.name)
+        elif paper and student.meant is not None and not student.meant:
+            is_hand_in = paper.file or any(_nature(file.place.file) for file in student.files)
+            paper = paper if is_hand_in else None  # a text about the course is none
+            unknown += [student.name] if is_hand_in else []
+        rows += [paper] if paper else []
+    said = noted(f"not found in the {listing}", unknown)
+    said += noted(f"more than one student of the {listing} may be meant by", doubtful)
+    given = {folded(paper.student) for paper in rows}
+    expected = [one] if one else [] if roster is None else roster.labels.values()
+    rows += [Paper(name, outcome=MISSING) for name in expected if folded(name) not in given]
     return HandIns(rows, [*said, *notes], others)
+
+
+def _students(places: Sequence[Place], roster: Roster | None) -> list[_Student]:
+    """The students whose files these are, in the order of their first files."""
+    owners = _plainly(places) if roster is None else _by_roster(places, roster)
+    students: dict[str, _Student] = {}
+    for place, (owner, common) in zip(places, owners, strict=True):
+        for names in place.owners or [(owner.label,)]:
+            name, meant = names[0], None
+            if roster is not None:
+                keys = roster.first(names) if place.owners else roster.find(owner, common)
+                meant = [roster.labels[key] for key in sorted(keys)]
+                name = meant[0] if len(meant) == 1 else name
+            student = students.setdefault(folded(name), _Student(name, meant))
+            student.files.append(_File(place, owner))
+    return [*students.values()]
+
+
+def unnamed(others: Sequence[Place], judgements: Iterable[Judgement]) -> list[str]:
+    """A note on files beside the answers that no answer names."""
+    named = {path for judgement in judgements for path in judgement.beside}
+    return noted("no answer files, and left out", [each.short for each in others if each.source not in named])
 
 
 # --- whose a file is

@@ -5,7 +5,7 @@ One bad file is one bad row, and harms no other.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from functools import partial
@@ -13,6 +13,7 @@ from pathlib import Path
 from typing import Any, TypeAlias
 
 from rigidcli.errors import guess, printable, shortened, shown
+from rigidcli.fields.texts import safe_name
 from rigidcli.homework.answers import as_typed, capped, folded, read_answers
 from rigidcli.homework.base import (
     CODES,
@@ -23,12 +24,13 @@ from rigidcli.homework.base import (
     Judgement,
     Kind,
     Outcome,
+    Progress,
     Tree,
     Unreadable,
 )
-from rigidcli.homework.files import beside, is_contested, read_file, safe_name
+from rigidcli.homework.files import beside, is_contested, read_file
+from rigidcli.homework.hand_ins import Paper
 from rigidcli.homework.question import RELATIVE, Question, Tolerance
-from rigidcli.homework.roster import Paper
 from rigidcli.homework.variants import words
 from rigidcli.homework.workers import each
 from rigidcli.sandbox import LIMITS, ForbiddenError, LateError, Limits, timed, usable_cores
@@ -226,7 +228,7 @@ def run(
     items: Mapping[str, Item],
     papers: Sequence[Paper],
     jobs: int | None = None,
-    progress: Callable[[float], None] = lambda share: None,
+    progress: Progress = lambda share: None,
     limits: Limits = LIMITS,
     own: Mapping[str, Mapping[str, Item]] | None = None,
 ) -> Iterator[Judgement]:

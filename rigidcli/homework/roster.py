@@ -1,24 +1,18 @@
-"""Who the students are: lists and gradebooks of instructors, whom a name means, and scores by a person."""
+"""Who the students are, by the list of an instructor, and whom of them a name means."""
 
 from __future__ import annotations
 
-import csv
-import io
 import os
 import re
-import unicodedata
 from collections import Counter, defaultdict
-from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Collection, Mapping, Sequence
 from itertools import product
-from pathlib import Path
 from typing import TypeAlias
 
-from rigidcli.errors import DocumentError, Problem, guess, printable, shown
-from rigidcli.fields.texts import read_text
+from rigidcli.errors import DocumentError, Problem, printable
 from rigidcli.homework.answers import folded
-from rigidcli.homework.base import Judgement, Outcome
-from rigidcli.homework.files import Owner, noted
+from rigidcli.homework.names import Owner, noted, spellings, words_of
+from rigidcli.homework.spreadsheets import read_spreadsheet
 
 NAMES = ("Student", "LastName", "FirstName")
 """The columns of a student's name, in one or in two."""
@@ -65,47 +59,12 @@ SILENT = frozenset(
 )
 """Words in names of files that name nobody."""
 
-_WORD = re.compile(r"[^\W_]+")
 _NUMBERED = re.compile(r"(?:Participante?|Teilnehmer(?:/?in)?)\s*([0-9]+)", re.IGNORECASE)
 """What Moodle's grading worksheet calls a student: `Participant 5008`."""
 
 
 Cells: TypeAlias = Sequence[tuple[str, str]]
 """What a list says of a student: names of columns, of which several may be alike, with what they hold."""
-
-
-@dataclass(frozen=True, slots=True)
-class Paper:
-    """What a student has handed in: a file, or none; with an `outcome` if the program does not judge it."""
-
-    student: str
-    file: Path | None = None
-    source: str = ""
-    outcome: Outcome | None = None
-    is_late: bool = False
-
-
-# --- lists of students
-
-
-def read_table(path: str | os.PathLike[str]) -> tuple[list[str], list[list[str]]]:
-    """The head and the rows of an instructor's csv, whatever mark separates cells. Raises DocumentError."""
-    source = os.fsencode(path).decode(errors="backslashreplace")
-    text = read_text(os.fspath(path), source)
-    mark = max(",;\t", key=text.partition("\n")[0].count)
-    try:
-        header, *rows = csv.reader(io.StringIO(text, newline=""), delimiter=mark)
-    except (ValueError, csv.Error):
-        return [], []
-    return header, rows
-
-
-def points_in(cell: str) -> float | None:
-    """The points in a cell, perhaps with a decimal comma; None where it holds no number."""
-    try:
-        return float(cell.replace(",", "."))
-    except ValueError:
-        return None
 
 
 def columns_of(head: Sequence[str]) -> list[str]:
@@ -122,28 +81,32 @@ def columns_of(head: Sequence[str]) -> list[str]:
 
 def read_roster(path: str | os.PathLike[str]) -> Roster:
     """The students of a table in a file, one a row, with columns of SPELLINGS. Raises DocumentError."""
-    first, rest = read_table(path)
-    rows = [first, *rest]
-    heads = list(map(columns_of, rows[:FEW_ROWS]))
-    above = next((number for number, columns in enumerate(heads) if any(columns)), None)
-    if above is None:
-        source = os.fsencode(path).decode(errors="backslashreplace")
+    table = read_spreadsheet(path)
+    heads = list(map(columns_of, table.rows[:FEW_ROWS]))
+    head = next((number for number, columns in enumerate(heads) if any(columns)), None)
+    if head is None:
         hint = "its first line names columns such as `name`, `login` and `id`"
-        raise DocumentError([Problem(source, "read no list of students", 1, hint=hint)])
-    return Roster(
-        {
-            number: [(column, cell) for column, cell in zip(heads[above], row, strict=False) if column]
-            for number, row in enumerate(rest)
-            if number >= above and row and "Points Possible" not in row[0]
-        }
-    )
+        raise DocumentError([Problem(table.source, "read no list of students", 1, hint=hint)])
+    rows = {
+        number: row if len(heads[head]) > 1 else [table.separator.join(row)]  # `Doe, Jane` is one cell then
+        for number, row in enumerate(table.rows)
+        if number > head and row and "Points Possible" not in row[0]
+    }
+    students = {
+        number: [(column, text) for column, text in zip(heads[head], row, strict=False) if column]
+        for number, row in rows.items()
+    }
+    return Roster(students, table.rows[head], rows)
 
 
 class Roster:
     """The students of a list, or of a gradebook, by all that a name in a download may say of one."""
 
-    def __init__(self, students: Mapping[int, Cells]) -> None:
-        """The cells about each student, with the names of their columns, of which several may be alike."""
+    def __init__(
+        self, students: Mapping[int, Cells], head: Sequence[str] = (), rows: Mapping[int, Sequence[str]] = {}
+    ) -> None:
+        """The cells about each student; keys are the numbers of rows, from 0, as in the list's own `rows`."""
+        self.head, self.rows = head, rows
         self.labels: dict[int, str] = {}
         self.aliases: dict[str, list[str]] = {}
         self._names: dict[int, str] = {}
@@ -171,7 +134,7 @@ class Roster:
                     self._meant[spelled.casefold()].add(key)
                     self._logins[tuple(words_of(spelled))].add(key)
                     self._own[key] |= {*words_of(spelled)}
-            for words in _spellings(name):
+            for words in spellings(name):
                 self._own[key] |= {*words}
                 self._meant[" ".join(sorted(words))].add(key)
                 self._called[max(words, key=len)].add((frozenset(words), key))
@@ -182,7 +145,7 @@ class Roster:
         often = Counter(map(folded, self.labels.values()))
         for key, label in self.labels.items():
             if often[folded(label)] > 1:
-                self.labels[key] = f"{label} (row {key + 2})"
+                self.labels[key] = f"{label} (row {key + 1})"
         for key, label in self.labels.items():
             logins = [text.strip().lstrip("#") for column, text in students[key] if column in LOGINS]
             self.aliases[label] = [*filter(None, logins), self._names[key]]
@@ -282,88 +245,3 @@ def _full_name(cells: Mapping[str, str]) -> str:
         last, name = name, ""
     identifier = "" if re.search("[0-9@]", cells.get("Identifier", "")) else cells.get("Identifier", "")
     return name or ", ".join(filter(None, [last, first])) or identifier
-
-
-_PLAIN = str.maketrans(dict(zip("øåæœłđðþı", ["o", "a", "ae", "oe", "l", "d", "d", "th", "i"], strict=True)))
-"""Letters that Unicode does not take apart into a letter and an accent."""
-
-_TRANSCRIBED = _PLAIN | str.maketrans(dict(zip("äöüøå", ["ae", "oe", "ue", "oe", "aa"], strict=True)))
-"""Letters as people write them who have no such keys; an accent is left away otherwise."""
-
-_APOSTROPHES = re.compile("['’ʼ`´‘]")
-
-
-def words_of(name: str) -> list[str]:
-    """The words of a name in small letters without accents, and numbers without leading zeros."""
-    plain = unicodedata.normalize("NFKD", _APOSTROPHES.sub("", name)).casefold().translate(_PLAIN)
-    words = _WORD.findall("".join(char for char in plain if not unicodedata.combining(char)))
-    return [word.lstrip("0") or "0" if word.isdecimal() else word for word in words]
-
-
-def _spellings(name: str) -> set[tuple[str, ...]]:
-    """The ways to write a name: with transcribed umlauts, each part as one word, and all in one."""
-    transcribed = unicodedata.normalize("NFC", name).casefold().translate(_TRANSCRIBED)
-    found = set[tuple[str, ...]]()
-    for text in (name, transcribed, _APOSTROPHES.sub(" ", name)):
-        words, parts = words_of(text), ["".join(words_of(part)) for part in text.split(",")]
-        found |= {tuple(words), tuple(filter(None, parts))}
-    return found - {()}
-
-
-# --- scores that a person has given
-
-COLUMNS = ("student", "question", "score", "reason")
-"""The columns of a table of scores that a person has given; the last may be missing."""
-
-
-Scores: TypeAlias = dict[tuple[str, str], tuple[float, str, str]]
-"""Scores with their reasons and the student as spelled, by the folded names of student and question."""
-
-
-def overridden(judgements: Iterable[Judgement], scores: Scores, notes: list[str]) -> Iterator[Judgement]:
-    """The judgements with the scores of a person; at the end, notes on students who are not there."""
-    unknown = {student: name for (student, _), (_, _, name) in scores.items()}
-    for judgement in judgements:
-        student = folded(judgement.student)
-        unknown.pop(student, None)
-        marks = [scores.get((student, folded(question.id))) for question in judgement.questions]
-        both = zip(judgement.questions, marks, strict=True)
-        yield replace(judgement, questions=tuple(q.overridden(*mark[:2]) if mark else q for q, mark in both))
-    notes += noted("nobody of this name has a row, and the override is left out", list(unknown.values()))
-
-
-def read_overrides(
-    path: str | os.PathLike[str], worth: Mapping[str, float], roster: Roster | None = None
-) -> Scores:
-    """The overrides in a file, of questions that are `worth` points; a roster knows all names of a student.
-
-    Raises DocumentError.
-    """
-    source = os.fsencode(path).decode(errors="backslashreplace")
-    head, rows = read_table(path)
-    heads = list(map(folded, head))
-    if missing := [name for name in COLUMNS[:3] if name not in heads]:
-        message = f"the columns {', '.join(missing)} are missing, expected {','.join(COLUMNS)}"
-        raise DocumentError([Problem(source, message, 1)])
-    most = {folded(id): points for id, points in worth.items()}
-    scores, problems = Scores(), list[Problem]()
-    for line, row in enumerate(rows, 2):
-        if not any(cell.strip() for cell in row):
-            continue
-        cells = dict(zip(heads, row, strict=False))
-        student, question, score, reason = (cells.get(name, "").strip() for name in COLUMNS)
-        student = student if roster is None else roster.one(student)
-        whole, points = most.get(folded(question)), points_in(score)
-        if whole is None:
-            message = f"there is no question {shown(question)}{guess(question, worth)}"
-            problems.append(Problem(source, message, line))
-        elif points is None or not 0 <= points <= whole:
-            expected = f"points from 0 to {whole:.12g}"
-            problems.append(Problem(source, f"read {shown(score)}, expected {expected}", line, "score"))
-        elif (folded(student), folded(question)) in scores:
-            problems.append(Problem(source, f"{shown(student)} has this question twice", line))
-        else:
-            scores[folded(student), folded(question)] = points, reason, student
-    if problems:
-        raise DocumentError(problems)
-    return scores

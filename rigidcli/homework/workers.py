@@ -19,7 +19,7 @@ from multiprocessing.connection import wait
 from typing import TYPE_CHECKING, Any, TypeAlias, TypeVar
 
 from rigidcli.errors import ComputationError
-from rigidcli.homework.base import Unreadable
+from rigidcli.homework.base import Progress, Unreadable
 from rigidcli.sandbox import Limits, address_space, confine, start_clock, stop_clock
 
 if TYPE_CHECKING:
@@ -57,7 +57,7 @@ def each(
     tasks: Sequence[_Task],
     jobs: int,
     limits: Limits,
-    progress: Callable[[float], None],
+    progress: Progress,
 ) -> Iterator[Result]:
     """What `work` makes of each task, in the order of tasks, whatever is done first; `jobs` run at a time.
 

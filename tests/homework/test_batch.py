@@ -26,10 +26,9 @@ from rigidcli.errors import ComputationError
 from rigidcli.homework import workers
 from rigidcli.homework.base import Judgement, Outcome, Tree, sentence
 from rigidcli.homework.files import MOST_BYTES, gather
-from rigidcli.homework.hand_ins import papers
+from rigidcli.homework.hand_ins import Paper, papers
 from rigidcli.homework.judge import Item, run
 from rigidcli.homework.kinds import KINDS
-from rigidcli.homework.roster import Paper
 from rigidcli.sandbox import Limits
 from tests.homework.asking import asked
 from tests.homework.standins import Same
@@ -431,7 +430,7 @@ import atexit, sys
 sys.path.insert(0, {str(Path(__file__).parents[2])!r})
 from pathlib import Path
 from rigidcli.homework.judge import run
-from rigidcli.homework.roster import Paper
+from rigidcli.homework.hand_ins import Paper
 atexit.register(lambda: print("at the end"))
 sys.stdout.write("once ")
 print(len(list(run({{}}, [Paper("a", Path({str(tmp_path / "a.yaml")!r}))] * 3))))
@@ -451,7 +450,7 @@ from rigidcli.homework.judge import Item
 from rigidcli.homework.kinds import KINDS
 from rigidcli.homework.base import Asked
 from rigidcli.homework.question import Question
-from rigidcli.homework.roster import Paper
+from rigidcli.homework.hand_ins import Paper
 question = Question.model_validate({{"answer": "1", "kind": "number"}})
 items = {{"a": Item(KINDS["number"], KINDS["number"].key(Asked("a", question, "1")), 1.0)}}
 judgements = list(run(items, [Paper("a", Path({str(tmp_path / "a.yaml")!r}))] * 3))
@@ -495,7 +494,7 @@ sys.path.insert(0, {str(Path(__file__).parents[2])!r})
 from pathlib import Path
 from rigidcli.homework.judge import run
 from rigidcli.homework.judge import Item
-from rigidcli.homework.roster import Paper
+from rigidcli.homework.hand_ins import Paper
 class Loop:
     def loaded(self, answer, text_of):
         return answer

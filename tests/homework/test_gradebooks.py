@@ -13,7 +13,8 @@ from hypothesis import strategies as st
 
 from rigidcli.errors import DocumentError, UsageError
 from rigidcli.homework.base import Judgement
-from rigidcli.homework.reports import gradebooks, read
+from rigidcli.homework.reports import gradebooks
+from rigidcli.homework.spreadsheets import read_spreadsheet, spreadsheet_of
 from tests.homework.standins import mark
 
 BOOK = '''\
@@ -29,7 +30,7 @@ lines",7.00,1.00,70.00,70.00
 
 
 def fill(text: str, judgements: Iterable[Judgement], column: str) -> gradebooks.Filled:
-    return gradebooks.fill(gradebooks.canvas(text, column), judgements, {})
+    return gradebooks.fill(gradebooks.canvas(spreadsheet_of(text), column), judgements)
 
 
 def judged(student: str, score: float, most: float = 9.0) -> Judgement:
@@ -209,13 +210,20 @@ def test_other_files_are_refused(text: str) -> None:
         fill(text, [], "Homework 10")
 
 
-def test_a_file_is_read_as_it_is_or_refused(tmp_path: Path) -> None:
+@pytest.mark.parametrize("code", ["utf-8", "utf-8-sig", "utf-16", "cp1252"])
+@pytest.mark.parametrize("end", ["\n", "\r\n"])
+def test_a_file_in_the_codes_of_spreadsheets(code: str, end: str, tmp_path: Path) -> None:
     path = tmp_path / "book.csv"
-    path.write_bytes(("\ufeff" + BOOK.replace("\n", "\r\n")).encode())
-    assert read(path)[0] == "\ufeff" + BOOK.replace("\n", "\r\n")
-    path.write_bytes("Zoë".encode("latin-1"))
-    with pytest.raises(DocumentError, match="not UTF-8 text: byte 2 is 0xeb"):
-        read(path)
+    path.write_bytes(BOOK.replace("\n", end).encode(code))
+    filled = gradebooks.fill(gradebooks.canvas(read_spreadsheet(path), "12"), [judged("zob", 3.0)])
+    expected = BOOK.replace("8.00,,80.00", "8.00,3,80.00").replace("\n", end)
+    assert filled.text == "\ufeff" * (code == "utf-8-sig") + expected
+
+
+@pytest.mark.parametrize("text", ['name,login\n"Doe, Jane,jdoe\nRoe,roe\n', f"name\n{'x' * 200_000}\n"])
+def test_a_table_that_is_broken_is_refused_with_its_line(text: str) -> None:
+    with pytest.raises(DocumentError, match=r"x.csv:2: cannot be read as a table"):
+        spreadsheet_of(text, "x.csv")
 
 
 WORKSHEET = """\
@@ -228,7 +236,7 @@ Teilnehmer/in5003,Zoë O'Brien,z@x.de,Abgegeben,,"9,00",Nein
 
 @pytest.mark.parametrize("end", ["\n", "\r\n"])
 def test_a_worksheet_of_moodle_is_filled_in_the_language_of_the_teacher(end: str) -> None:
-    book = gradebooks.moodle("\ufeff" + WORKSHEET.replace("\n", end))
+    book = gradebooks.moodle(spreadsheet_of("\ufeff" + WORKSHEET.replace("\n", end)))
     hands = [judged("Max Roe_5002", 2.5), judged("m1", 3.0), judged("Zoë O'Brien", 9.0)]
     aliases = {"Max Roe_5002": ["m2@x.de"]}
     filled = gradebooks.fill(book, hands, aliases)

@@ -8,8 +8,8 @@ from typing import Literal
 import pytest
 
 from rigidcli.homework.files import gather, read_file
-from rigidcli.homework.hand_ins import papers
-from rigidcli.homework.roster import Paper, read_roster
+from rigidcli.homework.hand_ins import Paper, papers
+from rigidcli.homework.roster import read_roster
 from tests.homework.classroom import LAYOUTS, SIZE, STUDENTS, answers, handed_in, roster, write
 
 
@@ -33,7 +33,7 @@ def test_every_student_of_a_list_has_the_own_mark(
     assert len({*people.labels.values()}) == len(STUDENTS)
     batch = gather([str(given)], None, tmp_path / "scratch")
     rows = {paper.student: paper for paper in papers(batch, people, [f"q{k}" for k in range(7)], 2).papers}
-    marks = {s.number: points(rows.pop(people.labels[place])) for place, s in enumerate(STUDENTS)}
+    marks = {s.number: points(rows.pop(people.labels[place])) for place, s in enumerate(STUDENTS, 1)}
     assert batch.problems == []
     assert {number for number, mark in marks.items() if mark not in (number, 0)} == set()
     assert sum(number == mark for number, mark in marks.items()) >= 117

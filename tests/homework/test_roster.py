@@ -15,9 +15,10 @@ import yaml
 
 from rigidcli.errors import DocumentError
 from rigidcli.homework.base import Unreadable
-from rigidcli.homework.files import MOST_BYTES, Batch, beside, gather, is_answer, is_contested, read_file
-from rigidcli.homework.hand_ins import papers
-from rigidcli.homework.roster import Paper, Roster, read_roster
+from rigidcli.homework.files import MOST_BYTES, Batch, beside, gather, is_contested, read_file
+from rigidcli.homework.hand_ins import Paper, papers
+from rigidcli.homework.names import is_answer
+from rigidcli.homework.roster import Roster, read_roster
 
 MOODLE = "assignsubmission_file"
 TABLE = yaml.safe_load(Path(__file__).with_name("hand_ins.yaml").read_text(encoding="utf-8"))

@@ -19,8 +19,9 @@ from typing import TypeAlias
 import orjson
 
 from rigidcli.errors import DocumentError, Problem, printable, shortened
+from rigidcli.fields.texts import safe_name
 from rigidcli.homework.base import PLACES, VERDICTS, Judged, Judgement, Verdict
-from rigidcli.homework.reports import Style, read
+from rigidcli.homework.reports import Style
 from rigidcli.homework.reports.formats import (
     LONGEST_ANSWER,
     block,
@@ -30,6 +31,7 @@ from rigidcli.homework.reports.formats import (
     painted,
     score,
 )
+from rigidcli.homework.spreadsheets import read_own
 from rigidcli.homework.variants import words
 from rigidcli.language.tokens import UNSIGNED
 from rigidcli.render.terminal import Row
@@ -263,6 +265,12 @@ TEXTS = {"table": table, "json": json, "csv": csv}
 """The formats of these tallies."""
 
 
+def render(format: str, judgements: Iterable[Judgement], style: Style) -> Iterator[str]:
+    """What the class has made of the questions, and who is alike, in a format."""
+    students = [*judgements]
+    return TEXTS[format](tally(students), style, alike(students))
+
+
 # --- two runs
 
 Run: TypeAlias = dict[tuple[str, str], str]
@@ -271,9 +279,8 @@ Run: TypeAlias = dict[tuple[str, str], str]
 
 def run_of(path: str | os.PathLike[str]) -> Run:
     """The run that was written to a file with `-f json`. Raises DocumentError."""
-    text, source = read(path)
     run: Run = {}
-    for number, line in enumerate(text.removeprefix("\ufeff").splitlines(), 1):
+    for number, line in enumerate(read_own(path).removeprefix("\ufeff").splitlines(), 1):
         try:
             entry = orjson.loads(line)
             if entry["schema"] != "rigidcli.check/1":
@@ -286,7 +293,7 @@ def run_of(path: str | os.PathLike[str]) -> Run:
         except (TypeError, KeyError, ValueError, AttributeError):
             hint = "an old run is what `rigidcli check -f json` has printed"
             message = "not an object of `rigidcli.check/1`"
-            raise DocumentError([Problem(source, message, number, hint=hint)]) from None
+            raise DocumentError([Problem(safe_name(path), message, number, hint=hint)]) from None
     return run
 
 
