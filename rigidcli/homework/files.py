@@ -9,14 +9,15 @@ import re
 import stat
 import zipfile
 import zlib
+from collections import Counter
 from collections.abc import Iterator, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field, replace
-from pathlib import Path
+from pathlib import Path, PurePath
 from typing import NamedTuple
 
 from rigidcli.errors import Problem, printable, shortened, shown
-from rigidcli.fields.texts import safe_name
+from rigidcli.fields.texts import ending, safe_name
 from rigidcli.homework.answers import tree_of
 from rigidcli.homework.base import Tree, Unreadable
 from rigidcli.homework.names import (
@@ -28,6 +29,7 @@ from rigidcli.homework.names import (
     owner_of,
     platform_of,
     uncounted,
+    words_of,
 )
 
 MOST_BYTES = 1_000_000
@@ -417,15 +419,19 @@ def beside(name: Tree, answers: Path) -> Path:
         same = [each for each in own if own[each] == wanted]
         same = same or [each for each in own if uncounted(own[each]) == uncounted(wanted)]
         # Of several that were handed in under one name, the last.
-        wanted = max(same, key=lambda each: (len(each), each), default=wanted)
+        wanted = max(
+            same, key=lambda each: (len(each), each), default=folder.with_owner(wanted, answers.name)
+        )
     return answers.parent / wanted
 
 
 def is_contested(file: Path, answers: Path) -> bool:
-    """Whether the answer file of another student names a file that is nobody's by its name."""
+    """Whether a file may be another student's: by its name, or where it is nobody's, as another names it."""
     folder = _Folder(answers.parent)
     if folder.owner_beside(file.name, answers.name):
         return False
+    if owner := folder.owner_by_words(file.name):
+        return owner != answers.name
     for other in folder.names:
         if may_answer(other) and other != answers.name:
             with suppress(Unreadable):
@@ -461,3 +467,32 @@ class _Folder:
         begun = [each for each in students if folded.startswith(each.casefold())]
         begun = [each for each in begun if not folded[len(each.casefold()) :][:1].isalnum()]
         return max(begun, key=len, default="")
+
+    def owner_by_words(self, name: str) -> str:
+        """The one answer file whose own words stand in the name of a file: hw3_jdoe.yaml for jdoe_x.csv.
+
+        Its own are those that no other answer file has in its name.
+        """
+        words = {each: _words(each) for each in self.names if may_answer(each) and not self._platform}
+        counts = Counter(word for each in words.values() for word in each)
+        own = {each: {word for word in its if counts[word] == 1} for each, its in words.items()}
+        owners = [each for each, its in own.items() if its and its <= _words(name)]
+        return owners[0] if len(owners) == 1 else ""
+
+    def with_owner(self, wanted: str, answers: str) -> str:
+        """The file with the name `wanted` and words of the answer file, or `wanted` where there is none.
+
+        So hw3_jdoe.yaml may call jdoe_orbit.csv by the name orbit.csv.
+        """
+        asked, own = _words(wanted), _words(answers)
+        alike = [
+            name
+            for name in self.names
+            if ending(name) == ending(wanted) and asked < _words(name) <= asked | own
+            if self.owner_beside(name, answers) or self.owner_by_words(name) == answers
+        ]
+        return alike[0] if len(alike) == 1 else wanted
+
+
+def _words(name: str) -> set[str]:
+    return {*words_of(PurePath(name).stem)}

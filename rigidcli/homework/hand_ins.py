@@ -206,7 +206,8 @@ def _of_names(names: dict[int, str], roster: Roster, *, is_folder: bool) -> dict
     keys = [roster.find(owner, common) for owner in owners.values()]
     if len({min(each) for each in keys if len(each) == 1}) < 2:
         common = set()  # they may be the files of one student
-    return {place: (owners[name], common) for place, name in names.items()}
+    numbers = roster.strange_numbers([*owners.values()], common)
+    return {place: (owners[name], common | numbers) for place, name in names.items()}
 
 
 def _plainly(places: Sequence[Place]) -> list[_Found]:

@@ -185,7 +185,7 @@ class Roster:
         for begin, end in product(range(len(words)), range(1, LONGEST_RUN + 1)):
             run = tuple(words[begin : begin + end])
             if len(run) == 1 and run[0].isdecimal():
-                if run[0] not in common and (len(run[0]) >= FEWEST_DIGITS or {*words} - {*common} == {*run}):
+                if run[0] not in common and (_is_number(run[0]) or {*words} - {*common} == {*run}):
                     numbers |= self._logins.get(run, set())
             elif keys := self._logins.get(run, set()) | self._glued.get("".join(run), set()):
                 found[frozenset(run)] |= keys
@@ -204,6 +204,21 @@ class Roster:
         longest = [keys for used, keys in found.items() if not any(used < other for other in found)]
         named = set.intersection(*longest) or set.union(*longest) if longest else set[int]()
         return named if len(named) == 1 else named & numbers or named or numbers
+
+    def strange_numbers(self, owners: Sequence[Owner], common: Collection[str]) -> set[str]:
+        """The numbers in names that stand beside each other, where they are not those of the list.
+
+        Platforms have numbers of their own, which may be those of other students by chance. They are not the
+        list's where those who are known by their names mostly have other ones.
+        """
+        numbers = {word for owner in owners for word in words_of(owner.name) if _is_number(word)}
+        agree = 0
+        for owner in owners:
+            keys = self.find(owner, {*common, *numbers}) or self.find(owner, common)
+            own = {number for key in keys for number in self._own[key] if _is_number(number)}
+            if len(keys) == 1 and own and (in_name := numbers & {*words_of(owner.name)}):
+                agree += 1 if own & in_name else -1
+        return numbers if agree < 0 else set()
 
     def first(self, names: Sequence[str]) -> set[int]:
         """The students whom the first of several names means that means one student, or else any."""
@@ -235,6 +250,11 @@ class Roster:
         notes += noted("several hand-ins of one student, and none of them taken", several)
         notes += noted("no answer file, and the cell left as it was", absent)
         return {key: own[0] for key, own in places.items() if len(own) == 1}, notes
+
+
+def _is_number(word: str) -> bool:
+    """Whether a word of a name may be the number of a student."""
+    return word.isdecimal() and len(word) >= FEWEST_DIGITS
 
 
 def _full_name(cells: Mapping[str, str]) -> str:

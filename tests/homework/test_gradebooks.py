@@ -91,6 +91,15 @@ def test_the_cell_of_a_student_whose_answer_waits_stays() -> None:
     assert "an answer waits for a person to judge, and the cell left as it was: `103`" in filled.notes
 
 
+def test_a_score_of_a_person_fills_the_cell_of_who_has_handed_in_nothing_or_two_files() -> None:
+    several = (mark("a", "invalid", 0, 8), mark("b", "invalid", 0, 1))
+    whole = tuple(question.overridden(1.0, "on paper") for question in several)
+    answers = [Judgement("jdoe", "", whole), Judgement("zob", "", (whole[0], several[1]))]
+    filled = fill(BOOK, [*answers, Judgement("103", "", several)], "Homework 10")
+    assert column(filled.text) == ["2", "", "1.00", ""]
+    assert "an answer waits for a person to judge, and the cell left as it was: `zob`" in filled.notes
+
+
 @pytest.mark.parametrize("end", ["\n", "\r\n", "\r"])
 @pytest.mark.parametrize("mark", ["", "\ufeff"])
 def test_byte_order_mark_and_ends_of_lines_stay(end: str, mark: str) -> None:

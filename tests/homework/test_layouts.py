@@ -41,6 +41,20 @@ def test_every_student_of_a_list_has_the_own_mark(
     assert bool(rows) == (0 in marks.values())
 
 
+@pytest.mark.parametrize("listing", ["canvas, other numbers", "number", "short numbers", "login first"])
+def test_numbers_of_a_platform_that_others_have_in_the_list_take_no_mark(
+    listing: str, tmp_path: Path
+) -> None:
+    (tmp_path / "class.csv").write_text(roster(listing), encoding="utf-8")
+    people = read_roster(tmp_path / "class.csv")
+    batch = gather([str(write(tmp_path / "in", handed_in("ilias", "NFC")))], None, tmp_path / "scratch")
+    rows = {
+        paper.student: points(paper) for paper in papers(batch, people, [f"q{k}" for k in range(7)]).papers
+    }
+    marks = {s.number: rows[people.labels[place]] for place, s in enumerate(STUDENTS, 1)}
+    assert {number for number, mark in marks.items() if mark not in (number, 0)} == set()
+
+
 @pytest.mark.parametrize("layout", LAYOUTS)
 def test_without_a_list_no_two_hand_ins_are_one(layout: str, tmp_path: Path) -> None:
     files = handed_in(layout, "NFC")

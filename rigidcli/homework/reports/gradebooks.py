@@ -139,12 +139,13 @@ def fill(
     hands, notes = book.people.match(named)
     cells = [*book.worth, *(cell(row, book.column) for row in rows[1:])]
     has_commas = any(re.fullmatch(r"[0-9]+,[0-9]+", text) for text in cells)
+    undecided = {False: ("review",), True: ("review", "invalid")}  # of several files none is judged
     kept, waiting, replaced = list[str](), list[str](), 0
     for number, hand in hands.items():
         row, judgement = rows[number], handed_in[hand]
         if number in book.kept:
             kept.append(judgement.student)
-        elif any(question.verdict == "review" for question in judgement.questions):
+        elif any(question.verdict in undecided[not judgement.source] for question in judgement.questions):
             waiting.append(judgement.student)
         else:
             score = judgement.score_to(2)  # as Canvas rounds points
