@@ -10,7 +10,7 @@ from typing import NamedTuple
 from rigidcli.errors import DocumentError, Problem, guess, shown
 from rigidcli.homework.answers import folded
 from rigidcli.homework.base import Judgement, Tell
-from rigidcli.homework.names import noted
+from rigidcli.homework.names import listed, noted
 from rigidcli.homework.roster import Roster
 from rigidcli.homework.spreadsheets import points_in, read_spreadsheet
 
@@ -67,7 +67,8 @@ def read_overrides(
             continue
         cells = dict(zip(heads, row, strict=False))
         student, question, score, reason = (cells.get(name, "").strip() for name in COLUMNS)
-        student = student if roster is None else roster.one(student)
+        people = roster.called(student) if roster else []
+        student = people[0] if len(people) == 1 else student
         whole, points = most.get(folded(question)), points_in(score)
         if whole is None:
             message = f"there is no question {shown(question)}{guess(question, list(worth))}"
@@ -75,6 +76,10 @@ def read_overrides(
         elif points is None or not 0 <= points <= whole:
             message = f"read {shown(score)}, expected points from 0 to {whole:.12g}"
             problems.append(Problem(table.source, message, line, "score"))
+        elif len(people) > 1:
+            message = f"{shown(student)} may be any of {listed(people)}"
+            hint = "write the login, or the number, of the student"
+            problems.append(Problem(table.source, message, line, "student", hint))
         elif (folded(student), folded(question)) in scores:
             problems.append(Problem(table.source, f"{shown(student)} has this question twice", line))
         else:

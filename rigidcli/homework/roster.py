@@ -116,11 +116,13 @@ class Roster:
         self._glued: dict[str, set[int]] = defaultdict(set)
         self._own: dict[int, set[str]] = defaultdict(set)
         self._numbers: dict[str, dict[str, int]] = {"canvas": {}, "moodle": {}, "brightspace": {}}
+        seen = set[Cells]()
         for key, raw in students.items():
             cells = [(column, cell) for column, text in raw if (cell := printable(text.strip()).lstrip("#"))]
             name = _full_name(dict(reversed(cells)))
-            if name == TEST_STUDENT or not cells:
+            if name == TEST_STUDENT or not cells or tuple(cells) in seen:  # a row for each of two sections
                 continue
+            seen.add(tuple(cells))
             self._names[key] = name
             logins = list(dict.fromkeys(cell for kind in LOGINS for column, cell in cells if column == kind))
             self.labels[key] = next(iter(logins), name)
@@ -225,10 +227,9 @@ class Roster:
         means = [self.find(name) for name in names]
         return next((keys for keys in means if len(keys) == 1), max(means, key=len))
 
-    def one(self, name: str) -> str:
-        """The label of the one student whom a name means, or the name as it is."""
-        keys = self.find(name)
-        return self.labels[min(keys)] if len(keys) == 1 else name
+    def called(self, name: str) -> list[str]:
+        """The labels of the students whom a name may mean."""
+        return [self.labels[key] for key in sorted(self.find(name))]
 
     def match(self, students: Sequence[Sequence[str]]) -> tuple[dict[int, int], list[str]]:
         """The place among `students` of each row of a gradebook, and notes on those without one.

@@ -78,7 +78,7 @@ def canvas(table: Spreadsheet, column: str) -> Gradebook:
     names = [name.strip() for name in head]
     if "ID" not in names or {"Student", "LastName"}.isdisjoint(names):
         hint = "it begins with the columns `Student` and `ID`"
-        raise UsageError(f"{shown(table.source)} is not a gradebook that Canvas has exported", hint=hint)
+        raise UsageError(f"`{table.source}` is not a gradebook that Canvas has exported", hint=hint)
     worth = next((row for row in rows if POINTS in cell(row, 0)), [])
     about = [name if name in (*NAMES, *LOGINS) else "" for name in names]
     place = _place(names, worth, column)
@@ -99,7 +99,7 @@ def moodle(table: Spreadsheet, column: str | None = None) -> Gradebook:
     about = columns_of(head)
     if not any(about) or (column is None and len(places) != 1):
         hint = "`Download grading worksheet` in an assignment with this kind of feedback exports it"
-        message = f"{shown(table.source)} is not a grading worksheet that Moodle has exported"
+        message = f"`{table.source}` is not a grading worksheet that Moodle has exported"
         raise UsageError(message, hint=hint)
     if len(places) != 1:
         hint = f"its columns are {listed([name.strip() for name in head])}"
