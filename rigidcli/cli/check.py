@@ -322,9 +322,9 @@ def judge(asked: Request, target: Output, failures: Failures) -> None:
         is_late = any(paper.is_late for paper in handed_in.papers)
         style = Style(asked.feedback, asked.header, *target.terminal(), is_late)
         fill = partial(filled, book, roster.aliases, handed_in.notes, remarks) if book and roster else None
-        view = fill or view_of(asked, prepared, target, remarks)
         with progress() as show:
             judged = prepared.judged(handed_in, roster, overrides, asked.jobs, remarks.tell, show)
+            view = fill or view_of(asked, prepared, target, remarks)
             for piece in view(watched(judged, failures, target), style):
                 target.write(piece)
 

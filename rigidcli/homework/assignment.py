@@ -72,17 +72,23 @@ class Prepared:
     ) -> Iterator[Judgement]:
         """Judge what is handed in, in that order, with the scores of a person over those of the program.
 
-        `tell` gets the notes on files and students. Raises DocumentError where there is no key.
+        The keys of all students are worked out at once. `tell` gets the notes on files and students. Raises
+        DocumentError where there is no key.
         """
         papers, own, notes = self.for_students(handed_in.papers, roster, progress)
         tell(self.source, notes)
         judgements = run(self.items, papers, jobs, progress, own=own)
-        seen = list[Judgement]()
-        for judgement in overrides.applied(judgements, tell) if overrides else judgements:
-            tell(judgement.source, judgement.notes)
-            seen.append(replace(judgement, questions=()))
-            yield judgement
-        tell(self.source, unnamed(handed_in.others, seen))
+        judgements = overrides.applied(judgements, tell) if overrides else judgements
+
+        def told() -> Iterator[Judgement]:
+            seen = list[Judgement]()
+            for judgement in judgements:
+                tell(judgement.source, judgement.notes)
+                seen.append(replace(judgement, questions=()))
+                yield judgement
+            tell(self.source, unnamed(handed_in.others, seen))
+
+        return told()
 
     def for_students(
         self, papers: Sequence[Paper], roster: Roster | None, progress: Progress = lambda share: None

@@ -160,8 +160,8 @@ def _students(places: Sequence[Place], roster: Roster | None) -> list[_Student]:
 
 
 def unnamed(others: Sequence[Place], judgements: Iterable[Judgement]) -> list[str]:
-    """A note on files that are no hand-ins, and that no answer names."""
-    named = {path for judgement in judgements for path in (judgement.source, *judgement.beside)}
+    """A note on files beside the answers that no answer names."""
+    named = {path for judgement in judgements for path in judgement.beside}
     return noted("no answer files, and left out", [each.short for each in others if each.source not in named])
 
 

@@ -120,11 +120,12 @@ class Roster:
         for key, raw in students.items():
             cells = [(column, cell) for column, text in raw if (cell := printable(text.strip()).lstrip("#"))]
             name = _full_name(dict(reversed(cells)))
-            if name == TEST_STUDENT or not cells or tuple(cells) in seen:  # a row for each of two sections
+            logins = list(dict.fromkeys(cell for kind in LOGINS for column, cell in cells if column == kind))
+            # A student of two sections may have two rows; without a login they may be two students.
+            if name == TEST_STUDENT or not cells or (logins and tuple(cells) in seen):
                 continue
             seen.add(tuple(cells))
             self._names[key] = name
-            logins = list(dict.fromkeys(cell for kind in LOGINS for column, cell in cells if column == kind))
             self.labels[key] = next(iter(logins), name)
             for column, cell in cells:
                 if numbered := _NUMBERED.fullmatch(cell):
