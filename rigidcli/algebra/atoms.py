@@ -27,6 +27,7 @@ _FUNCTION_ORDER = {"exp": 0, "sin": 1, "sinh": 1, "cos": 2, "cosh": 2}
 _ALWAYS_POSITIVE = frozenset(["exp", "cosh"])
 _NEVER_NEGATIVE = frozenset(["abs", "acosh", "acos"])
 _RATE = re.compile(r"p_.*|.*dot")
+_ACCELERATION = re.compile(r".+ddot")
 _MASS = re.compile(r"[mM](ass)?([0-9_].*)?")
 _DIGITS = re.compile(r"[0-9]+")
 
@@ -136,13 +137,16 @@ def _is_square(exponent: Rational) -> bool:
 
 
 def _place(term: tuple[Monomial, Rational]) -> tuple[object, ...]:
-    """Where a term stands in a sum: kinetic energy first, functions last, otherwise by falling degree."""
+    """Where a term stands in a sum: accelerations first, then kinetic energy, and functions last.
+
+    Otherwise it is by falling degree.
+    """
     rates: Rational = 0
     degree: Rational = 0
     functions = 0
     for atom, exponent in term[0]:
         if isinstance(atom, Symbol):
-            rates += exponent if atom.is_rate else 0
+            rates += exponent * atom.degree
             degree += max(exponent, 0)
         elif isinstance(atom, Applied):
             functions += 1
@@ -198,17 +202,23 @@ class Pi(Atom):
 class Symbol(Atom):
     """A name, for a real number or, where that is known, for a positive one."""
 
-    __slots__ = ("is_rate", "name", "positive")
+    __slots__ = ("degree", "name", "positive")
 
     def __init__(self, name: str, positive: bool = False) -> None:
-        self.is_rate = _is_rate(name)
-        place = "6" if self.is_rate else "2" if name in _LEADING else "3" if _is_mass(name) else "4"
+        # The degree in momenta and velocities, of which no product comes up to an acceleration.
+        self.degree = 0 if not _is_rate(name) else 100 if _ACCELERATION.fullmatch(name) else 1
+        place = "6" if self.degree else "2" if name in _LEADING else "3" if _is_mass(name) else "4"
         place += "~" if name == _TIME else ""
         counted = _DIGITS.sub(lambda digits: f"{len(digits[0]):03}{digits[0]}", name)
         mark = "+" if positive else ""
         super().__init__(f"{place}{counted.lower()} {name}{mark}", names=frozenset([name]))
         self.name = name
         self.positive = positive
+
+    @property
+    def is_rate(self) -> bool:
+        """Whether it is a momentum or velocity."""
+        return self.degree > 0
 
 
 E = TypeVar("E", bound=Terms)

@@ -156,6 +156,24 @@ def spread(e: Expr) -> Expr:
     return total(parts(monomial, coefficient) for monomial, coefficient in e.terms.items())
 
 
+def apart(e: Expr) -> Expr:
+    """A product with a sum in it, whose terms have different functions and parameters, as a sum of products.
+
+    m*(g*sin(x) - a*cos(x)) is m*g*sin(x) - m*a*cos(x), but k*(sin(x) + cos(x)) stays.
+    """
+    if len(e.terms) != 1:
+        return e
+    ((monomial, coefficient),) = e.terms.items()
+    sums = [atom for atom, n in monomial if isinstance(atom, Group) and atom.plain and n > 0]
+    if len(sums) != 1 or (sums[0], 1) not in monomial:
+        return e
+    inner = sums[0].inner.terms
+    if len({tuple(filter(_is_parameter, dict(m))) for m in inner}) == 1:
+        return e
+    rest = gathered(coefficient, {atom: n for atom, n in monomial if atom is not sums[0]})
+    return _collected(total(rest * Expr({m: c}) for m, c in inner.items()))
+
+
 @lru_cache(4096)
 def _length(e: Expr) -> tuple[int, str]:
     written = text(to_tree(e))

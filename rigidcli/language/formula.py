@@ -2,13 +2,26 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+import math
+from collections.abc import Collection, Mapping
 from dataclasses import dataclass
 from decimal import Decimal
 from fractions import Fraction
-from typing import ClassVar
+from functools import lru_cache
+from typing import ClassVar, TypeAlias
 
-from rigidcli.language.tree import Node, Number, Power, Product, Reciprocal, Sum, rebuilt
+from rigidcli.language.tree import (
+    Call,
+    Name,
+    Negative,
+    Node,
+    Number,
+    Power,
+    Product,
+    Reciprocal,
+    Sum,
+    rebuilt,
+)
 
 
 @dataclass(frozen=True, slots=True)
@@ -41,17 +54,21 @@ class Style:
 
     With `decimal`, fractions that end are decimals. A sum that stands first in a pair of `sums` is written as
     the second, R + r as r + R. Where this has the other sign, that is done under even powers only:
-    (R - r)**2 is written (r - R)**2.
+    (R - r)**2 is written (r - R)**2. Terms with velocities or momenta are written in the order of their
+    `coordinates`, other sums than the typed ones.
     """
 
     decimal: bool = False
     sums: tuple[tuple[Sum, Sum], ...] = ()
+    coordinates: tuple[str, ...] = ()
 
     def of(self, node: Node) -> Node:
         """The tree as it is to be written."""
         if self.sums:
             typed = {frozenset(sum_.terms): sum_ for _, sum_ in self.sums}
             node = _ordered(node, dict(self.sums), typed)
+        if self.coordinates:
+            node = _by_coordinates(node, _rates(self.coordinates), {sum_ for _, sum_ in self.sums})
         return _in_decimals(node) if self.decimal else node
 
 
@@ -68,6 +85,79 @@ def _ordered(node: Node, squared: Mapping[Sum, Sum], typed: Mapping[frozenset[No
 def is_even(exponent: Node) -> bool:
     """Whether it is an even number."""
     return isinstance(exponent, Number) and exponent.value % 2 == 0
+
+
+_Rates: TypeAlias = Mapping[str, tuple[int, int]]
+"""The place of the coordinate of each velocity, momentum and acceleration, and what it adds to a degree."""
+
+OF_ACCELERATION = 100
+"""The degree of an acceleration: terms with one come before all products of velocities."""
+
+
+@lru_cache(1)
+def _rates(coordinates: tuple[str, ...]) -> _Rates:
+    degrees = {"p_{}": 1, "{}dot": 1, "{}ddot": OF_ACCELERATION}
+    return {form.format(q): (k, n) for form, n in degrees.items() for k, q in enumerate(coordinates)}
+
+
+def _by_coordinates(node: Node, rates: _Rates, typed: Collection[Sum]) -> Node:
+    """A tree with the terms of its sums by falling degree in the rates.
+
+    Of one degree, terms without functions come first, then those of earlier coordinates. A sum does not begin
+    with a minus sign if a term is positive. In a product, rates stand in the order of their coordinates.
+    """
+    node = rebuilt(node, lambda operand: _by_coordinates(operand, rates, typed))
+    match node:
+        case Sum(terms) if node not in typed:
+            ordered = sorted(terms, key=lambda term: _place(term, rates))
+            first = next((k for k, term in enumerate(ordered) if not isinstance(term, Negative)), 0)
+            has_acceleration = _degree(ordered[0], rates)[0] >= OF_ACCELERATION
+            return Sum((ordered.pop(0 if has_acceleration else first), *ordered))
+        case Product(factors):
+            moving = [factor for factor in factors if _rate(factor) in rates]
+            following = iter(sorted(moving, key=lambda f: (-rates[_rate(f)][1], rates[_rate(f)][0])))
+            return Product(tuple(next(following) if _rate(f) in rates else f for f in factors))
+    return node
+
+
+def _rate(factor: Node) -> str:
+    """The name that stands alone in a factor, or under a power; none is ""."""
+    base = factor.base if isinstance(factor, Power) else factor
+    return base.name if isinstance(base, Name) else ""
+
+
+def _place(term: Node, rates: _Rates) -> tuple[float, bool, float, float]:
+    degree, first, last = _degree(term, rates)
+    return -degree, _has_function(term), first, last
+
+
+def _degree(node: Node, rates: _Rates) -> tuple[float, float, float]:
+    """The degree of a tree in the rates, and the first and last coordinate of those that are no divisors."""
+    match node:
+        case Name(name) if name in rates:
+            place, weight = rates[name]
+            return weight, place, place
+        case Negative(operand):
+            return _degree(operand, rates)
+        case Power(base, Number(value=exponent)):
+            degree, first, last = _degree(base, rates)
+            return degree * exponent, first, last
+        case Sum(operands) | Product(operands):
+            degrees, firsts, lasts = zip(*(_degree(operand, rates) for operand in operands), strict=True)
+            return (max if isinstance(node, Sum) else sum)(degrees), min(firsts), max(lasts)
+    return 0, math.inf, -math.inf
+
+
+def _has_function(node: Node) -> bool:
+    """Whether a factor of a term is a function other than a root."""
+    match node:
+        case Negative(inner) | Reciprocal(inner) | Power(inner, _):
+            return _has_function(inner)
+        case Product(factors):
+            return any(map(_has_function, factors))
+        case Call(function, _):
+            return function != "sqrt"
+    return False
 
 
 MOST_DIGITS = 15

@@ -20,8 +20,9 @@ import numpy as np
 
 from rigidcli.algebra import matrices
 from rigidcli.algebra.calculus import derivative
-from rigidcli.algebra.expressions import ONE, ZERO, Expr, symbol, total
-from rigidcli.algebra.simplification import over_shared_sums, tidy
+from rigidcli.algebra.expansion import coefficients
+from rigidcli.algebra.expressions import ONE, ZERO, Expr, product, symbol, total
+from rigidcli.algebra.simplification import apart, over_shared_sums, tidy
 from rigidcli.algebra.substitution import substitute
 from rigidcli.algebra.values import sampled
 from rigidcli.mechanics.hamilton_equations import TIME, Phase
@@ -70,10 +71,22 @@ def lagrange_equations(
     for p, q, force in zip(momenta.definitions, phase.coordinates, forces, strict=True):
         moved = total(derivative(p, name) * rate for name, rate in moving if name in p.names)
         slope = derivative(lagrangian, q)
-        # Hamilton's equations have the tidied slope as it is, so that it is known already.
-        free = tidy(moved - slope) if moved else -tidy(slope)
-        rest.append(free - substitute(force, defined))
+        rest.append(by_velocities(moved - slope, velocities) - substitute(force, defined))
     return LagrangeEquations(momenta.mass_matrix, tuple(rest), tuple(names))
+
+
+def by_velocities(e: Expr, velocities: Sequence[str]) -> Expr:
+    """A function with each product of velocities by itself, and what is free of them by its functions."""
+    if e.names.isdisjoint(velocities):
+        return -apart(tidy(-e))  # Hamilton's equations have this slope, so that it is known already
+    polynomial = coefficients(e, velocities)
+    if polynomial is None:
+        return tidy(e)
+    parts = []
+    for powers, factor in polynomial.items():
+        moving = product(symbol(v) ** n for v, n in zip(velocities, powers, strict=True))
+        parts.append(tidy(factor) * moving if any(powers) else apart(tidy(factor)))
+    return total(parts)
 
 
 NONE = 1e-13

@@ -98,6 +98,23 @@ def test_a_change_that_is_canonical_for_some_parameters(program: Program) -> Non
     assert "no: only where al be q^(2 al - 1) = 1" in program("hamilton", "-", stdin=document).out
 
 
+WRITTEN = yaml.safe_load(Path(__file__).with_name("written.yaml").read_text(encoding="utf-8"))
+
+
+@pytest.mark.parametrize("name", WRITTEN)
+def test_it_is_written_as_in_a_book(name: str) -> None:
+    case = dict(WRITTEN[name])
+    expected, coordinates = case.pop("expected"), case.pop("coordinates")
+    equilibrium = {key: case.pop(key) for key in ("equilibrium",) if key in case}
+    (kind, text), *more = case.items()
+    found = hamilton(coordinates, kind, text, **equilibrium, **dict(more))
+    for path, written in expected.items():
+        value: Any = found
+        for part in path.split("."):
+            value = value[int(part) if part.isdigit() else part]
+        assert str(value) == written, path
+
+
 HANGING = {
     # The momentum of the load in Cartesian coordinates is what the trolley loses.
     "load on a rope that is wound up": (
@@ -147,7 +164,7 @@ def test_particles_have_the_form_of_their_velocities(name: str) -> None:
 @pytest.mark.parametrize(
     ("typed", "written"),
     [
-        ("(p_x**2 + (p_y + x*p_z/2)**2 + p_z**2)/(2*m)", "((p_y + x*p_z/2)**2 + p_x**2 + p_z**2)/(2*m)"),
+        ("((p_y + x*p_z/2)**2 + p_x**2 + p_z**2)/(2*m)", "(p_x**2 + (p_y + x*p_z/2)**2 + p_z**2)/(2*m)"),
         ("(p_x - 3*p_y)**2/(9*m)", "(p_x - 3*p_y)**2/(9*m)"),
     ],
 )

@@ -96,7 +96,7 @@ def test_these_parts_stay_together(name: str, parts: list[str]) -> None:
         ("Calogero and Moser", "p_x1", "2*g**2*(1/(x1 - x2)**3 + 1/(x1 - x3)**3)"),
         ("charge in a magnetic field, Landau's gauge", "x", "(p_x + B*e*y/c)/m"),
         ("rotating frame", "p_x", "W*p_y - k*x/(x**2 + y**2)**(3/2)"),
-        ("symmetric top", "psi", "(p_psi*cos(theta) - p_phi)*cos(theta)/(I1*sin(theta)**2) + p_psi/I3"),
+        ("symmetric top", "psi", "p_psi/I3 + (p_psi*cos(theta) - p_phi)*cos(theta)/(I1*sin(theta)**2)"),
         ("Kepler in polar coordinates", "p_r", "p_phi**2/(m*r**3) - k/r**2"),
     ],
 )

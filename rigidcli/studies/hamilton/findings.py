@@ -12,7 +12,7 @@ import numpy as np
 
 from rigidcli.algebra.expressions import Expr, symbol, total
 from rigidcli.algebra.reading import from_tree
-from rigidcli.algebra.trees import PLAIN, to_tree
+from rigidcli.algebra.trees import to_tree
 from rigidcli.document.document import Document
 from rigidcli.language.formula import Formula, Style, is_even
 from rigidcli.language.tree import Negative, Power, Sum, nodes
@@ -131,12 +131,12 @@ DECIMAL = re.compile(r"\.\d|\de-")
 def as_typed(fields: Iterable[Field], document: Document) -> list[Field]:
     """Write results in the style of the document.
 
-    They have decimals where the system has some and exact ones are not asked for, and squares of sums in the
-    order of the terms that the system has.
+    Decimals (unless exact results are asked for), squares of sums, and the order of coordinates are its own.
     """
     decimal = not document.exact_results and DECIMAL.search(repr(document.system)) is not None
-    style = Style(decimal, tuple(_typed_sums(document).items()))
-    return list(fields) if style == PLAIN else [_styled(entry, style) for entry in fields]
+    coordinates = () if document.system is None else document.system.coordinates
+    style = Style(decimal, tuple(_typed_sums(document).items()), coordinates)
+    return [_styled(entry, style) for entry in fields]
 
 
 def _typed_sums(document: Document) -> dict[Sum, Sum]:
@@ -176,7 +176,7 @@ def _styled(entry: Field, style: Style) -> Field:
             case Expr():
                 return value.styled(style)
             case Formula(exact=True):
-                return replace(value, root=style.of(value.root))
+                return replace(value, root=replace(style, coordinates=()).of(value.root))
             case list():
                 return list(map(changed, value))
             case dict():
