@@ -22,9 +22,8 @@ from rigidcli.homework import Feedback
 
 if TYPE_CHECKING:
     from rigidcli.document.document import Document
-    from rigidcli.homework.assignment import Prepared
+    from rigidcli.homework.assignment import Prepared, Study
     from rigidcli.homework.base import Judgement
-    from rigidcli.homework.keys import Study
     from rigidcli.homework.reports import Style
     from rigidcli.homework.reports.gradebooks import Gradebook
     from rigidcli.report import Report

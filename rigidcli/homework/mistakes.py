@@ -7,22 +7,17 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Sequence
-from itertools import combinations, permutations
+from itertools import permutations
 from typing import TYPE_CHECKING, TypeAlias
 
 import numpy as np
 
-from rigidcli.algebra.expansion import expand
-from rigidcli.algebra.expressions import Expr, total
-from rigidcli.algebra.trees import to_tree
 from rigidcli.core.arithmetic import Array, Floats
 from rigidcli.core.tensor import point_tensor, rotate
-from rigidcli.document.variables import velocity
 from rigidcli.fields.dimensions import DIMENSIONLESS
 from rigidcli.fields.units import Unit
 from rigidcli.homework.base import Asked
 from rigidcli.homework.entries import NOISE
-from rigidcli.homework.motions import Motion, state_of
 from rigidcli.language.tree import Negative, Node, Number, Product, Sum
 
 if TYPE_CHECKING:
@@ -101,44 +96,6 @@ def of_energy(kinetic: Node, rest: Node, *, is_lagrangian: bool) -> Iterator[tup
     yield code, Sum((kinetic, Negative(rest)))
     for factor in (HALF, TWO):
         yield "kinetic_factor", Sum((Product((factor, kinetic)), rest))
-
-
-# --- equations of motion
-
-
-def of_motion(key: Motion) -> Iterator[tuple[str, dict[str, Node]]]:
-    """The rates that mistakes change.
-
-    Of Hamilton's equations, q' = -dH/dp or p' = dH/dq. Of others, one equation of the wrong sign or all of
-    them, and cross terms of Euler's equations.
-    """
-    turned: dict[str, Node] = {rate: Negative(node) for rate, node in key.rates.items()}
-    if key.is_hamiltonian:
-        forward, back = (
-            {velocity(name): turned[velocity(name)] for name in names}
-            for names in (key.coordinates, key.momenta)
-        )
-        yield from (("hamilton_sign", rates) for rates in (back, forward, {**forward, **back}))
-        return
-    yield from (("sign_error", {rate: node}) for rate, node in turned.items())
-    yield "sign_error", turned
-    crossed = _other_cross_terms(key)
-    for count in (1, 2, 3):
-        yield from (("euler_sign", dict(some)) for some in combinations(crossed.items(), count))
-
-
-def _other_cross_terms(key: Motion) -> dict[str, Node]:
-    """Three rates in which the terms that multiply the two other ones have the other sign; or none."""
-    functions = {state_of(rate) for rate in key.rates}
-    turned: dict[str, Node] = {}
-    for rate, node in key.rates.items():
-        e = expand(key.exact(node))
-        others = functions - {state_of(rate)}
-        crossed = [Expr({m: c}) for m, c in e.terms.items() if others <= Expr({m: c}).names]
-        if len(functions) != 3 or not crossed:
-            return {}
-        turned[rate] = to_tree(e - total(crossed) - total(crossed))
-    return turned
 
 
 # --- factors by which people's numbers are wrong

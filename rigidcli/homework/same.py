@@ -2,8 +2,8 @@
 
 Two formulas are the same when they agree in exact normal form; otherwise their values decide, at points that
 follow from the key, the answer and the name of the question, so that nobody can foresee them. Values are
-balls: where the ball of a difference does not hold zero, the formulas differ. A decimal is the ball of all
-numbers that round to it.
+balls of python-flint: intervals that are proved to hold the value. Where the ball of a difference does not
+hold zero, the formulas differ. A decimal is the ball of all numbers that round to it.
 
 Values at points cannot see everything. What shows one side only (the sign of an argument of abs) or nothing
 (a term far below its neighbours) leaves the question open, unless the key has the same.
@@ -11,12 +11,18 @@ Values at points cannot see everything. What shows one side only (the sign of an
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+import hashlib
+import math
+import operator
+from collections import Counter
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field, replace
-from functools import lru_cache, partial
+from enum import Enum
+from fractions import Fraction
+from functools import lru_cache
 from itertools import islice
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TypeAlias
 
 from rigidcli.algebra.expansion import expand
 from rigidcli.algebra.expressions import Expr, symbol
@@ -24,8 +30,6 @@ from rigidcli.algebra.reading import from_tree
 from rigidcli.algebra.simplification import tidy
 from rigidcli.algebra.trees import to_tree
 from rigidcli.errors import ExpressionError, shortened
-from rigidcli.homework import balls
-from rigidcli.homework.balls import Ball, NoValue, Point, Steps, Unclear
 from rigidcli.language import tree
 from rigidcli.language.parser import read
 from rigidcli.language.text import reading
@@ -35,17 +39,46 @@ if TYPE_CHECKING:
     from rigidcli.homework.base import Asked
     from rigidcli.homework.reading import Names
 
-NEEDED = 4
+Ball: TypeAlias = Any
+"""A ball of python-flint, `flint.arb`."""
+
+Point: TypeAlias = Mapping[str, Ball]
+
+BITS = 1024
+"""The precision of balls: an answer must agree with its key to some 300 digits."""
+
+RANGES = (*[(0.3, 3.0)] * 8, *[(0.02, 50.0)] * 4, *[(1e-6, 1e6)] * 4)
+"""Sizes of the values of names at the first points: near to one, and far from it."""
+
+MOST_POINTS = 400
+"""Points that are tried where a key has few values: one of a hundred is within its conditions."""
+
+LEAST_POINTS = 4
 """Points at which both must have values: at fewer, an agreement may be that of two branches only."""
 
-MOST_KNOWN = 64
-"""The most outcomes that are kept."""
+MOST_KEPT = 64
+"""Outcomes that are kept for formulas that are compared again."""
 
 MOST_NODES = 400
-"""The most nodes of two formulas that are worked out exactly: a larger normal form takes long."""
+"""Nodes of two formulas that are worked out exactly: a larger normal form takes long."""
 
-WIDEST = 0.25
-"""The largest relative radius of a difference, at which an agreement still says something."""
+VAGUE = 0.25
+"""A difference known less precisely than this share of the terms proves nothing."""
+
+UNTESTED = 2.0**-96
+"""A term smaller than this share of the largest one is not tested: it may be rounding, or a narrow peak."""
+
+COARSEST = Fraction(1, 50)
+"""The most that a decimal may be off, as a share of it: 0.33 stands for a third, and 0.3 does not."""
+
+NEVER = 10_000
+"""More figures than a number has."""
+
+ROUNDING_OF_BALLS = 2.0**-256
+"""An error bound, relative to the terms that cancel, which rounding alone explains."""
+
+MAX_POWER = 10_000
+"""The largest whole exponent that is worked out exactly."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -81,9 +114,9 @@ class Formulas:
         asked = self.relative, self.numbers, answer, key, constant, tuple(beside)
         if asked not in self.known:
             answer, key, *beside = map(self.independent, (answer, key, *beside))
-            with ctx.workprec(balls.BITS):
+            with ctx.workprec(BITS):
                 outcome = _Comparison(self, answer, key, beside, constant).outcome()
-            if len(self.known) > MOST_KNOWN:
+            if len(self.known) > MOST_KEPT:
                 self.known.clear()
             self.known[asked] = outcome
         return self.known[asked]
@@ -99,7 +132,7 @@ class Formulas:
         """The same, where the document's values stand for its parameters."""
         return replace(self, numbers=True)
 
-    def values(self, node: Node, seed: str = "", most: int = len(balls.RANGES)) -> list[Ball | None]:
+    def values(self, node: Node, seed: str = "", most: int = len(RANGES)) -> list[Ball | None]:
         """The values of a formula at the points of a seed, or at the first ones; None where it has none."""
         from flint import ctx
 
@@ -108,8 +141,8 @@ class Formulas:
         used = steps.names
         domains = {name: domain for name, domain in self.names.domains.items() if name in used}
         values: list[Ball | None] = []
-        with ctx.workprec(balls.BITS):
-            for point in islice(balls.points(domains, seed or self.name), most):
+        with ctx.workprec(BITS):
+            for point in islice(points(domains, seed or self.name), most):
                 try:
                     values.append(steps.values(root, point)[root])
                 except (NoValue, Unclear):
@@ -131,18 +164,19 @@ def formulas_of(asked: Asked, names: Names, relative: float | None = None) -> Fo
 
 
 @lru_cache(64)
-def _exact(node: Node, positive: frozenset[str]) -> Expr:
+def _expanded(node: Node, positive: frozenset[str]) -> Expr:
     return expand(from_tree(node, {name: symbol(name, True) for name in positive}))
 
 
-def _identical(answer: Node, key: Node, names: Names) -> bool:
-    """Whether both have the same normal form."""
-    if sum(1 for _ in tree.nodes([answer, key])) > MOST_NODES:
-        return answer == key
-    positive = frozenset(name for name, domain in names.domains.items() if domain == "positive")
-    with suppress(ExpressionError, ArithmeticError, ValueError, KeyError):
-        return not expand(_exact(answer, positive) - _exact(key, positive)).terms
-    return False
+class _AtPoint(Enum):
+    """What an answer and its key are at a point."""
+
+    LEFT_OUT = "the key has no value there, or the conditions of the question do not hold"
+    LOST = "the answer has no value there"
+    UNCLEAR = "the answer may have no value there"
+    VAGUE = "the difference is too vague to say whether they agree"
+    AGREES = "they agree"
+    DIFFERS = "they differ"
 
 
 class _Comparison:
@@ -152,82 +186,94 @@ class _Comparison:
         self, formulas: Formulas, answer: Node, key: Node, beside: Sequence[Node], constant: bool
     ) -> None:
         names, self.relative, self.beside = formulas.names, formulas.relative, beside
-        self.is_identical = partial(_identical, answer, key, names)
+        self.nodes = answer, key
         self.steps = Steps()
         # In a key 0.5 is a half, and 0.333 may be a third.
-        self.key = self.steps.add(key, 3 if self.relative is None else balls.NEVER)
-        self.answer = self.steps.add(answer, 1 if self.relative is None else balls.NEVER)
+        self.key = self.steps.add(key, 3 if self.relative is None else NEVER)
+        self.answer = self.steps.add(answer, 1 if self.relative is None else NEVER)
         roots = [self.key] + [self.answer] * (self.relative is None)
         self.terms = [term for root in roots for term in self.steps.terms(root)]
         self.within = [self.steps.add(formulas.independent(node)) for node in formulas.within]
         used = self.steps.names
         self.domains = {name: domain for name, domain in names.domains.items() if name in used}
+        self.positive = frozenset(name for name, domain in names.domains.items() if domain == "positive")
         self.changing = [name for name in self.domains if name in names.variable] if constant else None
         self.seed = f"{formulas.name}\n{self.steps.parts}"
+        self.evidence = self.steps.no_evidence()
 
     def outcome(self) -> bool | str:
-        """Whether both agree at all points, and nothing is left unseen.
+        """Whether both agree at all points, and nothing is left untested.
 
         Most wrong answers are seen at the first point, before the normal form of an answer is worked out.
         """
         if self.key == self.answer:
             return True
-        agreeing = unclear = lost = met = 0
-        identical = False
-        for place, point in enumerate(balls.points(self.domains, self.seed)):
-            if place >= len(balls.RANGES) and met >= NEEDED:
+        counts, identical = Counter[_AtPoint](), False
+        for place, point in enumerate(points(self.domains, self.seed)):
+            if place >= len(RANGES) and counts.total() - counts[_AtPoint.LEFT_OUT] >= LEAST_POINTS:
                 break
-            if place == 1 and (identical := self.is_identical()) and not self.steps.sided(self.answer):
+            if place == 1 and (identical := self.identical()) and not self.steps.sided(self.answer):
                 return True
-            pair = [point] if self.changing is None else [point, self.moved(point, self.changing, place)]
-            shown = set(self.steps.signs), set(self.steps.unseen)
-            try:
-                if not all(self.steps.values(e, at)[e] > 0 for e in self.within for at in pair):
-                    continue
-                states = [self.steps.values(self.key, at) for at in pair]
-            except (NoValue, Unclear):
-                self.steps.signs, self.steps.unseen = shown
-                continue
-            met += 1
-            try:
-                states = [self.steps.values(self.answer, *of) for of in zip(pair, states, strict=True)]
-            except NoValue:
-                lost += 1
-                continue
-            except Unclear:
-                unclear += 1
-                continue
-            agrees = self.agree(states)
-            if agrees is False:
+            evidence = self.evidence.copy()
+            found = self.at(point, place, evidence)
+            if found is _AtPoint.DIFFERS:
                 return False
-            agreeing += agrees is True
-            if agrees is None:  # what such a point shows counts as little as its value
-                self.steps.signs, self.steps.unseen = shown
-        if identical and not lost:
+            counts[found] += 1
+            if found not in (_AtPoint.LEFT_OUT, _AtPoint.VAGUE):  # these show as little as their values
+                self.evidence = evidence
+        if identical and not counts[_AtPoint.LOST]:
             return self.one_sided() or True
-        if not agreeing and lost:
+        if counts[_AtPoint.LOST] and not counts[_AtPoint.AGREES]:
             return False
-        if agreeing < (NEEDED if self.domains else 1):
-            return "it cannot be worked out at enough points"
-        if lost or unclear:
+        if counts[_AtPoint.AGREES] < (LEAST_POINTS if self.domains else 1):
+            return f"it has a value at fewer than {LEAST_POINTS} test points"
+        if counts[_AtPoint.LOST] or counts[_AtPoint.UNCLEAR]:
             return "it has no value at some points where the right answer has one"
-        if (hidden := self.steps.hidden) is not None:
-            return f"`{shortened(reading(hidden), 60)}` is too small beside its neighbours to be seen"
+        if self.evidence.untested:
+            hidden = self.steps.nodes[min(self.evidence.untested)[1]]
+            return f"`{shortened(reading(hidden), 60)}` is too small to be tested"
         return self.one_sided() or True
+
+    def at(self, point: Point, place: int, evidence: Evidence) -> _AtPoint:
+        """What both are at a point; what their values show is added to the evidence."""
+        pair = [point] if self.changing is None else [point, self.moved(point, self.changing, place)]
+        try:
+            if not all(self.steps.values(e, at, evidence)[e] > 0 for e in self.within for at in pair):
+                return _AtPoint.LEFT_OUT
+            states = [self.steps.values(self.key, at, evidence) for at in pair]
+        except (NoValue, Unclear):
+            return _AtPoint.LEFT_OUT
+        try:
+            both = zip(pair, states, strict=True)
+            states = [self.steps.values(self.answer, at, evidence, state) for at, state in both]
+        except NoValue:
+            return _AtPoint.LOST
+        except Unclear:
+            return _AtPoint.UNCLEAR
+        return self.compared(states)
+
+    def identical(self) -> bool:
+        """Whether both have the same normal form."""
+        answer, key = self.nodes
+        if sum(1 for _ in tree.nodes(self.nodes)) > MOST_NODES:
+            return answer == key
+        with suppress(ExpressionError, ArithmeticError, ValueError, KeyError):
+            return not expand(_expanded(answer, self.positive) - _expanded(key, self.positive)).terms
+        return False
 
     def moved(self, point: Point, changing: Sequence[str], place: int) -> Point:
         """The point with other values of some names."""
         seeds = {name: f"{self.seed}\nmoved {place}\n{name}" for name in changing}
         return {
             **point,
-            **{name: balls.coordinate(seed, self.domains[name], place) for name, seed in seeds.items()},
+            **{name: coordinate(seed, self.domains[name], place) for name, seed in seeds.items()},
         }
 
-    def agree(self, states: Sequence[Sequence[Ball]]) -> bool | None:
-        """Whether two values agree; None where the difference is too vague to say so.
+    def compared(self, states: Sequence[Sequence[Ball]]) -> _AtPoint:
+        """Whether two values agree.
 
-        With a constant allowed, `states` has two states, and what counts is the change between these. It is
-        vague where one state is so large that the other is lost in its rounding.
+        With a constant allowed, `states` has two states, and the change between them counts. The difference
+        is vague if rounding in the larger state exceeds the value in the smaller one.
         """
         from flint import arb
 
@@ -236,29 +282,28 @@ class _Comparison:
 
         places = (self.answer, self.key, *self.terms)
         gap = of(self.answer) - of(self.key)
-        if self.relative is None and not gap.contains(0):
-            return False
         size = max(abs(of(place).mid()) for place in places)
-        if self.relative is not None and not (gap + arb(0, self.relative * size)).contains(0):
-            return False
+        allowed = gap if self.relative is None else gap + arb(0, self.relative * size)
+        if not allowed.contains(0):
+            return _AtPoint.DIFFERS
         sizes = [max(abs(state[place].mid()) for place in places) for state in states]
-        if gap.rad() <= min(size, *sizes) * WIDEST:
-            return True
-        # A gap that is zero has no size of its own, but that of the terms which cancel in it.
-        whole = [sum(self.steps.size(root, state) for root in places[:2]) for state in states]
-        return True if gap.rad() <= min(whole) * balls.TINY else None
+        if gap.rad() <= min(size, *sizes) * VAGUE:
+            return _AtPoint.AGREES
+        # An exact zero, such as sin(x)^2 + cos(x)^2 - 1, is judged by the size of the terms that cancel.
+        cancelling = min(sum(self.steps.size(root, state) for root in places[:2]) for state in states)
+        return _AtPoint.AGREES if gap.rad() <= cancelling * ROUNDING_OF_BALLS else _AtPoint.VAGUE
 
     def one_sided(self) -> str:
         """The function whose argument may have another sign that no point has shown; empty without one."""
         further = Steps()
         sided = [part for node in self.beside for part in further.sided(further.add(node))]
         for own, other in ((self.answer, self.key), (self.key, self.answer)):
-            for function, argument in self.steps.one_sided(own, self.domains):
+            for function, argument in self.steps.one_sided(own, self.domains, self.evidence):
                 shared = [self.steps.nodes[place] for f, place in self.steps.sided(other) if f == function]
                 shared += [further.nodes[place] for f, place in sided if f == function]
                 if not any(self.proportional(argument, one) for one in shared):
                     words = shortened(reading(argument), 60)
-                    return f"the argument of {function} in `{words}` shows one sign only"
+                    return f"the sign of `{words}`, inside {function}, never changed in the tests"
         return ""
 
     def has_sign_of(self, one: Node, other: Node) -> bool:
@@ -266,9 +311,8 @@ class _Comparison:
         if sum(1 for _ in tree.nodes([one, other])) > MOST_NODES:
             return False
         with suppress(ExpressionError, ArithmeticError, ValueError, KeyError):
-            positive = frozenset(name for name, domain in self.domains.items() if domain == "positive")
-            quotient = tidy(_exact(one, positive) / _exact(other, positive))
-            return balls.is_positive(to_tree(quotient), self.domains)
+            quotient = tidy(_expanded(one, self.positive) / _expanded(other, self.positive))
+            return is_positive(to_tree(quotient), self.domains)
         return False
 
     def proportional(self, one: Node, other: Node) -> bool:
@@ -282,18 +326,369 @@ class _Comparison:
         first, second = steps.add(one), steps.add(other)
         real = [name for name, domain in self.domains.items() if domain == "real"]
         quotients, products = list[tuple[Ball, Ball]](), list[tuple[Ball, Ball]]()
-        for place, point in enumerate(islice(balls.points(self.domains, self.seed), len(balls.RANGES))):
+        for place, point in enumerate(islice(points(self.domains, self.seed), len(RANGES))):
             with suppress(NoValue, Unclear):
                 both = [
-                    steps.values(second, at, steps.values(first, at))
+                    steps.values(second, at, before=steps.values(first, at))
                     for at in (point, self.moved(point, real, place))
                 ]
                 (a, b), (c, d) = ((state[first], state[second]) for state in both)
                 quotients.append((a * d - b * c, a * b))
                 products.append((a * b - c * d, a * b))
         return any(
-            len(changes) >= NEEDED
+            len(changes) >= LEAST_POINTS
             and all(change.contains(0) for change, _ in changes)
             and len({sign > 0 for _, sign in changes if not sign.contains(0)}) == 1
             for changes in (quotients, products)
         )
+
+
+# --- values of formulas at points
+
+
+class NoValue(Exception):  # noqa: N818 - it is an outcome
+    """A formula has certainly no real value at a point."""
+
+
+class Unclear(Exception):  # noqa: N818
+    """The balls do not show whether a formula has a value at a point."""
+
+
+def points(domains: Mapping[str, str], seed: str) -> Iterator[dict[str, Ball]]:
+    """The points of a seed: values for all names. The ranges of sizes come again and again."""
+    short = hashlib.sha512(seed.encode()).hexdigest()
+    for place in range(MOST_POINTS):
+        yield {name: coordinate(f"{short} {place} {name}", domain, place) for name, domain in domains.items()}
+
+
+def coordinate(seed: str, domain: str, place: int) -> Ball:
+    """The value of a name at one of the points: its last bits are a hash, on no lattice of floats."""
+    digest = hashlib.sha512(seed.encode()).digest()
+    low, high = RANGES[place % len(RANGES)]
+    size = low * (high / low) ** (int.from_bytes(digest[:7], "big") / 2**56)
+    tail = _arb()(int.from_bytes(digest, "big")) * 2.0**-552 + 1
+    return tail * (-size if domain == "real" and digest[7] & 1 else size)
+
+
+_SIDED = {"abs", "sign", "sqrt", "log", "asin", "acos", "atan", "asinh", "acosh", "atanh"}
+"""Functions that may have another form where their argument has the other sign."""
+
+
+@dataclass(slots=True)
+class Evidence:
+    """What the values of formulas at points have shown: parts are meant by their places.
+
+    `signs` are those of the arguments of functions. `untested` are terms of sums, and arguments of functions,
+    that were lost beside others at all points, each behind its sum or function.
+    """
+
+    signs: set[tuple[str, int, bool]]
+    untested: set[tuple[int, int]]
+
+    def copy(self) -> Evidence:
+        """The same, to which more may be added."""
+        return Evidence({*self.signs}, {*self.untested})
+
+
+class Steps:
+    """Formulas as one list of parts: what stands in several places, or formulas, is worked out once.
+
+    A part has a kind, a detail (name, number, function or rational exponent) and the places of its operands.
+    """
+
+    def __init__(self) -> None:
+        self.nodes: list[Node] = []
+        self.parts: list[tuple[str, Any, tuple[int, ...]]] = []
+        self._places: dict[tuple[Any, ...], int] = {}
+        self._decimals: dict[str, tuple[str, int]] = {}
+
+    def add(self, node: Node, rounded: int = NEVER) -> int:
+        """The place of a formula; a decimal of `rounded` figures or more is all that rounds to it."""
+        detail: Any = None
+        operands = tree.operands(node)
+        match node:
+            case tree.Name(detail) | tree.Constant(detail) | tree.Call(detail, _):
+                pass
+            case tree.Number(text, _):
+                # A decimal that two formulas share is the same number in both, as the first of them has it.
+                detail = self._decimals.setdefault(text, (text, rounded if "." in text else NEVER))
+            case tree.Power(base, exponent):
+                detail = _rational(exponent)
+                operands = operands if detail is None else (base,)
+        places = tuple([self.add(operand, rounded) for operand in operands])
+        part = (type(node).__name__, detail, places)
+        place = self._places.setdefault(part, len(self.parts))
+        if place == len(self.parts):
+            self.nodes.append(node)
+            self.parts.append(part)
+        return place
+
+    def no_evidence(self) -> Evidence:
+        """The evidence before there are any values."""
+        sums = ((place, part) for place, part in enumerate(self.parts) if part[0] in ("Sum", "Call"))
+        return Evidence(set(), {(place, operand) for place, part in sums for operand in part[2]})
+
+    @property
+    def names(self) -> set[str]:
+        """The names in the formulas."""
+        return {detail for kind, detail, _ in self.parts if kind == "Name"}
+
+    def terms(self, root: int) -> tuple[int, ...]:
+        """The places of the terms of a sum; none of another formula."""
+        kind, _, places = self.parts[root]
+        return places if kind == "Sum" else ()
+
+    def sided(self, root: int) -> list[tuple[str, int]]:
+        """The functions in a formula that may have another form for the other sign, and their arguments."""
+        inside, functions = {root}, list[tuple[str, int]]()
+        for place in range(root, -1, -1):
+            kind, detail, places = self.parts[place]
+            if place in inside:
+                inside.update(places)
+                function = _function_of(kind, detail)
+                functions += [(function, places[0])] if function in _SIDED else []
+        return functions[::-1]
+
+    def one_sided(
+        self, root: int, domains: Mapping[str, str], evidence: Evidence
+    ) -> Iterator[tuple[str, Node]]:
+        """The functions whose argument has shown one sign only, and is not positive by its form."""
+        for function, place in self.sided(root):
+            argument = self.nodes[place]
+            shown = {sign for sign in (True, False) if (function, place, sign) in evidence.signs}
+            if len(shown) == 1 and tree.names_in(argument) and not is_positive(argument, domains):
+                yield function, argument
+
+    def values(
+        self, root: int, point: Point, evidence: Evidence | None = None, before: Sequence[Ball] = ()
+    ) -> list[Ball]:
+        """The values of all parts up to a root, of which the first have been worked out `before`.
+
+        What they show is added to the evidence. Raises NoValue, Unclear.
+        """
+        values = list(before)
+        for place in range(len(values), root + 1):
+            kind, detail, places = self.parts[place]
+            inner = [values[operand] for operand in places]
+            if evidence is not None:
+                self._observe(place, inner, evidence)
+            values.append(_value(kind, detail, inner, point))
+        if not values[root].is_finite():
+            raise Unclear
+        return values
+
+    def size(self, root: int, values: Sequence[Ball]) -> Ball:
+        """The size of a formula before its terms cancel, from the values of its parts."""
+        kind, exponent, places = self.parts[root]
+        is_whole_power = kind == "Power" and exponent is not None and exponent.denominator == 1
+        if not is_whole_power and kind not in ("Sum", "Product", "Negative"):
+            return abs(values[root].mid())
+        sizes = [self.size(place, values) for place in places]
+        if is_whole_power:
+            return sizes[0] ** exponent.numerator
+        return math.prod(sizes) if kind == "Product" else sum(sizes)
+
+    def _observe(self, place: int, inner: list[Ball], evidence: Evidence) -> None:
+        """Add to the evidence what the values of the operands of a part show."""
+        kind, detail, places = self.parts[place]
+        function = _function_of(kind, detail)
+        if kind == "Power" and detail is None and _whole(inner[1]) is not None:
+            function = ""
+        if function in _SIDED and inner[0].is_finite() and not inner[0].contains(0):
+            evidence.signs.add((function, places[0], bool(inner[0] > 0)))
+        if kind not in ("Sum", "Call") or not evidence.untested:
+            return
+        least = max(term.abs_upper() for term in inner) * UNTESTED if kind == "Sum" else UNTESTED
+        for operand, value in zip(places, inner, strict=True):
+            size = value.abs_lower()  # what may be any number is not tested, either
+            is_tested = size > least and size > value.rad()
+            # A plain number may be zero.
+            if is_tested or (value.is_zero() and not tree.names_in(self.nodes[operand])):
+                evidence.untested.discard((place, operand))
+
+
+def _function_of(kind: str, detail: Any) -> str:
+    """The function that a part is, or is like: a square root, or for any other power the logarithm."""
+    if kind == "Power":
+        return "log" if detail is None else "" if detail.denominator % 2 else "sqrt"
+    return str(detail) if kind == "Call" else ""
+
+
+def _value(kind: str, detail: Any, inner: list[Ball], point: Point) -> Ball:
+    """The value of a part whose operands have the values `inner`. Raises NoValue, Unclear."""
+    match kind:
+        case "Product":
+            return math.prod(inner)
+        case "Sum":
+            return sum(inner)
+        case "Name" if detail in point:
+            return point[detail]
+        case "Number":
+            return _number(*detail)
+        case "Negative":
+            return -inner[0]
+        case "Reciprocal":
+            return _inverse(inner[0])
+        case "Power":
+            return _raised(detail, *inner)
+        case "Constant":
+            return _arb().pi()
+        case "Call":
+            return _called(detail, inner)
+    raise Unclear
+
+
+def _raised(exponent: Fraction | None, base: Ball, raised: Ball = None) -> Ball:
+    """A power, whose base must be positive unless the exponent is a whole number."""
+    whole = _whole(raised) if exponent is None else exponent
+    if whole is not None and whole.denominator == 1:
+        power = base ** abs(whole.numerator)
+        return power if whole >= 0 else _inverse(power)
+    if exponent is not None and exponent.denominator == 2:
+        root = _called("sqrt", [base]) ** abs(exponent.numerator)
+        return root if exponent > 0 else _inverse(root)
+    if base < 0:
+        raise NoValue
+    if base.contains(0):
+        raise Unclear
+    return base ** (raised if exponent is None else _exact(exponent))
+
+
+def _whole(exponent: Ball) -> Fraction | None:
+    """The whole number that an exponent such as 2 + k - k is, if it is one, and not too large."""
+    integer = exponent.unique_fmpz() if exponent.rad() < ROUNDING_OF_BALLS else None
+    return None if integer is None or abs(integer) > MAX_POWER else Fraction(int(integer))
+
+
+@lru_cache(1)
+def _arb() -> Any:
+    """The class of balls, which takes long to load."""
+    from flint import arb
+
+    return arb
+
+
+def _exact(number: Fraction) -> Ball:
+    """A rational number as a ball."""
+    return _arb()(number.numerator) / number.denominator
+
+
+@lru_cache(1024)
+def _number(text: str, rounded: int) -> Ball:
+    """A number as typed, with half of its last digit where it is a decimal of `rounded` figures or more.
+
+    A decimal of an answer, of which all are `rounded`, may also be cut: 0.9166 is 11/12.
+    """
+    mantissa, _, exponent = text.lower().partition("e")
+    decimals = mantissa.partition(".")[2]
+    if abs(int(exponent or 0)) > MAX_POWER:
+        raise Unclear
+    fraction = Fraction(text)
+    value = _exact(fraction)
+    if not decimals or not fraction or len(mantissa.replace(".", "").lstrip("0")) < rounded:
+        return value
+    unit, most = Fraction(10) ** (int(exponent or 0) - len(decimals)), fraction * COARSEST
+    below, above = min(unit / 2, most), min(unit if rounded == 1 else unit / 2, most)
+    return value + _exact((above - below) / 2) + _arb()(0, _exact((above + below) / 2))
+
+
+@lru_cache(1024)
+def _rational(node: Node) -> Fraction | None:
+    """The exponent that a formula without names is, where it is a small rational number."""
+    if tree.names_in(node):
+        return None
+    with suppress(ExpressionError):
+        number = from_tree(node).as_number
+        if number is not None and max(abs(number.numerator), number.denominator) <= MAX_POWER:
+            return Fraction(number)
+    return None
+
+
+def _inverse(value: Ball) -> Ball:
+    if value.is_zero():
+        raise NoValue
+    if value.contains(0):
+        raise Unclear
+    return 1 / value
+
+
+def _called(function: str, arguments: list[Ball]) -> Ball:
+    """The value of a function. Raises NoValue outside of its domain, Unclear on the edge of it."""
+    x = arguments[0]
+    least, most = _DOMAINS.get(function, (-math.inf, math.inf))
+    if x < least or x > most:
+        raise NoValue
+    if function == "sqrt" and x.contains(0):
+        return _arb()(0, x.abs_upper().sqrt().abs_upper())
+    if function == "sign" and x.contains(0) and not x.is_zero():
+        raise Unclear
+    operation = _FUNCTIONS.get(function)
+    value = None if operation is None else operation(*arguments)
+    if value is None or not value.is_finite():  # a function without a formula has no value
+        raise Unclear
+    return value
+
+
+_DOMAINS: dict[str, tuple[float, float]] = {
+    "sqrt": (0, math.inf), "log": (0, math.inf), "acosh": (1, math.inf),
+    **dict.fromkeys(("asin", "acos", "atanh"), (-1, 1)),
+}  # fmt: skip
+
+_METHODS = "sin cos tan asin acos atan sinh cosh tanh asinh acosh atanh exp log sqrt cot sec csc"
+
+_FUNCTIONS: dict[str, Callable[..., Ball]] = {
+    **{name: operator.methodcaller(name) for name in _METHODS.split()},
+    "abs": abs,
+    "sign": operator.methodcaller("sgn"),
+    "atan2": lambda y, x: type(y).atan2(y, x),
+}
+
+
+_TWO = tree.Number("2", 2.0)
+
+
+def is_positive(node: Node, domains: Mapping[str, str]) -> bool:
+    """Whether a formula is nowhere negative by its form."""
+    match node:
+        case tree.Name(name):
+            return domains.get(name) == "positive"
+        case tree.Number() | tree.Constant() | tree.Call("exp" | "cosh" | "abs" | "sqrt" | "acos"):
+            return True
+        case tree.Reciprocal(operand) | tree.Call("sinh" | "asinh" | "atan" | "tanh", (operand,)):
+            return is_positive(operand, domains)
+        case tree.Sum((tree.Call("sqrt", (tree.Sum() as radicand,)), other)) | tree.Sum(
+            (other, tree.Call("sqrt", (tree.Sum() as radicand,)))
+        ) if tree.Power(other, _TWO) in radicand.terms:  # x + sqrt(x^2 + 1)
+            return is_positive(radicand, domains)
+        case tree.Sum(parts):
+            return all(is_positive(part, domains) for part in parts)
+        case tree.Product(parts):
+            # Factors of either sign must stand in pairs.
+            inner = [part.operand if isinstance(part, tree.Reciprocal) else part for part in parts]
+            open_ = [part for part in inner if not is_positive(part, domains)]
+            return all(open_.count(part) % 2 == 0 for part in open_)
+        case tree.Power(base, exponent):
+            rational = _rational(exponent)
+            is_even = rational is not None and rational.numerator % 2 == 0
+            return is_even or is_positive(base, domains)
+        case _:
+            return False
+
+
+def pivots(matrix: Sequence[Sequence[Ball]]) -> tuple[list[int], list[int]]:
+    """The rows and the columns of pivots that are certainly not zero, by elimination."""
+    rows = {place: list(row) for place, row in enumerate(matrix)}
+    chosen: list[int] = []
+    columns: list[int] = []
+    for column in range(len(matrix[0]) if matrix else 0):
+        usable = [place for place in rows if place not in chosen and not rows[place][column].contains(0)]
+        if not usable:
+            continue
+        pivot = max(usable, key=lambda place: float(rows[place][column].abs_lower()))
+        for place, row in rows.items():
+            if place != pivot and place not in chosen:
+                factor = row[column] / rows[pivot][column]
+                rows[place] = [a - factor * b for a, b in zip(row, rows[pivot], strict=True)]
+        chosen.append(pivot)
+        columns.append(column)
+    return sorted(chosen), columns

@@ -15,7 +15,7 @@ from hypothesis import strategies as st
 from rigidcli.errors import DocumentError, ExpressionError
 from rigidcli.homework.base import Outcome
 from rigidcli.homework.judge import Item
-from rigidcli.homework.motions import state_of
+from rigidcli.homework.kinds.equations import state_of
 from rigidcli.language.expression import parse
 from tests.conftest import ROOT
 from tests.homework.asking import Asking, cases, codes, details, judged, typed

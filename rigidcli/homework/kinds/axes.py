@@ -24,8 +24,17 @@ from rigidcli.fields.units import parse_unit
 from rigidcli.homework import entries
 from rigidcli.homework.base import Asked, Finding, Kind, Outcome, Reading, Tree, Unreadable
 from rigidcli.homework.entries import NOISE, Entry, Ruler, Same, shown_as
-from rigidcli.homework.kinds.arrays import are_bare, counted, has_unit_length, numbered, row, unit_vectors
-from rigidcli.homework.kinds.tensors import Tensor, matched, products
+from rigidcli.homework.kinds.arrays import (
+    Tensor,
+    are_bare,
+    counted,
+    has_unit_length,
+    matched,
+    numbered,
+    products,
+    row,
+    unit_vectors,
+)
 from rigidcli.homework.lists import read_list
 from rigidcli.homework.mistakes import of_tensor, shared_factor
 from rigidcli.homework.numbers import ROUNDING, Number

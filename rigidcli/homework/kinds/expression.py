@@ -15,14 +15,13 @@ from rigidcli.algebra.expressions import Expr
 from rigidcli.algebra.reading import from_tree
 from rigidcli.algebra.trees import to_tree
 from rigidcli.errors import ValueProblem
-from rigidcli.homework.balls import Ball
 from rigidcli.homework.base import Asked, Finding, Kind, Outcome, Reading, Tree, Unreadable
 from rigidcli.homework.entries import chosen
 from rigidcli.homework.mistakes import common_factor, of_energy
 from rigidcli.homework.numbers import doubt
 from rigidcli.homework.question import Tolerance
 from rigidcli.homework.reading import names_of, read_expression, read_expressions
-from rigidcli.homework.same import NEEDED, Formulas, formulas_of
+from rigidcli.homework.same import LEAST_POINTS, Ball, Formulas, formulas_of
 from rigidcli.language.decoration import undecorated
 from rigidcli.language.latex import plain
 from rigidcli.language.text import text, without_doubt
@@ -170,9 +169,11 @@ def _findings(key: Key, answer: Node) -> list[Finding]:
     if not key.constant and names.states & names_in(key.tree) and key.same(answer, constant=True) is True:
         return [Finding("additive_constant")]
     seed = f"{key.formulas.name} {text(answer)}"
-    both = zip(*(key.formulas.values(node, seed, NEEDED + 1) for node in (answer, key.tree)), strict=True)
+    both = zip(
+        *(key.formulas.values(node, seed, LEAST_POINTS + 1) for node in (answer, key.tree)), strict=True
+    )
     pairs = [(own, right) for own, right in both if own is not None and right is not None]
-    if len(pairs) < NEEDED:
+    if len(pairs) < LEAST_POINTS:
         return [Finding("outside_tolerance")]
     if not key.constant and names_in(key.tree) and _common([a - b for a, b in pairs]) is not None:
         return [Finding("additive_constant")]
@@ -185,7 +186,7 @@ def _findings(key: Key, answer: Node) -> list[Finding]:
 
 def _common(balls: Sequence[Ball]) -> float | None:
     """The number that all balls may be; None where there is none, or they are too wide."""
-    if len(balls) < NEEDED:
+    if len(balls) < LEAST_POINTS:
         return None
     best = min(balls, key=lambda ball: float(ball.rad()))
     is_common = all(ball.overlaps(best) for ball in balls)

@@ -17,13 +17,12 @@ from rigidcli.algebra.reading import from_tree
 from rigidcli.algebra.trees import to_tree
 from rigidcli.document.variables import velocity
 from rigidcli.errors import ExpressionError, ValueProblem
-from rigidcli.homework.balls import pivots
 from rigidcli.homework.base import Asked, Finding, Kind, Outcome, Reading, Tree, Unreadable
 from rigidcli.homework.entries import chosen
 from rigidcli.homework.kinds.arrays import MOST_ENTRIES, numbered
 from rigidcli.homework.lists import read_list
 from rigidcli.homework.reading import names_of, read_expressions
-from rigidcli.homework.same import Formulas, formulas_of
+from rigidcli.homework.same import Formulas, formulas_of, pivots
 from rigidcli.language.text import text, without_doubt
 from rigidcli.language.tree import Node, bound
 from rigidcli.mechanics.hamilton_equations import TIME, Phase, bracket
