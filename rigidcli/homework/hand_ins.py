@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import hashlib
-from collections import Counter, defaultdict
-from collections.abc import Collection, Iterable, Sequence
+from collections import defaultdict
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import partial
 from itertools import takewhile
@@ -79,8 +79,6 @@ class HandIns(NamedTuple):
 
 
 class _File(NamedTuple):
-    """A file of a student, as its name tells."""
-
     place: Place
     owner: Owner
 
@@ -145,7 +143,7 @@ def papers(
 
 def _students(places: Sequence[Place], roster: Roster | None) -> list[_Student]:
     """The students whose files these are, in the order of their first files."""
-    owners = _plainly(places) if roster is None else _by_roster(places, roster)
+    owners = _owners(places, roster)
     students: dict[str, _Student] = {}
     for place, (owner, common) in zip(places, owners, strict=True):
         for names in place.owners or [(owner.label,)]:
@@ -168,86 +166,83 @@ def unnamed(others: Sequence[Place], judgements: Iterable[Judgement]) -> list[st
 # --- whose a file is
 
 _Found = tuple[Owner, Collection[str]]
-"""Whose a place is by a name, and the words that all names beside this one have."""
+"""Whose a place is by a name, and the words in that name which tell nobody apart."""
 
 
-def _by_roster(places: Sequence[Place], roster: Roster) -> list[_Found]:
-    """Whose each place is: by the first level of folders that names students, or has the form of a platform.
+def _owners(places: Sequence[Place], roster: Roster | None) -> list[_Found]:
+    """Whose each place is: by the first level of folders that tells students apart, else by its own name.
 
-    A student chooses the names of what lies deeper, and could take the place of another by them. A file that
-    lies above, or where no folder names anybody, goes by its own name.
+    A student chooses the names of what lies deeper, and could take the place of another by them.
     """
-    ways = [(place.given, *place.way) if place.given else place.way for place in places]
-    roots = [-3 if place.given else place.root for place in places]
     found: dict[int, _Found] = {}
-    for root in dict.fromkeys(roots):
-        own = [place for place, other in enumerate(roots) if other == root]
-        for level in range(max(len(ways[place]) for place in own)):
-            names = {place: ways[place][level] for place in own if len(ways[place]) > level}
-            owners = _of_names(names, roster, is_folder=True)
-            if any(owner.platform or roster.find(owner, common) for owner, common in owners.values()):
-                found |= owners
-                break
-        direct = {place: places[place].file.name for place in own if place not in found}
-        by_file = _of_names(direct, roster, is_folder=False)
-        if len(direct) == len(own) and not any(roster.find(*each) for each in by_file.values()):
-            plain = _plainly([places[place] for place in own])  # the list is no help
-            by_file = dict(zip(own, plain, strict=True))
-        found |= by_file
-    return [found[place] for place in range(len(places))]
+    groups = defaultdict[int, dict[int, Place]](dict)
+    for number, place in enumerate(places):
+        groups[-3 if roster and place.given else place.root][number] = place
+    for group in groups.values():
+        found |= _of_group(group, roster)
+    return [found[number] for number in range(len(places))]
 
 
-def _of_names(names: dict[int, str], roster: Roster, *, is_folder: bool) -> dict[int, _Found]:
+def _of_group(group: Mapping[int, Place], roster: Roster | None) -> dict[int, _Found]:
+    """Whose places below one of ANSWERS are.
+
+    The level is the first that has the form of a platform, or names students of the roster. Without a roster
+    it is the first that tells hand-ins apart.
+    """
+    ways = {
+        number: (place.given, *place.way) if roster and place.given else place.way
+        for number, place in group.items()
+    }
+    apart = _level_apart(group.values()) if roster is None else -1
+    found: dict[int, _Found] = {}
+    for level in range(max(map(len, ways.values()))):
+        names = {number: way[level] for number, way in ways.items() if len(way) > level}
+        owners = _of_names(names, roster, is_folder=True)
+        named = (
+            owner.platform or (roster and roster.find(owner, common)) for owner, common in owners.values()
+        )
+        if level == apart or any(named):
+            found = owners
+            break
+    direct = {number: place.file.name for number, place in group.items() if number not in found}
+    by_file = _of_names(direct, roster, is_folder=False)
+    if roster and not found and not any(roster.find(*each) for each in by_file.values()):
+        return _of_group(group, None)  # the list is no help
+    return found | by_file
+
+
+def _of_names(names: dict[int, str], roster: Roster | None, *, is_folder: bool) -> dict[int, _Found]:
     """Whose places are by the names of folders or files that stand beside each other."""
     platform = platform_of({*names.values()})
     owners = {name: owner_of(name, platform, is_folder=is_folder) for name in {*names.values()}}
-    words = [{*words_of(owner.name)} for owner in owners.values()]
-    common = set.intersection(*words) if len(words) > 1 else set[str]()
-    keys = [roster.find(owner, common) for owner in owners.values()]
-    if len({min(each) for each in keys if len(each) == 1}) < 2:
-        common = set()  # they may be the files of one student
-    numbers = roster.strange_numbers([*owners.values()], common)
-    return {place: (owners[name], common | numbers) for place, name in names.items()}
+    common = set[str]()
+    if roster is not None:
+        words = [{*words_of(owner.name)} for owner in owners.values()]
+        common = set.intersection(*words) if len(words) > 1 else common
+        keys = [roster.find(owner, common) for owner in owners.values()]
+        if len({min(each) for each in keys if len(each) == 1}) < 2:
+            common = set()  # they may be the files of one student
+        common |= roster.strange_numbers([*owners.values()], common)
+    return {number: (owners[name], common) for number, name in names.items()}
 
 
-def _plainly(places: Sequence[Place]) -> list[_Found]:
-    """Whose each place is without a list of students: by the first folder that tells hand-ins apart.
+def _level_apart(places: Collection[Place]) -> int:
+    """The level of the folders that tell hand-ins apart; -1 where files go by their own names.
 
-    A student chooses the names within the own folder only, and so a folder comes before what is in it.
+    An answer file in the one folder that all share is a student's, unless many lie there: then the folder is
+    that of the class.
     """
-    ways: dict[int, list[tuple[str, ...]]] = defaultdict(list)
-    beside: dict[tuple[int, int], set[str]] = defaultdict(set)
-    for place in places:
-        ways[place.root].append(place.way)
-        for level, name in enumerate((*place.way, place.file.name)):
-            beside[place.root, level if level < len(place.way) else -1].add(name)
-    shared = {root: _shared(below) for root, below in ways.items()}
-    platforms = {where: platform_of(names) for where, names in beside.items()}
-    named = Counter((place.root, place.way) for place in places if is_answer(place.file.name))
-    below = Counter((place.root, place.way) for place in places if may_answer(place.file.name))
-    levels: dict[int, int] = {}
-    for root, common in shared.items():
-        # Where an answer file lies in the one folder that all share, or nothing lies deeper, it is a
-        # student's; and where many do, it is that of the class.
-        is_last = not any(way > common for way in ways[root])
-        is_own = (named[root, common] or is_last) and below[root, common] < MANY and not platforms[root, -1]
-        levels[root] = len(common) - bool(common and is_own)
-        # Folders that all hold many folders, and nothing else, are sections of the class.
-        while _are_sections(ways[root], levels[root]):
-            levels[root] += 1
-    found = list[_Found]()
-    for place in places:
-        level = levels[place.root]
-        if len(place.way) > level:
-            above = [
-                owner_of(name, platforms[place.root, depth], is_folder=True)
-                for depth, name in enumerate(place.way[: level + 1])
-            ]
-            owner = next((owner for owner in above if owner.platform), above[-1])
-        else:
-            owner = owner_of(place.file.name, platforms[place.root, -1])
-        found.append((owner, ()))
-    return found
+    ways = [place.way for place in places]
+    common = _shared(ways)
+    names = [place.file.name for place in places if place.way == common]
+    is_last = not any(way > common for way in ways)
+    may_be_own = is_last or any(map(is_answer, names))
+    is_few = sum(map(may_answer, names)) < MANY and not platform_of({place.file.name for place in places})
+    level = len(common) - 1 if common and may_be_own and is_few else len(common)
+    # Folders that all hold many folders, and nothing else, are sections of the class.
+    while _are_sections(ways, level):
+        level += 1
+    return level if any(len(way) > level for way in ways) else -1
 
 
 def _are_sections(ways: Sequence[tuple[str, ...]], level: int) -> bool:
@@ -368,7 +363,6 @@ def _last(files: Sequence[_File]) -> list[_File]:
 
 
 def _told(file: _File) -> str:
-    """The name of a file, and what it is."""
     nature = _nature(file.place.file)
     return listed([file.place.file.name]) + (f", {nature}" if nature else "")
 
