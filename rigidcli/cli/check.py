@@ -244,8 +244,7 @@ def test_keys(asked: Request, target: Output, failures: Failures) -> None:
 
 def hand_out(asked: Request, target: Output, failures: Failures) -> None:
     """Write the sheet of each student of a roster: pages into a folder, or the rows of a table."""
-    from rigidcli.homework.reports import Style
-    from rigidcli.homework.reports import sheets as report
+    from rigidcli.homework.reports import Style, pages
     from rigidcli.homework.roster import read_roster
 
     prepared = prepared_for(asked, target)
@@ -256,15 +255,15 @@ def hand_out(asked: Request, target: Output, failures: Failures) -> None:
     with progress() as show:
         questions = prepared.own(people.students, show)
     sheets = [
-        report.Sheet(label, prepared.variants.of(name), questions[label], people.rows[number])
+        pages.Sheet(label, prepared.variants.of(name), questions[label], people.rows[number])
         for number, label in people.labels.items()
         for name in [people.students[label]]
     ]
     if not isinstance(target, Folder):
-        for piece in report.csv(sheets, people.head, Style(header=asked.header)):
+        for piece in pages.sheet_rows(sheets, people.head, Style(header=asked.header)):
             target.write(piece)
         return
-    for name, content in report.pages(sheets, prepared.title):
+    for name, content in pages.sheet_pages(sheets, prepared.title):
         target.begin(name)
         target.write(content)
 

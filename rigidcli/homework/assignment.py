@@ -46,7 +46,7 @@ if TYPE_CHECKING:
     Study = Callable[[Document], Report]
 
 DECIMALS = re.compile(r"[0-9]*\.(?:[0-9]{7,}|0(?![0-9]))(?:e[-+]?[0-9]+)?")
-"""Numbers in a key that are shown in fewer digits, or without a decimal point."""
+"""Decimals in a key that feedback rounds to six figures: 0.04166666667, 2.0."""
 
 
 NO_ROSTER = (
@@ -249,7 +249,7 @@ def _keep_typed(question: Any, typed: Any) -> None:
 
 
 def _sound(questions: object) -> dict[str, Question]:
-    """The questions that are well-formed, where others are not, so that all problems are listed at once."""
+    """The well-formed questions beside others that are not: so all problems are listed at once."""
     sound = {}
     for id, question in questions.items() if isinstance(questions, dict) else ():
         with suppress(ValidationError):
@@ -258,7 +258,6 @@ def _sound(questions: object) -> dict[str, Question]:
 
 
 def _notes(question: Question, item: Item, name: str) -> Iterator[tuple[Keys, str]]:
-    """What in a question does nothing, or is probably not meant, with its place."""
     for option in sorted(question.model_fields_set - EVERYWHERE - item.kind.options):
         yield (option,), f"this means nothing to the kind `{name}`"
     if (question.tolerance.relative or 0.0) > 0.2:  # it may be meant in per cent
@@ -270,7 +269,7 @@ def _notes(question: Question, item: Item, name: str) -> Iterator[tuple[Keys, st
 
 
 def _braces(question: Question, library: Library) -> Iterator[tuple[Keys, str]]:
-    """Names in braces in a title that do not do what one may expect of them, with its place."""
+    """Names in braces in a title that are no variants, or do not change the key, with its place."""
     variants, own = library.first, library.own(question.document, library.first)
     for name in sorted(named_in(question.title, variants) - own.keys()):
         yield ("title",), f"`{{{name}}}` differs from student to student, but the key does not depend on it"
@@ -328,7 +327,6 @@ def _refused(parameter: str, variants: Variants, document: str, library: Library
 
 
 def _item(kind: Kind, asked: Asked, folder: Path) -> Item:
-    """A question with its keys. Raises ValueProblem."""
     question = asked.question
     key = _key(kind, asked, folder, "ask" if asked.path else "answer")
     accepted = []
@@ -346,7 +344,7 @@ def _item(kind: Kind, asked: Asked, folder: Path) -> Item:
 
 
 def _changes(kind: Kind, asked: Asked, key: Any, typed: Any) -> Iterator[tuple[str, Any]]:
-    """The keys of mistaken problems, without those by which the right answer is right as well."""
+    """The keys of mistaken problems, but those by which the right answer is right, too."""
     right = kind.read(key, typed).value
     for code, changed in kind.mistaken(asked, key):
         with suppress(Unreadable, ArithmeticError, ValueError):
@@ -355,7 +353,6 @@ def _changes(kind: Kind, asked: Asked, key: Any, typed: Any) -> Iterator[tuple[s
 
 
 def _key(kind: Kind, asked: Asked, folder: Path, *place: str | int) -> Any:
-    """A key. Raises ValueProblem."""
     try:
         text_of = partial(text_beside, folder / "assignment", None)
         value = asked.value if asked.path else kind.loaded(asked.value, text_of)
@@ -456,7 +453,6 @@ class Library:
         return self.reports[key]
 
     def _asked(self, id: str, question: Question, values: Values) -> tuple[Asked, str]:
-        """What a question asks for, and the name of its kind. Raises ValueProblem."""
         if question.ask is not None:
             return self._computed(id, question, question.ask, values)
         if question.kind is None:
@@ -465,7 +461,6 @@ class Library:
         return Asked(id, question, question.answer), question.kind
 
     def _computed(self, id: str, question: Question, ask: str, values: Values) -> tuple[Asked, str]:
-        """What a document answers, and the name of its kind. Raises ValueProblem."""
         path = tuple(ask.split("."))
         study, way = path[0], path[1:]
         if study not in self.studies:
@@ -511,7 +506,6 @@ def _value_at(ask: str, tree: Any, way: Sequence[str]) -> Any:
 
 
 def _paths(ask: str, tree: Any) -> list[str]:
-    """The paths of the results one step below a path."""
     if isinstance(tree, Mapping):
         return [f"{ask}.{key}" for key, value in tree.items() if value is not None and key != "schema"]
     if isinstance(tree, Sequence | np.ndarray) and not isinstance(tree, str):
@@ -520,6 +514,6 @@ def _paths(ask: str, tree: Any) -> list[str]:
 
 
 def _known(name: str, names: Iterable[str]) -> str:
-    """A hint for a name that is none of these: the one that is near, and all of them."""
+    """A hint for an unknown name: the nearest of the known ones, and all of them."""
     near = nearest(name, list(names))
     return f"did you mean `{near}`? " * bool(near) + f"there are {', '.join(names)}"

@@ -36,7 +36,7 @@ VERDICTS: tuple[Verdict, ...] = get_args(Verdict)
 """The verdicts in the order of reports: what waits for a person first."""
 
 CODES: dict[str, str] = {
-    "accepted": "this answer was foreseen",
+    "accepted": "this is an accepted answer",
     "additive_constant": "this differs from the expected answer by a constant",
     "axes_not_orthogonal": "the axes are not at right angles to each other",
     "axis_not_normalised": "the axis is right, but it is no unit vector",
@@ -236,7 +236,7 @@ MISSING = Outcome("missing", 0.0)
 """The outcome of a student, or a question, without an answer."""
 
 UNREAD = frozenset(["parse_error", "unknown_symbol", "too_large"])
-"""What is said of parts of an answer that cannot be read, such as one of several equations."""
+"""Codes of unreadable parts of an answer, such as one of several equations."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -89,7 +89,7 @@ class Batch:
 
 
 def gather(paths: Sequence[str], assignment: str | None, scratch: Path) -> Batch:
-    """The files that are meant by files, folders and archives, which are unpacked into `scratch`.
+    """The files that paths mean: files, folders and archives, which are unpacked into `scratch`.
 
     Folders, pipes and links that have the name of an answer file count as files, and are not followed. Hidden
     files and the `assignment` are left out. An archive below ANSWERS is a folder of its name.
@@ -135,7 +135,7 @@ def _given(places: Sequence[Place], name: str) -> list[Place]:
 
 
 def _ways(files: Sequence[str]) -> dict[str, tuple[str, ...]]:
-    """The folders above files that are given one by one, below the one of all, if all lie equally deep."""
+    """For each file given by itself, its folders below the common one; nothing if depths differ."""
     parts = {given: Path(given).absolute().parts[:-1] for given in files}
     above = os.path.commonpath([Path(given).absolute().parent for given in files]) if files else ""
     ways = {given: way[len(Path(above).parts) :] for given, way in parts.items()}
@@ -173,7 +173,7 @@ def _below(folder: Path, path: Path, root: int, scratch: Path, batch: Batch) -> 
 
 
 def _walk(folder: Path, batch: Batch) -> Iterator[Path]:
-    """What there is in a folder and its folders, but for folders that are looked into."""
+    """All files below a folder, and what poses as an answer file; hidden names are left out."""
     for name, folders, files in os.walk(
         folder,
         onerror=lambda error: batch.trouble(
@@ -227,7 +227,7 @@ def _reason(error: Exception) -> str:
 
 
 def _spot(path: Path) -> str:
-    """The place of a file, whatever path leads there; no link is followed."""
+    """The absolute path of a file; no link is followed."""
     return os.path.normpath(path.absolute())
 
 
@@ -317,7 +317,6 @@ def _parts_of(info: zipfile.ZipInfo) -> tuple[str, ...]:
 
 
 def _above(parts: tuple[str, ...]) -> list[tuple[str, ...]]:
-    """The folders above an entry."""
     return [parts[:depth] for depth in range(1, len(parts))]
 
 
@@ -336,7 +335,6 @@ def _harmless(parts: tuple[str, ...], info: zipfile.ZipInfo) -> tuple[str, ...]:
 
 
 def _unpack(archive: zipfile.ZipFile, info: zipfile.ZipInfo, file: Path, most: int) -> int:
-    """Write an entry of an archive into a file that is not there yet, and return how long it is."""
     with archive.open(info) as packed:
         data = packed.read(most)
     file.parent.mkdir(parents=True, exist_ok=True)

@@ -124,7 +124,6 @@ def same_for_all(items: Mapping[str, Item], result: Outcome) -> Judgement:
 
 
 def _strangers(answers: Iterable[str], items: Mapping[str, Item]) -> list[str]:
-    """Notes on answers that no question asks for."""
     known = {folded(id) for id in items}
     strange = [id for id in answers if folded(id) not in known]
 
@@ -161,7 +160,6 @@ def text_beside(path: Path, opened: list[Path] | None, name: Tree) -> str:
 
 
 def _judged(item: Item, answer: Tree) -> tuple[Outcome, str]:
-    """The outcome by the key, the mistakes and the accepted answers, and how the answer was read."""
     outcome, value, read_as = _by_key(item.kind, item.key, answer)
     if outcome.verdict in ("partial", "incorrect"):
         outcome = _explained(item, outcome, value)
@@ -213,7 +211,7 @@ def _credited(item: Item, outcome: Outcome) -> Outcome:
 
 
 def _with_reference(outcome: Outcome, item: Item) -> Outcome:
-    """The outcome with the key in its first finding, unless the kind has said what was expected."""
+    """The outcome with the key in its first finding, unless a finding tells it already."""
     has_reference = any(finding.reference for finding in outcome.findings)
     if outcome.verdict == "correct" or not item.reference or not outcome.findings or has_reference:
         return outcome
@@ -270,7 +268,7 @@ def judge_file(sheets: Sequence[Mapping[str, Item]], seen: Seen, task: tuple[int
 
 
 def _warm_up(items: Mapping[str, Item]) -> None:
-    """Judge the keys: what is loaded and worked out for that, forks need not load and work out again."""
+    """Judge the keys, so that forked workers find modules loaded and caches filled."""
     for item in items.values():
         with suppress(Exception):  # what is wrong with a key, its own test says
             item.kind.judge(item.key, item.kind.read(item.key, item.kind.typed(item.key)).value)

@@ -29,7 +29,7 @@ Arrays: TypeAlias = Iterator[tuple[str, Array]]
 EYE = np.eye(3, dtype=int)
 
 OTHER_PRODUCTS = 2 * EYE - 1
-"""These signs give the products of inertia of a tensor the other sign."""
+"""Factors of the entries of a tensor that give its products of inertia the other sign."""
 
 HALF, TWO = Number("0.5", 0.5), Number("2", 2.0)
 
@@ -37,7 +37,7 @@ TENS = tuple(10.0**power for power in range(1, 13))
 """The factors of slips in a power of ten."""
 
 LOST = (2, 3, 4, 5, 6, 8, 12, 3 / 2, 4 / 3, 5 / 2, math.sqrt(2), math.sqrt(3), math.pi)
-"""Numbers that get lost in a formula."""
+"""Factors that people forget in a formula."""
 
 TURN = 2 * math.pi
 
@@ -72,7 +72,7 @@ def of_tensor(asked: Asked, tensor: Array) -> Arrays:
 
 
 def _of_document(asked: Asked, document: Document, tensor: Array) -> Arrays:
-    """The tensor along the axes of the document or turned the wrong way, and Steiner's theorem misused."""
+    """The tensor along the document's axes, or turned the wrong way; the parallel-axis theorem misused."""
     if document.frame is not None:
         axes = document.physical.axes
         yield "other_frame", rotate(tensor, axes)
@@ -117,7 +117,8 @@ def shared_factor(
 ) -> str | None:
     """The code of the one factor by which all numbers (n by k) are wrong; None where there is none.
 
-    The slack is relative to the largest number of a column; the larger half of each tells the factor.
+    The slack is relative to the largest number of a column. The factor is the median over entries at least
+    half as large as that.
     """
     sizes = np.abs(expected)
     scale = sizes.max(axis=0)

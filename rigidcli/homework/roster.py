@@ -182,7 +182,7 @@ class Roster:
         return {numbered} & keys or {numbered} | keys
 
     def _within(self, words: Sequence[str], common: Collection[str]) -> set[int]:
-        """The students whose names, logins or numbers stand among words."""
+        """The students whose names, logins or numbers stand among the words of a longer name."""
         found: dict[frozenset[str], set[int]] = defaultdict(set)
         numbers = set[int]()
         for begin, end in product(range(len(words)), range(1, LONGEST_RUN + 1)):
@@ -224,7 +224,7 @@ class Roster:
         return numbers if agree < 0 else set()
 
     def first(self, names: Sequence[str]) -> set[int]:
-        """The students whom the first of several names means that means one student, or else any."""
+        """The students meant by the first of several names that means exactly one, else by any of them."""
         means = [self.find(name) for name in names]
         return next((keys for keys in means if len(keys) == 1), max(means, key=len))
 

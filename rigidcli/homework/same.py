@@ -83,11 +83,11 @@ MAX_POWER = 10_000
 
 @dataclass(frozen=True, eq=False)
 class Formulas:
-    """How formulas of the question called `name` are compared, in the `names` that they may hold.
+    """Compares formulas for one question.
 
-    Numbers may be wrong by a `relative` tolerance, as a share of the largest term of the key. Where `numbers`
-    says so, the values of a document stand for its parameters, in the answer and in the key. All formulas
-    `within` are positive at the points: they are the conditions of the key.
+    `name` seeds the test points; `names` are the symbols that are allowed. With a `relative` tolerance,
+    formulas may differ by that share of the largest term of the key. With `numbers`, the values of a document
+    stand for its parameters. The conditions `within` are formulas that are positive at all test points.
     """
 
     name: str
@@ -106,8 +106,8 @@ class Formulas:
     ) -> bool | str:
         """Whether the answer is the key, or a sentence that says why this is open.
 
-        A `constant` may differ: what holds positive parameters only, so neither states nor the time.
-        Functions with two sides that stand in formulas `beside` the key count as those of the key do.
+        A `constant` may differ, which holds positive parameters only, so neither states nor the time.
+        Functions such as abs in formulas `beside` the key count as those of the key do.
         """
         from flint import ctx
 
@@ -129,11 +129,11 @@ class Formulas:
         return next((why for why in outcomes if isinstance(why, str)), True)
 
     def with_values(self) -> Formulas:
-        """The same, where the document's values stand for its parameters."""
+        """The same comparison, with the document's values in place of its parameters."""
         return replace(self, numbers=True)
 
     def values(self, node: Node, seed: str = "", most: int = len(RANGES)) -> list[Ball | None]:
-        """The values of a formula at the points of a seed, or at the first ones; None where it has none."""
+        """The values of a formula at the first test points of a seed; None where it has no value."""
         from flint import ctx
 
         steps = Steps()
@@ -150,13 +150,13 @@ class Formulas:
         return values
 
     def independent(self, node: Node) -> Node:
-        """A formula in the names that nothing defines."""
+        """A formula in independent names, such as momenta in place of velocities."""
         node = self.names.without_derived(node)
         return tree.bound(node, self.names.values) if self.numbers else node
 
 
 def formulas_of(asked: Asked, names: Names, relative: float | None = None) -> Formulas:
-    """How answers to a question are compared, in whose `names`."""
+    """The comparison for a question with these `names`."""
     numbers = asked.question.numbers == "allowed" and bool(names.values)
     conditions = asked.report.get("conditions") if asked.report is not None else None
     within = tuple(read(condition.removesuffix(" > 0"))[0] for condition in conditions or ())
@@ -316,9 +316,9 @@ class _Comparison:
         return False
 
     def proportional(self, one: Node, other: Node) -> bool:
-        """Whether the quotient or the product of two arguments has one sign for all values of real names.
+        """Whether the quotient, or the product, of two arguments depends on positive parameters only.
 
-        Then one is positive where the other is: what is left are parameters, which are positive.
+        Then one argument is positive where the other is.
         """
         if one == other or self.has_sign_of(one, other):
             return True
@@ -347,7 +347,7 @@ class _Comparison:
 
 
 class NoValue(Exception):  # noqa: N818 - it is an outcome
-    """A formula has certainly no real value at a point."""
+    """A formula has no real value at a point, for sure."""
 
 
 class Unclear(Exception):  # noqa: N818
@@ -371,7 +371,7 @@ def coordinate(seed: str, domain: str, place: int) -> Ball:
 
 
 _SIDED = {"abs", "sign", "sqrt", "log", "asin", "acos", "atan", "asinh", "acosh", "atanh"}
-"""Functions that may have another form where their argument has the other sign."""
+"""Functions whose formula may differ between arguments of either sign: abs(x) is x or -x."""
 
 
 @dataclass(slots=True)
@@ -439,7 +439,7 @@ class Steps:
         return places if kind == "Sum" else ()
 
     def sided(self, root: int) -> list[tuple[str, int]]:
-        """The functions in a formula that may have another form for the other sign, and their arguments."""
+        """The functions of _SIDED in a formula, with the places of their arguments."""
         inside, functions = {root}, list[tuple[str, int]]()
         for place in range(root, -1, -1):
             kind, detail, places = self.parts[place]
@@ -508,7 +508,7 @@ class Steps:
 
 
 def _function_of(kind: str, detail: Any) -> str:
-    """The function that a part is, or is like: a square root, or for any other power the logarithm."""
+    """The function of _SIDED that a part is like: x^(1/2) is a square root, x^y like exp(y log(x))."""
     if kind == "Power":
         return "log" if detail is None else "" if detail.denominator % 2 else "sqrt"
     return str(detail) if kind == "Call" else ""

@@ -141,7 +141,7 @@ class _Worker:
 
 
 def _ready(workers: Sequence[_Worker]) -> list[_Worker]:
-    """Wait for the workers that have a result, have ended, or are late."""
+    """Wait for workers that have a result, have ended, or are past their deadline."""
     soonest = min(worker.deadline for worker in workers)
     ready = wait([worker.line for worker in workers], max(0.0, soonest - time.monotonic()))
     now = time.monotonic()
@@ -150,7 +150,7 @@ def _ready(workers: Sequence[_Worker]) -> list[_Worker]:
 
 @contextlib.contextmanager
 def _interrupts_held() -> Iterator[None]:
-    """A context in which no interrupt reaches this process, nor one that begins before it is confined."""
+    """A context in which SIGINT is blocked, in this process and in one that is started within."""
     if sys.platform == "win32":
         yield
         return

@@ -43,8 +43,8 @@ Triples: TypeAlias = Sequence[tuple[str, Entry, Right]]
 class Key:
     """The right `entries`: floats in SI units, or trees.
 
-    `labels` name the entries. Entries of one name are one component, which is right if all of them are, and
-    those that are `counted` earn points.
+    `labels` name the entries. Entries with the same label (Ixy and Iyx) are one component, right only if all
+    are. Labels that are `counted` earn points.
     """
 
     question: Question
@@ -61,7 +61,7 @@ class Key:
         return right
 
     def named(self, *values: int) -> frozenset[str]:
-        """The names of the entries that have one of these whole numbers as their value."""
+        """The labels of the entries that are one of these whole numbers."""
         both = zip(self.labels, self.right, strict=True)
         return frozenset(label for label, right in both if self.ruler.has_value(right, *values))
 
@@ -73,7 +73,7 @@ class List(Kind):
     word: ClassVar[str]
     dimensions: ClassVar[int] = 1
     uncounted: ClassVar[tuple[int, ...]] = ()
-    """Numbers that stand in a key by themselves, and so earn no points."""
+    """Entries of a key that earn no points, as most matrices have them."""
 
     def table(self, answer: Tree) -> Array:
         """What was typed for each entry, as a list or by names. Raises Unreadable."""
@@ -118,7 +118,7 @@ class List(Kind):
         return shape == key.entries.shape
 
     def judge(self, key: Key, value: Sequence[Entry]) -> Outcome:
-        """The outcome of an answer: its right components, less wrong ones that earn nothing if right."""
+        """Score: right components, minus wrong ones that are not counted, such as zeros."""
         components = compared(key, value)
         wrong = [name for name, same in components.items() if same is False]
         if not wrong:
@@ -131,7 +131,7 @@ class List(Kind):
         return Outcome.earning(earned / len(key.counted), *self.said(key, triples, wrong, partly=earned > 0))
 
     def said(self, key: Key, triples: Triples, wrong: Sequence[str], *, partly: bool) -> list[Finding]:
-        """What is said of an answer of which these places are wrong, and others right `partly`."""
+        """Feedback for the wrong places; `partly`: some points were earned."""
         off = [(name, own, right) for name, own, right in triples if name in wrong]
         if all(key.ruler.is_short(own, right) for _, own, right in off):
             return [Finding("too_few_sig_figs", listed(wrong) if partly else "")]
@@ -395,13 +395,13 @@ def products(asked: Asked) -> Array:
 
 
 def _odd(ruler: Ruler, entries: Sequence[Any]) -> list[str]:
-    """The components of a tensor that differ from their mirror images."""
+    """The components of a tensor that differ from those across the diagonal."""
     pairs = ((1, 3), (2, 6), (5, 7))
     return [COMPONENTS[i] for i, j in pairs if ruler.differ(entries[i], entries[j])]
 
 
 def _components(answer: dict[str, Tree]) -> Array:
-    """What was typed for components by their names, which stand for their mirror images, too."""
+    """What was typed for components by their names: Ixy stands for Iyx, too."""
     given, places = by_places(answer, 2, 3, ", ".join(dict.fromkeys(COMPONENTS))), list(np.ndindex(3, 3))
     given = {(j, i): entry for (i, j), entry in given.items()} | given
     if missing := [name for name, place in zip(COMPONENTS, places, strict=True) if place not in given]:
@@ -441,7 +441,7 @@ class Moments(List):
         return len(shape) == 1 and shape[0] <= 2 * key.entries.size
 
     def judge(self, key: Key, value: Sequence[Entry]) -> Outcome:
-        """The outcome of a list of moments, put into the order of the key: what is left over by its size."""
+        """The outcome of moments in the order of the key: right ones are paired first, the rest by size."""
         count = len(key.right)
         partners = matched([[key.ruler.same(entry, right) for right in key.right] for entry in value])
         own = {place: k for k, place in enumerate(partners) if place is not None}
@@ -464,16 +464,15 @@ class Moments(List):
 
 
 def _ranks(ruler: Ruler, entries: Sequence[Any]) -> list[int]:
-    """The places of entries in the order of their sizes."""
     ranks: list[int] = np.argsort(np.abs(ruler.numbers(entries)[:, 0]), kind="stable").tolist()
     return ranks
 
 
 def matched(same: Sequence[Sequence[Same]]) -> list[int | None]:
-    """The column of each row of a table of which entries are the same, each column used once.
+    """Partners of rows: a column with which each is the same, no column twice; None for what is left.
 
-    A column takes the row whose choices end first, which finds as many as can be where the choices of every
-    row are neighbours (F. Glover, Naval Research Logistics Quarterly 14 (1967) 313).
+    Greedy matching by earliest end: it is optimal where the columns of each row are consecutive, as those
+    within a tolerance are (F. Glover, Naval Research Logistics Quarterly 14 (1967) 313).
     """
     ends = [max((k for k, each in enumerate(row) if each is True), default=0) for row in same]
     columns: dict[int, int] = {}

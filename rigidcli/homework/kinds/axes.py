@@ -65,8 +65,8 @@ class Key:
     """The `tensor` (3 by 3, floats in kg m^2 or trees) whose axes an answer must have; `usual` is as asked.
 
     It has `moments` (3, ascending), `axes` (rows), and a table of which moments are `equal` (3 by 3); `typed`
-    (3 by 4) are moments and axes as a student would write them. `alone` says that axes need no moments,
-    `columns` that those of an answer stand in columns, by mistake.
+    (3 by 4) are moments and axes as a student would write them. `alone`: moments are not asked. `columns`:
+    this is the key of the mistake that axes are written as columns.
     """
 
     question: Question
@@ -146,7 +146,7 @@ class Axes(Kind):
 
 
 class _Answer:
-    """Pairs beside the solutions of the eigenproblem."""
+    """The pairs of an answer, held against the eigenvalues and eigenvectors of the key."""
 
     def __init__(self, key: Key, pairs: Pairs) -> None:
         if key.columns and len(pairs.axes) == 3:
@@ -154,7 +154,8 @@ class _Answer:
         self.key, self.ruler, self.given = key, key.ruler, pairs
         self.units = np.array([self.ruler.numbers(axis)[:, 0] for axis in pairs.axes])
         self.units = np.nan_to_num(unit_vectors(self.units.T).T)
-        # An axis is near a solution where its part among the axes to equal moments outweighs the rest.
+        # The angle between the axis and the eigenspace of each moment: its tangent is the length of the
+        # component outside over that inside.
         squares = (self.units @ key.axes.T) ** 2
         inside, outside = np.sqrt(squares @ key.equal), np.sqrt(squares @ ~key.equal)
         self.near = np.where(inside > 0, np.arctan2(outside, inside), math.pi) <= self.ruler.angle
@@ -163,13 +164,12 @@ class _Answer:
         self.axes = [_without_zeros(axis) for axis in pairs.axes]
 
     def _at_point(self) -> Sequence[Number]:
-        """The moments of an answer, those with symbols by their values at a point."""
         if self.ruler.formulas is None:
             return [each for each in self.given.moments if isinstance(each, Number)]
         return [Number(value, value, 1.0) for value in self.ruler.numbers(self.given.moments)[:, 0].tolist()]
 
     def vanish(self, k: int, residual: Callable[[Array, Array], Array]) -> Same:
-        """Whether a residual of I e and e vanishes in symbols; numbers have been compared already."""
+        """Whether a residual of I e and e is zero in symbols; numbers have been compared already."""
         if self.ruler.formulas is None:
             return True
         tensor, axis = _without_zeros(self.key.tensor.ravel().tolist()).reshape(3, 3), self.axes[k]
@@ -190,7 +190,7 @@ class _Answer:
         return self.vanish(k, lambda turned, axis: turned - axis * self.given.moments[k])
 
     def independent(self, places: Sequence[int]) -> bool:
-        """Whether axes span as many dimensions as they are, however wide the tolerance."""
+        """Whether axes are linearly independent, however wide the tolerance."""
         least = np.linalg.svd(self.units[list(places)], compute_uv=False)[-1]
         return len(places) <= 3 and bool(least > min(2 * self.ruler.angle, 0.02))
 
@@ -253,7 +253,7 @@ class _Answer:
 
 
 def _without_zeros(trees: Sequence[Entry]) -> Array:
-    """Trees with zeros that their arithmetic leaves out."""
+    """Trees, with zeros in a form that sums and products drop."""
     zeros = [tree.ZERO if isinstance(each, tree.Number) and each.value == 0 else each for each in trees]
     return entries.filled(zeros, (len(zeros),))
 
@@ -307,7 +307,7 @@ def _pair(entry: Tree) -> list[Tree]:
 
 
 def _solved(ruler: Ruler, tensor: Array) -> dict[str, Any]:
-    """A symmetric tensor with its eigenproblem, for a key. Raises ValueProblem for a tensor of zeros."""
+    """The fields of a key that follow from a tensor. Raises ValueProblem for a tensor of zeros."""
     numbers = ruler.numbers(tensor.ravel().tolist())[:, 0].reshape(3, 3)
     scale = float(np.abs(numbers).max())
     if not scale:
@@ -336,7 +336,7 @@ def _reported(asked: Asked) -> tuple[Ruler, Array, Array | None]:
 
 
 def _literal(asked: Asked) -> tuple[Ruler, Array, Array | None]:
-    """The same of a literal key: a tensor of numbers, or pairs. Raises ValueProblem."""
+    """The ruler, the tensor and perhaps the pairs of a literal key. Raises ValueProblem."""
     if isinstance(asked.value, dict) and set(asked.value) == {"tensor"}:
         key = Tensor().key(replace(asked, value=asked.value["tensor"]))
         if key.ruler.formulas is not None:

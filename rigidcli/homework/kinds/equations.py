@@ -115,7 +115,6 @@ class Equations(Kind):
         return Outcome.earning((best.right - surplus) / len(best.tops), *findings, *remarks)
 
     def _slip(self, key: Motion, side: Sides) -> str:
-        """The code of an equation that is not true."""
         given = replace(key, formulas=key.formulas.with_values())
         has_numbers = bool(key.names.values) and given.is_true(*side[1:]) is True
         return "number_for_symbol" if has_numbers else "equation_wrong"
@@ -126,7 +125,6 @@ class Equations(Kind):
         return all(are_true) and super().is_right(key, value)
 
     def _complete(self, key: Motion, systems: Sequence[_System], remarks: list[Finding]) -> Outcome:
-        """The outcome of true equations that determine the motion in general states."""
         whole = [system for system in systems if system.is_complete]
         if key.first_order and not any(system.tops == tuple(key.rates) for system in whole):
             return Outcome.earning(0.0, Finding("second_order_form"), *remarks)
@@ -150,17 +148,18 @@ class Equations(Kind):
 
 
 def _readings(key: Motion, sides: Sequence[Sides]) -> list[frozenset[str]]:
-    """The coordinates that may be meant to have equations of second order: none, those that do, or all."""
+    """Sets of coordinates that may be meant to have equations of second order."""
     used = names_in_all(sides)
     second = frozenset(name for name in key.coordinates if acceleration(name) in used)
     return list(dict.fromkeys([frozenset(), second, frozenset(key.coordinates if second else ())]))
 
 
 class _System:
-    """True equations as linear equations for derivatives: for some coordinates for the `second` ones.
+    """The true equations as a linear system for the derivatives.
 
-    The momenta of such coordinates, and their derivatives, are further unknowns where they are used.
-    An equation counts as soon as it is linear in the unknowns that others do not give.
+    For the coordinates `second`, it is one for the accelerations; their momenta, and the derivatives of
+    these, are further unknowns where they are used. An equation counts as soon as it is linear in the
+    unknowns that no other equation gives.
     """
 
     def __init__(self, key: Motion, second: frozenset[str], sides: Sequence[Sides]) -> None:
@@ -179,7 +178,7 @@ class _System:
         # A derivative is determined where it is so whatever the further unknowns are: these come first.
         self.unknowns = list(dict.fromkeys([*further, *self.tops]))
         self.slopes = list[list[Expr]]()
-        """Factors of unknowns that are given: it is enough if one of a list vanishes nowhere."""
+        """Coefficients of each solved unknown; one that never vanishes is enough."""
         while given := self._given():
             self.slopes += given.values()
             self.unknowns = [name for name in self.unknowns if name not in given]
@@ -190,7 +189,7 @@ class _System:
         self.is_complete = not self.missing
 
     def _given(self) -> dict[str, list[Expr]]:
-        """The unknowns that single equations give, or that some equations give together."""
+        """The unknowns that single equations determine, or some equations together, with their slopes."""
         self.unclear = ""
         self.rows = [row for node in self.residuals if (row := self._row(node)) is not None]
         given: dict[str, list[Expr]] = {}
@@ -209,7 +208,7 @@ class _System:
         return given
 
     def _row(self, residual: Node) -> list[Expr] | None:
-        """The slopes of an equation by the unknowns; None for an equation in which they are not linear."""
+        """The derivatives of an equation by the unknowns; None where it is not linear in them."""
         try:
             e = self.key.exact(residual)
             slopes = [expand(derivative(e, name)) if name in e.names else ZERO for name in self.unknowns]
@@ -228,7 +227,7 @@ class _System:
         ]
 
     def _rank(self, rows: list[list[Expr]]) -> tuple[list[int], list[int]]:
-        """The rows and the columns that hold pivots at the first point where all slopes have values."""
+        """The rows and columns of the pivots at the first point where all slopes have values."""
         if not rows or not self.unknowns:
             return [], []
         table = [[self._values(slope) for slope in row] for row in rows]
@@ -242,7 +241,7 @@ class _System:
         return self.key.formulas.values(bound(to_tree(slope), self.key.meanings))
 
     def gap(self) -> str:
-        """Where equations that determine the motion in general do not; empty where they do everywhere."""
+        """The states at which the system becomes singular; empty if none."""
         for several in self.slopes:
             gaps = [self._zero(slope) for slope in several]
             if all(gaps):
@@ -255,7 +254,7 @@ class _System:
             return f"where it cannot be worked out: {error.message}"
 
     def _zero(self, e: Expr) -> str:
-        """Where a determinant vanishes, though the motion goes on; empty where it does so nowhere."""
+        """The states at which a determinant vanishes, though the motion goes on; empty if none."""
         if not e.terms:
             return "everywhere"
         # Where what the rates of the key are divided by is zero, there is no motion.
@@ -360,7 +359,7 @@ def of_document(asked: Asked) -> Motion:
 
 
 def _with_rates(names: Names, states: Sequence[str], rates: Sequence[str]) -> Names:
-    """The names of a motion with its derivatives, in the spellings of the states."""
+    """Names with the derivatives of a motion, in all spellings that the states have."""
     spelled = {**dict(in_other_letters(states)), **names.spellings}
     for other, name in [*spelled.items(), *zip(states, states, strict=True)]:
         parts = re.fullmatch(r"([A-Za-z]+?)(?:_(\w+)|(\d+))", other)
@@ -415,12 +414,12 @@ def of_text(asked: Asked) -> Motion:
 
 
 def of_functions(key: Motion) -> dict[str, str]:
-    """The derivative for which a function stands as the key of a mapping."""
+    """In `{x: ...}` the key x means xdot (or xddot)."""
     return {re.sub("d?dot\\Z", "", rate): rate for rate in key.rates}
 
 
 def _partners(question: Question, functions: Sequence[str], rates: Mapping[str, Node]) -> dict[str, str]:
-    """The momentum or velocity of each coordinate for which equations of second order say the same."""
+    """Pairs (q, p) or (q, v) for which one equation of second order replaces two."""
     listed = dict(zip(question.coordinates, question.momenta or question.velocities, strict=False))
     partners = {q: p for q, p in listed.items() if {q, p} <= {*functions}}
     for name in () if partners else functions:
@@ -433,7 +432,7 @@ def _partners(question: Question, functions: Sequence[str], rates: Mapping[str, 
 
 
 def _solved(sides: Sequence[tuple[Node, Node]], tops: Sequence[str]) -> dict[str, Node]:
-    """The derivatives for which linear equations can be solved. Raises ValueProblem."""
+    """The derivatives `tops` that linear equations determine. Raises ValueProblem."""
     rows: list[list[Expr]] = []
     for left, right in sides:
         parts = coefficients(from_tree(Sum((left, Negative(right)))), tops)
@@ -474,7 +473,7 @@ def of_motion(key: Motion) -> Iterator[tuple[str, dict[str, Node]]]:
 
 
 def _other_cross_terms(key: Motion) -> dict[str, Node]:
-    """Three rates in which the terms that multiply the two other ones have the other sign; or none."""
+    """Euler's three rates with the products of the other two of the wrong sign; none for other motions."""
     functions = {state_of(rate) for rate in key.rates}
     turned: dict[str, Node] = {}
     for rate, node in key.rates.items():

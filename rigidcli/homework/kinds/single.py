@@ -103,7 +103,7 @@ class Quantity(Kind):
         return key.is_near(number.value, number.scale) or "its unit fits"
 
     def _doubt(self, key: Key, number: Number) -> str:
-        """Why a person must look at a chain of equalities. Raises Unreadable where it is two answers."""
+        """Why a person must look at `a = b`; empty if both agree. Raises Unreadable for two answers."""
         if not number.before:
             return ""
         with suppress(ValueProblem):
@@ -134,7 +134,7 @@ class Quantity(Kind):
         return Outcome.earning(0.0, *unitless, Finding(self._slip(key, number)))
 
     def _slip(self, key: Key, number: Number) -> str:
-        """The code of the one mistake that makes this number of the key."""
+        """The code of the mistake that leads from the key to this number."""
         if key.ruler.is_short(number, key.reference):
             return "too_few_sig_figs"
         if number.unit is not None and key.is_near(number.typed * key.unit.scale, key.unit.scale):
@@ -194,7 +194,7 @@ _OPPOSITE = r"\b(?:yes|no|ja|nein|oui|true|false)\b"
 _DOUBTFUL = re.compile(r"\b(?:not|no|or|but|nicht|oder|aber|kein|non|pas|ou|mais)\b")
 
 _BETWEEN = re.compile("(?<=\\w)[\\s_\\-\N{HYPHEN}\N{NON-BREAKING HYPHEN}\N{EN DASH}]+(?=\\w)")
-"""What stands between words: a hyphen before the first one may be a sign."""
+"""Blanks and hyphens between words; a hyphen before the first word may be a minus sign."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -37,13 +37,13 @@ LEAST_SAMPLES = 11
 """The fewest rows of a key."""
 
 GAP, SHORT = 0.1, 0.01
-"""The longest gap between two rows of an answer, and what may be missing at the end, in units of the span."""
+"""The longest gap between two rows of an answer, and the time that may be missing at the end, as shares."""
 
 SAME_TIME = 1e-6
-"""How far times that are the same may be apart, in units of the span: they may be typed with few digits."""
+"""Times that differ by less than this share of the span are the same: they may be typed with few digits."""
 
 NOISE = 1e-9
-"""A column below this, in units of the largest, is zero but for rounding and integration."""
+"""A column below this share of the largest one is zero, but for errors of integration."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -51,7 +51,7 @@ class Key:
     """What is right: the `columns` (m), as `values` (n by m) at ascending `times` (n).
 
     `margins` (m) are the errors that are allowed, `periods` (m) those of angles, infinite for other columns.
-    Columns of an answer without a unit are in `units`. A key that is `dense` has its columns at any time.
+    Columns of an answer without a unit are in `units`. `dense`: samples are close enough to interpolate.
     """
 
     columns: tuple[str, ...]
@@ -108,7 +108,7 @@ class Trajectory(Kind):
             raise ValueProblem("any angle is within this tolerance", path=("tolerance",))
         units = tuple(table[name].unit for name in names)
         off = np.abs(_between(times[::2], values[::2], times[1:-1:2]) - values[1:-1:2]).max(axis=0)
-        # With twice the rows, cubic curves between them are at least four times as near.
+        # If every second row, interpolated, is within the margin, all rows are so surely.
         dense = bool((off <= margins).all())
         return Key(names, times, values, margins, periods, units, dense)
 
@@ -203,7 +203,7 @@ def _compared(key: Key, rows: Floats) -> tuple[Floats, Floats, Floats]:
 
 
 def _wrapped(key: Key, differences: Floats) -> Floats:
-    """Differences of the columns (k by m), those of angles to the nearest of their turns."""
+    """Differences of the columns (k by m), those of angles reduced to half a turn at most."""
     own = np.where(np.isfinite(key.periods), key.periods, 1.0)
     # Where the digits of a huge angle do not tell what is left of it, it stays as it is.
     turns = np.isfinite(key.periods) & (np.spacing(np.abs(differences)) <= key.margins / 4)
@@ -211,7 +211,7 @@ def _wrapped(key: Key, differences: Floats) -> Floats:
 
 
 def _reach(key: Key, times: Floats) -> tuple[float, bool]:
-    """The time until which the rows of an answer follow each other closely, and whether that is the end."""
+    """The time until which an answer has no gap in its rows, and whether that is the end of the key."""
     stop = float(key.times[-1])
     longest = max(GAP * key.span, float(np.diff(key.times).max())) + SAME_TIME * key.span
     own = times[(times >= key.start - longest) & (times <= stop + longest)]

@@ -46,7 +46,7 @@ ELEMENTS: dict[Verdict, str] = {
     "missing": "failure",
     "invalid": "error",
 }
-"""The element of JUnit's XML that tells of an answer that is not right, or not judged."""
+"""The element of JUnit's XML for an answer that is not right, or not judged."""
 
 
 def csv_rows(header: Sequence[str], rows: Iterable[Sequence[Cell]], style: Style) -> Iterator[str]:
@@ -71,7 +71,6 @@ def json_line(entry: object) -> str:
 
 
 def _csv(students: Students, style: Style) -> Iterator[str]:
-    """A row for each question."""
     rows: Iterator[list[Cell]] = (
         [
             *(student.student, question.id, question.verdict, question.score, question.max_score),
@@ -147,21 +146,18 @@ def _gradescope(students: Students, style: Style) -> Iterator[str]:
 
 
 def _output(question: Judged) -> str:
-    """What a student reads of a question."""
     lines = {"": question.title, "your answer: ": question.answer, "read as: ": question.reading}
     given = [f"{head}{text}" for head, text in lines.items() if text]
     return "\n".join(filter(None, [_earned(question), *given, question.message]))
 
 
 def _earned(question: Judged) -> str:
-    """The verdict, and the points that the answer earns."""
     if question.verdict == "review":
         return "review (no points yet)"
     return f"{question.verdict} ({points(question.score)}/{points(question.max_score)})"
 
 
 def _junit(students: Students, style: Style) -> Iterator[str]:
-    """JUnit XML: a suite for each answer file, a case for each question."""
     yield '<?xml version="1.0" encoding="UTF-8"?>\n<testsuites>\n'
     for student in students:
         elements = [ELEMENTS.get(question.verdict) for question in student.questions]
@@ -179,7 +175,6 @@ def _junit(students: Students, style: Style) -> Iterator[str]:
 
 
 def _result(question: Judged, *, silent: bool) -> ET.Element:
-    """The verdict and the reasons of an answer that is not right."""
     element = ET.Element(ELEMENTS[question.verdict])
     if not silent:
         reasons = "; ".join(question.sentences)
@@ -215,7 +210,7 @@ _VERDICT = max(map(len, VERDICTS))
 def table(students: Iterable[Judgement], style: Style) -> Iterator[str]:
     """A block for each student, and where there are several, a summary and all that needs a person.
 
-    What needs a person is read first, and of this the blocks have only the marks.
+    What needs a person is listed first; the blocks of students repeat only the marks of it.
     """
     seen = list(students)
     parts = ["".join(_block(student, style, len(seen) > 1) for student in seen)]
@@ -254,7 +249,7 @@ def _remarks(question: Judged, style: Style, title: str = "") -> str:
 
 
 def as_one(student: Judgement) -> Sequence[Judged]:
-    """The questions, or one for all of them where they have the same remarks, no answer and no points."""
+    """The questions; one row for all of them if the whole hand-in failed for one reason."""
     first, said = student.questions[0], {(each.verdict, each.findings) for each in student.questions}
     answered = any(question.answer for question in student.questions)
     if len(student.questions) == 1 or len(said) > 1 or first.verdict not in SHARED or answered:
@@ -269,7 +264,6 @@ def urgent(students: Sequence[Judgement]) -> list[tuple[int, Judged]]:
 
 
 def _urgent(students: Sequence[Judgement], style: Style) -> str:
-    """The answers that a person must look at, if there are any."""
     rows = [
         Row(
             ((f"  {students[place].student}", "bold"), (question.id, ""), painted(question.verdict)),

@@ -164,7 +164,6 @@ def fill(
 
 
 def _place(names: Sequence[str], worth: Sequence[str], wanted: str) -> int:
-    """The place of the column of an assignment. Raises UsageError."""
     last = max(place for place, name in enumerate(names) if name in ABOUT_STUDENTS)
     titles = {
         place: name

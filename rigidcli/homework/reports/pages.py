@@ -1,4 +1,4 @@
-"""A class on a page of HTML for the instructor, and a page for each student.
+"""A class on a page of HTML, a page for each student, and sheets with the values of each to hand out.
 
 All texts of students and files stay text (`own`), isolated from the direction of what stands beside them.
 """
@@ -12,13 +12,23 @@ from dataclasses import dataclass, field, replace
 from functools import cache
 from pathlib import Path
 from statistics import fmean
-from typing import TypeAlias
+from typing import NamedTuple, TypeAlias
 from urllib.parse import quote
 
 from rigidcli.errors import ExpressionError, printable, shortened
 from rigidcli.homework.base import Judged, Judgement, reported
+from rigidcli.homework.judge import Item
 from rigidcli.homework.reports import Style
-from rigidcli.homework.reports.formats import LONGEST_ANSWER, as_one, mean_of, points, score, share, urgent
+from rigidcli.homework.reports.formats import (
+    LONGEST_ANSWER,
+    as_one,
+    csv_rows,
+    mean_of,
+    points,
+    score,
+    share,
+    urgent,
+)
 from rigidcli.homework.variants import Values, words
 from rigidcli.render import Look
 from rigidcli.render.web.page import page, resource, text
@@ -117,7 +127,6 @@ def _list(entries: Iterable[str]) -> str:
 
 
 def _answers(student: Judgement, solutions: Solutions) -> Iterator[str]:
-    """Each question with its title, the answer as typed and as read, its verdict, and what is said of it."""
     for question in as_one(student):
         yield f'<section class="answer {question.verdict}">\n<h3>{own(question.id)}'
         yield f" <span>{question.verdict}, {score(question)}</span></h3>\n"
@@ -204,7 +213,6 @@ def _class(
 
 
 def _asked(student: Judgement, link: str, question: Judged) -> str:
-    """An answer that a person must look at, and what is said of it."""
     who = f'<a href="{link}">{own(student.student)}</a>, {own(question.id)}: {question.verdict}'
     answer = shortened(question.answer, LONGEST_ANSWER)
     typed = [f"<code>{own(answer)}</code>"] if answer else []
@@ -212,7 +220,6 @@ def _asked(student: Judgement, link: str, question: Judged) -> str:
 
 
 def _scores(judged: Sequence[Judgement], links: Sequence[str]) -> Iterator[str]:
-    """A row for each student with the points of every question, or why there are none; means below."""
     yield '<h2>Scores</h2>\n<div class="wide"><table class="class">\n'
     ids = (f'<th scope="col">{own(question.id)}</th>' for question in judged[0].questions)
     yield f'<thead><tr><th scope="col">Student</th><th scope="col">Score</th>{"".join(ids)}</tr></thead>\n'
@@ -227,3 +234,51 @@ def _scores(judged: Sequence[Judgement], links: Sequence[str]) -> Iterator[str]:
     means = [points(fmean(each.score for each in column)) for column in [judged, *columns]]
     yield f'<tr><th scope="row">mean</th><td class="number">{"</td><td>".join(means)}</td></tr>\n'
     yield "</table></div>\n"
+
+
+# --- sheets to hand out
+
+
+class Sheet(NamedTuple):
+    """What one student gets: the values of all variants, and the questions with these values."""
+
+    student: str
+    values: Mapping[str, str]
+    items: Mapping[str, Item]
+    about: Sequence[str] = ()
+    """What the list of students says of this one, in its own columns."""
+
+
+def sheet_pages(sheets: Sequence[Sheet], title: str) -> Iterator[tuple[str, str]]:
+    """Files of a folder, each a name and what stands in it: a page for each student."""
+    taken = set[str]()
+    for sheet in sheets:
+        body = [
+            f"<h1>{own(printable(title))}</h1>\n<p><strong>{own(printable(sheet.student))}</strong></p>\n",
+            your_values(sheet.values),
+        ]
+        for id, item in sheet.items.items():
+            worth = f"{points(item.points)} point{'s' * (item.points != 1)}"
+            body.append(f'<section class="answer">\n<h3>{own(printable(id))} <span>{worth}</span></h3>\n')
+            body.append(f'<p class="title">{own(printable(item.title))}</p>\n' if item.title else "")
+            body.append("</section>\n")
+        yield file_name(sheet.student, taken), written(f"{title}: {sheet.student}", body)
+
+
+def sheet_rows(sheets: Sequence[Sheet], header: Sequence[str], style: Style) -> Iterator[str]:
+    """A row for each student, for a mail merge: the columns of the list of students, values, and titles.
+
+    The student is named as in results, in the first column.
+    """
+    names = [*sheets[0].values, *sheets[0].items] if sheets else []
+    rows = (
+        [
+            sheet.student,
+            *(*sheet.about, *[""] * len(header))[: len(header)],
+            # A minus sign: no spreadsheet takes it for the beginning of a formula, and all readers know it.
+            *(re.sub("^-", "−", value) for value in sheet.values.values()),
+            *(item.title for item in sheet.items.values()),
+        ]
+        for sheet in sheets
+    )
+    return csv_rows(["student", *header, *names], rows, style)
