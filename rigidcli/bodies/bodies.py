@@ -24,7 +24,7 @@ from rigidcli.fields.environment import Environment
 from rigidcli.fields.quantities import AsList, Mass, MomentOfInertia, Point, PrincipalMoment, Vector3
 from rigidcli.fields.readers import Alternative, Choice, FileName, by_key, reference
 from rigidcli.fields.section import Section, environment, refuse
-from rigidcli.fields.words import keys_called, shapes_called, with_colon
+from rigidcli.fields.words import bracketed, keys_called, shapes_called, with_colon
 
 SYMMETRY_TOLERANCE = 1e-9
 """How far Ixy and Iyx may differ, in units of the largest entry: given tensors are rounded."""
@@ -316,7 +316,7 @@ class _AnyForm(Choice):
                 raise ValueProblem("unknown key", path=(word,), hint=hint)
         if key is None:
             return super().read(raw, info)
-        shape, problem = shape_called(raw[key], raw)
+        shape, problem = shape_called(raw[key], bracketed(raw)[0])
         if key != "shape":
             cure = None if problem is None else problem.hint
             problem = ValueProblem(f"unknown key{did_you_mean('shape')}", hint=cure)

@@ -73,7 +73,8 @@ def blocks(path: Path) -> Iterator[Block]:
     reader = READERS.get(path.suffix.lower())
     if reader is None:
         endings = ", ".join(f"`{ending}`" for ending in READERS)
-        raise ValueProblem(f"{path}: expected a file name that ends in {endings} or `{MOLECULE}`")
+        hint = "a dash has a blank behind it: write `- [m, x, y, z]`" if "-[" in path.name else None
+        raise ValueProblem(f"{path}: expected a file name that ends in {endings} or `{MOLECULE}`", hint=hint)
     empty = True
     with opened(path) as file:
         for block in reader(file, str(path)):

@@ -194,7 +194,7 @@ class Shape(Form):
             hint = None if cls.holds(dimension, raw[key]) else cls.summary()
             return ValueProblem(f"unknown key{did_you_mean(dimension)}", hint=hint)
         problem = super()._unknown(key, raw)
-        if problem.hint is not None:
+        if problem.hint is not None and "known keys" in problem.hint:
             problem.hint = f"{cls.summary()}; any body may have {', '.join(Form.model_fields)}"
         return problem
 

@@ -23,7 +23,7 @@ from rigidcli.fields.environment import Environment
 from rigidcli.fields.quantities import Direction, Quantity, ReferencePoint
 from rigidcli.fields.readers import Choice, Elsewhere, Title
 from rigidcli.fields.section import Section, optional
-from rigidcli.fields.words import keys_called, not_one_of
+from rigidcli.fields.words import keys_called, list_meant, not_one_of
 from rigidcli.language.expression import Expression
 
 if TYPE_CHECKING:
@@ -114,7 +114,10 @@ class Document(Section):
             shape = import_module("rigidcli.bodies.shapes").SHAPES.get(str(name))
             points += () if shape is None else shape.ANCHORS
             if about not in points:
-                yield ValueProblem(not_one_of(about, points), path=("about",))
+                cure = list_meant(about)
+                yield ValueProblem(
+                    not_one_of(about, points), path=("about",), hint=cure and f"write `{cure}`"
+                )
 
     @classmethod
     def _unknown(cls, key: str, raw: Mapping[str, Any]) -> ValueProblem:

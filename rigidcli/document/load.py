@@ -237,6 +237,9 @@ def _no_mapping(tree: object) -> ValueProblem:
     if tree is None:
         hint: str | None = "`rigidcli new` prints a document to start from"
         return ValueProblem("read an empty document, expected a mapping", hint=hint)
+    if isinstance(tree, list) and all(isinstance(entry, dict) for entry in tree):
+        hint = "the keys of a document begin without dashes"
+        return ValueProblem(f"read {shown(tree)}, expected a mapping", hint=hint)
     cure = with_colon(tree) if isinstance(tree, str) else None
     hint = f"write `{cure}`" if cure else "`rigidcli new` prints a document to start from"
     return ValueProblem(f"read {shown(tree)}, expected a mapping", hint=hint, typed=cure and str(tree))
@@ -299,7 +302,13 @@ def _document(
 
 def _with_strays(tree: dict[str, Any]) -> tuple[dict[str, Any], list[ValueProblem]]:
     """The tree with parameters that stand at its top, or in the system, moved, and their problems."""
-    problems, parameters, system = list[ValueProblem](), tree.get("parameters") or {}, tree.get("system")
+    problems = list[ValueProblem]()
+    for key, section in tree.items():
+        if isinstance(section, dict) and "parameters" in section and "parameters" not in tree:
+            problems.append(ValueProblem("belongs at the top of the document", path=(key, "parameters")))
+            rest = {name: value for name, value in section.items() if name != "parameters"}
+            tree = {**tree, key: rest, "parameters": section["parameters"]}
+    parameters, system = tree.get("parameters") or {}, tree.get("system")
     for path, section in ((), tree), (("system",), system if isinstance(system, dict) else {}):
         amounts = {key: value for key, value in section.items() if re.match(r"[-+.\d]|None$", str(value))}
         strange = [key for key in amounts if key not in KEYS]

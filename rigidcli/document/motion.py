@@ -16,7 +16,7 @@ from rigidcli.core.arithmetic import Scalar
 from rigidcli.document.sampling import Ensemble, OrMany, Sampling
 from rigidcli.errors import ValueProblem, shown
 from rigidcli.fields.dimensions import ACCELERATION, ENERGY, GRAVITATIONAL_PARAMETER
-from rigidcli.fields.environment import Formula
+from rigidcli.fields.environment import Environment, Formula
 from rigidcli.fields.quantities import (
     DEFAULT_LIMIT,
     AngularVelocity,
@@ -149,6 +149,12 @@ class Motion(Sampling):
     angles: EulerSequence | None = optional(
         "Euler angles among the results of `euler`, by their sequence, such as zxz"
     )
+
+    @classmethod
+    def _stranger(cls, key: str, raw: Mapping[str, Any], env: Environment) -> ValueProblem:
+        if key == "gravity":
+            return ValueProblem("belongs inside `torque`", hint=f"write `torque: {{gravity: {raw[key]}}}`")
+        return super()._stranger(key, raw, env)
 
     @model_validator(mode="after")
     def _check_starts(self) -> Self:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping
 from typing import Annotated, NamedTuple, TypeAlias
 
@@ -68,7 +69,11 @@ def _read_brackets(raw: object, info: ValidationInfo) -> tuple[Bracket, ...]:
     env = environment(info)
     example = "[[Lx, Ly], [Lx, H]]"
     if not isinstance(raw, list | tuple) or not 1 <= len(raw) <= MOST_ENTRIES:
-        raise ValueProblem(f"read {shown(raw)}, expected a list of pairs, such as {example}")
+        typed = re.fullmatch(
+            r"[{\[(]?([^,{}\[\]]+),([^,{}\[\]]+)[}\])]?", raw if isinstance(raw, str) else ""
+        )
+        hint = typed and f"write `[[{typed[1].strip()}, {typed[2].strip()}]]`"
+        raise ValueProblem(f"read {shown(raw)}, expected a list of pairs, such as {example}", hint=hint)
     if len(raw) == 2 and all(isinstance(entry, str) and "," not in entry for entry in raw):
         raw = [raw]
     variables = of_the_state(env)

@@ -16,11 +16,11 @@ from rigidcli.document.parameters import read_mapping
 from rigidcli.document.sampling import Ensemble, OrMany, Sampling
 from rigidcli.document.variables import EXPRESSION_SCHEMA, momentum, velocity
 from rigidcli.errors import ValueProblem, shown
-from rigidcli.fields.environment import LONGEST_LIST
+from rigidcli.fields.environment import LONGEST_LIST, Environment
 from rigidcli.fields.quantities import FULL_TURN
 from rigidcli.fields.readers import ReadBy
 from rigidcli.fields.section import Section, environment, optional
-from rigidcli.fields.words import with_colon
+from rigidcli.fields.words import variable_called, with_colon
 from rigidcli.language.expression import Expression
 
 if TYPE_CHECKING:
@@ -148,6 +148,15 @@ class Orbit(Sampling):
             pair = with_colon(key) if "=" in key else f"{key}: ..."
             return ValueProblem("belongs inside `initial`", hint=f"write `initial: {{{pair}}}`")
         return problem
+
+    @classmethod
+    def _stranger(cls, key: str, raw: Mapping[str, Any], env: Environment) -> ValueProblem:
+        """The problem of another key; a value at t = 0, such as `x0`, belongs inside `initial`."""
+        names = env.coordinates or ()
+        name = variable_called(key, (*names, *map(momentum, names), *map(velocity, names)))
+        if name in (None, key) or raw.get("initial") is not None:
+            return super()._stranger(key, raw, env)
+        return ValueProblem("belongs inside `initial`", hint=f"write `initial: {{{name}: {raw[key]}}}`")
 
     def degrees_meant(self, system: System, typed: Mapping[str, Any]) -> Iterator[str]:
         """Notes on angles that start at a bare number beyond a full turn.

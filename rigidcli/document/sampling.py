@@ -155,7 +155,11 @@ def _ascending(times: tuple[Scalar, ...], info: ValidationInfo) -> tuple[Scalar,
     sizes = [environment(info).arithmetic.size(time) for time in times]
     for index, (before, after) in enumerate(pairwise(sizes), start=1):
         if not before < after:
-            raise ValueProblem(f"read {after:g} after {before:g}, expected ascending times", path=(index,))
+            hint = None
+            if len(sizes) == 3 and sizes[0] == 0:
+                hint = f"instead of `times` write `duration: {before:g}` and `step: {after:g}`"
+            message = f"read {after:g} after {before:g}, expected ascending times"
+            raise ValueProblem(message, path=(index,), hint=hint)
     return times
 
 

@@ -94,21 +94,25 @@ def explain(error: ValidationError) -> list[ValueProblem]:
 def _value_meant(key: str, read: Any, message: str) -> str | None:
     """What was meant by a value of the wrong type, or by a word, if one can tell."""
     if isinstance(read, str):
-        weight = (
-            re.fullmatch(r"(\d+\.?\d*) *N", read) if "is a force (N), expected a mass" in message else None
-        )
-        return value_meant(key, read) if weight is None else f"{float(weight[1]) / STANDARD_GRAVITY:.6g} kg"
+        if read.startswith("-["):
+            return f"[{', '.join(re.findall(r'[[][^]]*[]]', read))}]"
+        return value_meant(key, read) or _number_meant(read, message)
     if isinstance(read, dict) and key == "lagrangian":
         energies = ("kinetic", "potential")
         called = {name: [key for key in keys_called(name) if key in energies] or [name] for name in read}
         return ", ".join(f"{called[name][0]}: {value}" for name, value in read.items())
     if isinstance(read, dict) and all(value is None for value in read.values()):
         return f"[{', '.join(read)}]" if read and all(name[:1].isdigit() for name in read) else None
+    if isinstance(read, dict) and ({*read} == {*"xyz"} or key == "coordinates"):
+        return f"[{', '.join(map(str, read if key == 'coordinates' else [read[axis] for axis in 'xyz']))}]"
     if isinstance(read, dict) and {*read} == {"value", "unit"}:
         return f"{read['value']} {read['unit']}"
     if isinstance(read, dict):
         for name, entries, words in lists_meant(read, [key]):
             return f"[{', '.join(map(str, entries))}]" if name == key and len(words) == len(read) else None
+    if isinstance(read, list) and "expected an acceleration" in message:
+        sizes = [str(entry).lstrip("-") for entry in read if entry]
+        return sizes[0] if len(sizes) == 1 else None
     if isinstance(read, list) and "expected a mapping" in message:
         forms = FORMS_OF_LISTS.get(f"{key}{len(read)}", ())
         return next((f"{{{form}: [{', '.join(map(str, read))}]}}" for form in forms), None)
@@ -116,6 +120,29 @@ def _value_meant(key: str, read: Any, message: str) -> str | None:
         if isinstance(read[1], str) and is_unit(read[1]):
             return f"{read[0]} {read[1]}"
         return str(read[1]) if read[0] == 0 and "expected a time" in message else None
+    return None
+
+
+def _number_meant(read: str, message: str) -> str | None:
+    """The number that was meant by a text of another notation, of which the message complains."""
+    if "is a force (N), expected a mass" in message and (weight := re.fullmatch(r"(\d+\.?\d*) *N", read)):
+        return f"{float(weight[1]) / STANDARD_GRAVITY:.6g} kg"
+    if "unexpected `,`" in message and (decimal := re.fullmatch(r"(-?\d+),(\d+)( *[^\W\d].*)?", read)):
+        return f"{decimal[1]}.{decimal[2]}{decimal[3] or ''}"
+    if "unit" in message and (power := re.fullmatch(r"(\S+?) *[xX] *10 *(?:\^|\*\*)? *([-+]?\d+)(.*)", read)):
+        return f"{power[1]}e{power[2]}{power[3]}"
+    if "unexpected `~`" in message:
+        return read.lstrip(" ~") or None
+    if unit := re.fullmatch(r"([^\W\d]\w*) +(-?[\d.]+)", read):  # cm 5
+        return f"{unit[2]} {unit[1]}" if is_unit(unit[1]) else None
+    if unit := re.fullmatch(r"(-?[\d.]+) *[\[(]([^\W\d]\w*)[\])]", read):  # 5 [cm]
+        return f"{unit[1]} {unit[2]}" if is_unit(unit[2]) else None
+    if feet := re.fullmatch(r"(\d+)'(\d+)\"?", read):
+        return f"{12 * int(feet[1]) + int(feet[2])} in"
+    if hours := re.fullmatch(r"(\d+) *h *(\d+)(?: *m(?:in)?)?", read):
+        return f"{60 * int(hours[1]) + int(hours[2])} min"
+    if "unexpected `:`" in message and (clock := re.fullmatch(r"(?:(\d+):)?(\d+):([0-5]?\d)", read)):
+        return f"{3600 * int(clock[1] or 0) + 60 * int(clock[2]) + int(clock[3])} s"
     return None
 
 
@@ -127,9 +154,14 @@ def _of_type(path: Path, kind: str, read: Any, context: Mapping[str, Any], messa
         # A list of numbers where one of lists is expected: one problem for all its entries.
         problem.message, problem.path = f"read entry {shown(read)}, expected {expected}", path[:-1]
         problem.hint = next(filter(None, map(_FLAT.get, keys_called(str(path[-2])))), None)
+        if isinstance(read, str) and (meant := list_meant(read)):
+            problem.hint = f"each entry is a list: write `{meant}`"
     elif kind == "too_long" and path[-1] == "inertia" and len(read) == len(_ENTRIES):
         entries = ", ".join(f"{name}: {entry}" for name, entry in zip(_ENTRIES, read, strict=True))
         problem.hint = f"name the entries, as in `inertia: {{{entries}}}`"
+    elif kind == "too_long" and path[-1] in ("inertia", "matrix") and len(read) == 9:
+        rows = ", ".join(f"[{', '.join(map(str, read[row : row + 3]))}]" for row in (0, 3, 6))
+        problem.hint = f"write its rows: `{path[-1]}: [{rows}]`"
     elif kind == "too_long":
         surplus = len(read) - context["max_length"]
         points, mended = _DECIMAL_COMMA.subn(r"\1.\2", ", ".join(map(str, read)), count=surplus)
@@ -215,7 +247,9 @@ def find_slip(text: str, error: Any) -> Slip | None:
     here, sign = Slip(noticed + 1, mark.column + 1, problem), lines[noticed][mark.column : mark.column + 1]
     if slip := _by_rules(lines, range(noticed + 1), "comment", "heading", "round"):
         return slip
-    if slip := _by_rules(lines, [noticed], "unit", "unit_in", "semicolon", "more"):
+    if slip := _by_rules(
+        lines, [noticed], "unit", "unit_in", "semicolon", "more", "comment_behind", "array", "unit_square"
+    ):
         return slip
     if slip := _by_rules(lines, range(noticed + 1), "brace") if "flow" not in context or noticed else None:
         return slip

@@ -154,7 +154,8 @@ class _Builder:
             if isinstance(event, yaml.NodeEvent):
                 read = self._node(event, (), 0, self._is_typed)
                 if documents > 1 and (read is not None or root is None):
-                    raise self._refusal(begin, "a second document begins here, expected one in a file")
+                    hint = "put it into a file of its own, or leave it out"
+                    raise self._refusal(begin, "a second document begins here, expected one in a file", hint)
                 root = read if documents <= 1 else root
             elif isinstance(event, yaml.DocumentStartEvent):
                 documents, begin = documents + 1, event
@@ -191,9 +192,11 @@ class _Builder:
                 raise self._refusal(event, message, "write the keys out", code="not_allowed")
             if key in mapping:
                 message = f"the key {shown(key)} stands twice in this mapping"
-                hint = (
-                    "a list stands in brackets: `[1, 2, 3]`" if key[:1].isdigit() else "leave out one of them"
-                )
+                hint = "leave out one of them"
+                if key[:1].isdigit():
+                    hint = "a list stands in brackets: `[1, 2, 3]`"
+                elif type(self._next()) is yaml.MappingStartEvent:
+                    hint = "put what is in both below one of them"
                 if key == "body":
                     hint = "bodies that are taken as one are its `parts`: `body: {parts: [{...}, {...}]}`"
                 raise self._refusal(event, message, hint, code="duplicate_key")

@@ -259,10 +259,11 @@ class Transform(Section):
     F4: Generating | None = optional("Generating function of old momenta, new momenta and t")
 
     @classmethod
-    def _unknown(cls, key: str, raw: Mapping[str, Any]) -> ValueProblem:
-        problem = super()._unknown(key, raw)
+    def _stranger(cls, key: str, raw: Mapping[str, Any], env: Environment) -> ValueProblem:
+        problem = super()._stranger(key, raw, env)
         if "known keys" in (problem.hint or "") and not isinstance(raw[key], dict | list):
-            side = "new" if key in str(raw.get("new_variables")) else "old"
+            names = env.coordinates or ()
+            side = "old" if key in (*names, *map(momentum, names)) else "new"
             return ValueProblem(f"belongs inside `{side}`", hint=f"write `{side}: {{{key}: {raw[key]}}}`")
         return problem
 

@@ -91,6 +91,12 @@ class Section(BaseModel):
         meant = {key: value for key, value in raw.items() if key in fields}
         for key in [key for key in raw if key not in fields]:
             problem, value = cls._stranger(key, raw, env).below(key), raw[key]
+            if isinstance(value, dict) and value and value.keys() <= fields - meant.keys():
+                problem = ValueProblem(
+                    "unknown key", path=(key,), hint=f"leave out `{key}:`: its keys stand here"
+                )
+                meant |= value
+                typed |= {(name,): (key, name) for name in value}
             problem.code = UNKNOWN
             problems.append(problem)
             guess = GUESS.search(problem.message)
@@ -104,7 +110,8 @@ class Section(BaseModel):
             ):
                 word = _WORD.search(problem.hint or "")
                 place = (inside[1], word[1] if word else key)
-                meant[inside[1]] = {place[1]: value, **(meant.get(inside[1]) or {})}
+                meant[inside[1]] = {**(meant.get(inside[1]) or {})}
+                meant[inside[1]].setdefault(place[1], value)
                 typed[place] = (key,)
         return meant, problems
 

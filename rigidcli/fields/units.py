@@ -117,6 +117,8 @@ _REFUSED = {
     "ton": ("differs from country to country", "write `t`, `long_ton` or `short_ton`"),
     "month": ("has no fixed length", "write `d`"),
     "rads": ("is a dose of radiation", "write `rad`"),
+    "Grad": ("is a degree to some, and 1e9 radians to others", "write `deg`"),
+    "U": ("is no unit", "turns per minute are `rpm`"),
     "Nm": ("is not a unit but a product of two", "write `N m`"),
 }
 """Names that are refused because readers may take them for something else: the reason, and a hint."""
@@ -142,7 +144,7 @@ def _may_follow(name: str, prefix: str) -> bool:
 def known_names() -> list[str]:
     """Every name of the table, also with the SI prefixes that it may have."""
     prefixed = (prefix + name for prefix in PREFIXES for name in _ROWS if _may_follow(name, prefix))
-    return list(dict.fromkeys(["1", *_ROWS, *prefixed]))
+    return [name for name in dict.fromkeys(["1", *_ROWS, *prefixed]) if name not in _REFUSED]
 
 
 @lru_cache(maxsize=1024)

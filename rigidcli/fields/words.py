@@ -128,6 +128,8 @@ def with_colon(typed: str) -> str | None:
     pairs = _PAIR.findall(typed[:1000]) or re.findall(r"^\s*([A-Za-z_]\w*)\s+(\S+)\s*$", typed)
     if not pairs or not re.match(r"[\s({]*" + pairs[0][0], typed):
         return None
+    if pairs[0][1].startswith("{") and typed.count("{") == typed.count("}"):
+        return re.sub(r"([A-Za-z_]\w*)\s*[:=：]\s*", r"\1: ", typed.strip())
     values = (value[0] + "..." if value[0] in "{[" and value[-1] not in "}]" else value for _, value in pairs)
     return ", ".join(f"{key}: {value.rstrip(',;)} ')}" for (key, _), value in zip(pairs, values, strict=True))
 
@@ -143,6 +145,10 @@ _DIGITS = re.compile(r"-?\.?\d")
 
 def list_meant(typed: str) -> str | None:
     """The list `[1, 2, 3]` that was meant by `1, 2, 3`, `1 2 3`, `1; 2; 3` or `(1, 2, 3)`, if it was."""
+    lines = [line for line in typed.splitlines() if line.strip()]
+    if len(lines) > 1:
+        rows = [list_meant(line) or "" for line in lines]
+        return f"[{', '.join(rows)}]" if all(rows) else None
     sizes = r"(?<=\d)\s*[x×]\s*(?=[\d.])"
     unit = re.search(r"(?<=[\d)>\]}])\s*([^\W\d]+)$", typed.strip()[-20:])
     if unit and not re.search(r"[)>\]}]", typed) and not re.search(sizes, typed[:60]):
@@ -160,6 +166,8 @@ def variable_called(word: str, variables: Collection[str]) -> str | None:
     momenta = [name for name in variables if name.startswith("p_")]
     velocities = [name for name in variables if name.endswith("dot")]
     others = [name for name in variables if name not in (*momenta, *velocities)]
+    if (omega := re.fullmatch(r"omega_?([123xyz])", word)) and f"w{omega[1]}" in variables:
+        return f"w{omega[1]}"
     word = re.sub(r"(_?0|_?init(ial)?|\((0|t)\))$", "", word)  # initial values
     if word in variables:
         return word
@@ -214,7 +222,14 @@ def bracketed(raw: Mapping[str, Any]) -> tuple[dict[str, Any], list[ValueProblem
     """A mapping with lists for `size: 1, 2, 3` in braces, with the problems of the keys 2 and 3."""
     groups: list[tuple[str, list[Any]]] = []
     for key, value in raw.items():
-        if groups and value is None and _DIGITS.match(key):
+        last = groups[-1][1][-1] if groups else None
+        if (
+            isinstance(last, str)
+            and last.count("(") > last.count(")")
+            and not _DIGITS.match(last.lstrip("("))
+        ):
+            groups[-1][1][-1] = f"{last}, {key}" if value is None else f"{last}, {key}: {value}"
+        elif groups and value is None and _DIGITS.match(key):
             groups[-1][1].append(key)
         else:
             groups.append((key, [value]))
@@ -222,7 +237,12 @@ def bracketed(raw: Mapping[str, Any]) -> tuple[dict[str, Any], list[ValueProblem
     problems = list[ValueProblem]()
     for key, entries in groups:
         mended[key] = entries[0]
+        if len(entries) == 1 and entries[0] is not raw[key]:
+            cure = f'write `{key}: "{entries[0]}"`'
+            message = "in braces a text with a comma stands in quotes"
+            problems.append(ValueProblem(message, path=(key,), hint=cure, typed=str(raw[key])))
         if len(entries) > 1:
+            entries = [entry.strip(" ()<>") if isinstance(entry, str) else entry for entry in entries]
             typed, cure = ", ".join(map(str, entries)), f"write `{key}: [{', '.join(map(str, entries))}]`"
             message, mended[key] = "a list stands in brackets", entries
             if len(entries) == 2 and entries[1][0].isdigit():  # the comma may be that of a decimal
