@@ -69,9 +69,9 @@ _ROWS = (
     ),
     Command(
         "precess",
-        """Precession: tops under gravity, free, tidal.
+        """Precession of tops, free bodies and planets.
 
-        Of a `top`, of a `body` with `motion.omega`, of a planet with a `tide`: whichever there are.
+        A document has a `top`, a `body` with `motion.omega`, a planet with a `tide`, or several of these.
 
         Example: rigidcli precess top.yaml --set top.spin="900 rpm"
         """,
@@ -88,7 +88,7 @@ _ROWS = (
         "euler",
         """Motion by Euler's equations in time; stability of the axes.
 
-        Torque-free motion is in closed form, driven motion is integrated.
+        A motion without torque has a closed form; a driven one is integrated.
 
         Example: rigidcli euler motion.yaml --duration "5 min" -f csv
         """,
@@ -107,7 +107,7 @@ _ROWS = (
         "hamilton",
         """From a Lagrangian to H, Hamilton's equations and orbits.
 
-        Also from energies, particles or a Hamiltonian; with what is conserved, and changes of variables.
+        It may also begin with energies, particles or a Hamiltonian. It finds what is conserved.
 
         Example: rigidcli hamilton spring.yaml -f latex
         """,

@@ -103,17 +103,23 @@ Files = Annotated[
     list[str],
     typer.Argument(
         metavar="FILE",
-        help="Documents, robots, or bodies (.stl ...); `-` is standard input, `@files.txt` a list of names.",
+        help="Documents, robots or bodies (.stl ...). `-` is standard input, `@files.txt` a list of names.",
     ),
 ]
 OutputPath = Annotated[
     str | None,
-    _option("Write to PATH, whole or not at all.", "-o", "--output", metavar="PATH", callback=check_path),
+    _option(
+        "Write to PATH. After an error it is as it was before.",
+        "-o",
+        "--output",
+        metavar="PATH",
+        callback=check_path,
+    ),
 ]
 Settings = Annotated[
     list[str] | None,
     _option(
-        "Override a value, such as body.mass=3; repeatable.",
+        "Set a value, such as body.mass=3. Repeat it for several.",
         *("-s", "--set"),
         metavar="KEY=VALUE",
         callback=_check_settings,
@@ -122,18 +128,18 @@ Settings = Annotated[
 Sweeps = Annotated[
     list[str] | None,
     _option(
-        "A row for each value: START:STOP:COUNT, log:START:STOP:COUNT, 1,2,5 or @table.csv:column; "
-        "two make a grid.",
+        "Make a row for each value: START:STOP:COUNT, log:START:STOP:COUNT, 1,2,5 or @table.csv:column. "
+        "Two sweeps make a grid.",
         "--sweep",
         metavar="KEY=VALUES",
     ),
 ]
-Pair = Annotated[bool, _option("Pair the values of several --sweep, instead of a grid.", "--zip", more=True)]
+Pair = Annotated[bool, _option("Pair the values of several sweeps, instead of a grid.", "--zip", more=True)]
 Jobs = Annotated[
     str | None,
     _option(
-        "Processes, by default one a core where that pays; or a Dask cluster that you trust, "
-        "tcp://host:8786.",
+        "Number of processes (by default one for each core, if that saves time); or a Dask cluster "
+        "that you trust, tcp://host:8786.",
         *("-j", "--jobs"),
         metavar="N|ADDRESS",
         callback=_read_jobs,
@@ -141,38 +147,48 @@ Jobs = Annotated[
     ),
 ]
 Compare = Annotated[
-    bool, _option("FILEs side by side, with differences to the first in percent.", "--compare", more=True)
+    bool,
+    _option("Show the FILEs side by side, with differences to the first in percent.", "--compare", more=True),
 ]
 Digits = Annotated[
-    int, _option("Significant digits for people, 1 to 17.", metavar="N", parser=lambda text: whole(text, 17))
+    int,
+    _option(
+        "Significant digits in table, latex and html, 1 to 17.",
+        metavar="N",
+        parser=lambda text: whole(text, 17),
+    ),
 ]
 Exact = Annotated[
-    bool, _option("Exact arithmetic: decimals are rationals, parameters may stay symbols.", "--exact")
+    bool, _option("Exact arithmetic: decimals become fractions, and parameters may stay letters.", "--exact")
 ]
 UnitList = Annotated[
-    str | None, _option("Units for people, such as g,cm,deg,rpm; json and csv stay SI.", metavar="LIST")
+    str | None,
+    _option(
+        "Units in table, latex and html, such as g,cm,deg,rpm. Those of json and csv stay SI units.",
+        metavar="LIST",
+    ),
 ]
-UnitHeader = Annotated[bool, _option("CSV heads with units.", "--unit-header", more=True)]
-NoHeader = Annotated[bool, _option("CSV without the header row.", "--no-header", more=True)]
+UnitHeader = Annotated[bool, _option("Write units into the header of csv.", "--unit-header", more=True)]
+NoHeader = Annotated[bool, _option("Write csv without its header.", "--no-header", more=True)]
 Columns = Annotated[
     str | None,
-    _option("Columns of rows or samples, such as t,w1.", metavar="NAMES", callback=_split, more=True),
+    _option("Show only these columns, such as t,w1.", metavar="NAMES", callback=_split, more=True),
 ]
 Verbose = Annotated[
-    bool, _option("Show residuals, drifts, trusted digits and the method, too.", "-v", "--verbose")
+    bool, _option("Also show residuals, drifts, trusted digits and the method.", "-v", "--verbose")
 ]
 Steps = Annotated[bool, _option("Show the working, in table, latex and html.", "--steps")]
-Standalone = Annotated[bool, _option("LaTeX that compiles by itself.", "--standalone", more=True)]
+Standalone = Annotated[bool, _option("Write LaTeX that compiles by itself.", "--standalone", more=True)]
 PlotPath = Annotated[
     str | None,
     _option(
-        "Write a picture, .png, .svg or .pdf; `-` draws a chart of characters. Needs the extra `show`.",
+        "Write a picture: .png, .svg or .pdf. `-` draws it in the terminal. It needs the extra `show`.",
         "--plot",
         metavar="PATH",
         callback=check_path,
     ),
 ]
-Quiet = Annotated[bool, _option("No notes on standard error.", "-q", "--quiet")]
+Quiet = Annotated[bool, _option("Print no notes.", "-q", "--quiet")]
 
 
 Samples = Annotated[int | None, _option("Number of samples (default 1001).", metavar="N")]
@@ -188,5 +204,5 @@ def format_option(formats: Any) -> Any:
 
 def plot_kind(kinds: Iterable[str]) -> Any:
     """The option that chooses one of these kinds of pictures."""
-    help = f"Which picture: {', '.join(kinds)}; by default the first that there is something for."
+    help = f"Choose the picture: {', '.join(kinds)}. By default it is the first that the result has."
     return Annotated[str | None, _option(help, "--plot-kind", metavar="NAME", more=True)]

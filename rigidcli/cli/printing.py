@@ -15,22 +15,26 @@ from rigidcli.cli.options import OutputPath
 from rigidcli.cli.output import Output, is_file
 from rigidcli.errors import Problem, UsageError, shown
 from rigidcli.fields.texts import ending
+from rigidcli.sandbox import usable_cores
 
 Kind = StrEnum(
     "Kind",
     "shape points parts section tensor density mesh molecule robot symbols motion free driven top planet "
     "system oscillations assignment answers gradescope",
 )
-"""The starters; each is a file of that name in `rigidcli/starters`, mostly with the ending `.yaml`."""
+"""The starters: files of that name in `rigidcli/starters`, mostly with the ending `.yaml`."""
+
+GALLERY = "gallery"
+"""The word for pages of all examples, in place of a starter."""
 
 ENDINGS = {Kind.molecule: ".xyz", Kind.robot: ".urdf", Kind.gradescope: ".sh"}
 """The endings of the starters that are no YAML."""
 
 
-def _kind(typed: str) -> Kind:
+def _kind(typed: str) -> str:
     """The kind of this name. Raises BadParameter for another word, with the kind that is meant."""
-    if typed in list(Kind):
-        return Kind(typed)
+    if typed in (*Kind, GALLERY):
+        return typed
     from rigidcli.bodies.shapes import SHAPES
     from rigidcli.errors import did_you_mean, nearest
     from rigidcli.fields.words import SHAPES_BY_WORD, STARTERS, folded
@@ -38,7 +42,7 @@ def _kind(typed: str) -> Kind:
     word = folded(typed)
     shape = word if word in SHAPES else SHAPES_BY_WORD.get(word, (None,))[0]
     near = STARTERS.get(word, ("shape" if shape else nearest(word, list(Kind)),))[0]
-    message = f"read {shown(typed)}, expected one of {', '.join(Kind)}{did_you_mean(near)}"
+    message = f"read {shown(typed)}, expected one of {', '.join((*Kind, GALLERY))}{did_you_mean(near)}"
     if shape is not None and near == "shape":
         message += f"; write `rigidcli new shape`, and in it `shape: {shape}`"
     if ending(typed) in (".yaml", ".yml", ".urdf", ".xyz"):
@@ -48,12 +52,12 @@ def _kind(typed: str) -> Kind:
 
 def new(
     kind: Annotated[
-        Kind,
+        str,
         typer.Argument(
             metavar="KIND",
-            help=f"One of {', '.join(Kind)}.",
+            help=f"One of {', '.join((*Kind, GALLERY))}.",
             parser=_kind,
-            autocompletion=lambda: list(Kind),
+            autocompletion=lambda: [*Kind, GALLERY],
         ),
     ] = Kind.shape,
     output: OutputPath = None,
@@ -62,14 +66,24 @@ def new(
     """Print a commented file to start from.
 
     A document of some kind, a robot, a molecule, an assignment, an answer file, or Gradescope's autograder.
+    `gallery -o FOLDER/` writes a page for each example, and an index with pictures.
 
     Example: rigidcli new top -o top.yaml
     """
+    if kind == GALLERY:
+        failures = Failures()
+        with failures.of("new gallery"):
+            if output is None:
+                raise UsageError("it writes many pages", hint="`rigidcli new gallery -o FOLDER/`")
+            from rigidcli.cli.gallery import write_gallery
+
+            write_gallery(output, usable_cores())
+        raise typer.Exit(failures.code)
     if output is not None and is_file(output) and not force:
         hint = "`--force` overwrites it"
         complain(str(Problem(output, "this file is there already, and is not overwritten", hint=hint)))
         raise typer.Exit(UsageError.exit_code)
-    starter = resources.files("rigidcli").joinpath("starters", kind + ENDINGS.get(kind, ".yaml"))
+    starter = resources.files("rigidcli").joinpath("starters", kind + ENDINGS.get(Kind(kind), ".yaml"))
     text = starter.read_text(encoding="utf-8")
     with Output(output) as target:
         target.write(text)

@@ -40,6 +40,9 @@ _VECTORS: Mapping[str, str] = {name: rf"\mathbf{{{name}}}" for name in ("L", "N"
 _TENSORS: Mapping[str, str] = {name: rf"\mathbf{{{name}}}" for name in ("1", "I", "R", "d", "e")} | {
     "I_cm": r"\mathbf{I}_{\mathrm{cm}}"
 }
+_OF_BODIES = re.compile(r"\babout L\b|\bomega\b|\be[123]\b")
+"""Words about the motion of a body, in which L alone is the angular momentum, and not a Lagrangian."""
+
 _TENSOR = re.compile(r"I_cm|lambda 1|[A-Z]\^T")
 """What only formulas of tensors have."""
 
@@ -55,7 +58,9 @@ def typeset(words: str) -> Iterator[tuple[str, bool]]:
             if tokens[0].start() > done:
                 yield words[done : tokens[0].start()], False
             done = tokens[-1].end()
-            yield _latex(tokens, words[tokens[0].start() : done]), True
+            formula = words[tokens[0].start() : done]
+            is_vector = formula == "omega" or (formula == "L" and _OF_BODIES.search(words) is not None)
+            yield _latex(tokens, formula, is_vector), True
     if done < len(words):
         yield words[done:], False
 
@@ -107,12 +112,12 @@ def _is_article(run: Sequence[Token], place: int, words: str) -> bool:
     return None in beside  # a factor of a product has others on both sides
 
 
-def _latex(tokens: Sequence[Token], formula: str) -> str:
+def _latex(tokens: Sequence[Token], formula: str, is_vector: bool = False) -> str:
     """The tokens of a formula as LaTeX for math mode."""
     bold: Mapping[str, str] = {}
     if _TENSOR.search(formula):
         bold = _TENSORS
-    elif " x " in formula or formula in ("omega", "L"):
+    elif is_vector or " x " in formula:
         bold = _VECTORS
     written, place = "", 0
     while place < len(tokens):
