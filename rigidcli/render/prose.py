@@ -18,7 +18,7 @@ _TOKEN = re.compile(
     (?P<product>(?<=omega)\ x\ (?=[A-Z]\b)|(?<=\bR)\ x\ (?=M\ g))   # of vectors
     |(?P<function>\b(?:{"|".join(FUNCTIONS)})(?=\())
     |\bd(?P<coordinate>[a-z]\w*)/dt\b
-    |(?P<differential>\bd[A-Z](?=/d)|(?<=/)d\w+|\bdm\b(?!-))
+    |(?P<differential>\bd[A-Z]\w*(?=/d)|(?<=/)d\w+|\bdm\b(?!-))
     |(?P<symbol>(?<![\w'])(?:(?:{_GREEK}|[A-Za-z])\d*(?:_\w+)?|I[xyz]{{2}}|(?:{_GREEK}|[a-z]\w*)d?dot)(?![\w']|-[a-z]{{3}}))
     |(?P<number>(?<![\w.])\d+(?:\.\d+)?(?:e-?\d+)?(?!\w|\.\d))
     |(?P<power>\*\*-?|\^-?)

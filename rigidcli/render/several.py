@@ -57,7 +57,9 @@ def compared(reports: Iterable[Report], look: Look) -> Iterator[Report]:
         }
         for report in reports
     ]
-    rows = list(dict.fromkeys(row for result in results for row in result))
+    every = dict.fromkeys(row for result in results for row in result)
+    # Zeros in all columns, such as products of inertia about common axes, tell nothing.
+    rows = [row for row in every if any(_tells(result.get(row)) for result in results)]
     columns = [Column("", [f"{title}{unit and f' ({unit})'}" for title, unit in rows], ("result",))]
     for report, result in zip(reports, results, strict=True):
         values = [result.get(row) for row in rows]
@@ -70,6 +72,11 @@ def compared(reports: Iterable[Report], look: Look) -> Iterator[Report]:
     table = Table("", f"differences to {first.name} in percent", tuple(columns))
     name = ", ".join(report.name for report in reports)
     yield Report(first.schema, name, first.source, first.title, (), tables=(table,))
+
+
+def _tells(value: Value) -> bool:
+    """Whether a value is a word, a formula or a number other than zero."""
+    return value is not None and (isinstance(value, str | bool) or bool(value != 0))
 
 
 def _entries(entry: Field) -> Iterator[tuple[str, Value]]:

@@ -28,17 +28,22 @@ def _block(head: str, words: str, fields: Iterable[Field], tables: Iterable[Tabl
     page.line((printable(head), "bold"))
     if words:
         page.line((printable(words), ""))
+    written = [(entry, *_value(entry, look.digits)) for entry in fields]
+    # Among formulas, which have no units, the few units stand behind their numbers.
+    measured = [value for _, value, unit in written if unit]
+    has_column = 2 * len(measured) >= len(written) or any("\n" in value for value in measured)
     rows = []
-    for entry in fields:
-        value, unit = _value(entry, look.digits)
-        rows.append(Row(((entry.title, "bold"), (unit, "")), value, bool(entry.words)))
+    for entry, value, unit in written:
+        heads = ((entry.title, "bold"), (unit, ""))[: 1 + has_column]
+        body = value if has_column else f"{value} {unit}".rstrip()
+        rows.append(Row(heads, body, bool(entry.words)))
     page.rows(rows, room=24, joint=", ")
     for table in tables:
         if shown := shown_columns(table, look, number):
             page.line()
             page.line((table.title, "bold"))
-            heads = [f"{column.cells[0]}{column.unit and f' ({column.unit})'}" for column, _ in shown]
-            page.columns([[head, *texts] for head, (_, texts) in zip(heads, shown, strict=True)])
+            names = [f"{column.cells[0]}{column.unit and f' ({column.unit})'}" for column, _ in shown]
+            page.columns([[name, *texts] for name, (_, texts) in zip(names, shown, strict=True)])
     return str(page)
 
 

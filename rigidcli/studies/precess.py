@@ -41,6 +41,9 @@ WORDS: dict[str, dict[str | None, str]] = {
 }
 """The words for people in place of a result that is one word."""
 
+UPRIGHT = math.radians(2)
+"""The largest tilt (rad) at which people ask whether the top sleeps."""
+
 NUTATION = {"kind": "nutation_kind", "period": "nutation_period", "mean_rate": "mean_precession_rate"}
 """The keys of results of the nutation that have a shorter name in `core`."""
 
@@ -117,6 +120,8 @@ def _fields(sections: Sections) -> Iterator[Field]:
             field.title = ""
         elif key == "minimum_spin" and sections[section].get("slow_rate") is not None:
             field.diagnostic = True  # it is of interest where the top is too slow
+        elif key == "sleeping" and isinstance(tilt := sections["top"].get("tilt"), float):
+            field.diagnostic = tilt > UPRIGHT
         yield field
 
 

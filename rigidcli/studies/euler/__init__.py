@@ -143,7 +143,8 @@ def _stability(motion: Trajectory) -> Table:
         Column("rate_per_spin", slopes, ("rate/spin",), hidden=True),
         Column("rate", [slope and slope * speed for slope in slopes], ("rate",), "1/s"),
     ]
-    if motion.problem.weight.any():  # which leaves no axis alone
+    # A torque moves every axis, and of a ball any axis does.
+    if motion.free is None or len(frame.groups) == 1:
         columns = [replace(column, hidden=True) for column in columns]
-    title = "rotation about the principal axes, when left alone"
+    title = "rotation about the principal axes, without a torque"
     return Table("stability", title, tuple(columns), records=True)

@@ -271,7 +271,7 @@ def _transform(transform: TransformedSystem) -> list[Field]:
         only = ", ".join(f"{reading(to_tree(e))} = 1" for e in transform.open_brackets)
         shown = {name: reading(to_tree(transform.brackets[name])) for name in wrong}
         listed = ", ".join(f"{name} is {e}, not {transform.canonical[name]}" for name, e in shown.items())
-        words = f"no: only where {only}" if only else f"no: {listed}"
+        words = f"only if {only}" if only else f"no: {listed}"
     brackets = transform.brackets.items()
     return [
         _row("transform.canonical", not wrong, words=words),

@@ -30,7 +30,7 @@ SPECTRUM = ("eigenvalues", "frequencies", "stability")
 
 STABILITY = {
     "stable": "stable: motion stays bounded",
-    "marginal": "marginal: motion grows by powers of the time",
+    "marginal": "marginal: deviations grow like a power of t, slower than an exponential",
     "unstable": "unstable: motion grows exponentially",
 }
 
@@ -65,12 +65,13 @@ def fields(document: Document, derivation: Derivation) -> list[Field]:
     if stability == "stable" and is_shifted and _drifts(matrix, offset):
         stability = "marginal"
     words = STABILITY[stability] + driven
-    is_still = not any(root.angular or root.growth for root in roots)  # nothing swings, as in free fall
+    # It is a question about an equilibrium, and none where nothing swings, as in free fall.
+    is_quiet = document.equilibrium is None or not any(root.angular or root.growth for root in roots)
     return [
         *shown_anyway,
         Field("eigenvalues", [{"re": re, "im": im} for re, im in pairs]),
         field_of("hamilton", "frequencies", frequencies, unit="rad/s" if numeric else "", **changes),
-        field_of("hamilton", "stability", stability, words=words, diagnostic=is_still),
+        field_of("hamilton", "stability", stability, words=words, diagnostic=is_quiet),
     ]
 
 

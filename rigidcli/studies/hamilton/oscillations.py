@@ -331,5 +331,5 @@ def _kind(root: Root) -> str:
     if root.is_stable is None:
         return "depends on the parameters"
     if not root.is_stable:
-        return "grows" if root.growth else "grows by powers of the time"
+        return "grows" if root.growth else "grows like a power of t"
     return "decays" if root.growth else "stable"
