@@ -33,7 +33,7 @@ from rigidcli.studies.results import RESULTS
 MOST_LINES = {
     "algebra": 3015,  # sizes count nodes; conserved quantities have parameters as coefficients
     "bodies": 5722,  # digits that were typed, silences that are told, prisms, files as others write them
-    "cli": 2068,  # sheets, gradebooks and wide rows; a starter names the next command
+    "cli": 2228,  # sheets, gradebooks and wide rows; a starter names the next command
     "core": 4843,  # orbits from many starts in arrays, stiff systems, jumps at stops, motion to and fro
     "document": 3490,  # cures for people who know other tools; constraints, observables
     "fields": 2083,  # a section reads on with the key that is meant
@@ -41,8 +41,8 @@ MOST_LINES = {
     "language": 2921,  # one reader, with readings; one pattern of decimal numbers for all rooms
     "mechanics": 3304,  # constraints, generating functions, conserved quantities by Noether's theorem
     "reference": 578,  # examples of keys, and the words of a course
-    "render": 2939,  # results stand beside the figures of a page, with each name once
-    "studies": 8221,  # constraints, observables, bodies in space, many orbits, periods
+    "render": 2956,  # results stand beside the figures of a page, with each name once
+    "studies": 8228,  # constraints, observables, bodies in space, many orbits, periods
     "": 1695,  # fields of a result are attributes; settings that nothing uses are refused in Python
 }
 """The most lines of Python that each room may have; "" is what stands at the top.
@@ -90,7 +90,7 @@ def test_a_shape_has_the_name_under_which_it_is_listed(name: str) -> None:
 
 def test_every_format_is_a_module_and_every_module_a_format() -> None:
     assert {*FORMATS, "html"} == set(CheckFormat)
-    helpers = {"terminal", "values", "plots", "programs", "several", "units", "web"}
+    helpers = {"prose", "terminal", "values", "plots", "programs", "several", "units", "web"}
     modules = {traits.module or format.value for format, traits in TRAITS.items()}
     assert _names("rigidcli.render") - helpers == modules
     assert all(callable(renderer(name)) for name in Format)
@@ -100,7 +100,7 @@ def test_every_format_is_a_module_and_every_module_a_format() -> None:
 def test_every_study_and_command_is_listed_and_has_its_modules() -> None:
     helpers = {"body", "common", "ensembles", "pictures", "results", "robots", "rotor", "steps"}
     assert _names("rigidcli.studies") - helpers == set(STUDIES)
-    parts = {"app", "computing", "failures", "folder", "options", "output", "work"}
+    parts = {"app", "computing", "failures", "folder", "gallery", "options", "output", "work"}
     others = {row.module for row in COMMANDS.values() if not row.needs}
     assert _names("rigidcli.cli") - parts == others
     program = typer.main.get_command(app.app)
