@@ -15,10 +15,12 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping, Sequence
-from functools import cache, reduce
+from functools import cache
+from itertools import accumulate
 from typing import Any, TypeAlias
 
 import numpy as np
+from numpy.typing import NDArray
 
 from rigidcli.core.arithmetic import Floats
 from rigidcli.core.solution import Elements, Flow, Function, State, Stop, Stopped
@@ -90,6 +92,11 @@ The error is in units of the tolerance. Where it is beyond 1, or NaN, the other 
 """
 
 
+def slices(blocks: Sequence[int]) -> list[slice]:
+    """Where each of adjacent blocks of these sizes is."""
+    return [slice(end - size, end) for size, end in zip(blocks, accumulate(blocks), strict=True)]
+
+
 def _sum(weights: dict[int, float], variable: int) -> str:
     return " + ".join(f"{weight!r}*k{stage}_{variable}" for stage, weight in weights.items())
 
@@ -125,23 +132,8 @@ def source(blocks: Sequence[int]) -> str:
     # Of a number that is not finite, nought times it is NaN: neither a maximum nor a comparison hides it.
     lines.append("error += 0.0*check")
     lines.append("if not error <= 1.0: return error, y, k")
-    return _written(lines, sum(blocks))
-
-
-def source_for_arrays(blocks: Sequence[int]) -> str:
-    """The text of the same step for arrays, one number for each of many starts, without a branch."""
-    lines, first = _stages(sum(blocks)), 0
-    for number, size in enumerate(blocks):
-        block = range(first, first := first + size)
-        sizes = [_norm("y", block), _norm("z", block), f"a*{_norm('k0_', block)}"]
-        sizes += [f"a*floors[{number}]", f"least[{number}]"]
-        lines.append(f"p, q, m = {_norm('p', block)}, {_norm('q', block)}, {sizes[0]}")
-        lines += [f"m = maximum(m, {size})" for size in sizes[1:]]
-        # Without an error of order 5, p is zero, and p/p is not to be used.
-        lines.append("e = maximum(p*(p/hypot(p, 0.1*q)), q*lax)*(a/m)/tolerance")
-        lines.append("error = maximum(error, where(p == 0, 0.0, e))")
-    lines.append("error = error + 0.0*check")
-    return _written(lines, sum(blocks))
+    lines += [f"z = ({_row('z', sum(blocks))})", "k = f(t + h, *z)", "return error + 0.0*sum(k), z, k"]
+    return "\n ".join(["def step(f, t, h, y, k, floors, least, tolerance):", *lines])
 
 
 def _row(letter: str, count: int) -> str:
@@ -149,7 +141,7 @@ def _row(letter: str, count: int) -> str:
 
 
 def _stages(count: int) -> list[str]:
-    """The statements of a step up to its errors, for floats or arrays."""
+    """The statements of a step up to its errors."""
     every = range(count)
     lines = [f"{_row('y', count)} = y", f"{_row('k0_', count)} = k", "a = abs(h)", "lax = tolerance**0.75"]
     for stage, (node, weights) in enumerate(zip(NODES, STAGES, strict=True)):
@@ -164,12 +156,6 @@ def _stages(count: int) -> list[str]:
     return [*lines, "error = 0.0", f"check = {' + '.join(f'z{i}' for i in every)}"]
 
 
-def _written(lines: Sequence[str], count: int) -> str:
-    """The text of a step with these statements, and those of its end."""
-    end = [f"z = ({_row('z', count)})", "k = f(t + h, *z)", "return error + 0.0*sum(k), z, k"]
-    return "\n ".join(["def step(f, t, h, y, k, floors, least, tolerance):", *lines, *end])
-
-
 @cache
 def stepper(blocks: tuple[int, ...]) -> Step:
     """The code of `source`, ready to run."""
@@ -177,41 +163,102 @@ def stepper(blocks: tuple[int, ...]) -> Step:
     return step
 
 
-OF_FLOATS: Mapping[str, Any] = {"abs": abs, "hypot": math.hypot, "max": max, "range": range, "sum": sum}
-
-OF_ARRAYS: Mapping[str, Any] = {
-    "abs": abs,
-    "hypot": lambda *sides: reduce(np.hypot, sides),
-    "maximum": np.maximum,
-    "sum": sum,
-    "where": np.where,
-}
-
-
-def compiled(text: str, allowed: Mapping[str, Any] = OF_FLOATS) -> Any:
+def compiled(text: str) -> Any:
     """The function `step` that a text defines, which was written from tables and sizes alone."""
-    names: dict[str, Any] = {"__builtins__": {}, **allowed}
+    names: dict[str, Any] = {"__builtins__": {}, "abs": abs, "hypot": math.hypot, "max": max}
+    names |= {"range": range, "sum": sum}
     exec(text, names)  # noqa: S102 - no part of it is anybody's input
     return names["step"]
 
 
+def _full(numbers: Mapping[int, float], count: int) -> Floats:
+    return np.array([numbers.get(stage, 0.0) for stage in range(count)])
+
+
+A_ROWS = [_full(row, stage) for stage, row in enumerate(STAGES)]
+B_ROW, ERROR_5_ROW, B_3_ROW = (_full(row, len(STAGES)) for row in (WEIGHTS, ERROR_5, WEIGHTS_3))
+
+COLUMNS = 16
+"""Arrays of states have a multiple of so many columns in products with the tableau.
+
+A product of matrices adds up the last columns beyond such a multiple in another order: then a solution would
+depend on the place of its column.
+"""
+
+
+def padded(count: int) -> NDArray[np.int_]:
+    """The numbers below `count`, the last of them repeated up to a multiple of COLUMNS."""
+    return np.minimum(np.arange(-(-count // COLUMNS) * COLUMNS), count - 1)
+
+
+def slopes_of(f: Elements, t: Floats, y: Floats) -> Floats:
+    """The derivatives (n by m) at times t (m) and states y (n by m)."""
+    slopes = np.empty_like(y)
+    for slope, row in zip(slopes, f(t, *y), strict=False):
+        slope[:] = row
+    return slopes
+
+
+def combined(weights: Floats, stages: Floats) -> Floats:
+    """The sum of stages (s by n by m) with weights (s), where m is a multiple of COLUMNS."""
+    total: Floats = np.dot(weights, stages.reshape(len(stages), -1)).reshape(stages.shape[1:])
+    return total
+
+
+def array_stages(f: Elements, t: Floats, h: Floats, y: Floats, k: Floats) -> Floats:
+    """The stages (12 by n by m) of a step for each column: from y (n by m) with slope k at t (m) by h (m)."""
+    stages = np.empty((len(STAGES), *y.shape))
+    stages[0] = k
+    for stage, node, row in zip(range(len(STAGES)), NODES, A_ROWS, strict=True):
+        if stage:
+            stages[stage] = slopes_of(f, t + node * h, y + h * combined(row, stages[:stage]))
+    return stages
+
+
 def array_step(f: Elements, t: Floats, h: Floats, y: Floats) -> Floats:
-    """One step of the method for each column: from y (n by k) at t (k) by h (k)."""
-    stages: list[Floats] = []
-    for node, weights in zip(NODES, STAGES, strict=True):
-        slopes = np.empty_like(y)
-        for row, slope in zip(slopes, f(t + node * h, *_moved(y, h, stages, weights)), strict=True):
-            row[:] = slope
-        stages.append(slopes)
-    return _moved(y, h, stages, WEIGHTS)
+    """One step of the method for each column: from y (n by m) at t (m) by h (m)."""
+    every = padded(len(t))
+    stages = array_stages(f, t[every], h[every], y[:, every], slopes_of(f, t[every], y[:, every]))
+    return y + h * combined(B_ROW, stages)[:, : len(t)]
 
 
-def _moved(y: Floats, h: Floats, stages: Sequence[Floats], weights: Mapping[int, float]) -> Floats:
-    # Added one by one: a sample must not depend on the others, as it does in a matrix product.
-    total = np.zeros_like(y)
-    for stage, weight in weights.items():
-        total += weight * stages[stage]
-    return y + h * total
+def array_step_with_error(
+    f: Elements,
+    t: Floats,
+    h: Floats,
+    y: Floats,
+    k: Floats,
+    sizes: Floats,
+    tolerance: float,
+    parts: Sequence[slice],
+) -> tuple[Floats, Floats, Floats]:
+    """The errors (m) of one step for each column, the states after it, and their slopes, as `Step` has them.
+
+    `sizes` (blocks by m) are those to which errors of blocks are relative at least; `parts` are the rows of
+    each block. The number of columns is a multiple of COLUMNS.
+    """
+    stages = array_stages(f, t, h, y, k)
+    slope = combined(B_ROW, stages)
+    after = y + h * slope
+    p, q, *others = (
+        norms(rows, parts)
+        for rows in (combined(ERROR_5_ROW, stages), slope - combined(B_3_ROW, stages), y, after, h * k)
+    )
+    size = sizes
+    for other in others:
+        size = np.maximum(size, other)
+    errors = np.maximum(p * (p / np.hypot(p, 0.1 * q)), q * tolerance**0.75) * (h / size) / tolerance
+    # Without an error of order 5, p is zero, and p/p is not to be used.
+    error = np.where(p == 0, 0.0, errors).max(axis=0)
+    slopes = slopes_of(f, t + h, after)
+    return error + 0.0 * (after.sum(axis=0) + slopes.sum(axis=0)), after, slopes
+
+
+def norms(rows: Floats, parts: Sequence[slice]) -> Floats:
+    """The norm (blocks by m) of each block of rows (n by m)."""
+    if parts[-1].stop == len(parts):  # each is of one row
+        return np.abs(rows[: len(parts)])
+    return np.array([np.hypot.reduce(rows[part], axis=0) for part in parts])
 
 
 BLOCK = 32_768

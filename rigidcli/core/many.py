@@ -8,10 +8,8 @@ The stages and the error of a step are those of `dormand_prince`, with its numbe
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import cache
-from itertools import accumulate
 from typing import Any, NamedTuple, TypeAlias
 
 import numpy as np
@@ -25,8 +23,8 @@ from rigidcli.core.solution import ORIGIN, SHORTEST, Elements, Flow
 MOST_TOGETHER = 20_000
 """The most steps of a start among others: the few that need more are quicker alone."""
 
-TOGETHER = 16_384
-"""Floats of the states that are worked at once, so that the arrays of the stages stay in the cache."""
+AT_ONCE = 16_384
+"""Floats of the states that are stepped at once, so that the arrays of the stages stay in the cache."""
 
 Marks: TypeAlias = NDArray[np.bool_]
 
@@ -47,31 +45,31 @@ class Paths:
 class Problem(NamedTuple):
     """The equations y' = f(t, y) of n variables, and how they are solved: the arguments of `integrate`.
 
-    `moving` gives the functions whose zeros and extremes may hide a narrow wall.
+    `parts` are the slices of the blocks of variables whose errors are bounded. Variables behind the last of
+    them may be parameters, which have no slope, or integrals. `moving` gives the functions whose zeros and
+    extremes may hide a narrow wall. `longest` may differ from start to start (m).
     """
 
     flow: Flow
     roundings: Flow | None
     moving: Flow
-    blocks: tuple[int, ...]
+    parts: Sequence[slice]
     tolerance: float
-    longest: float
+    longest: float | Floats
     stops: Sequence[float]
 
 
 def paths(problem: Problem, starts: Floats, times: Floats) -> Paths:
     """The solutions from `starts` (n by m) at t = 0, at the `times` (k), to the last of them."""
-    size = max(256, TOGETHER // len(starts))
-    parts = [
-        _Lanes(problem, starts[:, first : first + size], times).followed()
-        for first in range(0, starts.shape[1], size)
-    ]
-    return Paths(
-        np.concatenate([part.states for part in parts], axis=2),
-        np.concatenate([part.steps for part in parts]),
-        np.concatenate([part.largest for part in parts], axis=1),
-        np.concatenate([part.alone for part in parts]),
-    )
+    count, size = starts.shape[1], max(256, AT_ONCE // len(starts))
+    longest = np.broadcast_to(problem.longest, count)
+    parts = []
+    for first in range(0, count, size):
+        some = first + dormand_prince.padded(min(size, count - first))
+        part = _Lanes(problem._replace(longest=longest[some]), starts[:, some], times).followed()
+        real = min(size, count - first)
+        parts.append([each[..., :real] for each in (part.states, part.steps, part.largest, part.alone)])
+    return Paths(*(np.concatenate(each, axis=-1) for each in zip(*parts, strict=True)))
 
 
 def twice(problem: Problem, starts: Floats, times: Floats) -> tuple[Paths, Paths]:
@@ -80,40 +78,63 @@ def twice(problem: Problem, starts: Floats, times: Floats) -> tuple[Paths, Paths
     return paths(problem, starts, times), paths(problem._replace(tolerance=other), starts, times)
 
 
-@cache
-def _stepper(blocks: tuple[int, ...]) -> Callable[..., Any]:
-    """A step of `dormand_prince.source` for arrays."""
-    step: Callable[..., Any] = dormand_prince.compiled(
-        dormand_prince.source_for_arrays(blocks), dormand_prince.OF_ARRAYS
-    )
-    return step
+class _Going(NamedTuple):
+    """What belongs to each start on its way; all arrays have a column for each start.
+
+    These are the time, the length of the next step, the state and its slope, the least sizes and the floors
+    of the blocks, the largest sizes so far, the number of steps, and how often the next step has failed. The
+    last two have the times (first row) and the watched values at the ends of the last two steps.
+    """
+
+    t: Floats
+    h: Floats
+    y: Floats
+    k: Floats
+    least: Floats
+    floors: Floats
+    largest: Floats
+    steps: Floats
+    failures: Floats
+    older: Floats
+    last: Floats
+
+    def taken(self, places: NDArray[np.int_]) -> _Going:
+        return _Going(*(part[..., places] for part in self))
 
 
 class _Lanes:
-    """Starts on their way. What is not over all of them is over the `active` ones, which go on."""
+    """Starts on their way; their number is a multiple of `dormand_prince.COLUMNS`."""
 
     def __init__(self, problem: Problem, starts: Floats, times: Floats, most: int = MOST_TOGETHER) -> None:
         self.problem, self.times, self.most = problem, times, most
         self.f, self.moving = problem.flow(np), problem.moving(np)
-        count = starts.shape[1]
+        self.measured, count = problem.parts[-1].stop, starts.shape[1]
         self.end = float(times[-1])
-        self.longest = min(problem.longest, self.end)
+        self.longest = np.minimum(problem.longest, self.end)
         self.states = np.full((len(times), len(starts), count), np.nan)
         self.next = np.full(count, np.searchsorted(times, 0.0, side="right"))
         self.states[: self.next[0]] = starts
-        self.steps, self.largest = np.zeros(count, dtype=int), np.abs(starts)
         self.alone = np.zeros(count, dtype=bool)
         self.wanted: list[tuple[Any, ...]] = []
-        self.t, self.y = np.zeros(count), starts.copy()
-        self.k = _rows(self.f, self.t, self.y)
-        self.h = np.full(count, min(self.end / 1000, self.longest))
-        self.least = np.full((len(problem.blocks), count), LEAST)
-        watched = _rows(self.moving, self.t, self.y)
-        self.before = [[self.t.copy(), watched.copy()] for _ in range(2)]
+        t, blocks = np.zeros(count), (len(problem.parts), count)
+        watched = np.vstack([t, _rows(self.moving, t, starts)])
+        self.all = _Going(
+            t,
+            np.minimum(self.end / 1000, self.longest),
+            starts.copy(),
+            dormand_prince.slopes_of(self.f, t, starts),
+            np.full(blocks, LEAST),
+            np.zeros(blocks),
+            np.abs(starts),
+            np.zeros(count),
+            np.zeros(count),
+            watched.copy(),
+            watched,
+        )
 
     def followed(self) -> Paths:
         with np.errstate(all="ignore"):
-            self.alone |= ~np.isfinite(self.k).all(axis=0)
+            self.alone |= ~np.isfinite(self.all.k).all(axis=0)
             self._find_least()
             for goal, beyond in sides(0.0, self.problem.stops, self.end):
                 self._march(goal)
@@ -121,97 +142,99 @@ class _Lanes:
                     self._cross(goal, beyond)
             self._sample()
         self.alone |= ~np.isfinite(self.states).all(axis=(0, 1))
-        return Paths(self.states, self.steps, self.largest, self.alone)
+        return Paths(self.states, self.all.steps.astype(int), self.all.largest, self.alone)
 
     def _find_least(self) -> None:
         """Give a block that begins with nothing, and at rest, a least size, as `least_sizes` does."""
-        parts = _parts(self.problem.blocks)
-        empty = np.array([~(self.y[part].any(axis=0) | self.k[part].any(axis=0)) for part in parts])
+        parts, (y, k) = self.problem.parts, (self.all.y, self.all.k)
+        empty = np.array([~(y[part].any(axis=0) | k[part].any(axis=0)) for part in parts])
         if empty.any() and len(parts) > 1:
             crude = self.problem._replace(
-                blocks=(len(self.y),), tolerance=1e-6, moving=lambda _: lambda *_: ()
+                parts=[slice(self.measured)], tolerance=1e-6, moving=lambda _: lambda *_: ()
             )
-            largest = _Lanes(crude, self.y, self.times[-1:], 4 * ROUND).followed().largest
-            sizes = np.array([np.hypot.reduce(largest[part], axis=0) for part in parts])
-            self.least = np.maximum(1e-3 * sizes * empty, LEAST)
+            largest = _Lanes(crude, y, self.times[-1:], 4 * ROUND).followed().largest
+            self.all.least[:] = np.maximum(1e-3 * dormand_prince.norms(largest, parts) * empty, LEAST)
 
     def _cross(self, goal: float, beyond: float) -> None:
         """Go beyond a stop, at which the slopes may jump, as `runge_kutta` does."""
-        h = beyond - goal
-        slopes = _rows(self.f, np.full_like(self.t, beyond), self.y + h * self.k)
-        jumps = np.linalg.norm(slopes - self.k, axis=0) > 0.01 * np.maximum(*(
-            np.linalg.norm(each, axis=0) for each in (slopes, self.k)
+        h, (t, _, y, k, *_) = beyond - goal, self.all
+        slopes = dormand_prince.slopes_of(self.f, np.full_like(t, beyond), y + h * k)
+        jumps = np.linalg.norm(slopes - k, axis=0) > 0.01 * np.maximum(*(
+            np.linalg.norm(each, axis=0) for each in (slopes, k)
         ))  # fmt: skip
         go = jumps if goal == 0 else np.ones_like(jumps)
-        self.y = np.where(go, self.y + h * (self.k + slopes) / 2, self.y)
-        self.t = np.where(go, beyond, self.t)
-        self.k = _rows(self.f, self.t, self.y)
+        np.copyto(y, y + h * (k + slopes) / 2, where=go)
+        np.copyto(t, beyond, where=go)
+        k[:] = dormand_prince.slopes_of(self.f, t, y)
 
     def _march(self, goal: float) -> None:
         """Follow all starts to the goal; those that do not get there are `alone`."""
-        step, f = _stepper(self.problem.blocks), self.f
-        active = np.flatnonzero(~self.alone & (self.t < goal))
-        t, h, y, k, least = (a[..., active] for a in (self.t, self.h, self.y, self.k, self.least))
-        old, last = ([time[active], values[:, active]] for time, values in self.before)
-        large, steps = self.largest[:, active], self.steps[active]
-        failures, turn = np.zeros(len(active), dtype=int), 0
-        while len(active):
-            if not turn % ROUND:
-                floors = self._floors(t, y, k, h)
-            left = goal - t
-            to = np.where(left <= h, goal, t + np.where(left < 2 * h, left / 2, h))
-            error, after, slopes = step(f, t, to - t, y, k, floors, least, self.problem.tolerance)
-            good, h = (error <= 1.0) & (left > 0), to - t
-            scaled = np.where(error > 0, 0.9 / np.sqrt(np.sqrt(np.sqrt(error))), 6.0)
-            longer = np.clip(np.minimum(scaled, np.where(failures > 0, 1.0, 6.0)), 0.3, 6.0)
-            shorter = np.where(error < np.inf, np.maximum(0.1, scaled), 0.25)
-            failures = np.where(good, 0, failures + (left > 0))
-            self._want(active, t, to, y, good)
-            steps += good
-            bad = (failures > 40) | (steps > self.most)
-            bad |= h < SHORTEST * np.maximum(t, ORIGIN * self.end)
-            np.copyto(t, to, where=good)
-            for whole, rows in ((y, after), (k, slopes)):
-                for old_row, row in zip(whole, rows, strict=True):
-                    np.copyto(old_row, row, where=good)
-            np.maximum(large, np.abs(y), out=large)
-            h = np.minimum(h * np.where(good, longer, shorter), self.longest)
-            if len(last[1]):
-                now = _rows(self.moving, t, y)
-                bad |= good & _narrow((*old, *last, t, now))
-                old = [np.where(good, new, value) for value, new in zip(old, last, strict=True)]
-                last = [np.where(good, new, value) for value, new in zip(last, (t, now), strict=True)]
-            bad &= left > 0
-            self.alone[active[bad]] = True
-            turn += 1
-            done = bad | (t == goal)
+        done, active, going, turn = self.alone | (self.all.t >= goal), np.arange(len(self.alone)), self.all, 0
+        while True:
             if done.sum() > len(done) // 8 or done.all():
-                pairs = [(self.t, t), (self.h, h), (self.y, y), (self.k, k)]
-                pairs += [(self.largest, large), (self.steps, steps)]
-                pairs += [*zip(self.before[0], old, strict=True), *zip(self.before[1], last, strict=True)]
-                for whole, part in pairs:
-                    whole[..., active] = part
-                keep = ~done
-                active, failures = active[keep], failures[keep]
-                t, h, y, k, least, floors = (a[..., keep] for a in (t, h, y, k, least, floors))
-                large, steps = large[:, keep], steps[keep]
-                old, last = ([value[..., keep] for value in values] for values in (old, last))
+                if turn:
+                    for whole, part in zip(self.all, going, strict=True):
+                        whole[..., active] = part
+                if done.all():
+                    return
+                # Some that are done fill the columns up.
+                rest = np.argsort(done, kind="stable")[: len(dormand_prince.padded((~done).sum()))]
+                active = active[rest]
+                going = self.all.taken(active)
+            if not turn % ROUND:
+                going.floors[:] = self._floors(going)
+            going, bad = self._stepped(goal, active, going)
+            self.alone[active[bad]] = True
+            done = self.alone[active] | (going.t == goal)
+            turn += 1
 
-    def _floors(self, t: Floats, y: Floats, k: Floats, h: Floats) -> Floats:
+    def _stepped(self, goal: float, active: NDArray[np.int_], going: _Going) -> tuple[_Going, Marks]:
+        """The starts after one try of a step each, and which of them are to be followed alone."""
+        t, h, y, k, least, floors, largest, steps, failures, older, last = going
+        left = goal - t
+        is_going = left > 0
+        to = np.where(left <= h, goal, t + np.where(left < 2 * h, left / 2, h))
+        h = to - t
+        error, after, slopes = dormand_prince.array_step_with_error(
+            self.f, t, h, y, k, np.maximum(floors * h, least), self.problem.tolerance, self.problem.parts
+        )
+        good = (error <= 1.0) & is_going
+        self._want(active, t, to, y, good)
+        scaled = np.where(error > 0, 0.9 / np.sqrt(np.sqrt(np.sqrt(error))), 6.0)
+        longer = np.clip(np.minimum(scaled, np.where(failures > 0, 1.0, 6.0)), 0.3, 6.0)
+        shorter = np.where(error < np.inf, np.maximum(0.1, scaled), 0.25)
+        failures = np.where(good, 0, failures + is_going)
+        steps += good
+        bad = (failures > 40) | (steps > self.most) | (h < SHORTEST * np.maximum(t, ORIGIN * self.end))
+        for whole, part in ((t, to), (y, after), (k, slopes)):
+            np.copyto(whole, part, where=good)
+        np.maximum(largest, np.abs(y), out=largest)
+        h = np.minimum(h * np.where(good, longer, shorter), self.longest[active])
+        if len(last) > 1:
+            now = np.vstack([t, _rows(self.moving, t, y)])
+            bad |= good & _narrow(older, last, now)
+            older, last = np.where(good, last, older), np.where(good, now, last)
+        going = _Going(t, h, y, k, least, floors, largest, steps, failures, older, last)
+        return going, bad & is_going
+
+    def _floors(self, going: _Going) -> Floats:
         """As in `runge_kutta.floors`: the size of f, for each block, below which it is rounding errors."""
+        t, h, y, k, *_ = going
         noise = np.zeros_like(y)
+        rows = np.arange(len(y))[:, None]
         if self.problem.roundings is not None:
-            noise = EPS * _rows(self.problem.roundings(np), t, y)
-            noise = np.fmax(noise, np.abs(k - _rows(self.f, t, y + 4 * h * noise)))
-        for bit in range(max(1, (len(y) - 1).bit_length())):
-            signs = np.where(np.arange(len(y)) >> bit & 1, 1.0, -1.0)[:, None]
+            errors = EPS * dormand_prince.slopes_of(self.problem.roundings(np), t, y)
+            moved = np.abs(k - dormand_prince.slopes_of(self.f, t, y + 4 * h * errors))
+            noise = np.fmax(errors, moved)
+        for bit in range(max(1, (self.measured - 1).bit_length())):
+            signs = np.where(rows < self.measured, np.where(rows >> bit & 1, 1.0, -1.0), 0.0)
             for move in (-5 * EPS, -3 * EPS, 3 * EPS, 5 * EPS):
-                other = _rows(self.f, t * (1 + move), y * (1 + move * signs))
+                other = dormand_prince.slopes_of(self.f, t * (1 + move), y * (1 + move * signs))
                 noise = np.fmax(noise, np.abs(k - other))
-        sizes = [np.hypot.reduce(noise[part], axis=0) for part in _parts(self.problem.blocks)]
-        return np.nan_to_num(2 * np.array(sizes) / self.problem.tolerance, posinf=0.0)
+        sizes = dormand_prince.norms(noise, self.problem.parts)
+        return np.nan_to_num(2 * sizes / self.problem.tolerance, posinf=0.0)
 
-    def _want(self, active: Any, t: Floats, to: Floats, y: Floats, good: Marks) -> None:
+    def _want(self, active: NDArray[np.int_], t: Floats, to: Floats, y: Floats, good: Marks) -> None:
         """Remember the samples inside the steps that are good."""
         first = self.next[active]
         last = np.where(good, np.searchsorted(self.times, to, side="right"), first)
@@ -233,22 +256,21 @@ class _Lanes:
             self.states[place, :, which] = dormand_prince.array_step(self.f, t, self.times[place] - t, y).T
 
 
-def _parts(blocks: Sequence[int]) -> list[slice]:
-    return [slice(end - size, end) for size, end in zip(blocks, accumulate(blocks), strict=True)]
-
-
 def _rows(f: Elements, t: Floats, y: Floats) -> Floats:
     rows = f(t, *y)
     return np.array([np.broadcast_to(row, t.shape) for row in rows]).reshape(len(rows), *t.shape)
 
 
-def _narrow(knots: tuple[Floats, ...]) -> Marks:
-    """Whether two steps may go over something narrow, by three values (f by m) of what is watched.
+def _narrow(first: Floats, second: Floats, third: Floats) -> Marks:
+    """Whether two steps may go over something narrow, by the watched values at their three ends.
+
+    The first row of each is the times (1 + f by m).
 
     A parabola through them, or the way from one to the next, then comes much nearer to zero than both ends
     are, and changes by more than 1.
     """
-    t0, v0, t1, v1, t2, v2 = knots
+    (t0, *_), (t1, *_), (t2, *_) = first, second, third
+    v0, v1, v2 = first[1:], second[1:], third[1:]
     slope, other = (v1 - v0) / (t1 - t0), (v2 - v1) / (t2 - t1)
     bend = (other - slope) / (t2 - t0)
     middle = t1 - (slope + bend * (t1 - t0)) / (2 * bend)  # where the parabola turns

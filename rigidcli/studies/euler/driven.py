@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from rigidcli.core import integrate, many, rotation
 from rigidcli.core.arithmetic import EPS, Floats
+from rigidcli.core.dormand_prince import slices
 from rigidcli.core.estimate import MISSED, Watched, compared, foreseen, rounding, unshared
 from rigidcli.core.solution import Flow, Solution, digits
 from rigidcli.document.document import Document
@@ -148,7 +149,9 @@ def together(document: Document, first: InitialValueProblem, starts: Starts) -> 
     moments, axes, turn, _, slopes, watched, _ = equations
     flow = code.function(slopes, rigid_body.STATE, {})
     longest = min(longest, motion.max_step or math.inf)
-    problem = many.Problem(flow, None, watched.moving, (4, 3), first.tolerance, longest, stops.tolist())
+    problem = many.Problem(
+        flow, None, watched.moving, slices((4, 3)), first.tolerance, longest, stops.tolist()
+    )
 
     def samples(places: range) -> tuple[Floats, Floats, Floats, NDArray[np.bool_]]:
         paths, second = many.twice(problem, _starts(starts(places), equations).T, first.times)
