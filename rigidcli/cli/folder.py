@@ -46,7 +46,7 @@ def write_folder(
     kinds: dict[str, str] = {}
     for part, last in ((parts[0], False), (parts[len(parts) // 2], False), (parts[-1], True)):
         task, places = part[-1 if last else 0]
-        kinds = parquet.joined(kinds, _kinds(task._replace(place=places[-1 if last else 0]), work))
+        kinds = parquet.joined(kinds, _kinds(task._replace(size=1, place=places[-1 if last else 0]), work))
     kinds = {name: kind or parquet.NUMBER for name, kind in kinds.items()}
     path.mkdir(parents=True, exist_ok=True)
     write = partial(_written, work=work, kinds=kinds, folder=path)
@@ -82,7 +82,7 @@ def _written(part: tuple[int, Part], work: Work, kinds: Mapping[str, str], folde
     number, some = part
     for task, places in some:
         for place in places:
-            for answer in answers(task._replace(place=place), work):
+            for answer in answers(task._replace(size=1, place=place), work):
                 failed = _failure(answer.outcome, kinds)
                 rows.append(
                     answer.outcome if failed is None else parquet.Piece(1, {ERROR: [failed.text]}, {})

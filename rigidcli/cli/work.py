@@ -24,6 +24,7 @@ if TYPE_CHECKING:
     from rigidcli.document.draft import Draft
     from rigidcli.document.load import Drafts
     from rigidcli.document.sweeps import Sweep
+    from rigidcli.studies.hamilton.orbit import OrbitSolution
 
 Watch: TypeAlias = Callable[[], AbstractContextManager[Callable[[float], None]]]
 """Makes a context that gives a function, which shows the share of the work that is done."""
@@ -34,6 +35,8 @@ FEW = 16
 TASKS, MOST_BLOCKS = 64, 16
 """Tasks of a large ensemble, and blocks of starts in a task: few, as each task reads the document again."""
 
+SWEPT, SWEPT_SAMPLES = 128, 500_000
+"""The most points of a sweep whose orbits are followed at once, and their samples: these take some 100 MB."""
 
 CLUSTER = 32
 """Processes that a cluster is taken to have."""
@@ -94,7 +97,9 @@ class Answer(NamedTuple):
 
 
 class Task(NamedTuple):
-    """A document at a `place` of a sweep, or some `starts` of its ensemble; or the failure to read it.
+    """A document at some places of a sweep, or some `starts` of its ensemble; or the failure to read it.
+
+    The places are so many as `size` from `place` on.
 
     `about` are notes on the whole file, which the first document of the file has.
     """
@@ -104,6 +109,7 @@ class Task(NamedTuple):
     about: Sequence[str] = ()
     sweep: Sweep | None = None
     place: int = 0
+    size: int = 1
     starts: range | None = None
 
 
@@ -122,7 +128,7 @@ def tasks(work: Work, files: Sequence[str], sweep: Sweep | None, jobs: Jobs) -> 
     """The tasks of all FILES, each made when it is needed, for this number of processes."""
     for task in documents(work, files, sweep, jobs):
         yield task
-        for place in range(1, 1 if task.sweep is None else task.sweep.count):
+        for place in range(task.size, 1 if task.sweep is None else task.sweep.count, task.size):
             yield task._replace(about=(), place=place)
 
 
@@ -141,14 +147,14 @@ def documents(work: Work, files: Sequence[str], sweep: Sweep | None, jobs: Jobs)
             continue
         for draft in drafts:
             try:
-                fitting = None if sweep is None else _fitting(draft, sweep, work.command)
+                fitting, size = (None, 1) if sweep is None else _fitting(draft, sweep, work.command)
                 blocks = _blocks(draft, jobs) if divided else (None,)
             except (RigidError, MemoryError) as error:
                 yield Task(draft.source, failure(error, draft.source), notes)
             else:
                 sent = draft.absolute() if isinstance(jobs, str) else draft
                 for starts in blocks:
-                    yield Task(draft.source, sent, notes, fitting, starts=starts)
+                    yield Task(draft.source, sent, notes, fitting, size=size, starts=starts)
                     notes = ()
             notes = ()
 
@@ -172,14 +178,21 @@ def _blocks(draft: Draft, jobs: Jobs) -> Sequence[range | None]:
     return [range(begin, min(begin + size, count)) for begin in range(0, count, size)]
 
 
-def _fitting(draft: Draft, sweep: Sweep, command: Command) -> Sweep:
-    """The sweep with the arithmetic of the document. Raises RigidError where no document has such keys."""
+def _fitting(draft: Draft, sweep: Sweep, command: Command) -> tuple[Sweep, int]:
+    """The sweep with the arithmetic of the document, and how many of its points are one task.
+
+    The size of a task does not depend on the number of processes, so that the rows do not.
+    Raises RigidError where no document has such keys.
+    """
     from rigidcli.document.load import is_exact, read
 
     first = sweep.settings(sweep.point(0))
-    exact = is_exact(draft, first)
+    exact, size = is_exact(draft, first), 1
     try:
-        ensemble = read(draft, first).ensemble
+        document = read(draft, first)
+        ensemble, orbit = document.ensemble, document.orbit
+        if orbit is not None and command.name == "hamilton":
+            size = max(1, min(SWEPT, SWEPT_SAMPLES // len(orbit.instants(1.0))))
         if ensemble is not None and command.section:
             raise UsageError(
                 f"a sweep has one row a value, and this document an ensemble of {len(ensemble):,} starts",
@@ -188,7 +201,7 @@ def _fitting(draft: Draft, sweep: Sweep, command: Command) -> Sweep:
     except DocumentError as error:
         if unknown := [problem for problem in error.problems if problem.code == UNKNOWN]:
             raise DocumentError(unknown) from None
-    return replace(sweep, exact=exact)
+    return replace(sweep, exact=exact), size
 
 
 def answers(task: Task, work: Work, watch: Watch | None = None) -> Iterator[Answer]:
@@ -209,29 +222,60 @@ def _answers(task: Task, work: Work, watch: Watch | None) -> Iterator[Answer]:
     from rigidcli.document.load import read
 
     assert not isinstance(task.draft, Failure)
-    files, settings = tuple[Any, ...](), list[str]()
+    if task.sweep is not None:
+        yield from _of_sweep(task, task.sweep, work)
+        return
+    files = tuple[Any, ...]()
     try:
-        if task.sweep is not None:
-            point = task.sweep.point(task.place)
-            settings = task.sweep.settings(point)
         with (watch or nullcontext)():  # a large file takes seconds
-            document = read(task.draft, settings)
+            document = read(task.draft)
         files = tuple(document.files)
         if document.ensemble is not None and work.command.section:
             yield from _of_ensemble(document, work, task.starts)
             return
-        report = work.run(document, watch)
-        if task.sweep is not None:
-            units = {entry.key: entry.unit for entry in report.fields}
-            swept = (
-                Field(name, value, unit=unit or units.get(name, ""), cells={name: ()})
-                for name, value, unit in task.sweep.swept(point, document.exact_results)
-            )
-            report = replace(report, swept=tuple(swept))
-        yield work.answer(report, files)
+        yield work.answer(work.run(document, watch), files)
     except (RigidError, MemoryError) as error:
-        failed = failure(error, task.source)._replace(place=", ".join(settings))
-        yield Answer(task.source, failed, files=files)
+        yield Answer(task.source, failure(error, task.source), files=files)
+
+
+def _of_sweep(task: Task, sweep: Sweep, work: Work) -> Iterator[Answer]:
+    """The answers at some points of a sweep; their orbits are followed at once where that is possible."""
+    from rigidcli.document.load import read
+
+    assert not isinstance(task.draft, Failure)
+    points: list[tuple[Sequence[str], Document | Failure]] = []
+    for place in range(task.place, min(task.place + task.size, sweep.count)):
+        settings = list[str]()
+        try:
+            settings = sweep.settings(sweep.point(place))
+            points.append((sweep.point(place), read(task.draft, settings)))
+        except (RigidError, MemoryError) as error:
+            points.append(((), failure(error, task.source)._replace(place=", ".join(settings))))
+    documents = [one for _, one in points if not isinstance(one, Failure)]
+    orbits: Sequence[OrbitSolution | None] = [None] * len(documents)
+    if task.size > 1:
+        from rigidcli.studies.hamilton.many_orbits import swept
+
+        orbits = swept(documents)
+    followed = iter(orbits)
+    for point, document in points:
+        if isinstance(document, Failure):
+            yield Answer(task.source, document)
+            continue
+        files, options, orbit = tuple(document.files), work.options, next(followed)
+        if orbit is not None:
+            options = {**options, "followed": orbit}
+        try:
+            report = work._replace(options=options).run(document)
+            units = {entry.key: entry.unit for entry in report.fields}
+            fields = (
+                Field(name, value, unit=unit or units.get(name, ""), cells={name: ()})
+                for name, value, unit in sweep.swept(point, document.exact_results)
+            )
+            yield work.answer(replace(report, swept=tuple(fields)), files)
+        except (RigidError, MemoryError) as error:
+            failed = failure(error, task.source)._replace(place=", ".join(sweep.settings(point)))
+            yield Answer(task.source, failed, files=files)
 
 
 def _of_ensemble(document: Document, work: Work, starts: range | None) -> Iterator[Answer]:

@@ -80,15 +80,19 @@ def watched(
     arguments: Sequence[str],
     constants: Mapping[str, float],
     steps: Sequence[tuple[str, Node]] = (),
+    fixed: Sequence[str] = (),
 ) -> Watched:
-    """What an integrator of these slopes has to look at. The first of the `arguments` is the time."""
+    """What an integrator of these slopes has to look at. The first of the `arguments` is the time.
+
+    Those that are `fixed` do not change with it: functions of the time alone have them as arguments, too.
+    """
     trees, time = [*slopes, *(node for _, node in steps)], {arguments[0]}
     inner, waves = (
-        [(node, names_in(node) - constants.keys()) for node in sorted(parts, key=repr)]
+        [(node, names_in(node) - constants.keys() - {*fixed}) for node in sorted(parts, key=repr)]
         for parts in (insides(trees), phases(trees))
     )
     timed, periodic = (
-        function([node for node, names in parts if names == time], arguments[:1], constants)
+        function([node for node, names in parts if names == time], [*time, *fixed], constants)
         for parts in (inner, waves)
     )
     moving = [node for node, names in inner if names - time]

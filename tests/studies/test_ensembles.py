@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 import re
 from functools import partial
 from pathlib import Path
@@ -184,6 +185,37 @@ def test_each_of_many_orbits_is_the_one_that_it_is_alone(name: str) -> None:
         apart, miss = (np.abs((rows[place] - other) / size).max() for other in (values(alone)[:, some], true))
         assert apart < max(1e-9, 10 ** (0.5 - min(digits[place], alone["trusted_digits"])))
         assert miss < 10 ** (0.5 - digits[place])
+
+
+SWEEPS = yaml.safe_load((Path(__file__).parent / "sweeps.yaml").read_text())
+
+
+@pytest.mark.parametrize("name", SWEEPS)
+def test_each_orbit_of_a_sweep_is_the_one_that_it_is_alone(program: Program, name: str) -> None:
+    swept = dict(SWEEPS[name])
+    sweep, conserved = swept.pop("sweep"), {"H", *swept.pop("conserved", ())}
+    orbit = {"initial": swept.pop("initial"), "duration": 10, "samples": 7}
+    text = json.dumps({**swept, "orbit": orbit})
+    options = [part for key in sweep for part in ("--sweep", key)]
+    outcome = program("hamilton", "-q", "-f", "json", "-j", "1", *options, "-", stdin=text)
+    assert program("hamilton", "-q", "-f", "json", "-j", "2", *options, "-", stdin=text) == outcome
+    rows, refused = (
+        [json.loads(line) for line in outcome.out.splitlines()],
+        outcome.err.count("\nat ") + outcome.err.startswith("at "),
+    )
+    assert len(rows) + refused == math.prod(int(key.rpartition(":")[2]) for key in sweep)
+    for row in rows[::6]:
+        one = [f"--set={key}={value!r}" for key, value in row["swept"].items()]
+        alone = json.loads(program("hamilton", "-q", "-f", "json", *one, "-", stdin=text).out)
+        mine, other = row["orbit"], alone["orbit"]
+        within = max(1e-9, 10 ** (0.5 - min(mine["trusted_digits"], other["trusted_digits"])))
+        for kind in ("q", "p"):
+            for variable, values in other[kind].items():
+                assert mine[kind][variable] == pytest.approx(values, rel=within, abs=within)
+        assert mine["drift"].keys() == other["drift"].keys() >= conserved
+        assert max(mine["drift"].values()) < max(within, 10 * max(other["drift"].values()))
+        for key, found in alone.get("observables", {}).items():
+            assert row["observables"][key]["mean"] == pytest.approx(found["mean"], rel=within, abs=within)
 
 
 PENDULUM = {"coordinates": ["x"], "lagrangian": "xdot**2/2 + cos(x)"}

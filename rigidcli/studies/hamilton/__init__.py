@@ -48,15 +48,19 @@ def run(
     program: bool = False,
     picture: str | None = None,
     scene: bool = False,
+    followed: OrbitSolution | None = None,
 ) -> Report:
-    """Derive the equations of the document's system, and follow its orbit; `progress` gets the share done."""
+    """Derive the equations of the document's system, and follow its orbit; `progress` gets the share done.
+
+    The orbit may have been `followed` already, with others.
+    """
     if document.ensemble is not None:
         from rigidcli.studies.ensembles import require_one_start, whole
         from rigidcli.studies.hamilton.many_orbits import together as several
 
         require_one_start(document, {"picture": picture, "program": program})
         return whole(document, run, several)
-    findings = find(document, progress)
+    findings = find(document, progress, followed)
     limits = _constraints(findings)[1]
     tables = [
         *_branch_table(findings),

@@ -77,7 +77,7 @@ class Derivation:
         """The one way from momenta to velocities, if there is just one in closed form."""
         return self.branches[0] if len(self.branches) == 1 else None
 
-    @property
+    @cached_property
     def are_linear(self) -> bool:
         """Whether the momenta are linear functions of the velocities."""
         return self.momenta is not None and self.momenta.are_linear(self.velocity_names)

@@ -106,28 +106,44 @@ def symbolic_equations(derivation: Derivation) -> Equations:
     return _lagrange(derivation) if derivation.equations is None else _hamilton(derivation)
 
 
-def equations_of_motion(derivation: Derivation, initial: InitialState) -> EquationsOfMotion:
-    """The equations of motion of a system, and its initial state."""
-    equations, observe, flow, roundings, watched = _in_code(derivation, tuple(initial.parameters.items()))
+def equations_of_motion(
+    derivation: Derivation,
+    initial: InitialState,
+    swept: tuple[str, ...] = (),
+    integrands: Sequence[Expr] = (),
+) -> EquationsOfMotion:
+    """The equations of motion of a system, and its initial state.
+
+    Behind its own variables come the parameters that are `swept`, as variables at rest, and the integrals of
+    some functions of the state over the time.
+    """
+    constants = {name: value for name, value in initial.parameters.items() if name not in swept}
+    made = _in_code(derivation, tuple(constants.items()), swept, tuple(integrands))
+    equations, observe, flow, roundings, watched = made
     size, start = len(initial.q), equations.start(initial)
     if derivation.energy_changes:
         start = np.append(start, 0.0)
+    own = [*range(2 * size), *range(len(start), len(start) + len(swept))]
+    start = np.array([*start, *(initial.parameters[name] for name in swept), *(0.0 for _ in integrands)])
 
     def observed(times: Floats, states: Floats) -> tuple[Floats, Floats, Floats, Floats]:
-        rows = columns(observe)(times, *states[:, : 2 * size].T)
+        rows = columns(observe)(times, *states[:, own].T)
         return states[:, :size], rows[:size].T, rows[size:].sum(axis=0), rows[size:]
 
     def function(functions: Sequence[Expr]) -> Callable[[Floats, Floats], Floats]:
-        trees, arguments = [to_tree(e) for e in functions], [TIME, *equations.names]
-        f = columns(code.function(trees, arguments, initial.parameters, equations.steps))
-        return lambda times, states: f(times, *states[:, : 2 * size].T)
+        trees, arguments = [to_tree(e) for e in functions], [TIME, *equations.names, *swept]
+        f = columns(code.function(trees, arguments, constants, equations.steps))
+        return lambda times, states: f(times, *states[:, own].T)
 
     return EquationsOfMotion(flow, roundings, start, watched, observed, function)
 
 
 @lru_cache(maxsize=1)
 def _in_code(
-    derivation: Derivation, parameters: tuple[tuple[str, float], ...]
+    derivation: Derivation,
+    parameters: tuple[tuple[str, float], ...],
+    swept: tuple[str, ...],
+    integrands: tuple[Expr, ...],
 ) -> tuple[Equations, Flow, Flow, Flow, Watched]:
     """The equations of a system with values of its parameters, which serve all starts of an ensemble.
 
@@ -137,14 +153,17 @@ def _in_code(
     equations, constants = symbolic_equations(derivation), dict(parameters)
     slopes, arguments, steps = list(equations.slopes), [TIME, *equations.names], equations.steps
     observed = [to_tree(e) for e in (*equations.momenta, *equations.energy)]
-    observe = code.function(observed, arguments, constants, steps)
+    observe = code.function(observed, [*arguments, *swept], constants, steps)
     if derivation.energy_changes:
         arguments = [*arguments, ENERGY_CHANGE]
         slopes.append(to_tree(derivation.power))
+    arguments += [*swept, *(f"{ENERGY_CHANGE}.{place}" for place in range(len(integrands)))]
+    watching = code.watched(slopes, arguments, constants, steps, swept)
+    slopes += [*(to_tree(ZERO) for _ in swept), *map(to_tree, integrands)]
     flow, roundings = (
         code.function(nodes, arguments, constants, steps) for nodes in (slopes, list(map(rounding, slopes)))
     )
-    return equations, observe, flow, roundings, code.watched(slopes, arguments, constants, steps)
+    return equations, observe, flow, roundings, watching
 
 
 def _hamilton(derivation: Derivation) -> Equations:

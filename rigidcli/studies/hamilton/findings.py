@@ -56,8 +56,13 @@ def derived(document: Document) -> Derivation:
     return derivation
 
 
-def find(document: Document, progress: Callable[[float], None] | None) -> Findings:
-    """Derive, search and follow what a document asks for; what it does not ask is not imported."""
+def find(
+    document: Document, progress: Callable[[float], None] | None, followed: OrbitSolution | None = None
+) -> Findings:
+    """Derive, search and follow what a document asks for; what it does not ask is not imported.
+
+    Its orbit may have been `followed` already.
+    """
     derivation = derived(document)
     branches, orbit, transform, small, initial = derivation.branches, None, None, None, None
     observed: Observed | None = None
@@ -71,7 +76,7 @@ def find(document: Document, progress: Callable[[float], None] | None) -> Findin
 
         small = oscillations(document, document.equilibrium, derivation)
     if document.orbit is None:
-        searched = _searched(derivation)
+        searched = invariants_of(derivation)
         observed = observations(document, derivation)
     else:
         from rigidcli.studies.hamilton.orbit import initial_state, solve_orbit
@@ -79,12 +84,12 @@ def find(document: Document, progress: Callable[[float], None] | None) -> Findin
         require_values(document, "an orbit")
         require_formulas(document, [derivation.generator, *derivation.system.forces], "an orbit")
         derivation, initial = initial_state(document, document.orbit, derivation)
-        searched = _searched(derivation)
+        searched = invariants_of(derivation)
         observed = observations(document, derivation)
         functions = {f"observables.{name}": e for name, e in observed.functions.items()} if observed else {}
         starts = document.reading.starts
         passing = observed.events if observed else {}
-        orbit = solve_orbit(
+        orbit = followed or solve_orbit(
             document.orbit, derivation, initial, searched or (), progress, starts, functions, passing
         )
     libration = None
@@ -112,7 +117,7 @@ def observations(document: Document, derivation: Derivation) -> Observed | None:
 
 
 @lru_cache(maxsize=1)
-def _searched(derivation: Derivation) -> tuple[Expr, ...] | None:
+def invariants_of(derivation: Derivation) -> tuple[Expr, ...] | None:
     """Conserved quantities besides H and the momenta of cyclic coordinates; None where none is looked for."""
     hamiltonian = derivation.hamiltonian
     if derivation.is_forced or hamiltonian is None or not derivation.is_short:

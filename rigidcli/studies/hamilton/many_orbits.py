@@ -1,20 +1,22 @@
-"""The orbits of a system from many starts, in arrays, where all starts share their equations."""
+"""The orbits of a system from many starts, or for many values of its parameters, in arrays."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from itertools import groupby
+from typing import NamedTuple
 
 import numpy as np
 
-from rigidcli.algebra.expressions import Expr
+from rigidcli.algebra.expressions import Expr, symbol
 from rigidcli.algebra.trees import to_tree
 from rigidcli.core import dormand_prince, many
 from rigidcli.core.arithmetic import EPS, Floats
-from rigidcli.core.estimate import columns, foreseen
-from rigidcli.core.solution import digits
+from rigidcli.core.estimate import Watched, columns, foreseen
+from rigidcli.core.solution import Flow, digits
 from rigidcli.document.document import Document
+from rigidcli.document.orbit import Orbit
 from rigidcli.document.sampling import DEFAULT_TOLERANCE
 from rigidcli.errors import RigidError
 from rigidcli.language import code
@@ -29,13 +31,41 @@ from rigidcli.studies.hamilton.equations_of_motion import (
     equations_of_motion,
     terms,
 )
-from rigidcli.studies.hamilton.findings import Findings, derived, observations
-from rigidcli.studies.hamilton.orbit import OrbitSolution, initial_state
-
-METHOD = f"{dormand_prince.METHOD}, many starts at once"
+from rigidcli.studies.hamilton.findings import Findings, derived, invariants_of, observations
+from rigidcli.studies.hamilton.orbit import OrbitSolution, by_exponential, initial_state
 
 FEWEST = 16
-"""Starts from which on arrays are quicker than one start after the other."""
+"""Starts, or points of a sweep, from which on arrays are quicker than one orbit after the other."""
+
+
+class _Problem(NamedTuple):
+    """The equations of orbits that are followed at once, at which `times` they are sampled, and how.
+
+    `functions` of the state are sampled, too; the last variables are the integrals of so many `integrands`.
+    The drifts of the `conserved` momenta, and of further `invariants`, are told.
+    """
+
+    derivation: Derivation
+    motion: EquationsOfMotion
+    orbit: Orbit
+    times: Floats
+    functions: Mapping[str, Expr]
+    conserved: Sequence[Expr] = ()
+    invariants: Sequence[Expr] = ()
+    integrands: int = 0
+
+    def equations(self, longest: float | Floats, stops: Sequence[float]) -> many.Problem:
+        motion, orbit = self.motion, self.orbit
+        measured = 2 * len(self.derivation.phase.coordinates) + self.derivation.energy_changes
+        return many.Problem(
+            motion.flow,
+            motion.roundings,
+            motion.watched.moving,
+            dormand_prince.slices((1,) * measured),
+            float(orbit.tolerance or DEFAULT_TOLERANCE),
+            np.minimum(longest, orbit.max_step or math.inf),
+            stops,
+        )
 
 
 def together(
@@ -62,21 +92,13 @@ def together(
         return None
     observed = observations(document, derivation)
     functions = {f"observables.{name}": e for name, e in observed.functions.items()} if observed else {}
-    size = len(motion.start)
-    problem = many.Problem(
-        motion.flow,
-        motion.roundings,
-        motion.watched.moving,
-        (1,) * size,
-        float(orbit.tolerance or DEFAULT_TOLERANCE),
-        min(longest, orbit.max_step or math.inf),
-        stops.tolist(),
-    )
+    problem = _Problem(derivation, motion, orbit, times, functions)
+    equations, size = problem.equations(longest, stops.tolist()), len(motion.start)
 
     def samples(places: range) -> Iterator[StartReport | tuple[int, None]]:
         begin = np.zeros((size, len(places)))
         begin[: len(starts)] = starts[:, places.start : places.stop]
-        found, alone = _followed(problem, motion, derivation, begin, times, functions)
+        found, alone = _followed(problem, equations, begin)
         for is_alone, group in groupby(range(len(places)), key=lambda index: bool(alone[index])):
             some = list(group)
             if is_alone:
@@ -111,59 +133,158 @@ def _starts(
     return np.array([*q, *columns(formulas)(np.zeros(len(values)), *q, *v)])
 
 
+def swept(documents: Sequence[Document]) -> list[OrbitSolution | None]:
+    """The orbits of documents that differ in values only; None for those that are to be followed alone."""
+    found: list[OrbitSolution | None] = [None] * len(documents)
+    begun = {place: one for place, document in enumerate(documents) if (one := _begun(document)) is not None}
+    if not begun:
+        return found
+    (document, derivation, initial), *_ = begun.values()
+    # Others have another system, or are asked for at other times.
+    places = [place for place, one in begun.items() if one.derivation is derivation and one.is_like(document)]
+    if len(places) < FEWEST:
+        return found
+    orbit, values = document.orbit, [begun[place].initial.parameters for place in places]
+    assert orbit is not None
+    names = tuple(name for name, first in initial.parameters.items() if any(x[name] != first for x in values))
+    observed = observations(document, derivation)
+    functions = {f"observables.{name}": e for name, e in observed.functions.items()} if observed else {}
+    conserved = [symbol(f"p_{name}") for name in derivation.conserved_momenta]
+    try:
+        motions = [
+            equations_of_motion(derivation, begun[place].initial, names, [*functions.values()])
+            for place in places
+        ]
+        limits = [
+            _foreseen(motion.watched, [x[name] for name in names], orbit)
+            for motion, x in zip(motions, values, strict=True)
+        ]
+    except RigidError:
+        return found  # it is told of each of them
+    stops = limits[0][0]
+    if any(other != stops for other, _ in limits):
+        return found
+    problem = _Problem(
+        derivation,
+        motions[0],
+        orbit,
+        orbit.instants(1.0),
+        functions,
+        conserved,
+        invariants_of(derivation) or (),
+        len(functions),
+    )
+    equations = problem.equations(np.array([longest for _, longest in limits]), stops)
+    some, alone = _followed(problem, equations, np.column_stack([motion.start for motion in motions]))
+    for index, place in enumerate(places):
+        if not alone[index]:
+            found[place] = some([index])
+    return found
+
+
+class _Begun(NamedTuple):
+    """A document with the system of its orbit, and its initial state."""
+
+    document: Document
+    derivation: Derivation
+    initial: InitialState
+
+    def is_like(self, other: Document) -> bool:
+        """Whether the orbit of another document is asked for at the same times, and as accurately."""
+        one, two = self.document.orbit, other.orbit
+        assert one is not None
+        assert two is not None
+        same = (one.tolerance, one.max_step) == (two.tolerance, two.max_step)
+        return same and np.array_equal(one.instants(1.0), two.instants(1.0))
+
+
+def _begun(document: Document) -> _Begun | None:
+    """The beginning of an orbit that may go with others; None where it does not, or has none."""
+    orbit = document.orbit
+    if orbit is None or orbit.method != "auto" or orbit.events:
+        return None
+    try:
+        derivation, initial = initial_state(document, orbit, derived(document))
+        if derivation.system.constraints or (derivation.branch is not None and derivation.branch.conditions):
+            return None
+        end = float(orbit.instants(1.0)[-1])
+        is_linear = by_exponential(derivation, initial, end, orbit) is not None
+    except RigidError:
+        return None  # it is told where the document is worked
+    return None if is_linear else _Begun(document, derivation, initial)
+
+
+def _foreseen(watched: Watched, values: Sequence[float], orbit: Orbit) -> tuple[list[float], float]:
+    """The stops and the longest step of `estimate.foreseen` for these values of swept parameters."""
+
+    def with_values(flow: Flow) -> Flow:
+        return lambda module: lambda t: flow(module)(t, *values)
+
+    own = Watched(with_values(watched.timed), with_values(watched.phases), watched.moving)
+    stops, longest = foreseen(own, float(orbit.instants(1.0)[-1]), "the orbit")
+    return stops.tolist(), longest
+
+
 def _followed(
-    problem: many.Problem,
-    motion: EquationsOfMotion,
-    derivation: Derivation,
-    begin: Floats,
-    times: Floats,
-    functions: Mapping[str, Expr],
+    problem: _Problem, equations: many.Problem, begin: Floats
 ) -> tuple[Callable[[list[int]], OrbitSolution], list[bool]]:
     """The orbits from starts (n by m) as a function of some of their places, and which must go alone.
 
     All are integrated twice, and the digits are those that both share, as of a single orbit.
     """
-    paths, second = many.twice(problem, begin, times)
+    derivation, motion, _, times, functions, conserved, invariants, integrands = problem
+    paths, second = many.twice(equations, begin, times)
     alone = paths.alone | second.alone
     size, span = 2 * len(derivation.phase.coordinates), float(times[-1])
     scale = np.maximum(paths.largest, np.abs(paths.states).max(axis=0))[:size]
     scale = np.where(scale > 0, scale, 1.0)
     apart = np.abs((paths.states - second.states)[:, :size] / scale).max(axis=1)  # times by starts
+    roundings, observe = columns(motion.roundings), motion.function([*functions.values()])
+    sizes = {key: motion.function(terms(e)) for key, e in functions.items()}
+    kept = {str(e): motion.function(terms(e)) for e in (*conserved, *invariants)}
 
     def some(places: list[int]) -> OrbitSolution:
         states = paths.states[:, :, places].transpose(2, 0, 1)  # starts by times by variables
         every, flat = np.tile(times, len(places)), states.reshape(-1, states.shape[-1])
         coordinates, momenta, energy, parts = motion.observed(every, flat)
         error = float(apart[:, places].max(initial=0.0))
+        gained = flat[:, size] if derivation.energy_changes else np.zeros(len(energy))
+        drift = {"H": _drift((energy - gained).reshape(len(places), -1), parts)}
+        for name, function in kept.items():
+            values = function(every, flat)
+            drift[name] = _drift(values.sum(axis=0).reshape(len(places), -1), values)
         if not derivation.energy_changes:
-            values, sizes = (each.reshape(len(places), -1) for each in (energy, np.abs(parts).sum(axis=0)))
-            change = np.abs(values - values[:, :1]).max(axis=1)
-            error = max(error, float((change / np.where(change > 0, sizes.max(axis=1), 1.0)).max()))
+            error = max(error, drift["H"])
         steps = np.maximum(paths.steps[places], 1)
-        slopes = columns(motion.roundings)(every, *flat.T)[:size].reshape(size, len(places), -1).mean(axis=2)
+        slopes = roundings(every, *flat.T)[:size].reshape(size, len(places), -1).mean(axis=2)
         noise = (slopes / scale[:, places] * span / np.sqrt(steps)).max(initial=0.0)
-        rounding = EPS * max(noise, math.sqrt(steps.max()) + 4 * len(problem.stops))
-        further = motion.values([*functions.values()], every, flat) if functions else ()
+        rounding = EPS * max(noise, math.sqrt(steps.max()) + 4 * len(equations.stops))
         lost = times[(apart[:, places] > 0.1).any(axis=1)]
+        scales = {key: np.abs(function(every, flat)).sum(axis=0) for key, function in sizes.items()}
+        means = states[0, -1, states.shape[-1] - integrands :] / (span or 1.0)
         return OrbitSolution(
             every,
             coordinates,
             momenta,
             energy,
-            {},
-            (),
-            METHOD,
+            drift,
+            tuple(map(str, invariants)),
+            dormand_prince.METHOD,
             int(steps.sum()),
             flat[:, :size],
             0.0 if len(lost) else digits(max(error, rounding)),
             float(lost[0]) if len(lost) else None,
             None,
-            dict(zip(functions, further, strict=True)),
-            {},
-            {
-                key: float(np.abs(motion.values(terms(e), every, flat)).sum(axis=0).max())
-                for key, e in functions.items()
-            },
+            dict(zip(functions, observe(every, flat), strict=True)) if functions else {},
+            dict(zip(functions, map(float, means), strict=False)) if integrands else {},
+            {key: float(size.max()) for key, size in scales.items()},
         )
 
     return some, alone.tolist()
+
+
+def _drift(values: Floats, parts: Floats) -> float:
+    """The largest change of values (m by k), in units of the largest sum of the sizes of their terms."""
+    change = np.abs(values - values[:, :1]).max(axis=1)
+    sizes = np.abs(parts).sum(axis=0).reshape(values.shape).max(axis=1)
+    return float((change / np.where(change > 0, sizes, 1.0)).max())

@@ -287,7 +287,7 @@ def solve_orbit(
         )
         span, stops = (0.0, far), stops[stops < far]
         times = times if until is None else cut(times, until)
-    solution = _by_exponential(derivation, initial, span[1], orbit) or follow(
+    solution = by_exponential(derivation, initial, span[1], orbit) or follow(
         span, tolerance=tolerance, stops=stops.tolist(), engine=orbit.method, progress=progress
     )
     # Zero at some samples must not pass for the size of a variable.
@@ -299,7 +299,7 @@ def solve_orbit(
         solution,
         # A second solution by an exponential has steps that share no point with those of the first.
         lambda tolerance, stops: (
-            _by_exponential(derivation, initial, span[1], orbit, finer=1.37)
+            by_exponential(derivation, initial, span[1], orbit, finer=1.37)
             or follow(span, tolerance=tolerance, stops=stops, like=solution)
         ),
         motion.watched,
@@ -417,7 +417,7 @@ def _drift(values: Floats, *terms: Floats) -> float:
     return change / (size or 1.0) if change else 0.0
 
 
-def _by_exponential(
+def by_exponential(
     derivation: Derivation, initial: InitialState, end: float, orbit: Orbit, finer: float = 1.0
 ) -> Solution | None:
     """The motion of linear equations that do not change with time, where it has many variables or takes many
