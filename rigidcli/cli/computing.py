@@ -19,6 +19,7 @@ from rigidcli.cli.failures import (
     bad_parameter,
     complain,
     counted,
+    forecast,
     fresh,
     progress,
     tell_notes,
@@ -241,12 +242,15 @@ def _pieces(
     do = partial(answers, work=work, watch=partial(progress, pulse=PULSE) if here else None)
     # On a terminal, rows that stream show the progress themselves.
     streams = work.look.width is not None and not TRAITS[work.format].people
+    foretell = forecast()
     with counted(0 if here or streams else asked.total) as done:
         for answer in each(do, tasks(work, asked.files, asked.sweep, asked.hands), asked.hands, lost):
             with failures.of(answer.source):
                 for output in opened:
                     output.protect(*answer.files)
                 tell_notes(answer.source, fresh(answer.notes, printed[answer.source]), asked.quiet)
+                if len(asked.files) == 1 and answer.starts[0] and not streams and not asked.quiet:
+                    foretell(*answer.starts)
                 if isinstance(answer.outcome, Failure):
                     failures.tell(answer.outcome)
                 else:

@@ -149,3 +149,23 @@ def counted(total: int) -> Iterator[Callable[[], None]]:
                 show(count / total)
 
         yield done
+
+
+SOON = 4.0
+"""Seconds of a run below which it is not worth telling how long it takes."""
+
+
+def forecast() -> Callable[[int, int], None]:
+    """A function of starts that are done, and of all: once, on a terminal, it tells how long all take."""
+    begin, finished, is_open = time.monotonic(), 0, sys.stderr is not None and sys.stderr.isatty()
+
+    def count(done: int, total: int) -> None:
+        nonlocal finished, is_open
+        finished += done
+        elapsed = time.monotonic() - begin
+        if is_open and elapsed > SOON / 2:
+            is_open = False
+            if (whole := elapsed * total / finished) > SOON:
+                complain(f"{total:,} starts: about {whole:.0f} s")
+
+    return count

@@ -29,15 +29,17 @@ if TYPE_CHECKING:
 Watch: TypeAlias = Callable[[], AbstractContextManager[Callable[[float], None]]]
 """Makes a context that gives a function, which shows the share of the work that is done."""
 
-FEW = 16
-"""Ensembles of so many FILES are divided among processes; with more FILES, the FILES are."""
+FEW_FILES = 16
+"""Up to this many FILES, starts are shared among processes; beyond it, whole FILES."""
 
-TASKS, MOST_BLOCKS = 64, 16
-"""Tasks of a large ensemble, and blocks of starts in a task: few, as each task reads the document again."""
+FEW_TASKS, MOST_BLOCKS = 64, 16
+"""Tasks of a large ensemble, and blocks of starts in a task: few tasks, as each one reads the document."""
+
+WIDE = 2000
+"""Starts in arrays of which twice as many take twice as long; fewer cost nearly as much as these."""
 
 SWEPT, SWEPT_SAMPLES = 128, 500_000
 """The most points of a sweep whose orbits are followed at once, and their samples: these take some 100 MB."""
-
 CLUSTER = 32
 """Processes that a cluster is taken to have."""
 
@@ -87,13 +89,17 @@ class Work(NamedTuple):
 
 
 class Answer(NamedTuple):
-    """A piece of the output, or a failure, with notes, the files that the document names, and a picture."""
+    """A piece of the output, or a failure, with notes, the files that the document names, and a picture.
+
+    Of an ensemble it has so many `starts`, of so many in all.
+    """
 
     source: str
     outcome: Any
     notes: Sequence[str] = ()
     files: Sequence[pathlib.Path] = ()
     picture: str | bytes | None = None
+    starts: tuple[int, int] = (0, 0)
 
 
 class Task(NamedTuple):
@@ -138,7 +144,9 @@ def documents(work: Work, files: Sequence[str], sweep: Sweep | None, jobs: Jobs)
     FILES are read here, and the files that they name where the task is done. A document that cannot be swept
     is one failure, and not one at every value.
     """
-    divided = sweep is None and jobs != 1 and work.plot is None and len(files) <= FEW and work.command.section
+    divided = (
+        sweep is None and jobs != 1 and work.plot is None and len(files) <= FEW_FILES and work.command.section
+    )
     for file in files:
         try:
             drafts, notes, _ = work.drafts(file)
@@ -162,19 +170,22 @@ def documents(work: Work, files: Sequence[str], sweep: Sweep | None, jobs: Jobs)
 def _blocks(draft: Draft, jobs: Jobs) -> Sequence[range | None]:
     """The blocks of starts of an ensemble, each for one task; a single None where there is no ensemble.
 
-    What is integrated does not depend on the other starts of its block: then each process gets two at least.
+    What is integrated does not depend on the other starts of its block: then each process gets two blocks, or
+    one where these would be too few for arrays.
     """
     from rigidcli.document.load import read
 
     document = read(draft)
     if document.ensemble is None:
         return (None,)
-    from rigidcli.studies.ensembles import block
+    from rigidcli.studies.ensembles import block, may_go_in_arrays
 
     count, size = len(document.ensemble), block(document)
-    size *= max(1, min(MOST_BLOCKS, count // (TASKS * size)))
+    size *= max(1, min(MOST_BLOCKS, count // (FEW_TASKS * size)))
     if document.system is not None or (document.motion is not None and document.motion.torque is not None):
-        size = min(size, max(1, math.ceil(count / (2 * (jobs if isinstance(jobs, int) else CLUSTER)))))
+        each = math.ceil(count / (jobs if isinstance(jobs, int) else CLUSTER))
+        wide = WIDE if may_go_in_arrays(document) else 1
+        size = min(size, max(math.ceil(each / 2), min(each, wide)))
     return [range(begin, min(begin + size, count)) for begin in range(0, count, size)]
 
 
@@ -280,7 +291,7 @@ def _of_sweep(task: Task, sweep: Sweep, work: Work) -> Iterator[Answer]:
 
 def _of_ensemble(document: Document, work: Work, starts: range | None) -> Iterator[Answer]:
     """The answers for these starts of an ensemble, or for all of them. Raises RigidError."""
-    from rigidcli.studies.ensembles import Together, reports, require_one_start
+    from rigidcli.studies.ensembles import Together, reports, require_one_start, starts_in
 
     assert document.ensemble is not None
     several: Together | None = None
@@ -304,11 +315,13 @@ def _of_ensemble(document: Document, work: Work, starts: range | None) -> Iterat
             yield work.answer(replace(good[0], pictures=(swarm(good),)), files)
             found = [(place, report) for place, report in found if report is not good[0]]
         parts, work = iter(found), work._replace(plot=None)
+    total = len(document.ensemble)
     for place, report in parts:
         if isinstance(report, RigidError):
-            yield Answer(source, failure(report, source)._replace(place=f"start {place}"), files=files)
+            failed = failure(report, source)._replace(place=f"start {place}")
+            yield Answer(source, failed, files=files, starts=(1, total))
         else:
-            yield work.answer(report, files)
+            yield work.answer(report, files)._replace(starts=(starts_in(report), total))
 
 
 def require_used(work: Work, files: Sequence[str], sweep: Sweep | None) -> None:

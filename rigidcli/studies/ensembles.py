@@ -74,6 +74,13 @@ def block(document: Document) -> int:
     return max(1, ROWS // len(sampling_of(document).instants(1.0)))
 
 
+def may_go_in_arrays(document: Document) -> bool:
+    """Whether the starts of an ensemble are integrated in arrays, as far as the document tells."""
+    section, system = sampling_of(document), document.system
+    is_free = system is None or not (system.constraints or (document.orbit and document.orbit.events))
+    return section.method == "auto" and is_free
+
+
 def reports(
     document: Document,
     run: Callable[[Document], Report],
@@ -229,6 +236,11 @@ def _summary(parts: Iterator[Report]) -> Report:
         fields.append(Field("trusted_digits", digits, "trusted digits, the least of all", diagnostic=is_good))
     summary = replace(first, fields=tuple(fields), tables=tuple(tables), notes=tuple(notes))
     return replace(summary, steps=(), pictures=(), scene=None)
+
+
+def starts_in(report: Report) -> int:
+    """How many starts of an ensemble a report is about."""
+    return len({*_samples(report).columns[0].values.tolist()}) if _is_part(report) else 1
 
 
 def _samples(report: Report) -> Table:

@@ -12,7 +12,7 @@ from importlib.util import find_spec
 
 import pytest
 
-from rigidcli.cli.failures import progress
+from rigidcli.cli.failures import forecast, progress
 from rigidcli.core import memory
 from tests.conftest import ROOT, Outcome, Program
 
@@ -146,3 +146,18 @@ def test_nothing_else_is_told(monkeypatch: pytest.MonkeyPatch) -> None:
         show(0.5)
         time.sleep(0.05)
     assert file.getvalue() == ""
+
+
+@pytest.mark.parametrize(
+    ("terminal", "told"), [(Terminal(), "10,000 starts: about 40 s"), (io.StringIO(), "")]
+)
+def test_how_long_an_ensemble_takes_is_told_once(
+    monkeypatch: pytest.MonkeyPatch, terminal: io.StringIO, told: str
+) -> None:
+    clock = iter([0.0, 1.0, 3.0, 4.0])
+    monkeypatch.setattr(sys, "stderr", terminal)
+    monkeypatch.setattr(time, "monotonic", lambda: next(clock))
+    count = forecast()
+    for _ in range(3):
+        count(375, 10_000)
+    assert terminal.getvalue().strip() == told

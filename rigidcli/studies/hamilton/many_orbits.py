@@ -22,7 +22,7 @@ from rigidcli.errors import RigidError
 from rigidcli.language import code
 from rigidcli.mechanics.hamilton_equations import TIME
 from rigidcli.studies.common import report, trusted
-from rigidcli.studies.ensembles import Form, StartReport, with_start
+from rigidcli.studies.ensembles import Form, StartReport, may_go_in_arrays, with_start
 from rigidcli.studies.hamilton import SCHEMA, notes_on, orbit_table
 from rigidcli.studies.hamilton.derivation import Derivation
 from rigidcli.studies.hamilton.equations_of_motion import (
@@ -76,7 +76,7 @@ def together(
     It leaves out starts that are better followed alone: their reports are None.
     """
     orbit, ensemble = document.orbit, document.ensemble
-    if orbit is None or ensemble is None or orbit.method != "auto" or len(ensemble) < FEWEST or orbit.events:
+    if orbit is None or ensemble is None or len(ensemble) < FEWEST or not may_go_in_arrays(document):
         return None
     first = document.start(0)
     assert first.orbit is not None
@@ -88,7 +88,7 @@ def together(
         stops, longest = foreseen(motion.watched, float(times[-1]), "the orbit")
     except RigidError:
         return None  # it is told of each start
-    if starts is None or derivation.system.constraints:
+    if starts is None:
         return None
     observed = observations(document, derivation)
     functions = {f"observables.{name}": e for name, e in observed.functions.items()} if observed else {}
