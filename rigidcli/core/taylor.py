@@ -24,6 +24,7 @@ from typing import Any
 
 import numpy as np
 
+from rigidcli.core import dormand_prince
 from rigidcli.core.arithmetic import EPS, Floats
 from rigidcli.core.solution import (
     MOST_NUMBERS,
@@ -41,6 +42,9 @@ METHOD = "Taylor (heyoka)"
 
 ROUND = 1 << 15
 """Steps times variables from one report of progress to the next: some 50 ms, and each takes heyoka 2 ms."""
+
+MOST_COEFFICIENTS = 2_500_000
+"""Coefficients of series that one solution keeps (20 MB); in later steps it is sampled by another method."""
 
 
 def solve(
@@ -75,6 +79,7 @@ def solve(
     # A power of two, as those at which it is asked whether the end can be reached.
     at_once = 1 << max(1, ROUND // len(scales)).bit_length() - 1
     f, knots, outputs, goals = flow(np), array("d", [t0]), list[Any](), [t1, *reversed(stops)]
+    begins, path, kept = [], list[Floats](), 0
     while goals:
         taken = len(knots) - 1
         tell(knots[-1])
@@ -85,32 +90,40 @@ def solve(
         )
         if output is None or outcome.name == "err_nf_state":
             raise ComputationError(f"the Taylor series of {name} ends near t = {knots[-1]:.6g}")
-        outputs.append(output)
+        begins.append(output.times[0])
+        path.append(output.tcs[:, :, 0].copy())
+        kept += output.tcs.size
+        outputs.append(output if kept <= MOST_COEFFICIENTS else None)
         if not _follows(f, output.times, output.tcs, scales, tolerance, blocks):
             raise ComputationError(f"{name} does not follow its Taylor series beyond t = {knots[-1]:.6g}")
         knots.extend(output.times[1:])
         if outcome.name != "step_limit":
             goals.pop()
-    ahead = 1.0 if t1 >= t0 else -1.0
-    starts = ahead * np.array([output.times[0] for output in outputs])
+    states = np.concatenate([*path, integrator.state[None]]) * scales
+    times, ahead = np.frombuffer(knots), 1.0 if t1 >= t0 else -1.0
+    # A step of this method is as long as a few of the other one.
+    between = dormand_prince.sampler(flow, times, states, parts=8)
 
     def sample(times: Floats) -> Floats:
-        states = np.empty((len(times), len(scales)))
-        index = np.maximum(0, np.searchsorted(starts, ahead * times, side="right") - 1)
+        values = np.empty((len(times), len(scales)))
+        index = np.maximum(0, np.searchsorted(ahead * np.array(begins), ahead * times, side="right") - 1)
         for place in np.unique(index):
-            states[index == place] = outputs[place](times[index == place])
-        with np.errstate(over="ignore"):  # of a state that is about to be infinite
-            return states * scales
+            some = index == place
+            if outputs[place] is None:
+                values[some] = between(times[some])
+                continue
+            with np.errstate(over="ignore"):  # of a state that is about to be infinite
+                values[some] = outputs[place](times[some]) * scales
+        return values
 
-    path = np.concatenate([integrator.state[None], *(output.tcs[:, :, 0] for output in outputs)])
     return Solution(
         len(knots) - 1,
         METHOD,
         "taylor",
         tolerance,
-        np.frombuffer(knots),
+        times,
         sample,
-        largest(path) * scales,
+        largest(states),
         scales.tolist(),
     )
 
