@@ -291,10 +291,10 @@ def _of_sweep(task: Task, sweep: Sweep, work: Work) -> Iterator[Answer]:
 
 def _of_ensemble(document: Document, work: Work, starts: range | None) -> Iterator[Answer]:
     """The answers for these starts of an ensemble, or for all of them. Raises RigidError."""
-    from rigidcli.studies.ensembles import Together, reports, require_one_start, starts_in
+    from rigidcli.studies.ensembles import InArrays, reports, require_one_start, starts_in
 
     assert document.ensemble is not None
-    several: Together | None = None
+    several: InArrays | None = None
     if work.command.name == "euler":
         from rigidcli.studies.euler.closed import together as several
     elif work.command.name == "hamilton":

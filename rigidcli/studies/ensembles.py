@@ -23,24 +23,21 @@ if TYPE_CHECKING:
     from rigidcli.picture import Picture
 
 Form: TypeAlias = Literal["rows", "starts", "few"]
-"""The form of the reports: all samples in rows that begin with the start, a whole report for each start, or
-the samples at a few times, from which a summary is made."""
+"""What a report on a start holds: all samples, the whole report of the study, or samples at a few times."""
 
-StartReport: TypeAlias = tuple[int, Report | RigidError]
-"""The place of a start, counted from 0, and the report on it and perhaps the next starts, or the error."""
+StartReport: TypeAlias = tuple[int, Report | RigidError | None]
+"""The place of a start, counted from 0, and a report on it and perhaps on the next starts, or its error.
 
-Together: TypeAlias = Callable[
-    [Document, Form], Callable[[range], Iterator[StartReport | tuple[int, None]]] | None
-]
-"""A function that returns the function for arrays of starts, or None where there is none.
-
-A start that is to be worked alone has None in place of a report.
+None stands for a start that is to be followed alone.
 """
 
-ROWS = 25_000
+InArrays: TypeAlias = Callable[[Document, Form], Callable[[range], Iterator[StartReport]] | None]
+"""Makes a function that follows the starts at some places in arrays; None where arrays are of no use."""
+
+MOST_ROWS = 25_000
 """The most rows of a report on several starts: they take 3 MB of memory."""
 
-FEW = 6
+SUMMARY_TIMES = 6
 """Times of a summary: a table of them fits on a screen."""
 
 
@@ -71,7 +68,7 @@ def require_one_start(document: Document, options: Mapping[str, object]) -> None
 
 def block(document: Document) -> int:
     """How many starts are worked as arrays at a time; the last digits may depend on it."""
-    return max(1, ROWS // len(sampling_of(document).instants(1.0)))
+    return max(1, MOST_ROWS // len(sampling_of(document).instants(1.0)))
 
 
 def may_go_in_arrays(document: Document) -> bool:
@@ -86,11 +83,11 @@ def reports(
     run: Callable[[Document], Report],
     form: Form,
     places: range,
-    together: Together | None = None,
-) -> Iterator[StartReport]:
-    """The reports of `run`, a study, on the starts at these places of an ensemble.
+    together: InArrays | None = None,
+) -> Iterator[tuple[int, Report | RigidError]]:
+    """The reports of `run`, a study, on the starts at these places of an ensemble, or their errors.
 
-    `together` may work several starts as arrays. The first place is a multiple of `block`. Raises
+    `together` may follow several starts in arrays. The first place is a multiple of `block`. Raises
     DocumentError where the starts do not share their times.
     """
     if form == "few" and document.orbit is not None and document.orbit.events:
@@ -98,21 +95,18 @@ def reports(
         hint = "print them all: `-f csv` or `-f json`"
         raise document.refusal("the starts have no times in common to sum up", key, hint=hint)
     size = block(document)
-    parts: Iterable[StartReport | tuple[int, None]]
-    several = None if together is None or form == "starts" else together(document, form)
+    parts: Iterable[StartReport] = ((place, None) for place in places)
+    several = None if together is None else together(document, form)
     if several is not None:
         blocks = (
             range(first, min(first + size, places.stop)) for first in range(places.start, places.stop, size)
         )
         parts = chain.from_iterable(map(several, blocks))
-    else:
-        parts = ((place, None) for place in places)
     for place, one in parts:
         result = _alone(document, run, form, place) if one is None else one
         if form == "few" and isinstance(result, Report):
-            yield place, replace(result, tables=(_few(_samples(result)),))
-        else:
-            yield place, result
+            result = replace(result, tables=(_few(_samples(result)),))
+        yield place, result
 
 
 def _alone(
@@ -124,15 +118,19 @@ def _alone(
     except RigidError as error:
         return error
     if form == "starts":
-        start = field_of("euler", "start", place, title="")
-        return replace(result, fields=(start, *result.fields))
+        return of_start(result, place)
     return replace(result, tables=(with_start(_samples(result), np.array([place])),))
+
+
+def of_start(report: Report, place: int) -> Report:
+    """The whole report on a start, with its place."""
+    return replace(report, fields=(field_of("euler", "start", place, title=""), *report.fields))
 
 
 def _few(samples: Table) -> Table:
     """The samples of each start at a few times, the first and the last among them."""
     count = int(np.count_nonzero(samples.columns[0].values == samples.columns[0].values[0]))
-    some = np.unique(np.linspace(0, count - 1, FEW).astype(int))
+    some = np.unique(np.linspace(0, count - 1, SUMMARY_TIMES).astype(int))
     rows = np.arange(len(samples)).reshape(-1, count)[:, some].ravel()
     return replace(samples, columns=tuple(replace(one, values=one.values[rows]) for one in samples.columns))
 
@@ -167,7 +165,7 @@ def swarm(reports: Sequence[Report]) -> Picture:
     return Picture("phase", "the starts in phase space", panels, min(2, len(panels)))
 
 
-def whole(document: Document, run: Callable[[Document], Report], together: Together | None = None) -> Report:
+def whole(document: Document, run: Callable[[Document], Report], together: InArrays | None = None) -> Report:
     """All samples of an ensemble in one report. Raises the error of the first bad start."""
     assert document.ensemble is not None
     parts = []

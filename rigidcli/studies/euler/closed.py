@@ -100,13 +100,13 @@ def _heavy_top(problem: InitialValueProblem) -> Trajectory | None:
     return _trajectory(problem, omega @ axes.T, orientation, error)
 
 
-def together(
-    document: Document, form: Form
-) -> Callable[[range], Iterator[StartReport | tuple[int, None]]] | None:
+def together(document: Document, form: Form) -> Callable[[range], Iterator[StartReport]] | None:
     """A function for free or driven motions from some starts as arrays; None where each is worked alone.
 
     The reports for a summary have the trusted digits, too.
     """
+    if form == "starts":
+        return None
     problem = initial_value_problem(document.start(0))
     if problem.angles is not None or not problem.frame.moments[0] > 0:
         return None
@@ -122,7 +122,7 @@ def together(
             return None
         followed = several
 
-    def samples(places: range) -> Iterator[StartReport | tuple[int, None]]:
+    def samples(places: range) -> Iterator[StartReport]:
         omega, orientation, error, alone = followed(places)
         given, beginning = starts(places), problem.times == 0
         omega[:, beginning], orientation[:, beginning] = given.omega[:, None], given.orientation[:, None]

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
+from functools import partial
 from itertools import groupby
 from typing import NamedTuple
 
@@ -22,8 +23,8 @@ from rigidcli.errors import RigidError
 from rigidcli.language import code
 from rigidcli.mechanics.hamilton_equations import TIME
 from rigidcli.studies.common import report, trusted
-from rigidcli.studies.ensembles import Form, StartReport, may_go_in_arrays, with_start
-from rigidcli.studies.hamilton import SCHEMA, notes_on, orbit_table
+from rigidcli.studies.ensembles import Form, StartReport, may_go_in_arrays, of_start, with_start
+from rigidcli.studies.hamilton import SCHEMA, notes_on, orbit_table, run
 from rigidcli.studies.hamilton.derivation import Derivation
 from rigidcli.studies.hamilton.equations_of_motion import (
     EquationsOfMotion,
@@ -36,6 +37,9 @@ from rigidcli.studies.hamilton.orbit import OrbitSolution, by_exponential, initi
 
 FEWEST = 16
 """Starts, or points of a sweep, from which on arrays are quicker than one orbit after the other."""
+
+MOST_REPORTS = 128
+"""Starts of which whole reports are made at a time: their documents and samples take some 100 MB."""
 
 
 class _Problem(NamedTuple):
@@ -68,9 +72,7 @@ class _Problem(NamedTuple):
         )
 
 
-def together(
-    document: Document, form: Form
-) -> Callable[[range], Iterator[StartReport | tuple[int, None]]] | None:
+def together(document: Document, form: Form) -> Callable[[range], Iterator[StartReport]] | None:
     """A function for the orbits from some starts in arrays; None where starts may differ in their equations.
 
     It leaves out starts that are better followed alone: their reports are None.
@@ -78,6 +80,8 @@ def together(
     orbit, ensemble = document.orbit, document.ensemble
     if orbit is None or ensemble is None or len(ensemble) < FEWEST or not may_go_in_arrays(document):
         return None
+    if form == "starts":
+        return partial(_one_by_one, document)
     first = document.start(0)
     assert first.orbit is not None
     try:
@@ -95,7 +99,7 @@ def together(
     problem = _Problem(derivation, motion, orbit, times, functions)
     equations, size = problem.equations(longest, stops.tolist()), len(motion.start)
 
-    def samples(places: range) -> Iterator[StartReport | tuple[int, None]]:
+    def samples(places: range) -> Iterator[StartReport]:
         begin = np.zeros((size, len(places)))
         begin[: len(starts)] = starts[:, places.start : places.stop]
         found, alone = _followed(problem, equations, begin)
@@ -112,6 +116,18 @@ def together(
             yield places[some[0]], report(document, SCHEMA, title, fields, notes_on(findings), tables)
 
     return samples
+
+
+def _one_by_one(document: Document, places: range) -> Iterator[StartReport]:
+    """A whole report on each start; those that are to be worked alone have none."""
+    for first in range(places.start, places.stop, MOST_REPORTS):
+        some = range(first, min(first + MOST_REPORTS, places.stop))
+        documents = [document.start(place) for place in some]
+        for place, one, orbit in zip(some, documents, swept(documents, 1), strict=True):
+            try:
+                yield place, None if orbit is None else of_start(run(one, followed=orbit), place)
+            except RigidError as error:
+                yield place, error
 
 
 def _starts(
@@ -133,8 +149,11 @@ def _starts(
     return np.array([*q, *columns(formulas)(np.zeros(len(values)), *q, *v)])
 
 
-def swept(documents: Sequence[Document]) -> list[OrbitSolution | None]:
-    """The orbits of documents that differ in values only; None for those that are to be followed alone."""
+def swept(documents: Sequence[Document], fewest: int = FEWEST) -> list[OrbitSolution | None]:
+    """The orbits of documents that differ in values only; None for those that are to be followed alone.
+
+    With fewer than the `fewest` all are.
+    """
     found: list[OrbitSolution | None] = [None] * len(documents)
     begun = {place: one for place, document in enumerate(documents) if (one := _begun(document)) is not None}
     if not begun:
@@ -142,7 +161,7 @@ def swept(documents: Sequence[Document]) -> list[OrbitSolution | None]:
     (document, derivation, initial), *_ = begun.values()
     # Others have another system, or are asked for at other times.
     places = [place for place, one in begun.items() if one.derivation is derivation and one.is_like(document)]
-    if len(places) < FEWEST:
+    if len(places) < fewest:
         return found
     orbit, values = document.orbit, [begun[place].initial.parameters for place in places]
     assert orbit is not None
