@@ -73,7 +73,7 @@ def generated(kind: str, function: Expr, old: Phase, new: Phase) -> Generated:
         raise ComputationError(
             f"{kind} generates no change of variables: the determinant of its mixed derivatives by "
             f"{', '.join(befores)} and {', '.join(afters)} vanishes",
-            hint="each old argument has to occur in a term with a new one, as in `x*P`",
+            hint=f"each old argument has to occur in a term with a new one, as in `{befores[0]}*{afters[0]}`",
         )
     branch = Branch(point)
     return Generated(

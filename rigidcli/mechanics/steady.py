@@ -90,7 +90,7 @@ def steady_rates(forces: Mapping[str, Expr], momentum: str, velocity: Expr, give
         if any(not is_zero(part) for part in parts):
             conditions[name] = [ZERO if is_zero(part) else part for part in parts]
     if not conditions:
-        raise ExpressionError("no force acts at any rate: every rate is steady")
+        raise ExpressionError("no force acts at any rate: every rate is steady", hint=f"give `{momentum}: J`")
     first, (c, b, a) = next(iter(conditions.items()))
     found = _roots(first, a, b, c, given)
     for name, (c, b, a) in conditions.items():
