@@ -42,7 +42,7 @@ MOST_LINES = {
     "mechanics": 3308,  # constraints, generating functions, conserved quantities by Noether's theorem
     "reference": 578,  # examples of keys, and the words of a course
     "render": 2956,  # results stand beside the figures of a page, with each name once
-    "studies": 8409,  # constraints, observables, bodies in space, many orbits, periods
+    "studies": 9085,  # constraints, observables, many orbits, periods; the response to driving forces
     "": 1695,  # fields of a result are attributes; settings that nothing uses are refused in Python
 }
 """The most lines of Python that each room may have; "" is what stands at the top.

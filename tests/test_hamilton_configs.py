@@ -261,7 +261,13 @@ ORBITS = [name for name, system in SYSTEMS.items() if "orbit" in system]
 def test_no_orbit_is_forgotten() -> None:
     with_orbit = {name for name in SYSTEMS if "orbit" in raw(name)}
     # An ensemble has no orbit of its own (test_ensembles); a section is in test_events.
-    assert with_orbit == {*ORBITS, "henon_heiles", "pendulum_swarm", "henon_heiles_section"}
+    assert with_orbit == {
+        *ORBITS,
+        "henon_heiles",
+        "pendulum_swarm",
+        "henon_heiles_section",
+        "double_pendulum_section",
+    }
 
 
 @pytest.mark.parametrize("name", ORBITS)

@@ -48,13 +48,12 @@ else:
 class Reading:
     """The draft of a document, and the environment in which its numbers were read.
 
-    The documents of all `starts` of an ensemble share it, with the results of common work that are `kept`.
+    The documents of all `starts` of an ensemble share it.
     """
 
     draft: Draft = field(default_factory=lambda: Draft("", {}))
     environment: Environment = field(default_factory=Environment)
     starts: int = 1
-    kept: dict[str, Any] = field(default_factory=dict)
 
 
 class Document(Section):

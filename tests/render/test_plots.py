@@ -118,8 +118,9 @@ def test_the_slope_of_the_potential_is_the_torque_of_lagranges_equation() -> Non
 def test_a_phase_portrait_has_the_orbit_and_its_energy_among_the_contours() -> None:
     result, panel = drawn("hamilton", "relativistic_oscillator")
     orbit = result["orbit"]
-    path = labelled(panel, "orbit").points
-    assert np.array_equal(path, np.column_stack([orbit["q"]["x"], orbit["p"]["p_x"]]))
+    path = labelled(panel, "orbit").points.tolist()
+    samples = zip(orbit["q"]["x"], orbit["p"]["p_x"], strict=True)
+    assert {*samples} <= {*map(tuple, path)}, "more states are drawn where a straight line would be seen"
     contours = labelled(panel, "H of the orbit")
     assert contours.levels == (orbit["H"][0],)
     x, y, heights = contours.points

@@ -97,7 +97,7 @@ def test_whole_turns_between_two_samples_are_not_lost() -> None:
 def test_a_thousand_samples_are_at_most_three_megabytes(study: str, config: str) -> None:
     section = "motion" if study == "euler" else "orbit"
     fragment = fragment_of(study, ROOT / "configs" / f"{config}.yaml", f"{section}.samples=1001")
-    assert len(sent(fragment)["times"]) == 1001
+    assert len(sent(fragment)["times"]) >= 1001
     assert len(fragment) < LIMIT
 
 

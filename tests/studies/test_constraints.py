@@ -153,3 +153,17 @@ def test_a_force_of_constraint_may_be_asked_for(program: Program, tmp_path: Path
     outcome = program("check", str(tmp_path / "a.yaml"), str(tmp_path / "ada.yaml"), "-f", "csv")
     verdicts = [row.split(",")[2] for row in outcome.out.splitlines()[1:]]
     assert verdicts == ["correct", "incorrect"]
+
+
+def test_a_program_says_that_its_orbit_drifts_away_from_constraints(program: Program) -> None:
+    outcome = program("hamilton", "-f", "python", "configs/skate_on_slope.yaml")
+    assert outcome.code == 0
+    assert "drifts away" in outcome.out
+    assert "in the program the constraints are differentiated" in outcome.err
+
+
+def test_the_working_tells_how_events_are_found(program: Program) -> None:
+    shown = program("hamilton", "-q", "--steps", "configs/henon_heiles_section.yaml", "--duration", "50").out
+    assert "Events of the orbit" in shown
+    assert "x = 0, passed upwards" in shown
+    assert "Illinois" in shown

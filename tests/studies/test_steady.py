@@ -137,3 +137,28 @@ def test_vectors_have_the_names_of_their_coordinates_in_any_order() -> None:
     found = studied({"system": system, "equilibrium": {"b": 0, "a": 0}}, {})
     assert list(found["equilibrium"]) == ["a", "b"]
     assert found["modes"][0]["vector"] == [1, 0]
+
+
+@pytest.mark.parametrize("spin", ["1300 rpm", "2000 rpm", "1200 rpm"])
+def test_a_top_asleep_has_the_rates_that_precess_tells(spin: str) -> None:
+    asleep = rigidcli.load(ROOT / "configs/top_asleep.yaml", settings=[f"parameters.w={spin}"])
+    top = rigidcli.load(ROOT / "configs/top_sleeping.yaml", settings=[f"top.spin={spin}"])
+    modes, known = rigidcli.hamilton(asleep)["modes"], rigidcli.precess(top)["top"]
+    if known["sleeping"] == "stable":
+        assert [mode["rate"] for mode in modes] == pytest.approx(known["sleeping_frequencies"], rel=1e-12)
+    else:
+        assert known["sleeping_growth_rate"] == pytest.approx(max(mode["rate"] for mode in modes), rel=1e-12)
+    assert all(mode["stable"] == (known["sleeping"] == "stable") for mode in modes)
+
+
+def test_the_routhian_is_told_where_a_coordinate_is_cyclic_and_another_is_not() -> None:
+    kepler = {"coordinates": ["r", "phi"], "lagrangian": "m*(rdot**2 + r**2*phidot**2)/2 + k/r"}
+    letters = {"m": 1.3, "k": 0.7, "r": 1.1, "rdot": 0.4, "p_phi": 0.9}
+    found = rigidcli.hamilton(
+        rigidcli.loads(json.dumps({"parameters": {"m": None, "k": None}, "system": kepler}))
+    )
+    potential = 0.9**2 / (2 * 1.3 * 1.1**2) - 0.7 / 1.1
+    assert found["routhian"].evaluate(**letters) == pytest.approx(1.3 * 0.4**2 / 2 - potential)
+    assert found["effective_potential"].evaluate(**letters) == pytest.approx(potential)
+    free = {"coordinates": ["x"], "lagrangian": "xdot**2/2"}
+    assert "routhian" not in rigidcli.hamilton(rigidcli.loads(json.dumps({"system": free})))

@@ -22,7 +22,8 @@ from rigidcli.report import NOISE, Column, Field, Report, Step, Table, yes_or_no
 from rigidcli.studies.common import if_known, noise, report, trusted
 from rigidcli.studies.hamilton import linear_equations
 from rigidcli.studies.hamilton.derivation import Derivation
-from rigidcli.studies.hamilton.findings import Findings, as_typed, find
+from rigidcli.studies.hamilton.findings import Findings, find
+from rigidcli.studies.hamilton.style import as_typed
 from rigidcli.studies.pictures import drawn
 from rigidcli.studies.results import field_of
 
@@ -35,9 +36,8 @@ if TYPE_CHECKING:
 
 SCHEMA = "rigidcli.hamilton/1"
 
-
 LONGEST_SHOWN = 2_000
-"""The longest text of an expression, in characters, that people are shown: a screen full."""
+"""The longest expression that people see, in characters: it fills a screen."""
 
 
 def run(
@@ -61,13 +61,12 @@ def run(
         require_one_start(document, {"picture": picture, "program": program})
         return whole(document, run, several)
     findings = find(document, progress, followed)
-    limits = _constraints(findings)[1]
-    tables = [
-        *_branch_table(findings),
-        *limits,
-        *_modes(findings)[1],
-        *orbit_table(findings),
-    ]
+    tables = _branch_table(findings) + _constraints(findings)[1]
+    if findings.oscillations is not None:
+        tables += findings.oscillations.tables()
+    if findings.driven is not None:
+        tables += findings.driven.tables()
+    tables += orbit_table(findings)
     fields = as_typed(_results(findings), document)
     working: list[Step] = []
     if steps:
@@ -80,88 +79,121 @@ def run(
         pictures = drawn("hamilton", picture, findings)
     title = "Hamilton's equations"
     result = report(document, SCHEMA, title, fields, notes_on(findings), tables, working, pictures)
-    if scene and findings.orbit is not None and not findings.orbit.is_section:
-        from rigidcli.studies.hamilton.scene import scene_of
+    if scene:
+        from rigidcli.studies.hamilton.pictures import scene_of
 
-        result = replace(result, scene=scene_of(document, findings.orbit, tables[-1]))
+        result = replace(result, scene=scene_of(findings))
     if program:
-        from rigidcli.studies.hamilton.orbit import program_of
+        from rigidcli.studies.hamilton.program import DRIFTS, program_of
 
         equations = program_of(document, result.name, findings.derivation, findings.initial, findings.orbit)
-        result = replace(result, program=equations)
+        drifts = [f"in the program {DRIFTS}"] if findings.derivation.system.constraints else []
+        result = replace(result, program=equations, notes=(*result.notes, *drifts))
     return result
 
 
 def _results(findings: Findings) -> list[Field]:
     """List the results in the order in which people see them."""
-    derivation, system, phase = findings.derivation, findings.derivation.system, findings.derivation.phase
-    momenta, lagrange, rate = derivation.momenta, derivation.lagrange, derivation.energy_rate
-    cyclic, conserved, invariants = list(derivation.cyclic), derivation.conserved, findings.invariants
-    natural = f"{yes_or_no(system.natural, 'not known')}: {system.reason}"
-    is_energy = derivation.energy_excess is not None and derivation.energy_excess.is_zero
-    words = ", ".join("H = T + V" if name == "H" and is_energy else name for name in conserved)
-    definitions, velocities = None if momenta is None else momenta.definitions, derivation.velocity_names
-    vanishing, solved = (None, None) if lagrange is None else (lagrange.equations, derivation.accelerations)
-    is_diagonal = _is_diagonal(definitions or (), velocities)
-    inverse = phase.coordinates if is_diagonal else ()
-    second = [*map(acceleration, phase.coordinates)]
-    # That L alone does not tell T from V, or that H is T + V, stands in other rows.
-    repeats = system.natural is None or (system.natural and is_energy)
-    # People are shown the shorter form of the equations of motion, or accelerations that are constant.
-    moving = (*phase.coordinates, *velocities, TIME)
-    is_solved = solved is not None and all(e.names.isdisjoint(moving) for e in solved)
-    is_solved |= bool(vanishing and solved and _length(solved) <= _length(vanishing))
-    return [
+    fields = _first_order(findings.derivation)
+    for entry in linear_equations.fields(findings.document, findings.derivation):
+        # The modes of small oscillations have the same frequencies.
+        entry.diagnostic |= findings.oscillations is not None
+        fields.append(entry)
+    if findings.driven is not None:
+        fields += findings.driven.fields()
+    fields += _conservation(findings.derivation)
+    fields += _second_order(findings.derivation)
+    fields += _constraints(findings)[0]
+    if findings.observed is not None:
+        fields += findings.observed.fields(findings.orbit)
+    small = findings.oscillations
+    fields += [Field("equilibrium", None), Field("modes", None)] if small is None else small.fields()
+    fields += _routhian(findings)
+    fields += _energy(findings.derivation)
+    fields += _invariants(findings)
+    if len(findings.branches) < 2:
+        fields.append(Field("branches", []))
+    if findings.transform is not None:
+        fields += _transform(findings.transform)
+    if findings.orbit is not None:
+        fields += _orbit_quality(findings.orbit)
+    if findings.libration is not None:
+        fields += _libration(findings.libration)
+    return fields
+
+
+def _first_order(derivation: Derivation) -> list[Field]:
+    """L, the momenta, H, and Hamilton's equations."""
+    phase, system, momenta = derivation.phase, derivation.system, derivation.momenta
+    velocities = derivation.velocity_names
+    definitions = None if momenta is None else momenta.definitions
+    masses = None if momenta is None else [list(row) for row in momenta.mass_matrix]
+    fields = [
         Field("coordinates", list(phase.coordinates)),
         Field("velocities", list(velocities)),
         Field("momenta", list(phase.momenta)),
         _expression("lagrangian", system.lagrangian),
-        *_by_name("momentum_definitions", phase.momenta, definitions, _own),
-        *_by_name("velocity_solutions", velocities, derivation.velocities),
-        _expression("hamiltonian", derivation.hamiltonian),
-        Field("conditions", [f"{e} > 0" for e in derivation.conditions]),
-        Field("mass_matrix", None if momenta is None else [list(row) for row in momenta.mass_matrix]),
-        *_by_name("equations", phase.names, derivation.equations, _rate, hidden=inverse),
-        *(
-            # The modes of small oscillations have the same frequencies.
-            replace(entry, diagnostic=entry.diagnostic or findings.oscillations is not None)
-            for entry in linear_equations.fields(findings.document, derivation)
-        ),
+    ]
+    fields += _by_name("momentum_definitions", phase.momenta, definitions, _own)
+    fields += _by_name("velocity_solutions", velocities, derivation.velocities)
+    fields.append(_expression("hamiltonian", derivation.hamiltonian))
+    fields.append(Field("conditions", [f"{e} > 0" for e in derivation.conditions]))
+    fields.append(Field("mass_matrix", masses))
+    # Where each momentum is its own velocity times a factor, anybody sees the way back.
+    hidden = phase.coordinates if _is_diagonal(definitions or (), velocities) else ()
+    return fields + _by_name("equations", phase.names, derivation.equations, _rate, hidden)
+
+
+def _conservation(derivation: Derivation) -> list[Field]:
+    """What is cyclic, what is conserved, and whether H and the coordinates depend on the time."""
+    cyclic, system, rate = list(derivation.cyclic), derivation.system, derivation.energy_rate
+    is_energy = derivation.energy_excess is not None and derivation.energy_excess.is_zero
+    words = ("H = T + V" if name == "H" and is_energy else name for name in derivation.conserved)
+    natural = f"{yes_or_no(system.natural, 'not known')}: {system.reason}"
+    # That L alone does not tell T from V, or that H is T + V, stands in other rows.
+    repeats = system.natural is None or (system.natural and is_energy)
+    return [
         _row("cyclic", cyclic, words=", ".join(cyclic) or "none", diagnostic=not cyclic),
-        _row("conserved", conserved, words=words or "nothing found"),
+        _row("conserved", derivation.conserved, words=", ".join(words) or "nothing found"),
         _row("explicit_time", derivation.explicit_time),
         # Where H does not change, it is among what is conserved.
         replace(_expression("dH_dt", rate), diagnostic=rate is not None and rate.is_zero),
         _row("natural", system.natural, words=natural, diagnostic=repeats),
         Field("natural_reason", system.reason),
-        *_by_name(
-            "lagrange_equations",
-            phase.coordinates,
-            vanishing,
-            _lagrange,
-            hidden=phase.coordinates if is_solved else (),
-        ),
-        *_by_name("accelerations", second, solved, _own, hidden=() if is_solved else second),
-        *_constraints(findings)[0],
-        *_observed(findings),
-        *_modes(findings)[0],
-        _expression("energy", derivation.energy),
-        replace(_is_energy(derivation), diagnostic=is_energy and "H" in conserved),
-        if_known(_row("verified", derivation.residual)),
-        Field("invariants", None if invariants is None else list(invariants)),
-        *_invariants(findings),
-        *([] if len(findings.branches) > 1 else [Field("branches", [])]),
-        *([] if findings.transform is None else _transform(findings.transform)),
-        *([] if findings.orbit is None else _orbit_quality(findings.orbit)),
-        *([] if findings.libration is None else _libration(findings.libration)),
     ]
+
+
+def _second_order(derivation: Derivation) -> list[Field]:
+    """Lagrange's equations and accelerations; people see the shorter ones, or accelerations if constant."""
+    coordinates, lagrange = derivation.phase.coordinates, derivation.lagrange
+    second = [*map(acceleration, coordinates)]
+    vanishing = None if lagrange is None else lagrange.equations
+    solved = None if lagrange is None else derivation.accelerations
+    moving = (*coordinates, *derivation.velocity_names, TIME)
+    is_solved = solved is not None and all(e.names.isdisjoint(moving) for e in solved)
+    is_solved |= bool(vanishing and solved and _length(solved) <= _length(vanishing))
+    equations = _by_name(
+        "lagrange_equations", coordinates, vanishing, _lagrange, coordinates if is_solved else ()
+    )
+    return equations + _by_name("accelerations", second, solved, _own, () if is_solved else second)
+
+
+def _energy(derivation: Derivation) -> list[Field]:
+    """T + V, whether it is H, or else by how much they differ, and how well the equations are verified."""
+    excess = derivation.energy_excess
+    same = None if excess is None else excess.is_zero
+    differ = f": T + V - H = {reading(to_tree(excess))}" if excess is not None and not same else ""
+    entry = _row("h_equals_energy", same, words=f"{yes_or_no(same, 'not known')}{differ}")
+    entry.title = "" if same is None else entry.title
+    entry.diagnostic = bool(same) and "H" in derivation.conserved
+    return [_expression("energy", derivation.energy), entry, if_known(_row("verified", derivation.residual))]
 
 
 _row = partial(field_of, "hamilton")
 
 
 def _expression(key: str, e: Expr | None) -> Field:
-    """An expression; people are not shown one without a value, or one that fills more than a screen."""
+    """A result that is an expression; people do not see one that is missing, or longer than LONGEST_SHOWN."""
     entry = if_known(_row(key, e, cells={key: ()}))
     return replace(entry, title="") if e is not None and _is_long(e) else entry
 
@@ -177,9 +209,9 @@ def _by_name(
     titled: Callable[[str], tuple[str, str]] = lambda name: ("", ""),
     hidden: Sequence[str] = (),
 ) -> list[Field]:
-    """An object of expressions, which people are shown if they have a title and do not fill a screen.
+    """Results that are expressions by name; `titled` gives the title and the symbol for people.
 
-    Of `hidden` names only a verbose look shows them.
+    People see those in `hidden` with `-v` only, and none that is longer than LONGEST_SHOWN.
     """
     if values is None:
         return [Field(key, None)]
@@ -192,7 +224,7 @@ def _by_name(
 
 
 def _is_diagonal(definitions: Sequence[Expr], velocities: Sequence[str]) -> bool:
-    """Whether each momentum is its own velocity times a factor, so that anybody sees the way back."""
+    """Whether each momentum is its own velocity times a factor without velocities."""
     pairs = zip(definitions, velocities, strict=False)
     return all((e / symbol(v)).names.isdisjoint(velocities) for e, v in pairs) and len(definitions) > 0
 
@@ -202,38 +234,44 @@ def _length(expressions: Sequence[Expr]) -> int:
 
 
 def _own(name: str) -> tuple[str, str]:
-    """A variable itself has its name as the title, and the symbol of the name."""
+    """The title and symbol of a variable."""
     return name, latex_name(name)
 
 
 def _rate(name: str) -> tuple[str, str]:
-    """The derivative of a variable by the time has this title and symbol."""
+    """The title and symbol of the derivative of a variable by the time."""
     return f"d{name}/dt" if "_" in name else f"{name}dot", latex_name(f"{name}dot")
 
 
 def _lagrange(name: str) -> tuple[str, str]:
-    """One of Lagrange's equations has this title and, as its left side, this symbol."""
+    """The title of one of Lagrange's equations, and its left side."""
     return f"Lagrange, {name}: 0 =", "0"
 
 
-def _modes(findings: Findings) -> tuple[list[Field], list[Table]]:
-    """Report the equilibrium and the modes about it, and make a table of the modes."""
-    if findings.oscillations is None:
-        return [Field("equilibrium", None), Field("modes", None)], []
-    from rigidcli.studies.hamilton import oscillations
+def _routhian(findings: Findings) -> list[Field]:
+    """Report the Routhian where there are cyclic coordinates and others, if no steady motion has it."""
+    derivation, small = findings.derivation, findings.oscillations
+    cyclic, constraints = derivation.conserved_momenta, derivation.system.constraints
+    if small is not None and small.steady is not None:
+        return []
+    if not 0 < len(cyclic) < len(derivation.phase.coordinates) or constraints or not derivation.is_short:
+        return []
+    from rigidcli.studies.hamilton import steady
 
-    return oscillations.fields(findings.oscillations), oscillations.tables(findings.oscillations)
+    return steady.fields_without_motion(findings.document, derivation)
 
 
 def _invariants(findings: Findings) -> list[Field]:
     """Show further conserved quantities by their names; others share one title, at the first of them."""
-    if not findings.invariants:
-        return []
-    from rigidcli.studies.hamilton.named import names_of
+    found = findings.invariants
+    fields = [Field("invariants", None if found is None else list(found))]
+    if not found:
+        return fields
+    from rigidcli.studies.hamilton.observables import names_of
 
-    names = names_of(findings.invariants, findings.derivation)
-    fields, title = [Field("invariant_names", names)], _row("invariants", None).title
-    for name, e in zip(names, findings.invariants, strict=True):
+    names, title = names_of(found, findings.derivation), _row("invariants", None).title
+    fields.append(Field("invariant_names", names))
+    for name, e in zip(names, found, strict=True):
         words = f"{name}, conserved" if name else title
         fields.append(_row("invariants", e, key="", title=words))
         title = title if name else " "
@@ -244,27 +282,9 @@ def _constraints(findings: Findings) -> tuple[list[Field], list[Table]]:
     """Report the forces of constraints, and make a table of the constraints."""
     if not findings.derivation.system.constraints:
         return [], []
-    from rigidcli.studies.hamilton import multipliers
+    from rigidcli.studies.hamilton import constraints
 
-    return multipliers.fields(findings.derivation), multipliers.tables(findings.derivation, findings.document)
-
-
-def _observed(findings: Findings) -> list[Field]:
-    """Report the observables and brackets."""
-    if findings.observed is None:
-        return []
-    from rigidcli.studies.hamilton import observables
-
-    return observables.fields(findings.observed, findings.orbit)
-
-
-def _is_energy(derivation: Derivation) -> Field:
-    """Say whether H is T + V, or else by how much they differ."""
-    excess = derivation.energy_excess
-    same = None if excess is None else excess.is_zero
-    differ = f": T + V - H = {reading(to_tree(excess))}" if excess is not None and not same else ""
-    entry = _row("h_equals_energy", same, words=f"{yes_or_no(same, 'not known')}{differ}")
-    return replace(entry, title="") if same is None else entry
+    return constraints.fields(findings.derivation), constraints.tables(findings.derivation, findings.document)
 
 
 def _transform(transform: TransformedSystem) -> list[Field]:
@@ -288,7 +308,7 @@ def _transform(transform: TransformedSystem) -> list[Field]:
 
 
 def _generated(generated: Generated | None) -> list[Field]:
-    """Show the relations that follow from a generating function, and one side for which they are solved."""
+    """The relations of a generating function, and the old or the new variables in closed form."""
     if generated is None:
         return []
     relations = generated.relations
@@ -307,7 +327,7 @@ def _as_named(name: str, hidden: Sequence[str] = ()) -> tuple[str, str]:
 
 
 def _orbit_quality(orbit: OrbitSolution) -> list[Field]:
-    """Say how well the orbit was followed."""
+    """Report the method, the drift of conserved quantities, and the trusted digits."""
     drifts = []
     for name, drift in orbit.drift.items():
         if name not in orbit.invariants:
@@ -327,7 +347,6 @@ def _orbit_quality(orbit: OrbitSolution) -> list[Field]:
 
 
 def _end(orbit: OrbitSolution) -> list[Field]:
-    """Say when an orbit with `until` ends, and why."""
     if orbit.end is None:
         return []
     time, reason = orbit.end
@@ -335,7 +354,6 @@ def _end(orbit: OrbitSolution) -> list[Field]:
 
 
 def _libration(found: Libration) -> list[Field]:
-    """Report the period, the action and the turning points of a motion to and fro."""
     return [
         _row("orbit.period", found.period),
         _row("orbit.action", found.action),
@@ -344,7 +362,7 @@ def _libration(found: Libration) -> list[Field]:
 
 
 def _branch_table(findings: Findings) -> list[Table]:
-    """Make a table of the velocities that belong to the same momenta, where there are several."""
+    """Make a table of the branches: several velocities that have the same momenta."""
     branches, names = findings.branches, findings.derivation.velocity_names
     if len(branches) < 2:
         return []
@@ -363,35 +381,32 @@ def orbit_table(findings: Findings) -> list[Table]:
     error, size = noise(orbit.trusted_digits), np.abs(orbit.energy).max()
     constant = "H" in findings.derivation.conserved
     keys = [*(f"q.{name}" for name in phase.coordinates), *(f"p.{name}" for name in phase.momenta)]
-    samples = [
-        (key, name, x, error * _share(orbit, key, x))
-        for key, name, x in zip(keys, phase.names, (*orbit.coordinates.T, *orbit.momenta.T), strict=True)
-    ]
+    variables = zip(keys, (*orbit.coordinates.T, *orbit.momenta.T), strict=True)
     columns = (
         Column(TIME, orbit.times, (TIME,), "s", (TIME,)),
-        *(Column(key, x, (name,), symbols=(latex_name(name),), noise=off) for key, name, x, off in samples),
+        *(_sampled(orbit, key, x, error) for key, x in variables),
         # What changes in a constant is rounding.
         Column("H", orbit.energy, ("H",), noise=np.ptp(orbit.energy) / size if constant and size else NOISE),
-        *(
-            Column(key, x, (name,), symbols=(latex_name(name),), noise=error * orbit.scales[key] / largest)
-            for key, x in orbit.further.items()
-            if (largest := np.abs(x).max() or 1.0)
-            for name in (key.partition(".")[2],)
-        ),
+        *(_sampled(orbit, key, x, error) for key, x in orbit.further.items()),
     )
     return [Table("orbit", "the orbit", columns, data=True)]
 
 
-def _share(orbit: OrbitSolution, key: str, samples: Floats) -> float:
-    """The largest value on the way in units of the largest sample: a section may hold small ones only."""
-    largest = float(np.abs(samples).max())
-    return max(1.0, orbit.scales.get(key, 0.0) / largest) if largest else 1.0
+def _sampled(orbit: OrbitSolution, key: str, samples: Floats, error: float) -> Column:
+    """A column of samples with their noise.
+
+    The error is a share of the largest value on the way: a section may hold small ones only.
+    """
+    name, largest = key.partition(".")[2], float(np.abs(samples).max())
+    share = max(1.0, orbit.scales.get(key, 0.0) / largest) if largest else 1.0
+    return Column(key, samples, (name,), symbols=(latex_name(name),), noise=error * share)
 
 
 def notes_on(findings: Findings) -> list[str]:
-    """Write remarks on the results."""
+    """The notes of a report: conditions, what is too long, and how far the orbit can be trusted."""
     derivation = findings.derivation
     notes = [*derivation.notes, *(findings.oscillations.notes if findings.oscillations else ())]
+    notes += [] if findings.driven is None else findings.driven.notes()
     notes += [
         f"H has a step where {place} = 0, which its equations do not tell" for place in derivation.jumps
     ]

@@ -56,11 +56,12 @@ MOST_NODES = 3_000
 
 @dataclass(frozen=True, eq=False)
 class Derivation:
-    """A system and what follows from it; `momenta` is None where only H is given, `branches` are checked.
+    """A system, and all that follows from its Lagrangian or Hamiltonian.
 
-    The form of H holds where all `conditions` are positive. `residual` is the largest difference at random
-    points between Hamilton's equations and the equations of Euler and Lagrange, in units of their size; None
-    where there is nothing to compare.
+    `momenta` is None where only H is given. `branches` are the solutions of p = dL/dv for the velocities that
+    passed the check at random points. H has the form shown where all `conditions` are positive. `residual` is
+    the largest relative difference between Hamilton's equations and those of Euler and Lagrange at these
+    points; None where there is nothing to compare.
     """
 
     phase: Phase
@@ -74,7 +75,7 @@ class Derivation:
 
     @property
     def branch(self) -> Branch | None:
-        """The one way from momenta to velocities, if there is just one in closed form."""
+        """The solution of p = dL/dv for the velocities, if it is the only one."""
         return self.branches[0] if len(self.branches) == 1 else None
 
     @cached_property
@@ -89,7 +90,7 @@ class Derivation:
 
     @property
     def is_short(self) -> bool:
-        """Whether there is an H, short enough to be worked with."""
+        """Whether H has a closed form of at most MOST_NODES."""
         return self.hamiltonian is not None and (self.branch is None or _is_short(self.branch))
 
     @cached_property
@@ -133,7 +134,7 @@ class Derivation:
 
     @cached_property
     def multipliers_anywhere(self) -> tuple[Expr, ...] | None:
-        """The multipliers in coordinates, velocities and t, also near the constraints; None if too long."""
+        """The multipliers in coordinates, velocities and t, also off the constraints; None if too long."""
         from rigidcli.mechanics.constraints import multipliers
 
         limits, lagrange = self.system.constraints, self.lagrange
@@ -145,7 +146,7 @@ class Derivation:
 
     @cached_property
     def multipliers(self) -> tuple[Expr, ...] | None:
-        """The multipliers, in which coordinates and velocities that a constraint fixes have their values."""
+        """The multipliers, simplified by the values of coordinates and velocities that constraints fix."""
         found = self.multipliers_anywhere
         return None if found is None else tuple(tidy(substitute(e, self._fixed)) for e in found)
 
@@ -178,7 +179,7 @@ class Derivation:
 
     @cached_property
     def _of_constraints(self) -> dict[str, Expr]:
-        """What is known of constraints: the multipliers, and coordinates and velocities that they fix."""
+        """The values of the multipliers, and of the coordinates and velocities that constraints fix."""
         names = (one.name for one in self.system.constraints)
         return self._fixed | dict(zip(names, self.multipliers or (), strict=False))
 
@@ -197,7 +198,7 @@ class Derivation:
 
     @cached_property
     def jumps(self) -> tuple[Expr, ...]:
-        """Functions of the variables whose sign stands in H, or in L where there is no H."""
+        """Functions f for which sign(f) stands in H (or in L): H has a step where f = 0."""
         return steps(self.generator, {*self.phase.names, *self.velocity_names})
 
     @cached_property
@@ -208,20 +209,18 @@ class Derivation:
 
     @property
     def is_forced(self) -> bool:
-        """Whether there are forces beside L or H."""
+        """Whether generalized forces act besides those of L or H."""
         return any(not force.is_zero for force in self.system.forces)
 
     @cached_property
     def power(self) -> Expr:
-        """dH/dt: the partial derivative of H, and that of -L, by the time, and the power of the forces.
+        """dH/dt, which is the partial derivative of H (or -L) by the time, plus the power of the forces.
 
-        It is a function of coordinates and momenta where there is an H, and else of velocities, too. The
-        velocities obey A v + b = 0, so that the power of the constraints, (A^T lambda) v, is -lambda b.
+        A function of coordinates and momenta where there is an H; else of velocities, too. Constraints are
+        A v + b = 0, so that the power of their forces, (A^T lambda) v, is -lambda b.
         """
-        velocities, limits = (
-            self.velocities or [symbol(name) for name in self.velocity_names],
-            self.system.constraints,
-        )
+        velocities = self.velocities or [symbol(name) for name in self.velocity_names]
+        limits = self.system.constraints
         pairs = zip(self.forces_of(velocities), velocities, strict=True)
         work = total(force * velocity for force, velocity in pairs)
         if limits:
@@ -277,9 +276,9 @@ class Derivation:
 
 @dataclass(frozen=True, slots=True)
 class _Given:
-    """A document by the `text` on which its derivation hangs: all but the `values` of its parameters.
+    """A document with the key of its derivation in the cache: `text` is everything but parameter values.
 
-    Their signs count, as roots of positive parameters are shorter.
+    Their signs are in the key, as roots of positive parameters are shorter.
     """
 
     text: str
@@ -288,7 +287,7 @@ class _Given:
 
     @classmethod
     def by(cls, document: Document) -> _Given:
-        """A document. Raises ExpressionError where a value of a parameter cannot be worked with exactly."""
+        """The key of a document. Raises ExpressionError where a parameter has no exact value."""
         values = known_values(document)
         derived = {name: e for name, e in document.definitions.items() if e is not None and e.names}
         negative = [name for name, e in values.items() if float(e) <= 0]
@@ -296,7 +295,7 @@ class _Given:
 
 
 def derive(document: Document) -> Derivation:
-    """Derive all up to Hamilton's equations, or take the last derivation if only values of parameters differ.
+    """Derive Hamilton's equations, or take the last ones where only values of parameters differ.
 
     Raises DocumentError where there is no system, ComputationError where its Lagrangian is degenerate.
     """
@@ -315,12 +314,11 @@ def derive(document: Document) -> Derivation:
 
 @lru_cache(maxsize=1)
 def _derived(given: _Given) -> tuple[Derivation, Mapping[str, Expr]]:
-    """A derivation, and the values of the parameters for which it was made."""
+    """A derivation with the parameter values for which it was made."""
     return _worked(given), given.values
 
 
 def _worked(given: _Given) -> Derivation:
-    """The derivation for these values of parameters."""
     functions, system = system_functions(given.document), given.document.system
     assert system is not None
     if functions.lagrangian is None and functions.constraints:
@@ -349,14 +347,14 @@ def _with_lagrangian(functions: SystemFunctions, system: System) -> SystemFuncti
 
 
 def on_this_side(derivation: Derivation, values: Mapping[str, float]) -> Derivation:
-    """The same system with the form of its branches that holds for these values of all names."""
+    """The derivation again, if one of its branches is written for other signs than these values have."""
     if all(e.evaluate(**values) > 0 for branch in derivation.branches for e in branch.region):
         return derivation
     return _inverted(derivation, {name: number(Fraction(value)) for name, value in values.items()})
 
 
 def _inverted(derivation: Derivation, values: Mapping[str, Expr]) -> Derivation:
-    """Add to a derivation the ways from momenta to velocities that pass the check for these values."""
+    """Add the solutions of p = dL/dv for the velocities that pass the check at random points."""
     phase, velocities = derivation.phase, derivation.velocity_names
     lagrangian, momenta = derivation.system.lagrangian, derivation.momenta
     assert lagrangian is not None
@@ -391,7 +389,7 @@ def _inverted(derivation: Derivation, values: Mapping[str, Expr]) -> Derivation:
 def _require_regular(
     momenta: Momenta, phase: Phase, velocities: tuple[str, ...], values: Mapping[str, Expr]
 ) -> None:
-    """Raise ComputationError if the velocities do not follow from the momenta, at least at some values."""
+    """Raise ComputationError if the mass matrix is singular, for all values of the parameters or these."""
     matrix, size = momenta.mass_matrix, len(velocities)
     names = {name for row in matrix for entry in row for name in entry.names}
     fixed = {name: value for name, value in values.items() if name in names}
@@ -402,19 +400,19 @@ def _require_regular(
         raise ComputationError(
             f"the Lagrangian is degenerate: its mass matrix has rank {mass_rank} of {size}"
             + (f"; primary constraints: {shown}" if shown else ""),
-            hint="the momenta do not tell the velocities, so that there is no Hamiltonian of this kind",
+            hint="dL/dv cannot be solved for v: the mass matrix is singular, so that there is no Hamiltonian",
         )
     mass_rank = rank(matrix, fixed) if fixed else size
     if mass_rank is not None and mass_rank < size:
         shown = ", ".join(f"{name} = {value}" for name, value in fixed.items())
         raise ComputationError(
             f"the mass matrix has rank {mass_rank} of {size} at the given values ({shown}), "
-            "so that the momenta do not tell the velocities"
+            "so that dL/dv cannot be solved for v"
         )
 
 
 def _is_short(branch: Branch) -> bool:
-    """Whether H can be worked with in symbols."""
+    """Whether H and the velocities have at most MOST_NODES."""
     return sum(e.nodes for e in (branch.hamiltonian, *branch.velocities)) <= MOST_NODES
 
 
@@ -426,10 +424,10 @@ def _residual_of(
     velocities: tuple[str, ...],
     fixed: Mapping[str, float],
 ) -> float | None:
-    """Measure the error of a branch in the Euler-Lagrange equations at random points; None without any value.
+    """The largest relative error of a branch at random points; None if no point has values.
 
-    Names have their `fixed` values, or random ones. There p = dL/dv must lead back to v, and -dH/dq be
-    dL/dq, or where H is long, H be p v - L. A point on another branch says nothing.
+    Letters without a `fixed` value are random. The branch must give back v from p = dL/dv, and -dH/dq must be
+    dL/dq; or H must be p v - L, where H is long. Points that lie on another branch are left out.
     """
     if _is_short(branch):
         expected = [derivative(lagrangian, q) for q in phase.coordinates]

@@ -79,7 +79,7 @@ class EquationsOfMotion:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Equations:
+class SymbolicEquations:
     """The equations of motion of 2 n variables in symbols: of coordinates, and of momenta or velocities.
 
     `slopes` are their derivatives by time; the momenta (n) and the terms of H, `energy`, follow from them.
@@ -99,8 +99,8 @@ class Equations:
         return np.concatenate([initial.q, others])
 
 
-def symbolic_equations(derivation: Derivation) -> Equations:
-    """The equations of motion of a system."""
+def symbolic_equations(derivation: Derivation) -> SymbolicEquations:
+    """Hamilton's equations, or Lagrange's where H has no closed form or there are constraints."""
     if derivation.system.constraints:
         return _with_multipliers(derivation)
     return _lagrange(derivation) if derivation.equations is None else _hamilton(derivation)
@@ -144,8 +144,8 @@ def _in_code(
     parameters: tuple[tuple[str, float], ...],
     swept: tuple[str, ...],
     integrands: tuple[Expr, ...],
-) -> tuple[Equations, Flow, Flow, Flow, Watched]:
-    """The equations of a system with values of its parameters, which serve all starts of an ensemble.
+) -> tuple[SymbolicEquations, Flow, Flow, Flow, Watched]:
+    """The equations of a system with parameter values, compiled once for all starts of an ensemble.
 
     Behind them are the flows of the momenta and of the terms of H, of the slopes of the variables, and of
     their rounding errors, and what is to be watched.
@@ -166,17 +166,16 @@ def _in_code(
     return equations, observe, flow, roundings, watching
 
 
-def _hamilton(derivation: Derivation) -> Equations:
-    """Write Hamilton's equations in symbols."""
+def _hamilton(derivation: Derivation) -> SymbolicEquations:
     assert derivation.equations is not None
     assert derivation.hamiltonian is not None
     phase, slopes = derivation.phase, [to_tree(e) for e in derivation.equations]
     p, energy = [symbol(name) for name in phase.momenta], terms(derivation.hamiltonian)
-    return Equations(phase.names, slopes, p, energy)
+    return SymbolicEquations(phase.names, slopes, p, energy)
 
 
-def _lagrange(derivation: Derivation) -> Equations:
-    """Write Lagrange's equations for the momenta if linear in the velocities, or else for the velocities."""
+def _lagrange(derivation: Derivation) -> SymbolicEquations:
+    """Lagrange's equations for q and p where p is linear in v, else for q and v."""
     phase, velocities, lagrangian = derivation.phase, derivation.velocity_names, derivation.system.lagrangian
     assert lagrangian is not None
     assert derivation.momenta is not None
@@ -197,7 +196,7 @@ def _lagrange(derivation: Derivation) -> Equations:
         steps, v_of_p = solutions(a - substitute(e, at_rest) for a, e in zip(p, definitions, strict=True))
         steps += zip(velocities, v_of_p, strict=True)
         slopes = [*rates, *map(to_tree, forces)]
-        return Equations(phase.names, slopes, p, energy(p), steps)
+        return SymbolicEquations(phase.names, slopes, p, energy(p), steps)
     moving = [*zip(phase.coordinates, v, strict=True), (TIME, ONE)]
     defined = dict(zip(phase.momenta, definitions, strict=True))
     steps, accelerations = solutions(
@@ -205,20 +204,17 @@ def _lagrange(derivation: Derivation) -> Equations:
         for f, p in zip(forces, definitions, strict=True)
     )
     names, slopes = (*phase.coordinates, *velocities), [*rates, *accelerations]
-    return Equations(names, slopes, definitions, energy(definitions), steps)
+    return SymbolicEquations(names, slopes, definitions, energy(definitions), steps)
 
 
-def _with_multipliers(derivation: Derivation) -> Equations:
-    """Write the equations of coordinates and velocities, after steps for momenta and multipliers."""
+def _with_multipliers(derivation: Derivation) -> SymbolicEquations:
+    """The equations for coordinates and velocities with multipliers, which are solved for in steps before."""
     lagrange, momenta, limits = derivation.lagrange, derivation.momenta, derivation.system.constraints
     assert lagrange is not None
     assert momenta is not None
     assert derivation.system.lagrangian is not None
-    names, solved, accelerations = (
-        derivation.velocity_names,
-        derivation.multipliers_anywhere,
-        lagrange.accelerations,
-    )
+    names, solved = derivation.velocity_names, derivation.multipliers_anywhere
+    accelerations = lagrange.accelerations
     steps = [*zip(derivation.phase.momenta, map(to_tree, momenta.definitions), strict=True)]
     if solved is not None and accelerations is not None:
         steps += [(one.name, to_tree(e)) for one, e in zip(limits, solved, strict=True)]
@@ -232,7 +228,7 @@ def _with_multipliers(derivation: Derivation) -> Equations:
         steps += [*made, *((one.name, -x) for one, x in zip(limits, answers[len(names) :], strict=True))]
     energy = derivation.hamiltonian if derivation.is_short else None
     parts = [p * symbol(v) for p, v in zip(momenta.definitions, names, strict=True)]
-    return Equations(
+    return SymbolicEquations(
         (*derivation.phase.coordinates, *names),
         [*map(Name, names), *slopes],
         momenta.definitions,
@@ -244,7 +240,7 @@ def _with_multipliers(derivation: Derivation) -> Equations:
 def beside_constraints(
     derivation: Derivation, right: Sequence[Expr], below: Sequence[Expr]
 ) -> tuple[list[Step], list[Node]]:
-    """Steps, and then the solution of the equations with M and A above for these right sides."""
+    """The linear equations at the top of the module, solved for right sides of M and of A; with steps."""
     assert derivation.momenta is not None
     slopes = [[to_tree(e) for e in one.slopes] for one in derivation.system.constraints]
     masses = [[to_tree(e) for e in row] for row in derivation.momenta.mass_matrix]
@@ -254,7 +250,7 @@ def beside_constraints(
 
 
 def terms(e: Expr) -> list[Expr]:
-    """The terms of an expression, one by one."""
+    """The terms of a sum."""
     return [Expr({monomial: factor}) for monomial, factor in e.ordered] or [e]
 
 

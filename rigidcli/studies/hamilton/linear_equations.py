@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -36,43 +37,52 @@ STABILITY = {
 
 
 def fields(document: Document, derivation: Derivation) -> list[Field]:
-    """The matrix of linear equations, and its eigenvalues."""
+    """The matrix of linear equations, and what its eigenvalues tell."""
     if derivation.linear is None:
         return [Field(key, None) for key in ("matrix", "offset", *SPECTRUM)]
     (matrix, offset), names = derivation.linear, derivation.phase.names
-    shift = " + b" if any(not e.is_zero for e in offset) else ""
-    title = f"A of z' = A z{shift}, z = ({', '.join(names)})"
-    is_small = len(names) <= MOST_COLUMNS
+    shift = " + b" if any(offset) else ""
+    title, is_small = f"A of z' = A z{shift}, z = ({', '.join(names)})", len(names) <= MOST_COLUMNS
     a, b = np.array(matrix, dtype=object), np.array(offset, dtype=object)
-    shown_anyway = [
+    shown = [
         field_of("hamilton", "matrix", a, title=title if is_small else ""),
         field_of("hamilton", "offset", b, title="b" if shift and is_small else ""),
     ]
     roots = _roots(matrix, document, derivation)
     if roots is None:
-        return [*shown_anyway, *(Field(key, None) for key in SPECTRUM)]
+        return shown + [Field(key, None) for key in SPECTRUM]
     pairs = [pair for root in roots for pair in eigenvalues(root)]
     if isinstance(pairs[0][0], float):
         pairs.sort()
-    angular = [root.angular for root in roots if root.angular and not root.growth]
+    shown.append(Field("eigenvalues", [{"re": re, "im": im} for re, im in pairs]))
+    shown.append(_frequencies(roots))
+    stability = _stability(roots, matrix, offset)
+    # It is a question about an equilibrium.
+    stability.diagnostic |= document.equilibrium is None
+    shown.append(stability)
+    return shown
+
+
+def _frequencies(roots: Sequence[Root]) -> Field:
+    """The angular frequencies of what swings without growing, each once."""
+    angular = list(dict.fromkeys(root.angular for root in roots if root.angular and not root.growth))
     numeric = all(isinstance(rate, float) for rate in angular)
-    frequencies = np.array(list(dict.fromkeys(angular)), dtype=float if numeric else object)
-    changes: dict[str, Any] = {"cells": {f"frequencies.{k}": (k,) for k in range(len(frequencies))}}
-    changes |= {} if len(frequencies) else {"title": ""}
-    driven = ", apart from what b(t) drives" if any(TIME in e.names for e in offset) else ""
+    entry = field_of("hamilton", "frequencies", np.array(angular, dtype=float if numeric else object))
+    entry.cells = {f"frequencies.{k}": (k,) for k in range(len(angular))}
+    entry.unit = "rad/s" if numeric else ""
+    return entry if angular else replace(entry, title="")
+
+
+def _stability(roots: Sequence[Root], matrix: Matrix, offset: Sequence[Expr]) -> Field:
+    """Whether motion stays bounded; people see it where anything swings or grows, unlike free fall."""
     stability = stability_of(roots)
     is_shifted = any(not e.is_zero and TIME not in e.names for e in offset)
     if stability == "stable" and is_shifted and _drifts(matrix, offset):
         stability = "marginal"
+    driven = ", apart from what b(t) drives" if any(TIME in e.names for e in offset) else ""
+    is_still = not any(root.angular or root.growth for root in roots)
     words = STABILITY[stability] + driven
-    # It is a question about an equilibrium, and none where nothing swings, as in free fall.
-    is_quiet = document.equilibrium is None or not any(root.angular or root.growth for root in roots)
-    return [
-        *shown_anyway,
-        Field("eigenvalues", [{"re": re, "im": im} for re, im in pairs]),
-        field_of("hamilton", "frequencies", frequencies, unit="rad/s" if numeric else "", **changes),
-        field_of("hamilton", "stability", stability, words=words, diagnostic=is_quiet),
-    ]
+    return field_of("hamilton", "stability", stability, words=words, diagnostic=is_still)
 
 
 def _roots(matrix: Matrix, document: Document, derivation: Derivation) -> list[Root] | None:

@@ -25,15 +25,16 @@ from rigidcli.mechanics.hamilton_equations import TIME
 from rigidcli.studies.common import report, trusted
 from rigidcli.studies.ensembles import Form, StartReport, may_go_in_arrays, of_start, with_start
 from rigidcli.studies.hamilton import SCHEMA, notes_on, orbit_table, run
-from rigidcli.studies.hamilton.derivation import Derivation
+from rigidcli.studies.hamilton.derivation import Derivation, derive
 from rigidcli.studies.hamilton.equations_of_motion import (
     EquationsOfMotion,
     InitialState,
     equations_of_motion,
     terms,
 )
-from rigidcli.studies.hamilton.findings import Findings, derived, invariants_of, observations
-from rigidcli.studies.hamilton.orbit import OrbitSolution, by_exponential, initial_state
+from rigidcli.studies.hamilton.findings import Findings, invariants_of, observations
+from rigidcli.studies.hamilton.orbit import OrbitSolution, by_exponential
+from rigidcli.studies.hamilton.start import initial_state
 
 FEWEST = 16
 """Starts, or points of a sweep, from which on arrays are quicker than one orbit after the other."""
@@ -85,7 +86,7 @@ def together(document: Document, form: Form) -> Callable[[range], Iterator[Start
     first = document.start(0)
     assert first.orbit is not None
     try:
-        derivation, initial = initial_state(first, first.orbit, derived(document))
+        derivation, initial = initial_state(first, first.orbit, derive(document))
         starts = _starts(derivation, initial, ensemble.names, ensemble.values)
         motion = equations_of_motion(derivation, initial)
         times = orbit.instants(1.0)
@@ -223,7 +224,7 @@ def _begun(document: Document) -> _Begun | None:
     if orbit is None or orbit.method != "auto" or orbit.events:
         return None
     try:
-        derivation, initial = initial_state(document, orbit, derived(document))
+        derivation, initial = initial_state(document, orbit, derive(document))
         if derivation.system.constraints or (derivation.branch is not None and derivation.branch.conditions):
             return None
         end = float(orbit.instants(1.0)[-1])

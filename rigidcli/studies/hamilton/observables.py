@@ -9,6 +9,7 @@ constraints hold.
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import replace
@@ -19,12 +20,14 @@ import numpy as np
 
 from rigidcli.algebra.calculus import derivative
 from rigidcli.algebra.expansion import expand
-from rigidcli.algebra.expressions import ONE, Expr, product, symbol, total
+from rigidcli.algebra.expressions import ONE, Expr, number, product, symbol, total
+from rigidcli.algebra.functions import apply
 from rigidcli.algebra.reading import from_tree
 from rigidcli.algebra.simplification import tidy
 from rigidcli.algebra.substitution import substitute
 from rigidcli.algebra.trees import to_tree
 from rigidcli.algebra.values import is_zero, sampled
+from rigidcli.core.arithmetic import Floats
 from rigidcli.core.estimate import columns
 from rigidcli.document.document import Document
 from rigidcli.document.observables import ENERGIES
@@ -32,13 +35,12 @@ from rigidcli.errors import ExpressionError
 from rigidcli.language import code
 from rigidcli.language.expression import Expression
 from rigidcli.language.text import latex_name, reading
-from rigidcli.mechanics.hamilton_equations import TIME, bracket
+from rigidcli.mechanics.hamilton_equations import TIME, bracket, velocity
 from rigidcli.report import Field, Step
 from rigidcli.studies.common import if_known, noise
-from rigidcli.studies.hamilton.constrained import keeper
+from rigidcli.studies.hamilton.constraints import keeper
 from rigidcli.studies.hamilton.derivation import Derivation
 from rigidcli.studies.hamilton.equations_of_motion import symbolic_equations, terms
-from rigidcli.studies.hamilton.named import SAME, factor_of
 from rigidcli.studies.hamilton.system import derived_parameters, known_values
 
 if TYPE_CHECKING:
@@ -57,6 +59,28 @@ class Observable(NamedTuple):
     rate: Expr | None
     conserved: bool | None
 
+    def fields(self, orbit: OrbitSolution | None) -> Iterator[Field]:
+        """The function, its rate, whether it is conserved, and its mean over the orbit."""
+        key, sign = f"observables.{self.name}", latex_name(self.name)
+        words = ""
+        if self.conserved and self.rate is not None:
+            shown = reading(to_tree(self.rate))
+            words = "0: conserved" if self.rate.is_zero else f"{shown}, which is zero here: conserved"
+        mean, is_noise = None, False
+        if orbit is not None:
+            mean = orbit.means[key]
+            is_noise = abs(mean) <= noise(orbit.trusted_digits) * orbit.scales[key]
+        yield _cell(f"{key}.expression", self.function, self.name, sign)
+        yield _cell(f"{key}.rate", self.rate, f"d{self.name}/dt", rf"\dot{{{sign}}}", words)
+        yield _cell(f"{key}.conserved", self.conserved)
+        mean_sign = rf"\langle {sign} \rangle"
+        yield _cell(f"{key}.mean", mean, f"mean of {self.name}", mean_sign, "0" if is_noise else "")
+
+
+def _cell(key: str, value: Expr | float | None, title: str = "", symbol: str = "", words: str = "") -> Field:
+    """A result with a cell of csv, which people do not see where it is missing."""
+    return if_known(Field(key, value, title, symbol, cells={key: ()}, words=words))
+
 
 class NamedBracket(NamedTuple):
     """A Poisson bracket `of` two texts, its value, and what it equals; None where one of these is open."""
@@ -73,6 +97,53 @@ class Observed(NamedTuple):
     brackets: tuple[NamedBracket, ...]
     functions: Mapping[str, Expr]
     events: Mapping[str, Expr]
+
+    def fields(self, orbit: OrbitSolution | None) -> list[Field]:
+        """The observables with their rates and means over the orbit, and the brackets."""
+        shown = [entry for one in self.observables for entry in one.fields(orbit)]
+        if self.brackets:
+            rows = [{"of": [*pair.of], "value": pair.value, "equals": pair.equals} for pair in self.brackets]
+            shown.append(Field("brackets", rows))
+        for place, pair in enumerate(self.brackets):
+            title, sign = f"{{{', '.join(pair.of)}}}", ", ".join(map(latex_name, pair.of))
+            value = pair.value if pair.equals is None else pair.equals
+            entry = Field("", value, title, rf"\{{{sign}\}}", cells={f"brackets.{place}": ()})
+            shown.append(replace(entry, words="" if value is not None else "not known"))
+        return shown
+
+    def steps(self, derivation: Derivation) -> Iterator[Step]:
+        """Lead to the rates of the observables, and to the brackets."""
+        phase, rates = derivation.phase, derivation.equations
+        shown = list[Field]()
+        for one in self.observables if rates is not None else ():
+            size = len(phase.coordinates)
+            pairs = [*zip(phase.names, rates or (), strict=True)]
+            moved = [
+                total(derivative(one.function, x) * f for x, f in part)
+                for part in (pairs[:size], pairs[size:])
+            ]
+            parts = [moved[0], moved[1], derivative(one.function, TIME)]
+            titles = ("sum of df/dq qdot", "sum of df/dp pdot", "partial df/dt")
+            shown.append(Field("", one.function, one.name, latex_name(one.name)))
+            shown += [Field("", tidy(e), title) for title, e in zip(titles, parts, strict=True) if e]
+            if one.rate is not None:
+                shown.append(Field("", one.rate, f"d{one.name}/dt", rf"\dot{{{latex_name(one.name)}}}"))
+        if shown:
+            yield Step(
+                "Rates of the observables",
+                "Along the motion, f changes by the sum of df/dq qdot + df/dp pdot, which is its bracket "
+                "with H where there are no forces, and by df/dt.",
+                tuple(shown),
+            )
+        shown = []
+        for (first, second), value, name in self.brackets:
+            if value is not None:
+                title = f"{{{first}, {second}}}"
+                shown.append(Field("", value, title))
+                shown += [] if name is None or name == value else [Field("", name, "which is")]
+        if shown:
+            sentence = "The bracket {A, B} is the sum of dA/dq dB/dp - dA/dp dB/dq."
+            yield Step("Poisson brackets", sentence, tuple(shown))
 
 
 def observed(document: Document, derivation: Derivation) -> Observed:
@@ -131,7 +202,7 @@ def _energies(derivation: Derivation) -> dict[str, Expr]:
 
 
 def _of_state(e: Expr, derivation: Derivation) -> Expr:
-    """A function without velocities, if these have formulas; else without momenta, if that is needed."""
+    """A function in terms of coordinates and momenta; of velocities, where these have no formula."""
     if derivation.velocities is not None:
         known = dict(zip(derivation.velocity_names, derivation.velocities, strict=True))
     elif derivation.momenta is not None and not derivation.are_linear:
@@ -150,10 +221,8 @@ def _observable(document: Document, derivation: Derivation, name: str, e: Expr) 
         rates |= dict(zip(phase.coordinates, map(symbol, v), strict=True))
         if derivation.accelerations is not None:
             rates |= dict(zip(v, derivation.accelerations, strict=True))
-    limits, solved = (
-        [one.name for one in derivation.system.constraints],
-        derivation.multipliers_anywhere or (),
-    )
+    limits = [one.name for one in derivation.system.constraints]
+    solved = derivation.multipliers_anywhere or ()
     try:
         whole = _of_state(substitute(e, dict(zip(limits, solved, strict=False))), derivation)
         if not whole.names.isdisjoint([*limits, *(_moving(derivation) - rates.keys())]):
@@ -204,7 +273,7 @@ def _vanishes_on_constraints(rate: Expr, derivation: Derivation, values: Mapping
 
 
 def _recognised(value: Expr, candidates: Mapping[str, Expr], derivation: Derivation) -> Expr | None:
-    """The observable that a bracket is, or a product of two, with a factor of parameters; else None."""
+    """The observable, or product of two, of which a bracket is a multiple by parameters; else None."""
     moving = [*derivation.phase.names, TIME]
     if value.names.isdisjoint(moving):
         return None
@@ -218,73 +287,108 @@ def _recognised(value: Expr, candidates: Mapping[str, Expr], derivation: Derivat
     return None
 
 
-def fields(found: Observed, orbit: OrbitSolution | None) -> list[Field]:
-    """The observables with their rates and means over the orbit, and the brackets."""
-    shown = []
-    for one in found.observables:
-        key, sign = f"observables.{one.name}", latex_name(one.name)
-        shown.append(
-            Field(f"{key}.expression", one.function, one.name, sign, cells={f"{key}.expression": ()})
-        )
-        is_still = one.rate is not None and one.rate.is_zero
-        words = "0: conserved" if is_still else ""
-        if one.conserved and not is_still:
-            words = (
-                f"{reading(to_tree(one.rate))}, which is zero here: conserved" if one.rate is not None else ""
-            )
-        rate, cells = (
-            Field(f"{key}.rate", one.rate, f"d{one.name}/dt", rf"\dot{{{sign}}}"),
-            {f"{key}.rate": ()},
-        )
-        shown.append(if_known(replace(rate, cells=cells, words=words)))
-        shown.append(Field(f"{key}.conserved", one.conserved, cells={f"{key}.conserved": ()}))
-        mean = None if orbit is None else orbit.means[key]
-        is_noise = (
-            orbit is not None and abs(orbit.means[key]) <= noise(orbit.trusted_digits) * orbit.scales[key]
-        )
-        title, sign = f"mean of {one.name}", rf"\langle {sign} \rangle"
-        entry = Field(f"{key}.mean", mean, title, sign, cells={f"{key}.mean": ()})
-        shown.append(if_known(replace(entry, words="0" if is_noise else "")))
-    if found.brackets:
-        rows = [{"of": [*pair.of], "value": pair.value, "equals": pair.equals} for pair in found.brackets]
-        shown.append(Field("brackets", rows))
-    for place, pair in enumerate(found.brackets):
-        title, sign = f"{{{', '.join(pair.of)}}}", ", ".join(map(latex_name, pair.of))
-        value = pair.value if pair.equals is None else pair.equals
-        entry = Field("", value, title, rf"\{{{sign}\}}", cells={f"brackets.{place}": ()})
-        shown.append(replace(entry, words="" if value is not None else "not known"))
-    return shown
+POINTS = 5
+"""Points at which functions are compared."""
+
+SAME = 1e-9
+"""Ratios that differ by less, in units of themselves, are the same where only values can tell."""
+
+_CARTESIAN = re.compile(r"([xyz])_?(\d*)")
+"""The name of a Cartesian coordinate: its axis, and the number of the particle."""
 
 
-def steps(found: Observed, derivation: Derivation) -> Iterator[Step]:
-    """Lead to the rates of the observables, and to the brackets."""
-    phase, rates = derivation.phase, derivation.equations
-    shown = list[Field]()
-    for one in found.observables if rates is not None else ():
-        size = len(phase.coordinates)
-        pairs = [*zip(phase.names, rates or (), strict=True)]
-        moved = [
-            total(derivative(one.function, x) * f for x, f in part) for part in (pairs[:size], pairs[size:])
-        ]
-        parts = [moved[0], moved[1], derivative(one.function, TIME)]
-        titles = ("sum of df/dq qdot", "sum of df/dp pdot", "partial df/dt")
-        shown.append(Field("", one.function, one.name, latex_name(one.name)))
-        shown += [Field("", tidy(e), title) for title, e in zip(titles, parts, strict=True) if e]
-        if one.rate is not None:
-            shown.append(Field("", one.rate, f"d{one.name}/dt", rf"\dot{{{latex_name(one.name)}}}"))
-    if shown:
-        yield Step(
-            "Rates of the observables",
-            "Along the motion, f changes by the sum of df/dq qdot + df/dp pdot, which is its bracket with H "
-            "where there are no forces, and by df/dt.",
-            tuple(shown),
-        )
-    shown = []
-    for (first, second), value, name in found.brackets:
-        if value is not None:
-            title = f"{{{first}, {second}}}"
-            shown.append(Field("", value, title))
-            shown += [] if name is None or name == value else [Field("", name, "which is")]
-    if shown:
-        sentence = "The bracket {A, B} is the sum of dA/dq dB/dp - dA/dp dB/dq."
-        yield Step("Poisson brackets", sentence, tuple(shown))
+def factor_of(value: Expr, e: Expr, moving: Sequence[str]) -> Expr | None:
+    """The factor c of value = c e, if c has none of the `moving` names; else None."""
+    letters = sorted((value.names | e.names).difference(moving))
+    rows = sampled([value, e], {name: 0.6 + 0.13 * k for k, name in enumerate(letters)})
+    if rows is None or not e:
+        return None
+    ratios = rows[:, 0] / np.where(rows[:, 1], rows[:, 1], np.nan)
+    if not np.ptp(ratios) <= SAME * np.abs(ratios).max():
+        return None
+    with suppress(ExpressionError, ZeroDivisionError):
+        point = {name: number(2 * k + 3) / number(k + 2) for k, name in enumerate(moving)}
+        factor = tidy(substitute(value, point) / substitute(e, point))
+        return factor if is_zero(value - factor * e) else None
+    return None
+
+
+def names_of(invariants: Sequence[Expr], derivation: Derivation) -> list[str | None]:
+    """The names of conserved quantities, found by their values at some points; None for one that has none."""
+    moving, paths = [*derivation.phase.names, TIME], list(_paths(derivation))
+    known, vectors = dict(_momenta(paths)), list(_runge_lenz(paths))
+    sides = [e for _, *pair in vectors for e in pair]
+    letters = {name for e in invariants for name in e.names}.difference(moving)
+    fixed = {name: 0.6 + 0.13 * k for k, name in enumerate(sorted(letters))}
+    rows = sampled([*invariants, *known.values(), *sides], fixed, POINTS, moving)
+    if rows is None:
+        return [None] * len(invariants)
+    columns = [*rows.T]
+    values, momenta, sides_at = np.split(rows.T, [len(invariants), len(columns) - len(sides)])
+    # A = p x L - c r/|r| with any c: what is left beside p x L is along r/|r|.
+    pairs = [*zip([words for words, *_ in vectors], sides_at[::2], sides_at[1::2], strict=True)]
+
+    def name(value: Floats) -> str | None:
+        for words, other in zip(known, momenta, strict=True):
+            if _is_multiple(value, other):
+                return words
+        for words, crossed, direction in pairs:
+            if any(_is_multiple(sign * value - crossed, direction) for sign in (1, -1)):
+                return words
+        return None
+
+    return list(map(name, values))
+
+
+def _is_multiple(values: Floats, of: Floats) -> bool:
+    """Whether values (k) are a constant, nonzero multiple of others."""
+    with np.errstate(all="ignore"):
+        ratios = values / of
+    return bool(np.ptp(ratios) <= SAME * np.abs(ratios).max()) and bool(ratios.any())
+
+
+def _paths(derivation: Derivation) -> Iterator[dict[str, tuple[Expr, Expr]]]:
+    """The Cartesian coordinates of each particle with their momenta, by the names of the axes."""
+    system, phase = derivation.system, derivation.phase
+    if system.particles and derivation.velocities is not None:
+        rates = dict(zip(phase.coordinates, derivation.velocity_names, strict=True))
+        solved = dict(zip(derivation.velocity_names, derivation.velocities, strict=True))
+        for one in system.particles:
+            if one.mass is not None:
+                moved = [one.mass * substitute(velocity(path, rates), solved) for path in one.position]
+                yield dict(zip("xyz", zip(one.position, moved, strict=True), strict=False))
+        return
+    found: dict[str, dict[str, tuple[Expr, Expr]]] = {}
+    for q, p in zip(phase.coordinates, phase.momenta, strict=True):
+        if (axis := _CARTESIAN.fullmatch(q)) is not None:
+            found.setdefault(axis[2], {})[axis[1]] = symbol(q), symbol(p)
+    yield from found.values()
+
+
+def _momenta(paths: Sequence[dict[str, tuple[Expr, Expr]]]) -> Iterator[tuple[str, Expr]]:
+    """Total momenta, and angular momenta about the axes."""
+    whole = "total " if len(paths) > 1 else ""
+    for axis in "xyz":
+        parts = [one[axis][1] for one in paths if axis in one]
+        if parts:
+            yield f"{whole}momentum along {axis}", total(parts)
+    for axis, a, b in (("x", "y", "z"), ("y", "z", "x"), ("z", "x", "y")):
+        turns = [_turn(one, a, b) for one in paths if a in one and b in one]
+        if turns:
+            yield f"{whole}angular momentum about {axis}", total(turns)
+
+
+def _turn(one: dict[str, tuple[Expr, Expr]], a: str, b: str) -> Expr:
+    return one[a][0] * one[b][1] - one[b][0] * one[a][1]
+
+
+def _runge_lenz(paths: Sequence[dict[str, tuple[Expr, Expr]]]) -> Iterator[tuple[str, Expr, Expr]]:
+    """For each axis p x L = r p^2 - p (r.p) and r/|r| of a single particle, along that axis."""
+    if len(paths) != 1 or len(paths[0]) < 2:
+        return
+    (one,) = paths
+    squared = total(p * p for _, p in one.values())
+    along = total(q * p for q, p in one.values())
+    distance = apply("sqrt", total(q * q for q, _ in one.values()))
+    for axis, (q, p) in one.items():
+        yield f"Runge-Lenz vector along {axis}", q * squared - p * along, q / distance

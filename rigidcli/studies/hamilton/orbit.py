@@ -1,198 +1,41 @@
-"""An orbit in phase space: its initial state, its integration with measures of how well, and its program."""
+"""An orbit in phase space: its integration, its samples, and measures of how well it was followed."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
+from typing import Any, NamedTuple, TypedDict
 
 import numpy as np
 from numpy.typing import NDArray
 
-from rigidcli.algebra.calculus import derivative
-from rigidcli.algebra.expressions import Expr, symbol, total
-from rigidcli.algebra.functions import apply
-from rigidcli.algebra.trees import to_tree
+from rigidcli.algebra.expressions import Expr, symbol
 from rigidcli.core import integrate, memory, stiff
 from rigidcli.core.arithmetic import EPS, Floats
 from rigidcli.core.estimate import columns, compared, foreseen, rounding
-from rigidcli.core.solution import NO_VALUE, Flow, Solution, digits
-from rigidcli.document.document import Document
+from rigidcli.core.solution import Solution, digits
 from rigidcli.document.orbit import Orbit
 from rigidcli.document.sampling import DEFAULT_TOLERANCE
-from rigidcli.errors import ComputationError, ExpressionError
-from rigidcli.language import code
-from rigidcli.language.sharing import shared
+from rigidcli.errors import ComputationError
 from rigidcli.mechanics import linear_flow
 from rigidcli.mechanics.hamilton_equations import TIME
-from rigidcli.mechanics.legendre import Momenta
-from rigidcli.mechanics.velocity_inversion import Branch
-from rigidcli.report import Program, Run
-from rigidcli.studies.hamilton.derivation import Derivation, on_this_side
+from rigidcli.studies.hamilton.constraints import Keeper, keeper
+from rigidcli.studies.hamilton.derivation import Derivation
 from rigidcli.studies.hamilton.equations_of_motion import (
-    KEY,
+    EquationsOfMotion,
     InitialState,
     equations_of_motion,
-    symbolic_equations,
+    terms,
     values_of_terms,
 )
-from rigidcli.studies.hamilton.equations_of_motion import terms as terms_of
-from rigidcli.studies.hamilton.passes import Values, cut, equation, passes, reach, selected, touching
-from rigidcli.studies.hamilton.system import require_formulas
+from rigidcli.studies.hamilton.sections import Values, cut, equation, passes, reach, selected, touching
 
-SAME = 1e-6
-"""Velocities belong to a branch if they differ by less than this, in units of their size."""
+NAME = "the orbit"
+"""What messages call the solution."""
 
-
-def initial_state(
-    document: Document, orbit: Orbit, derivation: Derivation
-) -> tuple[Derivation, InitialState]:
-    """The system on the branch of the velocities that an orbit begins on, and the state there.
-
-    Raises DocumentError where the system has no motion from there, and ComputationError where H has steps.
-    """
-    assert document.system is not None
-    for place in derivation.jumps:
-        raise ComputationError(
-            f"H has a step where {place} = 0, at which a momentum changes suddenly",
-            hint=f"write a gradual step, such as {apply('tanh', place / symbol('d'))} with a small d",
-        )
-    q, p, v = orbit.start(document.system)
-    parameters = {name: float(value) for name, value in document.values.items()}
-    point = _Point(document, {TIME: 0.0, **parameters}).at(derivation.phase.coordinates, q)
-    if p is None:
-        assert v is not None
-        p = _momenta(point, derivation, v)
-    point = point.at(derivation.phase.momenta, p)
-    if derivation.branches and not derivation.are_linear:
-        derivation = on_this_side(derivation, point.known)
-        branch = _branch(point, derivation, v)
-        derivation = replace(derivation, branches=() if branch is None else (branch,))
-    elif derivation.momenta is not None and not derivation.are_linear and v is None:
-        v = _velocities(point, derivation.momenta, derivation.velocity_names, p)
-        shown = ", ".join(f"{name} = {x:.6g}" for name, x in zip(derivation.velocity_names, v, strict=True))
-        notes = (*derivation.notes, f"the momenta at the start belong to {shown}, and perhaps to others, too")
-        derivation = replace(derivation, notes=notes)
-    if derivation.system.constraints:
-        from rigidcli.studies.hamilton.constrained import keeper, on_constraints
-
-        if v is None and derivation.velocities is not None:
-            v = point.evaluate(derivation.velocities, "a velocity")
-        elif v is None:
-            assert derivation.momenta is not None
-            v = _velocities(point, derivation.momenta, derivation.velocity_names, p)
-        q, v = on_constraints(document, keeper(derivation, parameters), q, v)
-        point = point.at(derivation.phase.coordinates, q)
-        p = _momenta(point, derivation, v)
-        point = point.at(derivation.phase.momenta, p)
-    if derivation.hamiltonian is not None:
-        point.evaluate([derivation.hamiltonian], "H")
-    return derivation, InitialState(parameters, q, p, v)
-
-
-@dataclass(frozen=True, slots=True)
-class _Point:
-    """Values of names at the start."""
-
-    document: Document
-    known: Mapping[str, float]
-
-    def at(self, names: Sequence[str], values: Floats) -> _Point:
-        """Add the values of more names."""
-        return replace(self, known={**self.known, **dict(zip(names, map(float, values), strict=True))})
-
-    def evaluate(self, expressions: Sequence[Expr], what: str) -> Floats:
-        """The values of expressions; DocumentError says of `what` that it has none."""
-        try:
-            f = code.function([to_tree(e) for e in expressions], list(self.known), {})(math)
-            values = np.array(f(*self.known.values()), dtype=np.float64)
-        except NO_VALUE:
-            values = np.array([math.nan])
-        if not np.isfinite(values).all():
-            raise self.document.refusal(f"{what} has no finite real value there", KEY)
-        return values
-
-
-def _momenta(point: _Point, derivation: Derivation, v: Floats) -> Floats:
-    """The momenta from the velocities: by definition, or where H is given from v = dH/dp linear in them."""
-    if derivation.momenta is not None:
-        return point.at(derivation.velocity_names, v).evaluate(derivation.momenta.definitions, "a momentum")
-    names, size = derivation.phase.momenta, len(v)
-    slopes = [derivative(derivation.generator, name) for name in names]
-    matrix = [derivative(slope, name) for slope in slopes for name in names]
-    if any(not entry.names.isdisjoint(names) for entry in matrix):
-        raise point.document.refusal(
-            "velocities do not tell the momenta, as dH/dp is not linear in them",
-            KEY,
-            hint=f"give the momenta {', '.join(names)}",
-        )
-    values = point.at(names, np.zeros(size)).evaluate([*slopes, *matrix], "a velocity")
-    try:
-        return np.asarray(np.linalg.solve(values[size:].reshape(size, size), v - values[:size]))
-    except np.linalg.LinAlgError:
-        raise ComputationError("the velocities do not tell the momenta there: dH/dp is degenerate") from None
-
-
-def _velocities(point: _Point, momenta: Momenta, names: Sequence[str], p: Floats) -> Floats:
-    """Velocities (n) with the momenta p (n), by a search from rest. Raises DocumentError where it fails."""
-    from scipy.optimize import root
-
-    entries = [*momenta.definitions, *(e for row in momenta.mass_matrix for e in row)]
-    size = len(p)
-
-    def miss(v: Floats) -> tuple[Floats, Floats]:
-        values = point.at(names, v).evaluate(entries, "a momentum")
-        return values[:size] - p, values[size:].reshape(size, size)
-
-    v: Floats = root(miss, np.zeros(size), jac=True, method="lm", tol=1e-15).x
-    if np.abs(miss(v)[0]).max() > SAME * np.abs(p).max():
-        raise point.document.refusal(
-            "no velocities were found that have these momenta",
-            KEY,
-            hint=f"give the velocities {', '.join(names)} instead",
-        )
-    return v
-
-
-def _branch(point: _Point, derivation: Derivation, v: Floats | None) -> Branch | None:
-    """The branch of the velocities that the orbit begins on; None if these are to be followed themselves.
-
-    That is so if they belong to none of the branches, or the form of the branch changes on the way.
-    """
-    branches = derivation.branches
-    inside = [b for b in branches if min(point.evaluate(b.conditions, "a momentum"), default=1.0) > 0]
-    values = [point.evaluate(branch.velocities, "a velocity") for branch in inside]
-    if v is not None:
-        near = (np.allclose(known, v, rtol=SAME, atol=SAME * np.abs(v).max()) for known in values)
-        return next((branch for branch, is_same in zip(inside, near, strict=True) if is_same), None)
-    if not inside:
-        raise point.document.refusal(f"no velocity has these momenta, expected {branches[0].validity}", KEY)
-    if len(inside) == 1:
-        return inside[0]
-    names = derivation.velocity_names
-    listed = "; ".join(
-        ", ".join(f"{name} = {value:.6g}" for name, value in zip(names, known, strict=True))
-        for known in sorted(values, key=tuple)
-    )
-    raise point.document.refusal(
-        f"{len(inside)} velocities have these momenta: {listed}",
-        KEY,
-        hint=f"give the velocities {', '.join(names)} instead",
-    )
-
-
-LEAST_SIZE = 1e-3
-"""The least size of a variable with which its errors are compared, in units of what its rate is made of.
-
-A variable that stays zero only as large numbers cancel is noise, about 1e-16 of these: no program can follow
-it with errors of 1e-12 of its own size.
-"""
-
-NUDGE = 1e-6
-"""By how much variables are changed, in units of themselves, to see what rates are made of."""
-
-FEW, MANY_TURNS = 6, 1e4
+FEW_COORDINATES, FEW_RADIANS = 6, 1e4
 """With fewer coordinates, and rates times the span below this, steps are as quick as an exponential."""
 
 LOOKS_AT_TERMS = 64
@@ -201,18 +44,36 @@ LOOKS_AT_TERMS = 64
 LOOKS = 4097
 """Times at which it is looked whether an orbit has left its range: they tell three digits of the end."""
 
+SMOOTH = 1e-3
+"""The largest error of a straight line between two drawn states, in units of the width of the picture."""
+
+MOST_DRAWN = 20_000
+"""The most states that are drawn: about 1 MB in a file .svg."""
+
+
+class Samples(TypedDict):
+    """The fields of an orbit that have a row for each of its times."""
+
+    times: Floats
+    coordinates: Floats
+    momenta: Floats
+    energy: Floats
+    states: Floats
+    further: dict[str, Floats]
+
 
 @dataclass(frozen=True, slots=True, eq=False)
 class OrbitSolution:
-    """An orbit at `times` (k): coordinates and momenta (both k by n) and H (k).
+    """An orbit at `times` (k): coordinates and momenta (both k by n) and H (k), and how well it was followed.
 
     `drift` is the change of H and of the conserved quantities, in units of the largest sum of the sizes of
     their terms; where H changes by law, the integral of dH/dt is taken off. What is neither H nor a momentum
     is one of the `invariants`. The `states` (k by 2 n) have the variables that were integrated. `further`
-    samples (k), such as those of multipliers, stand under their keys, and the `means` over the orbit of some;
-    `scales` are the largest sums of the sizes of their terms.
+    samples (k), of multipliers and observables, stand under their keys, with `means` over the orbit;
+    `scales` are the largest sums of the sizes of the terms of each sampled function.
     The `end` is the time at which an orbit with `until` ends, and why; what events have met is in `remarks`.
     From `lost` on, if ever, a second orbit in other steps has nothing in common with this one.
+    `at` gives samples at other times, and `knots` are the ends of the steps: None for one of many orbits.
     """
 
     times: Floats
@@ -233,6 +94,8 @@ class OrbitSolution:
     end: tuple[float, str] | None = None
     is_section: bool = False
     remarks: tuple[str, ...] = ()
+    at: Callable[[Floats], Samples] | None = None
+    knots: Floats | None = None
 
 
 @np.errstate(over="ignore", invalid="ignore")
@@ -253,134 +116,267 @@ def solve_orbit(
 
     Raises ComputationError where the orbit ends early, or needs too many steps, or too much memory.
     """
-    motion, name = equations_of_motion(derivation, initial), "the orbit"
-    times = orbit.instants(1.0)
-    memory.require(len(times), 2 + len(motion.start))
-    span = (0.0, float(times[-1]))
-    stops, longest = foreseen(motion.watched, span[1], name)
-    limits = derivation.system.constraints
-    bounds = None
-    if limits:
-        from rigidcli.studies.hamilton.constrained import keeper
+    motion, limits = equations_of_motion(derivation, initial), derivation.system.constraints
+    functions = functions or {}
+    crossing = {key: _first_row(motion.function([e])) for key, e in (passing or {}).items()}
+    bounds = keeper(derivation, initial.parameters) if limits else None
+    run = _follow(orbit, derivation, initial, motion, bounds, crossing, progress, starts)
+    solution, times, kept, end, remarks = _met(orbit, crossing, run.solution, run.times, run.until)
+    _require_range(solution, derivation, initial)
+    further = {f"multipliers.{one.name}": one.multiplier for one in limits} | dict(functions)
+    states = solution.at(times)
+    *observed, energy_terms = motion.observed(times, states)
+    samples = _samples(motion, further, times, states, observed)
+    _require_values(times, samples["further"])
+    drift = _drifts(motion, derivation, initial, solution, states, samples, energy_terms, invariants)
+    # The energy that time or forces have brought is one more integral, with errors of its own.
+    energy_error = 0.0 if derivation.energy_changes else drift["H"]
+    if bounds is not None:
+        misses = np.abs(bounds.measured(times, samples["states"])).max(axis=1)
+        drift |= {one.name: float(miss) for one, miss in zip(limits, misses, strict=True)}
+    errors = (
+        run.error,
+        energy_error,
+        _lost_in_slopes(motion, solution, run.scale),
+        rounding(solution, run.stops),
+    )
+    means = solution.mean(partial(motion.values, [*functions.values()])) if functions else ()
 
-        bounds = keeper(derivation, initial.parameters)
-    tolerance = orbit.tolerance or DEFAULT_TOLERANCE
-    follow = partial(
-        integrate.integrate,
-        motion.flow,
-        motion.start,
-        roundings=motion.roundings,
-        name=name,
-        longest=min(longest, orbit.max_step or math.inf),
-        starts=starts,
-        project=None if bounds is None else bounds.back,
+    def at(times: Floats) -> Samples:
+        states = solution.at(times)
+        return _samples(motion, further, times, states, motion.observed(times, states)[:3])
+
+    return OrbitSolution(
+        times=times[kept],
+        coordinates=samples["coordinates"][kept],
+        momenta=samples["momenta"][kept],
+        energy=samples["energy"][kept],
+        states=samples["states"][kept],
+        further={key: x[kept] for key, x in samples["further"].items()},
+        drift=drift,
+        invariants=tuple(map(str, invariants)),
+        method=solution.method,
+        steps=solution.steps,
+        trusted_digits=digits(max(errors)),
+        lost=run.lost,
+        note=solution.note,
+        means=dict(zip(functions, map(float, means), strict=True)),
+        scales=_scales(motion, derivation, samples, further),
+        end=end,
+        is_section=orbit.section is not None,
+        remarks=remarks,
+        at=at,
+        knots=solution.knots,
     )
-    until, crossing = None, {key: _first_row(motion.function([e])) for key, e in (passing or {}).items()}
-    if "orbit.until" in crossing:
-        far, until = reach(
-            lambda end: follow(
-                (0.0, end), tolerance=tolerance, stops=stops[stops < end].tolist(), engine=orbit.method
-            ),
-            crossing["orbit.until"],
-            span[1],
-            "orbit.until",
+
+
+class _Run(NamedTuple):
+    """A solution with its error and the sizes `scale` (2 n) of the variables, by which that is measured.
+
+    The steps end at `stops`; an orbit with `until` ends at about that time, if it is met.
+    """
+
+    solution: Solution
+    error: float
+    lost: float | None
+    scale: Floats
+    stops: Floats
+    times: Floats
+    until: float | None
+
+
+def _follow(
+    orbit: Orbit,
+    derivation: Derivation,
+    initial: InitialState,
+    motion: EquationsOfMotion,
+    bounds: Keeper | None,
+    crossing: Mapping[str, Values],
+    progress: Callable[[float], None] | None,
+    starts: int,
+) -> _Run:
+    """Integrate the equations of motion, and again in other steps, to see how many digits are right."""
+    times, count = orbit.instants(1.0), 2 * len(initial.q)
+    memory.require(len(times), 2 + len(motion.start))
+    last, until = float(times[-1]), None
+    stops, longest = foreseen(motion.watched, last, NAME)
+
+    def follow(end: float, stops: Sequence[float], tolerance: float, **options: Any) -> Solution:
+        return integrate.integrate(
+            motion.flow,
+            motion.start,
+            (0.0, end),
+            tolerance=tolerance,
+            stops=stops,
+            roundings=motion.roundings,
+            name=NAME,
+            longest=min(longest, orbit.max_step or math.inf),
+            starts=starts,
+            project=None if bounds is None else bounds.back,
+            **options,
         )
-        span, stops = (0.0, far), stops[stops < far]
+
+    def first(end: float, **options: Any) -> Solution:
+        tolerance = orbit.tolerance or DEFAULT_TOLERANCE
+        return follow(end, stops[stops < end].tolist(), tolerance, engine=orbit.method, **options)
+
+    if "orbit.until" in crossing:
+        last, until = reach(first, crossing["orbit.until"], last, "orbit.until")
+        stops = stops[stops < last]
         times = times if until is None else cut(times, until)
-    solution = by_exponential(derivation, initial, span[1], orbit) or follow(
-        span, tolerance=tolerance, stops=stops.tolist(), engine=orbit.method, progress=progress
-    )
+    exactly = partial(by_exponential, derivation, initial, last, orbit)
+    solution = exactly() or first(last, progress=progress)
     # Zero at some samples must not pass for the size of a variable.
-    scale = np.maximum(solution.largest, np.abs(solution.at(times)).max(axis=0))[: 2 * len(initial.q)]
+    scale = np.maximum(solution.largest, np.abs(solution.at(times)).max(axis=0))[:count]
     if bounds is not None:
         scale = np.maximum(scale, bounds.sizes(motion.values, solution))
     scale[scale == 0] = 1.0
     solution, error, lost = compared(
         solution,
         # A second solution by an exponential has steps that share no point with those of the first.
-        lambda tolerance, stops: (
-            by_exponential(derivation, initial, span[1], orbit, finer=1.37)
-            or follow(span, tolerance=tolerance, stops=stops, like=solution)
-        ),
+        lambda tolerance, stops: exactly(finer=1.37) or follow(last, stops, tolerance, like=solution),
         motion.watched,
         stops,
-        lambda one, other: np.abs((one - other)[:, : len(scale)] / scale).max(axis=1),
+        lambda one, other: np.abs((one - other)[:, :count] / scale).max(axis=1),
         times,
     )
-    solution, times, kept, end, remarks = _met(orbit, crossing, solution, times, until)
-    _require_range(solution, derivation, initial)
-    states = solution.at(times)
-    coordinates, momenta, energy, terms = motion.observed(times, states)
-    # The sizes of terms, too, are the largest along the run.
-    way = solution.knots[:: 1 + len(solution.knots) // LOOKS_AT_TERMS]
-    on_the_way = motion.observed(way, solution.at(way))
-    drift = {}
-    if solution.method != linear_flow.METHOD or not derivation.energy_changes:
-        gained = states[:, -1] if derivation.energy_changes else np.zeros(len(times))
-        drift["H"] = _drift(energy - energy[0] - (gained - gained[0]), terms, on_the_way[3])
-    for e in (*(symbol(f"p_{name}") for name in derivation.conserved_momenta), *invariants):
-        values = values_of_terms(e, derivation.phase, initial.parameters)
-        parts = values(times, *coordinates.T, *momenta.T)
-        drift[str(e)] = _drift(parts.sum(axis=0), parts, values(way, *on_the_way[0].T, *on_the_way[1].T))
-    # Both solutions share rounding errors of their slopes, in each step of either sign. An exponential has
-    # no slopes, and where fast rates die out, so do these errors.
-    lost_in_slopes = columns(motion.roundings)(way, *solution.at(way).T)[: len(scale)].mean(axis=1)
-    noise = float((lost_in_slopes / scale).max()) * EPS * span[1] / math.sqrt(solution.steps or 1)
-    if solution.method in (linear_flow.METHOD, stiff.METHOD):
-        noise = 0.0
-    # The energy that time or forces have brought is one more integral, with errors of its own.
-    energy_error = 0.0 if derivation.energy_changes else drift["H"]
-    if bounds is not None:
-        misses = np.abs(bounds.measured(times, states[:, : 2 * len(initial.q)])).max(axis=1)
-        drift |= {one.name: float(miss) for one, miss in zip(limits, misses, strict=True)}
-    further = {f"multipliers.{one.name}": one.multiplier for one in limits} | dict(functions or {})
-    samples = motion.values([*further.values()], times, states)
-    for key, row in zip(further, samples, strict=True):
-        if not np.isfinite(row).all():
-            first = times[int(np.argmin(np.isfinite(row)))]
-            raise ComputationError(f"`{key.partition('.')[2]}` has no finite real value at t = {first:.6g}")
-    means = solution.mean(partial(motion.values, [*functions.values()])) if functions else ()
-    return OrbitSolution(
-        times[kept],
-        coordinates[kept],
-        momenta[kept],
-        energy[kept],
-        drift,
-        tuple(map(str, invariants)),
-        solution.method,
-        solution.steps,
-        states[kept, : 2 * len(initial.q)],
-        digits(max(error, energy_error, noise, rounding(solution, stops))),
-        lost,
-        solution.note,
-        dict(zip(further, samples[:, kept], strict=True)),
-        dict(zip(functions or (), map(float, means), strict=True)),
-        {
-            key: float(np.abs(motion.values(terms_of(e), times, states)).sum(axis=0).max())
-            for key, e in further.items()
-        }
-        | {
-            key: float(np.abs(x).max())
-            for prefix, names, rows in (
-                ("q", derivation.phase.coordinates, coordinates.T),
-                ("p", derivation.phase.momenta, momenta.T),
-            )
-            for key, x in zip((f"{prefix}.{name}" for name in names), rows, strict=True)
-        },
-        end,
-        orbit.section is not None,
-        remarks,
-    )
+    return _Run(solution, error, lost, scale, stops, times, until)
 
 
 def _first_row(function: Values) -> Values:
     return lambda times, states: function(times, states)[0]
 
 
+def _samples(
+    motion: EquationsOfMotion,
+    further: Mapping[str, Expr],
+    times: Floats,
+    states: Floats,
+    observed: Iterable[Floats],
+) -> Samples:
+    """The samples at these times and states, with the values of `further` functions."""
+    coordinates, momenta, energy = observed
+    rows = motion.values([*further.values()], times, states)
+    return {
+        "times": times,
+        "coordinates": coordinates,
+        "momenta": momenta,
+        "energy": energy,
+        "states": states[:, : 2 * coordinates.shape[1]],
+        "further": dict(zip(further, rows, strict=True)),
+    }
+
+
+def _require_values(times: Floats, further: Mapping[str, Floats]) -> None:
+    """Raise ComputationError where a multiplier or an observable has no finite real value."""
+    for key, row in further.items():
+        if not np.isfinite(row).all():
+            first = times[int(np.argmin(np.isfinite(row)))]
+            raise ComputationError(f"`{key.partition('.')[2]}` has no finite real value at t = {first:.6g}")
+
+
+def _drifts(
+    motion: EquationsOfMotion,
+    derivation: Derivation,
+    initial: InitialState,
+    solution: Solution,
+    states: Floats,
+    samples: Samples,
+    energy_terms: Floats,
+    invariants: Sequence[Expr],
+) -> dict[str, float]:
+    """By how much H and what is conserved change, in units of the largest sum of the sizes of their terms."""
+    times, energy = samples["times"], samples["energy"]
+    # The sizes of terms, too, are the largest along the run.
+    way = solution.knots[:: 1 + len(solution.knots) // LOOKS_AT_TERMS]
+    q, p, _, terms_on_the_way = motion.observed(way, solution.at(way))
+    drift = {}
+    if solution.method != linear_flow.METHOD or not derivation.energy_changes:
+        gained = states[:, -1] if derivation.energy_changes else np.zeros(len(times))
+        drift["H"] = _drift(energy - energy[0] - (gained - gained[0]), energy_terms, terms_on_the_way)
+    for e in (*(symbol(f"p_{name}") for name in derivation.conserved_momenta), *invariants):
+        values = values_of_terms(e, derivation.phase, initial.parameters)
+        parts = values(times, *samples["coordinates"].T, *samples["momenta"].T)
+        drift[str(e)] = _drift(parts.sum(axis=0), parts, values(way, *q.T, *p.T))
+    return drift
+
+
+def _drift(values: Floats, *terms: Floats) -> float:
+    """The largest change of values (k), in units of the largest sum of the sizes of `terms` (any by any)."""
+    change = float(np.abs(values - values[0]).max())
+    size = max(float(np.abs(some).sum(axis=0).max()) for some in terms)
+    return change / (size or 1.0) if change else 0.0
+
+
+def _lost_in_slopes(motion: EquationsOfMotion, solution: Solution, scale: Floats) -> float:
+    """The error that rounding in the slopes makes, in units of the sizes `scale` (2 n) of the variables.
+
+    Two solutions share it, so that their difference does not show it. It has either sign in each step. An
+    exponential has no slopes, and where fast rates die out, so does this error.
+    """
+    if solution.method in (linear_flow.METHOD, stiff.METHOD):
+        return 0.0
+    way = solution.knots[:: 1 + len(solution.knots) // LOOKS_AT_TERMS]
+    errors = columns(motion.roundings)(way, *solution.at(way).T)[: len(scale)].mean(axis=1)
+    largest = float((errors / scale).max())
+    return largest * EPS * float(solution.knots[-1]) / math.sqrt(solution.steps or 1)
+
+
+def _scales(
+    motion: EquationsOfMotion, derivation: Derivation, samples: Samples, further: Mapping[str, Expr]
+) -> dict[str, float]:
+    """The largest sum of the sizes of the terms of each sampled function, by its key."""
+    times, states, phase = samples["times"], samples["states"], derivation.phase
+    sizes = {key: np.abs(motion.values(terms(e), times, states)).sum(axis=0) for key, e in further.items()}
+    keys = [*(f"q.{name}" for name in phase.coordinates), *(f"p.{name}" for name in phase.momenta)]
+    sizes |= zip(keys, np.abs([*samples["coordinates"].T, *samples["momenta"].T]), strict=True)
+    return {key: float(x.max()) for key, x in sizes.items()}
+
+
+def curve(
+    orbit: OrbitSolution, shown: Callable[[OrbitSolution], Floats], most: int = MOST_DRAWN
+) -> OrbitSolution:
+    """The orbit at so many times that straight lines between them are a smooth curve of what is `shown`.
+
+    `shown` gives the quantities (k by m) that a picture has of an orbit. Intervals between samples, or ends
+    of steps where samples are few, are halved until straight lines through their ends pass their middles by
+    less than SMOOTH, or there are as many times as may be; those that are passed by most come first.
+    """
+    if orbit.at is None or orbit.knots is None or orbit.is_section:
+        return orbit
+    sampled = orbit.at
+
+    def at(times: Floats) -> OrbitSolution:
+        return replace(orbit, **sampled(times))
+
+    last = orbit.times[-1]
+    times = orbit.times[: -1 : 1 + 2 * len(orbit.times) // most]
+    knots = orbit.knots[:: 1 + 8 * len(orbit.knots) // most]
+    if len(knots) > len(times):  # samples that are few may stand a whole period apart
+        inside = knots[(knots > times[0]) & (knots < last)]
+        times = np.array(sorted({*times.tolist(), *inside.tolist()}))
+    times = np.append(times, last)
+    values = shown(at(times))
+    places = np.arange(len(times) - 1)
+    while len(places) and len(times) < most:
+        middle = (times[places] + times[places + 1]) / 2
+        there = shown(at(middle))
+        width = np.ptp(values, axis=0) + EPS / SMOOTH * np.abs(values).max(axis=0)
+        width[width == 0] = 1.0
+        miss = (np.abs(there - (values[places] + values[places + 1]) / 2) / width).max(axis=1)
+        halved = np.sort(np.argsort(-miss)[: min(most - len(times), (miss > SMOOTH).sum())])
+        times = np.insert(times, places[halved] + 1, middle[halved])
+        values = np.insert(values, places[halved] + 1, there[halved], axis=0)
+        # The halves are looked at next: the places of the ones before moved by one for each insertion.
+        left = places[halved] + np.arange(len(halved))
+        places = np.sort(np.concatenate([left, left + 1]))
+    return at(times)
+
+
 def _met(
     orbit: Orbit, crossing: Mapping[str, Values], solution: Solution, times: Floats, until: float | None
 ) -> tuple[Solution, Floats, NDArray[np.bool_], tuple[float, str] | None, tuple[str, ...]]:
-    """The solution to its end, the times of its samples, which of them are kept, the end, and remarks.
+    """Apply `until` and `section`: the solution to its end, times, which of them are kept, the end, remarks.
 
     The end is about `until`, if ever; in a section, only the times of the section are kept.
     """
@@ -410,13 +406,6 @@ def _met(
     return solution, times, kept, end, tuple(remarks)
 
 
-def _drift(values: Floats, *terms: Floats) -> float:
-    """The largest change of values (k), in units of the largest sum of the sizes of `terms` (any by any)."""
-    change = float(np.abs(values - values[0]).max())
-    size = max(float(np.abs(some).sum(axis=0).max()) for some in terms)
-    return change / (size or 1.0) if change else 0.0
-
-
 def by_exponential(
     derivation: Derivation, initial: InitialState, end: float, orbit: Orbit, finer: float = 1.0
 ) -> Solution | None:
@@ -433,7 +422,7 @@ def by_exponential(
     values, offset = ([e.evaluate(**initial.parameters) if e else 0.0 for e in part] for part in parts)
     start = np.concatenate([initial.q, initial.p])
     matrix = np.reshape(values, (len(start), -1))
-    if len(initial.q) < FEW and linear_flow.rate(matrix) * end < MANY_TURNS:
+    if len(initial.q) < FEW_COORDINATES and linear_flow.rate(matrix) * end < FEW_RADIANS:
         return None
     found = linear_flow.solve(matrix, np.array(offset), start, end, finer)
     if found is None or not derivation.energy_changes:
@@ -458,71 +447,3 @@ def _require_range(solution: Solution, derivation: Derivation, initial: InitialS
             raise ComputationError(
                 f"the orbit has no velocities beyond t = {time:.3g}, expected {condition} > 0"
             )
-
-
-def program_of(
-    document: Document,
-    name: str,
-    derivation: Derivation,
-    initial: InitialState | None,
-    orbit: OrbitSolution | None,
-) -> Program:
-    """The program of a system with this `name`: its rates, H, and momenta where velocities are followed.
-
-    Raises DocumentError where a function has no formula, and ComputationError where H has steps, which its
-    equations do not tell, or a number is too large for floats.
-    """
-    require_formulas(document, [derivation.generator, *derivation.system.forces], "a program")
-    for place in derivation.jumps:
-        raise ComputationError(f"H has a step where {place} = 0, which its equations do not tell")
-    equations, phase, system = symbolic_equations(derivation), derivation.phase, derivation.system
-    asked = {name: [to_tree(e)] for name, e in zip(phase.momenta, equations.momenta, strict=True)}
-    asked = {name: trees for name, trees in asked.items() if name not in equations.names}
-    asked["H"] = [to_tree(total(equations.energy))]
-    asked |= {one.name: [to_tree(one.multiplier)] for one in system.constraints}
-    try:
-        rates = shared(equations.steps, equations.slopes)
-        quantities = {name: shared(equations.steps, trees) for name, trees in asked.items()}
-    except ExpressionError as error:
-        raise ComputationError(f"there is no program: {error.message}") from error
-    used = frozenset[str]().union(rates.names, *(each.names for each in quantities.values()))
-    constants = {
-        name: None
-        if document.values.get(name) is None or name in document.symbols
-        else float(document.values[name])
-        for name in document.definitions
-        if name in used
-    }
-    about = [name, f"L = {system.lagrangian}" if system.hamiltonian is None else f"H = {system.hamiltonian}"]
-    about += [f"{one.name}: {one.expression} = 0" for one in system.constraints]
-    about += [
-        f"the force on {q} is {force}"
-        for q, force in zip(phase.coordinates, system.forces, strict=True)
-        if not force.is_zero
-    ]
-    run = None
-    if initial is not None and orbit is not None:
-        arguments = [TIME, *equations.names]
-        flow = code.function(equations.slopes, arguments, initial.parameters, equations.steps)
-        run = Run(equations.start(initial).tolist(), _sizes(orbit, flow), orbit.times)
-    return Program(
-        about,
-        constants,
-        TIME,
-        equations.names,
-        rates,
-        quantities,
-        (TIME, *phase.names, *list(asked)[-1 - len(system.constraints) :]),
-        run,
-    )
-
-
-def _sizes(orbit: OrbitSolution, flow: Flow) -> list[float]:
-    """The sizes of the variables of an orbit with these rates, in three digits; none is zero."""
-    rates, times, states = columns(flow), orbit.times, orbit.states
-    # Each variable is changed differently, so that equal ones do not cancel.
-    nudged = states * (1 + NUDGE * np.linspace(1.0, 2.0, states.shape[1]))
-    changes = np.abs(rates(times, *nudged.T) - rates(times, *states.T)).max(axis=1) / NUDGE
-    between = times[-1] / min(len(times), orbit.steps or 1)
-    sizes = np.fmax(np.abs(states).max(axis=0), LEAST_SIZE * changes * between)
-    return [float(f"{size:.3g}") or 1.0 for size in sizes]

@@ -11,7 +11,7 @@ from typing import Any, NamedTuple, cast
 
 import numpy as np
 
-from rigidcli.algebra.arithmetic import inequality
+from rigidcli.algebra.arithmetic import inequality, sqrt
 from rigidcli.algebra.atoms import Applied, Atom
 from rigidcli.algebra.calculus import derivative
 from rigidcli.algebra.expressions import PI, ZERO, Expr, atomic, number, symbol
@@ -48,7 +48,7 @@ distance, it never is.
 """
 
 NOISE = 1e-14
-"""Coordinates smaller than this, in units of the largest one there or at the begin, are zero."""
+"""Coordinates of an equilibrium below this, in units of the largest one or of the start, are zero."""
 
 NO_MODES = (
     "the modes have no closed form here: the characteristic polynomial has no factors of low degree; "
@@ -62,25 +62,60 @@ UNITS = {"rate": "1/s", "frequency": "Hz", "period": "s", "decay": "1/s"}
 
 @dataclass(frozen=True, slots=True)
 class Oscillations:
-    """The equilibrium, whether the document gives it, the motion near it, its roots, None if not known."""
+    """An equilibrium `place`, the linear `motion` about it, and its `roots`, None if they have no form."""
 
     place: Mapping[str, float | Expr]
     is_given: bool
     motion: LinearMotion
     roots: Sequence[Root] | None
     notes: tuple[str, ...]
-    steady: steady.Steady | None = None
+    steady: steady.SteadyMotion | None = None
 
     @property
     def modes(self) -> list[tuple[Root, Vector]]:
         """The modes y = Re(v exp(s t)): the root s, and one of its vectors v."""
         return [(root, vector) for root in self.roots or () for vector in root.vectors]
 
+    def fields(self) -> list[Field]:
+        """Report the equilibrium and its modes as JSON has them, and the rates of the modes for CSV."""
+        modes = None if self.roots is None else list(starmap(_record, self.modes))
+        rates = [root.rate for root, _ in self.modes]
+        kind = object if any(isinstance(rate, Expr) for rate in rates) else float
+        cells = {f"modes.{place}.rate": (place,) for place in range(len(rates))}
+        keys = {f"equilibrium.{name}": (name, e) for name, e in self.place.items()}
+        return [
+            *([] if self.steady is None else steady.fields(self.steady)),
+            *(
+                Field(key, e, f"equilibrium, {name}", cells={key: ()}, diagnostic=self.is_given)
+                for key, (name, e) in keys.items()
+            ),
+            Field("modes", modes),
+            Field("", np.array(rates, dtype=kind), cells=cells),
+        ]
 
-class Place(NamedTuple):
-    """Coordinates of an equilibrium, and the parameters whose values are put in; with notes.
+    def tables(self) -> list[Table]:
+        """Make the table of the modes that people are shown, one mode in a row."""
+        modes = self.modes
+        if not modes:
+            return []
+        records = list(starmap(_record, modes))
+        is_numeric = not any(isinstance(root.rate, Expr) for root, _ in modes)
+        columns = [
+            Column(key, [record.get(key) for record in records], (key,), unit if is_numeric else "")
+            for key, unit in UNITS.items()
+            if key == "rate" or ((is_numeric or key == "decay") and any(r.get(key) for r in records))
+        ]
+        for place, name in enumerate(self.place):
+            entries = [_component(*vector[place]) for _, vector in modes]
+            columns.append(Column(name, entries, (name,), "", (latex_name(name),)))
+        columns.append(Column("motion", [_kind(root) for root, _ in modes], ("motion",), ""))
+        return [Table("modes", "normal modes", tuple(columns), records=True)]
 
-    Where there are unknown functions, it is one only if those that are `assumed` to vanish do so.
+
+class EquilibriumPlace(NamedTuple):
+    """Coordinates of an equilibrium, and the `known` values of parameters for which it is one; with notes.
+
+    `assumed` are unknown functions that vanish there, or it is no equilibrium.
     """
 
     coordinates: dict[str, Expr]
@@ -127,7 +162,7 @@ def oscillations(document: Document, equilibrium: Equilibrium, derivation: Deriv
         roots = spectrum(motion, known_values(document), is_exact, is_free, rounding)
     except ZeroDivisionError:
         raise ComputationError(
-            "the momenta do not tell the velocities at the equilibrium",
+            "dL/dv cannot be solved for v at the equilibrium: the mass matrix is singular there",
             hint="other coordinates may do: angles fail at their poles",
         ) from None
     is_numeric = equilibrium.is_sought or not is_exact
@@ -156,7 +191,7 @@ def _forces_at_rest(document: Document, derivation: Derivation) -> tuple[list[Ex
 
 def _given_place(
     document: Document, equilibrium: Equilibrium, names: Sequence[str], forces: Sequence[Expr]
-) -> Place:
+) -> EquilibriumPlace:
     """Check the equilibrium that is given. Raises DocumentError where it is none.
 
     Results are exact for all values of the parameters where the document is, or else for the given ones.
@@ -175,7 +210,9 @@ def _given_place(
         if all(force.unknown for force in left.values()):
             notes = [f"it is an equilibrium where the force {force} vanishes" for force in left.values()]
             products = [atom for force in left.values() if len(force.terms) == 1 for atom in force.atoms]
-            return Place(place, known, tuple(notes), tuple(a for a in products if atomic(a).unknown))
+            return EquilibriumPlace(
+                place, known, tuple(notes), tuple(a for a in products if atomic(a).unknown)
+            )
     raise document.refusal(
         f"no equilibrium: at rest there, {_listed(left)}",
         KEY,
@@ -184,7 +221,6 @@ def _given_place(
 
 
 def _listed(forces: Mapping[str, float | Expr]) -> str:
-    """List forces in words."""
     written = {
         name: f"{float(e):.6g}" if isinstance(e, float) or not e.names else str(e)
         for name, e in forces.items()
@@ -194,7 +230,7 @@ def _listed(forces: Mapping[str, float | Expr]) -> str:
 
 def _found_place(
     document: Document, equilibrium: Equilibrium, names: Sequence[str], forces: Sequence[Expr]
-) -> Place:
+) -> EquilibriumPlace:
     """Search for an equilibrium near given values. Raises ComputationError where the search fails."""
     from scipy.optimize import root
 
@@ -232,7 +268,7 @@ def _found_place(
         raise ComputationError(f"no equilibrium found: the search ended at {shown}; at rest there, {listed}")
     place = {name: number(Fraction(value)) for name, value in zip(names, q.tolist(), strict=True)}
     note = f"equilibrium found by scipy.optimize.root; at rest there, {listed}"
-    return Place(place, known_values(document), (note,))
+    return EquilibriumPlace(place, known_values(document), (note,))
 
 
 def _require_smooth(expressions: Sequence[Expr], there: Mapping[str, Expr]) -> None:
@@ -253,7 +289,7 @@ def _motion(derivation: Derivation, there: Mapping[str, Expr]) -> LinearMotion:
 
 
 def _notes(roots: Sequence[Root] | None) -> Iterator[str]:
-    """Write notes on where a mode oscillates."""
+    """The conditions under which modes with symbols oscillate."""
     if roots is None:
         yield NO_MODES
     for root in roots or ():
@@ -262,26 +298,7 @@ def _notes(roots: Sequence[Root] | None) -> Iterator[str]:
             yield f"the mode with the rate {rate} oscillates where {where}"
 
 
-def fields(oscillations: Oscillations) -> list[Field]:
-    """Report the equilibrium and its modes as JSON has them, and the rates of the modes for CSV."""
-    modes = None if oscillations.roots is None else list(starmap(_record, oscillations.modes))
-    rates = [root.rate for root, _ in oscillations.modes]
-    kind = object if any(isinstance(rate, Expr) for rate in rates) else float
-    cells = {f"modes.{place}.rate": (place,) for place in range(len(rates))}
-    keys = {f"equilibrium.{name}": (name, e) for name, e in oscillations.place.items()}
-    return [
-        *([] if oscillations.steady is None else steady.fields(oscillations.steady)),
-        *(
-            Field(key, e, f"equilibrium, {name}", cells={key: ()}, diagnostic=oscillations.is_given)
-            for key, (name, e) in keys.items()
-        ),
-        Field("modes", modes),
-        Field("", np.array(rates, dtype=kind), cells=cells),
-    ]
-
-
 def _record(root: Root, vector: Vector) -> dict[str, Any]:
-    """Write a mode as JSON has it."""
     angular = cast(Any, root.angular)
     frequency = angular / (2 * (math.pi if isinstance(angular, float) else PI)) if angular else None
     is_complex = any(y for _, y in vector)
@@ -292,30 +309,20 @@ def _record(root: Root, vector: Vector) -> dict[str, Any]:
         "vector": [{"re": x, "im": y} if is_complex else x for x, y in vector],
         "stable": root.is_stable,
     }
-    return record | ({"decay": -root.growth} if root.growth and root.is_stable else {})
-
-
-def tables(oscillations: Oscillations) -> list[Table]:
-    """Make the table of the modes that people are shown, one mode in a row."""
-    modes = oscillations.modes
-    if not modes:
-        return []
-    records = list(starmap(_record, modes))
-    is_numeric = not any(isinstance(root.rate, Expr) for root, _ in modes)
-    columns = [
-        Column(key, [record.get(key) for record in records], (key,), unit if is_numeric else "")
-        for key, unit in UNITS.items()
-        if key == "rate" or ((is_numeric or key == "decay") and any(r.get(key) for r in records))
-    ]
-    for place, name in enumerate(oscillations.place):
-        entries = [_component(*vector[place]) for _, vector in modes]
-        columns.append(Column(name, entries, (name,), "", (latex_name(name),)))
-    columns.append(Column("motion", [_kind(root) for root, _ in modes], ("motion",), ""))
-    return [Table("modes", "normal modes", tuple(columns), records=True)]
+    if not (root.growth and root.is_stable):
+        return record
+    record["decay"] = -root.growth
+    if angular:  # Q = w0/(2 b) of the root -b + i w, where w0^2 = b^2 + w^2
+        decay = cast(Any, -root.growth)
+        squared = decay**2 + angular**2
+        own = math.sqrt(squared) if isinstance(squared, float) else sqrt(squared)
+        quality = own / (2 * decay)
+        record["quality"] = tidy(quality) if isinstance(quality, Expr) else quality
+    return record
 
 
 def _component(real: float | Expr, imaginary: float | Expr) -> float | Expr | str:
-    """Write an entry of a mode vector; a number that is not real becomes a text."""
+    """An entry of a mode vector; a complex number is written as text."""
     if isinstance(real, Expr) and isinstance(imaginary, Expr):
         return real + imaginary * symbol("i")
     if not imaginary:
@@ -325,7 +332,6 @@ def _component(real: float | Expr, imaginary: float | Expr) -> float | Expr | st
 
 
 def _kind(root: Root) -> str:
-    """Say in words how a mode moves."""
     if not root.growth and not root.angular:
         return "zero mode"
     if root.is_stable is None:

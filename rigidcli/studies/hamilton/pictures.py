@@ -1,25 +1,33 @@
-"""The pictures of `hamilton`: sections, paths, phase portraits, coordinates in time, and modes."""
+"""The pictures and the replay of `hamilton`: sections, paths, phase portraits, coordinates in time."""
 
 from __future__ import annotations
 
+import math
+from collections.abc import Callable, Iterator, Sequence
+from itertools import combinations
 from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 
 from rigidcli.algebra.expressions import Expr
+from rigidcli.algebra.substitution import substitute
 from rigidcli.core.arithmetic import Floats
+from rigidcli.core.estimate import columns
+from rigidcli.document.document import Document
 from rigidcli.errors import UsageError
+from rigidcli.language import code
 from rigidcli.language.text import latex_name
+from rigidcli.mechanics.hamilton_equations import TIME
 from rigidcli.picture import Mark, Panel, Picture, Ruler
+from rigidcli.report import Column, Table
+from rigidcli.scene import Part, Scene, Stage
+from rigidcli.studies.hamilton import orbit_table
 from rigidcli.studies.hamilton.equations_of_motion import values_of_terms
-from rigidcli.studies.hamilton.scene import path_names, positions
+from rigidcli.studies.hamilton.orbit import OrbitSolution, curve
+from rigidcli.studies.hamilton.system import known_values
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
-
-    from rigidcli.document.document import Document
     from rigidcli.studies.hamilton.findings import Findings
-    from rigidcli.studies.hamilton.orbit import OrbitSolution
 
 MOST_PANELS = 6
 """The most coordinates or modes that one picture shows."""
@@ -33,6 +41,9 @@ LEVELS = 9
 STILL = 1e-9
 """A coordinate that varies by less than this over a section, in units of the largest, is held fixed by it."""
 
+RATES = 801
+"""Rates of the force at which its response is drawn."""
+
 MARGIN = 0.35
 """How far a phase portrait goes beyond the orbit, in units of the orbit's width."""
 
@@ -40,9 +51,16 @@ MARGIN = 0.35
 def path(findings: Findings) -> Picture:
     """The paths of the particles, in the plane if they stay in one."""
     orbit = _required(findings.orbit)
-    places = positions(findings.document, orbit)
-    if places is None:
+    if positions(findings.document, orbit) is None:
         raise UsageError("it is drawn where `particles` have positions, and for the coordinates r and phi")
+
+    def placed(samples: OrbitSolution) -> Floats:
+        places = positions(findings.document, samples)
+        assert places is not None
+        return places.reshape(len(places), -1)
+
+    places = placed(curve(orbit, placed))
+    places = places.reshape(len(places), -1, 3)
     extent = np.ptp(places.reshape(-1, 3), axis=0)
     if np.count_nonzero(extent) < 2:
         raise UsageError("it is drawn for motion that is not along a line")
@@ -63,8 +81,9 @@ def phase(findings: Findings) -> Picture:
     """The orbit in the plane of each coordinate and its momentum; with contours of H if there is one."""
     orbit, names = _required(findings.orbit), findings.derivation.phase.coordinates
     panels: list[Panel] = []
+    samples = curve(orbit, lambda samples: np.hstack([samples.coordinates, samples.momenta]))
     for place, name in enumerate(names[:MOST_PANELS]):
-        path = np.column_stack([orbit.coordinates[:, place], orbit.momenta[:, place]])
+        path = np.column_stack([samples.coordinates[:, place], samples.momenta[:, place]])
         energy = _contours(findings, orbit, path) if len(names) == 1 else []
         named = not panels  # one legend is enough
         drawn = Mark(_form(orbit), path, "orbit" if named else "", style=0)
@@ -76,30 +95,42 @@ def phase(findings: Findings) -> Picture:
 def series(findings: Findings) -> Picture:
     """The coordinates in time."""
     orbit, names = _required(findings.orbit), findings.derivation.phase.coordinates
-    panels = tuple(
-        Panel(
-            (Ruler("t", "t", "s"), _ruler(name)),
-            (_in_time(orbit, values),),
-        )
-        for name, values in zip(names[:MOST_PANELS], orbit.coordinates.T, strict=False)
-    )
-    return Picture("series", f"coordinates in time{_of(names, 'coordinates')}", panels)
+    return _in_time(orbit, "series", "coordinates", names, lambda samples: samples.coordinates)
 
 
 def observables(findings: Findings) -> Picture:
     """The observables in time."""
     orbit = _required(findings.orbit)
-    samples = {key.partition(".")[2]: x for key, x in orbit.further.items() if key.startswith("observables.")}
-    if not samples:
+    keys = [key for key in orbit.further if key.startswith("observables.")]
+    if not keys:
         raise UsageError("it is drawn for `observables`")
+    names = [key.partition(".")[2] for key in keys]
+    return _in_time(
+        orbit,
+        "observables",
+        "observables",
+        names,
+        lambda samples: np.column_stack([samples.further[key] for key in keys]),
+    )
+
+
+def _in_time(
+    orbit: OrbitSolution,
+    kind: str,
+    what: str,
+    names: Sequence[str],
+    values: Callable[[OrbitSolution], Floats],
+) -> Picture:
+    """A panel for each quantity with these names, whose `values` (k by m) samples have."""
+    samples = curve(orbit, values)
     panels = tuple(
         Panel(
             (Ruler("t", "t", "s"), _ruler(name)),
-            (_in_time(orbit, values),),
+            (Mark(_form(orbit), np.column_stack([samples.times, x])),),
         )
-        for name, values in [*samples.items()][:MOST_PANELS]
+        for name, x in zip(names[:MOST_PANELS], values(samples).T, strict=False)
     )
-    return Picture("observables", f"observables in time{_of([*samples], 'observables')}", panels)
+    return Picture(kind, f"{what} in time{_of(names, what)}", panels)
 
 
 def section(findings: Findings) -> Picture:
@@ -150,13 +181,43 @@ def modes(findings: Findings) -> Picture:
     return Picture("modes", title, tuple(panels), _side(len(panels)))
 
 
+def resonance(findings: Findings) -> Picture:
+    """Amplitudes and phases of the response to a force, by the rate of that force."""
+    found, names = findings.driven, findings.derivation.phase.coordinates
+    if found is None or not found.responses or found.responses[0].force.rate.is_zero:
+        raise UsageError("it is drawn for linear systems that a force cos(w t) drives")
+    from rigidcli.studies.hamilton.driven import in_numbers
+
+    force, values = found.responses[0].force, known_values(findings.document)
+    used = {name for e in (*found.motion.entries, force.rate, *force.amplitudes) for name in e.names}
+    if missing := sorted(used - values.keys()):
+        raise UsageError(f"no value is given for {', '.join(missing)}")
+    m, c, k, f = in_numbers(found.motion, force, values)
+    if not np.linalg.eigvalsh(c + c.T).min() > 0:
+        raise UsageError("it is drawn for systems with damping")
+    own = float(substitute(force.rate, values))
+    # The free motion is slower than the square root of the trace of M^-1 K.
+    w = np.linspace(0.0, 1.5 * max(own, math.sqrt(abs(np.trace(np.linalg.solve(m, k))))), RATES)
+    places = np.append(w, own)[:, None, None]
+    answers = np.linalg.solve(k - places**2 * m + 1j * places * c, np.tile(f, (len(places), 1))[..., None])[
+        ..., 0
+    ]
+    panels = []
+    for title, unit, rows in (("amplitude", "", np.abs(answers)), ("phase", "rad", -np.angle(answers) + 0.0)):
+        marks = list[Mark]()
+        for place, name in enumerate(names[:MOST_PANELS]):
+            label = name if len(names) > 1 else ""
+            marks.append(Mark("line", np.column_stack([w, rows[:-1, place]]), label, style=place))
+            marks.append(Mark("dots", np.array([[own, rows[-1, place]]]), style=place))
+        panels.append(
+            Panel((Ruler("rate of the force", r"\omega", "rad/s"), Ruler(title, "", unit)), tuple(marks))
+        )
+    return Picture("resonance", f"response to a force{_of(names, 'coordinates')}", tuple(panels), 2)
+
+
 def _form(orbit: OrbitSolution) -> Literal["line", "dots"]:
     """States of a section have nothing between them."""
     return "dots" if orbit.is_section else "line"
-
-
-def _in_time(orbit: OrbitSolution, values: Floats) -> Mark:
-    return Mark(_form(orbit), np.column_stack([orbit.times, values]))
 
 
 def _required(orbit: OrbitSolution | None) -> OrbitSolution:
@@ -170,12 +231,12 @@ def _ruler(name: str) -> Ruler:
 
 
 def _of(shown: Sequence[object], what: str) -> str:
-    """A title ends with this where there are more coordinates or modes than the picture shows."""
+    """The end of a title where there are more coordinates or modes than MOST_PANELS."""
     return f" of the first {MOST_PANELS} of {len(shown)} {what}" if len(shown) > MOST_PANELS else ""
 
 
 def _side(count: int) -> int:
-    """One panel stands in one column, up to four stand in two, and more stand in three."""
+    """The number of columns for so many panels."""
     return 1 if count == 1 else 2 if count <= 4 else 3
 
 
@@ -216,3 +277,143 @@ def _contours(findings: Findings, orbit: OrbitSolution, path: Floats) -> list[Ma
         energy = float(orbit.energy[0])
         marks.append(Mark("contours", (x, y, heights), "H of the orbit", style=1, levels=(energy,)))
     return marks
+
+
+MOST_SHOWN = 6
+"""The most coordinates whose values are read off, and whose phase portraits can be chosen."""
+
+MOST_TRACED = 12
+"""The most particles whose paths are drawn, and which are looked through for rods between them."""
+
+MOST_REPLAYED = 7_500
+"""The most states of a replay: a page with two coordinates has room for them all."""
+
+RIGID = 1e-9
+"""A distance that changes by less than this, in units of the size of the motion, is that of a rod."""
+
+CONSTANT = 1e-9
+"""A range below this, in units of the values, is that of rounding: it is not drawn out to fill a portrait."""
+
+WIDTHS = (1.6, 1.0, 1.0)
+"""How far a portrait goes in each direction to both sides, in units of its height to one side."""
+
+FRAME = 1.15
+"""How far the axes of a portrait go beyond the orbit, in units of its own extent."""
+
+
+def scene_of(findings: Findings) -> Scene | None:
+    """Make the replay of an orbit; None where there is one moment only, or a section."""
+    document, orbit, system = findings.document, findings.orbit, findings.document.system
+    if orbit is None or orbit.is_section or len(orbit.times) < 2 or system is None:
+        return None
+    names, placed = system.coordinates, positions(document, orbit) is not None
+
+    def shown(samples: OrbitSolution) -> Floats:
+        places = positions(document, samples)
+        moved = [] if places is None else [places.reshape(len(places), -1)]
+        return np.hstack([*moved, samples.coordinates, samples.momenta])
+
+    path = curve(orbit, shown, MOST_REPLAYED)
+    stages = [*_particles(document, path)]
+    for place, name in enumerate(names[:MOST_SHOWN]):
+        values = np.column_stack([path.coordinates[:, place], path.momenta[:, place]])
+        stages.append(_portrait(values, (name, f"p_{name}"), f"phase portrait of {name}"))
+    if not placed and len(names) in (2, 3):
+        stages.append(_portrait(path.coordinates, names, f"orbit in {', '.join(names)}"))
+    (table,) = orbit_table(findings._replace(orbit=path))
+    return Scene("the orbit in time", path.times, _readings(names, table), tuple(stages))
+
+
+def _readings(names: tuple[str, ...], table: Table) -> Table:
+    """t, the first coordinates and their momenta, H, and the first multipliers and observables."""
+    known = {column.key: column for column in table.columns}
+    pairs = (known[key] for name in names[:MOST_SHOWN] for key in (f"q.{name}", f"p.p_{name}"))
+    further = [known[key] for key in known if key.startswith(("multipliers.", "observables."))]
+    shown: tuple[Column, ...] = (known[TIME], *pairs, known["H"], *further[:MOST_SHOWN])
+    return Table("", "the orbit", shown, data=True)
+
+
+def _particles(document: Document, orbit: OrbitSolution) -> Iterator[Stage]:
+    """The particles in space, with their paths, and rods where distances do not change."""
+    places = positions(document, orbit)
+    if places is None:
+        return
+    count = places.shape[1]
+    parts = [Part(Mark("line", rod, quiet=True), "sampled", group="rods") for rod in _rods(places)]
+    for index, label in enumerate(path_names(count)):
+        parts.append(Part(Mark("line", places[:, index], label, style=index), "traced"))
+        parts.append(Part(Mark("dots", places[:, index : index + 1], style=index), "sampled"))
+    if count > MOST_TRACED:
+        parts.append(Part(Mark("dots", places[:, MOST_TRACED:], "further particles", style=5), "sampled"))
+    parts.append(Part(Mark("dots", np.zeros((1, 3)), "origin", quiet=True)))
+    yield Stage("the particles", tuple(parts), not places[:, :, 2].any())
+
+
+def positions(document: Document, orbit: OrbitSolution) -> Floats | None:
+    """The particles of the system along its orbit (n, k, 3); None where no positions are given.
+
+    Without particles it is the one of the polar coordinates r and phi, if these are the coordinates.
+    """
+    system = document.system
+    assert system is not None
+    placed = [one.position for one in system.particles or () if one.position is not None]
+    if not placed:
+        return _polar(system.coordinates, orbit.coordinates)
+    parameters = {name: float(value) for name, value in document.values.items()}
+    expressions = [path for position in placed for path in position]
+    flow = code.function(expressions, [TIME, *system.coordinates], parameters)
+    rows = iter(columns(flow)(orbit.times, *orbit.coordinates.T))
+    places = np.zeros((len(orbit.times), len(placed), 3))
+    for index, position in enumerate(placed):
+        for axis in range(len(position)):
+            places[:, index, axis] = next(rows)
+    return places
+
+
+def _polar(names: Sequence[str], values: Floats) -> Floats | None:
+    """The place in the plane (n, 1, 3) of polar coordinates (n, 2); None for other coordinates."""
+    angle = next((name for name in ("phi", "varphi", "theta") if {*names} == {"r", name}), None)
+    if angle is None:
+        return None
+    r, phi = values[:, names.index("r")], values[:, names.index(angle)]
+    return np.stack([r * np.cos(phi), r * np.sin(phi), np.zeros_like(r)], axis=-1)[:, None]
+
+
+def path_names(count: int) -> list[str]:
+    """Name the paths of so many particles, as far as they are drawn."""
+    return ["path"] if count == 1 else [f"path of particle {k + 1}" for k in range(min(count, MOST_TRACED))]
+
+
+def _rods(places: Floats) -> Iterator[Floats]:
+    """Lines (n, 2, 3) between particles (n, k, 3), or the origin, whose distance stays the same."""
+    ends = np.concatenate([np.zeros_like(places[:, :1]), places[:, :MOST_TRACED]], axis=1)
+    size = float(np.ptp(ends, axis=0).max())
+    for i, j in combinations(range(ends.shape[1]), 2):
+        length = np.linalg.norm(ends[:, i] - ends[:, j], axis=1)
+        if np.ptp(length) <= RIGID * size and length[0]:
+            yield ends[:, [i, j]]
+
+
+def _portrait(values: Floats, names: tuple[str, ...], title: str) -> Stage:
+    """An orbit (n, 2 or 3) along axes that have each a scale of their own."""
+    low, high = values.min(axis=0), values.max(axis=0)
+    size = np.maximum(np.abs(low), np.abs(high))
+    half = np.where(high - low > CONSTANT * size, (high - low) / 2, np.where(size > 0, size, 1.0))
+    path = np.zeros((len(values), 3))
+    widths = np.array(WIDTHS[: len(names)])
+    path[:, : len(names)] = (values - (low + high) / 2) / half * widths
+    corner = np.zeros(3)
+    corner[: len(names)] = -FRAME * widths
+    axes = []
+    for place, name in enumerate(names):
+        tip = corner.copy()
+        tip[place] *= -1
+        label = f"{name}: {low[place]:.4g} to {high[place]:.4g}"
+        axes.append(Part(Mark("arrow", np.array([corner, tip]), label, quiet=True), group="axes"))
+    parts = (
+        *axes,
+        Part(Mark("line", path, "the whole orbit", quiet=True), "traced"),
+        Part(Mark("line", path, "orbit so far", style=0), "traced"),
+        Part(Mark("dots", path[:, None], "now", style=1), "sampled"),
+    )
+    return Stage(title, parts, len(names) == 2)

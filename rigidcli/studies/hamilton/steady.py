@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import dataclass
+from collections.abc import Collection, Mapping
+from dataclasses import dataclass, replace
 
 from rigidcli.algebra.expressions import ZERO, Expr
 from rigidcli.algebra.reading import from_tree
@@ -25,7 +25,7 @@ from rigidcli.studies.results import field_of
 
 
 @dataclass(frozen=True, slots=True)
-class Steady:
+class SteadyMotion:
     """The values of the cyclic rates and momenta, the Routhian, and the effective potential.
 
     The Routhian and the potential are functions of the momenta, and None where they have not one closed form.
@@ -110,24 +110,41 @@ def steady(
     momenta: Mapping[str, Expr],
     there: Mapping[str, Expr],
     is_exact: bool,
-) -> Steady:
+) -> SteadyMotion:
     """The steady motion with these momenta at a place, which has the other coordinates and momenta."""
-    phase, functions = derivation.phase, derivation.system
+    phase = derivation.phase
     assert derivation.velocities is not None
-    assert derivation.hamiltonian is not None
     values: dict[str, float | Expr] = {}
     rates = dict(zip(phase.coordinates, derivation.velocities, strict=True))
     place = {**there, **{name: substitute(p, there) for name, p in momenta.items()}}
     for q in equilibrium.turning:
         for name, e in ((velocity(q), tidy(substitute(rates[q], place))), (momentum(q), place[momentum(q)])):
             values[name] = e if is_exact or e.names else float(e)
+    return SteadyMotion(values, *routhian_of(document, derivation, equilibrium.turning))
+
+
+def routhian_of(
+    document: Document, derivation: Derivation, cyclic: Collection[str]
+) -> tuple[Expr | None, Expr | None]:
+    """The Routhian without these cyclic coordinates, and minus the Routhian at rest, if they have a form."""
     names, given = derivation.velocity_names, known_values(document)
-    routh = routhian(functions.lagrangian, derivation.hamiltonian, phase, names, equilibrium.turning, given)
-    still = dict.fromkeys(names, ZERO)
-    return Steady(values, routh, None if routh is None else tidy(-substitute(routh, still)))
+    assert derivation.hamiltonian is not None
+    found = routhian(
+        derivation.system.lagrangian, derivation.hamiltonian, derivation.phase, names, cyclic, given
+    )
+    if found is None:
+        return None, None
+    return found, tidy(-substitute(found, dict.fromkeys(names, ZERO)))
 
 
-def fields(motion: Steady) -> list[Field]:
+def fields_without_motion(document: Document, derivation: Derivation) -> list[Field]:
+    """The Routhian and the effective potential of a system with cyclic coordinates, in a verbose look."""
+    found, potential = routhian_of(document, derivation, derivation.conserved_momenta)
+    shown = [field_of("hamilton", "effective_potential", potential), field_of("hamilton", "routhian", found)]
+    return [replace(if_known(entry), diagnostic=True) for entry in shown]
+
+
+def fields(motion: SteadyMotion) -> list[Field]:
     """Report the steady motion as JSON has it; people see the Routhian in a verbose look."""
     keys = {f"steady.{name}": (name, e) for name, e in motion.values.items()}
     return [

@@ -26,17 +26,18 @@ from rigidcli.language.tree import Name, Negative, Node, Product, Sum, bound
 from rigidcli.mechanics.generating import Generated
 from rigidcli.mechanics.hamilton_equations import TIME, Phase, turning, velocity
 from rigidcli.report import Field, Step, Table
-from rigidcli.studies.hamilton import multipliers, steady
+from rigidcli.studies.hamilton import constraints, sections, steady
 from rigidcli.studies.hamilton.derivation import Derivation
-from rigidcli.studies.hamilton.findings import Findings, as_typed
+from rigidcli.studies.hamilton.findings import Findings
 from rigidcli.studies.hamilton.linear_equations import MOST_COLUMNS
 from rigidcli.studies.hamilton.oscillations import Oscillations
+from rigidcli.studies.hamilton.style import as_typed
 from rigidcli.studies.hamilton.system import known_values
 from rigidcli.studies.hamilton.transform import TransformedSystem, given_side
 from rigidcli.studies.steps import writing
 from rigidcli.studies.steps.axes import reduced, solution
 
-LONGEST = 300
+LONGEST_FORMULA = 300
 """The longest formula that is shown, in characters: a longer one teaches nothing."""
 
 MOST_BRACKETS = 6
@@ -69,7 +70,7 @@ def hamilton_steps(findings: Findings, fields: Sequence[Field], tables: Sequence
     )
     for part in PARTS if derivation.momenta is not None else PARTS[3:]:
         if part.title == "Matrix form" and constrained:
-            yield from multipliers.steps(derivation, list(map(_titled, constrained)))
+            yield from constraints.steps(derivation, list(map(_titled, constrained)))
         shown = [entry for entry in fields if _belongs(entry, part) and entry.key not in repeated]
         shown = [entry for entry in shown if entry not in constrained]
         listed = tuple(table for table in tables if table.key in part.keys)
@@ -78,10 +79,10 @@ def hamilton_steps(findings: Findings, fields: Sequence[Field], tables: Sequence
         sentence = part.sentence.format(part.forces[derivation.is_forced])
         shown = list(part.arranged(findings, shown)) if shown else []
         yield Step(part.title, sentence, tuple(map(_titled, shown)), listed)
+    if findings.driven is not None:
+        yield from findings.driven.steps()
     if findings.observed is not None:
-        from rigidcli.studies.hamilton import observables
-
-        yield from observables.steps(findings.observed, derivation)
+        yield from findings.observed.steps(derivation)
     if findings.transform is not None:
         yield from _of_transform(findings.document, findings.transform, derivation.phase, fields)
     if findings.oscillations is not None:
@@ -91,6 +92,9 @@ def hamilton_steps(findings: Findings, fields: Sequence[Field], tables: Sequence
             yield steady.steps(tuple(map(_titled, shown)))
         place = [_titled(entry) for entry in fields if entry.key.startswith("equilibrium.")]
         yield from _of_oscillations(findings.oscillations, findings.document, place)
+    asked, orbit = findings.document.orbit, findings.orbit
+    if asked is not None and orbit is not None and asked.events:
+        yield from sections.steps(asked, orbit.end, len(orbit.times))
     if derivation.hamiltonian is None:
         return
     named = [entry.value for entry in fields if entry.key == "invariant_names"]
@@ -137,7 +141,7 @@ def _slopes(findings: Findings, shown: list[Field]) -> Iterator[Field]:
         parts[f"dL/d{q}"] = tidy(derivative(lagrangian, q))
         signs = (rf"\partial L/\partial {latex_name(x)}" for x in (v, v, q))
         for (title, e), sign in zip(parts.items(), signs, strict=True):
-            if len(str(e)) <= LONGEST:
+            if len(str(e)) <= LONGEST_FORMULA:
                 rate = r"\frac{\mathrm{d}}{\mathrm{d}t}\," if title.startswith("d/dt") else ""
                 yield Field("", e, title, rate + sign)
     yield from shown
@@ -151,7 +155,7 @@ def _substituted(findings: Findings, shown: list[Field]) -> Iterator[Field]:
         terms = [Product((Name(p), tree)) for p, tree in zip(derivation.phase.momenta, trees, strict=True)]
         inner = bound(lagrangian.tree(), dict(zip(derivation.velocity_names, trees, strict=True)))
         whole = Sum((*terms, Negative(inner)))
-        if len(reading(whole)) <= LONGEST:
+        if len(reading(whole)) <= LONGEST_FORMULA:
             yield Field("", Formula(whole, exact=True), "p_q qdot - L", r"\sum p_q\dot q - L")
     yield from shown
 
@@ -242,7 +246,7 @@ def _bracket(name: str, e: Expr, h: Expr, phase: Phase) -> Step:
 
 
 def _belongs(entry: Field, part: _Part) -> bool:
-    """Whether the result is to be shown in this part, and can be."""
+    """Whether the result belongs to this part, and has something to show."""
     if entry.key.partition(".")[0] not in part.keys:
         return False
     if entry.key == "offset" and isinstance(entry.value, np.ndarray) and not any(entry.value.flat):
@@ -253,7 +257,7 @@ def _belongs(entry: Field, part: _Part) -> bool:
 
 
 def _titled(entry: Field) -> Field:
-    """Put the result under its title, or under the last part of its key."""
+    """The result with a title: its own, or else the last part of its key."""
     if entry.title.strip():
         return replace(entry, key="", cells={})
     name = entry.key.rpartition(".")[2]
@@ -287,7 +291,7 @@ def _of_transform(
             terms += map(Negative, _product(slopes[a, p], slopes[b, q]))
         whole = writing.total(terms)
         sign = rf"\{name[:-1]}\}}"
-        if len(reading(whole)) <= LONGEST:
+        if len(reading(whole)) <= LONGEST_FORMULA:
             shown.append(Field("", Formula(whole, exact=True), name, sign))
         if reading(whole) != reading(result.tree()):
             shown.append(Field("", result, name, sign))
@@ -438,7 +442,7 @@ def _polynomial(matrix: Matrix, unknown: str, document: Document, title: str, he
         return
     x, values = Name(unknown), {k: tidy(e) for (k,), e in sorted(by_degree.items(), reverse=True)}
     n = FLOAT if _is_numeric(list(values.values()), document) else EXACT
-    if n.exact and len(str(determinant)) > LONGEST:
+    if n.exact and len(str(determinant)) > LONGEST_FORMULA:
         return
     (styled,) = as_typed([Field("", list(values.values()))], document)
     by_power = zip(values, styled.value, strict=True)

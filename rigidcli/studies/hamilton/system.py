@@ -67,6 +67,11 @@ def system_functions(document: Document) -> SystemFunctions:
     given, lost = system.forces or {}, read(system.dissipation, "dissipation") or ZERO
     forces = [read(given.get(q), f"forces.{q}") or ZERO for q in system.coordinates]
     if lost:
+        if lost.names.isdisjoint(system.velocities):
+            v = system.velocities[0]
+            hint = f"Rayleigh's function F gives the force -dF/d{v}, such as -c*{v} for c*{v}**2/2"
+            message = f"read {shown(str(lost))}: there is no velocity in it"
+            raise document.refusal(message, "system.dissipation", hint=hint)
         pairs = zip(forces, system.velocities, strict=True)
         forces = [force - tidy(derivative(lost, v)) for force, v in pairs]
     limits = _constraints(document, system, read) if system.constraints else ()

@@ -1,4 +1,4 @@
-"""How orbits keep constraints: the start is on them, and each step ends with the way back to them.
+"""Constraints: how orbits keep them, and the results on their multipliers and forces.
 
 An orbit drifts away from the constraints by the errors of its steps. So each step ends with one of Newton's
 steps back, which is the shortest one as the mass matrix M measures lengths. With the matrix A of the slopes,
@@ -12,39 +12,27 @@ Source: E. Hairer, C. Lubich, G. Wanner, Geometric Numerical Integration, sectio
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping, Sequence
-from contextlib import suppress
-from dataclasses import dataclass
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 
-from rigidcli.algebra.expressions import ZERO, Expr, symbol
+from rigidcli.algebra.expressions import ZERO, Expr, symbol, total
 from rigidcli.algebra.trees import to_tree
 from rigidcli.core.arithmetic import Floats
 from rigidcli.core.estimate import columns
-from rigidcli.core.solution import NO_VALUE, Function, Solution, State
+from rigidcli.core.solution import Function, Solution, State
 from rigidcli.document.document import Document
-from rigidcli.errors import ComputationError, DocumentError, Problem
+from rigidcli.document.variables import acceleration
 from rigidcli.language import code
+from rigidcli.language.text import latex_name
 from rigidcli.language.tree import Name
 from rigidcli.mechanics.hamilton_equations import TIME
+from rigidcli.report import Column, Field, Step, Table, yes_or_no
 from rigidcli.studies.hamilton.derivation import Derivation
-from rigidcli.studies.hamilton.equations_of_motion import KEY, beside_constraints, terms
-
-ZEROS = np.zeros(1)
-"""The time of the start, as an array."""
-
-KEPT_TO = 1e-6
-"""A start breaks a constraint that it misses by more than this, in units of the terms of the constraint.
-
-It is moved by less: the digits of a number that is typed obey no constraint to all digits of a float.
-"""
-
-RETURNS = 8
-"""Newton's steps by which a start comes back to the constraints; each doubles the digits."""
-
-DEPENDENT = 1e-10
-"""Constraints are dependent at a state where a singular value of their slopes, scaled to 1, is less."""
+from rigidcli.studies.hamilton.equations_of_motion import beside_constraints, terms
+from rigidcli.studies.hamilton.style import as_typed
+from rigidcli.studies.results import field_of
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -116,61 +104,70 @@ def keeper(derivation: Derivation, constants: Mapping[str, float]) -> Keeper:
     return Keeper(derivation, constants, places, moved(v, [one.rate for one in limits]))
 
 
-def on_constraints(document: Document, keeper: Keeper, q: Floats, v: Floats) -> tuple[Floats, Floats]:
-    """The start of an orbit, moved to the constraints: numbers that are typed miss them by a rounding.
-
-    Raises DocumentError where it breaks one, ComputationError where they are dependent there.
-    """
-    derivation, size, start = keeper.derivation, len(q), np.concatenate([q, v])
-    _require_independent(keeper, start)
-    nearest: State = tuple(start.tolist())
-    with suppress(*NO_VALUE):
-        for _ in range(RETURNS):
-            nearest = keeper.back(0.0, nearest)
-    moved = np.array(nearest)
-    is_found = np.isfinite(moved).all() and np.abs(keeper.measured(ZEROS, moved[None])).max() < KEPT_TO
-    names = (*derivation.phase.coordinates, *derivation.velocity_names)
-    problems, typed = list[Problem](), (document.system and document.system.constraints) or {}
-    for one, misses in zip(
-        derivation.system.constraints,
-        zip(
-            *(keeper.measured(ZEROS, start[None], which)[:, 0] for which in ("expression", "rate")),
-            strict=True,
-        ),
-        strict=True,
-    ):
-        which = next((k for k, miss in enumerate(misses) if not abs(miss) <= KEPT_TO), None)
-        if which is None:
-            continue
-        e = one.rate if which else one.expression
-        values = dict(zip(names, map(float, start), strict=True)) | {TIME: 0.0, **keeper.constants}
-        off = e.evaluate(**{name: values[name] for name in e.names})
-        what = f"the start breaks `{one.name}`, {typed[one.name].expression.text}: it is off by {off:.6g}"
-        if which and not one.has_velocities:
-            what = f"the velocities at the start break `{one.name}`: {e} is {off:.6g}, expected 0"
-        near = ", ".join(f"{name}: {x:.12g}" for name, x in zip(names, moved, strict=True))
-        hint = f"the nearest start that obeys all constraints is {{{near}}}" if is_found else None
-        problems.append(document.problem(what, KEY, hint=hint))
-    if problems:
-        raise DocumentError(problems)
-    return moved[:size], moved[size:]
+def fields(derivation: Derivation) -> list[Field]:
+    """The multipliers, the forces of the constraints, and how many ways are left to move."""
+    limits, phase = derivation.system.constraints, derivation.phase
+    shown = [field_of("hamilton", "degrees_of_freedom", len(phase.coordinates) - len(limits))]
+    if derivation.multipliers is None or derivation.constraint_forces is None:
+        return [*shown, Field("multipliers", None), Field("constraint_forces", None)]
+    solved = zip([one.name for one in limits], derivation.multipliers, strict=True)
+    shown += [_named(f"multipliers.{name}", e, name, latex_name(name)) for name, e in solved]
+    forces = zip(phase.coordinates, derivation.constraint_forces, strict=True)
+    for q, e in forces:
+        sign = f"R_{{{latex_name(q)}}}"
+        entry = _named(f"constraint_forces.{q}", e, f"force of constraint, {q}", sign)
+        # A force that is a multiplier is shown already.
+        shown.append(replace(entry, diagnostic=e.is_zero or e in derivation.multipliers))
+    return shown
 
 
-def _require_independent(keeper: Keeper, start: Floats) -> None:
-    """Raise ComputationError where the slopes of the constraints are dependent at the start."""
-    limits = keeper.derivation.system.constraints
-    names = [TIME, *keeper.derivation.phase.coordinates, *keeper.derivation.velocity_names]
-    flat = [to_tree(e) for one in limits for e in one.slopes]
-    slopes = columns(code.function(flat, names, keeper.constants))(ZEROS, *start[:, None])
-    rows = slopes.reshape(len(limits), -1)
-    sizes = np.abs(rows).max(axis=1)
-    rank = int(np.linalg.matrix_rank(rows / np.where(sizes, sizes, 1.0)[:, None], tol=DEPENDENT))
-    if rank < len(limits):
-        empty = [one.name for one, size in zip(limits, sizes, strict=True) if not size]
-        why = (
-            f"`{empty[0]}` has no slope there" if empty else f"their slopes have rank {rank} of {len(limits)}"
-        )
-        raise ComputationError(
-            f"the constraints do not tell their forces at the start: {why}",
-            hint="start elsewhere, or write a constraint that changes in the first order, as x and not x**2",
-        )
+def _named(key: str, e: Expr, title: str, sign: str) -> Field:
+    return Field(key, e, title, sign, cells={key: ()})
+
+
+def tables(derivation: Derivation, document: Document) -> list[Table]:
+    """A table of the constraints, as they are typed; none without constraints."""
+    limits = derivation.system.constraints
+    if not limits:
+        return []
+    (typed,) = as_typed([Field("", [one.expression for one in limits])], document)
+    kinds = [one.holonomic for one in limits]
+    columns = (
+        Column("name", [one.name for one in limits], ("multiplier",)),
+        Column("expression", typed.value, ("what vanishes",)),
+        Column("holonomic", kinds, ("holonomic",), words=tuple(map(yes_or_no, kinds))),
+    )
+    return [Table("constraints", "constraints", columns, records=True)]
+
+
+def steps(derivation: Derivation, shown: list[Field]) -> Iterator[Step]:
+    """Lead from the constraints to their multipliers; `shown` are the results on them."""
+    limits, phase = derivation.system.constraints, derivation.phase
+    matrix = np.array([one.slopes for one in limits], dtype=object)
+    rates = [Field("", one.expression, one.name, latex_name(one.name)) for one in limits]
+    yield Step(
+        "Constraints",
+        "These vanish. The entry a_ji of the matrix A is the derivative of the j-th by the i-th coordinate, "
+        "or by its velocity where the constraint has velocities. It acts on that coordinate with the force "
+        "lambda_j a_ji, which stands in the equations already.",
+        (*rates, Field("", matrix, "A", r"\mathbf{A}")),
+    )
+    second = []
+    for one in limits:
+        moved = total(a * symbol(acceleration(q)) for a, q in zip(one.slopes, phase.coordinates, strict=True))
+        if not one.has_velocities:
+            second.append(Field("", one.rate, f"{one.name}, once: 0 =", "0"))
+        times = "once" if one.has_velocities else "twice"
+        second.append(Field("", moved + one.turning, f"{one.name}, {times}: 0 =", "0"))
+    yield Step(
+        "Differentiated constraints",
+        "The constraints hold all the time, so that their derivatives by the time vanish, too. They are "
+        "differentiated until there are accelerations in them.",
+        tuple(second),
+    )
+    yield Step(
+        "Multipliers",
+        "The accelerations of Lagrange's equations are put into the differentiated constraints, which are "
+        "solved for the multipliers. These give the forces of constraint, and the accelerations.",
+        tuple(shown),
+    )

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 
 import numpy as np
 
@@ -11,8 +11,9 @@ from rigidcli.core.events import Events, events
 from rigidcli.core.solution import Solution, Stopped
 from rigidcli.document.orbit import Orbit
 from rigidcli.errors import ComputationError
+from rigidcli.report import Field, Step
 
-NEAR = 1e-10
+TOUCHING = 1e-10
 """What comes this near to zero and goes back is no pass, in units of the largest value, as errors are."""
 
 BEFORE = 1e-6
@@ -24,7 +25,7 @@ Values = Callable[[Floats, Floats], Floats]
 def reach(
     follow: Callable[[float], Solution], function: Values, end: float, key: str
 ) -> tuple[float, float | None]:
-    """A time until which to follow an orbit, and the one at which a function first passes zero, or None.
+    """The time to which an orbit is to be followed, and the first zero of a function before it, or None.
 
     The orbit may stop behind its end: a planet that is followed to the surface of the sun would fall into it.
     """
@@ -46,7 +47,7 @@ def reach(
 
 def passes(function: Values, solution: Solution, key: str) -> Events:
     """The zeros of a function along an orbit. Raises ComputationError where it has no value before one."""
-    found = events(function, solution, NEAR)
+    found = events(function, solution, TOUCHING)
     ends = key == "orbit.until" and len(found.times) > 0
     if found.gap is not None and not (ends and found.times[0] < found.gap):
         raise ComputationError(f"`{key}` has no finite real value at t = {found.gap:.6g}")
@@ -86,3 +87,26 @@ def touching(text: str, touched: Floats) -> list[str]:
         return []
     more = f" and at {len(touched) - 1} more times" if len(touched) > 1 else ""
     return [f"at t = {touched[0]:.10g}{more} the orbit touches {equation(text)} and does not pass it"]
+
+
+def steps(orbit: Orbit, end: tuple[float, str] | None, crossings: int) -> Iterator[Step]:
+    """Say what is looked for along an orbit, how it is found, and what came out."""
+    sentence = (
+        "The function is looked at in 16 places of each step of the integration, and more closely where its "
+        "size is least, so that no two zeros between them are missed. Where its sign changes, the zero is "
+        "narrowed down on the solution between the steps by the Illinois method, to the digits of the orbit."
+    )
+    shown = list[Field]()
+    if orbit.until is not None and end is not None:
+        time, reason = end
+        shown += [_said("looked for", equation(orbit.until.text)), Field("", time, "end", "t", "s")]
+        shown.append(_said("ends where" if reason != "duration" else "ends by its", reason))
+    if orbit.section is not None:
+        way = {"up": "upwards", "down": "downwards", "both": "either way"}[orbit.section.direction]
+        shown.append(_said("looked for", f"{equation(orbit.section.at.text)}, passed {way}"))
+        shown.append(Field("", crossings, "crossings"))
+    yield Step("Events of the orbit", sentence, tuple(shown))
+
+
+def _said(title: str, words: str) -> Field:
+    return Field("", words, title, words=words)

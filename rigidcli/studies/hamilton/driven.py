@@ -1,0 +1,349 @@
+"""The steady response of linear systems to forces f cos(w t + a) and f sin(w t + a).
+
+    M q'' + C q' + K q = f cos(w t)   has the solution   q = Re(X exp(i w t)),   (K - w^2 M + i w C) X = f.
+
+So a coordinate swings with the amplitude |X_i|, and lags behind the force by the phase -arg X_i. Where i w is
+a rate of the free motion, as that of an oscillator without damping, the response grows as t sin(w t) instead.
+Source: J. R. Taylor, Classical Mechanics, sections 5.5 and 5.6.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from typing import Any, NamedTuple, TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rigidcli.algebra import matrices
+from rigidcli.algebra.arithmetic import inequality, sign, sqrt
+from rigidcli.algebra.atoms import Applied
+from rigidcli.algebra.calculus import derivative
+from rigidcli.algebra.expansion import expand
+from rigidcli.algebra.expressions import ONE, PI, ZERO, Expr, atomic, total
+from rigidcli.algebra.functions import apply
+from rigidcli.algebra.matrices import Matrix
+from rigidcli.algebra.simplification import shortest, tidy
+from rigidcli.algebra.substitution import substitute
+from rigidcli.algebra.values import is_zero
+from rigidcli.core.arithmetic import EPS, Floats
+from rigidcli.document.document import Document
+from rigidcli.language.text import latex_name, reading
+from rigidcli.mechanics.hamilton_equations import TIME
+from rigidcli.mechanics.linear_motion import LinearMotion
+from rigidcli.report import Column, Field, Step, Table
+from rigidcli.studies.hamilton.derivation import Derivation
+from rigidcli.studies.hamilton.system import known_values
+from rigidcli.studies.results import field_of
+
+MOST_IN_LETTERS = 3
+"""The most coordinates of which the response is written in letters: determinants of more fill a page."""
+
+IN_RESONANCE = 1e-9
+"""A rate of the free motion this near to that of the force, in units of it, is the same."""
+
+Quantity: TypeAlias = Expr | float | None
+"""A result in letters or as a number; None where there is none."""
+
+
+class DrivingForce(NamedTuple):
+    """Forces f (n) times a `function`: cos or sin of w t + a, or 1 for constant forces, where w = 0."""
+
+    function: Expr
+    rate: Expr
+    amplitudes: list[Expr]
+
+
+class Response(NamedTuple):
+    """The steady response to a force: amplitudes, phases (rad) and growth (1/s) by coordinates.
+
+    A coordinate that grows has no amplitude. `matrix` is K - w^2 M + i w C, its real and its imaginary part.
+    The amplitude of a single coordinate is largest at the `peak`: the rate of the force, and that amplitude,
+    which is None without damping.
+    """
+
+    force: DrivingForce
+    rate: Quantity
+    matrix: tuple[Matrix, Matrix]
+    amplitude: dict[str, Quantity]
+    phase: dict[str, Quantity]
+    growth: dict[str, Quantity]
+    peak: tuple[Quantity, Quantity] | None = None
+
+    @property
+    def written(self) -> str:
+        """The function of the force as people read it."""
+        return "a constant force" if self.force.rate.is_zero else reading(self.force.function.tree())
+
+
+class Driven(NamedTuple):
+    """The responses of a system to its forces, and the quality factor of a single damped coordinate."""
+
+    responses: tuple[Response, ...]
+    quality: Quantity
+    motion: LinearMotion
+
+    @property
+    def is_single(self) -> bool:
+        """Whether one coordinate responds to one force."""
+        return len(self.responses) == 1 and len(self.motion.masses) == 1
+
+    def notes(self) -> Iterator[str]:
+        """What holds for some values of the symbols only, and what is not written in symbols."""
+        for one in self.responses:
+            if all(e is None for part in (one.amplitude, one.growth) for e in part.values()):
+                yield (
+                    f"the response X to {one.written} is not written in letters: `response.0.matrix` times X "
+                    "is the force; with values for all parameters it is told as numbers"
+                )
+            if one.peak is not None and isinstance(one.peak[0], Expr) and one.peak[1] is not None:
+                yield f"the driven amplitude has a largest value where {inequality(one.peak[0] ** 2)}"
+
+    def fields(self) -> list[Field]:
+        """Report the responses as JSON has them, with cells for CSV; people see rows or a table."""
+        records = [_record(one) for one in self.responses]
+        shown = [Field("response", records)] if records else []
+        for place, one in enumerate(self.responses):
+            parts = (
+                ("amplitude", one.amplitude, "driven amplitude", "A", ""),
+                ("phase", one.phase, f"phase behind {one.written}", r"\delta", "rad"),
+                ("growth", one.growth, "growth of the driven amplitude", r"\dot A", "1/s"),
+            )
+            for key, values, title, symbol, unit in parts:
+                for q, value in values.items():
+                    shown_as = title if self.is_single and value is not None else ""
+                    entry = Field("", value, shown_as, f"{symbol}_{{{latex_name(q)}}}")
+                    entry.cells = {f"response.{place}.{key}.{q}": ()}
+                    entry.unit = unit if isinstance(value, float) else ""
+                    shown.append(entry)
+        if self.is_single and self.responses[0].peak is not None:
+            rate, largest = self.responses[0].peak
+            unit = "rad/s" if isinstance(rate, float) else ""
+            shown.append(Field("", rate, "largest driven amplitude at", r"\omega_{\text{res}}", unit))
+            if largest is not None:
+                shown.append(Field("", largest, "largest driven amplitude", r"A_{\text{res}}"))
+        if self.quality is not None:
+            shown.append(field_of("hamilton", "quality", self.quality))
+        return shown
+
+    def tables(self) -> list[Table]:
+        """A table of the responses where there are several forces or coordinates."""
+        rows = [(one, q) for one in self.responses for q in one.amplitude]
+        if self.is_single or not rows:
+            return []
+        columns = [
+            Column("force", [one.written for one, _ in rows], ("force",)),
+            Column("coordinate", [q for _, q in rows], ("coordinate",)),
+            Column("amplitude", [one.amplitude[q] for one, q in rows], ("amplitude",)),
+            Column("phase", [one.phase[q] for one, q in rows], ("phase (rad)",)),
+        ]
+        if any(one.growth[q] is not None for one, q in rows):
+            columns.append(Column("growth", [one.growth[q] for one, q in rows], ("growth (1/s)",)))
+        return [Table("", "steady response", tuple(columns), records=True)]
+
+    def steps(self) -> Iterator[Step]:
+        """Lead to the amplitudes and phases."""
+        for one in self.responses:
+            given = (
+                (one.matrix[0], "K - w^2 M", r"K - \omega^2 M"),
+                (one.matrix[1], "w C", r"\omega C"),
+                (one.force.amplitudes, "f", r"\mathbf{f}"),
+            )
+            shown = [Field("", np.array(part, dtype=object), title, symbol) for part, title, symbol in given]
+            for q in one.amplitude:
+                shown.append(Field("", one.amplitude[q], f"amplitude of {q}", f"A_{{{latex_name(q)}}}"))
+                shown.append(Field("", one.phase[q], f"phase of {q}", rf"\delta_{{{latex_name(q)}}}"))
+            yield Step(
+                f"Response to {one.written}",
+                "The motion that stays is q = Re(X exp(i w t)). In M qddot + C qdot + K q = f cos(w t) it "
+                "gives (K - w^2 M + i w C) X = f. The amplitude is |X|, and q lags behind by -arg X.",
+                tuple(entry for entry in shown if entry.value is not None),
+            )
+
+
+def driven(document: Document, derivation: Derivation) -> Driven | None:
+    """The steady response of a system; None where it is not linear, or neither driven nor damped."""
+    if derivation.linear is None:
+        return None
+    matrix, offset = derivation.linear
+    names = derivation.phase.coordinates
+    is_driven = any(TIME in e.names for e in offset)
+    is_damped = len(names) == 1 and not is_zero(matrix[0][0] + matrix[1][1])
+    if not (is_driven or is_damped) or any(TIME in e.names or e.unknown for row in matrix for e in row):
+        return None
+    motion = LinearMotion.of_matrix(matrix)
+    forces = None if motion.is_of_first_order else _forces(motion, matrix, offset)
+    if forces is None:
+        return None
+    found = [_response(document, names, motion, force) for force in forces if is_driven]
+    quality: Quantity = None
+    if is_damped:
+        (m,), (c,), (k,) = (row[0] for row in motion.parts)
+        if sign(c) == 1 and sign(k) == 1:
+            quality = _value(document, tidy(sqrt(k * m) / c))
+    return Driven(tuple(one for one in found if one is not None), quality, motion)
+
+
+def _forces(motion: LinearMotion, matrix: Matrix, offset: Sequence[Expr]) -> list[DrivingForce] | None:
+    """The forces f of M q'' + C q' + K q = f; None where one is no sine or cosine of w t + a."""
+    # With q' = A q + B p + a and p' = D q + E p + b they are f = b + M a' - E M a.
+    size = len(offset) // 2
+    a, b = offset[:size], offset[size:]
+    moved = [total(m * e for m, e in zip(row, a, strict=True)) for row in motion.masses]
+    found: dict[Expr, DrivingForce] = {}
+    for place in range(size):
+        lost = total(e * p for e, p in zip(matrix[size + place][size:], moved, strict=True))
+        for monomial, factor in expand(b[place] + derivative(moved[place], TIME) - lost).terms.items():
+            timed = [(atom, power) for atom, power in monomial if TIME in atom.names]
+            function, rate = ONE, ZERO
+            if timed:
+                atom, power = timed[0]
+                if len(timed) > 1 or power != 1 or not isinstance(atom, Applied):
+                    return None
+                function, rate = atomic(atom), derivative(atom.arguments[0], TIME)
+                if atom.function not in ("sin", "cos") or TIME in rate.names:
+                    return None
+            force = found.setdefault(function, DrivingForce(function, rate, [ZERO] * size))
+            kept = tuple((atom, power) for atom, power in monomial if TIME not in atom.names)
+            force.amplitudes[place] += Expr({kept: factor})
+    # Constant forces are told last.
+    return sorted(found.values(), key=lambda force: force.function == ONE)
+
+
+def _value(document: Document, e: Expr) -> Quantity:
+    """A result with the values of the parameters put in; in letters where they have none."""
+    if document.exact_results:
+        return e
+    e = substitute(e, known_values(document))
+    return e if e.names else float(e)
+
+
+def _response(
+    document: Document, names: Sequence[str], motion: LinearMotion, force: DrivingForce
+) -> Response | None:
+    """The response to a force; None where a constant force has none."""
+    w, known = force.rate, known_values(document)
+    real = [[tidy(e) for e in row] for row in motion.pencil(ZERO, -(w**2))]
+    imaginary = [[tidy(w * e) for e in row] for row in motion.rates]
+    entries = (*motion.entries, w, *force.amplitudes)
+    growth = dict[str, Quantity].fromkeys(names)
+    if not document.exact_results and all(e.names <= known.keys() for e in entries):
+        amplitude, phase, growth = _in_numbers(names, motion, force, known)
+    elif len(names) == 1 and is_zero(real[0][0]) and is_zero(imaginary[0][0]) and not w.is_zero:
+        # The amplitude grows by F/(2 m w) a second.
+        grown = _size(force.amplitudes[0]) / (2 * motion.masses[0][0] * w)
+        amplitude, phase, growth = {**growth}, {**growth}, {names[0]: _value(document, tidy(grown))}
+    elif len(names) == 1 and not is_zero(imaginary[0][0]):
+        amplitude, phase = _with_damping(document, names[0], motion, force, (real[0][0], imaginary[0][0]))
+    elif len(names) <= MOST_IN_LETTERS and not any(e for row in imaginary for e in row):
+        amplitude, phase = _without_damping(document, names, real, force)
+    else:
+        amplitude, phase = {**growth}, {**growth}
+    if w.is_zero and not any(e is not None for e in amplitude.values()):
+        return None
+    peak = _peak(document, motion, force) if len(names) == 1 else None
+    return Response(force, _value(document, w), (real, imaginary), amplitude, phase, growth, peak)
+
+
+def _with_damping(
+    document: Document, q: str, motion: LinearMotion, force: DrivingForce, pencil: tuple[Expr, Expr]
+) -> tuple[dict[str, Quantity], dict[str, Quantity]]:
+    """The amplitude f/sqrt(a^2 + b^2) and the phase atan2(b, a) of one coordinate: (a + i b) X = f."""
+    (f,), (a, b) = force.amplitudes, pencil
+    # The mass stands before the root, as in F/(m sqrt((w0^2 - w^2)^2 + (2 b w)^2)), or in it.
+    scaled = [(tidy(f / s), tidy(a / s), tidy(b / s)) for s in (ONE, motion.masses[0][0])]
+    amplitude = shortest([_size(f) / apply("sqrt", a**2 + b**2) for f, a, b in scaled])
+    lag = shortest([apply("atan2", b, a) for _, a, b in scaled])
+    return {q: _value(document, amplitude)}, {q: _value(document, tidy(lag + _half_turn(f)))}
+
+
+def _without_damping(
+    document: Document, names: Sequence[str], real: Matrix, force: DrivingForce
+) -> tuple[dict[str, Quantity], dict[str, Quantity]]:
+    """Amplitudes |X| and phases, which are 0 or pi, where X = (K - w^2 M)^-1 f is real."""
+    amplitude, phase = dict[str, Quantity].fromkeys(names), dict[str, Quantity].fromkeys(names)
+    inverse, whole = matrices.inverse(real), matrices.determinant(real)
+    for q, row in zip(names, inverse or (), strict=False):
+        answer = total(e * f for e, f in zip(row, force.amplitudes, strict=True))
+        amplitude[q] = _value(document, _size(tidy(answer)))
+        side = apply("sign", tidy(answer * whole)) * apply("sign", tidy(whole))
+        phase[q] = _value(document, PI * (1 - side) / 2)
+    return amplitude, phase
+
+
+def _size(e: Expr) -> Expr:
+    return apply("abs", e)
+
+
+def _half_turn(e: Expr) -> Expr:
+    """pi where an expression is negative, 0 where it is positive."""
+    return PI * (1 - apply("sign", e)) / 2
+
+
+def _peak(document: Document, motion: LinearMotion, force: DrivingForce) -> tuple[Quantity, Quantity] | None:
+    """The rate of the force with the largest amplitude, sqrt(k/m - c^2/(2 m^2)), and that amplitude."""
+    (f,), ((m,), (c,), (k,)) = force.amplitudes, (row[0] for row in motion.parts)
+    squared = tidy(k / m) - c**2 / (2 * m**2)
+    there = squared if document.exact_results else substitute(squared, known_values(document))
+    # A force whose size depends on its rate, as that of an unbalanced wheel, has another peak.
+    is_fixed = f.names.isdisjoint(force.rate.names) and not force.rate.is_zero
+    if not is_fixed or sign(k) != 1 or sign(there) not in (None, 1):
+        return None
+    largest = _size(f) / (c * apply("sqrt", tidy(k / m) - c**2 / (4 * m**2))) if c else None
+    rate = _value(document, apply("sqrt", squared))
+    return rate, None if largest is None else _value(document, largest)
+
+
+def in_numbers(motion: LinearMotion, force: DrivingForce, values: Mapping[str, Expr]) -> tuple[Floats, ...]:
+    """M, C, K (n by n each) and f (n) for these values of the parameters."""
+    *parts, (f,) = (
+        np.array([[float(substitute(e, values)) for e in row] for row in rows])
+        for rows in (*motion.parts, [force.amplitudes])
+    )
+    return (*parts, f)
+
+
+def _in_numbers(
+    names: Sequence[str], motion: LinearMotion, force: DrivingForce, values: Mapping[str, Expr]
+) -> tuple[dict[str, Quantity], dict[str, Quantity], dict[str, Quantity]]:
+    """Amplitudes and phases, and growth by the modes that have the rate of the force."""
+    m, c, k, f = in_numbers(motion, force, values)
+    w, size = float(substitute(force.rate, values)), len(names)
+    # z' = A z + g, where z has the coordinates and the velocities.
+    a = np.block([[np.zeros((size, size)), np.eye(size)], [-np.linalg.solve(m, k), -np.linalg.solve(m, c)]])
+    g = np.append(np.zeros(size), np.linalg.solve(m, f)).astype(complex)
+    rates, vectors = np.linalg.eig(a)
+    near = np.abs(rates - 1j * w) <= IN_RESONANCE * max(abs(w), EPS * np.abs(rates).max())
+    if not near.any():
+        grown, answer = np.zeros(size), np.linalg.solve(k - w**2 * m + 1j * w * c, f.astype(complex))
+    elif np.linalg.cond(vectors) * EPS > IN_RESONANCE:
+        grown, answer = np.full(size, np.nan), np.full(size, np.nan + 0j)
+    else:
+        shares: NDArray[np.complex128] = np.linalg.solve(vectors, g)
+        grown = np.abs(vectors[:, near] @ shares[near])[:size]
+        answer = (vectors @ np.where(near, 0.0, shares / np.where(near, 1.0, 1j * w - rates)))[:size]
+    grows = ~(grown <= IN_RESONANCE * np.nanmax(grown, initial=0.0))
+    lags = -np.angle(answer) + 0.0
+    return (
+        {q: None if up else float(x) for q, up, x in zip(names, grows, np.abs(answer), strict=True)},
+        {q: None if up else float(x) for q, up, x in zip(names, grows, lags, strict=True)},
+        {
+            q: float(x) if up and np.isfinite(x) else None
+            for q, up, x in zip(names, grows, grown, strict=True)
+        },
+    )
+
+
+def _record(one: Response) -> dict[str, Any]:
+    """A response as JSON has it."""
+    return {
+        "force": one.force.function,
+        "rate": one.rate,
+        "amplitude": one.amplitude,
+        "phase": one.phase,
+        "growth": one.growth,
+        "peak": None if one.peak is None else {"rate": one.peak[0], "amplitude": one.peak[1]},
+        "matrix": {
+            part: [list(row) for row in matrix] for part, matrix in zip(("re", "im"), one.matrix, strict=True)
+        },
+    }
