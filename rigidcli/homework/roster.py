@@ -7,7 +7,8 @@ import re
 from collections import Counter, defaultdict
 from collections.abc import Collection, Mapping, Sequence
 from itertools import product
-from typing import TypeAlias
+from pathlib import Path
+from typing import NamedTuple, TypeAlias
 
 from rigidcli.errors import DocumentError, Problem, printable
 from rigidcli.homework.answers import folded
@@ -20,25 +21,10 @@ NAMES = ("Student", "LastName", "FirstName")
 LOGINS = ("SIS Login ID", "SIS User ID", "OrgDefinedId", "ID", "Identifier")
 """The columns of what the school, the platform, and its lists call a student."""
 
-SPELLINGS = {
-    "Student": "student name fullname studentname displayname teilnehmer studierende vollstandigername "
-    "vollername vorundnachname namevorname etudiant nomcomplet nometprenom nomprenom alumno estudiante "
-    "nombrecompleto nombreyapellidos apellidosynombre nome nomecompleto",
-    "LastName": "lastname surname familyname last nachname familienname zuname nom nomdefamille apellido "
-    "apellidos cognome",
-    "FirstName": "firstname givenname forename first vorname rufname prenom nombre nombres",
-    "SIS Login ID": "sisloginid login loginid loginname username user netid uid mail email emailaddress "
-    "githubusername githublogin github gitlab gitlabusername benutzername benutzer nutzername anmeldename "
-    "kennung benutzerkennung emailadresse nomdutilisateur identifiant courriel adressedecourriel "
-    "adresseemail adresseelectronique nombredeusuario usuario correo correoelectronico "
-    "direcciondecorreo displayid",
-    "SIS User ID": "sisuserid sid studentid studentnumber idnumber matrikelnummer matrikel "
-    "matriculationnumber matriculation idnummer numeroetudiant numerodidentification numerodealumno",
-    "OrgDefinedId": "orgdefinedid",
-    "ID": "id",
-    "Identifier": "identifier participant teilnehmerin participante",
-}
-"""The letters of these columns in other lists of students: English, German, French, Spanish, Italian."""
+_LINES = Path(__file__).with_name("heads.csv").read_text("utf-8").splitlines()[1:]
+
+SPELLINGS = {column: all.split() for column, all in (line.split(",", 1) for line in _LINES)}
+"""The letters of the heads of these columns, and of those of Moodle's worksheet, in other tables."""
 
 TEST_STUDENT = "Student, Test"
 """The student that Canvas adds to every course, who is nobody."""
@@ -69,7 +55,7 @@ Cells: TypeAlias = Sequence[tuple[str, str]]
 
 def columns_of(head: Sequence[str]) -> list[str]:
     """What the columns of a list are by their names; empty for any other."""
-    named = {spelling: column for column, all in SPELLINGS.items() for spelling in all.split()}
+    named = {spelling: column for column in (*NAMES, *LOGINS) for spelling in SPELLINGS[column]}
     columns = [named.get("".join(words_of(cell)), "") for cell in head]
     if columns.count("Student") > 1:  # `student,name`: the first is a login
         columns[columns.index("Student")] = "SIS Login ID"
@@ -99,64 +85,79 @@ def read_roster(path: str | os.PathLike[str]) -> Roster:
     return Roster(students, table.rows[head], rows)
 
 
+class Person(NamedTuple):
+    """A student by the cells of a list: the name, and the logins and numbers in the order of LOGINS."""
+
+    name: str
+    logins: tuple[str, ...]
+    cells: tuple[tuple[str, str], ...]
+
+
 class Roster:
-    """The students of a list, or of a gradebook, by all that a name in a download may say of one."""
+    """The students of a list, or of a gradebook, by all that a name in a download may say of one.
+
+    Students have the numbers of their rows, from 0, as their keys. `labels` are their names in reports, and
+    `aliases`, by labels, are all names of each. `head` and `rows` are those of the list itself.
+    """
 
     def __init__(
         self, students: Mapping[int, Cells], head: Sequence[str] = (), rows: Mapping[int, Sequence[str]] = {}
     ) -> None:
-        """The cells about each student; keys are the numbers of rows, from 0, as in the list's own `rows`."""
         self.head, self.rows = head, rows
         self.labels: dict[int, str] = {}
         self.aliases: dict[str, list[str]] = {}
-        self._names: dict[int, str] = {}
+        self._people: dict[int, Person] = {}
         self._meant: dict[str, set[int]] = defaultdict(set)
         self._logins: dict[tuple[str, ...], set[int]] = defaultdict(set)
         self._called: dict[str, set[tuple[frozenset[str], int]]] = defaultdict(set)
         self._glued: dict[str, set[int]] = defaultdict(set)
         self._own: dict[int, set[str]] = defaultdict(set)
         self._numbers: dict[str, dict[str, int]] = {"canvas": {}, "moodle": {}, "brightspace": {}}
-        seen = set[Cells]()
-        for key, raw in students.items():
-            cells = [(column, cell) for column, text in raw if (cell := printable(text.strip()).lstrip("#"))]
-            name = _full_name(dict(reversed(cells)))
-            logins = list(dict.fromkeys(cell for kind in LOGINS for column, cell in cells if column == kind))
+        seen = set[Person]()
+        for key, cells in students.items():
+            person = _person_of(cells)
             # A student of two sections may have two rows; without a login they may be two students.
-            if name == TEST_STUDENT or not cells or (logins and tuple(cells) in seen):
-                continue
-            seen.add(tuple(cells))
-            self._names[key] = name
-            self.labels[key] = next(iter(logins), name)
-            for column, cell in cells:
-                if numbered := _NUMBERED.fullmatch(cell):
-                    self._numbers["moodle"][numbered[1]] = key
-                elif column in ("ID", "OrgDefinedId"):
-                    self._numbers["canvas" if column == "ID" else "brightspace"][cell] = key
-            for login in logins:
-                for spelled in {login, login.partition("@")[0]}:
-                    self._meant[spelled.casefold()].add(key)
-                    self._logins[tuple(words_of(spelled))].add(key)
-                    self._own[key] |= {*words_of(spelled)}
-            for words in spellings(name):
-                self._own[key] |= {*words}
-                self._meant[" ".join(sorted(words))].add(key)
-                self._called[max(words, key=len)].add((frozenset(words), key))
-                for turn in range(len(words)):
-                    self._glued["".join([*words[turn:], *words[:turn]])].add(key)
-        alike = Counter(self._names.values())
-        self.labels |= {key: name for key, name in self._names.items() if name and alike[name] == 1}
+            if person is not None and not (person.logins and person in seen):
+                seen.add(person)
+                self._learn(key, person)
+        self._label()
+
+    def _learn(self, key: int, person: Person) -> None:
+        """Take note of all that may mean a student."""
+        self._people[key] = person
+        for column, cell in person.cells:
+            if numbered := _NUMBERED.fullmatch(cell):
+                self._numbers["moodle"][numbered[1]] = key
+            elif column in ("ID", "OrgDefinedId"):
+                self._numbers["canvas" if column == "ID" else "brightspace"][cell] = key
+        for login in person.logins:
+            for spelled in {login, login.partition("@")[0]}:
+                self._meant[spelled.casefold()].add(key)
+                self._logins[tuple(words_of(spelled))].add(key)
+                self._own[key] |= {*words_of(spelled)}
+        for words in spellings(person.name):
+            self._own[key] |= {*words}
+            self._meant[" ".join(sorted(words))].add(key)
+            self._called[max(words, key=len)].add((frozenset(words), key))
+            for turn in range(len(words)):
+                self._glued["".join([*words[turn:], *words[:turn]])].add(key)
+
+    def _label(self) -> None:
+        """Give each student a label of its own: the name, else a login, else with the row."""
+        alike = Counter(person.name for person in self._people.values())
+        for key, (name, logins, _) in self._people.items():
+            self.labels[key] = name if name and alike[name] == 1 else next(iter(logins), name)
         often = Counter(map(folded, self.labels.values()))
         for key, label in self.labels.items():
             if often[folded(label)] > 1:
                 self.labels[key] = f"{label} (row {key + 1})"
-        for key, label in self.labels.items():
-            logins = [text.strip().lstrip("#") for column, text in students[key] if column in LOGINS]
-            self.aliases[label] = [*filter(None, logins), self._names[key]]
+            person = self._people[key]
+            self.aliases[self.labels[key]] = [*person.logins, person.name]
 
     @property
     def students(self) -> dict[str, str]:
         """The name of each student in the list, by the label that results have."""
-        return {label: self._names[key] or label for key, label in self.labels.items()}
+        return {label: self._people[key].name or label for key, label in self.labels.items()}
 
     def find(self, owner: Owner | str, common: Collection[str] = ()) -> set[int]:
         """The students whom a name may mean.
@@ -176,7 +177,7 @@ class Roster:
         # A number may be another's by chance: then the names have nothing in common.
         if numbered is None or (keys and numbered not in keys and len(keys) == 1):
             return keys
-        shares = any(word in glued for word in words_of(self._names[numbered]))
+        shares = any(word in glued for word in words_of(self._people[numbered].name))
         if owner.platform != "moodle" and not shares:
             return keys
         return {numbered} & keys or {numbered} | keys
@@ -246,7 +247,7 @@ class Roster:
             else:
                 (doubtful if keys else unknown).append(label)
         several = [students[place][0] for rows in places.values() if len(rows) > 1 for place in rows]
-        absent = [name for key, name in self._names.items() if key not in places]
+        absent = [person.name for key, person in self._people.items() if key not in places]
         notes = noted("not found in the gradebook", unknown)
         notes += noted("more than one student of the gradebook may be meant by", doubtful)
         notes += noted("several hand-ins of one student, and none of them taken", several)
@@ -257,6 +258,14 @@ class Roster:
 def _is_number(word: str) -> bool:
     """Whether a word of a name may be the number of a student."""
     return word.isdecimal() and len(word) >= FEWEST_DIGITS
+
+
+def _person_of(raw: Cells) -> Person | None:
+    """The student of some cells; None for Canvas' test student, and where all are empty."""
+    cells = tuple((column, cell) for column, text in raw if (cell := printable(text.strip()).lstrip("#")))
+    name = _full_name(dict(reversed(cells)))
+    logins = dict.fromkeys(cell for kind in LOGINS for column, cell in cells if column == kind)
+    return Person(name, tuple(logins), cells) if cells and name != TEST_STUDENT else None
 
 
 def _full_name(cells: Mapping[str, str]) -> str:

@@ -18,7 +18,7 @@ from rigidcli.homework.answers import folded
 from rigidcli.homework.base import Judgement
 from rigidcli.homework.names import listed, noted, words_of
 from rigidcli.homework.reports.formats import points
-from rigidcli.homework.roster import LOGINS, NAMES, Roster, columns_of
+from rigidcli.homework.roster import LOGINS, NAMES, SPELLINGS, Roster, columns_of
 from rigidcli.homework.spreadsheets import Spreadsheet, cell, points_in
 
 ABOUT_STUDENTS = frozenset([*NAMES, *LOGINS, "Integration ID", "Root Account", "Section"])
@@ -32,17 +32,8 @@ POINTS = "Points Possible"
 KEPT = frozenset(["EX", "N/A"])
 """Cells that stay: the student is excused, or does not have the assignment."""
 
-GRADES = ("grade", "bewertung", "note", "calificacion", "valutazione")
-"""The letters of the column of grades in Moodle's worksheet, in the languages of SPELLINGS."""
-
-MOST = ("maximumgrade", "bestwertung", "maximalebewertung", "notemaximale", "calificacionmaxima")
-"""Those of the column that says how many points the assignment is worth."""
-
-MAY_CHANGE = ("gradecanbechanged", "bewertungkannverandertwerden", "bewertungkanngeandertwerden")
-"""Those of the column that says whether Moodle takes another grade."""
-
 NO = frozenset(["no", "nein", "non"])
-"""What such a cell says then; Spanish has `no`, too."""
+"""What a cell says where Moodle takes no other grade."""
 
 _ASSIGNMENT = re.compile(r"(.*?)(?:\s*\(([0-9]+)\))?", re.DOTALL)
 """The name of an assignment: its title, and the number that Canvas knows it by."""
@@ -94,7 +85,7 @@ def moodle(table: Spreadsheet, column: str | None = None) -> Gradebook:
     """
     head, *rows = table.rows or [[]]
     heads = ["".join(words_of(name)) for name in head]
-    wanted = GRADES if column is None else ("".join(words_of(column)),)
+    wanted = SPELLINGS["Grade"] if column is None else ["".join(words_of(column))]
     places = [place for place, name in enumerate(heads) if name in wanted]
     about = columns_of(head)
     if not any(about) or (column is None and len(places) != 1):
@@ -107,7 +98,7 @@ def moodle(table: Spreadsheet, column: str | None = None) -> Gradebook:
     people = _people(table, about)
     locked, most = (
         next((place for place, name in enumerate(heads) if name in names), len(heads))
-        for names in (MAY_CHANGE, MOST)
+        for names in (SPELLINGS["Grade can be changed"], SPELLINGS["Maximum Grade"])
     )
     kept = frozenset(number for number in people.rows if cell(table.rows[number], locked).casefold() in NO)
     return Gradebook(table, people, places[0], kept, [cell(row, most) for row in rows])
