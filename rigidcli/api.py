@@ -149,8 +149,7 @@ def check(
     from rigidcli.homework.files import gather
     from rigidcli.homework.hand_ins import papers
     from rigidcli.homework.overrides import read_overrides
-    from rigidcli.homework.reports import Style
-    from rigidcli.homework.reports.formats import render
+    from rigidcli.homework.reports.formats import Style, render
     from rigidcli.homework.roster import read_roster
 
     levels = list(Feedback)

@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     from rigidcli.document.document import Document
     from rigidcli.homework.assignment import Prepared, Study
     from rigidcli.homework.base import Judgement
-    from rigidcli.homework.reports import Style
+    from rigidcli.homework.reports.formats import Style
     from rigidcli.homework.reports.gradebooks import Gradebook
     from rigidcli.report import Report
 
@@ -244,7 +244,8 @@ def test_keys(asked: Request, target: Output, failures: Failures) -> None:
 
 def hand_out(asked: Request, target: Output, failures: Failures) -> None:
     """Write the sheet of each student of a roster: pages into a folder, or the rows of a table."""
-    from rigidcli.homework.reports import Style, pages
+    from rigidcli.homework.reports import pages
+    from rigidcli.homework.reports.formats import Style
     from rigidcli.homework.roster import read_roster
 
     prepared = prepared_for(asked, target)
@@ -289,7 +290,7 @@ def judge(asked: Request, target: Output, failures: Failures) -> None:
     from rigidcli.homework.files import gather
     from rigidcli.homework.hand_ins import papers
     from rigidcli.homework.overrides import read_overrides
-    from rigidcli.homework.reports import Style
+    from rigidcli.homework.reports.formats import Style
     from rigidcli.homework.roster import read_roster
 
     prepared, remarks = prepared_for(asked, target), Remarks(asked.quiet)

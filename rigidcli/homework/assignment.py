@@ -31,7 +31,7 @@ from rigidcli.errors import Path as Keys
 from rigidcli.fields.texts import STDIN, read_text, safe_name
 from rigidcli.homework.answers import as_typed
 from rigidcli.homework.base import Asked, Judgement, Kind, Outcome, Progress, Tell, Unreadable, sentence
-from rigidcli.homework.hand_ins import HandIns, Paper, unnamed
+from rigidcli.homework.hand_ins import HandIns, unnamed
 from rigidcli.homework.judge import Accepted, Item, run, text_beside
 from rigidcli.homework.kinds import KINDS, OF_SYMBOLS, kind_of
 from rigidcli.homework.overrides import Overrides
@@ -91,11 +91,21 @@ class Prepared:
     ) -> Iterator[Judgement]:
         """Judge what is handed in, in that order, with the scores of a person over those of the program.
 
-        The keys of all students are worked out at once. `tell` gets the notes on files and students. Raises
-        DocumentError where there is no key.
+        The keys of all students are worked out at once. Of a student who is not in the roster nobody knows
+        the values: a person must look. `tell` gets the notes on files and students. Raises DocumentError where
+        there is no key.
         """
-        papers, own, notes = self.for_students(handed_in.papers, roster, progress)
-        tell(self.source, notes)
+        papers, names = [*handed_in.papers], dict[str, str]()
+        if self.variants is not None and roster is None:
+            names = {paper.student: paper.student for paper in papers}
+            tell(self.source, [NO_ROSTER])
+        elif self.variants is not None and roster is not None:
+            names, lost = roster.students, Outcome.review(NOT_IN_IT)
+            papers = [
+                paper if paper.student in names else replace(paper, outcome=paper.outcome or lost)
+                for paper in papers
+            ]
+        own = self.own(names, progress) if names else {}
         judgements = run(self.items, papers, jobs, progress, own=own)
         judgements = overrides.applied(judgements, tell) if overrides else judgements
 
@@ -108,26 +118,6 @@ class Prepared:
             tell(self.source, unnamed(handed_in.others, seen))
 
         return told()
-
-    def for_students(
-        self, papers: Sequence[Paper], roster: Roster | None, progress: Progress = lambda share: None
-    ) -> tuple[list[Paper], dict[str, Mapping[str, Item]], list[str]]:
-        """The papers, the questions of the students who have their own, and notes on whose they are.
-
-        Of a student who is not in the roster nobody knows the values: a person must look.
-        Raises DocumentError where there is no key.
-        """
-        if self.variants is None:
-            return [*papers], {}, []
-        if roster is None:
-            names = {paper.student: paper.student for paper in papers}
-            return [*papers], self.own(names, progress), [NO_ROSTER]
-        names, lost = roster.students, Outcome.review(NOT_IN_IT)
-        known = [
-            paper if paper.student in names else replace(paper, outcome=paper.outcome or lost)
-            for paper in papers
-        ]
-        return known, self.own(names, progress), []
 
     def own(
         self, names: Mapping[str, str], progress: Progress = lambda share: None

@@ -206,20 +206,24 @@ def _named(places: Sequence[Place]) -> Iterator[Place]:
     It counts where it lies above all other files: a student may put another into the own folder.
     """
     lists = sorted((each for each in places if each.file.name == GRADESCOPE), key=lambda each: len(each.way))
-    others = [place for place in places if place.file.name != GRADESCOPE]
-    owners: dict[str, tuple[tuple[str, ...], ...]] = {}
     depth = len(lists[0].way) if lists else 0
-    for place in lists[:1] if len({place.way[:depth] for place in places}) == 1 else ():
-        with suppress(Unreadable):
-            tree = tree_of(read_file(place.file))
-            for name, entry in tree.items() if isinstance(tree, dict) else ():
-                people = entry.get(":submitters") if isinstance(entry, dict) else None
-                known = [
-                    [each.get(key) for key in (":email", ":sid", ":name")] for each in people or () if each
-                ]
-                owners[name] = tuple(tuple(filter(None, each)) for each in known if any(each))
-    for place in others:
-        yield replace(place, owners=owners.get("".join(place.way[depth : depth + 1]), ()))
+    is_above = bool(lists) and len({place.way[:depth] for place in places}) == 1
+    owners = _submitters(lists[0].file) if is_above else {}
+    for place in places:
+        if place.file.name != GRADESCOPE:
+            yield replace(place, owners=owners.get("".join(place.way[depth : depth + 1]), ()))
+
+
+def _submitters(file: Path) -> dict[str, tuple[tuple[str, ...], ...]]:
+    """The names of the students of each folder by Gradescope's list, as far as that is as expected."""
+    owners = {}
+    with suppress(Unreadable, AttributeError):
+        for name, entry in tree_of(read_file(file)).items():
+            with suppress(AttributeError, KeyError, TypeError):
+                keys = (":email", ":sid", ":name")
+                people = [[str(each.get(key) or "") for key in keys] for each in entry[":submitters"]]
+                owners[name] = tuple(tuple(filter(None, each)) for each in people if any(each))
+    return owners
 
 
 def _reason(error: Exception) -> str:

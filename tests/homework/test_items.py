@@ -10,7 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from rigidcli.homework.base import CODES, Finding, Judgement, Verdict
-from rigidcli.homework.reports import Style
+from rigidcli.homework.reports.formats import Style
 from rigidcli.homework.reports.items import MOST_SHOWN, UNNAMED, Alike, Taken, alike, csv, json, table, tally
 from tests.homework.standins import mark
 

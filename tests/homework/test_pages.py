@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 
 from rigidcli.homework import Feedback
 from rigidcli.homework.base import CODES, VERDICTS, Finding, Judged, Judgement
-from rigidcli.homework.reports import Style
+from rigidcli.homework.reports.formats import Style
 from rigidcli.homework.reports.pages import Course, file_name, one_page, pages
 from rigidcli.render.web.page import page
 from tests.homework.asking import cases

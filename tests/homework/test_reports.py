@@ -17,8 +17,8 @@ from hypothesis import strategies as st
 
 from rigidcli.homework import Feedback
 from rigidcli.homework.base import CODES, VERDICTS, Finding, Judged, Judgement, reported, sentence
-from rigidcli.homework.reports import Style, items
-from rigidcli.homework.reports.formats import FORMATS, csv_rows, points, render
+from rigidcli.homework.reports import items
+from rigidcli.homework.reports.formats import FORMATS, Style, csv_rows, points, render
 from rigidcli.render.terminal import Page, cells
 from tests.homework.standins import mark, waiting
 

@@ -241,6 +241,15 @@ def test_gradescope_says_whose_a_folder_is(tmp_path: Path) -> None:
     assert owners(tmp_path / "export") == expected
 
 
+@pytest.mark.parametrize(
+    "text", ["[]", "x", "a: {':submitters': [ada]}", "a: {':submitters': 3}", "a: 1", "[["]
+)
+def test_a_list_of_gradescope_that_is_broken_names_nobody(tmp_path: Path, text: str) -> None:
+    made(tmp_path, "export/a/hw.yaml", "export/b/hw.yaml")
+    (tmp_path / "export/submission_metadata.yml").write_text(text)
+    assert owners(tmp_path) == {"a": "hw.yaml", "b": "hw.yaml"}
+
+
 # --- lists of students
 
 LIST = 'Name,Login,ID\n"Doe, Jane",jdoe@x.edu,101\nMax Roe,mroe,102\nZoë O\'Brien,zob,103\nMax Roe,max2,104\n'

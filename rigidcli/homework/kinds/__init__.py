@@ -12,8 +12,7 @@ from rigidcli.homework.base import Kind
 from rigidcli.homework.kinds.arrays import Matrix, Moments, Tensor, Vector
 from rigidcli.homework.kinds.axes import Axes
 from rigidcli.homework.kinds.equations import Equations
-from rigidcli.homework.kinds.expression import Expression
-from rigidcli.homework.kinds.invariants import Invariants
+from rigidcli.homework.kinds.expression import Expression, Invariants
 from rigidcli.homework.kinds.single import Choice, Quantity
 from rigidcli.homework.kinds.trajectory import Trajectory
 

@@ -1,4 +1,4 @@
-"""Formulas: right where they are the same function as the key, in whatever form they are written.
+"""Formulas: right where they are the same function as the key, or conserved as the key is, in any form.
 
 Where the key is an energy, H or L, a constant may be added: it does not change the motion.
 """
@@ -7,26 +7,31 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import ClassVar
 
-from rigidcli.algebra.expressions import Expr
+from rigidcli.algebra.calculus import derivative
+from rigidcli.algebra.expressions import Expr, symbol, total
 from rigidcli.algebra.reading import from_tree
 from rigidcli.algebra.trees import to_tree
-from rigidcli.errors import ValueProblem
+from rigidcli.document.variables import velocity
+from rigidcli.errors import ExpressionError, ValueProblem
 from rigidcli.homework.base import Asked, Finding, Kind, Outcome, Reading, Tree, Unreadable
 from rigidcli.homework.entries import chosen
+from rigidcli.homework.kinds.arrays import MOST_ENTRIES, numbered
+from rigidcli.homework.lists import read_list
 from rigidcli.homework.mistakes import common_factor, of_energy
 from rigidcli.homework.numbers import doubt
 from rigidcli.homework.question import Tolerance
 from rigidcli.homework.reading import names_of, read_expression, read_expressions
-from rigidcli.homework.same import LEAST_POINTS, Ball, Formulas, formulas_of
+from rigidcli.homework.same import LEAST_POINTS, Ball, Formulas, formulas_of, pivots
 from rigidcli.language.decoration import undecorated
 from rigidcli.language.latex import plain
 from rigidcli.language.text import text, without_doubt
 from rigidcli.language.tree import Name, Negative, Node, Number, Sum, bound, names_in
 from rigidcli.language.typed import last_member
+from rigidcli.mechanics.hamilton_equations import TIME, Phase, bracket
 
 ENERGIES = ("hamiltonian", "lagrangian", "energy")
 """Last names of results to which a constant may be added."""
@@ -38,7 +43,7 @@ ZERO = Number("0", 0.0)
 
 
 @dataclass(frozen=True, eq=False)
-class Key:
+class FormulaKey:
     """The right formula, and what may stand in an answer.
 
     A `constant` may differ. `rates` are momenta or velocities, in which an energy is T + V (or T - V, where
@@ -66,7 +71,7 @@ class Expression(Kind):
         {"symbols", "coordinates", "momenta", "velocities", "constant", "numbers"}
     )
 
-    def key(self, asked: Asked) -> Key:
+    def key(self, asked: Asked) -> FormulaKey:
         """The formula that is asked for. Raises ValueProblem."""
         tree, question, last = _tree(asked), asked.question, asked.path[-1] if asked.path else ""
         used = names_in(tree)
@@ -77,7 +82,7 @@ class Expression(Kind):
         formulas = formulas_of(asked, names, _relative(question.tolerance))
         if all(value is None for value in formulas.values(tree)):
             raise ValueProblem("the key has no value")
-        return Key(
+        return FormulaKey(
             tree,
             formulas,
             is_energy and bool(used & names.states) and question.constant == "allowed",
@@ -86,7 +91,7 @@ class Expression(Kind):
             frozenset(names.velocities) - used if in_momenta and rates == names.momenta else frozenset(),
         )
 
-    def read(self, key: Key, answer: Tree) -> Reading:
+    def read(self, key: FormulaKey, answer: Tree) -> Reading:
         """A formula in the symbols of the question. Raises Unreadable."""
         names = key.formulas.names
         if key.constant and isinstance(answer, str):
@@ -99,11 +104,11 @@ class Expression(Kind):
         )
         return Reading(node, without_doubt(node), why)
 
-    def _truth(self, key: Key, node: Node) -> bool | str:
+    def _truth(self, key: FormulaKey, node: Node) -> bool | str:
         """Whether a formula is the key, perhaps up to a constant, or why that is open."""
         return self.is_right(key, node) or key.same(node)
 
-    def judge(self, key: Key, value: Node) -> Outcome:
+    def judge(self, key: FormulaKey, value: Node) -> Outcome:
         """Whether the answer is the key, perhaps up to a constant."""
         truth = key.same(value)
         if truth is True:
@@ -114,18 +119,18 @@ class Expression(Kind):
             return Outcome.review(truth)
         return Outcome.earning(0.0, *_findings(key, value))
 
-    def is_right(self, key: Key, value: Node) -> bool:
+    def is_right(self, key: FormulaKey, value: Node) -> bool:
         """Whether the answer is the key, perhaps up to a constant."""
         return key.same(value, constant=key.constant) is True
 
-    def mistaken(self, asked: Asked, key: Key) -> Iterator[tuple[str, Key]]:
+    def mistaken(self, asked: Asked, key: FormulaKey) -> Iterator[tuple[str, FormulaKey]]:
         """The key of the other sign, and an energy with mistakes in its parts."""
         yield "sign_error", replace(key, tree=Negative(key.tree))
         if parts := _energies(key):
             others = of_energy(*parts, is_lagrangian=key.is_lagrangian)
             yield from ((code, replace(key, tree=other)) for code, other in others)
 
-    def typed(self, key: Key) -> Tree:
+    def typed(self, key: FormulaKey) -> Tree:
         """The key in the language of documents."""
         return text(key.tree)
 
@@ -156,7 +161,7 @@ def _relative(tolerance: Tolerance) -> float | None:
     return tolerance.relative if figures is None else 0.5 * 10.0 ** (1 - figures)
 
 
-def _findings(key: Key, answer: Node) -> list[Finding]:
+def _findings(key: FormulaKey, answer: Node) -> list[Finding]:
     """What is wrong with an answer, apart from the mistakes that change the key."""
     if velocities := sorted(key.misplaced & names_in(answer)):
         return [Finding("velocity_in_hamiltonian", detail=f"read `{velocities[0]}`")]
@@ -193,7 +198,7 @@ def _common(balls: Sequence[Ball]) -> float | None:
     return float(best.mid()) if is_common and best.rad() <= EXACT * abs(best.mid()) else None
 
 
-def _energies(key: Key) -> tuple[Node, Node] | None:
+def _energies(key: FormulaKey) -> tuple[Node, Node] | None:
     """The kinetic energy and what is left at rest, where the rest is the same for motion backwards."""
     if not key.rates or names_in(key.tree).isdisjoint(key.rates):
         return None
@@ -202,3 +207,124 @@ def _energies(key: Key) -> tuple[Node, Node] | None:
     if key.same(back) is not True or key.formulas.same(resting, ZERO) is not False:
         return None
     return Sum((key.tree, Negative(resting))), resting
+
+
+# --- conserved quantities: as many as the key has, none of them a function of H and the others
+
+# A quantity F(q, p, t) is conserved if {F, H} and the slope of F by t add up to zero. Quantities are
+# independent if their gradients are, so that a multiple of the key, a sum or a product of two is as right.
+# Source: H. Goldstein, C. Poole, J. Safko, Classical Mechanics, 3rd edition, section 9.6.
+
+NOTHING_NEW = "it is a function of H, of the momenta that are conserved, or of the other quantities"
+
+
+@dataclass(frozen=True, eq=False)
+class InvariantsKey:
+    """The right quantities, and what decides whether others are as right.
+
+    None may be a function of the `known` quantities alone: H and the momenta that are conserved anyway.
+    `velocities` are formulas in the variables of `phase`.
+    """
+
+    quantities: tuple[Node, ...]
+    formulas: Formulas
+    hamiltonian: Node
+    phase: Phase
+    known: tuple[Node, ...]
+    velocities: Mapping[str, Node]
+
+    def exact(self, node: Node) -> Expr:
+        """A formula in the variables and the independent parameters. Raises ExpressionError."""
+        node = self.formulas.independent(bound(node, self.velocities))
+        domains = self.formulas.names.domains.items()
+        return from_tree(node, {name: symbol(name, True) for name, d in domains if d == "positive"})
+
+    def is_conserved(self, node: Node) -> bool | str:
+        """Whether a quantity keeps its value, or why that is open."""
+        try:
+            f = self.exact(node)
+            rate = total([bracket(f, self.exact(self.hamiltonian), self.phase), derivative(f, TIME)])
+            return self.formulas.vanish([to_tree(rate)])
+        except ExpressionError as error:
+            return f"its rate of change cannot be worked out: {error.message}"
+
+    def rank(self, nodes: Sequence[Node]) -> int:
+        """How many quantities are independent: the largest rank of their gradients at the points."""
+        slopes = [[derivative(self.exact(node), name) for name in self.phase.names] for node in nodes]
+        table = [[self.formulas.values(to_tree(slope)) for slope in row] for row in slopes]
+        ranks = [0]
+        for place in range(len(table[0][0])):
+            matrix = [[values[place] for values in row] for row in table]
+            if all(ball is not None for row in matrix for ball in row):
+                ranks.append(len(pivots(matrix)[0]))
+        return max(ranks)
+
+
+class Invariants(Kind):
+    """Further conserved quantities of a system, in any independent combination."""
+
+    name: ClassVar[str] = "invariants"
+    has_tolerance: ClassVar[bool] = False
+    options: ClassVar[frozenset[str]] = frozenset(
+        {"symbols", "coordinates", "momenta", "velocities", "numbers"}
+    )
+
+    def key(self, asked: Asked) -> InvariantsKey:
+        """The conserved quantities of a document. Raises ValueProblem."""
+        if asked.report is None:
+            hint = "ask a document for `hamilton.invariants`, or give one formula of kind `expression`"
+            raise ValueProblem("what is conserved follows from a document", hint=hint)
+        results = asked.report.tree
+        if asked.path[-1] != "invariants" or not asked.value:
+            hint = "there are `hamilton.cyclic` and `hamilton.conserved`, too"
+            raise ValueProblem("this result has no conserved quantities", hint=hint)
+        equations, hamiltonian = results["equations"], to_tree(results["hamiltonian"])
+        states = tuple(equations)
+        coordinates, momenta = states[: len(states) // 2], states[len(states) // 2 :]
+        known = [hamiltonian if name == "H" else to_tree(symbol(name)) for name in results["conserved"]]
+        return InvariantsKey(
+            tuple(map(to_tree, asked.value)),
+            formulas_of(asked, names_of(asked)),
+            hamiltonian,
+            Phase(coordinates, momenta),
+            tuple(known),
+            {velocity(q): to_tree(equations[q]) for q in coordinates},
+        )
+
+    def read(self, key: InvariantsKey, answer: Tree) -> Reading:
+        """A list of formulas, perhaps named; of several readings one that is conserved. Raises Unreadable."""
+        table = read_list(answer, is_square=True)  # so that the y of `y p_x` is no unit vector
+        cells = list(table.values()) if isinstance(table, dict) else table
+        if len(cells) > MOST_ENTRIES:
+            raise Unreadable("too_large", f"expected at most {MOST_ENTRIES} formulas")
+        names = key.formulas.names
+        several = [
+            read_expressions(cell, names, place)
+            for cell, place in zip(cells, numbered("quantity", len(cells)), strict=True)
+        ]
+        nodes = [chosen(readings, key.is_conserved) for readings in several]
+        return Reading(tuple(nodes), "; ".join(map(without_doubt, nodes)))
+
+    def judge(self, key: InvariantsKey, value: Sequence[Node]) -> Outcome:
+        """New conserved quantities earn their share; more formulas than the key has cost as much."""
+        kept, findings, count = list(key.known), list[Finding](), len(key.quantities)
+        rank = known = key.rank(kept) if kept else 0
+        for place, node in zip(numbered("quantity", len(value)), value, strict=True):
+            truth = key.is_conserved(node)
+            if isinstance(truth, str):
+                return Outcome.review(truth)
+            if not truth:
+                findings.append(Finding("component_wrong", place, "it is not conserved"))
+            elif (more := key.rank([*kept, node])) > rank:
+                kept, rank = [*kept, node], more
+            else:
+                findings.append(Finding("component_wrong", place, NOTHING_NEW))
+        if len(value) < count:
+            findings.append(Finding("wrong_shape", detail=f"read {len(value)}, expected {count}"))
+        new = rank - known
+        surplus = len(value) - max(new, count)
+        return Outcome.earning((min(new, count) - max(surplus, 0)) / count, *findings)
+
+    def typed(self, key: InvariantsKey) -> Tree:
+        """The quantities of the key."""
+        return list(map(text, key.quantities))

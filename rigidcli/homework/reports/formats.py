@@ -7,7 +7,7 @@ import re
 from collections import Counter, defaultdict
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from csv import writer
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from itertools import chain
 from statistics import fmean
 from typing import TypeAlias
@@ -18,7 +18,6 @@ import orjson
 from rigidcli.errors import printable, shortened
 from rigidcli.homework import Feedback
 from rigidcli.homework.base import VERDICTS, Judged, Judgement, Verdict, reported, sentence
-from rigidcli.homework.reports import Style
 from rigidcli.render.terminal import Page, Part, Row
 
 Students: TypeAlias = Iterable[Judgement]
@@ -47,6 +46,21 @@ ELEMENTS: dict[Verdict, str] = {
     "invalid": "error",
 }
 """The element of JUnit's XML for an answer that is not right, or not judged."""
+
+
+@dataclass(frozen=True, slots=True)
+class Style:
+    """How results look: how much students read, the header of csv, and width and colour of a table.
+
+    A `width` of None is a file or a pipe, where no line is broken. With `late`, csv and json say which
+    hand-ins are late: they do where any is.
+    """
+
+    feedback: Feedback = Feedback.hint
+    header: bool = True
+    width: int | None = None
+    colour: bool = False
+    late: bool = False
 
 
 def csv_rows(header: Sequence[str], rows: Iterable[Sequence[Cell]], style: Style) -> Iterator[str]:

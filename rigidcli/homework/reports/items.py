@@ -21,9 +21,9 @@ import orjson
 from rigidcli.errors import DocumentError, Problem, printable, shortened
 from rigidcli.fields.texts import safe_name
 from rigidcli.homework.base import PLACES, VERDICTS, Judged, Judgement, Verdict
-from rigidcli.homework.reports import Style
 from rigidcli.homework.reports.formats import (
     LONGEST_ANSWER,
+    Style,
     block,
     counted,
     csv_rows,

@@ -18,9 +18,9 @@ from urllib.parse import quote
 from rigidcli.errors import ExpressionError, printable, shortened
 from rigidcli.homework.base import Judged, Judgement, reported
 from rigidcli.homework.judge import Item
-from rigidcli.homework.reports import Style
 from rigidcli.homework.reports.formats import (
     LONGEST_ANSWER,
+    Style,
     as_one,
     csv_rows,
     mean_of,
