@@ -62,7 +62,7 @@ class Prepared:
 
     `solutions` are the reports, with their steps, that keys come from, by the names of the questions and the
     values of variants in words. With `variants`, the keys of `items` are those of their first values, and
-    their titles are as they are written; `for_students` gives every student's own.
+    their titles are as they are written; `own` gives every student's.
     """
 
     title: str
@@ -91,9 +91,9 @@ class Prepared:
     ) -> Iterator[Judgement]:
         """Judge what is handed in, in that order, with the scores of a person over those of the program.
 
-        The keys of all students are worked out at once. Of a student who is not in the roster nobody knows
-        the values: a person must look. `tell` gets the notes on files and students. Raises DocumentError where
-        there is no key.
+        The keys of all students are worked out at once. Nobody knows the values of a student who is not in
+        the roster: a person must look. `tell` gets the notes on files and students. Raises DocumentError
+        where there is no key.
         """
         papers, names = [*handed_in.papers], dict[str, str]()
         if self.variants is not None and roster is None:

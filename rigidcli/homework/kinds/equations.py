@@ -8,7 +8,7 @@ p = 0. Where that cannot be decided, a person has to look.
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from functools import cached_property
@@ -95,7 +95,7 @@ class Equations(Kind):
         open_ = next((truth for _, truth in truths if isinstance(truth, str)), "")
         if open_ and not false:
             return Outcome.review(f"it is not proved that the equation is true: {open_}", *remarks)
-        systems = [_System(key, second, true) for second in _readings(key, true)]
+        systems = [_system_of(key, second, true) for second in _readings(key, true)]
         best = max(
             systems,
             key=lambda system: (system.is_complete, system.right / len(system.tops), not system.unclear),
@@ -154,122 +154,157 @@ def _readings(key: Motion, sides: Sequence[Sides]) -> list[frozenset[str]]:
     return list(dict.fromkeys([frozenset(), second, frozenset(key.coordinates if second else ())]))
 
 
+@dataclass(frozen=True, slots=True)
 class _System:
-    """The true equations as a linear system for the derivatives.
+    """True equations as a linear system for derivatives, the `tops`: `rows` of slopes by the `unknowns`.
 
-    For the coordinates `second`, it is one for the accelerations; their momenta, and the derivatives of
-    these, are further unknowns where they are used. An equation counts as soon as it is linear in the
-    unknowns that no other equation gives.
+    The unknowns that single equations determine have been taken out: `given` has the slopes of each, of which
+    one that never vanishes is enough. Pivots stand in the rows `chosen` and in the `columns`. `unclear` says
+    why an equation could not be used.
     """
 
-    def __init__(self, key: Motion, second: frozenset[str], sides: Sequence[Sides]) -> None:
-        self.key = key
-        partners = {p: q for q, p in zip(key.coordinates, key.momenta, strict=False) if q in second}
-        gone = {velocity(name) for name in (*second, *partners)}
-        used = names_in_all(sides)
-        # Who has an equation for p'' has a p of its own, until another equation ties it to the velocity.
-        loose = [p for p in partners if acceleration(p) in used]
-        rates = (rate for rate in key.rates if rate not in gone)
-        self.tops = (*rates, *map(acceleration, sorted(second)), *loose)
-        further = [name for p in partners for name in (p, velocity(p)) if name in used]
-        excluded = key.meanings.keys() - {*self.tops, *further, *map(velocity, second), *key.aliases}
-        residuals = [bound(Sum((left, Negative(right))), key.aliases) for _, left, right in sides]
-        self.residuals = [node for node in residuals if names_in(node).isdisjoint(excluded)]
-        # A derivative is determined where it is so whatever the further unknowns are: these come first.
-        self.unknowns = list(dict.fromkeys([*further, *self.tops]))
-        self.slopes = list[list[Expr]]()
-        """Coefficients of each solved unknown; one that never vanishes is enough."""
-        while given := self._given():
-            self.slopes += given.values()
-            self.unknowns = [name for name in self.unknowns if name not in given]
-        self.chosen, self.columns = self._rank(self.rows)
+    key: Motion
+    tops: tuple[str, ...]
+    unknowns: Sequence[str]
+    rows: Sequence[Sequence[Expr]]
+    given: Sequence[Sequence[Expr]]
+    chosen: Sequence[int]
+    columns: Sequence[int]
+    unclear: str
+
+    @property
+    def missing(self) -> list[str]:
+        """The derivatives that are not determined."""
         undetermined = {name for k, name in enumerate(self.unknowns) if k not in self.columns}
-        self.missing = [name for name in self.tops if name in undetermined]
-        self.right = len(self.tops) - len(self.missing)
-        self.is_complete = not self.missing
+        return [name for name in self.tops if name in undetermined]
 
-    def _given(self) -> dict[str, list[Expr]]:
-        """The unknowns that single equations determine, or some equations together, with their slopes."""
-        self.unclear = ""
-        self.rows = [row for node in self.residuals if (row := self._row(node)) is not None]
-        given: dict[str, list[Expr]] = {}
-        for row in self.rows:
-            columns = [k for k, slope in enumerate(row) if slope.terms]
-            if len(columns) == 1:
-                given.setdefault(self.unknowns[columns[0]], []).append(row[columns[0]])
-        for row in self.rows if self.unclear and not given else ():
-            block = [k for k, slope in enumerate(row) if slope.terms]
-            rows = [r for r in self.rows if not any(e.terms for k, e in enumerate(r) if k not in block)]
-            chosen, columns = self._rank(rows)
-            if block and columns == block:
-                with suppress(ExpressionError):
-                    whole = determinant([[rows[i][k] for k in block] for i in chosen])
-                    return {self.unknowns[k]: [whole] for k in block}
-        return given
+    @property
+    def right(self) -> int:
+        """How many derivatives are determined."""
+        return len(self.tops) - len(self.missing)
 
-    def _row(self, residual: Node) -> list[Expr] | None:
-        """The derivatives of an equation by the unknowns; None where it is not linear in them."""
-        try:
-            e = self.key.exact(residual)
-            slopes = [expand(derivative(e, name)) if name in e.names else ZERO for name in self.unknowns]
-        except ExpressionError as error:
-            self.unclear = f"the equations cannot be solved for the derivatives: {error.message}"
-            return None
-        if any(not slope.names.isdisjoint(self.unknowns) for slope in slopes):
-            self.unclear = "an equation is not linear in the derivatives"
-            return None
-        # What is zero for the motion but for rounding is no slope to solve by.
-        return [
-            slope
-            if slope.terms and any(ball is not None and not ball.contains(0) for ball in self._values(slope))
-            else ZERO
-            for slope in slopes
-        ]
-
-    def _rank(self, rows: list[list[Expr]]) -> tuple[list[int], list[int]]:
-        """The rows and columns of the pivots at the first point where all slopes have values."""
-        if not rows or not self.unknowns:
-            return [], []
-        table = [[self._values(slope) for slope in row] for row in rows]
-        for place in range(len(table[0][0])):
-            matrix = [[entry[place] for entry in row] for row in table]
-            if all(ball is not None for row in matrix for ball in row):
-                return pivots(matrix)
-        return [], []
-
-    def _values(self, slope: Expr) -> list[Ball | None]:
-        return self.key.formulas.values(bound(to_tree(slope), self.key.meanings))
+    @property
+    def is_complete(self) -> bool:
+        """Whether all derivatives are determined, in general states."""
+        return not self.missing
 
     def gap(self) -> str:
         """The states at which the system becomes singular; empty if none."""
-        for several in self.slopes:
-            gaps = [self._zero(slope) for slope in several]
+        for slopes in self.given:
+            gaps = [_zeros(self.key, slope) for slope in slopes]
             if all(gaps):
                 return gaps[0]
         if not self.unknowns:
             return ""
         try:
-            return self._zero(determinant([[self.rows[i][k] for k in self.columns] for i in self.chosen]))
+            block = [[self.rows[i][k] for k in self.columns] for i in self.chosen]
+            return _zeros(self.key, determinant(block))
         except ExpressionError as error:
             return f"where it cannot be worked out: {error.message}"
 
-    def _zero(self, e: Expr) -> str:
-        """The states at which a determinant vanishes, though the motion goes on; empty if none."""
-        if not e.terms:
-            return "everywhere"
-        # Where what the rates of the key are divided by is zero, there is no motion.
-        poles = set[Atom]()
-        for node in self.key.rates.values():
+
+def _system_of(key: Motion, second: frozenset[str], sides: Sequence[Sides]) -> _System:
+    """The system of true equations, for the accelerations of the coordinates `second`.
+
+    The momenta of these, and the derivatives of the momenta, are further unknowns where they are used. An
+    equation counts as soon as it is linear in the unknowns that no other equation determines.
+    """
+    partners = {p: q for q, p in zip(key.coordinates, key.momenta, strict=False) if q in second}
+    gone = {velocity(name) for name in (*second, *partners)}
+    used = names_in_all(sides)
+    # Who has an equation for p'' has a p of its own, until another equation ties it to the velocity.
+    loose = [p for p in partners if acceleration(p) in used]
+    tops = (*(rate for rate in key.rates if rate not in gone), *map(acceleration, sorted(second)), *loose)
+    further = [name for p in partners for name in (p, velocity(p)) if name in used]
+    excluded = key.meanings.keys() - {*tops, *further, *map(velocity, second), *key.aliases}
+    residuals = [bound(Sum((left, Negative(right))), key.aliases) for _, left, right in sides]
+    residuals = [node for node in residuals if names_in(node).isdisjoint(excluded)]
+    # A derivative is determined where it is so whatever the further unknowns are: these come first.
+    unknowns = list(dict.fromkeys([*further, *tops]))
+    solved = list[list[Expr]]()
+    while True:
+        rows, unclear = _rows(key, residuals, unknowns)
+        given = _given(key, rows, unknowns, together=bool(unclear))
+        if not given:
+            chosen, columns = _rank(key, rows)
+            return _System(key, tops, unknowns, rows, solved, chosen, columns, unclear)
+        solved += given.values()
+        unknowns = [name for name in unknowns if name not in given]
+
+
+def _rows(key: Motion, residuals: Sequence[Node], unknowns: Sequence[str]) -> tuple[list[list[Expr]], str]:
+    """The slopes of equations by the unknowns in which they are linear, and why others are left out."""
+    rows, unclear = list[list[Expr]](), ""
+    for residual in residuals:
+        try:
+            e = key.exact(residual)
+            slopes = [expand(derivative(e, name)) if name in e.names else ZERO for name in unknowns]
+        except ExpressionError as error:
+            unclear = f"the equations cannot be solved for the derivatives: {error.message}"
+            continue
+        if any(not slope.names.isdisjoint(unknowns) for slope in slopes):
+            unclear = "an equation is not linear in the derivatives"
+            continue
+        # What is zero for the motion but for rounding is no slope to solve by.
+        values = [_values(key, slope) if slope.terms else [] for slope in slopes]
+        is_zero = [all(ball is None or ball.contains(0) for ball in balls) for balls in values]
+        rows.append([ZERO if zero else slope for slope, zero in zip(slopes, is_zero, strict=True)])
+    return rows, unclear
+
+
+def _given(
+    key: Motion, rows: Sequence[list[Expr]], unknowns: Sequence[str], *, together: bool
+) -> dict[str, list[Expr]]:
+    """The unknowns that single equations determine, with their slopes, or some equations `together`."""
+    given: dict[str, list[Expr]] = {}
+    for row in rows:
+        columns = [k for k, slope in enumerate(row) if slope.terms]
+        if len(columns) == 1:
+            given.setdefault(unknowns[columns[0]], []).append(row[columns[0]])
+    for row in rows if together and not given else ():
+        block = [k for k, slope in enumerate(row) if slope.terms]
+        within = [r for r in rows if not any(e.terms for k, e in enumerate(r) if k not in block)]
+        chosen, columns = _rank(key, within)
+        if block and columns == block:
             with suppress(ExpressionError):
-                terms = self.key.exact(node).terms
-                poles |= {atom for monomial in terms for atom, exponent in monomial if exponent < 0}
-        for atom, _ in factored(expand(e))[1]:
-            factor = atomic(atom)
-            balls = [ball for ball in self._values(factor) if ball is not None]
-            changes = len({ball > 0 for ball in balls}) > 1 or any(ball.contains(0) for ball in balls)
-            if changes and atom not in poles:
-                return f"where `{reading(to_tree(factor))}` is zero"
-        return ""
+                whole = determinant([[within[i][k] for k in block] for i in chosen])
+                return {unknowns[k]: [whole] for k in block}
+    return given
+
+
+def _rank(key: Motion, rows: Sequence[list[Expr]]) -> tuple[list[int], list[int]]:
+    """The rows and columns of the pivots at the first point where all slopes have values."""
+    if not rows or not rows[0]:
+        return [], []
+    table = [[_values(key, slope) for slope in row] for row in rows]
+    for place in range(len(table[0][0])):
+        matrix = [[entry[place] for entry in row] for row in table]
+        if all(ball is not None for row in matrix for ball in row):
+            return pivots(matrix)
+    return [], []
+
+
+def _values(key: Motion, slope: Expr) -> list[Ball | None]:
+    return key.formulas.values(bound(to_tree(slope), key.meanings))
+
+
+def _zeros(key: Motion, e: Expr) -> str:
+    """The states at which a determinant vanishes, though the motion goes on; empty if none."""
+    if not e.terms:
+        return "everywhere"
+    # Where what the rates of the key are divided by is zero, there is no motion.
+    poles = set[Atom]()
+    for node in key.rates.values():
+        with suppress(ExpressionError):
+            terms = key.exact(node).terms
+            poles |= {atom for monomial in terms for atom, exponent in monomial if exponent < 0}
+    for atom, _ in factored(expand(e))[1]:
+        factor = atomic(atom)
+        balls = [ball for ball in _values(key, factor) if ball is not None]
+        changes = len({ball > 0 for ball in balls}) > 1 or any(ball.contains(0) for ball in balls)
+        if changes and atom not in poles:
+            return f"where `{reading(to_tree(factor))}` is zero"
+    return ""
 
 
 # --- the key: how the states change, from a document or as it is typed
@@ -381,18 +416,9 @@ def of_text(asked: Asked) -> Motion:
     tops_of = {key: velocity(key) for key in keys if key.isidentifier() and not _DERIVATIVE.fullmatch(key)}
     sides = read_equations(asked.value, None, tops_of)
     used = names_in_all(sides)
-    fixed = set(question.symbols or ()) - {*question.coordinates, *question.momenta}
-    moving = [*question.coordinates, *question.momenta]
-    for name in sorted(used):
-        base = _DERIVATIVE.fullmatch(name)
-        if base is not None and (name not in fixed or base[1] in used):
-            moving.append(base[1])
-    functions = tuple(dict.fromkeys(moving))
+    functions = _functions(question, used)
     second = tuple(name for name in functions if acceleration(name) in used)
-    speeds = dict(zip(question.coordinates, question.velocities, strict=False))
-    aliases: dict[str, Node] = {v: Name(velocity(q)) for q, v in speeds.items() if v != velocity(q)}
-    aliases = {} if set(aliases) <= set(functions) else aliases
-    aliases |= {velocity(v): Name(acceleration(q)) for q, v in speeds.items() if v in aliases}
+    aliases = _aliases(question, functions)
     functions = tuple(name for name in functions if name not in aliases)
     if not functions:
         raise ValueProblem("the equations hold no derivative, expected names such as `xdot`")
@@ -411,6 +437,28 @@ def of_text(asked: Asked) -> Motion:
         tuple(partners.values()),
         aliases,
     )
+
+
+def _functions(question: Question, used: Collection[str]) -> tuple[str, ...]:
+    """The functions of the time: coordinates, momenta, and what has a derivative in the equations."""
+    functions = [*question.coordinates, *question.momenta]
+    fixed = set(question.symbols or ()) - {*functions}
+    for name in sorted(used):
+        derivative_of = _DERIVATIVE.fullmatch(name)
+        if derivative_of and (name not in fixed or derivative_of[1] in used):
+            functions.append(derivative_of[1])
+    return tuple(dict.fromkeys(functions))
+
+
+def _aliases(question: Question, functions: Sequence[str]) -> dict[str, Node]:
+    """Velocities in other letters, v for xdot and vdot for xddot, unless all are functions of their own."""
+    speeds = {
+        v: q for q, v in zip(question.coordinates, question.velocities, strict=False) if v != velocity(q)
+    }
+    if {*speeds} <= {*functions}:
+        return {}
+    first: dict[str, Node] = {v: Name(velocity(q)) for v, q in speeds.items()}
+    return first | {velocity(v): Name(acceleration(q)) for v, q in speeds.items()}
 
 
 def of_functions(key: Motion) -> dict[str, str]:
