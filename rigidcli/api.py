@@ -149,7 +149,7 @@ def check(
     from rigidcli.homework.files import gather
     from rigidcli.homework.hand_ins import papers
     from rigidcli.homework.overrides import read_overrides
-    from rigidcli.homework.reports.formats import Style, render
+    from rigidcli.homework.reports.formats import ReportStyle, render
     from rigidcli.homework.roster import read_roster
 
     levels = list(Feedback)
@@ -170,5 +170,5 @@ def check(
         notes += handed_in.notes
         told = prepared.judged(handed_in, people, scores, jobs, lambda source, said: notes.extend(said))
         judged = list(told)
-    style = Style(Feedback(feedback), late=any(student.late for student in judged))
+    style = ReportStyle(Feedback(feedback), late=any(student.late for student in judged))
     return Judgements([json.loads(line) for line in render("json", judged, style)], notes)

@@ -21,7 +21,7 @@ from rigidcli.cli.check import CheckFormat
 from rigidcli.cli.printing import Kind
 from rigidcli.commands import COMMANDS
 from rigidcli.homework.base import CODES
-from rigidcli.homework.base import Kind as KindOfAnswer
+from rigidcli.homework.base import AnswerKind as KindOfAnswer
 from rigidcli.homework.kinds import KINDS
 from rigidcli.homework.question import Credited, KindName
 from rigidcli.homework.reports.formats import FORMATS

@@ -24,11 +24,11 @@ if TYPE_CHECKING:
     from rigidcli.document.document import Document
     from rigidcli.homework.assignment import Prepared, Study
     from rigidcli.homework.base import Judgement
-    from rigidcli.homework.reports.formats import Style
+    from rigidcli.homework.reports.formats import ReportStyle
     from rigidcli.homework.reports.gradebooks import Gradebook
     from rigidcli.report import Report
 
-    View: TypeAlias = Callable[[Iterator[Judgement], Style], Iterator[str]]
+    View: TypeAlias = Callable[[Iterator[Judgement], ReportStyle], Iterator[str]]
 
 NOT_CORRECT = 1
 """The exit code if any answer is judged not to be correct."""
@@ -245,7 +245,7 @@ def test_keys(asked: Request, target: Output, failures: Failures) -> None:
 def hand_out(asked: Request, target: Output, failures: Failures) -> None:
     """Write the sheet of each student of a roster: pages into a folder, or the rows of a table."""
     from rigidcli.homework.reports import pages
-    from rigidcli.homework.reports.formats import Style
+    from rigidcli.homework.reports.formats import ReportStyle
     from rigidcli.homework.roster import read_roster
 
     prepared = prepared_for(asked, target)
@@ -261,7 +261,7 @@ def hand_out(asked: Request, target: Output, failures: Failures) -> None:
         for name in [people.students[label]]
     ]
     if not isinstance(target, Folder):
-        for piece in pages.sheet_rows(sheets, people.head, Style(header=asked.header)):
+        for piece in pages.sheet_rows(sheets, people.head, ReportStyle(header=asked.header)):
             target.write(piece)
         return
     for name, content in pages.sheet_pages(sheets, prepared.title):
@@ -290,7 +290,7 @@ def judge(asked: Request, target: Output, failures: Failures) -> None:
     from rigidcli.homework.files import gather
     from rigidcli.homework.hand_ins import papers
     from rigidcli.homework.overrides import read_overrides
-    from rigidcli.homework.reports.formats import Style
+    from rigidcli.homework.reports.formats import ReportStyle
     from rigidcli.homework.roster import read_roster
 
     prepared, remarks = prepared_for(asked, target), Remarks(asked.quiet)
@@ -319,7 +319,7 @@ def judge(asked: Request, target: Output, failures: Failures) -> None:
             raise UsageError("there is no hand-in in ANSWERS", hint="; ".join(handed_in.notes) or None)
         remarks.tell(asked.roster or (book and asked.file) or prepared.source, handed_in.notes)
         is_late = any(paper.is_late for paper in handed_in.papers)
-        style = Style(asked.feedback, asked.header, *target.terminal(), is_late)
+        style = ReportStyle(asked.feedback, asked.header, *target.terminal(), is_late)
         fill = partial(filled, book, roster.aliases, handed_in.notes, remarks) if book and roster else None
         with progress() as show:
             judged = prepared.judged(handed_in, roster, overrides, asked.jobs, remarks.tell, show)
@@ -361,7 +361,7 @@ def pages_of(prepared: "Prepared", remarks: Sequence[str], target: Output, *, st
     if not isinstance(target, Folder):
         return lambda judgements, style: pages.one_page(judgements, course, style)
 
-    def fill(judgements: "Iterator[Judgement]", style: "Style") -> Iterator[str]:
+    def fill(judgements: "Iterator[Judgement]", style: "ReportStyle") -> Iterator[str]:
         for name, content in pages.pages(judgements, course, style):
             target.begin(name)
             yield content
@@ -389,7 +389,7 @@ def filled(
     told: Sequence[str],
     remarks: Remarks,
     judgements: "Iterator[Judgement]",
-    style: "Style",
+    style: "ReportStyle",
 ) -> Iterator[str]:
     """The text of a gradebook with the scores; those of its notes that are not told yet are told."""
     from rigidcli.homework.reports.gradebooks import fill

@@ -30,9 +30,9 @@ from rigidcli.errors import (
 from rigidcli.errors import Path as Keys
 from rigidcli.fields.texts import STDIN, read_text, safe_name
 from rigidcli.homework.answers import as_typed
-from rigidcli.homework.base import Asked, Judgement, Kind, Outcome, Progress, Tell, Unreadable, sentence
+from rigidcli.homework.base import AnswerKind, Asked, Judgement, Outcome, Progress, Tell, Unreadable, sentence
 from rigidcli.homework.hand_ins import HandIns, unnamed
-from rigidcli.homework.judge import Accepted, Item, run, text_beside
+from rigidcli.homework.judge import AcceptedKey, Item, run, text_beside
 from rigidcli.homework.kinds import KINDS, OF_SYMBOLS, kind_of
 from rigidcli.homework.overrides import Overrides
 from rigidcli.homework.question import EVERYWHERE, Assignment, Question
@@ -316,14 +316,14 @@ def _refused(parameter: str, variants: Variants, document: str, library: Library
 # --- keys
 
 
-def _item(kind: Kind, asked: Asked, folder: Path) -> Item:
+def _item(kind: AnswerKind, asked: Asked, folder: Path) -> Item:
     question = asked.question
     key = _key(kind, asked, folder, "ask" if asked.path else "answer")
     accepted = []
     for place, other in enumerate(question.accept):
         also = replace(asked, value=other.answer, unit="", path=(), document=None, report=None)
         key_of_it = _key(kind, also, folder, "accept", place, "answer")
-        accepted.append(Accepted(key_of_it, other.credit, other.message))
+        accepted.append(AcceptedKey(key_of_it, other.credit, other.message))
     typed = kind.typed(key)
     short = DECIMALS.sub(lambda number: f"{float(number[0]):.6g}", as_typed(typed))
     reference = short if len(short) <= 500 else ""  # a longer key tells nobody anything
@@ -333,7 +333,7 @@ def _item(kind: Kind, asked: Asked, folder: Path) -> Item:
     )
 
 
-def _changes(kind: Kind, asked: Asked, key: Any, typed: Any) -> Iterator[tuple[str, Any]]:
+def _changes(kind: AnswerKind, asked: Asked, key: Any, typed: Any) -> Iterator[tuple[str, Any]]:
     """The keys of mistaken problems, but those by which the right answer is right, too."""
     right = kind.read(key, typed).value
     for code, changed in kind.mistaken(asked, key):
@@ -342,7 +342,7 @@ def _changes(kind: Kind, asked: Asked, key: Any, typed: Any) -> Iterator[tuple[s
                 yield code, changed
 
 
-def _key(kind: Kind, asked: Asked, folder: Path, *place: str | int) -> Any:
+def _key(kind: AnswerKind, asked: Asked, folder: Path, *place: str | int) -> Any:
     try:
         text_of = partial(text_beside, folder / "assignment", None)
         value = asked.value if asked.path else kind.loaded(asked.value, text_of)

@@ -129,7 +129,7 @@ class Reading(NamedTuple):
     doubt: str = ""
 
 
-class Kind(ABC):
+class AnswerKind(ABC):
     """One kind of answer. It has no state: all that judging needs is in the key, which can be pickled.
 
     `options` are the options of a question that this kind uses, besides those of every question. A kind that

@@ -24,7 +24,7 @@ from rigidcli.homework.base import Asked, Finding, Tree, Unreadable
 from rigidcli.homework.numbers import ROUNDING, Number, as_typed, doubt, read_numbers
 from rigidcli.homework.question import RELATIVE, Tolerance
 from rigidcli.homework.reading import exactly, names_of, read_expression, read_expressions
-from rigidcli.homework.same import Formulas, formulas_of
+from rigidcli.homework.same import FormulaComparison, formulas_of
 from rigidcli.language import tree
 from rigidcli.language.decoration import undecorated
 from rigidcli.language.expression import real
@@ -71,7 +71,7 @@ class Ruler:
 
     tolerance: Tolerance
     unit: Unit | None = None
-    formulas: Formulas | None = None
+    formulas: FormulaComparison | None = None
     largest: float = 0.0
     noise: float = 0.0
 

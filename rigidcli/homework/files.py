@@ -51,7 +51,7 @@ _FLAGS = ("O_NOFOLLOW", "O_NONBLOCK", "O_CLOEXEC", "O_NOCTTY", "O_BINARY")
 
 
 @dataclass(frozen=True, slots=True)
-class Place:
+class HandedFile:
     """A file below one of ANSWERS: `way` are the folders that lead to it, `source` is its name in reports.
 
     `root` tells the ANSWERS apart; `given` is the name of one of several of them that is a folder. `owners`
@@ -78,7 +78,7 @@ class Batch:
     It is not `is_whole` where a folder, an archive, or what was given is missing as a whole.
     """
 
-    places: list[Place] = field(default_factory=list)
+    places: list[HandedFile] = field(default_factory=list)
     problems: list[Problem] = field(default_factory=list)
     is_whole: bool = True
 
@@ -118,7 +118,7 @@ def gather(paths: Sequence[str], assignment: str | None, scratch: Path) -> Batch
             if not places:
                 batch.trouble(path, "no answer files in it")
         else:
-            places = [Place(path, safe_name(path), -2, ways.get(given, ()))]
+            places = [HandedFile(path, safe_name(path), -2, ways.get(given, ()))]
         for place in _named(places):
             if _spot(place.file) not in seen:
                 seen.add(_spot(place.file))
@@ -126,7 +126,7 @@ def gather(paths: Sequence[str], assignment: str | None, scratch: Path) -> Batch
     return batch
 
 
-def _given(places: Sequence[Place], name: str) -> list[Place]:
+def _given(places: Sequence[HandedFile], name: str) -> list[HandedFile]:
     """The places below a folder, one of several given; with a single hand-in in it, it is a student's."""
     direct = [place for place in places if is_answer(place.file.name)] or places
     if len(direct) == 1 and not direct[0].way:
@@ -142,11 +142,11 @@ def _ways(files: Sequence[str]) -> dict[str, tuple[str, ...]]:
     return ways if len(set(map(len, ways.values()))) == 1 else {}
 
 
-def _below(folder: Path, path: Path, root: int, scratch: Path, batch: Batch) -> list[Place]:
+def _below(folder: Path, path: Path, root: int, scratch: Path, batch: Batch) -> list[HandedFile]:
     """The places in a folder, which reports call `path`, and in the archives there, which are no deeper."""
 
-    def place_of(file: Path, way: tuple[str, ...], source: Path) -> Place:
-        return Place(file, safe_name(source), root, way)
+    def place_of(file: Path, way: tuple[str, ...], source: Path) -> HandedFile:
+        return HandedFile(file, safe_name(source), root, way)
 
     found = [
         [place_of(file, inside.parts[:-1], path / inside)]
@@ -200,7 +200,7 @@ def _unpacked(path: Path, folder: Path, bounds: Bounds, batch: Batch, source: st
     return True
 
 
-def _named(places: Sequence[Place]) -> Iterator[Place]:
+def _named(places: Sequence[HandedFile]) -> Iterator[HandedFile]:
     """The places with the students whom Gradescope's list names, and without the list.
 
     It counts where it lies above all other files: a student may put another into the own folder.

@@ -17,7 +17,7 @@ from rigidcli.errors import printable
 from rigidcli.fields.texts import ending
 from rigidcli.homework.answers import folded, read_answers
 from rigidcli.homework.base import MISSING, Judgement, Outcome, Unreadable
-from rigidcli.homework.files import Batch, Place, first_bytes, names_file, read_file
+from rigidcli.homework.files import Batch, HandedFile, first_bytes, names_file, read_file
 from rigidcli.homework.names import (
     Owner,
     is_answer,
@@ -75,11 +75,11 @@ class HandIns(NamedTuple):
 
     papers: list[Paper]
     notes: list[str]
-    others: list[Place]
+    others: list[HandedFile]
 
 
 class _File(NamedTuple):
-    place: Place
+    place: HandedFile
     owner: Owner
 
 
@@ -117,7 +117,7 @@ def papers(
     students = [_Student(one, files=[_File(place, Owner("", "")) for place in batch.places])] * bool(one)
     students = students or _students(batch.places, roster)
     looks = _looked_at([_candidates(student.files) for student in students], known, jobs)
-    rows, notes, others = list[Paper](), list[str](), list[Place]()
+    rows, notes, others = list[Paper](), list[str](), list[HandedFile]()
     unknown, doubtful = list[str](), list[str]()
     for student in students:
         paper, said, left = _paper(student.name, student.files, looks)
@@ -141,7 +141,7 @@ def papers(
     return HandIns(rows, [*said, *notes], others)
 
 
-def _students(places: Sequence[Place], roster: Roster | None) -> list[_Student]:
+def _students(places: Sequence[HandedFile], roster: Roster | None) -> list[_Student]:
     """The students whose files these are, in the order of their first files."""
     owners = _owners(places, roster)
     students: dict[str, _Student] = {}
@@ -157,7 +157,7 @@ def _students(places: Sequence[Place], roster: Roster | None) -> list[_Student]:
     return [*students.values()]
 
 
-def unnamed(others: Sequence[Place], judgements: Iterable[Judgement]) -> list[str]:
+def unnamed(others: Sequence[HandedFile], judgements: Iterable[Judgement]) -> list[str]:
     """A note on files beside the answers that no answer names."""
     named = {path for judgement in judgements for path in judgement.beside}
     return noted("no answer files, and left out", [each.short for each in others if each.source not in named])
@@ -169,13 +169,13 @@ _Found = tuple[Owner, Collection[str]]
 """Whose a place is by a name, and the words in that name which tell nobody apart."""
 
 
-def _owners(places: Sequence[Place], roster: Roster | None) -> list[_Found]:
+def _owners(places: Sequence[HandedFile], roster: Roster | None) -> list[_Found]:
     """Whose each place is: by the first level of folders that tells students apart, else by its own name.
 
     A student chooses the names of what lies deeper, and could take the place of another by them.
     """
     found: dict[int, _Found] = {}
-    groups = defaultdict[int, dict[int, Place]](dict)
+    groups = defaultdict[int, dict[int, HandedFile]](dict)
     for number, place in enumerate(places):
         groups[-3 if roster and place.given else place.root][number] = place
     for group in groups.values():
@@ -183,7 +183,7 @@ def _owners(places: Sequence[Place], roster: Roster | None) -> list[_Found]:
     return [found[number] for number in range(len(places))]
 
 
-def _of_group(group: Mapping[int, Place], roster: Roster | None) -> dict[int, _Found]:
+def _of_group(group: Mapping[int, HandedFile], roster: Roster | None) -> dict[int, _Found]:
     """Whose places below one of ANSWERS are.
 
     The level is the first that has the form of a platform, or names students of the roster. Without a roster
@@ -226,7 +226,7 @@ def _of_names(names: dict[int, str], roster: Roster | None, *, is_folder: bool) 
     return {number: (owners[name], common) for number, name in names.items()}
 
 
-def _level_apart(places: Collection[Place]) -> int:
+def _level_apart(places: Collection[HandedFile]) -> int:
     """The level of the folders that tell hand-ins apart; -1 where files go by their own names.
 
     An answer file in the one folder that all share is a student's, unless many lie there: then the folder is
@@ -312,7 +312,7 @@ def _look(known: frozenset[str], task: tuple[Path, Sequence[str]]) -> bytes:
 
 def _paper(
     student: str, files: Sequence[_File], looks: dict[Path, _Look]
-) -> tuple[Paper | None, list[str], list[Place]]:
+) -> tuple[Paper | None, list[str], list[HandedFile]]:
     """The hand-in of a student, if there is any, notes on it, and the files that are none."""
     candidates = _candidates(files)
     answering = [file for file in candidates if looks.get(file.place.file, _Look()).answers]

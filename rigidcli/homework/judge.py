@@ -19,10 +19,10 @@ from rigidcli.homework.base import (
     CODES,
     MISSING,
     PLACES,
+    AnswerKind,
     Finding,
     Judged,
     Judgement,
-    Kind,
     Outcome,
     Progress,
     Tree,
@@ -43,7 +43,7 @@ LONGEST_ANSWER = 2000
 
 
 @dataclass(frozen=True, slots=True)
-class Accepted:
+class AcceptedKey:
     """The key of another answer, the share (0 to 1) of the points, and what a student reads then."""
 
     key: Any
@@ -60,13 +60,13 @@ class Item:
     `values` are those of the student's variant that the question depends on, or names.
     """
 
-    kind: Kind
+    kind: AnswerKind
     key: Any
     points: float
     title: str = ""
     reference: str = ""
     credit: str | Mapping[Any, float] = "parts"
-    accepted: tuple[Accepted, ...] = ()
+    accepted: tuple[AcceptedKey, ...] = ()
     changes: tuple[tuple[str, Any], ...] = ()
     values: Mapping[str, str] = field(default_factory=dict)
 
@@ -172,7 +172,7 @@ def _judged(item: Item, answer: Tree) -> tuple[Outcome, str]:
     return outcome, read_as
 
 
-def _by_key(kind: Kind, key: Any, answer: Tree) -> tuple[Outcome, Any, str]:
+def _by_key(kind: AnswerKind, key: Any, answer: Tree) -> tuple[Outcome, Any, str]:
     """The outcome by a key, the value of the answer, and how it was read."""
     value, read_as = None, ""
     try:

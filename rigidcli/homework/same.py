@@ -82,7 +82,7 @@ MAX_POWER = 10_000
 
 
 @dataclass(frozen=True, eq=False)
-class Formulas:
+class FormulaComparison:
     """Compares formulas for one question.
 
     `name` seeds the test points; `names` are the symbols that are allowed. With a `relative` tolerance,
@@ -128,7 +128,7 @@ class Formulas:
             return False
         return next((why for why in outcomes if isinstance(why, str)), True)
 
-    def with_values(self) -> Formulas:
+    def with_values(self) -> FormulaComparison:
         """The same comparison, with the document's values in place of its parameters."""
         return replace(self, numbers=True)
 
@@ -155,12 +155,12 @@ class Formulas:
         return tree.bound(node, self.names.values) if self.numbers else node
 
 
-def formulas_of(asked: Asked, names: Names, relative: float | None = None) -> Formulas:
+def formulas_of(asked: Asked, names: Names, relative: float | None = None) -> FormulaComparison:
     """The comparison for a question with these `names`."""
     numbers = asked.question.numbers == "allowed" and bool(names.values)
     conditions = asked.report.get("conditions") if asked.report is not None else None
     within = tuple(read(condition.removesuffix(" > 0"))[0] for condition in conditions or ())
-    return Formulas(asked.name, names, relative, numbers, within)
+    return FormulaComparison(asked.name, names, relative, numbers, within)
 
 
 @lru_cache(64)
@@ -183,7 +183,7 @@ class _Comparison:
     """An answer and its key, in independent names, at the points that follow from both."""
 
     def __init__(
-        self, formulas: Formulas, answer: Node, key: Node, beside: Sequence[Node], constant: bool
+        self, formulas: FormulaComparison, answer: Node, key: Node, beside: Sequence[Node], constant: bool
     ) -> None:
         names, self.relative, self.beside = formulas.names, formulas.relative, beside
         self.nodes = answer, key

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from typing import Any
 
-from rigidcli.homework.base import Asked, Finding, Judged, Kind, Outcome, Reading, Tree, Verdict
+from rigidcli.homework.base import AnswerKind, Asked, Finding, Judged, Outcome, Reading, Tree, Verdict
 
 
-class Same(Kind):
+class Same(AnswerKind):
     """A kind whose answer must be its key."""
 
     name = "same"

@@ -15,7 +15,7 @@ from hypothesis import strategies as st
 from rigidcli.errors import DocumentError
 from rigidcli.homework.judge import Item
 from rigidcli.homework.reading import Domain, Names, read_expression
-from rigidcli.homework.same import Formulas
+from rigidcli.homework.same import FormulaComparison
 from rigidcli.language.text import text
 from rigidcli.language.tree import Node, names_in
 from tests.conftest import ROOT
@@ -34,7 +34,7 @@ some = settings(every, max_examples=25)
 FORMULA = Asking("expression")
 DOMAINS: dict[str, Domain] = {**dict.fromkeys(POSITIVE, "positive"), **dict.fromkeys(REAL, "real")}
 NAMES = Names(DOMAINS)
-FORMULAS = Formulas("q", NAMES)
+FORMULAS = FormulaComparison("q", NAMES)
 
 
 def told(item: Item, answer: Any) -> str:

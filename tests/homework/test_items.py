@@ -10,7 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from rigidcli.homework.base import CODES, Finding, Judgement, Verdict
-from rigidcli.homework.reports.formats import Style
+from rigidcli.homework.reports.formats import ReportStyle
 from rigidcli.homework.reports.items import MOST_SHOWN, UNNAMED, Alike, Taken, alike, csv, json, table, tally
 from tests.homework.standins import mark
 
@@ -105,7 +105,7 @@ def test_texts_by_hand() -> None:
     answers += [("incorrect", "=1", "sign_error"), ("correct", "3", "")]
     found = tally(handed_in(answers))
     assert (
-        "".join(table(found, Style()))
+        "".join(table(found, ReportStyle()))
         == """\
 q  1 correct, 4 incorrect; 20% right of those who answered
   3 x  incorrect  7
@@ -116,14 +116,14 @@ q  1 correct, 4 incorrect; 20% right of those who answered
 q  the key may be wrong: several gave the same answer, and no known mistake leads to it
 """
     )
-    assert "".join(json(found, Style())) == (
+    assert "".join(json(found, ReportStyle())) == (
         '{"schema":"rigidcli.items/1","question":"q","review":0,"correct":1,"partial":0,"incorrect":4,"invalid":0,'
         '"missing":0,"suspicious":true,"answers":[{"answer":"7","students":3,"verdict":"incorrect",'
         '"codes":["outside_tolerance"],"suspicious":true},{"answer":"=1","students":1,'
         '"verdict":"incorrect","codes":["sign_error"],"suspicious":false}],"right":0.2,"correlation":null}\n'
     )
     assert (
-        "".join(csv(found, Style()))
+        "".join(csv(found, ReportStyle()))
         == """\
 question,review,correct,partial,incorrect,invalid,missing,answer,students,verdict,codes,suspicious,right,correlation
 q,0,1,0,4,0,0,7,3,incorrect,outside_tolerance,true,0.2,
@@ -134,8 +134,8 @@ q,0,1,0,4,0,0,'=1,1,incorrect,sign_error,false,0.2,
 
 def test_a_question_that_all_got_right_is_told_too() -> None:
     found = tally(handed_in([("correct", "3", "")]))
-    assert "".join(table(found, Style())) == "q  1 correct; 100% right of those who answered\n"
-    assert "".join(csv(found, Style(header=False))) == "q,0,1,0,0,0,0,,,,,,1.0,\n"
+    assert "".join(table(found, ReportStyle())) == "q  1 correct; 100% right of those who answered\n"
+    assert "".join(csv(found, ReportStyle(header=False))) == "q,0,1,0,0,0,0,,,,,,1.0,\n"
 
 
 def test_questions_of_which_an_answer_waits_come_first() -> None:
@@ -146,17 +146,17 @@ def test_questions_of_which_an_answer_waits_come_first() -> None:
 
 def test_a_table_tells_the_first_wrong_answers() -> None:
     found = tally(handed_in([("incorrect", f"{k:02}", "sign_error") for k in range(MOST_SHOWN + 5)]))
-    lines = "".join(table(found, Style())).splitlines()
+    lines = "".join(table(found, ReportStyle())).splitlines()
     assert lines[-1] == "  and 5 other answers"
     assert len([line for line in lines if " x  " in line]) == MOST_SHOWN
 
 
 def test_a_long_answer_is_shortened_for_people() -> None:
     found = tally(handed_in([("incorrect", "1, " * 60, "sign_error")]))
-    told = "".join(table(found, Style()))
+    told = "".join(table(found, ReportStyle()))
     assert max(map(len, told.splitlines())) < 90
     assert "..." in told
-    assert "1, " * 60 in "".join(json(found, Style()))
+    assert "1, " * 60 in "".join(json(found, ReportStyle()))
 
 
 @given(st.lists(st.lists(st.sampled_from([0.0, 0.5, 1.0]), min_size=3, max_size=3), min_size=3, max_size=30))
@@ -225,8 +225,8 @@ def test_students_who_share_rare_wrong_answers_are_named(answers: list[str], fou
 def test_a_hint_to_look_is_one_line_and_one_object() -> None:
     judgements = sharing("7 8 9 =", "7 8 9 1", "= = = =")
     found, pairs = tally(judgements), alike(judgements)
-    assert "".join(table(found, Style(), pairs)).endswith(
+    assert "".join(table(found, ReportStyle(), pairs)).endswith(
         "\n\ns0, s1  the same rare wrong answers to 1, 2, 3: a hint to look, not a verdict\n"
     )
-    last = "".join(json(found, Style(), pairs)).splitlines()[-1]
+    last = "".join(json(found, ReportStyle(), pairs)).splitlines()[-1]
     assert last == '{"schema":"rigidcli.alike/1","students":["s0","s1"],"questions":["1","2","3"]}'

@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 
 from rigidcli.homework import Feedback
 from rigidcli.homework.base import CODES, VERDICTS, Finding, Judged, Judgement
-from rigidcli.homework.reports.formats import Style
+from rigidcli.homework.reports.formats import ReportStyle
 from rigidcli.homework.reports.pages import Course, file_name, one_page, pages
 from rigidcli.render.web.page import page
 from tests.homework.asking import cases
@@ -59,8 +59,8 @@ def student(name: str, *questions: Judged) -> Judgement:
     return Judgement(name, f"in/{name}.yaml", questions)
 
 
-def one(*judgements: Judgement, style: Style | None = None, course: Course | None = None) -> Reader:
-    return Reader("".join(one_page(judgements, course or Course("Homework"), style or Style())))
+def one(*judgements: Judgement, style: ReportStyle | None = None, course: Course | None = None) -> Reader:
+    return Reader("".join(one_page(judgements, course or Course("Homework"), style or ReportStyle())))
 
 
 WRONG = Finding("sign_error", reference=SECRET)
@@ -90,7 +90,7 @@ def test_a_class_of_nobody_and_questions_without_points_are_told() -> None:
 
 
 def test_a_folder_has_a_page_for_each_student_and_links_to_it() -> None:
-    files = dict(pages(CLASS, Course("Homework"), Style()))
+    files = dict(pages(CLASS, Course("Homework"), ReportStyle()))
     assert list(files) == ["amy.html", "bob.html", "cy.html", "dee.html", "index.html"]
     links = [found["href"] for tag, found in Reader(files["index.html"]).seen if tag == "a"]
     assert set(links) == set(files) - {"index.html"}
@@ -111,7 +111,7 @@ def test_on_one_page_the_links_lead_to_the_feedback_in_it() -> None:
 
 @pytest.mark.parametrize("feedback", Feedback)
 def test_a_page_tells_no_more_than_the_level_allows(feedback: Feedback) -> None:
-    style = Style(feedback)
+    style = ReportStyle(feedback)
     sources = {"one": "".join(one_page(CLASS, Course("H"), style)), **dict(pages(CLASS, Course("H"), style))}
     for name, source in sources.items():
         told = Reader(source).text
@@ -145,7 +145,7 @@ def test_an_evil_text_is_told_as_it_is(evil: str) -> None:
 
 def require_inert(judgements: Sequence[Judgement], feedback: Feedback, title: str = "H") -> None:
     """The elements are those of a harmless class, links lead to pages beside, and nothing is loaded."""
-    course, style = Course(title, [title]), Style(feedback)
+    course, style = Course(title, [title]), ReportStyle(feedback)
     files = list(pages(judgements, course, style))
     names = [name for name, _ in files]
     assert len({unicodedata.normalize("NFKC", name).casefold() for name in names}) == len(judgements) + 1

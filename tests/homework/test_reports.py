@@ -18,7 +18,7 @@ from hypothesis import strategies as st
 from rigidcli.homework import Feedback
 from rigidcli.homework.base import CODES, VERDICTS, Finding, Judged, Judgement, reported, sentence
 from rigidcli.homework.reports import items
-from rigidcli.homework.reports.formats import FORMATS, Style, csv_rows, points, render
+from rigidcli.homework.reports.formats import FORMATS, ReportStyle, csv_rows, points, render
 from rigidcli.render.terminal import Page, cells
 from tests.homework.standins import mark, waiting
 
@@ -49,8 +49,8 @@ CLASS = (AMY, BOB, CY, DEE)
 UNDECIDED = f"{SAYS['undecided']}; it may be singular"
 
 
-def text(name: str, judgements: Sequence[Judgement] = CLASS, style: Style | None = None) -> str:
-    return "".join(render(name, judgements, style or Style()))
+def text(name: str, judgements: Sequence[Judgement] = CLASS, style: ReportStyle | None = None) -> str:
+    return "".join(render(name, judgements, style or ReportStyle()))
 
 
 def test_a_table_tells_what_is_not_right_and_how_the_class_did() -> None:
@@ -84,7 +84,7 @@ def test_a_table_of_one_student_has_no_summary() -> None:
 def test_a_table_is_broken_at_the_edge_between_words() -> None:
     long = Finding("component_wrong", detail="one two three four five six seven eight nine ten eleven")
     eve = student("eve", mark("a", "incorrect", 0.0, 1.0, (long,)))
-    wide, narrow = (text("table", [eve], Style(width=width)).splitlines() for width in (80, 40))
+    wide, narrow = (text("table", [eve], ReportStyle(width=width)).splitlines() for width in (80, 40))
     indent = " " * len("  a  0/1  incorrect  ")
     assert len(wide) == 3
     assert wide[2].startswith(indent)
@@ -98,12 +98,12 @@ def test_a_table_is_broken_at_the_edge_between_words() -> None:
 
 
 def test_colours_are_on_verdicts_and_names_only() -> None:
-    coloured = text("table", style=Style(width=120, colour=True))
+    coloured = text("table", style=ReportStyle(width=120, colour=True))
     assert "\x1b[1mbob\x1b[0m  0.5/5\n" in coloured
     assert "0/3  \x1b[31mincorrect\x1b[0m  " in coloured
     assert "0.5/2  \x1b[33mpartial\x1b[0m    " in coloured
     assert "2/2  \x1b[32mcorrect\x1b[0m    " in coloured
-    assert re.sub("\x1b\\[[0-9]+m", "", coloured) == text("table", style=Style(width=120))
+    assert re.sub("\x1b\\[[0-9]+m", "", coloured) == text("table", style=ReportStyle(width=120))
 
 
 def test_json_is_the_contract() -> None:
@@ -123,7 +123,7 @@ def test_json_is_the_contract() -> None:
 
 def test_csv_has_a_row_a_question() -> None:
     table = text("csv", [BOB, CY])
-    assert text("csv", [BOB, CY], Style(header=False)) == table.partition("\n")[2]
+    assert text("csv", [BOB, CY], ReportStyle(header=False)) == table.partition("\n")[2]
     assert table == f"""\
 student,question,verdict,score,max_score,codes,message,source
 bob,a,incorrect,0.0,3.0,sign_error,{SAYS["sign_error"]},answers/bob.yaml
@@ -211,18 +211,18 @@ def test_codes_are_told_once() -> None:
 @pytest.mark.parametrize("name", FORMATS)
 def test_references_are_told_at_full_only(name: str) -> None:
     for feedback in Feedback:
-        assert (SECRET in text(name, style=Style(feedback))) == (feedback is Feedback.full)
+        assert (SECRET in text(name, style=ReportStyle(feedback))) == (feedback is Feedback.full)
 
 
 @pytest.mark.parametrize("name", FORMATS)
 def test_no_sentence_is_told_below_hint(name: str) -> None:
     for feedback in (Feedback.none, Feedback.verdict):
-        told = text(name, style=Style(feedback))
+        told = text(name, style=ReportStyle(feedback))
         assert not [code for code in SAYS if code in told or SAYS[code] in told]
 
 
 def test_at_level_none_texts_for_students_do_not_tell_the_verdict() -> None:
-    style = Style(Feedback.none)
+    style = ReportStyle(Feedback.none)
     for results in map(json.loads, text("gradescope", style=style).splitlines()):
         assert results["visibility"] == "hidden"
         assert {test["output"] for test in results["tests"]} == {""}
@@ -235,7 +235,7 @@ def test_at_level_none_texts_for_students_do_not_tell_the_verdict() -> None:
 
 
 def test_at_level_verdict_students_see_verdicts_and_no_more() -> None:
-    style = Style(Feedback.verdict)
+    style = ReportStyle(Feedback.verdict)
     results = json.loads(text("gradescope", [BOB], style))
     outputs = [test["output"] for test in results["tests"]]
     assert outputs == ["incorrect (0/3)\nyour answer: -3", "partial (0.5/2)"]
@@ -253,7 +253,7 @@ def test_every_format_begins_before_the_class_is_judged() -> None:
     for name in FORMATS.keys() - {"table"}:
         pieces: list[str] = []
         with pytest.raises(AssertionError):
-            pieces.extend(render(name, judged_one(), Style(width=80)))
+            pieces.extend(render(name, judged_one(), ReportStyle(width=80)))
         assert "amy" in "".join(pieces)
 
 
@@ -323,7 +323,7 @@ def require_harmless(output: str) -> None:
 def test_hostile_texts_are_harmless_in_every_format(
     judgements: list[Judgement], feedback: Feedback, width: int | None
 ) -> None:
-    style = Style(feedback, width=width)
+    style = ReportStyle(feedback, width=width)
     outputs = {name: text(name, judgements, style) for name in FORMATS}
     tallies = items.tally(judgements)
     outputs |= {f"items {name}": "".join(each(tallies, style)) for name, each in items.TEXTS.items()}
@@ -349,14 +349,14 @@ def test_hostile_texts_are_harmless_in_every_format(
 @given(HOSTILE)
 @few
 def test_a_cell_cannot_become_a_formula_where_semicolons_separate_cells(raw: str) -> None:
-    (row,) = csv_rows((), [(raw, 1.0, (raw,))], Style(header=False))
+    (row,) = csv_rows((), [(raw, 1.0, (raw,))], ReportStyle(header=False))
     for cell in chain.from_iterable(csv.reader(io.StringIO(row), delimiter=";")):
         assert not re.match(r"[\s\"]*[=+\-@＝＋－＠]", cell)
 
 
 @pytest.mark.parametrize("honest", ["jane_doe", "a = b", "x; y", "O'Neil", "3 - 2", "", "a;b = 1"])
 def test_honest_texts_stay_as_they_are(honest: str) -> None:
-    assert list(csv.reader(csv_rows((), [(honest,)], Style(header=False)))) == [[honest]]
+    assert list(csv.reader(csv_rows((), [(honest,)], ReportStyle(header=False)))) == [[honest]]
 
 
 @given(st.text(st.characters(exclude_categories=("Cc", "Cs", "Cf", "Zl", "Zp"))), st.integers(8, 60))

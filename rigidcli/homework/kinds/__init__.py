@@ -8,21 +8,21 @@ from typing import Any
 import numpy as np
 
 from rigidcli.algebra.expressions import Expr
-from rigidcli.homework.base import Kind
-from rigidcli.homework.kinds.arrays import Matrix, Moments, Tensor, Vector
-from rigidcli.homework.kinds.axes import Axes
-from rigidcli.homework.kinds.equations import Equations
-from rigidcli.homework.kinds.expression import Expression, Invariants
-from rigidcli.homework.kinds.single import Choice, Quantity
-from rigidcli.homework.kinds.trajectory import Trajectory
+from rigidcli.homework.base import AnswerKind
+from rigidcli.homework.kinds.arrays import MatrixKind, MomentsKind, TensorKind, VectorKind
+from rigidcli.homework.kinds.axes import AxesKind
+from rigidcli.homework.kinds.equations import EquationsKind
+from rigidcli.homework.kinds.expression import ExpressionKind, InvariantsKind
+from rigidcli.homework.kinds.single import ChoiceKind, QuantityKind
+from rigidcli.homework.kinds.trajectory import TrajectoryKind
 
-KINDS: dict[str, Kind] = {
-    kind.name: kind
-    for kind in (
-        *(Quantity("number"), Quantity("quantity"), Vector(), Moments(), Matrix(), Tensor(), Axes()),
-        *(Expression(), Equations(), Invariants(), Trajectory(), Choice()),
-    )
-}
+_NUMBERS = (QuantityKind("number"), QuantityKind("quantity"), VectorKind(), MomentsKind(), MatrixKind())
+_OTHERS = (
+    *(TensorKind(), AxesKind(), ExpressionKind(), EquationsKind(), InvariantsKind(), TrajectoryKind()),
+    ChoiceKind(),
+)
+
+KINDS: dict[str, AnswerKind] = {kind.name: kind for kind in (*_NUMBERS, *_OTHERS)}
 """The kinds of answers by the names that questions have for them."""
 
 KIND_BY_NAME = {

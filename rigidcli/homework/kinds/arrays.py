@@ -12,7 +12,7 @@ import numpy as np
 
 from rigidcli.core.arithmetic import Array, Floats
 from rigidcli.errors import ValueProblem, shown
-from rigidcli.homework.base import Asked, Finding, Kind, Outcome, Reading, Tree, Unreadable
+from rigidcli.homework.base import AnswerKind, Asked, Finding, Outcome, Reading, Tree, Unreadable
 from rigidcli.homework.entries import (
     Entry,
     Right,
@@ -40,7 +40,7 @@ Triples: TypeAlias = Sequence[tuple[str, Entry, Right]]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Key:
+class ArrayKey:
     """The right `entries`: floats in SI units, or trees.
 
     `labels` name the entries. Entries with the same label (Ixy and Iyx) are one component, right only if all
@@ -66,7 +66,7 @@ class Key:
         return frozenset(label for label, right in both if self.ruler.has_value(right, *values))
 
 
-class List(Kind):
+class ArrayKind(AnswerKind):
     """A kind of many numbers in `dimensions` (1 for a list, 2 for rows). `word` names an entry."""
 
     options: ClassVar[frozenset[str]] = frozenset({"symbols", "unit", "numbers"})
@@ -83,7 +83,7 @@ class List(Kind):
         """The names of the entries of a table of this shape."""
         return numbered(self.word, shape[0])
 
-    def key(self, asked: Asked) -> Key:
+    def key(self, asked: Asked) -> ArrayKey:
         """The key of a question, literal or computed. Raises ValueProblem."""
         if asked.report is None:
             table = self.table(asked.value)
@@ -93,11 +93,11 @@ class List(Kind):
         if entries.ndim != self.dimensions or not entries.size:
             raise ValueProblem(f"this is no {self.name}: a vector is a list, a matrix a list of rows")
         labels = self.labels(entries.shape)
-        key = Key(asked.question, asked.path, ruler, entries, labels, frozenset(labels))
+        key = ArrayKey(asked.question, asked.path, ruler, entries, labels, frozenset(labels))
         counted = key.counted - key.named(*self.uncounted)
         return replace(key, counted=counted or key.counted)
 
-    def read(self, key: Key, answer: Tree) -> Reading:
+    def read(self, key: ArrayKey, answer: Tree) -> Reading:
         """The entries of an answer of the shape that is asked. Raises Unreadable."""
         table = self.table(answer)
         if self.dimensions == 2 and len(table) == 1 and table.size == key.entries.size:  # row after row
@@ -113,11 +113,11 @@ class List(Kind):
         shown_entries = _bracketed(filled(shown_as(entries), table.shape).tolist())
         return Reading(entries, shown_entries, next(doubts, ""))
 
-    def fits(self, key: Key, shape: tuple[int, ...]) -> bool:
+    def fits(self, key: ArrayKey, shape: tuple[int, ...]) -> bool:
         """Whether an answer of this shape can be judged."""
         return shape == key.entries.shape
 
-    def judge(self, key: Key, value: Sequence[Entry]) -> Outcome:
+    def judge(self, key: ArrayKey, value: Sequence[Entry]) -> Outcome:
         """Score: right components, minus wrong ones that are not counted, such as zeros."""
         components = compared(key, value)
         wrong = [name for name, same in components.items() if same is False]
@@ -130,7 +130,7 @@ class List(Kind):
         triples = list(zip(key.labels, value, key.right, strict=True))
         return Outcome.earning(earned / len(key.counted), *self.said(key, triples, wrong, partly=earned > 0))
 
-    def said(self, key: Key, triples: Triples, wrong: Sequence[str], *, partly: bool) -> list[Finding]:
+    def said(self, key: ArrayKey, triples: Triples, wrong: Sequence[str], *, partly: bool) -> list[Finding]:
         """Feedback for the wrong places; `partly`: some points were earned."""
         off = [(name, own, right) for name, own, right in triples if name in wrong]
         if all(key.ruler.is_short(own, right) for _, own, right in off):
@@ -145,22 +145,22 @@ class List(Kind):
         code = shared_factor(own, right, key.ruler.unit, key.path, max(key.ruler.slack, ROUNDING))
         return [Finding(code or "outside_tolerance")]
 
-    def mistakes(self, asked: Asked, key: Key) -> Arrays:
+    def mistakes(self, asked: Asked, key: ArrayKey) -> Arrays:
         """The entries that come out under a mistake."""
         return iter(())
 
-    def mistaken(self, asked: Asked, key: Key) -> Iterator[tuple[str, Key]]:
+    def mistaken(self, asked: Asked, key: ArrayKey) -> Iterator[tuple[str, ArrayKey]]:
         """The keys whose entries come out under a mistake."""
         for code, entries in self.mistakes(asked, key):
             yield code, replace(key, entries=key.ruler.entries(entries))
 
-    def typed(self, key: Key) -> Tree:
+    def typed(self, key: ArrayKey) -> Tree:
         """The key with all digits, each entry with its unit."""
         typed: Tree = filled(list(map(key.ruler.typed, key.right)), key.entries.shape).tolist()
         return typed
 
 
-def compared(key: Key, entries: Sequence[Entry]) -> dict[str, Same]:
+def compared(key: ArrayKey, entries: Sequence[Entry]) -> dict[str, Same]:
     """Whether the components of an answer are right, by their names."""
     components: dict[str, Same] = {}
     for name, own, right in zip(key.labels, entries, key.right, strict=True):
@@ -169,7 +169,7 @@ def compared(key: Key, entries: Sequence[Entry]) -> dict[str, Same]:
     return components
 
 
-def settled(key: Key, entries: Sequence[Entry], compared: Iterable[Same] = ()) -> Outcome:
+def settled(key: ArrayKey, entries: Sequence[Entry], compared: Iterable[Same] = ()) -> Outcome:
     """The outcome of an answer in which no entry is wrong."""
     for same in compared:
         if isinstance(same, str):
@@ -251,25 +251,25 @@ def numbered(word: str, count: int) -> tuple[str, ...]:
 # --- vectors
 
 
-class Vector(List):
+class VectorKind(ArrayKind):
     """The components of a vector, or a direction alone."""
 
     name: ClassVar[str] = "vector"
-    options: ClassVar[frozenset[str]] = List.options | {"direction", "normalized"}
+    options: ClassVar[frozenset[str]] = ArrayKind.options | {"direction", "normalized"}
     word: ClassVar[str] = "component"
 
-    def key(self, asked: Asked) -> Key:
+    def key(self, asked: Asked) -> ArrayKey:
         """The key of a question for a vector. Raises ValueProblem."""
         key = super().key(asked)
         if asked.question.direction in ("sense", "parallel") and key.named(0) == set(key.labels):
             raise ValueProblem("a vector of length zero has no direction", path=("direction",))
         return key
 
-    def mistakes(self, asked: Asked, key: Key) -> Arrays:
+    def mistakes(self, asked: Asked, key: ArrayKey) -> Arrays:
         """The vectors that come out under a mistake."""
         return of_vector(asked, key.entries)
 
-    def judge(self, key: Key, value: Sequence[Entry]) -> Outcome:
+    def judge(self, key: ArrayKey, value: Sequence[Entry]) -> Outcome:
         """The outcome of a vector; a direction is right as a whole."""
         way, opposite = key.question.direction, replace(key, entries=-key.entries)
         if way in ("exact", "sign_free"):
@@ -283,7 +283,7 @@ class Vector(List):
         return settled(key, value)
 
 
-def _along(key: Key, entries: Sequence[Entry]) -> bool:
+def _along(key: ArrayKey, entries: Sequence[Entry]) -> bool:
     """Whether a vector has the direction of the key, or where that is free the opposite, at all points.
 
     The angle is 2 atan2(|u - v|, |u + v|) of the unit vectors u and v, which is accurate at all angles
@@ -312,7 +312,7 @@ def has_unit_length(ruler: Ruler, entries: Sequence[Entry]) -> bool:
 # --- matrices
 
 
-class Matrix(List):
+class MatrixKind(ArrayKind):
     """The entries of a matrix of any shape; zeros and ones, which stand by themselves, are not counted."""
 
     name: ClassVar[str] = "matrix"
@@ -327,11 +327,11 @@ class Matrix(List):
         """The rows and columns of a table of this shape."""
         return tuple(f"row {i + 1}, column {j + 1}" for i, j in np.ndindex(*shape))
 
-    def is_right(self, key: Key, value: Sequence[Entry]) -> bool:
+    def is_right(self, key: ArrayKey, value: Sequence[Entry]) -> bool:
         """Whether all entries are right: a mistake makes many keys, and the first wrong entry is enough."""
         return all(key.ruler.same(*both) is True for both in zip(value, key.right, strict=True))
 
-    def mistakes(self, asked: Asked, key: Key) -> Arrays:
+    def mistakes(self, asked: Asked, key: ArrayKey) -> Arrays:
         """Where it is square, the matrix with rows and columns exchanged."""
         if key.entries.shape[0] == key.entries.shape[-1]:
             yield "transposed", key.entries.T
@@ -343,11 +343,11 @@ COMPONENTS = ("Ixx", "Ixy", "Ixz", "Ixy", "Iyy", "Iyz", "Ixz", "Iyz", "Izz")
 """The components of a tensor, row by row; those with mirror images stand twice."""
 
 
-class Tensor(Matrix):
+class TensorKind(MatrixKind):
     """An inertia tensor, 3 by 3 or by its six components; zeros are not counted."""
 
     name: ClassVar[str] = "tensor"
-    options: ClassVar[frozenset[str]] = List.options | {"products"}
+    options: ClassVar[frozenset[str]] = ArrayKind.options | {"products"}
     uncounted: ClassVar[tuple[int, ...]] = (0,)
 
     def table(self, answer: Tree) -> Array:
@@ -361,7 +361,7 @@ class Tensor(Matrix):
             raise ValueProblem("this is not a tensor, which has 3 rows of 3")
         return COMPONENTS
 
-    def key(self, asked: Asked) -> Key:
+    def key(self, asked: Asked) -> ArrayKey:
         """The key of a question for an inertia tensor. Raises ValueProblem."""
         key = super().key(asked)
         if asked.report is not None:
@@ -370,21 +370,21 @@ class Tensor(Matrix):
             raise ValueProblem("this tensor is not symmetric")
         return key
 
-    def mistakes(self, asked: Asked, key: Key) -> Arrays:
+    def mistakes(self, asked: Asked, key: ArrayKey) -> Arrays:
         """The tensors that come out under a mistake, with the products of inertia that the question has."""
         signs = products(asked)
         usual = key.entries * signs if asked.report is None else np.asarray(asked.value)
         yield from ((code, tensor * signs) for code, tensor in of_tensor(asked, usual))
         yield from super().mistakes(asked, key)
 
-    def said(self, key: Key, triples: Triples, wrong: Sequence[str], *, partly: bool) -> list[Finding]:
+    def said(self, key: ArrayKey, triples: Triples, wrong: Sequence[str], *, partly: bool) -> list[Finding]:
         """What is said of a wrong tensor: first, that it is not symmetric."""
         odd = _odd(key.ruler, [own for _, own, _ in triples])
         others = [name for name in wrong if name not in odd]
         first = [Finding("not_symmetric", listed(odd))] if odd else []
         return first + (super().said(key, triples, others, partly=partly) if others else [])
 
-    def typed(self, key: Key) -> Tree:
+    def typed(self, key: ArrayKey) -> Tree:
         """The components by their names."""
         return {name: key.ruler.typed(each) for name, each in zip(key.labels, key.right, strict=True)}
 
@@ -412,14 +412,14 @@ def _components(answer: dict[str, Tree]) -> Array:
 # --- moments
 
 
-class Moments(List):
+class MomentsKind(ArrayKind):
     """Numbers in any order, or in ascending order: each stands as often as it occurs."""
 
     name: ClassVar[str] = "moments"
-    options: ClassVar[frozenset[str]] = List.options | {"order"}
+    options: ClassVar[frozenset[str]] = ArrayKind.options | {"order"}
     word: ClassVar[str] = "moment"
 
-    def key(self, asked: Asked) -> Key:
+    def key(self, asked: Asked) -> ArrayKey:
         """The key of a question for moments, by their sizes. Raises ValueProblem."""
         key = super().key(asked)
         if key.ruler.formulas is not None:
@@ -428,7 +428,7 @@ class Moments(List):
             return replace(key, entries=key.entries[_ranks(key.ruler, key.right)])
         return replace(key, entries=np.sort(key.entries))
 
-    def mistakes(self, asked: Asked, key: Key) -> Arrays:
+    def mistakes(self, asked: Asked, key: ArrayKey) -> Arrays:
         """The moments of the tensors that come out under a mistake."""
         is_report = asked.report is not None and asked.path[-1] == "moments"
         tensor = asked.report.get("tensor") if asked.report is not None and is_report else None
@@ -436,11 +436,11 @@ class Moments(List):
             others = of_tensor(asked, np.asarray(tensor, dtype=float))
             yield from ((code, np.linalg.eigvalsh(np.asarray(each, dtype=float))) for code, each in others)
 
-    def fits(self, key: Key, shape: tuple[int, ...]) -> bool:
+    def fits(self, key: ArrayKey, shape: tuple[int, ...]) -> bool:
         """Moments may be missing, or too many."""
         return len(shape) == 1 and shape[0] <= 2 * key.entries.size
 
-    def judge(self, key: Key, value: Sequence[Entry]) -> Outcome:
+    def judge(self, key: ArrayKey, value: Sequence[Entry]) -> Outcome:
         """The outcome of moments in the order of the key: right ones are paired first, the rest by size."""
         count = len(key.right)
         partners = matched([[key.ruler.same(entry, right) for right in key.right] for entry in value])

@@ -22,10 +22,10 @@ from rigidcli.core.arithmetic import Array, Floats, Mask
 from rigidcli.errors import ValueProblem, shown
 from rigidcli.fields.units import parse_unit
 from rigidcli.homework import entries
-from rigidcli.homework.base import Asked, Finding, Kind, Outcome, Reading, Tree, Unreadable
+from rigidcli.homework.base import AnswerKind, Asked, Finding, Outcome, Reading, Tree, Unreadable
 from rigidcli.homework.entries import NOISE, Entry, Ruler, Same, shown_as
 from rigidcli.homework.kinds.arrays import (
-    Tensor,
+    TensorKind,
     are_bare,
     counted,
     has_unit_length,
@@ -61,7 +61,7 @@ class Pairs(NamedTuple):
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Key:
+class AxesKey:
     """The `tensor` (3 by 3, floats in kg m^2 or trees) whose axes an answer must have; `usual` is as asked.
 
     It has `moments` (3, ascending), `axes` (rows), and a table of which moments are `equal` (3 by 3); `typed`
@@ -82,7 +82,7 @@ class Key:
     columns: bool = False
 
 
-class Axes(Kind):
+class AxesKind(AnswerKind):
     """Principal moments with their axes, or axes alone."""
 
     name: ClassVar[str] = "axes"
@@ -90,7 +90,7 @@ class Axes(Kind):
         {"order", "normalized", "orthogonal", "symbols", "unit", "products"}
     )
 
-    def key(self, asked: Asked) -> Key:
+    def key(self, asked: Asked) -> AxesKey:
         """The tensor whose axes are asked. Raises ValueProblem."""
         if (asked.question.tolerance.angle or 0.0) > 0.5:
             raise ValueProblem("is in radians, expected at most 0.5", path=("tolerance", "angle"))
@@ -100,9 +100,9 @@ class Axes(Kind):
         alone = len(asked.path) > 1 and asked.path[-1] == "axes"
         solved = _solved(ruler, ruler.entries(usual))
         typed = np.column_stack([solved["moments"], solved["axes"]]) if pairs is None else pairs
-        return Key(asked.question, asked.path, **solved, usual=usual, typed=typed, alone=alone)
+        return AxesKey(asked.question, asked.path, **solved, usual=usual, typed=typed, alone=alone)
 
-    def read(self, key: Key, answer: Tree) -> Reading:
+    def read(self, key: AxesKey, answer: Tree) -> Reading:
         """A list of pairs, or of axes. Raises Unreadable."""
         table = _typed(answer)
         count, width = table.shape
@@ -116,7 +116,7 @@ class Axes(Kind):
         texts = (f"{name}[{', '.join(shown_as(axis))}]" for name, axis in zip(names, pairs.axes, strict=True))
         return Reading(pairs, "; ".join(texts))
 
-    def judge(self, key: Key, value: Pairs) -> Outcome:
+    def judge(self, key: AxesKey, value: Pairs) -> Outcome:
         """The outcome of pairs, one by one; one counts half where only its moment or its axis is right."""
         count, answer = len(value.axes), _Answer(key, value)
         truths = [answer.pair(k) for k in range(count)]
@@ -131,13 +131,13 @@ class Axes(Kind):
             findings = findings if code is None else [Finding(code)]
         return Outcome.earning((worth - max(0, count - 3)) / 3, *findings)
 
-    def mistaken(self, asked: Asked, key: Key) -> Iterator[tuple[str, Key]]:
+    def mistaken(self, asked: Asked, key: AxesKey) -> Iterator[tuple[str, AxesKey]]:
         """The keys whose tensor comes out under a mistake, and that for axes which stand in columns."""
         for code, tensor in of_tensor(asked, key.usual):
             yield code, replace(key, **_solved(key.ruler, key.ruler.entries(tensor)))
         yield "transposed", replace(key, columns=True)
 
-    def typed(self, key: Key) -> Tree:
+    def typed(self, key: AxesKey) -> Tree:
         """The moments and axes."""
         direction = replace(key.ruler, unit=None)
         moments = list(map(key.ruler.typed, key.typed[:, 0].tolist()))
@@ -148,7 +148,7 @@ class Axes(Kind):
 class _Answer:
     """The pairs of an answer, held against the eigenvalues and eigenvectors of the key."""
 
-    def __init__(self, key: Key, pairs: Pairs) -> None:
+    def __init__(self, key: AxesKey, pairs: Pairs) -> None:
         if key.columns and len(pairs.axes) == 3:
             pairs = Pairs(pairs.moments, tuple(zip(*pairs.axes, strict=True)))
         self.key, self.ruler, self.given = key, key.ruler, pairs
@@ -338,7 +338,7 @@ def _reported(asked: Asked) -> tuple[Ruler, Array, Array | None]:
 def _literal(asked: Asked) -> tuple[Ruler, Array, Array | None]:
     """The ruler, the tensor and perhaps the pairs of a literal key. Raises ValueProblem."""
     if isinstance(asked.value, dict) and set(asked.value) == {"tensor"}:
-        key = Tensor().key(replace(asked, value=asked.value["tensor"]))
+        key = TensorKind().key(replace(asked, value=asked.value["tensor"]))
         if key.ruler.formulas is not None:
             raise ValueProblem("a tensor with symbols is no key", hint="write pairs: `[moment, [x, y, z]]`")
         ruler, tensor, pairs = key.ruler, key.entries * products(asked), None

@@ -24,7 +24,7 @@ from rigidcli.algebra.reading import from_tree
 from rigidcli.algebra.trees import to_tree
 from rigidcli.document.variables import acceleration, momentum, velocity
 from rigidcli.errors import ExpressionError, ValueProblem
-from rigidcli.homework.base import Asked, Finding, Kind, Outcome, Reading, Tree, Unreadable
+from rigidcli.homework.base import AnswerKind, Asked, Finding, Outcome, Reading, Tree, Unreadable
 from rigidcli.homework.numbers import CONTRADICTION
 from rigidcli.homework.question import Question
 from rigidcli.homework.reading import (
@@ -36,7 +36,7 @@ from rigidcli.homework.reading import (
     names_of,
     read_equations,
 )
-from rigidcli.homework.same import Ball, Formulas, formulas_of, pivots
+from rigidcli.homework.same import Ball, FormulaComparison, formulas_of, pivots
 from rigidcli.language.text import reading, text, without_doubt
 from rigidcli.language.tree import Name, Negative, Node, Sum, bound, names_in
 
@@ -49,7 +49,7 @@ _MOMENTUM = re.compile(r"[pP](?:[a-zA-Z]?\d*|_\w+|theta|phi|psi)")
 """Names of momenta: `p`, `px`, `p1`, `p_theta`."""
 
 
-class Equations(Kind):
+class EquationsKind(AnswerKind):
     """Equations of motion."""
 
     name: ClassVar[str] = "equations"
@@ -58,7 +58,7 @@ class Equations(Kind):
         {"symbols", "coordinates", "momenta", "velocities", "form", "numbers"}
     )
 
-    def key(self, asked: Asked) -> Motion:
+    def key(self, asked: Asked) -> MotionKey:
         """The motion of a question. Raises ValueProblem."""
         try:
             key = of_text(asked) if asked.report is None else of_document(asked)
@@ -73,7 +73,7 @@ class Equations(Kind):
             raise ValueProblem("the equations have no values at most states")
         return replace(key, first_order=asked.question.form == "first_order")
 
-    def read(self, key: Motion, answer: Tree) -> Reading:
+    def read(self, key: MotionKey, answer: Tree) -> Reading:
         """The equations of an answer; one that cannot be read costs only itself. Raises Unreadable."""
         unread: list[Unreadable] = []
         chained: list[Sides] = []
@@ -83,7 +83,7 @@ class Equations(Kind):
         findings = [finding for each in unread for finding in each.findings]
         return Reading((sides, findings), shown, CONTRADICTION if differ else "")
 
-    def judge(self, key: Motion, value: Answer) -> Outcome:
+    def judge(self, key: MotionKey, value: Answer) -> Outcome:
         """What is true, what determines the motion, and what is too much."""
         sides, unread = value
         exactly = replace(key.formulas, relative=None)
@@ -114,17 +114,17 @@ class Equations(Kind):
         surplus = max(0, best.right + len(false) - len(best.tops))
         return Outcome.earning((best.right - surplus) / len(best.tops), *findings, *remarks)
 
-    def _slip(self, key: Motion, side: Sides) -> str:
+    def _slip(self, key: MotionKey, side: Sides) -> str:
         given = replace(key, formulas=key.formulas.with_values())
         has_numbers = bool(key.names.values) and given.is_true(*side[1:]) is True
         return "number_for_symbol" if has_numbers else "equation_wrong"
 
-    def is_right(self, key: Motion, value: Answer) -> bool:
+    def is_right(self, key: MotionKey, value: Answer) -> bool:
         """Whether all equations are true, and determine the motion: most mistakes make one false."""
         are_true = (key.is_true(left, right) is True for _, left, right in value[0])
         return all(are_true) and super().is_right(key, value)
 
-    def _complete(self, key: Motion, systems: Sequence[_System], remarks: list[Finding]) -> Outcome:
+    def _complete(self, key: MotionKey, systems: Sequence[_System], remarks: list[Finding]) -> Outcome:
         whole = [system for system in systems if system.is_complete]
         if key.first_order and not any(system.tops == tuple(key.rates) for system in whole):
             return Outcome.earning(0.0, Finding("second_order_form"), *remarks)
@@ -137,17 +137,17 @@ class Equations(Kind):
         form = [Finding("second_order_form")] if is_second and key.is_hamiltonian else []
         return Outcome.correct(*form, *remarks)
 
-    def mistaken(self, asked: Asked, key: Motion) -> Iterator[tuple[str, Motion]]:
+    def mistaken(self, asked: Asked, key: MotionKey) -> Iterator[tuple[str, MotionKey]]:
         """The motions that mistakes lead to."""
         for code, rates in of_motion(key):
             yield code, replace(key, rates={**key.rates, **rates})
 
-    def typed(self, key: Motion) -> Tree:
+    def typed(self, key: MotionKey) -> Tree:
         """The derivatives of the states."""
         return {rate: text(node) for rate, node in key.rates.items()}
 
 
-def _readings(key: Motion, sides: Sequence[Sides]) -> list[frozenset[str]]:
+def _readings(key: MotionKey, sides: Sequence[Sides]) -> list[frozenset[str]]:
     """Sets of coordinates that may be meant to have equations of second order."""
     used = names_in_all(sides)
     second = frozenset(name for name in key.coordinates if acceleration(name) in used)
@@ -163,7 +163,7 @@ class _System:
     why an equation could not be used.
     """
 
-    key: Motion
+    key: MotionKey
     tops: tuple[str, ...]
     unknowns: Sequence[str]
     rows: Sequence[Sequence[Expr]]
@@ -203,7 +203,7 @@ class _System:
             return f"where it cannot be worked out: {error.message}"
 
 
-def _system_of(key: Motion, second: frozenset[str], sides: Sequence[Sides]) -> _System:
+def _system_of(key: MotionKey, second: frozenset[str], sides: Sequence[Sides]) -> _System:
     """The system of true equations, for the accelerations of the coordinates `second`.
 
     The momenta of these, and the derivatives of the momenta, are further unknowns where they are used. An
@@ -232,7 +232,7 @@ def _system_of(key: Motion, second: frozenset[str], sides: Sequence[Sides]) -> _
         unknowns = [name for name in unknowns if name not in given]
 
 
-def _rows(key: Motion, residuals: Sequence[Node], unknowns: Sequence[str]) -> tuple[list[list[Expr]], str]:
+def _rows(key: MotionKey, residuals: Sequence[Node], unknowns: Sequence[str]) -> tuple[list[list[Expr]], str]:
     """The slopes of equations by the unknowns in which they are linear, and why others are left out."""
     rows, unclear = list[list[Expr]](), ""
     for residual in residuals:
@@ -253,7 +253,7 @@ def _rows(key: Motion, residuals: Sequence[Node], unknowns: Sequence[str]) -> tu
 
 
 def _given(
-    key: Motion, rows: Sequence[list[Expr]], unknowns: Sequence[str], *, together: bool
+    key: MotionKey, rows: Sequence[list[Expr]], unknowns: Sequence[str], *, together: bool
 ) -> dict[str, list[Expr]]:
     """The unknowns that single equations determine, with their slopes, or some equations `together`."""
     given: dict[str, list[Expr]] = {}
@@ -272,7 +272,7 @@ def _given(
     return given
 
 
-def _rank(key: Motion, rows: Sequence[list[Expr]]) -> tuple[list[int], list[int]]:
+def _rank(key: MotionKey, rows: Sequence[list[Expr]]) -> tuple[list[int], list[int]]:
     """The rows and columns of the pivots at the first point where all slopes have values."""
     if not rows or not rows[0]:
         return [], []
@@ -284,11 +284,11 @@ def _rank(key: Motion, rows: Sequence[list[Expr]]) -> tuple[list[int], list[int]
     return [], []
 
 
-def _values(key: Motion, slope: Expr) -> list[Ball | None]:
+def _values(key: MotionKey, slope: Expr) -> list[Ball | None]:
     return key.formulas.values(bound(to_tree(slope), key.meanings))
 
 
-def _zeros(key: Motion, e: Expr) -> str:
+def _zeros(key: MotionKey, e: Expr) -> str:
     """The states at which a determinant vanishes, though the motion goes on; empty if none."""
     if not e.terms:
         return "everywhere"
@@ -311,14 +311,14 @@ def _zeros(key: Motion, e: Expr) -> str:
 
 
 @dataclass(frozen=True, eq=False)
-class Motion:
+class MotionKey:
     """The motion: how the states change, and which second derivatives an answer may have.
 
     `rates` has the derivatives of the states: `xdot` and `p_xdot`, or `xddot` where `xdot` is a state itself.
-    Equations of second order may be for `coordinates`, whose `momenta` (or velocities) are states, too.
+    EquationsKind of second order may be for `coordinates`, whose `momenta` (or velocities) are states, too.
     """
 
-    formulas: Formulas
+    formulas: FormulaComparison
     rates: Mapping[str, Node]
     coordinates: tuple[str, ...] = ()
     momenta: tuple[str, ...] = ()
@@ -373,7 +373,7 @@ def state_of(rate: str) -> str:
     return f"{rate.removesuffix('ddot')}dot" if rate.endswith("ddot") else rate.removesuffix("dot")
 
 
-def of_document(asked: Asked) -> Motion:
+def of_document(asked: Asked) -> MotionKey:
     """The motion by the equations in a report. Raises ValueProblem."""
     equations = asked.value
     if asked.path[-1:] != ("equations",) or not isinstance(equations, Mapping) or len(equations) % 2:
@@ -384,7 +384,7 @@ def of_document(asked: Asked) -> Motion:
     names = names_of(asked)
     coordinates, tolerance = states[:half], asked.question.tolerance
     names = _with_rates(names, states, [*rates, *map(acceleration, states)])
-    return Motion(
+    return MotionKey(
         formulas_of(asked, names, tolerance.relative),
         rates,
         coordinates,
@@ -409,7 +409,7 @@ def _with_rates(names: Names, states: Sequence[str], rates: Sequence[str]) -> Na
     return replace(names, domains=domains, spellings=spelled, further=further)
 
 
-def of_text(asked: Asked) -> Motion:
+def of_text(asked: Asked) -> MotionKey:
     """The motion by equations as they are typed. Raises ValueProblem."""
     question = asked.question
     keys = [key.strip() for key in asked.value] if isinstance(asked.value, dict) else []
@@ -430,7 +430,7 @@ def of_text(asked: Asked) -> Motion:
     partners = {} if second else _partners(question, functions, rates)
     second_rates = [acceleration(name) for pair in partners.items() for name in pair]
     derivatives = [*rates, *second_rates, *aliases, *map(velocity, functions)]
-    return Motion(
+    return MotionKey(
         formulas_of(asked, _with_rates(names, states, derivatives), question.tolerance.relative),
         rates,
         tuple(partners),
@@ -461,7 +461,7 @@ def _aliases(question: Question, functions: Sequence[str]) -> dict[str, Node]:
     return first | {velocity(v): Name(acceleration(q)) for v, q in speeds.items()}
 
 
-def of_functions(key: Motion) -> dict[str, str]:
+def of_functions(key: MotionKey) -> dict[str, str]:
     """In `{x: ...}` the key x means xdot (or xddot)."""
     return {re.sub("d?dot\\Z", "", rate): rate for rate in key.rates}
 
@@ -499,7 +499,7 @@ def _solved(sides: Sequence[tuple[Node, Node]], tops: Sequence[str]) -> dict[str
 # --- mistakes
 
 
-def of_motion(key: Motion) -> Iterator[tuple[str, dict[str, Node]]]:
+def of_motion(key: MotionKey) -> Iterator[tuple[str, dict[str, Node]]]:
     """The rates that mistakes change.
 
     Of Hamilton's equations, q' = -dH/dp or p' = dH/dq. Of others, one equation of the wrong sign or all of
@@ -520,7 +520,7 @@ def of_motion(key: Motion) -> Iterator[tuple[str, dict[str, Node]]]:
         yield from (("euler_sign", dict(some)) for some in combinations(crossed.items(), count))
 
 
-def _other_cross_terms(key: Motion) -> dict[str, Node]:
+def _other_cross_terms(key: MotionKey) -> dict[str, Node]:
     """Euler's three rates with the products of the other two of the wrong sign; none for other motions."""
     functions = {state_of(rate) for rate in key.rates}
     turned: dict[str, Node] = {}

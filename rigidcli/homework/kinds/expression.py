@@ -17,7 +17,7 @@ from rigidcli.algebra.reading import from_tree
 from rigidcli.algebra.trees import to_tree
 from rigidcli.document.variables import velocity
 from rigidcli.errors import ExpressionError, ValueProblem
-from rigidcli.homework.base import Asked, Finding, Kind, Outcome, Reading, Tree, Unreadable
+from rigidcli.homework.base import AnswerKind, Asked, Finding, Outcome, Reading, Tree, Unreadable
 from rigidcli.homework.entries import chosen
 from rigidcli.homework.kinds.arrays import MOST_ENTRIES, numbered
 from rigidcli.homework.lists import read_list
@@ -25,7 +25,7 @@ from rigidcli.homework.mistakes import common_factor, of_energy
 from rigidcli.homework.numbers import doubt
 from rigidcli.homework.question import Tolerance
 from rigidcli.homework.reading import names_of, read_expression, read_expressions
-from rigidcli.homework.same import LEAST_POINTS, Ball, Formulas, formulas_of, pivots
+from rigidcli.homework.same import LEAST_POINTS, Ball, FormulaComparison, formulas_of, pivots
 from rigidcli.language.decoration import undecorated
 from rigidcli.language.latex import plain
 from rigidcli.language.text import text, without_doubt
@@ -51,7 +51,7 @@ class FormulaKey:
     """
 
     tree: Node
-    formulas: Formulas
+    formulas: FormulaComparison
     constant: bool = False
     rates: tuple[str, ...] = ()
     is_lagrangian: bool = False
@@ -62,7 +62,7 @@ class FormulaKey:
         return self.formulas.same(answer, self.tree, constant=constant)
 
 
-class Expression(Kind):
+class ExpressionKind(AnswerKind):
     """A formula in the symbols of the question."""
 
     name: ClassVar[str] = "expression"
@@ -227,7 +227,7 @@ class InvariantsKey:
     """
 
     quantities: tuple[Node, ...]
-    formulas: Formulas
+    formulas: FormulaComparison
     hamiltonian: Node
     phase: Phase
     known: tuple[Node, ...]
@@ -260,7 +260,7 @@ class InvariantsKey:
         return max(ranks)
 
 
-class Invariants(Kind):
+class InvariantsKind(AnswerKind):
     """Further conserved quantities of a system, in any independent combination."""
 
     name: ClassVar[str] = "invariants"

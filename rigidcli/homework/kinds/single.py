@@ -15,7 +15,7 @@ from rigidcli.core.principal import BodyClass
 from rigidcli.errors import ValueProblem, shown
 from rigidcli.fields.dimensions import ANGLE, DIMENSIONLESS
 from rigidcli.fields.units import Unit, parse_unit
-from rigidcli.homework.base import Asked, Finding, Kind, Outcome, Reading, Tree, Unreadable
+from rigidcli.homework.base import AnswerKind, Asked, Finding, Outcome, Reading, Tree, Unreadable
 from rigidcli.homework.entries import NOISE, Ruler, Same, beside, chosen, value_of
 from rigidcli.homework.mistakes import TURN, common_factor
 from rigidcli.homework.numbers import (
@@ -33,7 +33,7 @@ from rigidcli.language.latex import plain as without_latex
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Key:
+class NumberKey:
     """The right number in SI units, and the unit of an answer without one. A literal key has no `path`."""
 
     reference: float
@@ -47,7 +47,7 @@ class Key:
         return self.ruler.is_near(value, self.reference, scale)
 
 
-class Quantity(Kind):
+class QuantityKind(AnswerKind):
     """A number, with a unit where it is a `quantity`."""
 
     options: ClassVar[frozenset[str]] = frozenset({"products", "unit"})
@@ -55,7 +55,7 @@ class Quantity(Kind):
     def __init__(self, name: str) -> None:
         self.name = name  # type: ignore[misc]  # two kinds of the same class
 
-    def key(self, asked: Asked) -> Key:
+    def key(self, asked: Asked) -> NumberKey:
         """The number that is asked for. Raises ValueProblem."""
         question = asked.question
         if asked.report is not None:
@@ -74,7 +74,7 @@ class Quantity(Kind):
         if not math.isfinite(reference) or (value and not reference):
             raise ValueProblem("the number is beyond the range of SI units")
         noise = NOISE * max(beside(asked) * unit.scale, asked.report is not None and unit.dimension == ANGLE)
-        return Key(
+        return NumberKey(
             0.0 if abs(reference) <= noise else reference,
             unit,
             Ruler(question.tolerance, unit, noise=noise),
@@ -82,7 +82,7 @@ class Quantity(Kind):
             asked.path,
         )
 
-    def read(self, key: Key, answer: Tree) -> Reading:
+    def read(self, key: NumberKey, answer: Tree) -> Reading:
         """A number in its own unit, or else in that of the key. Raises Unreadable."""
         several = readings_of(answer, key.unit)
         if key.ruler.tolerance.significant_figures is not None:
@@ -94,7 +94,7 @@ class Quantity(Kind):
         read_as = f"{number.read_as} {key.unit.text}" if bare else number.read_as
         return Reading(number, read_as, self._doubt(key, number))
 
-    def _is_right(self, key: Key, number: Number) -> Same:
+    def _is_right(self, key: NumberKey, number: Number) -> Same:
         """Whether a number is the key; a unit that fits is better than one that does not."""
         try:
             number = in_dimension(number, key.unit)
@@ -102,7 +102,7 @@ class Quantity(Kind):
             return False
         return key.is_near(number.value, number.scale) or "its unit fits"
 
-    def _doubt(self, key: Key, number: Number) -> str:
+    def _doubt(self, key: NumberKey, number: Number) -> str:
         """Why a person must look at `a = b`; empty if both agree. Raises Unreadable for two answers."""
         if not number.before:
             return ""
@@ -117,7 +117,7 @@ class Quantity(Kind):
             )
         return ""
 
-    def judge(self, key: Key, value: Number) -> Outcome:
+    def judge(self, key: NumberKey, value: Number) -> Outcome:
         """The value first, then its unit and its figures."""
         try:
             number = in_dimension(value, key.unit)
@@ -133,7 +133,7 @@ class Quantity(Kind):
             return Outcome.earning(0.0, *unitless) if value.typed and unitless else Outcome.correct()
         return Outcome.earning(0.0, *unitless, Finding(self._slip(key, number)))
 
-    def _slip(self, key: Key, number: Number) -> str:
+    def _slip(self, key: NumberKey, number: Number) -> str:
         """The code of the mistake that leads from the key to this number."""
         if key.ruler.is_short(number, key.reference):
             return "too_few_sig_figs"
@@ -146,12 +146,12 @@ class Quantity(Kind):
         # Of a single number a factor says which twenty numbers the key may be.
         return "outside_tolerance" if code in (None, "constant_factor") else code
 
-    def typed(self, key: Key) -> Tree:
+    def typed(self, key: NumberKey) -> Tree:
         """The key with all its digits, in its unit."""
         return f"{key.reference / key.unit.scale!r} {key.unit.text}".strip()
 
 
-def _of_misfit(key: Key, number: Number, detail: str) -> Finding:
+def _of_misfit(key: NumberKey, number: Number, detail: str) -> Finding:
     """What is wrong with a unit of another dimension: hertz is not radians per second."""
     given, asked = number.unit.dimension if number.unit else DIMENSIONLESS, key.unit.dimension
     if given.cycle != asked.cycle and given._replace(angle=0, cycle=0) == asked._replace(angle=0, cycle=0):
@@ -198,7 +198,7 @@ _BETWEEN = re.compile("(?<=\\w)[\\s_\\-\N{HYPHEN}\N{NON-BREAKING HYPHEN}\N{EN DA
 
 
 @dataclass(frozen=True, slots=True)
-class Words:
+class ChoiceKey:
     """The right `text`, its `plain` form, to which answers are held, and the `words` of a table for it."""
 
     text: str
@@ -206,27 +206,27 @@ class Words:
     words: str = ""
 
 
-class Choice(Kind):
+class ChoiceKind(AnswerKind):
     """A word, yes or no, or a set of words."""
 
     name: ClassVar[str] = "choice"
     has_tolerance: ClassVar[bool] = False
 
-    def key(self, asked: Asked) -> Words:
+    def key(self, asked: Asked) -> ChoiceKey:
         """The text, the truth value or the set that is asked for. Raises ValueProblem."""
         value, fields = asked.value, () if asked.report is None else asked.report.fields
         words = next((field.words for field in fields if field.key == ".".join(asked.path[1:])), "")
         if isinstance(value, bool | np.bool_):
             value = "true" if value else "false"
         if isinstance(value, list | tuple) and all(isinstance(word, str) for word in value):
-            return Words(", ".join(value) or "none", frozenset(map(_plain, value)), words)
+            return ChoiceKey(", ".join(value) or "none", frozenset(map(_plain, value)), words)
         if not isinstance(value, str):
             raise ValueProblem("what is asked for is not a text")
         if not _plain(value) or len(value) > LONGEST:
             raise ValueProblem(f"the text of a choice has 1 to {LONGEST} characters")
-        return Words(value, _plain(value), words)
+        return ChoiceKey(value, _plain(value), words)
 
-    def read(self, key: Words, answer: Tree) -> Reading:
+    def read(self, key: ChoiceKey, answer: Tree) -> Reading:
         """A text, or a set of texts where one is asked. Raises Unreadable."""
         if isinstance(key.plain, str):
             return Reading(_text(answer), _text(answer))
@@ -239,7 +239,7 @@ class Choice(Kind):
         chosen = frozenset(map(_text, words)) - nothing
         return Reading(chosen, ", ".join(sorted(chosen)) or "none")
 
-    def judge(self, key: Words, value: str | frozenset[str]) -> Outcome:
+    def judge(self, key: ChoiceKey, value: str | frozenset[str]) -> Outcome:
         """Whether the answer is the text, or the set, of the key."""
         if not isinstance(value, str) or not isinstance(key.plain, str):
             is_right = value == key.plain
@@ -255,13 +255,13 @@ class Choice(Kind):
                 return Outcome.review("the right word stands in a longer answer")
         return Outcome.correct() if is_right else Outcome.earning(0.0, Finding("outside_tolerance"))
 
-    def _is_word(self, key: Words, value: str) -> bool:
+    def _is_word(self, key: ChoiceKey, value: str) -> bool:
         name = isinstance(key.plain, str) and re.fullmatch(r"(\w) (\w+)", key.plain)  # of p_phi
         return (
             value == key.plain or (name and value == name[1] + name[2]) or self._is_word_of_table(key, value)
         )
 
-    def _is_word_of_table(self, key: Words, value: str | frozenset[str]) -> bool:
+    def _is_word_of_table(self, key: ChoiceKey, value: str | frozenset[str]) -> bool:
         """Whether the answer says what a table says, or the key with more of its words."""
         if not isinstance(value, str) or not isinstance(key.plain, str):
             return False
@@ -271,7 +271,7 @@ class Choice(Kind):
         own, said = _plain(key.words.partition(":")[0]), set(value.split())
         return value in (own, _plain(key.words)) or set(key.plain.split()) <= said <= set(own.split())
 
-    def typed(self, key: Words) -> Tree:
+    def typed(self, key: ChoiceKey) -> Tree:
         """The text of the key."""
         return key.text
 

@@ -18,7 +18,7 @@ from rigidcli.core.arithmetic import Floats, Mask
 from rigidcli.document.sampling import DEFAULT_TOLERANCE
 from rigidcli.errors import ValueProblem, shown
 from rigidcli.fields.units import Unit, parse_unit
-from rigidcli.homework.base import Asked, Finding, Kind, Outcome, Reading, Tree, Unreadable
+from rigidcli.homework.base import AnswerKind, Asked, Finding, Outcome, Reading, Tree, Unreadable
 from rigidcli.homework.entries import Ruler
 from rigidcli.homework.mistakes import shared_factor
 from rigidcli.homework.tables import SECOND, TIME, Column, read_table, table_text, tabulated
@@ -47,7 +47,7 @@ NOISE = 1e-9
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Key:
+class TrajectoryKey:
     """What is right: the `columns` (m), as `values` (n by m) at ascending `times` (n).
 
     `margins` (m) are the errors that are allowed, `periods` (m) those of angles, infinite for other columns.
@@ -73,14 +73,14 @@ class Key:
         return float(self.times[-1] - self.times[0])
 
 
-class Trajectory(Kind):
+class TrajectoryKind(AnswerKind):
     """A motion as a table in time. An answer is an array (k by 1 + m): times, and the columns of the key."""
 
     name: ClassVar[str] = "trajectory"
     options: ClassVar[frozenset[str]] = frozenset({"columns", "angles"})
 
     @np.errstate(all="ignore")
-    def key(self, asked: Asked) -> Key:
+    def key(self, asked: Asked) -> TrajectoryKey:
         """The key of a trajectory. Raises ValueProblem for what is none, and for options that do not fit."""
         question = asked.question
         table, default = _of_literal(asked.value) if asked.report is None else _of_report(asked)
@@ -110,7 +110,7 @@ class Trajectory(Kind):
         off = np.abs(_between(times[::2], values[::2], times[1:-1:2]) - values[1:-1:2]).max(axis=0)
         # If every second row, interpolated, is within the margin, all rows are so surely.
         dense = bool((off <= margins).all())
-        return Key(names, times, values, margins, periods, units, dense)
+        return TrajectoryKey(names, times, values, margins, periods, units, dense)
 
     def loaded(self, answer: Tree, text_of: Callable[[Tree], str]) -> Tree:
         """An answer with the text of the table in the place of its file. Raises Unreadable."""
@@ -119,7 +119,7 @@ class Trajectory(Kind):
         others = {key: value for key, value in answer.items() if key != "file"}
         return others | {"csv": text_of(answer["file"])}
 
-    def read(self, key: Key, answer: Tree) -> Reading:
+    def read(self, key: TrajectoryKey, answer: Tree) -> Reading:
         """The table of an answer, in SI units; a column that is missing is NaN. Raises Unreadable."""
         table = read_table(table_text(answer), (TIME, *key.columns))
         if TIME not in table:
@@ -134,7 +134,7 @@ class Trajectory(Kind):
         return Reading(rows, f"{count} of {heads}, t from {rows[0, 0]:.6g} to {rows[-1, 0]:.6g}")
 
     @np.errstate(all="ignore")
-    def judge(self, key: Key, value: Floats) -> Outcome:
+    def judge(self, key: TrajectoryKey, value: Floats) -> Outcome:
         """The outcome of an answer: each column earns the share of the time until which it is right."""
         later = np.diff(value[:, 0]) > 0
         if not later.all():
@@ -169,7 +169,7 @@ class Trajectory(Kind):
             findings.append(Finding("time_range_short", detail=detail))
         return Outcome.earning(float((ends[counted] - key.start).mean() / key.span), *findings)
 
-    def typed(self, key: Key) -> Tree:
+    def typed(self, key: TrajectoryKey) -> Tree:
         """The rows of the key."""
         units = [1.0 if unit is None else unit.scale for unit in key.units]
         rows = np.column_stack([key.times, key.values / units]).tolist()
@@ -180,7 +180,7 @@ class Trajectory(Kind):
 # --- judging
 
 
-def _compared(key: Key, rows: Floats) -> tuple[Floats, Floats, Floats]:
+def _compared(key: TrajectoryKey, rows: Floats) -> tuple[Floats, Floats, Floats]:
     """Times (k), what an answer has there, and what is expected (both k by m).
 
     The times are those of the answer that the key has, too. A quaternion has the sign that is nearer.
@@ -202,7 +202,7 @@ def _compared(key: Key, rows: Floats) -> tuple[Floats, Floats, Floats]:
     return times, own, expected
 
 
-def _wrapped(key: Key, differences: Floats) -> Floats:
+def _wrapped(key: TrajectoryKey, differences: Floats) -> Floats:
     """Differences of the columns (k by m), those of angles reduced to half a turn at most."""
     own = np.where(np.isfinite(key.periods), key.periods, 1.0)
     # Where the digits of a huge angle do not tell what is left of it, it stays as it is.
@@ -210,7 +210,7 @@ def _wrapped(key: Key, differences: Floats) -> Floats:
     return np.where(turns, differences - own * np.round(differences / own), differences)
 
 
-def _reach(key: Key, times: Floats) -> tuple[float, bool]:
+def _reach(key: TrajectoryKey, times: Floats) -> tuple[float, bool]:
     """The time until which an answer has no gap in its rows, and whether that is the end of the key."""
     stop = float(key.times[-1])
     longest = max(GAP * key.span, float(np.diff(key.times).max())) + SAME_TIME * key.span
@@ -226,7 +226,7 @@ def _reach(key: Key, times: Floats) -> tuple[float, bool]:
 
 
 def _said(
-    key: Key, times: Floats, own: Floats, expected: Floats, wrong: Mask, first: Floats, ends: Floats
+    key: TrajectoryKey, times: Floats, own: Floats, expected: Floats, wrong: Mask, first: Floats, ends: Floats
 ) -> Iterator[Finding]:
     """What is said of wrong columns: the factor that all of them have, or until when they are right."""
     places = np.flatnonzero(wrong).tolist()

@@ -49,7 +49,7 @@ ELEMENTS: dict[Verdict, str] = {
 
 
 @dataclass(frozen=True, slots=True)
-class Style:
+class ReportStyle:
     """How results look: how much students read, the header of csv, and width and colour of a table.
 
     A `width` of None is a file or a pipe, where no line is broken. With `late`, csv and json say which
@@ -63,7 +63,7 @@ class Style:
     late: bool = False
 
 
-def csv_rows(header: Sequence[str], rows: Iterable[Sequence[Cell]], style: Style) -> Iterator[str]:
+def csv_rows(header: Sequence[str], rows: Iterable[Sequence[Cell]], style: ReportStyle) -> Iterator[str]:
     """The header, then the rows, for spreadsheets and scripts: no text in them can become a formula."""
     for row in chain([header] if style.header else [], rows):
         target = io.StringIO()
@@ -84,7 +84,7 @@ def json_line(entry: object) -> str:
     return orjson.dumps(entry).decode() + "\n"
 
 
-def _csv(students: Students, style: Style) -> Iterator[str]:
+def _csv(students: Students, style: ReportStyle) -> Iterator[str]:
     rows: Iterator[list[Cell]] = (
         [
             *(student.student, question.id, question.verdict, question.score, question.max_score),
@@ -97,7 +97,7 @@ def _csv(students: Students, style: Style) -> Iterator[str]:
     return csv_rows([*HEADER, *LATE] if style.late else HEADER, rows, style)
 
 
-def wide(students: Students, style: Style) -> Iterator[str]:
+def wide(students: Students, style: ReportStyle) -> Iterator[str]:
     """A row for each student, with the points of each question; none where a person must judge it."""
     rows = iter(students)
     for first in rows:
@@ -106,13 +106,13 @@ def wide(students: Students, style: Style) -> Iterator[str]:
         yield from csv_rows(head, (_wide(student, style) for student in chain([first], rows)), style)
 
 
-def _wide(student: Judgement, style: Style) -> list[Cell]:
+def _wide(student: Judgement, style: ReportStyle) -> list[Cell]:
     scores = [None if question.verdict == "review" else question.score for question in student.questions]
     late = [student.late] if style.late else []
     return [student.student, *scores, student.score, student.max_score, student.source, *late]
 
 
-def _json(students: Students, style: Style) -> Iterator[str]:
+def _json(students: Students, style: ReportStyle) -> Iterator[str]:
     """The contract `rigidcli.check/1`: a line for each answer file."""
     for student in students:
         line: dict[str, object] = {"schema": "rigidcli.check/1"}
@@ -127,7 +127,7 @@ def _json(students: Students, style: Style) -> Iterator[str]:
         yield json_line(line)
 
 
-def _gradescope(students: Students, style: Style) -> Iterator[str]:
+def _gradescope(students: Students, style: ReportStyle) -> Iterator[str]:
     """The `results.json` of a Gradescope autograder: one object an answer file, one a line.
 
     Source: Gradescope's autograder specifications, "Output format". All texts are marked as plain text, for
@@ -171,7 +171,7 @@ def _earned(question: Judged) -> str:
     return f"{question.verdict} ({points(question.score)}/{points(question.max_score)})"
 
 
-def _junit(students: Students, style: Style) -> Iterator[str]:
+def _junit(students: Students, style: ReportStyle) -> Iterator[str]:
     yield '<?xml version="1.0" encoding="UTF-8"?>\n<testsuites>\n'
     for student in students:
         elements = [ELEMENTS.get(question.verdict) for question in student.questions]
@@ -221,7 +221,7 @@ SHARED = ("review", "invalid", "missing")
 _VERDICT = max(map(len, VERDICTS))
 
 
-def table(students: Iterable[Judgement], style: Style) -> Iterator[str]:
+def table(students: Iterable[Judgement], style: ReportStyle) -> Iterator[str]:
     """A block for each student, and where there are several, a summary and all that needs a person.
 
     What needs a person is listed first; the blocks of students repeat only the marks of it.
@@ -233,7 +233,7 @@ def table(students: Iterable[Judgement], style: Style) -> Iterator[str]:
     yield "\n".join(filter(None, parts))
 
 
-def _block(student: Judgement, style: Style, brief: bool) -> str:
+def _block(student: Judgement, style: ReportStyle, brief: bool) -> str:
     """A student, the questions that are not right or have a remark, and in one row what has no answer."""
     shown = [q for q in as_one(student) if q.verdict != "correct" or q.findings]
     missing = [q for q in shown if q.verdict == "missing" and not q.findings]
@@ -254,7 +254,7 @@ def _block(student: Judgement, style: Style, brief: bool) -> str:
     return block(((student.student, "bold"), (earned, "")), rows, style)
 
 
-def _remarks(question: Judged, style: Style, title: str = "") -> str:
+def _remarks(question: Judged, style: ReportStyle, title: str = "") -> str:
     """A title, the answer as it was typed, how it was read where that says more, and what is said of it."""
     typed, read_as = (shortened(text, LONGEST_ANSWER) for text in (question.answer, question.reading))
     answer = f"`{typed}`" + (f", read as `{read_as}`" if read_as else "")
@@ -277,7 +277,7 @@ def urgent(students: Sequence[Judgement]) -> list[tuple[int, Judged]]:
     return sorted((hand for hand in hands if hand[1].is_urgent), key=lambda hand: hand[1].verdict != "review")
 
 
-def _urgent(students: Sequence[Judgement], style: Style) -> str:
+def _urgent(students: Sequence[Judgement], style: ReportStyle) -> str:
     rows = [
         Row(
             ((f"  {students[place].student}", "bold"), (question.id, ""), painted(question.verdict)),
@@ -290,7 +290,7 @@ def _urgent(students: Sequence[Judgement], style: Style) -> str:
     return block(head, rows, style) if rows else ""
 
 
-def _summary(students: Sequence[Judgement], style: Style) -> str:
+def _summary(students: Sequence[Judgement], style: ReportStyle) -> str:
     """The mean, and of each question the share of right answers and the number with each verdict."""
     counts = defaultdict[str, Counter[Verdict]](Counter)
     for student in students:
@@ -310,7 +310,7 @@ def mean_of(students: Sequence[Judgement]) -> str:
     return f"{count}, mean {points(mean)}/{points(most)}{share(mean, most)}"
 
 
-def block(head: Sequence[Part], rows: Sequence[Row], style: Style) -> str:
+def block(head: Sequence[Part], rows: Sequence[Row], style: ReportStyle) -> str:
     """A line, unless `head` is empty, and rows below it."""
     page = Page(style.width, style.colour)
     if head:
@@ -344,7 +344,7 @@ def score(earned: Judgement | Judged) -> str:
     return f"{points(earned.score)}/{points(earned.max_score)}"
 
 
-FORMATS: dict[str, Callable[[Students, Style], Iterator[str]]] = {
+FORMATS: dict[str, Callable[[Students, ReportStyle], Iterator[str]]] = {
     "table": table,
     "json": _json,
     "csv": _csv,
@@ -354,6 +354,6 @@ FORMATS: dict[str, Callable[[Students, Style], Iterator[str]]] = {
 """The output formats of judgements."""
 
 
-def render(name: str, judgements: Iterable[Judgement], style: Style) -> Iterator[str]:
+def render(name: str, judgements: Iterable[Judgement], style: ReportStyle) -> Iterator[str]:
     """Judgements in a format."""
     return FORMATS[name]((reported(judgement, style.feedback) for judgement in judgements), style)

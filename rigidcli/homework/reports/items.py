@@ -23,7 +23,7 @@ from rigidcli.fields.texts import safe_name
 from rigidcli.homework.base import PLACES, VERDICTS, Judged, Judgement, Verdict
 from rigidcli.homework.reports.formats import (
     LONGEST_ANSWER,
-    Style,
+    ReportStyle,
     block,
     counted,
     csv_rows,
@@ -203,7 +203,7 @@ def _tally(id: str, given: Sequence[Judged], right: float | None, together: floa
     )
 
 
-def table(tallies: Sequence[Tally], style: Style, pairs: Sequence[Alike] = ()) -> Iterator[str]:
+def table(tallies: Sequence[Tally], style: ReportStyle, pairs: Sequence[Alike] = ()) -> Iterator[str]:
     """A block for each question: its counts, then the answers that are not right; then who is alike."""
     for tally in tallies:
         said = [counted(tally.verdicts)]
@@ -230,7 +230,7 @@ def table(tallies: Sequence[Tally], style: Style, pairs: Sequence[Alike] = ()) -
         yield "\n" * (each is pairs[0]) + block((), [Row(((", ".join(each.students), ""),), shared)], style)
 
 
-def json(tallies: Sequence[Tally], style: Style, pairs: Sequence[Alike] = ()) -> Iterator[str]:
+def json(tallies: Sequence[Tally], style: ReportStyle, pairs: Sequence[Alike] = ()) -> Iterator[str]:
     """One compact object a question, one a line, and one for students who are alike."""
     for tally in tallies:
         answers = [{name: getattr(each, name) for name in _columns(tallies)} for each in tally.answers]
@@ -249,7 +249,7 @@ def _columns(tallies: Sequence[Tally]) -> list[str]:
     return [field.name for field in fields(Taken) if has_values or field.name != "values"]
 
 
-def csv(tallies: Sequence[Tally], style: Style, pairs: Sequence[Alike] = ()) -> Iterator[str]:
+def csv(tallies: Sequence[Tally], style: ReportStyle, pairs: Sequence[Alike] = ()) -> Iterator[str]:
     """A row for each answer that is not right, with the counts of its question; one where there is none."""
     names = _columns(tallies)
     rows = (
@@ -265,7 +265,7 @@ TEXTS = {"table": table, "json": json, "csv": csv}
 """The formats of these tallies."""
 
 
-def render(format: str, judgements: Iterable[Judgement], style: Style) -> Iterator[str]:
+def render(format: str, judgements: Iterable[Judgement], style: ReportStyle) -> Iterator[str]:
     """What the class has made of the questions, and who is alike, in a format."""
     students = [*judgements]
     return TEXTS[format](tally(students), style, alike(students))
@@ -305,7 +305,7 @@ def _marks(judgements: Iterable[Judgement]) -> Run:
     }
 
 
-def changes(old: Run, judgements: Iterable[Judgement], style: Style) -> Iterator[str]:
+def changes(old: Run, judgements: Iterable[Judgement], style: ReportStyle) -> Iterator[str]:
     """A line for each mark that differs, what waits for a person first, and below how many there are.
 
     Students of the new run come before those who are gone.

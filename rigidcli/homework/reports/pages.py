@@ -20,7 +20,7 @@ from rigidcli.homework.base import Judged, Judgement, reported
 from rigidcli.homework.judge import Item
 from rigidcli.homework.reports.formats import (
     LONGEST_ANSWER,
-    Style,
+    ReportStyle,
     as_one,
     csv_rows,
     mean_of,
@@ -58,14 +58,14 @@ class Course:
     solutions: Solutions = field(default_factory=dict)
 
 
-def one_page(judgements: Iterable[Judgement], course: Course, style: Style) -> Iterator[str]:
+def one_page(judgements: Iterable[Judgement], course: Course, style: ReportStyle) -> Iterator[str]:
     """The class on one page, with the feedback for each student folded in it."""
     judged = tuple(judgements)
     links = [f"#student{number}" for number in range(1, len(judged) + 1)]
     return _page(course.title, _class(judged, course, style, links, folded=True))
 
 
-def pages(judgements: Iterable[Judgement], course: Course, style: Style) -> Iterator[tuple[str, str]]:
+def pages(judgements: Iterable[Judgement], course: Course, style: ReportStyle) -> Iterator[tuple[str, str]]:
     """Files of a folder, each a name and what stands in it: a page for each student, then the class's."""
     judged, links = [], []
     taken = {"index"}
@@ -185,7 +185,7 @@ def worked(solutions: Mapping[tuple[str, str], Report]) -> Solutions:
 
 
 def _class(
-    judged: Sequence[Judgement], course: Course, style: Style, links: Sequence[str], *, folded: bool
+    judged: Sequence[Judgement], course: Course, style: ReportStyle, links: Sequence[str], *, folded: bool
 ) -> Iterator[str]:
     """What needs a person, a table of scores, notes, solutions, and where it is `folded` in, the feedback."""
     students = [reported(judgement, style.feedback) for judgement in judged]
@@ -265,7 +265,7 @@ def sheet_pages(sheets: Sequence[Sheet], title: str) -> Iterator[tuple[str, str]
         yield file_name(sheet.student, taken), written(f"{title}: {sheet.student}", body)
 
 
-def sheet_rows(sheets: Sequence[Sheet], header: Sequence[str], style: Style) -> Iterator[str]:
+def sheet_rows(sheets: Sequence[Sheet], header: Sequence[str], style: ReportStyle) -> Iterator[str]:
     """A row for each student, for a mail merge: the columns of the list of students, values, and titles.
 
     The student is named as in results, in the first column.
