@@ -101,8 +101,7 @@ class KnownTensor(Form):
         env = environment(info)
         with suppress(ValueProblem):  # which comes again where the body is needed
             _, note = self._central(env.arithmetic)
-            if note is not None and note not in env.notes:
-                env.notes.append(note)
+            env.log.note(*filter(None, [note]))
         return self
 
     def local(self, arithmetic: Arithmetic) -> mass_properties.MassProperties:
@@ -189,9 +188,9 @@ class Composite(Form):
         holes_of = [leaf for leaf in leaves if leaf.path in bare]
         for hole, density in zip(holes_of, holes.densities_round(holes_of, leaves, n), strict=True):
             parts[bare[hole.path]] = hole.form.model_copy(update={"density": density})
-        self.__dict__["parts"] = tuple(parts)
-        environment(info).notes += self._counted_twice(n)
-        return self
+        filled = self.model_copy(update={"parts": tuple(parts)}) if bare else self
+        environment(info).log.note(*filled._counted_twice(n))
+        return filled
 
     def _counted_twice(self, n: Arithmetic) -> Iterator[str]:
         """Notes on parts that are alike, in one place, or overlap."""

@@ -49,13 +49,15 @@ class Density(Quantity):
         assert self.dimension is not None
         variables = tuple(name for name in VARIABLES if name not in env.declared)
         hidden = env.names_in(raw, VARIABLES).intersection(VARIABLES).difference(variables)
-        env.notes += [f"`{name}` in a density is the parameter, not a place in the shape" for name in hidden]
+        env.log.note(
+            *(f"`{name}` in a density is the parameter, not a place in the shape" for name in hidden)
+        )
         formula = env.formula(raw, self.dimension, variables)
         if formula.expression.names.isdisjoint(variables):
             value = super().read(raw, info)
             is_bare = self.dimension == DENSITY and isinstance(raw, float | Decimal) and float(raw) % 1 != 0
             if is_bare and GAS < float(value) < HEAVY:
-                env.notes.append(f"a density of {raw} kg/m^3 is that of a gas; {raw} g/cm^3 meant?")
+                env.log.note(f"a density of {raw} kg/m^3 is that of a gas; {raw} g/cm^3 meant?")
             return value
         if env.arithmetic.exact:
             env.positive |= _scale(formula)

@@ -96,7 +96,7 @@ class Matrix(Turn):
             _, miss = rotation.from_matrix(self.matrix, environment(info).arithmetic)
             if miss > LIKE_FLOATS:
                 note = f"R^T R of a matrix differs from 1 by {miss:.1g}, within its digits"
-                environment(info).notes.append(f"{note}: the nearest rotation is taken")
+                environment(info).log.note(f"{note}: the nearest rotation is taken")
         return self
 
     def as_matrix(self, n: Arithmetic) -> Array:

@@ -70,7 +70,7 @@ class Mesh(Form):
     def _look(self, info: ValidationInfo) -> Self:
         env = environment(info)
         if not env.arithmetic.exact:
-            env.notes.extend(f"{self.mesh}: {note}" for note in (*self.checked.notes, *self._doubts()))
+            env.log.note(*(f"{self.mesh}: {note}" for note in (*self.checked.notes, *self._doubts())))
         return self
 
     @cached_property

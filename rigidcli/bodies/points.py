@@ -338,7 +338,7 @@ class PointMasses(Form):
 
             with at("points"):
                 self._molecule = read_molecule(self.points)
-            environment(info).notes += self._molecule.notes
+            environment(info).log.note(*self._molecule.notes)
         return self
 
     @property

@@ -135,7 +135,7 @@ class Document(Section):
         if inner and section in cls.model_fields:
             return section, inner[0]
         for word in (key, *keys_called(key)) if key not in cls.model_fields else ():
-            if names := sections_with().get(word):
+            if names := [name for name in places().get(word, ()) if name]:
                 # Beside a system, a duration is that of the orbit, not of a motion.
                 own = [name for name in names if name in ("system", *cls.NEEDS)]
                 return (own if own and raw.get("system") is not None else names)[0], word
@@ -154,10 +154,10 @@ class Document(Section):
 
     @model_validator(mode="after")
     def _check_body(self) -> Self:
-        if self.body is not None and self.body.rounding is not None and "about" not in self.model_fields_set:
-            self.__dict__["about"] = "com"  # of a molecule, whose origin means nothing
         if self.body is not None and self.body.hole:
             raise ValueProblem("a hole stands in `parts`, beside what it is cut from", path=("body", "hole"))
+        if self.body is not None and self.body.rounding is not None and "about" not in self.model_fields_set:
+            return self.model_copy(update={"about": "com"})  # of a molecule, whose origin means nothing
         return self
 
     @cached_property
@@ -167,11 +167,10 @@ class Document(Section):
 
     def came_from(self, reading: Reading, rest: Document | None) -> None:
         """Remember the draft and the environment; the body may be that of the `rest` of a sweep."""
-        # Beside the fields: a private attribute of pydantic takes ten times as long to look up.
-        self.__dict__["reading"] = reading
         reading.starts = 1 if self.ensemble is None else len(self.ensemble)
+        self.keep(reading=reading)
         if rest is not None:
-            self.__dict__["physical"] = rest.physical.of(vars(self))
+            self.keep(physical=rest.physical.of(vars(self)))
 
     @property
     def arithmetic(self) -> Arithmetic:
@@ -211,7 +210,7 @@ class Document(Section):
     @property
     def files(self) -> Sequence[pathlib.Path]:
         """The files that the document names."""
-        return self.reading.environment.files
+        return self.reading.environment.log.files
 
     @property
     def source(self) -> str:
@@ -221,7 +220,7 @@ class Document(Section):
     @property
     def notes(self) -> tuple[str, ...]:
         """Remarks for the user on the document, each once."""
-        return tuple(dict.fromkeys(self.reading.environment.notes))
+        return tuple(dict.fromkeys(self.reading.environment.log.notes))
 
     @property
     def text(self) -> str:
@@ -249,7 +248,7 @@ class Document(Section):
         key = "motion" if self.motion is not None and self.motion.ensemble is not None else "orbit"
         section = getattr(self, key).at_start(place).model_copy(update=sampling)
         document = self.model_copy(update={key: section})
-        document.__dict__["physical"] = self.physical.of(vars(document))
+        document.keep(physical=self.physical.of(vars(document)))
         return document
 
     @cached_property
@@ -259,9 +258,9 @@ class Document(Section):
 
 
 @cache
-def sections_with() -> dict[str, list[str]]:
-    """The names of the sections at the top of a document, by the keys that they have."""
-    names: dict[str, list[str]] = {}
+def places() -> dict[str, list[str]]:
+    """The sections at the top of a document, by the keys that they have; "" has the keys at the top."""
+    names = {name: [""] for name in Document.model_fields}
     for name, entry in Document.model_fields.items():
         sections: list[type[Section]] = []
         for part in get_args(entry.annotation):

@@ -18,7 +18,7 @@ from pydantic import ValidationError
 
 from rigidcli.bodies.robots import is_robot
 from rigidcli.core.arithmetic import FLOAT
-from rigidcli.document.document import Document, Reading, sections_with
+from rigidcli.document.document import Document, Reading, places
 from rigidcli.document.draft import SWEEP, Draft, body_form, names_in, of_text, split_setting
 from rigidcli.document.parameters import read_parameters
 from rigidcli.errors import (
@@ -263,8 +263,7 @@ def _document(
         # A system alone keeps its expressions symbolic, and its numbers are floats.
         others = all(tree.get(key) is None for key in ("body", "top", "tide"))
         n = arithmetic_for(exact and not (others and tree.get("system") is not None))
-        env = Environment(n, folder=draft.folder, exact_results=exact, top_keys=KEYS, positive={*positive})
-        env.sections_with = sections_with
+        env = Environment(n, folder=draft.folder, exact_results=exact, places=places, positive={*positive})
         others_called = (key for key in tree if key not in KEYS and "parameters" in keys_called(key))
         if (parameters := tree.get("parameters", tree.get(next(others_called, "")))) is not None:
             torque = isinstance(motion := tree.get("motion"), dict) and motion.get("torque") is not None
@@ -276,7 +275,7 @@ def _document(
     try:
         document = Document.model_validate(tree, context=env)
         document.came_from(Reading(draft, env), rest)
-        if is_physical and not problems and not env.faults:
+        if is_physical and not problems and not env.log.faults:
             document.physical.require()
     except ValidationError as error:
         from rigidcli.document.slips import explain
@@ -284,7 +283,7 @@ def _document(
         problems += explain(error)
     except ValueProblem as problem:
         problems.append(problem)
-    problems += [fault.below("parameters", name) for name, fault in sorted(env.faults.items())]
+    problems += [fault.below("parameters", name) for name, fault in sorted(env.log.faults.items())]
     if problems:
         placed = [draft.problem(problem) for problem in problems if problem.code != UNSETTLED]
         first = {problem.key: -place for place, problem in enumerate(reversed(placed))}
@@ -295,8 +294,8 @@ def _document(
 
         raise DocumentError(sorted(placed, key=place))
     if document.orbit is not None and document.system is not None and document.orbit.ensemble is None:
-        env.notes += document.orbit.degrees_meant(document.system, draft.tree["orbit"]["initial"])
-    env.notes += [f"parameter `{name}` is not used" for name in (document.unused if is_physical else ())]
+        env.log.note(*document.orbit.degrees_meant(document.system, draft.tree["orbit"]["initial"]))
+    env.log.note(*(f"parameter `{name}` is not used" for name in (document.unused if is_physical else ())))
     return document
 
 
@@ -372,7 +371,7 @@ def tried(document: Document, draft: Draft, read: Callable[[Mapping[str, Any]], 
     if len(noted) > 1:
         checks = "; ".join(f"{key}: {check}" if key else check for key, check, _ in noted)
         notes = [f"for positive values of {names} that were tried: {checks}"]
-    document.reading.environment.notes += notes
+    document.reading.environment.log.note(*notes)
     return document
 
 

@@ -25,16 +25,20 @@ OBSERVABLE = "one of the observables"
 
 def _variables(env: Environment) -> tuple[str, ...]:
     """What observables may be made of, besides parameters and each other."""
-    names = env.coordinates or ()
-    limits = [name for name, meaning in env.meanings.items() if meaning == MULTIPLIER]
-    taken = {*env.declared, *env.meanings, *(function.base for function in env.functions.values())}
+    names = env.names.coordinates or ()
+    limits = [name for name, meaning in env.names.meanings.items() if meaning == MULTIPLIER]
+    taken = {
+        *env.declared,
+        *env.names.meanings,
+        *(function.base for function in env.names.functions.values()),
+    }
     energies = [name for name in ENERGIES if name not in taken]
     return (*names, *map(momentum, names), *map(velocity, names), *limits, *energies, "t")
 
 
 def of_the_state(env: Environment) -> tuple[str, ...]:
     """What further functions of the state may be made of, besides parameters."""
-    observed = [name for name, meaning in env.meanings.items() if meaning == OBSERVABLE]
+    observed = [name for name, meaning in env.names.meanings.items() if meaning == OBSERVABLE]
     return tuple(dict.fromkeys([*_variables(env), *observed]))
 
 

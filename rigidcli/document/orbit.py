@@ -29,7 +29,7 @@ if TYPE_CHECKING:
 
 def _read_initial(raw: object, info: ValidationInfo) -> dict[str, Scalar]:
     env = environment(info)
-    names = env.coordinates or ()
+    names = env.names.coordinates or ()
     return read_mapping(
         raw,
         lambda name, value: env.read(value, None),
@@ -82,7 +82,7 @@ def _read_event(raw: object, info: ValidationInfo) -> Expression:
     sides = text.replace("==", "=").split("=")
     if len(sides) > 2:
         raise ValueProblem(f"read {shown(raw)}: {len(sides)} sides, expected one equation")
-    variables = None if env.coordinates is None else of_the_state(env)
+    variables = None if env.names.coordinates is None else of_the_state(env)
     read = [env.symbolic(side, None, variables) for side in (sides if len(sides) == 2 else [raw])]
     whole = (
         read[0]
@@ -152,7 +152,7 @@ class Orbit(Sampling):
     @classmethod
     def _stranger(cls, key: str, raw: Mapping[str, Any], env: Environment) -> ValueProblem:
         """The problem of another key; a value at t = 0, such as `x0`, belongs inside `initial`."""
-        names = env.coordinates or ()
+        names = env.names.coordinates or ()
         name = variable_called(key, (*names, *map(momentum, names), *map(velocity, names)))
         if name in (None, key) or raw.get("initial") is not None:
             return super()._stranger(key, raw, env)

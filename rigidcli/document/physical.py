@@ -42,7 +42,7 @@ class Physical:
         other = Physical(sections, self.arithmetic)
         if self.body is not None and other.body is self.body:
             for name in ("properties", "inertia", *(("body_top",) if sections["top"] else ())):
-                other.__dict__[name] = getattr(self, name)
+                setattr(other, name, getattr(self, name))
         return other
 
     @np.errstate(over="ignore", invalid="ignore")

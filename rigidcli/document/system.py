@@ -43,7 +43,7 @@ HIGHEST_DERIVATIVE = 3
 
 def _read_coordinates(raw: object, info: ValidationInfo) -> tuple[str, ...]:
     names = read_new_names(raw, info, MOST_COORDINATES, "coordinates", derived_names)
-    environment(info).coordinates = names
+    environment(info).names.coordinates = names
     return names
 
 
@@ -68,11 +68,11 @@ class SystemExpression(Reader):
     def read(self, raw: object, info: ValidationInfo) -> Expression:
         """The expression, in which names stay names."""
         env = environment(info)
-        if env.coordinates is None:
+        if env.names.coordinates is None:
             return env.symbolic(raw, self.dimension, None)
         named = {"velocities": velocity, "momenta": momentum}
-        further = (named[kind](name) for kind in self.besides for name in env.coordinates)
-        expression = env.symbolic(raw, self.dimension, (*env.coordinates, *further, "t"))
+        further = (named[kind](name) for kind in self.besides for name in env.names.coordinates)
+        expression = env.symbolic(raw, self.dimension, (*env.names.coordinates, *further, "t"))
         if self.sign is not None:
             value = env.value(expression)
             if value is not None and (value < 0 or (value == 0 and self.sign == "positive")):
@@ -92,7 +92,7 @@ RotationalInertia: TypeAlias = Annotated[Expression, SystemExpression(MOMENT_OF_
 
 def _read_forces(raw: object, info: ValidationInfo) -> dict[str, Expression]:
     """Generalized forces by their coordinates."""
-    names = environment(info).coordinates
+    names = environment(info).names.coordinates
     return read_mapping(
         raw, lambda name, value: _FORCE.read(value, info), example="{x: -c*xdot}", names=names
     )
@@ -184,7 +184,7 @@ def _read_functions(raw: object, info: ValidationInfo) -> tuple[UnknownFunction,
                 yield ValueProblem(message, path=(spelling[name],))
 
     functions = read_mapping(raw, read, example="{V: [x]}", besides=twice)
-    env.functions = slopes
+    env.names.functions = slopes
     return tuple(functions.values())
 
 

@@ -79,17 +79,17 @@ def take(env: Environment, meanings: Mapping[str, str]) -> None:
 
     Raises ValueProblem for a name that means something else already.
     """
-    taken = {"H": "the Hamiltonian", **env.meanings}
+    taken = {"H": "the Hamiltonian", **env.names.meanings}
     for place, (name, meaning) in enumerate(meanings.items()):
         if name in taken and place:
             raise ValueProblem(f"`{name}` would be {meaning}, and {taken[name]}")
         if name in taken:
             raise ValueProblem(f"`{name}` is {taken[name]}, expected another name")
     for name in meanings.keys() & env.declared.keys():
-        env.faults[name] = ValueProblem(
+        env.log.faults[name] = ValueProblem(
             f"`{name}` is {meanings[name]}, expected another name for a parameter"
         )
-    env.meanings |= meanings
+    env.names.meanings |= meanings
 
 
 STEADY = "steady"
@@ -121,7 +121,7 @@ def _read_equilibrium(raw: object, info: ValidationInfo) -> Equilibrium:
     Raises ValueProblem, or ValidationError with all problems.
     """
     env = environment(info)
-    names = env.coordinates or ()
+    names = env.names.coordinates or ()
     given: Any = dict(raw) if isinstance(raw, Mapping) else {}
     meant = {key: name for name, key in read_names(given)[0].items()}
     of_momenta = {momentum(name): name for name in names}
@@ -163,7 +163,7 @@ def _read_equilibrium(raw: object, info: ValidationInfo) -> Equilibrium:
         given["find"] if is_sought else given,
         lambda name, value: env.symbolic(value),
         example="{theta: 0}, {theta: 1, phi: steady}, or near it {find: {theta: 3}}",
-        names=env.coordinates,
+        names=env.names.coordinates,
         needed=kept,
         below=("find",) if is_sought else (),
     )
@@ -184,7 +184,7 @@ EQUILIBRIUM = ReadBy(
 
 
 def _read_new_variables(raw: object, info: ValidationInfo) -> tuple[str, ...]:
-    count = 2 * len(environment(info).coordinates or ())
+    count = 2 * len(environment(info).names.coordinates or ())
     names = read_new_names(raw, info, MOST_ENTRIES, "new variables", lambda name: {})
     if len(names) % 2:
         hint = "new coordinates first, then their momenta in the same order, as in [Q1, Q2, P1, P2]"
@@ -199,7 +199,7 @@ def _read_side(raw: object, info: ValidationInfo) -> dict[str, Expression]:
     """The variables of one side as expressions in those of the other; the name of the field is the side."""
     env = environment(info)
     new: tuple[str, ...] | None = info.data.get("new_variables")
-    coordinates = env.coordinates
+    coordinates = env.names.coordinates
     old = None if coordinates is None else (*coordinates, *map(momentum, coordinates))
     side, other = (new, old) if info.field_name == "new" else (old, new)
 
@@ -217,10 +217,10 @@ def _read_side(raw: object, info: ValidationInfo) -> dict[str, Expression]:
 def _read_generating(raw: object, info: ValidationInfo) -> Expression:
     """A generating function of half of the old variables, half of the new ones, and t."""
     env, new = environment(info), info.data.get("new_variables")
-    if env.coordinates is None or new is None:
+    if env.names.coordinates is None or new is None:
         return env.symbolic(raw, None, None)
     half, kind = len(new) // 2, str(info.field_name)
-    old = env.coordinates if kind in ("F1", "F2") else tuple(map(momentum, env.coordinates))
+    old = env.names.coordinates if kind in ("F1", "F2") else tuple(map(momentum, env.names.coordinates))
     variables = (*old, *(new[:half] if kind in ("F1", "F3") else new[half:]))
     try:
         return env.symbolic(raw, None, (*variables, "t"))
@@ -262,7 +262,7 @@ class Transform(Section):
     def _stranger(cls, key: str, raw: Mapping[str, Any], env: Environment) -> ValueProblem:
         problem = super()._stranger(key, raw, env)
         if "known keys" in (problem.hint or "") and not isinstance(raw[key], dict | list):
-            names = env.coordinates or ()
+            names = env.names.coordinates or ()
             side = "old" if key in (*names, *map(momentum, names)) else "new"
             return ValueProblem(f"belongs inside `{side}`", hint=f"write `{side}: {{{key}: {raw[key]}}}`")
         return problem

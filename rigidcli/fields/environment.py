@@ -81,18 +81,41 @@ class Parameter:
 
 
 @dataclass
+class Names:
+    """The names of the system in the document: the `coordinates`, once they are read without a problem, what
+    each name means in words, and the unknown functions and their derivatives."""
+
+    coordinates: tuple[str, ...] | None = None
+    meanings: dict[str, str] = field(default_factory=dict)
+    functions: Mapping[str, UnknownFunction] = field(default_factory=dict)
+
+
+@dataclass
+class Log:
+    """What was noticed while a document was read: notes for the user, the files that it names, and `faults`,
+    the problems of parameters that show in other parts of the document."""
+
+    notes: list[str] = field(default_factory=list)
+    faults: dict[str, ValueProblem] = field(default_factory=dict)
+    files: list[pathlib.Path] = field(default_factory=list)
+
+    def note(self, *notes: str) -> None:
+        """Add notes, each once."""
+        self.notes += [note for note in dict.fromkeys(notes) if note not in self.notes]
+
+
+@dataclass
 class Environment:
-    """Parameters by name, the arithmetic to use, and what was noticed while numbers were read."""
+    """What the numbers of a document are read with: the parameters and the arithmetic; `names` and a `log`.
+
+    `places` returns the sections that have a key, "" being the top of the document. Exact results may be
+    wanted while numbers are floats. Names of files are relative to the `folder`.
+    """
 
     arithmetic: Arithmetic = FLOAT
     folder: str = ""
-    """The folder to which names of files are relative."""
     exact_results: bool = False
-    """Whether exact results are wanted, be numbers read as floats or not."""
-    top_keys: Sequence[str] = ()
-    """The keys that may stand at the top of the document."""
-    sections_with: Callable[[], Mapping[str, Sequence[str]]] = dict
-    """Returns the sections at the top of the document by the keys that they have."""
+    places: Callable[[], Mapping[str, Sequence[str]]] = dict
     declared: dict[str, Parameter] = field(default_factory=dict)
     """The parameters, each after those that it uses."""
     nameless: set[str] = field(default_factory=set)
@@ -101,28 +124,18 @@ class Environment:
     """The parameters that something uses."""
     positive: set[str] = field(default_factory=set)
     """The symbols in places where only a positive number makes sense."""
-    faults: dict[str, ValueProblem] = field(default_factory=dict)
-    """The problems of parameters that show in other parts of the document."""
-    coordinates: tuple[str, ...] | None = None
-    """The coordinates of the system, once they are read without a problem."""
-    meanings: dict[str, str] = field(default_factory=dict)
-    """What each name of the system means, in words."""
-    functions: Mapping[str, UnknownFunction] = field(default_factory=dict)
-    """The unknown functions of the system and their derivatives, by name."""
-    notes: list[str] = field(default_factory=list)
-    files: list[pathlib.Path] = field(default_factory=list)
-    """The files that the document names."""
+    names: Names = field(default_factory=Names)
+    log: Log = field(default_factory=Log)
 
     def copied(self) -> Environment:
-        """The same environment, in which more of a document may be read without a trace in this one."""
-        return replace(
-            self, used={*self.used}, faults={**self.faults}, notes=[*self.notes], files=[*self.files]
-        )
+        """A copy, so that reading more does not change this one."""
+        log = Log([*self.log.notes], {**self.log.faults}, [*self.log.files])
+        return replace(self, used={*self.used}, log=log)
 
     def file(self, name: str) -> pathlib.Path:
         """The path of a file that the document names, which is taken note of."""
         path = pathlib.Path(self.folder, name)
-        self.files.append(path)
+        self.log.files.append(path)
         return path
 
     def typed(
@@ -146,7 +159,9 @@ class Environment:
         if amount is not None:
             return amount
         words = words_of((*self.declared, *variables))
-        expression = parse(raw, self.functions, words, lambda each: self._fits(each, dimension, variables))
+        expression = parse(
+            raw, self.names.functions, words, lambda each: self._fits(each, dimension, variables)
+        )
         unknown = expression.names.difference(self.declared, variables)
         cure = quantity_meant(raw) if unknown else None
         if cure is not None and self.declared.keys().isdisjoint(cure.partition(" ")[2].split("^")):
@@ -177,7 +192,7 @@ class Environment:
         written = split_quantity(text)
         if written is None:
             return None
-        names = _names_in(written.unit, tuple(self.functions.values()))
+        names = _names_in(written.unit, tuple(self.names.functions.values()))
         others = frozenset[str]() if names is None else names.difference(self.declared, variables)
         # A name that is neither declared nor a unit is misspelt; the others say which one is meant.
         if names is not None and (not others or others != names) and not (names and all(map(is_unit, names))):
@@ -198,8 +213,7 @@ class Environment:
         note = f"{shown(f'{digits} {letters}')} has a unit; for the parameter write `{digits}*{letters}`"
         if touches:
             note = f"{shown(digits + letters)} is a product; for the unit write `{digits} {letters}`"
-        if note not in self.notes:
-            self.notes.append(note)
+        self.log.note(note)
         return None if touches else Amount(digits, unit)
 
     def read(self, raw: object, dimension: Dimension | None) -> Any:
@@ -305,7 +319,7 @@ class Environment:
             return False
         symbols = frozenset[str]().union(*(self.declared[name].symbols for name in names))
         for symbol in symbols:
-            self.faults[symbol] = ValueProblem("missing: a number in the document needs its value")
+            self.log.faults[symbol] = ValueProblem("missing: a number in the document needs its value")
         return bool(symbols)
 
     def _use(self, names: Iterable[str], variables: tuple[str, ...] = ()) -> None:
@@ -327,12 +341,12 @@ class Environment:
 
     def _undeclared(self, names: list[str], variables: tuple[str, ...]) -> ValueProblem:
         for name in names:
-            if name in self.functions:
+            if name in self.names.functions:
                 return ExpressionError(f"`{name}` is a function, and needs its argument: `{name}(...)`")
-            if variables and name in self.meanings:
+            if variables and name in self.names.meanings:
                 hint = f"variables here: {', '.join(variables)}"
                 return ExpressionError(
-                    f"`{name}` is {self.meanings[name]}, which cannot stand here", hint=hint
+                    f"`{name}` is {self.names.meanings[name]}, which cannot stand here", hint=hint
                 )
         spelled = {name: meant for name in names if (meant := variable_called(name, variables))}
         near = spelled.get(names[0])

@@ -74,7 +74,7 @@ class Quantity(Reader):
         value: Scalar = env.read(raw, self.dimension)
         is_bare = self.dimension == ANGLE and isinstance(raw, int | float | Decimal)
         if is_bare and abs(float(str(raw))) > FULL_TURN:
-            env.notes.append(f"an angle of {raw} rad is beyond a full turn; {raw} deg meant?")
+            env.log.note(f"an angle of {raw} rad is beyond a full turn; {raw} deg meant?")
         limit = LIMITS.get(self.dimension, DEFAULT_LIMIT)
         if not env.arithmetic.exact and value and not 1 / limit <= abs(value) <= limit:
             raise ValueProblem(

@@ -38,7 +38,7 @@ _WITH_UNIT = re.compile(r"(\w+?)[ _]?[(\[ _]([^\W\d]\w*)[)\]]?")
 
 
 class Section(BaseModel):
-    """A mapping of the document: unknown keys and wrong types are refused, and nothing changes later.
+    """A mapping of the document: unknown keys and wrong types are refused, and the fields do not change.
 
     `ONE_OF` and each of `AT_MOST_ONE_OF` name keys that exclude each other; of the former one must be given.
     A key of `NEEDS` makes sense only beside the other one. Validators are built for sections that are read.
@@ -148,9 +148,9 @@ class Section(BaseModel):
     @classmethod
     def _elsewhere(cls, key: str, raw: Mapping[str, Any], env: Environment) -> ValueProblem | None:
         """The problem of a key that belongs elsewhere in the document; None for others."""
-        if key in env.top_keys:
+        sections = env.places()
+        if "" in sections.get(key, ()):
             return ValueProblem("belongs at the top of the document")
-        sections = env.sections_with()
         own = set.intersection(*({*sections.get(name, ())} for name in cls.model_fields))
         names = [name for name in sections.get(key, ()) if name != "frame"]  # any rotation has its keys
         if not names or not own.isdisjoint(names):
@@ -177,6 +177,11 @@ class Section(BaseModel):
         """The key of the section for which `word` stands, if there is one that `raw` does not give."""
         free = (key for key in keys_called(word) if key in cls.model_fields and raw.get(key) is None)
         return next(free, None)
+
+    def keep(self, **values: object) -> None:
+        """Keep values beside the fields, as a cached property does."""
+        # A private attribute of pydantic takes ten times as long to look up.
+        self.__dict__.update(values)
 
 
 def optional(words: str, default: Any = None) -> Any:
