@@ -14,7 +14,7 @@ from rigidcli.bodies.charts import Spot
 from rigidcli.core.arithmetic import FLOAT, Arithmetic, Array, Floats
 from rigidcli.errors import ExpressionError, ValueProblem
 from rigidcli.fields.dimensions import DENSITY
-from rigidcli.fields.environment import Formula
+from rigidcli.fields.environment import BoundExpression
 from rigidcli.fields.quantities import Quantity
 from rigidcli.fields.section import environment
 from rigidcli.language.expression import array
@@ -44,7 +44,7 @@ class Density(Quantity):
     """Marks a field as a density: a number with a dimension, or an expression in `VARIABLES`."""
 
     def read(self, raw: object, info: ValidationInfo) -> Any:
-        """The SI value, or a `Formula` where it varies over the shape. A parameter hides a variable."""
+        """The SI value, or an expression where it varies over the shape. A parameter hides a variable."""
         env = environment(info)
         assert self.dimension is not None
         variables = tuple(name for name in VARIABLES if name not in env.declared)
@@ -64,7 +64,7 @@ class Density(Quantity):
         return formula
 
 
-def _scale(formula: Formula) -> set[str]:
+def _scale(formula: BoundExpression) -> set[str]:
     """The symbol that is positive, as in all trials of a density: its one factor of either sign."""
     from rigidcli.algebra.expressions import expr, symbol
     from rigidcli.algebra.fractions import factors
@@ -95,12 +95,12 @@ def places(
     return at
 
 
-def values(node: Node, formula: Formula, at: Mapping[str, Floats]) -> Floats:
+def values(node: Node, formula: BoundExpression, at: Mapping[str, Floats]) -> Floats:
     """The values (n) of a part of a formula; infinite or NaN where there are none."""
     return np.broadcast_to(array(node, {**at, **formula.constants}), at["x"].shape)
 
 
-def at_points(formula: Formula, points: Floats) -> Floats:
+def at_points(formula: BoundExpression, points: Floats) -> Floats:
     """The density (n) at points (3 by n, m); infinite or NaN where there is none."""
     x, y, z = points
     return values(formula.expression.root, formula, places(Spot(x, y, z, 1), (0, 0, 0)))

@@ -25,7 +25,7 @@ from rigidcli.core import tensor
 from rigidcli.core.arithmetic import Arithmetic, Scalar
 from rigidcli.core.mass_properties import MassProperties
 from rigidcli.errors import ComputationError, ExpressionError
-from rigidcli.fields.environment import Formula
+from rigidcli.fields.environment import BoundExpression
 
 MAX_STEPS = 400_000
 """Steps in multiplying out all ten integrands: about two seconds."""
@@ -40,7 +40,7 @@ Factors: TypeAlias = Sequence[tuple[Atom, Rational]]
 """A product of powers of atoms."""
 
 
-def exact_properties(formula: Formula, charts: Sequence[Chart], n: Arithmetic) -> MassProperties:
+def exact_properties(formula: BoundExpression, charts: Sequence[Chart], n: Arithmetic) -> MassProperties:
     """Mass, centre of mass and tensor.
 
     Raises ComputationError where there is no closed form, and ValueProblem for a mass that is not positive.
@@ -60,7 +60,7 @@ def exact_properties(formula: Formula, charts: Sequence[Chart], n: Arithmetic) -
 
 
 def placed(
-    density: Formula | Scalar, chart: Chart, symbols: Sequence[Any]
+    density: BoundExpression | Scalar, chart: Chart, symbols: Sequence[Any]
 ) -> tuple[Sequence[Expr], Expr, Expr]:
     """A place (x, y, z) in the coordinates of a chart, the density there, and the measure.
 
@@ -70,13 +70,13 @@ def placed(
     spot = Spot(*(None if part is None else expr(part) for part in chart.place(*symbols)))
     at = places(spot, chart.origin, hypot=lambda a, b: power(a**2 + b**2, Fraction(1, 2)))
     place = [at[name] for name in "xyz"]
-    if not isinstance(density, Formula):
+    if not isinstance(density, BoundExpression):
         return place, expr(density), spot.measure
     constants = {name: expr(value) for name, value in density.constants.items()}
     return place, from_tree(density.expression.root, {**at, **constants}), spot.measure
 
 
-def _moments(formula: Formula, chart: Chart, allowance: Allowance) -> Iterator[Expr]:
+def _moments(formula: BoundExpression, chart: Chart, allowance: Allowance) -> Iterator[Expr]:
     """The integrals (10) of the density times products of 1, x, y, z.
 
     The coordinates have names that no document can give. Raises ExpressionError where a term has no integral.

@@ -27,7 +27,7 @@ from rigidcli.core import tensor
 from rigidcli.core.arithmetic import EPS, FLOAT, Arithmetic, Floats, Mask
 from rigidcli.core.mass_properties import MassProperties
 from rigidcli.errors import ComputationError
-from rigidcli.fields.environment import Formula
+from rigidcli.fields.environment import BoundExpression
 from rigidcli.language import tree
 from rigidcli.language.expression import array
 
@@ -72,7 +72,7 @@ WORST = 1e-4
 
 
 def integrated(
-    density: Formula, charts: Sequence[Chart], geometry: Any, unit: str, n: Arithmetic
+    density: BoundExpression, charts: Sequence[Chart], geometry: Any, unit: str, n: Arithmetic
 ) -> MassProperties:
     """Mass properties of a shape with a density that varies, in the `unit` of messages.
 
@@ -114,7 +114,9 @@ def _properties(
     )
 
 
-def of_mesh(formula: Formula, mesh: Checked, unit: float, contains: Callable[..., Mask]) -> MassProperties:
+def of_mesh(
+    formula: BoundExpression, mesh: Checked, unit: float, contains: Callable[..., Mask]
+) -> MassProperties:
     """Mass properties of a mesh with a density that varies, along the axes of its file, in a `unit` (m).
 
     Each triangle and a central point are the corners of a tetrahedron, whose volume is negative where the
@@ -169,7 +171,7 @@ def of_mesh(formula: Formula, mesh: Checked, unit: float, contains: Callable[...
     return _properties([(moments[FIRST, SECOND], error)], apex * unit, np.zeros(3), size)
 
 
-def degree_of(formula: Formula, r: int | None = None, s: int | None = None) -> int | None:
+def degree_of(formula: BoundExpression, r: int | None = None, s: int | None = None) -> int | None:
     """The degree of a density as a polynomial in the place; None where it is none.
 
     `r` and `s` are the degrees of these distances; of one that has none, even powers have a degree.
@@ -224,7 +226,7 @@ class Part:
     Along the others the density stays the same, and a rule with a few nodes is exact for its moments.
     """
 
-    def __init__(self, formula: Formula, chart: Chart, unit: str) -> None:
+    def __init__(self, formula: BoundExpression, chart: Chart, unit: str) -> None:
         self.formula, self.chart, self.unit, self.least = formula, chart, unit, -np.inf
         self.root = formula.expression.root
         self.names = tree.names_in(self.root)

@@ -21,7 +21,7 @@ from rigidcli.bodies.meshes import Mesh
 from rigidcli.bodies.shape import DRAWN_IN, Lamina, NoValueError, Region, Shape, floats
 from rigidcli.core.arithmetic import FLOAT, Arithmetic, Array, Floats, Mask, Scalar
 from rigidcli.errors import Path, ValueProblem
-from rigidcli.fields.environment import Formula
+from rigidcli.fields.environment import BoundExpression
 
 MOST_COMPARED = 100
 """The most shapes of a composite that are compared with each other, which takes a tenth of a second."""
@@ -67,7 +67,7 @@ class Leaf:
     def density(self, n: Arithmetic) -> Any:
         """The density: a number, or a formula where it varies."""
         form = self.region
-        return form.density if isinstance(form.density, Formula) else form.mean_density(n)
+        return form.density if isinstance(form.density, BoundExpression) else form.mean_density(n)
 
     def in_floats(self, n: Arithmetic) -> Leaf | None:
         """The leaf with floats for all of its numbers; None when one of them has no value."""
@@ -96,7 +96,7 @@ class Leaf:
     def density_at(self, points: Floats, inside: Mask) -> Floats:
         """The density at the points that are inside, and zero at the others."""
         density = self.density(FLOAT)
-        if not isinstance(density, Formula):
+        if not isinstance(density, BoundExpression):
             return np.where(inside, density, 0.0)
         local = self.rotation.T @ (points - self.displacement[:, None])
         return np.where(inside, at_points(density, np.where(inside, local, np.nan)), 0.0)
@@ -166,7 +166,7 @@ def densities_round(bare: Sequence[Leaf], leaves: Sequence[Leaf], n: Arithmetic)
 
 def _are_alike(densities: Sequence[Any], n: Arithmetic) -> bool:
     """Whether there is one density, which does not vary."""
-    if not densities or any(isinstance(density, Formula) for density in densities):
+    if not densities or any(isinstance(density, BoundExpression) for density in densities):
         return False
     return all(n.sign(n.tidied(density - densities[0])) == 0 for density in densities)
 

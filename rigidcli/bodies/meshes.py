@@ -17,7 +17,7 @@ from rigidcli.core import mass_properties, tensor
 from rigidcli.core.arithmetic import FLOAT, Arithmetic, Array, Floats, Mask, Scalar
 from rigidcli.errors import ComputationError, at
 from rigidcli.fields.dimensions import DENSITY
-from rigidcli.fields.environment import Formula
+from rigidcli.fields.environment import BoundExpression
 from rigidcli.fields.quantities import Mass, Scale
 from rigidcli.fields.readers import FileName
 from rigidcli.fields.section import environment
@@ -59,7 +59,7 @@ class Mesh(Form):
         default=None, description="The unit of the file's coordinates; 1 m if not given"
     )
     mass: Mass | None = Field(default=None, description="The mass of all of it; or give `density`")
-    density: Annotated[Scalar | Formula, Density(DENSITY, "positive")] | None = Field(
+    density: Annotated[Scalar | BoundExpression, Density(DENSITY, "positive")] | None = Field(
         default=None, description="A number (kg/m^3), or an expression in x, y, z, r, s of the file"
     )
     anchor: Literal["com"] | None = Field(
@@ -134,7 +134,11 @@ class Mesh(Form):
         """The density as given, or as it follows from the mass."""
         if self.density is None:
             return (self.mass or 0) / self.volume
-        return (self.local(n).mass or 0) / self.volume if isinstance(self.density, Formula) else self.density
+        return (
+            (self.local(n).mass or 0) / self.volume
+            if isinstance(self.density, BoundExpression)
+            else self.density
+        )
 
     def pivot(self, arithmetic: Arithmetic) -> Array:
         """The point that is put at `position`: the origin of the file, or the centre of mass."""
@@ -147,7 +151,7 @@ class Mesh(Form):
                 f"a mesh has no exact results: {self.mesh.name}",
                 hint="leave out `--exact` and give every parameter a value",
             )
-        if isinstance(self.density, Formula):
+        if isinstance(self.density, BoundExpression):
             return self._of_field
         surface, unit = self.checked.surface, self.unit
         mass = self.mass if self.mass is not None else self.mean_density(FLOAT) * self.volume
@@ -164,7 +168,7 @@ class Mesh(Form):
         """`local` for a density that varies; the integrals are taken once."""
         from rigidcli.bodies.density_integrals import of_mesh
 
-        assert isinstance(self.density, Formula)
+        assert isinstance(self.density, BoundExpression)
         return of_mesh(self.density, self.checked, self.unit, self.contains)
 
     def report(self) -> dict[str, Any]:

@@ -22,7 +22,7 @@ from rigidcli.core import mass_properties, tensor
 from rigidcli.core.arithmetic import FLOAT, Arithmetic, Array, Floats, Mask, Scalar
 from rigidcli.errors import ValueProblem, did_you_mean, with_article
 from rigidcli.fields.dimensions import AREA_DENSITY, DENSITY, LINE_DENSITY
-from rigidcli.fields.environment import Formula
+from rigidcli.fields.environment import BoundExpression
 from rigidcli.fields.quantities import Mass
 from rigidcli.fields.section import Section, environment
 from rigidcli.fields.units import split_quantity
@@ -75,8 +75,8 @@ def floats(value: Any, n: Arithmetic) -> Any:
         return {key: floats(item, n) for key, item in value.items()}
     if isinstance(value, list | tuple):
         return tuple(floats(item, n) for item in value)
-    if isinstance(value, Formula):
-        return Formula(value.expression, floats(value.constants, n))
+    if isinstance(value, BoundExpression):
+        return BoundExpression(value.expression, floats(value.constants, n))
     if value is None or isinstance(value, str | bool | Section):
         return value
     if (number := n.value(value)) is None:
@@ -139,7 +139,7 @@ class Shape(Form):
     primitive: ClassVar[Callable[..., Figure]]
 
     mass: Mass | None = Field(default=None, description="The mass of all of it; or give `density`")
-    density: Scalar | Formula | None = None
+    density: Scalar | BoundExpression | None = None
     anchor: str | None = Field(
         default=None, description="The point that is put at `position`: `com`, or another of the shape"
     )
@@ -232,7 +232,7 @@ class Shape(Form):
         if self.anchor is None:
             return arithmetic.array([0, 0, 0])
         if self.anchor == "com":
-            varies = isinstance(self.density, Formula)
+            varies = isinstance(self.density, BoundExpression)
             return arithmetic.array(
                 self.local(arithmetic).com if varies else self.geometry(arithmetic).centre
             )
@@ -248,13 +248,13 @@ class Shape(Form):
         """The density as given, or as it follows from the mass."""
         if self.mass is not None:
             return self.mass / self.geometry(n).measure
-        if isinstance(self.density, Formula):
+        if isinstance(self.density, BoundExpression):
             return (self.local(n).mass or 0) / self.geometry(n).measure
         return self.density or 0
 
     def local(self, arithmetic: Arithmetic) -> mass_properties.MassProperties:
         """Mass properties in the shape's own axes and from its natural origin."""
-        if isinstance(self.density, Formula):
+        if isinstance(self.density, BoundExpression):
             return self._of_field(self.density, arithmetic)
         measure, centre, second = self.geometry(arithmetic)
         mass = self.mass if self.mass is not None else self.mean_density(arithmetic) * measure
@@ -265,7 +265,7 @@ class Shape(Form):
             inertia = tensor.Inertia.of_sums(mass, centre, mass * second)
         return mass_properties.MassProperties(mass, centre, inertia, tensor.misplaced(centre))
 
-    def _of_field(self, density: Formula, n: Arithmetic) -> mass_properties.MassProperties:
+    def _of_field(self, density: BoundExpression, n: Arithmetic) -> mass_properties.MassProperties:
         """The same for a density that varies; the integrals are taken once."""
         if self._integrated is None:
             from rigidcli.bodies.density_integrals import integrated, looked_at
@@ -356,7 +356,7 @@ def section(
     """The section of a primitive: the dimensions are its parameters after the first."""
     _, *parameters = inspect.signature(primitive).parameters.values()
     fields: dict[str, Any] = {one.name: (one.annotation, ...) for one in parameters}
-    density = Annotated[Scalar | Formula, Density(kind.PER, "positive")] | None
+    density = Annotated[Scalar | BoundExpression, Density(kind.PER, "positive")] | None
     fields["density"] = density, Field(default=None, description=SAID)
     title = primitive.__name__.title().replace("_", "")
     made = cast("type[Shape]", create_model(title, __base__=kind, __doc__=primitive.__doc__, **fields))

@@ -32,7 +32,7 @@ from rigidcli.errors import (
     at,
     shown,
 )
-from rigidcli.fields.environment import Environment, Formula, arithmetic_for
+from rigidcli.fields.environment import BoundExpression, Environment, arithmetic_for
 from rigidcli.fields.section import Section
 from rigidcli.fields.texts import STDIN, read_text
 from rigidcli.fields.words import keys_called, with_colon
@@ -197,7 +197,8 @@ def read(draft: Draft, swept: Sequence[str] = ()) -> Document:
         raise DocumentError([given.problem(_no_mapping(given.tree))])
     exact = given.exact or given.has_symbols
     if swept and not exact:
-        return _document(given, exact, rest=_without(draft, *(text.partition("=")[0] for text in swept)))
+        rest = _without(draft, *(text.partition("=")[0] for text in swept))
+        return _document(given, exact) if rest is None else _at_point(given, rest)
     positive: frozenset[str] = frozenset()
     while True:
         document = _document(given, exact, positive)
@@ -246,32 +247,43 @@ def _no_mapping(tree: object) -> ValueProblem:
 
 
 def _document(
-    draft: Draft,
-    exact: bool,
-    positive: frozenset[str] = frozenset(),
-    *,
-    is_physical: bool = True,
-    rest: Document | None = None,
+    draft: Draft, exact: bool, positive: frozenset[str] = frozenset(), *, is_physical: bool = True
 ) -> Document:
     """The document of a draft, in which the symbols in `positive` are assumed to be positive.
 
-    If `is_physical`, a body or a top that cannot exist is refused. Sections of the `rest` are taken as they
-    are, and not read again. Raises DocumentError with all problems.
+    If `is_physical`, a body or a top that cannot exist is refused. Raises DocumentError with all problems.
     """
     tree, problems = _with_strays(draft.tree)
-    if rest is None:
-        # A system alone keeps its expressions symbolic, and its numbers are floats.
-        others = all(tree.get(key) is None for key in ("body", "top", "tide"))
-        n = arithmetic_for(exact and not (others and tree.get("system") is not None))
-        env = Environment(n, folder=draft.folder, exact_results=exact, places=places, positive={*positive})
-        others_called = (key for key in tree if key not in KEYS and "parameters" in keys_called(key))
-        if (parameters := tree.get("parameters", tree.get(next(others_called, "")))) is not None:
-            torque = isinstance(motion := tree.get("motion"), dict) and motion.get("torque") is not None
-            has_time = torque or any(tree.get(key) is not None for key in ("system", "orbit", "transform"))
-            problems += read_parameters(env, parameters, has_time=has_time)
-    else:
-        env = rest.reading.environment.copied()
-        tree = tree | {key: section for key, section in vars(rest).items() if isinstance(section, Section)}
+    # A system alone keeps its expressions symbolic, and its numbers are floats.
+    is_system = tree.get("system") is not None and all(
+        tree.get(key) is None for key in ("body", "top", "tide")
+    )
+    n = arithmetic_for(exact and not is_system)
+    env = Environment(n, folder=draft.folder, exact_results=exact, places=places, positive={*positive})
+    others_called = (key for key in tree if key not in KEYS and "parameters" in keys_called(key))
+    if (parameters := tree.get("parameters", tree.get(next(others_called, "")))) is not None:
+        torque = isinstance(motion := tree.get("motion"), dict) and motion.get("torque") is not None
+        has_time = torque or any(tree.get(key) is not None for key in ("system", "orbit", "transform"))
+        problems += read_parameters(env, parameters, has_time=has_time)
+    return _validated(draft, tree, env, problems, is_physical=is_physical)
+
+
+def _at_point(draft: Draft, rest: Document) -> Document:
+    """The document at a point of a sweep: the sections of the `rest` are taken as they are."""
+    sections = {key: section for key, section in vars(rest).items() if isinstance(section, Section)}
+    return _validated(draft, draft.tree | sections, rest.reading.environment.copied(), [], rest)
+
+
+def _validated(
+    draft: Draft,
+    tree: Mapping[str, Any],
+    env: Environment,
+    problems: list[ValueProblem],
+    rest: Document | None = None,
+    *,
+    is_physical: bool = True,
+) -> Document:
+    """The document of a tree. Raises DocumentError with the `problems` so far and all further ones."""
     try:
         document = Document.model_validate(tree, context=env)
         document.came_from(Reading(draft, env), rest)
@@ -285,18 +297,23 @@ def _document(
         problems.append(problem)
     problems += [fault.below("parameters", name) for name, fault in sorted(env.log.faults.items())]
     if problems:
-        placed = [draft.problem(problem) for problem in problems if problem.code != UNSETTLED]
-        first = {problem.key: -place for place, problem in enumerate(reversed(placed))}
-        is_file = draft.form is not None  # what is wrong in a file comes before what is not set beside it
-
-        def place(problem: Problem) -> tuple[bool, int, int]:
-            return is_file and bool(problem.key), problem.line or 0, first[problem.key]
-
-        raise DocumentError(sorted(placed, key=place))
+        raise _refusal(draft, problems)
     if document.orbit is not None and document.system is not None and document.orbit.ensemble is None:
         env.log.note(*document.orbit.degrees_meant(document.system, draft.tree["orbit"]["initial"]))
     env.log.note(*(f"parameter `{name}` is not used" for name in (document.unused if is_physical else ())))
     return document
+
+
+def _refusal(draft: Draft, problems: Sequence[ValueProblem]) -> DocumentError:
+    """The error with these problems in the order of their lines; those of one key stay together."""
+    placed = [draft.problem(problem) for problem in problems if problem.code != UNSETTLED]
+    first = {problem.key: -place for place, problem in enumerate(reversed(placed))}
+    is_file = draft.form is not None  # what is wrong in a file comes before what is not set beside it
+
+    def place(problem: Problem) -> tuple[bool, int, int]:
+        return is_file and bool(problem.key), problem.line or 0, first[problem.key]
+
+    return DocumentError(sorted(placed, key=place))
 
 
 def _with_strays(tree: dict[str, Any]) -> tuple[dict[str, Any], list[ValueProblem]]:
@@ -377,7 +394,7 @@ def tried(document: Document, draft: Draft, read: Callable[[Mapping[str, Any]], 
 
 def _require_physical(document: Document) -> None:
     """Raise ValueProblem for an impossible body or top; densities are sampled, and not integrated."""
-    varying = [shape for shape in _shapes(document.body) if isinstance(shape.density, Formula)]
+    varying = [shape for shape in _shapes(document.body) if isinstance(shape.density, BoundExpression)]
     for shape in varying:
         from rigidcli.bodies.density_integrals import looked_at
 

@@ -16,7 +16,7 @@ from rigidcli.core.arithmetic import Scalar
 from rigidcli.document.sampling import Ensemble, OrMany, Sampling
 from rigidcli.errors import ValueProblem, shown
 from rigidcli.fields.dimensions import ACCELERATION, ENERGY, GRAVITATIONAL_PARAMETER
-from rigidcli.fields.environment import Environment, Formula
+from rigidcli.fields.environment import BoundExpression, Environment
 from rigidcli.fields.quantities import (
     DEFAULT_LIMIT,
     AngularVelocity,
@@ -50,7 +50,7 @@ Here e3 is the third principal axis as `axes` prints it.
 """
 
 TorqueComponent = Annotated[
-    Formula,
+    BoundExpression,
     ReadBy(
         lambda raw, info: environment(info).formula(raw, ENERGY, tuple(VARIABLES)),
         {
@@ -66,10 +66,10 @@ class OwnTorque(Section):
     """A torque by its components, which stand under the only key of the section."""
 
     @property
-    def components(self) -> tuple[Formula, Formula, Formula]:
+    def components(self) -> tuple[BoundExpression, BoundExpression, BoundExpression]:
         """The three components, along the axes of the class."""
         (key,) = type(self).model_fields
-        components: tuple[Formula, Formula, Formula] = getattr(self, key)
+        components: tuple[BoundExpression, BoundExpression, BoundExpression] = getattr(self, key)
         return components
 
     @property

@@ -86,7 +86,7 @@ Dissipation: TypeAlias = Annotated[Expression, SystemExpression(POWER, ("velocit
 CartesianCoordinate: TypeAlias = Annotated[Expression, SystemExpression(LENGTH, ())]
 Turning: TypeAlias = Annotated[Expression, SystemExpression(ANGLE, ())]
 Angles: TypeAlias = Annotated[tuple[Turning, Turning, Turning], AsList]
-Inertia: TypeAlias = Annotated[Expression, SystemExpression(MASS, (), "positive")]
+PositiveMass: TypeAlias = Annotated[Expression, SystemExpression(MASS, (), "positive")]
 RotationalInertia: TypeAlias = Annotated[Expression, SystemExpression(MOMENT_OF_INERTIA, (), "nonnegative")]
 
 
@@ -246,7 +246,7 @@ class Particle(Section):
     }
     AT_MOST_ONE_OF: ClassVar = (("angle", "euler"),)
 
-    mass: Inertia | None = None
+    mass: PositiveMass | None = None
     position: Position | None = optional("One to three Cartesian coordinates, in an inertial frame")
     moment_of_inertia: RotationalInertia | None = optional(
         "Moment of inertia about the axis of the turn, or about that through the centre of mass"

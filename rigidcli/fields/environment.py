@@ -58,8 +58,8 @@ Typed: TypeAlias = float | int | Decimal | Amount | Expression
 
 
 @dataclass(frozen=True, slots=True)
-class Formula:
-    """An expression in variables, and the values of the parameters that it uses."""
+class BoundExpression:
+    """An expression in variables, with the values of the parameters in it."""
 
     expression: Expression
     constants: Mapping[str, Scalar]
@@ -183,30 +183,37 @@ class Environment:
     def _amount(self, text: str, dimension: Dimension | None, variables: tuple[str, ...]) -> Amount | None:
         """The number and the unit of a text such as `5 cm`; None for an expression.
 
-        In `2 a` and `2a` the letter may be a unit and a parameter. The dimension decides which. If both
-        fit, it is a unit after a blank, and else a parameter, which is noted. A variable is no unit.
-        Raises ValueProblem for other texts, and for a unit of another dimension.
+        What stands behind the number may be a unit, or names of the document:
+
+        | behind the number                     | read as                                              |
+        |---------------------------------------|------------------------------------------------------|
+        | no expression                         | a unit; an expression if it has names of the document |
+        | only names that are unknown           | a unit                                               |
+        | a name that is known and no unit      | an expression                                        |
+        | known names, a unit that does not fit | an expression                                        |
+        | known names, a unit that fits         | in `2 a` a unit, in `2a` a product, with a note;     |
+        |                                       | an expression if one is a variable                   |
+
+        Raises ValueProblem for what is read as a unit, and is none or does not fit.
         """
         if any(re.search(rf"(?<!\w){re.escape(key)}(?!\w)", text) for key in self.nameless):
             raise ValueProblem("it uses a parameter that is no name", code=UNSETTLED)
         written = split_quantity(text)
         if written is None:
             return None
-        names = _names_in(written.unit, tuple(self.names.functions.values()))
-        others = frozenset[str]() if names is None else names.difference(self.declared, variables)
-        # A name that is neither declared nor a unit is misspelt; the others say which one is meant.
-        if names is not None and (not others or others != names) and not (names and all(map(is_unit, names))):
+        digits, letters, touches = written
+        names = _names_in(letters, tuple(self.names.functions.values()))
+        known = {*variables, *self.declared}
+        unknown = frozenset[str]() if names is None else names - known
+        if names is not None and not (names and (unknown == names or all(map(is_unit, names)))):
             return None
         try:
-            unit = _unit(written.unit, dimension)
+            unit = _unit(letters, dimension)
         except ValueProblem:
-            # A text that is no expression is meant as one all the same if it has names of the document.
-            own = {*variables, *self.declared}.intersection(re.findall(r"[^\W\d]\w*", written.unit))
-            if own if names is None else not others:
-                return None
-            raise
-        digits, letters, touches = written
-        if names is None or others:
+            if unknown or (names is None and known.isdisjoint(re.findall(r"[^\W\d]\w*", letters))):
+                raise
+            return None
+        if names is None or unknown:
             return Amount(digits, unit)
         if not names.isdisjoint(variables):
             return None
@@ -280,7 +287,7 @@ class Environment:
             return None
         return self.arithmetic.value(self.worked(expression, None))
 
-    def formula(self, raw: object, dimension: Dimension, variables: tuple[str, ...]) -> Formula:
+    def formula(self, raw: object, dimension: Dimension, variables: tuple[str, ...]) -> BoundExpression:
         """A number, a quantity, or an expression in `variables` and the parameters. Raises ValueProblem."""
         typed = self.typed(raw, dimension, variables)
         names = typed.names if isinstance(typed, Expression) else frozenset[str]()
@@ -291,9 +298,9 @@ class Environment:
             )
         self._use(names - inside, variables)
         if not isinstance(typed, Expression) or not inside:
-            return Formula(parse("value"), {"value": self.worked(typed, dimension)})
+            return BoundExpression(parse("value"), {"value": self.worked(typed, dimension)})
         self._without_value(names - inside)
-        return Formula(typed, {name: self.declared[name].value for name in sorted(names - inside)})
+        return BoundExpression(typed, {name: self.declared[name].value for name in sorted(names - inside)})
 
     def names_in(self, raw: object, variables: tuple[str, ...] = ()) -> frozenset[str]:
         """The names that a value uses as it is written; `variables` are no units. Raises ValueProblem."""

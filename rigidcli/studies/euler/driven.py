@@ -19,7 +19,7 @@ from rigidcli.core.solution import Flow, Solution, digits
 from rigidcli.document.document import Document
 from rigidcli.document.motion import VARIABLES, SpaceTorque
 from rigidcli.errors import Path, RigidError, ValueProblem, at
-from rigidcli.fields.environment import Formula
+from rigidcli.fields.environment import BoundExpression
 from rigidcli.language import code
 from rigidcli.language.tree import ZERO, Name, Node, bound, number
 from rigidcli.mechanics import rigid_body
@@ -220,7 +220,7 @@ def _torque(problem: InitialValueProblem, moments: Floats, axes: Floats, turn: F
     return list(total + (rotation.turned(rotation.inverse(q), own) if in_space else axes.T @ own))
 
 
-def _bound(formula: Formula, values: dict[str, Node], path: Path) -> Node:
+def _bound(formula: BoundExpression, values: dict[str, Node], path: Path) -> Node:
     """The formula in the names of the state. Raises ValueProblem where a part of it has no value."""
     constants = {name: number(value) for name, value in formula.constants.items()}
     node = bound(formula.expression.root, values | constants)

@@ -15,7 +15,7 @@ from rigidcli.core import tensor
 from rigidcli.core.arithmetic import Arithmetic, Array, Scalar
 from rigidcli.core.mass_properties import MassProperties
 from rigidcli.document.document import Document
-from rigidcli.fields.environment import Formula
+from rigidcli.fields.environment import BoundExpression
 from rigidcli.report import NOISE, Column, Field, Step, Table, Value
 from rigidcli.studies.steps.writing import free_name
 
@@ -152,8 +152,10 @@ def _shape(body: Form, n: Arithmetic) -> Iterator[Step]:
     density = getattr(body, "density", None)
     if isinstance(body, Shape) and n.exact:
         for chart in body.maps(n)[:MOST_CHARTS]:
-            yield _in_coordinates(density if isinstance(density, Formula) else body.mean_density(n), chart, n)
-    if isinstance(density, Formula):
+            yield _in_coordinates(
+                density if isinstance(density, BoundExpression) else body.mean_density(n), chart, n
+            )
+    if isinstance(density, BoundExpression):
         yield _density(body, density, n)
     # I = M (tr C 1 - C) for the second moments M C, so that M C = (tr I / 2) 1 - I.
     second = n.tidy(own.tensor.trace() / 2 * n.array(np.eye(3, dtype=int)) - own.tensor)
@@ -190,7 +192,7 @@ MOST_CHARTS = 3
 """The most parts of a shape whose integrals are written out."""
 
 
-def _density(body: Form, density: Formula, n: Arithmetic) -> Step:
+def _density(body: Form, density: BoundExpression, n: Arithmetic) -> Step:
     """The step with the integrals of a density that varies."""
     own = body.local(n)
     fields = [Field("", own.mass, "integral of dm", "M", "kg")]
@@ -205,12 +207,12 @@ def _density(body: Form, density: Formula, n: Arithmetic) -> Step:
     return Step("Integrals of the density", sentence, tuple(fields))
 
 
-def _in_coordinates(density: Formula | Scalar, chart: Chart, n: Arithmetic) -> Step:
+def _in_coordinates(density: BoundExpression | Scalar, chart: Chart, n: Arithmetic) -> Step:
     """The step with the element of mass in the coordinates of a part of a shape."""
     from rigidcli.bodies.density_exact import placed  # only exact densities need it
 
     left, symbols, limits = [list(names) for names in COORDINATES], [], []
-    taken = set(density.constants) if isinstance(density, Formula) else set[str]()
+    taken = set(density.constants) if isinstance(density, BoundExpression) else set[str]()
     for turn in chart.coordinates:
         is_angle = isinstance(turn, Turn)
         name = free_name([left[is_angle].pop(0)], frozenset(taken))
