@@ -38,7 +38,6 @@ Study: TypeAlias = Callable[..., Result]
 
 
 def _study(name: str) -> Study:
-    """The function that answers documents by the study of this name, with its help."""
     row = COMMANDS[name]
 
     def study(
@@ -107,7 +106,6 @@ def _read(source: Source, exact: bool, settings: Settings, ignored: Sequence[str
 
 
 def _texts(settings: Settings) -> Sequence[str]:
-    """Settings as on the command line."""
     if not isinstance(settings, Mapping):
         return settings
     return [f"{key}={json.dumps(value, default=plain)}" for key, value in settings.items()]

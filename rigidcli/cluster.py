@@ -25,8 +25,8 @@ WORKERS_WITHIN = 60.0
 ASKED_EVERY = 0.5
 """Seconds between looks at whether the scheduler is still there: a look costs nothing."""
 
-FEW = 16
-"""A cluster counts as so many workers at least: more may come when there is work for them."""
+LEAST_WORKERS = 16
+"""The fewest workers for which packs are queued: more may start when there is work for them."""
 
 
 @contextmanager
@@ -50,7 +50,7 @@ def opened(address: str) -> Iterator[tuple[Executor, int]]:
         executor = client.get_executor(pure=False)  # each pack is work of its own
         ended = _watched(client, executor)
         try:
-            yield executor, max(FEW, len(client.nthreads()))
+            yield executor, max(LEAST_WORKERS, len(client.nthreads()))
         finally:
             ended.set()
             with suppress(Exception):  # where the scheduler is gone, so is the work
@@ -64,10 +64,7 @@ def opened(address: str) -> Iterator[tuple[Executor, int]]:
 
 
 def _watched(client: Any, executor: Any) -> threading.Event:
-    """End what waits for a client that is closed, until the event is set.
-
-    A client that has lost its scheduler closes itself, but leaves some futures waiting for ever.
-    """
+    """Until the event is set, fail futures of a closed client: distributed leaves some waiting."""
     ended, waiting, submit = threading.Event(), WeakSet[Any](), executor.submit
 
     def submitted(*task: Any, **options: Any) -> Any:
@@ -89,7 +86,7 @@ def _watched(client: Any, executor: Any) -> threading.Event:
 def _reached(address: str) -> Any:
     """The client of the scheduler at an address. Raises UsageError where none answers.
 
-    It waits on and on where a port is open and nobody speaks, and so does that in a thread of its own.
+    Client waits for ever at an open port where nobody speaks, so it connects in a thread of its own.
     """
     from distributed import Client
 
@@ -114,7 +111,7 @@ def _reached(address: str) -> Any:
 
 
 def _versions() -> dict[str, str]:
-    """What must be the same here and where results are worked out."""
+    """The versions that must be the same here and at the workers."""
     return {"rigidcli": rigidcli.__version__, "Python": f"{sys.version_info[0]}.{sys.version_info[1]}"}
 
 

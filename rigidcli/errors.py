@@ -50,20 +50,20 @@ class ComputationError(RigidError):
     """The document is fine, but what was asked cannot be computed."""
 
 
-UNKNOWN = "unknown_key"
-"""The code of a problem with a place that no document has, whatever stands there."""
+UNKNOWN_KEY = "unknown_key"
+"""The code of a problem with a key that no document has."""
 
 
 UNSETTLED = "unsettled"
-"""The code of a problem with a value that hangs on a parameter which has one: only the latter is shown."""
+"""The code of a problem that follows from that of a parameter, and is not shown."""
 
 
 class ValueProblem(RigidError, ValueError):  # noqa: N818 - it becomes a `Problem` of a document
     """A value that cannot be what the document says it is.
 
-    It is a `ValueError`, so that pydantic gathers it with the other problems of a document. `path`
-    leads from where it is caught to the value: keys of mappings and indices of lists. `typed` is the text
-    to be shown where it stands in the document, if that makes the problem clear. `code` names its kind.
+    It is a `ValueError`, so that pydantic gathers it with the other problems of a document. `path` leads to
+    the value: keys of mappings and indices of lists. `typed` is a text in the document that the message shows
+    with its line. `code` names the kind of problem.
     """
 
     exit_code = 3
@@ -121,14 +121,14 @@ class ExpressionError(ValueProblem):
 
 
 class Excerpt(NamedTuple):
-    """A line of a document as it is typed, and the column (from 1) at which its slip is."""
+    """A line of a document as it is typed, and the column (from 1) of the mistake."""
 
     text: str
     column: int
 
     @classmethod
     def of(cls, typed: str, column: int) -> Self:
-        """What is round a column of a line, as much as fits on a line."""
+        """The part of a long line round a column."""
         start = max(0, column - LONGEST_SHOWN)
         return cls(typed[start : start + 2 * LONGEST_SHOWN - 50], column - start)
 
@@ -159,7 +159,7 @@ class Problem:
         return text if self.hint is None else f"{text}\n  hint: {printable(self.hint)}"
 
 
-MOST_LISTED = 200
+MOST_PROBLEMS = 200
 """Most problems of one document that its message lists; a list that is longer helps nobody."""
 
 
@@ -170,9 +170,9 @@ class DocumentError(RigidError):
 
     def __init__(self, problems: Sequence[Problem]) -> None:
         self.problems = tuple(problems)
-        lines = [str(problem) for problem in self.problems[:MOST_LISTED]]
-        if len(self.problems) > MOST_LISTED:
-            lines.append(f"{self.problems[0].source}: {len(self.problems) - MOST_LISTED:,} more problems")
+        lines = [str(problem) for problem in self.problems[:MOST_PROBLEMS]]
+        if len(self.problems) > MOST_PROBLEMS:
+            lines.append(f"{self.problems[0].source}: {len(self.problems) - MOST_PROBLEMS:,} more problems")
         super().__init__("\n".join(lines))
 
 
@@ -191,8 +191,8 @@ def shortened(text: str, most: int = 200) -> str:
 LONGEST_SHOWN = 60
 """Most characters of a value that a message repeats, so that it fits on a line."""
 
-MOST_COMPARED = 200
-"""Most words among which a similar one is searched, so that the search takes no time."""
+MOST_WORDS_COMPARED = 200
+"""The most words in which a similar one is searched: it takes 5 ms."""
 
 
 def shown(raw: object) -> str:
@@ -213,15 +213,15 @@ def with_article(noun: str) -> str:
 
 
 def nearest(word: str, words: Sequence[str], cutoff: float = 0.6) -> str | None:
-    """The word that was probably meant, if any is near: at least as like as `cutoff`, of 1 for the same."""
+    """The word that was probably meant, if one is at least `cutoff` alike (1 is equal)."""
     import difflib
 
-    if len(words) > MOST_COMPARED:
+    if len(words) > MOST_WORDS_COMPARED:
         return None
     folded = {other.casefold(): other for other in words}
     plain = word.casefold()
     near = difflib.get_close_matches(plain, folded, cutoff=cutoff)
-    # Of words that are as like, the one of nearly the same length: `con` is `com` and not `corner`.
+    # Of words that are equally alike, that of nearly the same length comes first: com, not corner, for con.
     near.sort(
         key=lambda other: (-difflib.SequenceMatcher(a=other, b=plain).ratio(), abs(len(other) - len(plain)))
     )

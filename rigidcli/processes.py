@@ -28,14 +28,14 @@ _Result = TypeVar("_Result")
 Jobs: TypeAlias = int | str
 """How many processes work, or the address of the scheduler of a Dask cluster that does."""
 
-AHEAD = 4
-"""Packs of tasks for each process that are handed out before results are asked for: none of them waits."""
+PACKS_AHEAD = 4
+"""Packs of tasks that are queued for each process, so that none is idle."""
 
-PACK = 0.1
-"""Seconds that a process is busy with a pack of tasks: to hand it over takes a hundredth of that."""
+PACK_SECONDS = 0.1
+"""Seconds of work in a pack of tasks: handing it over takes a hundredth of that."""
 
-MOST = 256
-"""The most tasks of a pack, which bounds the memory that their results take."""
+MOST_TASKS_IN_PACK = 256
+"""The most tasks in a pack, which bounds the memory for their results."""
 
 _ALONE = threading.Lock()
 """Held by a thread that works: a worker of a cluster may have several, which would share settings."""
@@ -49,10 +49,10 @@ def each(
 ) -> Iterator[_Result]:
     """All results of each task, in the order of the tasks.
 
-    Tasks are taken when there is room for them, so that there may be any number, and handed out in packs.
-    When a process ends early, the tasks that it had are done again, one at a time; of the one that ends a
-    process again the result is `lost(task)`. With one job, all is done in this process, and each result comes
-    at once.
+    Tasks are read as they are needed, so that there may be any number, and handed out in packs.
+    When a process is killed, its tasks are done again, one at a time; a task that kills its process twice
+    yields `lost(task)`. With one job, all is done in this process, and each result comes at once.
+
     Raises ComputationError where no process can be started, and UsageError where no cluster is reached.
     """
     rest = iter(tasks)
@@ -65,7 +65,7 @@ def each(
     with ExitStack() as stack:
         executor, workers = stack.enter_context(_opened(jobs))
         while True:
-            while len(waiting) < AHEAD * workers and (pack := list(islice(rest, size))):
+            while len(waiting) < PACKS_AHEAD * workers and (pack := list(islice(rest, size))):
                 waiting.append((pack, _submitted(executor, work, pack)))
             if not waiting:
                 return
@@ -82,13 +82,15 @@ def each(
                 waiting = deque((pack, _submitted(executor, work, pack)) for pack, _ in waiting)
             else:
                 yield from results
-                size = min(MOST, 2 * size, max(1, int(len(pack) * PACK / max(seconds, 1e-6))))
+                size = min(
+                    MOST_TASKS_IN_PACK, 2 * size, max(1, int(len(pack) * PACK_SECONDS / max(seconds, 1e-6)))
+                )
 
 
 def _alone(
     work: Callable[[_Task], Iterable[_Result]], task: _Task, jobs: Jobs, lost: Callable[[_Task], _Result]
 ) -> Iterable[_Result]:
-    """The results of a task that is done again, by a process that has nothing else to do."""
+    """The results of a task that is done again, by a process of its own."""
     with _opened(jobs if isinstance(jobs, str) else 1) as (executor, _):
         try:
             return _submitted(executor, work, [task]).result()[1]
@@ -101,10 +103,9 @@ def _alone(
 def _submitted(
     executor: Executor, work: Callable[[_Task], Iterable[_Result]], pack: list[_Task]
 ) -> Future[tuple[float, list[_Result]]]:
-    """The results of a pack that are to come. Raises ComputationError where no process can start.
+    """The future of a pack. Raises ComputationError where no process can start.
 
-    Tasks are pickled here, and not by the thread with which a pool feeds its processes: that thread would
-    look through objects which change in the meantime, as a property may be kept when it is first used.
+    Tasks are pickled here, not by the feeder thread of the pool: cached properties would change under it.
     """
     from concurrent.futures import BrokenExecutor, Future
 
@@ -135,7 +136,7 @@ def _done(data: bytes) -> tuple[float, list[_Result]]:
 
 
 def _has_ended(error: Exception) -> bool:
-    """Whether a process has ended early. The error of a cluster is seen by its name: it loads slowly."""
+    """Whether a process was killed. The error of a cluster is known by its name: its module loads slowly."""
     from concurrent.futures import BrokenExecutor
 
     return isinstance(error, BrokenExecutor) or type(error).__name__ == "KilledWorker"
@@ -152,7 +153,7 @@ def _opened(jobs: Jobs) -> AbstractContextManager[tuple[Executor, int]]:
 
 @contextmanager
 def _pool(jobs: int) -> Iterator[tuple[Executor, int]]:
-    """Processes of this machine, which have at once what is loaded here, where that is safe."""
+    """A pool of processes on this machine. They are forked where that is safe, and share what is loaded."""
     from concurrent.futures import ProcessPoolExecutor
     from multiprocessing import get_context
 
@@ -170,5 +171,5 @@ def _pool(jobs: int) -> Iterator[tuple[Executor, int]]:
 
 
 def _begin() -> None:
-    """Leave it to the process that began this one to end it, when the user interrupts."""
+    """Ignore Ctrl-C in a worker: its parent ends it."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)

@@ -23,14 +23,15 @@ Value: TypeAlias = Any
 
 @dataclass(slots=True)
 class Field:
-    """One result. `key` is its name in JSON; `cells` are its columns in CSV, with their places in the value.
+    """One result.
 
-    A key with a dot is the way into an object: `top.spin`; JSON is without a field that has no key. A
-    cell's place is an index such as (0, 1) into an array, or () for a value that is one cell. `symbol` is
-    LaTeX; `title` and `unit` are for people, who are not shown a field without a title, and see `words`
-    instead of the value where there are any, and zero for entries of an array that are rounding noise
-    beside its largest, unless each entry `counts` by itself. People see a `diagnostic`, which tells how good
-    the others are or follows from them, when they ask for more. `means` says what the title does not.
+    `key`: its name in JSON, which lacks a field without a key; a dot leads into an object, as in `top.spin`.
+    `title`, `unit`: for people, who do not see a field without a title. `symbol`: LaTeX.
+    `cells`: its columns in CSV, each with an index into the value such as (0, 1); () is the value itself.
+    `words`: what people see instead of the value.
+    `counts`: each entry of an array counts by itself; else entries that are noise beside the largest are 0.
+    `diagnostic`: tells how good other results are, and is shown by `-v`.
+    `means`: what the title does not say.
     """
 
     key: str
@@ -62,12 +63,14 @@ class Field:
 
 @dataclass(frozen=True, slots=True)
 class Column:
-    """One quantity of a table: `values` has a number for each row (n), or a vector (n, k) with k `cells`.
+    """One quantity of a table.
 
-    `key` is its name in JSON, where a dot is the way into an object; `cells` the names of its components
-    in CSV and in the heads of tables, `symbols` the same in LaTeX. People are not shown a column that is
-    `hidden`, unless they ask for it or for more. They see zero for numbers below `noise`, in units of the
-    largest, and `words` instead of the values where there are any. A list may stand for an array.
+    `values`: a number for each row (n), or a vector (n, k); a list may stand for an array.
+    `key`: its name in JSON; a dot leads into an object.
+    `cells`: the names of its k components in CSV and in the heads of tables; `symbols` are the same in LaTeX.
+    `hidden`: people see it by `-v`, or when they ask for it.
+    `noise`: numbers below this share of the largest are shown as 0.
+    `words`: what people see instead of the values.
     """
 
     key: str
@@ -145,10 +148,11 @@ class Program:
 class Report(Mapping[str, Value]):
     """The answer of one study to one document; also a mapping from the keys of JSON to their values.
 
-    `about` is what people read first; `notes` are remarks on the numbers, for standard error; `steps`
-    and `pictures` are shown, a `program` of the equations is written, and the `Scene` of a motion is made, on
-    demand. `document` is the text that was read. `swept` are the values of the keys at which this is the
-    report, where a sweep asks for several; `motions` are the reports of a sweep that a page shows by turns.
+    `notes`: remarks on the numbers, for standard error.
+    `steps`, `pictures`, `program`, `scene`: the working, pictures, equations as a program, and the replay of
+    a motion, each of which is made on demand.
+    `document`: the text that was read. `swept`: the values at this point of a sweep;
+    `motions`: the reports of a sweep that a page shows by turns.
     """
 
     schema: str
@@ -238,7 +242,6 @@ def single_cells(table: Table, names: Sequence[str] = ()) -> list[Column]:
 
 
 def _nested(table: Table) -> list[tuple[str, Value]]:
-    """A table as JSON has it: values by their keys."""
     if not table.records:
         return [(f"{table.key}.{column.key}", column.values) for column in table.columns]
     rows = range(len(table))

@@ -13,10 +13,10 @@ from rigidcli.report import Table, Value
 class Part:
     """A mark along the three directions of a stage, and how it moves at the n times of a scene.
 
-    What is `carried` turns with the body. The points of a mark that is "still" are as ever; those that are
-    "sampled" have one more axis before the others, for the times; "traced" is the path of one point (n, 3),
-    a line that is drawn as far as the motion has come, or as a whole where it is quiet. Parts with the same
-    `group`, or without one with the same label, are shown and hidden together.
+    `carried`: it turns with the body.
+    `motion`: "still" has points (k, 3), and "sampled" points at each time (n, k, 3); "traced" is the path of
+    one point (n, 3), drawn up to the present time, or as a whole if it is quiet.
+    `group`: parts with the same group, or else the same label, are shown and hidden together.
     """
 
     mark: Mark

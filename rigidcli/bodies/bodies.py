@@ -22,8 +22,16 @@ from rigidcli.core.arithmetic import Arithmetic, Floats, Scalar, half_unit
 from rigidcli.errors import Path, ValueProblem, at, did_you_mean, nearest, shown
 from rigidcli.fields.environment import Environment
 from rigidcli.fields.quantities import AsList, Mass, MomentOfInertia, Point, PrincipalMoment, Vector3
-from rigidcli.fields.readers import Alternative, Choice, FileName, by_key, reference
-from rigidcli.fields.section import Section, environment, refuse
+from rigidcli.fields.section import (
+    Alternative,
+    FileName,
+    Section,
+    SectionChoice,
+    by_key,
+    environment,
+    reference,
+    refuse,
+)
 from rigidcli.fields.words import bracketed, keys_called, shapes_called, with_colon
 
 SYMMETRY_TOLERANCE = 1e-9
@@ -278,7 +286,7 @@ FORMS: dict[str, type[Form]] = {
 """The forms besides the shapes, by the key that tells them."""
 
 
-class _AnyForm(Choice):
+class _AnyForm(SectionChoice):
     """Marks a field that takes a body of any form, which its key names; a shape is named under `shape`."""
 
     def read(self, raw: object, info: ValidationInfo) -> Section:

@@ -16,8 +16,7 @@ from rigidcli.core import mass_properties, rotation, tensor
 from rigidcli.core.arithmetic import Arithmetic, Array
 from rigidcli.errors import ValueProblem, at, shown
 from rigidcli.fields.quantities import Angle, AsList, Direction, Number, Vector3
-from rigidcli.fields.readers import Title, by_key
-from rigidcli.fields.section import Section, environment
+from rigidcli.fields.section import Section, Title, by_key, environment
 
 LIKE_FLOATS = 1e-9
 """A matrix that is a rotation to within this has the digits of floats, and needs no note."""

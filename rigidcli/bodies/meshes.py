@@ -19,8 +19,7 @@ from rigidcli.errors import ComputationError, at
 from rigidcli.fields.dimensions import DENSITY
 from rigidcli.fields.environment import BoundExpression
 from rigidcli.fields.quantities import Mass, Scale
-from rigidcli.fields.readers import FileName
-from rigidcli.fields.section import environment
+from rigidcli.fields.section import FileName, environment
 
 if TYPE_CHECKING:
     from rigidcli.bodies.mesh_checks import Checked

@@ -28,8 +28,7 @@ from rigidcli.errors import ComputationError, ValueProblem, at, shown
 from rigidcli.fields.dimensions import LENGTH, MASS, check_dimension
 from rigidcli.fields.environment import Environment
 from rigidcli.fields.quantities import AsList, Coordinate, Mass, Vector3
-from rigidcli.fields.readers import Alternative, reference
-from rigidcli.fields.section import Section, environment
+from rigidcli.fields.section import Alternative, Section, environment, reference
 from rigidcli.fields.texts import opened
 from rigidcli.fields.units import parse_unit
 from rigidcli.language.tokens import NUMERAL

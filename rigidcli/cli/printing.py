@@ -116,10 +116,10 @@ def schema(
     """
     import orjson
 
-    from rigidcli.reference.entries import FILES
+    from rigidcli.reference.entries import WRITTEN_FILES
     from rigidcli.reference.schema import json_schema
 
-    _, root = FILES[kind]
+    _, root = WRITTEN_FILES[kind]
     with Output(output) as target:
         target.write(orjson.dumps(json_schema(root), option=orjson.OPT_INDENT_2).decode() + "\n")
 

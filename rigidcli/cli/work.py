@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple, TypeAlias
 
 from rigidcli.cli.failures import Failure, failure
 from rigidcli.commands import COMMANDS, STUDIES, Command
-from rigidcli.errors import UNKNOWN, ComputationError, DocumentError, RigidError, UsageError
+from rigidcli.errors import UNKNOWN_KEY, ComputationError, DocumentError, RigidError, UsageError
 from rigidcli.processes import Jobs
 from rigidcli.render import TRAITS, Format, Look, piece, require_columns
 from rigidcli.report import Field, Report
@@ -210,7 +210,7 @@ def _fitting(draft: Draft, sweep: Sweep, command: Command) -> tuple[Sweep, int]:
                 hint="give one start, and sweep over it, or leave out `--sweep`",
             )
     except DocumentError as error:
-        if unknown := [problem for problem in error.problems if problem.code == UNKNOWN]:
+        if unknown := [problem for problem in error.problems if problem.code == UNKNOWN_KEY]:
             raise DocumentError(unknown) from None
     return replace(sweep, exact=exact), size
 

@@ -14,15 +14,13 @@ from pydantic import Field, model_validator
 
 from rigidcli.core.arithmetic import Arithmetic, Scalar
 from rigidcli.document.draft import Draft
-from rigidcli.document.observables import Brackets, Observables
 from rigidcli.document.physical import Physical
-from rigidcli.document.variables import EQUILIBRIUM, Equilibrium, Transform
+from rigidcli.document.variables import EQUILIBRIUM, Brackets, Equilibrium, Observables, Transform
 from rigidcli.errors import DocumentError, Problem, ValueProblem
 from rigidcli.fields.dimensions import ACCELERATION
 from rigidcli.fields.environment import Environment
 from rigidcli.fields.quantities import Direction, Quantity, ReferencePoint
-from rigidcli.fields.readers import Choice, Elsewhere, Title
-from rigidcli.fields.section import Section, optional
+from rigidcli.fields.section import Elsewhere, Section, SectionChoice, Title, optional
 from rigidcli.fields.words import keys_called, list_meant, not_one_of
 from rigidcli.language.expression import Expression
 
@@ -45,11 +43,8 @@ else:
 
 
 @dataclass(slots=True)
-class Reading:
-    """The draft of a document, and the environment in which its numbers were read.
-
-    The documents of all `starts` of an ensemble share it.
-    """
+class ReadFrom:
+    """The draft and the environment from which a document was read; all starts of an ensemble share them."""
 
     draft: Draft = field(default_factory=lambda: Draft("", {}))
     environment: Environment = field(default_factory=Environment)
@@ -161,11 +156,11 @@ class Document(Section):
         return self
 
     @cached_property
-    def reading(self) -> Reading:
+    def reading(self) -> ReadFrom:
         """The draft and the environment of the document; empty ones where it was not read from a text."""
-        return Reading()
+        return ReadFrom()
 
-    def came_from(self, reading: Reading, rest: Document | None) -> None:
+    def came_from(self, reading: ReadFrom, rest: Document | None) -> None:
         """Remember the draft and the environment; the body may be that of the `rest` of a sweep."""
         reading.starts = 1 if self.ensemble is None else len(self.ensemble)
         self.keep(reading=reading)
@@ -266,7 +261,7 @@ def places() -> dict[str, list[str]]:
         for part in get_args(entry.annotation):
             for mark in getattr(part, "__metadata__", (part,)):
                 choice = mark.choice if isinstance(mark, Elsewhere) else mark
-                sections += choice.options() if isinstance(choice, Choice) else ()
+                sections += choice.options() if isinstance(choice, SectionChoice) else ()
                 sections += [mark] if isinstance(mark, type) and issubclass(mark, Section) else ()
         for key in dict.fromkeys(key for section in sections for key in section.model_fields):
             names.setdefault(key, []).append(name)

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any, Self
 
 from rigidcli.document.syntax import TITLES, decimal, read_tree, read_value
 from rigidcli.errors import (
-    UNKNOWN,
+    UNKNOWN_KEY,
     DocumentError,
     Excerpt,
     Path,
@@ -26,8 +26,8 @@ from rigidcli.fields.texts import ending
 if TYPE_CHECKING:
     from rigidcli.bodies.robots.links import Link
 
-NEAR = 20
-"""Lines below a key in which its value is sought, to show it; longer gaps are rare."""
+LINES_BELOW_KEY = 20
+"""Lines below a key in which its value is searched, to show it in a message."""
 
 BODY_FILES = dict.fromkeys((".glb", ".obj", ".off", ".ply", ".stl"), "mesh") | dict.fromkeys(
     (".csv", ".npy", ".xyz"), "points"
@@ -124,12 +124,12 @@ def put(tree: Any, path: Path, value: object, above: Path = ()) -> tuple[Any, Pa
 class Draft:
     """The tree of mappings, lists and scalars in a document, and the way in which it is to be read.
 
-    `lines` has the line of every key and entry in the `text`. Names of files are relative to `folder`.
-    `settings` are texts `KEY=VALUE` of `--set`, not yet in the tree; `options` has the keys among them that
-    have an option of their own, with its name. `changed` has the paths of values that options have put into
-    the tree, with the names of the options, and `typed` has these settings. With `exact`, decimals are
-    rationals and parameters without a value are symbols. `form` is the key of `body` for a file that is a
-    body by itself, and `link` a link of a robot.
+    `lines`: the line of every key and entry in the `text`. `folder`: names of files are relative to it.
+    `exact`: decimals are rationals, and parameters without a value are symbols.
+    `settings`: texts `KEY=VALUE` of `--set` that are not yet in the tree.
+    `options`: the names of options that set a key, by the key.
+    `changed`: the options that have set values in the tree, by their paths; `typed`: these settings.
+    `form`: the key of `body` for a file that is a body. `link`: a link of a robot.
     """
 
     source: str
@@ -176,7 +176,7 @@ class Draft:
                 tree, place = put(tree, path, value)
             except ValueProblem as problem:
                 message = f"{option} {key}: {problem.message}"
-                refused = Problem(self.source, message, hint=problem.hint, code=UNKNOWN)
+                refused = Problem(self.source, message, hint=problem.hint, code=UNKNOWN_KEY)
                 raise DocumentError([refused]) from None
             changed[place] = own or option
         return replace(self, tree=tree, changed=changed, typed=(*self.typed, *settings))
@@ -199,7 +199,7 @@ class Draft:
             line = line or 1  # a problem of the whole document
         excerpt, typed = None, (problem.typed or "").partition("\n")[0].strip()
         if typed and line is not None:
-            below = enumerate(self.text.splitlines()[line - 1 : line + NEAR], start=line)
+            below = enumerate(self.text.splitlines()[line - 1 : line + LINES_BELOW_KEY], start=line)
             line, text = next(((number, text) for number, text in below if typed in text), (line, ""))
             excerpt = Excerpt.of(text, text.index(typed) + 1) if text else None
         if self.link is not None:

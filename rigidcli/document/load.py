@@ -18,7 +18,7 @@ from pydantic import ValidationError
 
 from rigidcli.bodies.robots import is_robot
 from rigidcli.core.arithmetic import FLOAT
-from rigidcli.document.document import Document, Reading, places
+from rigidcli.document.document import Document, ReadFrom, places
 from rigidcli.document.draft import SWEEP, Draft, body_form, names_in, of_text, split_setting
 from rigidcli.document.parameters import read_parameters
 from rigidcli.errors import (
@@ -46,11 +46,11 @@ Source: TypeAlias = Document | Mapping[str, Any] | str | os.PathLike[str]
 MAPPING = "<mapping>"
 """What messages call a document that was given as a mapping, which has no lines."""
 
-KEYS = tuple(Document.model_fields)
+TOP_KEYS = tuple(Document.model_fields)
 """The keys at the top of a document."""
 
-APART = frozenset({"name", "description", "body", "axis", "frame", "motion", "top", "tide"})
-"""Keys at the top whose sections need no other section. Where only these are swept, the rest is read once."""
+SECTIONS_READ_ALONE = frozenset({"name", "description", "body", "axis", "frame", "motion", "top", "tide"})
+"""Keys whose sections are read without the others: if only these are swept, the rest is read once."""
 
 MOST_LINKS = 1000
 """The most links of a robot, which take two seconds to read as documents; the largest robots have 200."""
@@ -226,7 +226,7 @@ def _without(draft: Draft, *paths: str) -> Document | None:
     """
     keys = {split_setting(f"{path}=")[0][0] for path in paths}
     with suppress(DocumentError):
-        if keys <= APART:
+        if keys <= SECTIONS_READ_ALONE:
             given = _settled(draft)
             tree = {key: value for key, value in given.tree.items() if key not in keys}
             return _document(replace(given, tree=tree), False, is_physical=False)
@@ -234,7 +234,6 @@ def _without(draft: Draft, *paths: str) -> Document | None:
 
 
 def _no_mapping(tree: object) -> ValueProblem:
-    """The problem of a text that is not a mapping."""
     if tree is None:
         hint: str | None = "`rigidcli new` prints a document to start from"
         return ValueProblem("read an empty document, expected a mapping", hint=hint)
@@ -260,7 +259,7 @@ def _document(
     )
     n = arithmetic_for(exact and not is_system)
     env = Environment(n, folder=draft.folder, exact_results=exact, places=places, positive={*positive})
-    others_called = (key for key in tree if key not in KEYS and "parameters" in keys_called(key))
+    others_called = (key for key in tree if key not in TOP_KEYS and "parameters" in keys_called(key))
     if (parameters := tree.get("parameters", tree.get(next(others_called, "")))) is not None:
         torque = isinstance(motion := tree.get("motion"), dict) and motion.get("torque") is not None
         has_time = torque or any(tree.get(key) is not None for key in ("system", "orbit", "transform"))
@@ -286,7 +285,7 @@ def _validated(
     """The document of a tree. Raises DocumentError with the `problems` so far and all further ones."""
     try:
         document = Document.model_validate(tree, context=env)
-        document.came_from(Reading(draft, env), rest)
+        document.came_from(ReadFrom(draft, env), rest)
         if is_physical and not problems and not env.log.faults:
             document.physical.require()
     except ValidationError as error:
@@ -327,7 +326,7 @@ def _with_strays(tree: dict[str, Any]) -> tuple[dict[str, Any], list[ValueProble
     parameters, system = tree.get("parameters") or {}, tree.get("system")
     for path, section in ((), tree), (("system",), system if isinstance(system, dict) else {}):
         amounts = {key: value for key, value in section.items() if re.match(r"[-+.\d]|None$", str(value))}
-        strange = [key for key in amounts if key not in KEYS]
+        strange = [key for key in amounts if key not in TOP_KEYS]
         names = names_in(tree) if strange else set[str]()
         strays = {key: section[key] for key in strange if key in names}
         if strays and isinstance(parameters, dict) and not strays.keys() & parameters.keys():
@@ -345,11 +344,11 @@ def _with_strays(tree: dict[str, Any]) -> tuple[dict[str, Any], list[ValueProble
 # --- documents with symbols
 
 
-TRIALS = 30
-"""Sets of trial values: a body that one set in ten allows is wrongly refused once in twenty-five cases."""
+SETS_OF_TRIAL_VALUES = 30
+"""Trials with values: a body that exists for one in ten is refused by chance in 0.9^30 = 4 % of cases."""
 
 MOST_SYMBOLS = 3
-"""With more symbols, values that allow a body may be missed by chance: then it is noted, and not refused."""
+"""With more symbols, trials may miss the values that allow a body: then a note replaces the refusal."""
 
 
 def tried(document: Document, draft: Draft, read: Callable[[Mapping[str, Any]], Document]) -> Document:
@@ -362,7 +361,7 @@ def tried(document: Document, draft: Draft, read: Callable[[Mapping[str, Any]], 
     symbols = [name for name, value in parameters.items() if value is None]
     chance = random.Random(" ".join(symbols))  # noqa: S311 - the same trials for the same document
     failed: Counter[tuple[str, str]] = Counter()
-    for _ in range(TRIALS):
+    for _ in range(SETS_OF_TRIAL_VALUES):
         values = {name: 10 ** chance.uniform(-2, 2) for name in symbols}
         try:
             _require_physical(read({**draft.tree, "parameters": {**parameters, **values}}))
@@ -376,9 +375,9 @@ def tried(document: Document, draft: Draft, read: Callable[[Mapping[str, Any]], 
     used = [name for name in symbols if name not in document.unused]
     names = ", ".join(f"`{name}`" for name in used)
     for (key, check), count in failed.items():
-        amount = "all" if count == TRIALS else "some"
+        amount = "all" if count == SETS_OF_TRIAL_VALUES else "some"
         sentence = f"for {amount} positive values of {names} that were tried: {check}"
-        if count == TRIALS and len(used) <= MOST_SYMBOLS:
+        if count == SETS_OF_TRIAL_VALUES and len(used) <= MOST_SYMBOLS:
             refused.append(document.problem(sentence, key))
         else:
             noted.append((key, check, sentence))
@@ -405,7 +404,6 @@ def _require_physical(document: Document) -> None:
 
 
 def _shapes(body: object) -> Iterator[Shape]:
-    """The shapes that a body consists of."""
     from rigidcli.bodies.bodies import Composite
     from rigidcli.bodies.shape import Shape
 

@@ -30,10 +30,9 @@ from rigidcli.fields.quantities import (
     Rates3,
     limited,
 )
-from rigidcli.fields.readers import ReadBy, Title, by_key
-from rigidcli.fields.section import Section, environment, optional
+from rigidcli.fields.section import ReadBy, Section, Title, by_key, environment, optional
 
-VARIABLES = {
+TORQUE_VARIABLES = {
     "t": "time (s)",
     **{f"w{k}": f"angular velocity (rad/s) along {axis} of the body" for k, axis in enumerate("xyz", 1)},
     **{f"w{axis}": f"angular velocity (rad/s) along {axis} in space" for axis in "xyz"},
@@ -52,10 +51,10 @@ Here e3 is the third principal axis as `axes` prints it.
 TorqueComponent = Annotated[
     BoundExpression,
     ReadBy(
-        lambda raw, info: environment(info).formula(raw, ENERGY, tuple(VARIABLES)),
+        lambda raw, info: environment(info).formula(raw, ENERGY, tuple(TORQUE_VARIABLES)),
         {
             "type": ["number", "string"],
-            "description": f"An expression in the parameters and in {', '.join(VARIABLES)}",
+            "description": f"An expression in the parameters and in {', '.join(TORQUE_VARIABLES)}",
         },
     ),
 ]
@@ -106,7 +105,6 @@ RATES, QUATERNION = ("w1", "w2", "w3"), ("q0", "q1", "q2", "q3")
 
 
 def _names(heads: Sequence[str], info: ValidationInfo) -> tuple[str, ...]:
-    """The names of the columns of a table of starts. Raises ValueProblem."""
     if {*heads} not in ({*RATES}, {*RATES, *QUATERNION}):
         expected = f"{','.join(RATES)}, and {','.join(QUATERNION)} or none"
         raise ValueProblem(f"header {shown(','.join(heads))}, expected {expected}")

@@ -11,15 +11,13 @@ import numpy as np
 from pydantic import Field, ValidationError, ValidationInfo
 
 from rigidcli.core.arithmetic import Floats, Scalar
-from rigidcli.document.observables import of_the_state
 from rigidcli.document.parameters import read_mapping
 from rigidcli.document.sampling import Ensemble, OrMany, Sampling
-from rigidcli.document.variables import EXPRESSION_SCHEMA, momentum, velocity
+from rigidcli.document.variables import EXPRESSION_SCHEMA, momentum, of_the_state, read_equation, velocity
 from rigidcli.errors import ValueProblem, shown
 from rigidcli.fields.environment import LONGEST_LIST, Environment
 from rigidcli.fields.quantities import FULL_TURN
-from rigidcli.fields.readers import ReadBy
-from rigidcli.fields.section import Section, environment, optional
+from rigidcli.fields.section import ReadBy, Section, environment, optional
 from rigidcli.fields.words import variable_called, with_colon
 from rigidcli.language.expression import Expression
 
@@ -57,7 +55,6 @@ def _missing(given: Mapping[str, str], coordinates: tuple[str, ...]) -> Iterator
 
 
 def _names(heads: Sequence[str], info: ValidationInfo) -> tuple[str, ...]:
-    """The names of the columns of a table of starts. Raises ValueProblem."""
     try:
         return tuple(_read_initial(dict.fromkeys(heads, 0.0), info))
     except ValidationError as error:
@@ -73,21 +70,10 @@ _OR_MANY = OrMany(_START, dict, _names, "x,p_x")
 def _read_event(raw: object, info: ValidationInfo) -> Expression:
     """A function of the state, of which the zeros are looked for; or an equation between two."""
     env = environment(info)
-    text = raw if isinstance(raw, str) else ""
-    if any(sign in text for sign in "<>\u2264\u2265"):
-        hint = "write an equation, such as `y = 0`, or what vanishes, such as `y`"
-        raise ValueProblem(
-            f"read {shown(raw)}: an inequality, expected where something passes zero", hint=hint
-        )
-    sides = text.replace("==", "=").split("=")
-    if len(sides) > 2:
-        raise ValueProblem(f"read {shown(raw)}: {len(sides)} sides, expected one equation")
     variables = None if env.names.coordinates is None else of_the_state(env)
-    read = [env.symbolic(side, None, variables) for side in (sides if len(sides) == 2 else [raw])]
-    whole = (
-        read[0]
-        if len(read) == 1
-        else Expression(text, read[0].root - read[1].root, read[0].names | read[1].names)
+    hint = "write an equation, such as `y = 0`, or what vanishes, such as `y`"
+    whole = read_equation(
+        raw, lambda side: env.symbolic(side, None, variables), "where something passes zero", hint
     )
     if variables is not None and whole.names.isdisjoint(variables):
         moving = ", ".join(variables[:LONGEST_LIST])

@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from rigidcli.bodies.tops import HeavyTop
 
 SAME_POINT = 1e-12
-"""Two points closer than this, in units of their distance from the origin, differ by rounding only."""
+"""Relative to their distance from the origin: two points so close differ by rounding only."""
 
 
 class Physical:

@@ -49,7 +49,7 @@ class Ensemble:
 
 @dataclass(frozen=True, eq=False)
 class OrMany:
-    """Marks a field of one start (`otherwise`) in which a list of starts, or the name of a table, may stand.
+    """Marks a field of one start (`otherwise`) that also takes a list of starts, or the name of a table.
 
     `named` turns a start into values by their names, and `heads` the heads of a table into names; `require`
     checks a start of the table. The latter two raise ValueProblem.
@@ -128,7 +128,6 @@ def _table(
 
 
 def _number(head: str, cell: str) -> float:
-    """The number in a cell of a table. Raises ValueProblem, which names the column."""
     with suppress(ValueError):
         return finite(cell)
     raise ValueProblem(f"column {head}: read {shown(cell)}, expected a number")
@@ -138,7 +137,7 @@ MOST_SAMPLES = 10_000_000
 """The most samples of a motion: a trajectory of as many rows takes a gigabyte."""
 
 LEAST_TOLERANCE, LARGEST_TOLERANCE = 1e-15, 1e-3
-"""Bounds of the relative error of a step: rounding exceeds the least; the largest is three digits."""
+"""Bounds of the relative error of a step: below the least is rounding, the largest is three digits."""
 
 DEFAULT_SAMPLES = 1001
 """Samples where a document says nothing: with both ends, they cut its duration into a thousand parts."""
@@ -147,11 +146,10 @@ DEFAULT_TOLERANCE = 1e-12
 """Relative error of a step where a document says nothing: smaller than most users need."""
 
 WHOLE_STEP = 1e-9
-"""A last step that misses the end by less than this, in units of the step, ends there but for rounding."""
+"""Relative to the step: a last step that ends so near to the end is meant to end there."""
 
 
 def _ascending(times: tuple[Scalar, ...], info: ValidationInfo) -> tuple[Scalar, ...]:
-    """The times, if they ascend."""
     sizes = [environment(info).arithmetic.size(time) for time in times]
     for index, (before, after) in enumerate(pairwise(sizes), start=1):
         if not before < after:

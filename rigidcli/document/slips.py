@@ -1,7 +1,7 @@
 """Problems of a text in the words of a document, from complaints of pydantic and of the parser of YAML.
 
-A parser complains where the text stops making sense, which may be lines after the slip. Here the lines
-before that place are read as a person would read them.
+A parser complains where the text stops making sense, which may be lines after the mistake. The lines before
+that place are matched with the table of slips.
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ from typing import Any, NamedTuple
 
 from pydantic import ValidationError
 
-from rigidcli.errors import UNKNOWN, Excerpt, Path, Problem, ValueProblem, shown
+from rigidcli.errors import UNKNOWN_KEY, Excerpt, Path, Problem, ValueProblem, shown
 from rigidcli.fields.units import is_unit
 from rigidcli.fields.words import (
     FORMS_OF_LISTS,
@@ -37,7 +37,7 @@ _TYPES = {
     "too_short": "at least {min_length}",
     "too_long": "at most {max_length}",
 }
-"""The type or bound that a complaint of pydantic expects, in the words of a document."""
+"""What pydantic expects, by the type of its error, in the words of a document."""
 
 _FLAT = {
     "inertia": "principal moments are written `moments: [1, 2, 3]`, a tensor by its rows",
@@ -52,7 +52,7 @@ _OF_MAPPINGS = ("parts", "perturbers", "particles")
 """Keys that hold lists of mappings."""
 
 _DECIMAL_COMMA = re.compile(r"(?<![\w.])(-?\d+), (\d*[1-9]\d*)(?![\w.])")
-"""Two entries of a list, as they are read where somebody has typed the decimal `0,5`."""
+"""Two entries of a list that come from the decimal comma of `0,5`."""
 
 
 def explain(error: ValidationError) -> list[ValueProblem]:
@@ -83,7 +83,7 @@ def explain(error: ValidationError) -> list[ValueProblem]:
             problem.hint is None or isinstance(read, str)
         ):
             problem.hint = f"write `{meant}`"
-        place = (problem.path, problem.code == UNKNOWN)
+        place = (problem.path, problem.code == UNKNOWN_KEY)
         is_shorter = kind == "missing" and isinstance(path[-1], int)  # the last entry that lacks tells of all
         if place not in explained or not explained[place].hint or is_shorter:
             explained[place] = problem
@@ -147,7 +147,6 @@ def _number_meant(read: str, message: str) -> str | None:
 
 
 def _of_type(path: Path, kind: str, read: Any, context: Mapping[str, Any], message: str) -> ValueProblem:
-    """The problem of a value of the wrong type, or beyond a bound."""
     expected = _TYPES.get(kind, str(context.get("expected", message))).format(**context).replace("'", "")
     problem = ValueProblem(f"read {shown(read)}, expected {expected}", path=path)
     if kind == "tuple_type" and path[-1] == 0:

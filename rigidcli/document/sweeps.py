@@ -24,13 +24,13 @@ from rigidcli.fields.units import exact_text, finite
 from rigidcli.language.expression import Expression
 from rigidcli.language.tree import Number
 
-FORMS = "START:STOP:COUNT, log:START:STOP:COUNT, 1,2,5 or @table.csv:column"
+FORMS_OF_VALUES = "START:STOP:COUNT, log:START:STOP:COUNT, 1,2,5 or @table.csv:column"
 """The ways to write values, for messages."""
 
-MOST = 10**15
+MOST_VALUES = 10**15
 """The most values of a range: more than any machine works out."""
 
-DIGITS = Context(prec=40)
+FORTY_DIGITS = Context(prec=40)
 """Logarithmic steps are worked with 40 digits, so that 1 to 1000 in four steps has 10 and 100 in it."""
 
 
@@ -56,10 +56,10 @@ class Range:
         value = self.start + (self.stop - self.start) * part
         if self.logarithmic and 0 < part < 1:
             ratio, share = (
-                DIGITS.divide(number.numerator, number.denominator)
+                FORTY_DIGITS.divide(number.numerator, number.denominator)
                 for number in (self.stop / self.start, part)
             )
-            value = self.start * Fraction(DIGITS.power(ratio, share))
+            value = self.start * Fraction(FORTY_DIGITS.power(ratio, share))
         text = exact_text(value, 0) if exact else repr(float(value))
         if exact and (self.is_rounded or self.logarithmic or ("/" in text and self.unit)):
             hint = "choose another COUNT, or list the values, as in `--sweep KEY=0,pi/4,pi/2`"
@@ -67,7 +67,7 @@ class Range:
         return f"{text} {self.unit}".rstrip()
 
 
-class Key(NamedTuple):
+class SweptKey(NamedTuple):
     """A key of a document, the values over which it runs, and the file with these values, if there is one."""
 
     name: str
@@ -87,7 +87,7 @@ class Sweep:
     Values of ranges are `exact` numbers or floats.
     """
 
-    keys: tuple[Key, ...]
+    keys: tuple[SweptKey, ...]
     paired: bool = False
     exact: bool = False
 
@@ -134,21 +134,23 @@ def read_sweep(texts: Sequence[str], paired: bool) -> Sweep:
     return Sweep(keys, paired)
 
 
-def _read_key(text: str) -> Key:
-    path, values = split_setting(text, SWEEP, f"KEY={FORMS}", "top.spin=100:2000:20")
+def _read_key(text: str) -> SweptKey:
+    path, values = split_setting(text, SWEEP, f"KEY={FORMS_OF_VALUES}", "top.spin=100:2000:20")
     values = values.strip()
     name = ".".join(map(str, path))
     if cure := _colons_meant(values):
-        raise UsageError(f"`{name}`: read {shown(values)}, expected {FORMS}", hint=f"write `{name}={cure}`")
+        raise UsageError(
+            f"`{name}`: read {shown(values)}, expected {FORMS_OF_VALUES}", hint=f"write `{name}={cure}`"
+        )
     if values.startswith("@"):
-        return Key(name, *_column(name, values[1:]))
+        return SweptKey(name, *_column(name, values[1:]))
     parts = split_outside(values, ":")
     if len(parts) > 1:
-        return Key(name, _range(name, values, parts))
+        return SweptKey(name, _range(name, values, parts))
     texts = split_outside(values, ",")
     if not all(texts):
-        raise UsageError(f"`{name}`: read {shown(values)}, expected {FORMS}")
-    return Key(name, texts)
+        raise UsageError(f"`{name}`: read {shown(values)}, expected {FORMS_OF_VALUES}")
+    return SweptKey(name, texts)
 
 
 _SPAN = re.compile(r"\s*(-?[\d.]*?\d)\s*(?:\.\.+|…|to|-)\s*(-?\d[\d.]*)\s*")
@@ -169,10 +171,9 @@ def _colons_meant(typed: str) -> str | None:
 
 
 def _range(name: str, typed: str, parts: Sequence[str]) -> Range:
-    """The range that START:STOP:COUNT describes. Raises UsageError."""
     logarithmic = parts[0] == "log"
     if len(parts) != 3 + logarithmic:
-        raise UsageError(f"`{name}`: read {shown(typed)}, expected {FORMS}")
+        raise UsageError(f"`{name}`: read {shown(typed)}, expected {FORMS_OF_VALUES}")
     *texts, last = parts[-3:]
     numbers, units, is_rounded = list[Fraction](), set[str](), False
     for text in texts:
@@ -194,10 +195,10 @@ def _range(name: str, typed: str, parts: Sequence[str]) -> Range:
         raise UsageError(f"`{name}`: logarithmic steps need ends of the same sign, and not 0")
     with suppress(ValueError):
         count = finite(last)
-        if count.is_integer() and 1 <= count <= MOST:
+        if count.is_integer() and 1 <= count <= MOST_VALUES:
             start, stop = numbers
             return Range(start, stop, int(count), "".join(units), is_rounded, logarithmic)
-    raise UsageError(f"`{name}`: read {shown(last)}, expected a COUNT from 1 to {MOST:.0e}")
+    raise UsageError(f"`{name}`: read {shown(last)}, expected a COUNT from 1 to {MOST_VALUES:.0e}")
 
 
 _PIECES = re.compile(r'"(?:[^"\\]|\\.)*"|\'[^\']*\'|.', re.DOTALL)

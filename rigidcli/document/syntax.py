@@ -211,7 +211,6 @@ class _Builder:
         return DocumentError([Problem(self._source, message, event.start_mark.line + 1, "", hint, code)])
 
     def _unsafe(self, event: Any) -> DocumentError:
-        """The refusal of an alias, an anchor or a tag."""
         if event.anchor is not None:
             hint = "write the value out, or quote the text"
             return self._refusal(event, "anchors and aliases (`&`, `*`) are not read", hint, "not_allowed")

@@ -19,6 +19,7 @@ from rigidcli.document.variables import (
     derived_names,
     momentum,
     names_schema,
+    read_equation,
     read_new_names,
     take,
     velocity,
@@ -26,8 +27,7 @@ from rigidcli.document.variables import (
 from rigidcli.errors import ValueProblem, gathered, shown, with_article
 from rigidcli.fields.dimensions import ANGLE, ENERGY, LENGTH, MASS, MOMENT_OF_INERTIA, POWER, Dimension
 from rigidcli.fields.quantities import AsList, worked_out
-from rigidcli.fields.readers import SHARED, ReadBy, Reader
-from rigidcli.fields.section import Section, environment, optional, refuse
+from rigidcli.fields.section import SHARED_SCHEMA, ReadBy, Reader, Section, environment, optional, refuse
 from rigidcli.language.expression import Expression
 from rigidcli.language.tree import UnknownFunction
 
@@ -63,7 +63,7 @@ class SystemExpression(Reader):
         what, variables = str(self.dimension or "force"), ["coordinates", *self.besides]
         name = "-in-".join([what.partition(" (")[0].replace(" ", "-"), "-and-".join(variables)])
         words = f"An expression for {with_article(what)} in the parameters, {', '.join(variables)} and t"
-        return {SHARED: name, "schema": EXPRESSION_SCHEMA | {"description": words}}
+        return {SHARED_SCHEMA: name, "schema": EXPRESSION_SCHEMA | {"description": words}}
 
     def read(self, raw: object, info: ValidationInfo) -> Expression:
         """The expression, in which names stay names."""
@@ -91,7 +91,6 @@ RotationalInertia: TypeAlias = Annotated[Expression, SystemExpression(MOMENT_OF_
 
 
 def _read_forces(raw: object, info: ValidationInfo) -> dict[str, Expression]:
-    """Generalized forces by their coordinates."""
     names = environment(info).names.coordinates
     return read_mapping(
         raw, lambda name, value: _FORCE.read(value, info), example="{x: -c*xdot}", names=names
@@ -133,17 +132,8 @@ def _read_constraints(raw: object, info: ValidationInfo) -> dict[str, Equation]:
 def _equation(name: str, raw: object, info: ValidationInfo, place: str | int) -> Equation:
     """One constraint: an expression that vanishes, or an equation such as `xdot = R*phidot`."""
     take(environment(info), {name: MULTIPLIER})
-    text = str(raw).replace("==", "=") if isinstance(raw, str) else ""
-    if any(sign in text for sign in "<>\u2264\u2265"):
-        hint = "write the equation that holds while they touch; `orbit.until` may end the motion"
-        raise ValueProblem(f"read {shown(raw)}: an inequality, expected an equation", hint=hint)
-    sides = [_CONSTRAINT.read(side, info) for side in text.split("=")] if "=" in text else []
-    if len(sides) > 2:
-        raise ValueProblem(f"read {shown(raw)}: {len(sides)} sides, expected one equation")
-    if not sides:
-        return Equation(place, _CONSTRAINT.read(raw, info))
-    left, right = sides
-    return Equation(place, Expression(text, left.root - right.root, left.names | right.names))
+    hint = "write the equation that holds while they touch; `orbit.until` may end the motion"
+    return Equation(place, read_equation(raw, lambda side: _CONSTRAINT.read(side, info), "an equation", hint))
 
 
 _CONSTRAINT = SystemExpression(None, ("velocities",))
@@ -189,7 +179,6 @@ def _read_functions(raw: object, info: ValidationInfo) -> tuple[UnknownFunction,
 
 
 def _arguments(raw: object) -> list[str]:
-    """The names of the arguments: one, or a list of them."""
     entries = [raw] if isinstance(raw, str) else raw
     if not isinstance(entries, list | tuple) or not 1 <= len(entries) <= MOST_ARGUMENTS:
         raise ValueProblem(f"read {shown(raw)}, expected a list of 1 to {MOST_ARGUMENTS} names, such as [x]")
@@ -220,13 +209,13 @@ def _of_a_body(moments: tuple[Expression, ...], info: ValidationInfo) -> tuple[E
     """Principal moments, if a body may have them."""
     values = [environment(info).value(moment) for moment in moments]
     known = [value for value in values if value is not None]
-    if len(known) == 3 and 2 * max(known) > sum(known) * (1 + ROUNDED):
+    if len(known) == 3 and 2 * max(known) > sum(known) * (1 + ROUNDING_OF_MOMENTS):
         largest = f"{max(known):.6g} > {sum(known) - max(known):.6g}"
         raise ValueProblem(f"{largest}, the sum of the others: no body has these moments")
     return moments
 
 
-ROUNDED = 1e-6
+ROUNDING_OF_MOMENTS = 1e-6
 """The largest moment may exceed the sum of the others by this, in units of all: they may be typed so."""
 
 Moments: TypeAlias = Annotated[

@@ -81,7 +81,7 @@ class Parameter:
 
 
 @dataclass
-class Names:
+class SystemNames:
     """The names of the system in the document: the `coordinates`, once they are read without a problem, what
     each name means in words, and the unknown functions and their derivatives."""
 
@@ -109,7 +109,7 @@ class Environment:
     """What the numbers of a document are read with: the parameters and the arithmetic; `names` and a `log`.
 
     `places` returns the sections that have a key, "" being the top of the document. Exact results may be
-    wanted while numbers are floats. Names of files are relative to the `folder`.
+    wanted while numbers are floats. SystemNames of files are relative to the `folder`.
     """
 
     arithmetic: Arithmetic = FLOAT
@@ -124,7 +124,7 @@ class Environment:
     """The parameters that something uses."""
     positive: set[str] = field(default_factory=set)
     """The symbols in places where only a positive number makes sense."""
-    names: Names = field(default_factory=Names)
+    names: SystemNames = field(default_factory=SystemNames)
     log: Log = field(default_factory=Log)
 
     def copied(self) -> Environment:
@@ -431,7 +431,6 @@ def _names_in(text: str, functions: tuple[UnknownFunction, ...]) -> frozenset[st
 
 
 def _exact(digits: str) -> Any:
-    """The exact value of a number."""
     from rigidcli.algebra.arithmetic import worked_out
 
     return worked_out(parse(digits).root, {})

@@ -24,12 +24,11 @@ from rigidcli.fields.dimensions import (
     number_of,
 )
 from rigidcli.fields.environment import Environment
-from rigidcli.fields.readers import SHARED, Alternative, ReadBy, Reader
-from rigidcli.fields.section import environment
+from rigidcli.fields.section import SHARED_SCHEMA, Alternative, ReadBy, Reader, environment
 from rigidcli.fields.units import is_unit
 from rigidcli.fields.words import list_meant, not_one_of
 
-LIMITS: dict[Dimension | None, float] = {
+LARGEST_SIZES: dict[Dimension | None, float] = {
     LENGTH: 1e50,
     MASS: 1e100,
     MOMENT_OF_INERTIA: 1e200,
@@ -61,7 +60,7 @@ class Quantity(Reader):
         text = f"{self.words}; or a quantity with a unit, or an expression in the parameters"
         name = " ".join(filter(None, [self.sign, str(self.dimension or "number").partition(" (")[0]]))
         body = {"anyOf": [number, {"type": "string"}], "description": text[0].upper() + text[1:]}
-        return {SHARED: name.replace(" ", "-"), "schema": body}
+        return {SHARED_SCHEMA: name.replace(" ", "-"), "schema": body}
 
     @property
     def words(self) -> str:
@@ -75,7 +74,7 @@ class Quantity(Reader):
         is_bare = self.dimension == ANGLE and isinstance(raw, int | float | Decimal)
         if is_bare and abs(float(str(raw))) > FULL_TURN:
             env.log.note(f"an angle of {raw} rad is beyond a full turn; {raw} deg meant?")
-        limit = LIMITS.get(self.dimension, DEFAULT_LIMIT)
+        limit = LARGEST_SIZES.get(self.dimension, DEFAULT_LIMIT)
         if not env.arithmetic.exact and value and not 1 / limit <= abs(value) <= limit:
             raise ValueProblem(
                 f"read {shown(raw)}, expected {self.words} from {1 / limit:.0e} to {limit:.0e}"

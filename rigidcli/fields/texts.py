@@ -14,15 +14,15 @@ from io import BufferedReader
 from pathlib import Path
 
 from rigidcli.errors import DocumentError, Problem, ValueProblem, printable
-from rigidcli.fields.words import FILES
+from rigidcli.fields.words import BINARY_FILES
 
 MAX_BYTES = 2_000_000
 """The longest text in UTF-8, which takes about half a second to read."""
 
-POINTER = b"version https://git-lfs.github.com/spec/"
+LFS_POINTER = b"version https://git-lfs.github.com/spec/"
 """How a file begins that Git LFS has put in place of a large one."""
 
-NO_POINTER = "a pointer of Git LFS, expected the file itself", "`git lfs pull` fetches it"
+LFS_PROBLEM = "a pointer of Git LFS, expected the file itself", "`git lfs pull` fetches it"
 """What is said of such a file, and the cure."""
 
 STDIN = "-"
@@ -44,11 +44,13 @@ NOT_READ = {
 }
 """The endings of meshes and solids that are not read; a file with one of them is refused."""
 
-CONVERT = "save it as STL in the program that made it, or in one that converts meshes"
+CONVERT_HINT = "save it as STL in the program that made it, or in one that converts meshes"
 """The hint for a mesh or solid in a format that is not read."""
 
 
-PLAIN = "copy the text into a plain text file, such as cube.yaml; `rigidcli new` prints one to start from"
+PLAIN_TEXT_HINT = (
+    "copy the text into a plain text file, such as cube.yaml; `rigidcli new` prints one to start from"
+)
 """The hint for a file that is no plain text."""
 
 _UTF_16 = (b"\xff\xfe", b"\xfe\xff")
@@ -74,7 +76,7 @@ def read_text(name: str, source: str, most: int = MAX_BYTES, fallback: str | Non
     hint = None
     if ending(name) in NOT_READ:
         message = f"{ending(name)} is not read, expected a mesh such as .stl, .obj or .glb"
-        raise DocumentError([Problem(source, message, hint=CONVERT)])
+        raise DocumentError([Problem(source, message, hint=CONVERT_HINT)])
     try:
         if name == STDIN:
             if sys.stdin is None:
@@ -89,11 +91,13 @@ def read_text(name: str, source: str, most: int = MAX_BYTES, fallback: str | Non
                     raise OSError(errno.EINVAL, "not a regular file")
                 data = _of_pipe(file, most) if stat.S_ISFIFO(mode) else file.read(most + 1)
         require_bounded(data, source, most)
-        if data.startswith(POINTER):
-            raise DocumentError([Problem(source, NO_POINTER[0], hint=NO_POINTER[1])])
-        for begin, kind in FILES.items():
+        if data.startswith(LFS_POINTER):
+            raise DocumentError([Problem(source, LFS_PROBLEM[0], hint=LFS_PROBLEM[1])])
+        for begin, kind in BINARY_FILES.items():
             if data.startswith(bytes.fromhex(begin)):
-                raise DocumentError([Problem(source, f"this is {kind}, expected plain text", hint=PLAIN)])
+                raise DocumentError(
+                    [Problem(source, f"this is {kind}, expected plain text", hint=PLAIN_TEXT_HINT)]
+                )
         usual = "utf-8" if fallback else "utf-8-sig"
         return data.decode("utf-16" if data.startswith(_UTF_16) else usual)
     except OSError as error:
@@ -150,8 +154,8 @@ def opened(path: Path) -> Iterator[BufferedReader]:
         if not path.is_file():  # asked before opening: to open a pipe is to wait for its writer
             raise ValueProblem(f"{path}: {'not a regular file' if path.exists() else 'no such file'}")
         with path.open("rb") as file:
-            if os.pread(file.fileno(), len(POINTER), 0) == POINTER:
-                raise ValueProblem(f"{path}: {NO_POINTER[0]}", hint=NO_POINTER[1])
+            if os.pread(file.fileno(), len(LFS_POINTER), 0) == LFS_POINTER:
+                raise ValueProblem(f"{path}: {LFS_PROBLEM[0]}", hint=LFS_PROBLEM[1])
             yield file
     except OSError as error:
         raise ValueProblem(f"{path}: cannot be read: {error.strerror or error}") from error

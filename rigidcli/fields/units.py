@@ -33,13 +33,13 @@ from rigidcli.errors import ValueProblem, shown
 from rigidcli.fields.dimensions import DIMENSIONLESS, FREQUENCY, Dimension
 from rigidcli.language.tokens import LOWERED, SUPERSCRIPT
 
-MAX_TEXT = 200
+LONGEST_UNIT = 200
 """The most characters of a unit: far more than any has, and read at once."""
 
-MAX_POWER = 12
+HIGHEST_POWER = 12
 """The largest power in a unit: no law of mechanics has one beyond it."""
 
-MAX_BITS = 4096
+MOST_BITS_OF_FACTOR = 4096
 """The most bits of a factor's numerator or denominator: far beyond any float, and still worked at once."""
 
 _PI = Fraction("3.14159265358979323846264338327950288419716939937510582097494")
@@ -94,7 +94,7 @@ _BASE = {name: Dimension(**{name: 1}) for name in Dimension._fields} | {"frequen
 """The dimensions of units that no other units define, by the word in place of a definition."""
 
 
-class Row(NamedTuple):
+class UnitRow(NamedTuple):
     """A row of `units.csv`: the names of a unit, and its definition by a number and others, or by `_BASE`."""
 
     names: str
@@ -107,7 +107,7 @@ class Row(NamedTuple):
 
 _LINES = Path(__file__).with_name("units.csv").read_text("utf-8").splitlines()
 
-TABLE = tuple(Row(*line.split(",")) for line in _LINES[1:])
+TABLE = tuple(UnitRow(*line.split(",")) for line in _LINES[1:])
 """The units of mechanics courses."""
 
 _REFUSED = {
@@ -229,8 +229,8 @@ def parse_unit(text: str) -> Unit:
         ValueProblem: the text is no unit, or names one that is unknown, ambiguous, offset
             (`degC`), or too large or too small for a float.
     """
-    if len(text) > MAX_TEXT:
-        raise ValueProblem(f"a unit of {len(text)} characters, expected at most {MAX_TEXT}")
+    if len(text) > LONGEST_UNIT:
+        raise ValueProblem(f"a unit of {len(text)} characters, expected at most {LONGEST_UNIT}")
     plain = re.sub(SUPERSCRIPT, lambda raised: "^" + raised[0].translate(LOWERED), text.translate(_SPELLINGS))
     tokens = deque([*_TOKEN.findall(_JOINED.sub("*", plain)), ""])
     unit = replace(_product(tokens), text=text.strip())
@@ -264,8 +264,8 @@ def _factor(tokens: deque[str]) -> Unit:
     if len(tokens[0]) > 1 and tokens[0][0] in "^*":
         power = int(tokens.popleft().lstrip("^* "))
         bits = max(unit.factor.numerator, unit.factor.denominator).bit_length()
-        if abs(power) > MAX_POWER or bits * abs(power) > MAX_BITS:
-            raise ValueProblem(f"power {power} in a unit is out of bounds", hint=f"at most {MAX_POWER}")
+        if abs(power) > HIGHEST_POWER or bits * abs(power) > MOST_BITS_OF_FACTOR:
+            raise ValueProblem(f"power {power} in a unit is out of bounds", hint=f"at most {HIGHEST_POWER}")
         unit = _ONE.times(unit, power)
     return unit
 
@@ -279,7 +279,7 @@ def _unexpected(head: str) -> ValueProblem:
 _SYMBOLS = ("rad", "rev", "deg", "min", "kg", "km", "cm", "mm", "kN", "N", "J", "W", "m", "s", "g", "h")
 """Units that people run together; a power belongs to the last, as in `kgm^2` and `rads^-1`."""
 
-MOST_UNITS = 8
+MOST_READINGS_OF_UNIT = 8
 """The most readings of one unit."""
 
 _UNIT_NAME = re.compile(
@@ -298,10 +298,10 @@ def unit_readings(text: str, spelled: Callable[[str, str], list[str]]) -> list[U
     names = [spelled(match["name"], _power(match["power"])) for match in _UNIT_NAME.finditer(text)]
     units: dict[tuple[Fraction, int, Dimension], Unit] = {}
     first: ValueProblem | None = None
-    for choice in islice(product(*names), MOST_UNITS):
+    for choice in islice(product(*names), MOST_READINGS_OF_UNIT):
         each = iter(choice)
         try:
-            if len(text) > MAX_TEXT:
+            if len(text) > LONGEST_UNIT:
                 raise ValueProblem(f"a unit of {len(text)} characters")
             if "°" in text:
                 raise ValueProblem("unknown unit")  # a degree Celsius has its zero elsewhere

@@ -44,7 +44,7 @@ SHAPES_BY_WORD = _by_word("shape")
 """The shapes for which a word may stand; of several the one that has the other keys is meant."""
 
 RELATIVES = {name: words for row, name, words in _ROWS if row == "relative"}
-"""Shapes that are easily taken for another shape, and are meant where the keys are their own."""
+"""Shapes that are easily confused with another shape; the given keys decide."""
 
 KEYS_BY_WORD = _by_word("key")
 """The keys for which a word may stand; the first that a section has, and that is not there yet, is meant."""
@@ -56,13 +56,13 @@ LISTS = [(key, words.split(), kind == "components") for kind, key, words in _ROW
 """Keys with a list for which several keys may stand; components that are not given are zero."""
 
 HINTS = {key: words for kind, key, words in _ROWS if kind == "hint"}
-"""What is told of keys that no section has."""
+"""The hints for keys that no section has."""
 
 STARTERS = _by_word("new")
 """The kinds of starters for which a word may stand."""
 
-FILES = {name: words for kind, name, words in _ROWS if kind == "bytes"}
-"""What files are that are no text, by the bytes with which they begin, in hexadecimal digits."""
+BINARY_FILES = {name: words for kind, name, words in _ROWS if kind == "bytes"}
+"""The kinds of binary files, by the bytes (hexadecimal) with which they begin."""
 
 _VARIABLES = {kind: words for kind, _, words in _ROWS if "{0}" in words}
 """Words for the velocity and the momentum of a coordinate {0}, and for the coordinate under `forces`."""

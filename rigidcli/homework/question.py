@@ -14,8 +14,7 @@ from pydantic import ConfigDict, Field
 from rigidcli.errors import ValueProblem, shown
 from rigidcli.fields.dimensions import ANGLE, DIMENSIONLESS
 from rigidcli.fields.quantities import AsList, Quantity
-from rigidcli.fields.readers import Alternative, ReadBy, Title
-from rigidcli.fields.section import Section
+from rigidcli.fields.section import Alternative, ReadBy, Section, Title
 from rigidcli.homework.variants import SCHEMA, read_variants
 
 NotNegative = Annotated[float, Quantity(DIMENSIONLESS, "nonnegative")]

@@ -17,7 +17,7 @@ from rigidcli.bodies.robots import ENDINGS
 from rigidcli.bodies.shapes import SHAPES
 from rigidcli.document.document import Document
 from rigidcli.document.draft import BODY_FILES
-from rigidcli.document.motion import VARIABLES
+from rigidcli.document.motion import TORQUE_VARIABLES
 from rigidcli.document.syntax import read_tree
 from rigidcli.errors import EXIT_CODES
 from rigidcli.fields.section import Section
@@ -34,7 +34,7 @@ Schema: TypeAlias = Mapping[str, Any]
 """The JSON Schema of a value."""
 
 
-FILES: Mapping[str, tuple[str, type[Section]]] = {
+WRITTEN_FILES: Mapping[str, tuple[str, type[Section]]] = {
     "document": ("the keys at the top of a document", Document),
     "assignment": ("the keys of an assignment of `check`", Assignment),
     "answers": ("the keys of an answer file", AnswerFile),
@@ -112,7 +112,6 @@ def written() -> str:
 
 
 def _results() -> Iterator[Entry]:
-    """The results of every command, from results.csv."""
     common = "all have `schema`, `name`, `source` and `units`, too, and with `--sweep` also `swept`"
     yield Entry(("results",), "the results of each command: the fields of its json", facts={"json": common})
     for command, fields in RESULTS.items():
@@ -172,7 +171,6 @@ def _others() -> Iterator[Entry]:
 
 
 def _shapes() -> Iterator[Entry]:
-    """The shapes with their dimensions and anchors."""
     yield Entry(("shapes",), "the shapes of bodies with their dimensions")
     for name, shape in SHAPES.items():
         written, section = shape.dimensions(), _file("document")["$defs"][shape.__name__]
@@ -196,11 +194,10 @@ def _shapes() -> Iterator[Entry]:
 
 
 def _keys() -> Iterator[Entry]:
-    """The keys of all files that people write, from their JSON Schemas."""
-    for name, (text, _) in FILES.items():
+    for name, (text, _) in WRITTEN_FILES.items():
         yield Entry((name,), text)
         yield from _below((name,), _file(name), ())
-    for name, text in VARIABLES.items():
+    for name, text in TORQUE_VARIABLES.items():
         yield Entry(("document", "motion", "torque", name), text, "variables of the components")
 
 
@@ -234,8 +231,7 @@ def _below(path: tuple[str, ...], schema: Schema, above: Sequence[Schema]) -> It
 
 @cache
 def _file(name: str) -> Schema:
-    """The schema of one of the FILES."""
-    return json_schema(FILES[name][1])
+    return json_schema(WRITTEN_FILES[name][1])
 
 
 def _referred(schema: Schema) -> Schema:
@@ -243,7 +239,7 @@ def _referred(schema: Schema) -> Schema:
     if "$ref" not in schema:
         return schema
     name = schema["$ref"].rpartition("/")[2]
-    return next(definitions[name] for file in FILES if name in (definitions := _file(file)["$defs"]))
+    return next(definitions[name] for file in WRITTEN_FILES if name in (definitions := _file(file)["$defs"]))
 
 
 def _sections(schema: Schema) -> list[Schema]:
@@ -258,7 +254,6 @@ def _sections(schema: Schema) -> list[Schema]:
 
 
 def _keys_in(section: Schema) -> list[tuple[str, Schema, bool]]:
-    """The keys of a section, the schemas of their values, and whether they are needed."""
     needed = section.get("required", ())
     return [(name, schema, name in needed) for name, schema in section["properties"].items()]
 

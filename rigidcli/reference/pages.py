@@ -15,13 +15,13 @@ from typing import NamedTuple
 from rigidcli.errors import UsageError, ValueProblem, did_you_mean, nearest, shown
 from rigidcli.fields.words import shapes_called
 
-WIDTH = 80
+PAGE_WIDTH = 80
 """Characters in a line of a page, as in the narrowest terminal that people use."""
 
 ENTRIES = Path(__file__).with_name("entries.json")
 """The file with all entries."""
 
-EXAMPLES = ("body", "body.shape.cone", "motion.omega", "axes.groups", "rpm", "atan2", "sign_error")
+EXAMPLE_PATHS = ("body", "body.shape.cone", "motion.omega", "axes.groups", "rpm", "atan2", "sign_error")
 
 
 class Entry(NamedTuple):
@@ -55,7 +55,7 @@ def overview() -> str:
             "`rigidcli explain PATH` explains a key, shape, unit, function, result, mistake or subject."
         ),
         _rows(topics),
-        "Examples:\n" + "\n".join(f"  rigidcli explain {example}" for example in EXAMPLES),
+        "Examples:\n" + "\n".join(f"  rigidcli explain {example}" for example in EXAMPLE_PATHS),
     )
 
 
@@ -98,7 +98,6 @@ def _near(path: str, every: Sequence[Entry]) -> str | None:
 
 
 def _subjects_called(typed: str, every: Sequence[Entry]) -> list[Entry]:
-    """The subjects with this name, in capitals or not, in the plural or not."""
     subjects = [entry for entry in every if entry.path[0] == "subjects" and len(entry.path) > 1]
     plain = _plain(typed)
     return [entry for entry in subjects if plain in map(_plain, entry.other_names)]
@@ -160,7 +159,7 @@ def _pages(matches: Sequence[Entry], every: Sequence[Entry]) -> list[str]:
 
 
 def _paragraph(text: str) -> str:
-    return textwrap.fill(" ".join(text.split()), WIDTH, break_on_hyphens=False)
+    return textwrap.fill(" ".join(text.split()), PAGE_WIDTH, break_on_hyphens=False)
 
 
 def _rows(entries: Sequence[tuple[str, str]], most: int = 32) -> str:
@@ -169,12 +168,13 @@ def _rows(entries: Sequence[tuple[str, str]], most: int = 32) -> str:
     margin = " " * (widest + 4)
     lines = []
     for name, text in entries:
-        filled = textwrap.wrap(" ".join(text.split()), WIDTH - len(margin), break_on_hyphens=False) or [""]
+        filled = textwrap.wrap(" ".join(text.split()), PAGE_WIDTH - len(margin), break_on_hyphens=False) or [
+            ""
+        ]
         first = [] if len(name) > widest and text else [f"  {name:{widest}}  {filled.pop(0)}".rstrip()]
         lines += [*(first or [f"  {name}"]), *(margin + line for line in filled)]
     return "\n".join(lines)
 
 
 def _page(*parts: str) -> str:
-    """Parts with an empty line between them."""
     return "\n\n".join(part for part in parts if part) + "\n"

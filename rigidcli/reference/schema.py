@@ -5,8 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 from rigidcli.document.document import Document
-from rigidcli.fields.readers import SECTION, SHARED
-from rigidcli.fields.section import Section
+from rigidcli.fields.section import SECTION_REFERENCE, SHARED_SCHEMA, Section
 
 _DIALECT = "https://json-schema.org/draft/2020-12/schema"
 """The edition of JSON Schema, which pydantic writes."""
@@ -44,12 +43,16 @@ def _of_section(section: type[Section], definitions: dict[str, Any], waiting: li
             return [linked(item) for item in node]
         if not isinstance(node, dict):
             return node
-        rest = {key: value for key, value in node.items() if key not in ("$ref", SECTION, SHARED, "schema")}
-        if SHARED in node:
-            definitions[node[SHARED]] = node["schema"]
-            return refer(node[SHARED], rest)
-        if SECTION in node or "$ref" in node:
-            waiting.append(node.get(SECTION) or node["$ref"].rpartition("/")[2])
+        rest = {
+            key: value
+            for key, value in node.items()
+            if key not in ("$ref", SECTION_REFERENCE, SHARED_SCHEMA, "schema")
+        }
+        if SHARED_SCHEMA in node:
+            definitions[node[SHARED_SCHEMA]] = node["schema"]
+            return refer(node[SHARED_SCHEMA], rest)
+        if SECTION_REFERENCE in node or "$ref" in node:
+            waiting.append(node.get(SECTION_REFERENCE) or node["$ref"].rpartition("/")[2])
             return refer(waiting[-1], rest)
         # An optional key is left out in documents, where null says nothing more.
         if isinstance(choices := node.get("anyOf"), list) and {"type": "null"} in choices:

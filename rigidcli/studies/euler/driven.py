@@ -17,7 +17,7 @@ from rigidcli.core.dormand_prince import slices
 from rigidcli.core.estimate import MISSED, Watched, compared, foreseen, rounding, unshared
 from rigidcli.core.solution import Flow, Solution, digits
 from rigidcli.document.document import Document
-from rigidcli.document.motion import VARIABLES, SpaceTorque
+from rigidcli.document.motion import TORQUE_VARIABLES, SpaceTorque
 from rigidcli.errors import Path, RigidError, ValueProblem, at
 from rigidcli.fields.environment import BoundExpression
 from rigidcli.language import code
@@ -209,7 +209,7 @@ def _torque(problem: InitialValueProblem, moments: Floats, axes: Floats, turn: F
         *rotation.compose(q, rotation.inverse(turn)),
         *rotation.turned(q, axes.T @ problem.third),
     ]
-    values = dict(zip(VARIABLES, meanings, strict=True))
+    values = dict(zip(TORQUE_VARIABLES, meanings, strict=True))
     in_space = isinstance(problem.torque, SpaceTorque)
     own = np.array(
         [
