@@ -24,7 +24,7 @@ NUMBERED = re.compile(r"(\s*(#.*|---)?\n)*[ {\"']*\d")
 
 
 def validate(files: Files, settings: Settings = None, exact: Exact = False, quiet: Quiet = False) -> None:
-    """Check files without computing: documents, robots, assignments, answers.
+    """Check documents, robots, assignments and answers.
 
     Prints the names of the valid files, with the questions or answers in them; answer files are read without
     their key. Links of a robot (URDF, SDF, MJCF) are reported where no body has their mass and inertia, and
