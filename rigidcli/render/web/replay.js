@@ -20,6 +20,7 @@ const FAINT = 0.3;                                   // the colour of a path tha
 const LEAST_SEEN = 0.45;                             // of the reach of a stage: what is seen end on has room to turn
 const POSES = 24;                                    // of a body, and points of a part, that show how far it reaches
 const MOST_CORNERS = 300;
+const APART = 18;                                    // least distance of the names of arrows, in CSS pixels
 
 const floats = (text, Kind) => new Kind(Uint8Array.from(atob(text), (c) => c.charCodeAt(0)).buffer);
 
@@ -369,6 +370,7 @@ class Replay {
     if (canvas.width !== width || canvas.height !== height) Object.assign(canvas, { width, height });
     const camera = this.camera(), attitude = this.attitude();
     this.painter.begin(camera);
+    this.signs = [];
     for (const part of this.stage.parts) {
       const shown = !this.hidden.has(part.name), turn = part.carried ? attitude : IDENTITY;
       if (part.sign) part.sign.hidden = !shown;
@@ -439,7 +441,11 @@ class Replay {
     const beyond = (d) => `calc(${50 * d - 50}% + ${0.4 * d}em)`;
     const transform = isLong && Math.abs(dx) > Math.abs(dy) ? "translate(-100%, .4em)"
       : `translate(${isLong ? "-1em" : beyond(dx)}, ${beyond(dy)})`;
-    Object.assign(part.sign.style, { left: `${100 * x}%`, top: `${100 * y}%`, transform });
+    // Names at one place stand side by side.
+    let left = x * width;
+    while (this.signs.some(([a, b]) => Math.hypot(a - left, b - y * height) < APART)) left += APART;
+    this.signs.push([left, y * height]);
+    Object.assign(part.sign.style, { left: `${left}px`, top: `${100 * y}%`, transform });
   }
 }
 
