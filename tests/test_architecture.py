@@ -32,18 +32,18 @@ from rigidcli.studies.results import RESULTS
 
 MOST_LINES = {
     "algebra": 3015,  # sizes count nodes; conserved quantities have parameters as coefficients
-    "bodies": 5722,  # digits that were typed, silences that are told, prisms, files as others write them
-    "cli": 2309,  # sheets, gradebooks and wide rows; a starter names the next command
+    "bodies": 5734,  # digits that were typed, silences that are told, prisms, files as others write them
+    "cli": 2310,  # sheets, gradebooks and wide rows; a starter names the next command
     "core": 4925,  # orbits from many starts in arrays, stiff systems, jumps at stops, motion to and fro
-    "document": 3490,  # cures for people who know other tools; constraints, observables
-    "fields": 2083,  # a section reads on with the key that is meant
-    "homework": 9673,  # variants; one rule for whose a hand-in is; a file is what it answers
+    "document": 3471,  # cures for people who know other tools; constraints, observables
+    "fields": 2112,  # a section reads on with the key that is meant
+    "homework": 9636,  # variants; one rule for whose a hand-in is; a file is what it answers
     "language": 2925,  # one reader, with readings; one pattern of decimal numbers for all rooms
     "mechanics": 3308,  # constraints, generating functions, conserved quantities by Noether's theorem
-    "reference": 578,  # examples of keys, and the words of a course
+    "reference": 576,  # examples of keys, and the words of a course
     "render": 2956,  # results stand beside the figures of a page, with each name once
-    "studies": 9085,  # constraints, observables, many orbits, periods; the response to driving forces
-    "": 1695,  # fields of a result are attributes; settings that nothing uses are refused in Python
+    "studies": 9087,  # constraints, observables, many orbits, periods; the response to driving forces
+    "": 1693,  # fields of a result are attributes; settings that nothing uses are refused in Python
 }
 """The most lines of Python that each room may have; "" is what stands at the top.
 
