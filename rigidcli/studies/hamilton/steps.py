@@ -56,7 +56,9 @@ def hamilton_steps(findings: Findings, fields: Sequence[Field], tables: Sequence
     derivation, system = findings.derivation, findings.derivation.system
     # T + V is no step where it is H, nor is a matrix that leads to no rates, or whose rates modes have.
     repeated = {"energy"} if derivation.energy_excess == ZERO else set()
-    if any(entry.key == "stability" and entry.diagnostic for entry in fields):
+    pairs = next((entry.value for entry in fields if entry.key == "eigenvalues"), None)
+    is_still = pairs is not None and not any(part for pair in pairs for part in pair.values())
+    if findings.oscillations is not None or is_still:
         repeated |= {"matrix", "offset", "frequencies", "stability"}
     if system.kinetic is not None:
         shown = [_titled(entry) for entry in fields if entry.key == "lagrangian"]
