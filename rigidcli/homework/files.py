@@ -33,10 +33,10 @@ from rigidcli.homework.names import (
 )
 
 MOST_BYTES = 1_000_000
-"""Length of an answer file, and of one beside it."""
+"""The most bytes of an answer file, and of a file that it names."""
 
 MOST_FILES = 50_000
-"""Files of an archive that are unpacked, and of a folder in which names are looked for."""
+"""The most files of an archive that are unpacked, and of a folder whose names are read."""
 
 GRADESCOPE = "submission_metadata.yml"
 """The list of who has submitted what in Gradescope's export."""
@@ -127,7 +127,7 @@ def gather(paths: Sequence[str], assignment: str | None, scratch: Path) -> Batch
 
 
 def _given(places: Sequence[HandedFile], name: str) -> list[HandedFile]:
-    """The places below a folder, one of several given; with a single hand-in in it, it is a student's."""
+    """The places below one of several folders given; one with a single hand-in is a student's."""
     direct = [place for place in places if is_answer(place.file.name)] or places
     if len(direct) == 1 and not direct[0].way:
         return [replace(place, root=-1, way=(name, *place.way)) for place in places]
@@ -143,7 +143,7 @@ def _ways(files: Sequence[str]) -> dict[str, tuple[str, ...]]:
 
 
 def _below(folder: Path, path: Path, root: int, scratch: Path, batch: Batch) -> list[HandedFile]:
-    """The places in a folder, which reports call `path`, and in the archives there, which are no deeper."""
+    """The places in a folder, and in the archives there; reports call the folder `path`."""
 
     def place_of(file: Path, way: tuple[str, ...], source: Path) -> HandedFile:
         return HandedFile(file, safe_name(source), root, way)
@@ -256,13 +256,13 @@ HAND_IN = Bounds(files=200, bytes=5_000_000, each=MOST_BYTES + 1)
 """What the archive becomes that a student hands in."""
 
 MOST_FOLDERS = 9
-"""Parts of a name in an archive: a download has two or three, and a student may add some."""
+"""The most parts of a name in an archive: a download has two or three, and a student may add some."""
 
 ELSEWHERE = frozenset("/\\:\0")
 """Characters by which a name leads out of its folder, on one system or another."""
 
 HIDDEN = (".", "__MACOSX", "Thumbs.db", "desktop.ini")
-"""Beginnings of names that are passed over without a word: some systems put such files beside others."""
+"""Beginnings of names that are ignored: systems add such files to folders and archives."""
 
 _UTF8 = 0x800
 """The flag of an entry of an archive whose name is in UTF-8."""
@@ -325,7 +325,7 @@ def _above(parts: tuple[str, ...]) -> list[tuple[str, ...]]:
 
 
 def _harmless(parts: tuple[str, ...], info: zipfile.ZipInfo) -> tuple[str, ...]:
-    """The parts of a name below which an entry may be written. Raises ValueError for other entries."""
+    """The parts of the name of an entry that is safe to write. Raises ValueError for others."""
     kind = stat.S_IFMT(info.external_attr >> 16)
     if kind not in (0, stat.S_IFREG):
         raise ValueError("it is a link, or no file")
@@ -402,7 +402,7 @@ def _require_regular(status: os.stat_result, place: str) -> None:
 def beside(name: Tree, answers: Path) -> Path:
     """The file that an answer in the file `answers` names, which lies beside it.
 
-    What platforms have put before its name is seen through. Raises Unreadable: path_outside for a name that
+    What platforms put before its name is ignored. Raises Unreadable: path_outside for a name that
     is a path, and not_allowed for a file of another student.
     """
     if not isinstance(name, str) or not name.strip():
@@ -460,7 +460,7 @@ class _Folder:
         return owner_of(name, self._platform)
 
     def owner_beside(self, name: str, answers: str) -> str:
-        """Whose a file is, by its name, among those who have answer files; empty where it is nobody's."""
+        """The student, with an answer file, whose name a file begins with; empty for nobody."""
         students = {self.owner(each).label for each in self.names if may_answer(each)}
         owner = self.owner(name)
         if owner.platform and (owner.label in students or self.owner(answers).platform):

@@ -36,13 +36,13 @@ from rigidcli.sandbox import LIMITS, usable_cores
 TABLES = frozenset([".csv", ".tsv", ".npy", ".xls", ".xlsx", ".ods", ".html", ".htm"])
 """Endings of files that answers name, or platforms add: none of them is an answer file."""
 
-MANY = 4
-"""Answer files, or folders, that a folder of the class has at least, and that of a student has not."""
+LEAST_OF_CLASS = 4
+"""With so many answer files, or folders, in it a folder is that of the class, and not of a student."""
 
-MOST_LOOKED_AT = 30
-"""Files of a student of which it is found out whether they answer a question."""
+MOST_OPENED = 30
+"""The most files of a student that are opened to see whether they answer a question."""
 
-NATURES = {
+UNREAD_FILES = {
     b"%PDF": "a PDF",
     b"\x89PNG": "a picture",
     b"\xff\xd8\xff": "a picture",
@@ -53,10 +53,10 @@ NATURES = {
     b"\xd0\xcf\x11\xe0": "a Word file",
     b"PK": "a zip",
 }
-"""What files are that people hand in and no program reads, by their first bytes."""
+"""Files that people hand in and this program does not read, by their first bytes."""
 
 OFFICE = {".docx": "a Word file", ".odt": "an OpenDocument file", ".pages": "a Pages file"}
-"""What zips are that have other endings."""
+"""What zips with other endings are."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -84,7 +84,7 @@ class _File(NamedTuple):
 
 
 class _Look(NamedTuple):
-    """Whether a file answers a question, what tells its text from others, and the files that it names."""
+    """Whether a file answers a question, the hash of its text, and the files that it names."""
 
     answers: bool = False
     digest: str = ""
@@ -234,11 +234,13 @@ def _level_apart(places: Collection[HandedFile]) -> int:
     """
     ways = [place.way for place in places]
     common = _shared(ways)
-    names = [place.file.name for place in places if place.way == common]
+    level = len(common)
+    here = [place.file.name for place in places if place.way == common]
     is_last = not any(way > common for way in ways)
-    may_be_own = is_last or any(map(is_answer, names))
-    is_few = sum(map(may_answer, names)) < MANY and not platform_of({place.file.name for place in places})
-    level = len(common) - 1 if common and may_be_own and is_few else len(common)
+    is_few = sum(map(may_answer, here)) < LEAST_OF_CLASS
+    has_platform = platform_of({place.file.name for place in places})
+    if common and (is_last or any(map(is_answer, here))) and is_few and not has_platform:
+        level -= 1
     # Folders that all hold many folders, and nothing else, are sections of the class.
     while _are_sections(ways, level):
         level += 1
@@ -252,7 +254,7 @@ def _are_sections(ways: Sequence[tuple[str, ...]], level: int) -> bool:
         if len(way) < level + 2:
             return False
         within[way[: level + 1]].add(way[level + 1])
-    return bool(within) and all(len(folders) >= MANY for folders in within.values())
+    return bool(within) and all(len(folders) >= LEAST_OF_CLASS for folders in within.values())
 
 
 def _shared(ways: Sequence[tuple[str, ...]]) -> tuple[str, ...]:
@@ -278,10 +280,10 @@ def _candidates(files: Sequence[_File]) -> list[_File]:
 def _looked_at(
     students: Iterable[Sequence[_File]], known: Collection[str], jobs: int | None
 ) -> dict[Path, _Look]:
-    """What the files of students are, where the name of the only one does not say it."""
+    """What is in the files of students who have several, or one without the name of an answer file."""
     tasks = list[tuple[Path, list[str]]]()
     for files in students:
-        paths = [file.place.file for file in files[:MOST_LOOKED_AT]]
+        paths = [file.place.file for file in files[:MOST_OPENED]]
         if len(paths) > 1 or not all(is_answer(path.name) for path in paths):
             for path in paths:
                 beside = [other.name for other in paths if other.parent == path.parent and other != path]
@@ -368,9 +370,9 @@ def _told(file: _File) -> str:
 
 
 def _nature(path: Path) -> str:
-    """What a file is that no program reads, and that people hand in; empty for any other."""
+    """What a file is that this program does not read, such as a PDF; empty for any other."""
     begin = first_bytes(path)
-    nature = next((nature for mark, nature in NATURES.items() if begin.startswith(mark)), "")
+    nature = next((nature for mark, nature in UNREAD_FILES.items() if begin.startswith(mark)), "")
     if begin[4:8] == b"ftyp":  # of HEIC and of films
         return "a picture or a film"
     return OFFICE.get(ending(path.name), nature) if nature == "a zip" else nature

@@ -101,7 +101,7 @@ FORMS = {
 
 @dataclass(frozen=True, slots=True)
 class Owner:
-    """Whose a folder or a file is by its name alone.
+    """The student whom the name of a folder or a file means.
 
     `label` names the student in reports. A `platform` writes a `name` and a `number` of the student before
     `own`, the name that the student gave the file. Of copies the last one counts, by `when`.
@@ -117,7 +117,7 @@ class Owner:
 
     @property
     def turn(self) -> tuple[int, str]:
-        """What orders the copies of a file: a number, or a time."""
+        """The sort key of copies of a file: a number, or a time."""
         if self.platform == "brightspace":
             with suppress(ValueError):  # a folder may have any name
                 time = datetime.strptime(f"{self.when[:-5]}:{self.when[-5:]}", "%b %d, %Y %I:%M %p")
@@ -126,9 +126,10 @@ class Owner:
 
 
 def platform_of(names: Collection[str]) -> str:
-    """The platform whose form at least half of the names have that stand beside each other, or none.
+    """The platform whose form at least half of these names have; empty for none.
 
-    A student may choose a part of one name, and not of the others. Canvas gives every file another number.
+    Names that stand beside each other are taken together, as a student could imitate the form in one of them.
+    Canvas gives no number twice.
     """
     counts = Counter[str]()
     for platform, form in FORMS.items():
@@ -140,7 +141,7 @@ def platform_of(names: Collection[str]) -> str:
 
 
 def owner_of(name: str, platform: str = "", *, is_folder: bool = False) -> Owner:
-    """Whose a folder or a file is, by the form of a platform if it has that."""
+    """The owner of a folder or a file, by the form of the platform where the name has it."""
     match = FORMS[platform].fullmatch(name) if platform else None
     if match:
         found = defaultdict(str, {key: text or "" for key, text in match.groupdict().items()})

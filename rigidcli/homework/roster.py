@@ -19,7 +19,7 @@ NAMES = ("Student", "LastName", "FirstName")
 """The columns of a student's name, in one or in two."""
 
 LOGINS = ("SIS Login ID", "SIS User ID", "OrgDefinedId", "ID", "Identifier")
-"""The columns of what the school, the platform, and its lists call a student."""
+"""The columns of logins and numbers of a student."""
 
 _LINES = Path(__file__).with_name("heads.csv").read_text("utf-8").splitlines()[1:]
 
@@ -29,14 +29,14 @@ SPELLINGS = {column: all.split() for column, all in (line.split(",", 1) for line
 TEST_STUDENT = "Student, Test"
 """The student that Canvas adds to every course, who is nobody."""
 
-FEW_ROWS = 6
+HEAD_ROWS = 6
 """Rows in which the head of a list is looked for: Sakai has the title of the assignment above it."""
 
 FEWEST_DIGITS = 4
-"""Digits of a number that means a student within a longer name: shorter ones count days and weeks."""
+"""The fewest digits of a student's number within a longer name: shorter ones count days and weeks."""
 
 LONGEST_RUN = 8
-"""Words of a login or of a name that may stand as one word."""
+"""The most words of a login, or of a name, that are tried as one word."""
 
 SILENT = frozenset(
     """hw homework answer answers assignment assignments solution solutions sheet exercise exercises problem
@@ -68,7 +68,7 @@ def columns_of(head: Sequence[str]) -> list[str]:
 def read_roster(path: str | os.PathLike[str]) -> Roster:
     """The students of a table in a file, one a row, with columns of SPELLINGS. Raises DocumentError."""
     table = read_spreadsheet(path)
-    heads = list(map(columns_of, table.rows[:FEW_ROWS]))
+    heads = list(map(columns_of, table.rows[:HEAD_ROWS]))
     head = next((number for number, columns in enumerate(heads) if any(columns)), None)
     if head is None:
         hint = "its first line names columns such as `name`, `login` and `id`"

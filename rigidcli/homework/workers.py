@@ -1,7 +1,7 @@
-"""Work on many untrusted things, in processes that `sandbox` confines and that serve one thing after another.
+"""Untrusted tasks in worker processes that `sandbox` confines, each of which serves one task after another.
 
-A process that breaks its limits ends with the thing that it works on, and another takes its place. Where that
-is safe (Linux), a process is a fork: it has at once what is loaded and worked out.
+A worker that breaks its limits ends with its task, and another takes its place. Where that is safe (Linux),
+workers are forks, which have at once all modules and caches of this process.
 """
 
 from __future__ import annotations
@@ -27,29 +27,29 @@ if TYPE_CHECKING:
 
 _Task = TypeVar("_Task")
 
-METHOD = "fork" if sys.platform == "linux" else "spawn"
+START_METHOD = "fork" if sys.platform == "linux" else "spawn"
 """How processes start: on other systems a fork is not safe, or not there."""
 
-PATIENCE = {"fork": 0.5, "spawn": 60.0}
-"""Seconds beyond the limit after which a process is ended from outside: a new one loads the program first."""
+GRACE = {"fork": 0.5, "spawn": 60.0}
+"""Grace period (s) beyond the limit before a worker is killed: one that is spawned loads the program, too."""
 
 
-MEMORY, LONG = 103, 104
-"""Exit codes that nothing else has: there is no memory left, and there is too much to hand over."""
+OUT_OF_MEMORY, TOO_LONG = 103, 104
+"""Exit codes of a worker without memory, and of one whose result is too long; nothing else has them."""
 
 _NO_MEMORY = Unreadable("too_large", "it takes too much memory")
 _STOPPED = Unreadable("not_allowed", "the process that judged it was stopped")
 
 ENDS: dict[str | int, Unreadable] = {
     "SIGALRM": Unreadable("timeout"),
-    **dict.fromkeys(("SIGABRT", "SIGBUS", "SIGKILL", MEMORY), _NO_MEMORY),
+    **dict.fromkeys(("SIGABRT", "SIGBUS", "SIGKILL", OUT_OF_MEMORY), _NO_MEMORY),
     "SIGSEGV": Unreadable("too_large", "the process that judged it broke down"),
-    LONG: Unreadable("too_large", "there is too much to say of it"),
+    TOO_LONG: Unreadable("too_large", "there is too much to say of it"),
 }
-"""What it means when a process ends by a signal or with a code; the system kills one that has its memory."""
+"""What a signal or an exit code of a worker means; the system kills one that takes all memory."""
 
 Result: TypeAlias = bytes | Unreadable
-"""What work hands over, as bytes: pickles of a process in doubt are not opened; or why there is nothing."""
+"""The bytes of a result (pickles of an untrusted process are never opened), or why there is none."""
 
 
 def each(
@@ -98,12 +98,12 @@ def each(
 
 
 class _Worker:
-    """A process, and the `index` of the task that it works on until the `deadline`."""
+    """A worker process, and the `index` of the task that it works on until the `deadline`."""
 
     def __init__(self, work: Callable[[_Task], bytes], limits: Limits) -> None:
         """Start the process. Raises OSError where the system has no room for it."""
         self.index, self.deadline = -1, 0.0
-        context: Any = get_context(METHOD)
+        context: Any = get_context(START_METHOD)
         with _interrupts_held(), warnings.catch_warnings():
             # Threads of a library for matrices do nothing at this moment.
             warnings.filterwarnings("ignore", ".*multi-?threaded.*", DeprecationWarning)
@@ -114,7 +114,7 @@ class _Worker:
 
     def give(self, index: int, task: object, limits: Limits) -> None:
         """Give it the task of this index."""
-        self.index, self.deadline = index, time.monotonic() + limits.seconds + PATIENCE[METHOD]
+        self.index, self.deadline = index, time.monotonic() + limits.seconds + GRACE[START_METHOD]
         with contextlib.suppress(OSError):  # it has ended, which is seen when it is read from
             self.line.send(task)
 
@@ -176,13 +176,13 @@ def _serve(line: Connection, work: Callable[[_Task], bytes], limits: Limits) -> 
             data = work(task)
             stop_clock()
             if len(data) > limits.handed:
-                code = LONG
+                code = TOO_LONG
                 return
             has_room = (address_space() or 0) - start < limits.memory / 8  # for the next task
             line.send_bytes((b"+" if has_room else b"-") + data)
     except EOFError:
         code = 0
     except MemoryError:
-        code = MEMORY
+        code = OUT_OF_MEMORY
     finally:
         os._exit(code)

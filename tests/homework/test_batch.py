@@ -684,5 +684,5 @@ def test_processes_that_start_anew(tmp_path: Path, monkeypatch: pytest.MonkeyPat
     (tmp_path / "b.yaml").write_text("[" * 1000)
     (tmp_path / "c.yaml").symlink_to("a.yaml")
     forked = list(run(items, handed(tmp_path)))
-    monkeypatch.setattr(workers, "METHOD", "spawn")
+    monkeypatch.setattr(workers, "START_METHOD", "spawn")
     assert list(run(items, handed(tmp_path), 3)) == forked

@@ -454,13 +454,17 @@ class MomentsKind(ArrayKind):
             return Outcome.earning((share - surplus) / count, Finding("wrong_shape", detail=detail))
         rest = (k for k in _ranks(key.ruler, value) if partners[k] is None)
         order = [own[place] if place in own else next(rest) for place in range(count)]
-        labels = tuple(f"moment {k + 1}" for k in order)
-        free = replace(key, labels=labels, counted=frozenset(labels))
-        outcome = super().judge(free, [value[k] for k in order])
-        standing = [same is not False for same in compared(key, value).values()]
-        if key.question.order == "free" or all(standing) or outcome.share < 1:
+        outcome = self._in_order(key, value, order)
+        in_place = [same is not False for same in compared(key, value).values()]
+        if key.question.order == "free" or all(in_place) or outcome.share < 1:
             return outcome
-        return Outcome.earning(sum(standing) / count, Finding("wrong_order"))
+        return Outcome.earning(sum(in_place) / count, Finding("wrong_order"))
+
+    def _in_order(self, key: ArrayKey, value: Sequence[Entry], order: Sequence[int]) -> Outcome:
+        """The outcome of the entries in an order, each called by its place in the answer."""
+        labels = tuple(f"moment {k + 1}" for k in order)
+        key = replace(key, labels=labels, counted=frozenset(labels))
+        return super().judge(key, [value[k] for k in order])
 
 
 def _ranks(ruler: Ruler, entries: Sequence[Any]) -> list[int]:

@@ -44,7 +44,7 @@ from rigidcli.language import tree
 MOST_PAIRS = 6
 """The most pairs of an answer: three are right, and more are surplus."""
 
-EQUAL = 1e-3
+EQUAL_MOMENTS = 1e-3
 """Moments that differ by less, in units of the largest, are equal: three figures do not tell their axes."""
 
 KG_M2 = parse_unit("kg m^2")
@@ -315,7 +315,7 @@ def _solved(ruler: Ruler, tensor: Array) -> dict[str, Any]:
     moments, vectors = np.linalg.eigh(numbers / scale)
     largest = float(np.abs(moments).max())
     moments[np.abs(moments) < NOISE * largest] = 0.0
-    equal = np.abs(moments[:, None] - moments) <= max(NOISE, min(EQUAL, ruler.slack)) * largest
+    equal = np.abs(moments[:, None] - moments) <= max(NOISE, min(EQUAL_MOMENTS, ruler.slack)) * largest
     ruler = replace(ruler, largest=largest * scale)
     return {"ruler": ruler, "tensor": tensor, "moments": moments * scale, "axes": vectors.T, "equal": equal}
 

@@ -36,7 +36,7 @@ from rigidcli.mechanics.hamilton_equations import TIME, Phase, bracket
 ENERGIES = ("hamiltonian", "lagrangian", "energy")
 """Last names of results to which a constant may be added."""
 
-EXACT = 1e-12
+FACTOR_ERROR = 1e-12
 """The relative error of a factor that is read from the values of formulas."""
 
 ZERO = Number("0", 0.0)
@@ -183,8 +183,8 @@ def _findings(key: FormulaKey, answer: Node) -> list[Finding]:
     if not key.constant and names_in(key.tree) and _common([a - b for a, b in pairs]) is not None:
         return [Finding("additive_constant")]
     factor = _common([a / b for a, b in pairs if not b.contains(0)])
-    if factor is not None and math.isfinite(factor) and factor and abs(factor - 1) > EXACT:
-        return [Finding(common_factor(factor, None, (), EXACT) or "constant_factor")]
+    if factor is not None and math.isfinite(factor) and factor and abs(factor - 1) > FACTOR_ERROR:
+        return [Finding(common_factor(factor, None, (), FACTOR_ERROR) or "constant_factor")]
     lacking = f"`{min(missing)}` does not occur in it" if missing else ""
     return [Finding("term_wrong" if isinstance(key.tree, Sum) else "outside_tolerance", detail=lacking)]
 
@@ -195,7 +195,7 @@ def _common(balls: Sequence[Ball]) -> float | None:
         return None
     best = min(balls, key=lambda ball: float(ball.rad()))
     is_common = all(ball.overlaps(best) for ball in balls)
-    return float(best.mid()) if is_common and best.rad() <= EXACT * abs(best.mid()) else None
+    return float(best.mid()) if is_common and best.rad() <= FACTOR_ERROR * abs(best.mid()) else None
 
 
 def _energies(key: FormulaKey) -> tuple[Node, Node] | None:

@@ -165,7 +165,7 @@ def _of_misfit(key: NumberKey, number: Number, detail: str) -> Finding:
 # --- words
 
 
-LONGEST = 1000
+LONGEST_TEXT = 1000
 """The most characters of an answer."""
 
 TRUTH = {
@@ -222,8 +222,8 @@ class ChoiceKind(AnswerKind):
             return ChoiceKey(", ".join(value) or "none", frozenset(map(_plain, value)), words)
         if not isinstance(value, str):
             raise ValueProblem("what is asked for is not a text")
-        if not _plain(value) or len(value) > LONGEST:
-            raise ValueProblem(f"the text of a choice has 1 to {LONGEST} characters")
+        if not _plain(value) or len(value) > LONGEST_TEXT:
+            raise ValueProblem(f"the text of a choice has 1 to {LONGEST_TEXT} characters")
         return ChoiceKey(value, _plain(value), words)
 
     def read(self, key: ChoiceKey, answer: Tree) -> Reading:
@@ -233,7 +233,7 @@ class ChoiceKind(AnswerKind):
         words = (
             answer if isinstance(answer, list) else re.split(r"[,;]|\b(?:and|und|et|y)\b|&", _text(answer))
         )
-        if len(words) > LONGEST:
+        if len(words) > LONGEST_TEXT:
             raise Unreadable("too_large", f"{len(words)} words")
         nothing = {"none", _plain(key.words) if not key.plain else "none"}
         chosen = frozenset(map(_text, words)) - nothing
@@ -279,7 +279,7 @@ class ChoiceKind(AnswerKind):
 def _text(answer: Tree) -> str:
     if not isinstance(answer, str):
         raise Unreadable("wrong_shape", f"read {shown(answer)}, expected a text")
-    if len(answer) > LONGEST:
+    if len(answer) > LONGEST_TEXT:
         raise Unreadable("too_large", f"{len(answer)} characters")
     if not (plain := _plain(answer)):
         raise Unreadable("parse_error", "the text is blank")

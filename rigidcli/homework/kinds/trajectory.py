@@ -36,13 +36,13 @@ QUATERNION = ["q0", "q1", "q2", "q3"]
 LEAST_SAMPLES = 11
 """The fewest rows of a key."""
 
-GAP, SHORT = 0.1, 0.01
+LONGEST_GAP, MOST_MISSING = 0.1, 0.01
 """The longest gap between two rows of an answer, and the time that may be missing at the end, as shares."""
 
 SAME_TIME = 1e-6
 """Times that differ by less than this share of the span are the same: they may be typed with few digits."""
 
-NOISE = 1e-9
+ZERO_COLUMN = 1e-9
 """A column below this share of the largest one is zero, but for errors of integration."""
 
 
@@ -102,7 +102,7 @@ class TrajectoryKind(AnswerKind):
         values = np.column_stack([columns[name] for name in names])
         values = np.where(np.isfinite(periods), np.unwrap(values, axis=0), values)
         sizes = np.minimum(np.abs(values).max(axis=0), periods / 2)
-        sizes = np.where(sizes <= NOISE * sizes.max(), sizes.max() or 1.0, sizes)
+        sizes = np.where(sizes <= ZERO_COLUMN * sizes.max(), sizes.max() or 1.0, sizes)
         margins = np.array([Ruler(question.tolerance).margin(size) for size in sizes.tolist()])
         if (margins >= periods / 4).any():
             raise ValueProblem("any angle is within this tolerance", path=("tolerance",))
@@ -213,7 +213,7 @@ def _wrapped(key: TrajectoryKey, differences: Floats) -> Floats:
 def _reach(key: TrajectoryKey, times: Floats) -> tuple[float, bool]:
     """The time until which an answer has no gap in its rows, and whether that is the end of the key."""
     stop = float(key.times[-1])
-    longest = max(GAP * key.span, float(np.diff(key.times).max())) + SAME_TIME * key.span
+    longest = max(LONGEST_GAP * key.span, float(np.diff(key.times).max())) + SAME_TIME * key.span
     own = times[(times >= key.start - longest) & (times <= stop + longest)]
     if not len(own) or own[0] > key.start + longest:
         return key.start, False
@@ -221,7 +221,7 @@ def _reach(key: TrajectoryKey, times: Floats) -> tuple[float, bool]:
     gaps = np.flatnonzero(steps > longest)
     end = float(own[gaps[0]] if len(gaps) else own[-1])
     last = float(np.median(steps)) * (1 + SAME_TIME) if len(steps) else 0.0
-    complete = not len(gaps) and end >= stop - max(SHORT * key.span, last)
+    complete = not len(gaps) and end >= stop - max(MOST_MISSING * key.span, last)
     return (stop if complete else max(key.start, end)), complete
 
 

@@ -1,6 +1,6 @@
 """A class on a page of HTML, a page for each student, and sheets with the values of each to hand out.
 
-All texts of students and files stay text (`own`), isolated from the direction of what stands beside them.
+All texts of students and files are escaped (`own`), and isolated: letters from right to left move nothing.
 """
 
 from __future__ import annotations
@@ -115,7 +115,7 @@ def file_name(student: str, taken: set[str]) -> str:
 
 
 def own(words: str) -> str:
-    """Words of somebody else: text, whose direction changes nothing beside it."""
+    """Words of somebody else, escaped, and isolated from the direction of what stands beside them."""
     return f"<bdi>{text(words)}</bdi>"
 
 
