@@ -80,11 +80,9 @@ class ArrayKind(AnswerKind):
         return row(read_list(answer))
 
     def labels(self, shape: tuple[int, ...]) -> tuple[str, ...]:
-        """The names of the entries of a table of this shape."""
         return numbered(self.word, shape[0])
 
     def key(self, asked: Asked) -> ArrayKey:
-        """The key of a question, literal or computed. Raises ValueProblem."""
         if asked.report is None:
             table = self.table(asked.value)
             ruler, entries = literal(asked, table, self.labels(table.shape))
@@ -98,7 +96,6 @@ class ArrayKind(AnswerKind):
         return replace(key, counted=counted or key.counted)
 
     def read(self, key: ArrayKey, answer: Tree) -> Reading:
-        """The entries of an answer of the shape that is asked. Raises Unreadable."""
         table = self.table(answer)
         if self.dimensions == 2 and len(table) == 1 and table.size == key.entries.size:  # row after row
             table = table.reshape(key.entries.shape)
@@ -150,12 +147,10 @@ class ArrayKind(AnswerKind):
         return iter(())
 
     def mistaken(self, asked: Asked, key: ArrayKey) -> Iterator[tuple[str, ArrayKey]]:
-        """The keys whose entries come out under a mistake."""
         for code, entries in self.mistakes(asked, key):
             yield code, replace(key, entries=key.ruler.entries(entries))
 
     def typed(self, key: ArrayKey) -> Tree:
-        """The key with all digits, each entry with its unit."""
         typed: Tree = filled(list(map(key.ruler.typed, key.right)), key.entries.shape).tolist()
         return typed
 
@@ -259,14 +254,12 @@ class VectorKind(ArrayKind):
     word: ClassVar[str] = "component"
 
     def key(self, asked: Asked) -> ArrayKey:
-        """The key of a question for a vector. Raises ValueProblem."""
         key = super().key(asked)
         if asked.question.direction in ("sense", "parallel") and key.named(0) == set(key.labels):
             raise ValueProblem("a vector of length zero has no direction", path=("direction",))
         return key
 
     def mistakes(self, asked: Asked, key: ArrayKey) -> Arrays:
-        """The vectors that come out under a mistake."""
         return of_vector(asked, key.entries)
 
     def judge(self, key: ArrayKey, value: Sequence[Entry]) -> Outcome:
@@ -320,11 +313,9 @@ class MatrixKind(ArrayKind):
     uncounted: ClassVar[tuple[int, ...]] = (0, 1)
 
     def table(self, answer: Tree) -> Array:
-        """What was typed for each entry, in rows. Raises Unreadable."""
         return rows(read_list(answer, is_square=True))
 
     def labels(self, shape: tuple[int, ...]) -> tuple[str, ...]:
-        """The rows and columns of a table of this shape."""
         return tuple(f"row {i + 1}, column {j + 1}" for i, j in np.ndindex(*shape))
 
     def is_right(self, key: ArrayKey, value: Sequence[Entry]) -> bool:
@@ -351,18 +342,15 @@ class TensorKind(MatrixKind):
     uncounted: ClassVar[tuple[int, ...]] = (0,)
 
     def table(self, answer: Tree) -> Array:
-        """What was typed for each component, in rows or by names. Raises Unreadable."""
         entries = read_list(answer, is_square=True)
         return _components(entries) if isinstance(entries, dict) else rows(entries)
 
     def labels(self, shape: tuple[int, ...]) -> tuple[str, ...]:
-        """The names of the components. Raises ValueProblem."""
         if shape != (3, 3):
             raise ValueProblem("this is not a tensor, which has 3 rows of 3")
         return COMPONENTS
 
     def key(self, asked: Asked) -> ArrayKey:
-        """The key of a question for an inertia tensor. Raises ValueProblem."""
         key = super().key(asked)
         if asked.report is not None:
             key = replace(key, entries=key.ruler.entries(np.asarray(asked.value) * products(asked)))
@@ -371,7 +359,6 @@ class TensorKind(MatrixKind):
         return key
 
     def mistakes(self, asked: Asked, key: ArrayKey) -> Arrays:
-        """The tensors that come out under a mistake, with the products of inertia that the question has."""
         signs = products(asked)
         usual = key.entries * signs if asked.report is None else np.asarray(asked.value)
         yield from ((code, tensor * signs) for code, tensor in of_tensor(asked, usual))
@@ -385,7 +372,6 @@ class TensorKind(MatrixKind):
         return first + (super().said(key, triples, others, partly=partly) if others else [])
 
     def typed(self, key: ArrayKey) -> Tree:
-        """The components by their names."""
         return {name: key.ruler.typed(each) for name, each in zip(key.labels, key.right, strict=True)}
 
 
@@ -420,7 +406,6 @@ class MomentsKind(ArrayKind):
     word: ClassVar[str] = "moment"
 
     def key(self, asked: Asked) -> ArrayKey:
-        """The key of a question for moments, by their sizes. Raises ValueProblem."""
         key = super().key(asked)
         if key.ruler.formulas is not None:
             if asked.question.order == "ascending":
@@ -429,7 +414,6 @@ class MomentsKind(ArrayKind):
         return replace(key, entries=np.sort(key.entries))
 
     def mistakes(self, asked: Asked, key: ArrayKey) -> Arrays:
-        """The moments of the tensors that come out under a mistake."""
         is_report = asked.report is not None and asked.path[-1] == "moments"
         tensor = asked.report.get("tensor") if asked.report is not None and is_report else None
         if tensor is not None and key.ruler.formulas is None:

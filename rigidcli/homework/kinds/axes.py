@@ -91,7 +91,6 @@ class AxesKind(AnswerKind):
     )
 
     def key(self, asked: Asked) -> AxesKey:
-        """The tensor whose axes are asked. Raises ValueProblem."""
         if (asked.question.tolerance.angle or 0.0) > 0.5:
             raise ValueProblem("is in radians, expected at most 0.5", path=("tolerance", "angle"))
         ruler, usual, pairs = _literal(asked) if asked.report is None else _reported(asked)
@@ -103,7 +102,6 @@ class AxesKind(AnswerKind):
         return AxesKey(asked.question, asked.path, **solved, usual=usual, typed=typed, alone=alone)
 
     def read(self, key: AxesKey, answer: Tree) -> Reading:
-        """A list of pairs, or of axes. Raises Unreadable."""
         table = _typed(answer)
         count, width = table.shape
         if not key.alone and width == 3:
@@ -138,7 +136,6 @@ class AxesKind(AnswerKind):
         yield "transposed", replace(key, columns=True)
 
     def typed(self, key: AxesKey) -> Tree:
-        """The moments and axes."""
         direction = replace(key.ruler, unit=None)
         moments = list(map(key.ruler.typed, key.typed[:, 0].tolist()))
         axes = [list(map(direction.typed, axis)) for axis in key.typed[:, 1:].tolist()]

@@ -59,7 +59,6 @@ class EquationsKind(AnswerKind):
     )
 
     def key(self, asked: Asked) -> MotionKey:
-        """The motion of a question. Raises ValueProblem."""
         try:
             key = of_text(asked) if asked.report is None else of_document(asked)
         except Unreadable as unreadable:
@@ -138,12 +137,10 @@ class EquationsKind(AnswerKind):
         return Outcome.correct(*form, *remarks)
 
     def mistaken(self, asked: Asked, key: MotionKey) -> Iterator[tuple[str, MotionKey]]:
-        """The motions that mistakes lead to."""
         for code, rates in of_motion(key):
             yield code, replace(key, rates={**key.rates, **rates})
 
     def typed(self, key: MotionKey) -> Tree:
-        """The derivatives of the states."""
         return {rate: text(node) for rate, node in key.rates.items()}
 
 

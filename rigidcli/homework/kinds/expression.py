@@ -72,7 +72,6 @@ class ExpressionKind(AnswerKind):
     )
 
     def key(self, asked: Asked) -> FormulaKey:
-        """The formula that is asked for. Raises ValueProblem."""
         tree, question, last = _tree(asked), asked.question, asked.path[-1] if asked.path else ""
         used = names_in(tree)
         names = names_of(asked, used)
@@ -92,7 +91,6 @@ class ExpressionKind(AnswerKind):
         )
 
     def read(self, key: FormulaKey, answer: Tree) -> Reading:
-        """A formula in the symbols of the question. Raises Unreadable."""
         names = key.formulas.names
         if key.constant and isinstance(answer, str):
             answer = re.sub(r"\s*\+\s*(?:const(?:ant)?|konst|cst|cte)\.?\s*\Z", "", answer)
@@ -120,7 +118,6 @@ class ExpressionKind(AnswerKind):
         return Outcome.earning(0.0, *_findings(key, value))
 
     def is_right(self, key: FormulaKey, value: Node) -> bool:
-        """Whether the answer is the key, perhaps up to a constant."""
         return key.same(value, constant=key.constant) is True
 
     def mistaken(self, asked: Asked, key: FormulaKey) -> Iterator[tuple[str, FormulaKey]]:
@@ -131,7 +128,6 @@ class ExpressionKind(AnswerKind):
             yield from ((code, replace(key, tree=other)) for code, other in others)
 
     def typed(self, key: FormulaKey) -> Tree:
-        """The key in the language of documents."""
         return text(key.tree)
 
 
@@ -270,7 +266,6 @@ class InvariantsKind(AnswerKind):
     )
 
     def key(self, asked: Asked) -> InvariantsKey:
-        """The conserved quantities of a document. Raises ValueProblem."""
         if asked.report is None:
             hint = "ask a document for `hamilton.invariants`, or give one formula of kind `expression`"
             raise ValueProblem("what is conserved follows from a document", hint=hint)
@@ -326,5 +321,4 @@ class InvariantsKind(AnswerKind):
         return Outcome.earning((min(new, count) - max(surplus, 0)) / count, *findings)
 
     def typed(self, key: InvariantsKey) -> Tree:
-        """The quantities of the key."""
         return list(map(text, key.quantities))

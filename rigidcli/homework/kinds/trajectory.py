@@ -170,7 +170,6 @@ class TrajectoryKind(AnswerKind):
         return Outcome.earning(float((ends[counted] - key.start).mean() / key.span), *findings)
 
     def typed(self, key: TrajectoryKey) -> Tree:
-        """The rows of the key."""
         units = [1.0 if unit is None else unit.scale for unit in key.units]
         rows = np.column_stack([key.times, key.values / units]).tolist()
         lines = [(TIME, *key.columns), *(map(repr, row) for row in rows)]
