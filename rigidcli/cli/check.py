@@ -329,7 +329,7 @@ def judge(asked: Request, target: Output, failures: Failures) -> None:
 
 
 def watched(judged: "Iterator[Judgement]", failures: Failures, target: Output) -> "Iterator[Judgement]":
-    """The judgements, whose verdicts decide the exit code, and whose files are not written over."""
+    """Pass judgements on: verdicts set the exit code, and files that answers name are protected."""
     for judgement in judged:
         if any(question.verdict != "correct" for question in judgement.questions):
             failures.code = max(failures.code, NOT_CORRECT)

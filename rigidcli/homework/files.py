@@ -22,7 +22,6 @@ from rigidcli.homework.answers import tree_of
 from rigidcli.homework.base import Tree, Unreadable
 from rigidcli.homework.names import (
     ARCHIVE,
-    SUFFIXES,
     Owner,
     is_answer,
     may_answer,
@@ -191,7 +190,7 @@ def _unpacked(path: Path, folder: Path, bounds: Bounds, batch: Batch, source: st
     """Unpack an archive into a folder, note what is left out, and return whether it could be opened."""
     name = Path(source) if source else path
     try:
-        for message in unpack(path, folder, bounds, SUFFIXES):
+        for message in unpack(path, folder, bounds):
             batch.trouble(name, message, is_whole=bool(source) or "too large" not in message)
     except BROKEN as error:
         reason = getattr(error, "strerror", None) or printable(str(error))
@@ -250,16 +249,16 @@ class Bounds(NamedTuple):
 
 
 CLASS = Bounds(files=MOST_FILES, bytes=500_000_000, each=MOST_BYTES + 1)
-"""What the archive of a class of thousands becomes, which every disk has room for."""
+"""Bounds for the archive of a class of thousands."""
 
 HAND_IN = Bounds(files=200, bytes=5_000_000, each=MOST_BYTES + 1)
-"""What the archive becomes that a student hands in."""
+"""Bounds for the archive that a student hands in."""
 
 MOST_FOLDERS = 9
 """The most parts of a name in an archive: a download has two or three, and a student may add some."""
 
 ELSEWHERE = frozenset("/\\:\0")
-"""Characters by which a name leads out of its folder, on one system or another."""
+"""Characters that separate folders or drives on some system, and NUL."""
 
 HIDDEN = (".", "__MACOSX", "Thumbs.db", "desktop.ini")
 """Beginnings of names that are ignored: systems add such files to folders and archives."""
@@ -280,10 +279,10 @@ def size(path: Path) -> int:
         return sum(info.file_size for info in archive.infolist())
 
 
-def unpack(path: Path, folder: Path, bounds: Bounds, is_kept: frozenset[str]) -> Iterator[str]:
+def unpack(path: Path, folder: Path, bounds: Bounds) -> Iterator[str]:
     """Unpack an archive into a folder. Yields a message for each entry that is left out by itself.
 
-    Where a file and a folder have one name, the file stays if its ending `is_kept`, or else the folder.
+    Where a file and a folder have one name, an answer file stays, or else the folder.
     Raises one of BROKEN for what is no archive.
     """
     left = bounds.bytes
@@ -291,7 +290,7 @@ def unpack(path: Path, folder: Path, bounds: Bounds, is_kept: frozenset[str]) ->
     with zipfile.ZipFile(path) as archive:
         named = [(_parts_of(info), info) for info in archive.infolist() if not info.is_dir()]
         named = [(parts, info) for parts, info in named if not any(each.startswith(HIDDEN) for each in parts)]
-        answers = {parts for parts, _ in named if parts and Path(parts[-1]).suffix.lower() in is_kept}
+        answers = {parts for parts, _ in named if parts and is_answer(parts[-1])}
         folders = {above for parts, _ in named for above in _above(parts) if above not in answers}
         # The smallest come first, so that no large one takes the room of others.
         named.sort(key=lambda each: each[1].file_size)
@@ -351,7 +350,7 @@ def _unpack(archive: zipfile.ZipFile, info: zipfile.ZipInfo, file: Path, most: i
 
 
 def first_bytes(path: Path) -> bytes:
-    """The first bytes of a regular file, which tell what it is; none of any other."""
+    """The first bytes of a regular file, by which formats are known; none of any other file."""
     with suppress(Unreadable, OSError, ValueError):
         return _bytes_of(path, 16, "")
     return b""
@@ -448,7 +447,7 @@ def names_file(text: str, name: str) -> bool:
 
 
 class _Folder:
-    """The names of what lies in a folder, as far as it can be read, and whose they are."""
+    """The names in a folder, as far as it can be read, and their owners."""
 
     def __init__(self, folder: Path) -> None:
         self.names: list[str] = []

@@ -34,7 +34,7 @@ from rigidcli.homework.workers import each
 from rigidcli.sandbox import LIMITS, usable_cores
 
 TABLES = frozenset([".csv", ".tsv", ".npy", ".xls", ".xlsx", ".ods", ".html", ".htm"])
-"""Endings of files that answers name, or platforms add: none of them is an answer file."""
+"""Endings of data files and of tables that platforms add: none of them is an answer file."""
 
 LEAST_OF_CLASS = 4
 """With so many answer files, or folders, in it a folder is that of the class, and not of a student."""
@@ -142,7 +142,7 @@ def papers(
 
 
 def _students(places: Sequence[HandedFile], roster: Roster | None) -> list[_Student]:
-    """The students whose files these are, in the order of their first files."""
+    """The students with their files, in the order of first files."""
     owners = _owners(places, roster)
     students: dict[str, _Student] = {}
     for place, (owner, common) in zip(places, owners, strict=True):
@@ -166,13 +166,13 @@ def unnamed(others: Sequence[HandedFile], judgements: Iterable[Judgement]) -> li
 # --- whose a file is
 
 _Found = tuple[Owner, Collection[str]]
-"""Whose a place is by a name, and the words in that name which tell nobody apart."""
+"""The owner of a file, and words of its name that are common to all names beside it."""
 
 
 def _owners(places: Sequence[HandedFile], roster: Roster | None) -> list[_Found]:
-    """Whose each place is: by the first level of folders that tells students apart, else by its own name.
+    """The owner of each file, by the first level of folders that tells students apart, or by its own name.
 
-    A student chooses the names of what lies deeper, and could take the place of another by them.
+    Names further down are chosen by students, who could pose as others by them.
     """
     found: dict[int, _Found] = {}
     groups = defaultdict[int, dict[int, HandedFile]](dict)
@@ -184,10 +184,10 @@ def _owners(places: Sequence[HandedFile], roster: Roster | None) -> list[_Found]
 
 
 def _of_group(group: Mapping[int, HandedFile], roster: Roster | None) -> dict[int, _Found]:
-    """Whose places below one of ANSWERS are.
+    """The owners of the files below one of ANSWERS.
 
-    The level is the first that has the form of a platform, or names students of the roster. Without a roster
-    it is the first that tells hand-ins apart.
+    The level that decides is the first with the form of a platform, or with names of students of the roster;
+    without a roster it is the first that tells hand-ins apart.
     """
     ways = {
         number: (place.given, *place.way) if roster and place.given else place.way
@@ -212,7 +212,7 @@ def _of_group(group: Mapping[int, HandedFile], roster: Roster | None) -> dict[in
 
 
 def _of_names(names: dict[int, str], roster: Roster | None, *, is_folder: bool) -> dict[int, _Found]:
-    """Whose places are by the names of folders or files that stand beside each other."""
+    """The owners by names of folders or files that stand beside each other."""
     platform = platform_of({*names.values()})
     owners = {name: owner_of(name, platform, is_folder=is_folder) for name in {*names.values()}}
     common = set[str]()

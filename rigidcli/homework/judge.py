@@ -119,7 +119,7 @@ def judge(text: str, path: Path, items: Mapping[str, Item], seen: Seen | None = 
 
 
 def same_for_all(items: Mapping[str, Item], result: Outcome) -> Judgement:
-    """A hand-in whose questions are not judged one by one."""
+    """A hand-in with one outcome for all questions, such as of a file that cannot be read."""
     return Judgement("", "", tuple(item.judged(id, result) for id, item in items.items()))
 
 
@@ -199,7 +199,7 @@ def _explained(item: Item, outcome: Outcome, value: Any) -> Outcome:
 
 
 def _credited(item: Item, outcome: Outcome) -> Outcome:
-    """The outcome with the share that the question gives for an answer that is right but for one thing."""
+    """The outcome by the option `credit`: whole points only, or shares for certain codes."""
     if item.credit == "whole" and outcome.verdict == "partial":
         return replace(outcome, verdict="incorrect", share=0.0)
     codes = {finding.code for finding in outcome.findings}

@@ -50,7 +50,7 @@ _NUMBERED = re.compile(r"(?:Participante?|Teilnehmer(?:/?in)?)\s*([0-9]+)", re.I
 
 
 Cells: TypeAlias = Sequence[tuple[str, str]]
-"""What a list says of a student: names of columns, of which several may be alike, with what they hold."""
+"""The cells about a student, each with the name of its column; several columns may have one name."""
 
 
 def columns_of(head: Sequence[str]) -> list[str]:
@@ -269,7 +269,7 @@ def _person_of(raw: Cells) -> Person | None:
 
 
 def _full_name(cells: Mapping[str, str]) -> str:
-    """The name of a student, whose last name a list may call the name; or else the identifier."""
+    """The name of a student; some lists call the last name `Name`, others have an identifier only."""
     last, first = cells.get("LastName", ""), cells.get("FirstName", "")
     name = cells.get("Student", "")
     if name and not last and not {*words_of(first)} <= {*words_of(name)}:

@@ -294,7 +294,7 @@ class _Comparison:
         return _AtPoint.AGREES if gap.rad() <= cancelling * ROUNDING_OF_BALLS else _AtPoint.VAGUE
 
     def one_sided(self) -> str:
-        """The function whose argument may have another sign that no point has shown; empty without one."""
+        """Why the sign inside a function leaves the outcome open; empty if it does not."""
         further = Steps()
         sided = [part for node in self.beside for part in further.sided(further.add(node))]
         for own, other in ((self.answer, self.key), (self.key, self.answer)):
@@ -515,7 +515,7 @@ def _function_of(kind: str, detail: Any) -> str:
 
 
 def _value(kind: str, detail: Any, inner: list[Ball], point: Point) -> Ball:
-    """The value of a part whose operands have the values `inner`. Raises NoValue, Unclear."""
+    """The value of a part from the values of its operands. Raises NoValue, Unclear."""
     match kind:
         case "Product":
             return math.prod(inner)

@@ -18,7 +18,7 @@ MOST_BYTES = 50_000_000
 """Length of a file that an instructor gives: a gradebook of thousands of students has some 5 MB."""
 
 ROWS_TRIED = 20
-"""Rows by which it is found out what separates cells."""
+"""Rows by which the separator of cells is chosen."""
 
 
 def read_own(path: str | os.PathLike[str]) -> str:
@@ -79,7 +79,7 @@ def _fit(text: str, separator: str) -> tuple[int, int]:
 
 
 def cell(row: Sequence[str], place: int) -> str:
-    """What a cell says; a short row has empty ones at its end."""
+    """The text of a cell; it is empty behind the end of a short row."""
     return row[place].strip() if place < len(row) else ""
 
 

@@ -59,7 +59,7 @@ def each(
     limits: Limits,
     progress: Progress,
 ) -> Iterator[Result]:
-    """What `work` makes of each task, in the order of tasks, whatever is done first; `jobs` run at a time.
+    """The results of `work` for each task, in the order of tasks; `jobs` workers run at a time.
 
     `progress` gets the share that is done. Raises ComputationError where no process can be started.
     """

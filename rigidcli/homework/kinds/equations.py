@@ -83,7 +83,6 @@ class EquationsKind(AnswerKind):
         return Reading((sides, findings), shown, CONTRADICTION if differ else "")
 
     def judge(self, key: MotionKey, value: Answer) -> Outcome:
-        """What is true, what determines the motion, and what is too much."""
         sides, unread = value
         exactly = replace(key.formulas, relative=None)
         kept = [side for side in sides if exactly.same(*side[1:]) is not True]
@@ -230,7 +229,7 @@ def _system_of(key: MotionKey, second: frozenset[str], sides: Sequence[Sides]) -
 
 
 def _rows(key: MotionKey, residuals: Sequence[Node], unknowns: Sequence[str]) -> tuple[list[list[Expr]], str]:
-    """The slopes of equations by the unknowns in which they are linear, and why others are left out."""
+    """The slopes of linear equations by the unknowns, and why other equations are left out."""
     rows, unclear = list[list[Expr]](), ""
     for residual in residuals:
         try:
@@ -312,7 +311,7 @@ class MotionKey:
     """The motion: how the states change, and which second derivatives an answer may have.
 
     `rates` has the derivatives of the states: `xdot` and `p_xdot`, or `xddot` where `xdot` is a state itself.
-    EquationsKind of second order may be for `coordinates`, whose `momenta` (or velocities) are states, too.
+    Equations of second order may be for `coordinates`, whose `momenta` (or velocities) are states, too.
     """
 
     formulas: FormulaComparison

@@ -186,7 +186,7 @@ def _findings(key: FormulaKey, answer: Node) -> list[Finding]:
 
 
 def _common(balls: Sequence[Ball]) -> float | None:
-    """The number that all balls may be; None where there is none, or they are too wide."""
+    """The one number within all balls; None where there is none, or the balls are too wide."""
     if len(balls) < LEAST_POINTS:
         return None
     best = min(balls, key=lambda ball: float(ball.rad()))
@@ -195,7 +195,7 @@ def _common(balls: Sequence[Ball]) -> float | None:
 
 
 def _energies(key: FormulaKey) -> tuple[Node, Node] | None:
-    """The kinetic energy and what is left at rest, where the rest is the same for motion backwards."""
+    """The energies T and V of a key T + V; None where reversed motion would change it."""
     if not key.rates or names_in(key.tree).isdisjoint(key.rates):
         return None
     resting = to_tree(from_tree(bound(key.tree, dict.fromkeys(key.rates, ZERO))))

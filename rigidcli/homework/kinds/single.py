@@ -177,7 +177,7 @@ _BRACKETED = re.compile(r"\s*[(\[][^()\[\]]*[)\]]\s*")
 """What is added in brackets."""
 
 CLASSES = (*get_args(BodyClass), "symmetric")
-"""The classes of tops, by which an answer may be longer or shorter than the key."""
+"""The classes of tops: an answer may add, or leave out, `symmetric top` behind them."""
 
 _ARTICLE = re.compile(
     r"\b(?:the|an?|der|die|das|eine?|le|la|une?|el|los|only|nur|body|system|motion) (?=\w)|(?<=\w) only\b"
@@ -262,7 +262,7 @@ class ChoiceKind(AnswerKind):
         )
 
     def _is_word_of_table(self, key: ChoiceKey, value: str | frozenset[str]) -> bool:
-        """Whether the answer says what a table says, or the key with more of its words."""
+        """Whether the answer has the words of the table of results, or the key and some of these."""
         if not isinstance(value, str) or not isinstance(key.plain, str):
             return False
         short = _class_of(value)

@@ -278,7 +278,7 @@ def _of_report(asked: Asked) -> tuple[dict[str, Column], Sequence[str]]:
 
 
 def _require_predictable(asked: Asked) -> None:
-    """Raise ValueProblem for a chaotic motion, whose end no ordinary integration shows."""
+    """Raise ValueProblem for a chaotic motion, whose end an ordinary integration gets wrong."""
     results = {} if asked.report is None else asked.report.tree
     digits = results.get("trusted_digits", results.get("orbit", {}).get("trusted_digits"))
     section = getattr(asked.document, "orbit", None) or getattr(asked.document, "motion", None)

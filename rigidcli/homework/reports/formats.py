@@ -33,7 +33,7 @@ LATE = ("late",)
 """The column of csv that says whether a hand-in was late, where any was."""
 
 FIELDS = ("id", "title", "answer", "read_as", "verdict", "score", "max_score")
-"""What json says of a question, besides the feedback."""
+"""The fields of a question in json, besides the feedback."""
 
 # Where semicolons separate cells, as they do in much of Europe, one within a text begins a new cell.
 _FORMULA = re.compile(r'(^|;)([\s"]*)(?=[=+\-@＝＋－＠﹦﹢﹣﹫])')
@@ -255,7 +255,7 @@ def _block(student: Judgement, style: ReportStyle, brief: bool) -> str:
 
 
 def _remarks(question: Judged, style: ReportStyle, title: str = "") -> str:
-    """A title, the answer as it was typed, how it was read where that says more, and what is said of it."""
+    """The title, the answer as typed and, if that says more, as read, and the remarks."""
     typed, read_as = (shortened(text, LONGEST_ANSWER) for text in (question.answer, question.reading))
     answer = f"`{typed}`" + (f", read as `{read_as}`" if read_as else "")
     shown = answer if question.answer and style.feedback.reasons else ""

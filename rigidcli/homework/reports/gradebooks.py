@@ -27,7 +27,7 @@ TOTALS = re.compile(r"(Current|Final) (Score|Points|Grade)|Override (Score|Grade
 """Columns that Canvas works out itself."""
 
 POINTS = "Points Possible"
-"""What the row is called that says how many points an assignment is worth."""
+"""The name of the row with the points that assignments are worth."""
 
 KEPT = frozenset(["EX", "N/A"])
 """Cells that stay: the student is excused, or does not have the assignment."""
@@ -105,7 +105,7 @@ def moodle(table: Spreadsheet, column: str | None = None) -> Gradebook:
 
 
 def _people(table: Spreadsheet, about: Sequence[str], without: Sequence[str] = ()) -> Roster:
-    """The students of a gradebook, whose columns `about` students are named as in SPELLINGS."""
+    """The students of a gradebook; `about` has the meaning of each column, empty for others."""
     rows = {number: row for number, row in enumerate(table.rows) if number and row is not without}
     return Roster(
         {
@@ -121,8 +121,8 @@ def fill(
 ) -> Filled:
     """The gradebook with the scores; `aliases` are other names of students in the results.
 
-    All other cells stay as they are, and so does that of a student of whom an answer waits for a person, or
-    who has handed in nothing, unless a person has given a score.
+    All other cells stay as they are. The cell of a student stays, too, if an answer waits for a person, or if
+    nothing is handed in, unless a person has given a score.
     """
     handed_in = [each for each in judgements if each.source or each.is_overridden]
     rows = [list(row) for row in book.table.rows]

@@ -1,4 +1,4 @@
-"""The questions as a class has answered them, and what a new run changes in the marks of an old one.
+"""Statistics of the questions over a class, and the differences between two runs.
 
 Many who err alone err differently. A wrong answer that several students share, and that no known mistake
 leads to, is a reason to look at the key. Two students who share several wrong answers that hardly anybody
@@ -43,7 +43,7 @@ UNNAMED = {
     "component_wrong", "equation_wrong", "not_an_eigenvector", "outside_tolerance", "term_wrong",
     "wrong_initial_condition",
 }  # fmt: skip
-"""Codes that say what is wrong, but not by which mistake."""
+"""Codes that name no mistake."""
 
 TABLES = ("{file:", "{csv:")
 """How the answer begins that is a trajectory."""
@@ -101,7 +101,7 @@ class Alike:
 
 
 def tally(judgements: Iterable[Judgement]) -> tuple[Tally, ...]:
-    """What the class has made of each question, those first of which an answer waits for a person."""
+    """The statistics of each question; those with answers that wait for a person come first."""
     students = [*judgements]
     given: dict[str, list[Judged]] = {}
     for judgement in students:
@@ -112,7 +112,7 @@ def tally(judgements: Iterable[Judgement]) -> tuple[Tally, ...]:
 
 
 def _analysis(id: str, students: Sequence[Judgement]) -> tuple[float | None, float | None]:
-    """The share of right answers to a question, and how right ones go with the rest of the score.
+    """The share of right answers to a question, and their correlation with the rest of the score.
 
     The latter is the point-biserial correlation of x, which is 1 for a right answer and else 0, and the score
     y in all other questions,
@@ -170,7 +170,7 @@ def alike(judgements: Iterable[Judgement]) -> tuple[Alike, ...]:
 
 
 def _same(answer: str) -> str:
-    """An answer without its blanks and last digits, in which equal ones may differ."""
+    """An answer without blanks and last digits, to compare answers by."""
     return _NUMBER.sub(lambda number: f"{float(number[0]):.3g}", "".join(answer.split()))
 
 
@@ -266,7 +266,7 @@ TEXTS = {"table": table, "json": json, "csv": csv}
 
 
 def render(format: str, judgements: Iterable[Judgement], style: ReportStyle) -> Iterator[str]:
-    """What the class has made of the questions, and who is alike, in a format."""
+    """The statistics of the questions, and students who are alike, in a format."""
     students = [*judgements]
     return TEXTS[format](tally(students), style, alike(students))
 

@@ -100,9 +100,9 @@ def your_values(values: Values) -> str:
 
 
 def file_name(student: str, taken: set[str]) -> str:
-    """A name for the page of a student, made of words alone, and none of those `taken`, to which it is added.
+    """A new file name for the page of a student, made of words alone; it is added to those `taken`.
 
-    Names count as the same where systems take capitals, or forms of a letter, for the same.
+    Names that differ in capitals or forms of Unicode are the same on some systems, and so here.
     """
     words = re.findall(r"\w+", unicodedata.normalize("NFKC", student))
     stem = name = "-".join(words)[:LONGEST_NAME] or "student"
@@ -246,7 +246,7 @@ class Sheet(NamedTuple):
     values: Mapping[str, str]
     items: Mapping[str, Item]
     about: Sequence[str] = ()
-    """What the list of students says of this one, in its own columns."""
+    """The cells of the student in the roster."""
 
 
 def sheet_pages(sheets: Sequence[Sheet], title: str) -> Iterator[tuple[str, str]]:
