@@ -367,7 +367,7 @@ class Environment:
         values = ", ".join(f"{name}: null" for name in new[:LONGEST_LIST])
         if values and near is None:
             also += f"; a symbol, or a name for a value, is declared by `parameters: {{{values}}}`"
-        if "e" in names:
+        if {"e", "E"} & set(names):
             also += "; e to a power is written `exp(...)`"
         if not WITHOUT_VALUE.isdisjoint(names):
             also += "; a parameter without a value is `null`: `m: null`"
@@ -404,21 +404,30 @@ def _in_si(digits: str, unit: Unit) -> float:
 def _unit(text: str, dimension: Dimension | None) -> Unit:
     """The unit of this text, which must fit the dimension. Raises ValueProblem.
 
-    A unit in one word, such as `rads^-1`, is the product that fits; any product does without a dimension, if
-    it has a negative power.
+    A unit in one word, such as `rads^-1`, is the product that fits. Without a dimension, as in a parameter,
+    it needs a negative power and one reading: `ms^-2` may be `m/s^2`, and `1/ms^2`.
     """
+    has_negative_power = re.search("[-⁻−]", text) is not None
     try:
         unit = parse_unit(text)
         if dimension is not None:
             check_dimension(unit.text, unit.dimension, dimension)
-        return unit
     except ValueProblem:
-        if dimension is None and not re.search("[-⁻−]", text):
+        if dimension is None and not has_negative_power:
             raise
         product = unit_in_one_word(text, lambda each: dimension in (None, each.dimension))
         if product is None:
             raise
         return product
+    own = unit.dimension
+    if (
+        dimension is None
+        and has_negative_power
+        and unit_in_one_word(text, lambda each: each.dimension != own)
+    ):
+        hint = "a blank separates units, as in `m s^-2`; milliseconds stand below a bar, as in `1/ms^2`"
+        raise ValueProblem(f"{shown(text)} can be read in two ways", hint=hint)
+    return unit
 
 
 @lru_cache(maxsize=1024)

@@ -1,27 +1,39 @@
-"""Lists, tables and mappings as people type them: with brackets or without, in YAML or in one text."""
+"""Lists, tables, vectors and mappings as people type them, with brackets or without, in YAML or in one text.
+
+read_list("1, 2, 3 kg")                    # ["1 kg", "2 kg", "3 kg"]
+read_list("M/12 * [[1, 2], [3, 4]]")       # [["(M/12)*(1)", "(M/12)*(2)"], ...]
+read_list("2 j + 12 k")                    # ["0", "2", "12"]
+"""
 
 from __future__ import annotations
 
 import re
+import unicodedata
 from typing import Any
 
 from rigidcli.errors import ExpressionError, shown
 from rigidcli.homework.base import Tree, Unreadable
-from rigidcli.homework.numbers import with_hint
-from rigidcli.homework.vectors import from_columns, in_unit_vectors, spread, undressed
+from rigidcli.homework.numbers import advice
 from rigidcli.language.decoration import DECIMAL, undecorated
+from rigidcli.language.latex import matrix
 from rigidcli.language.latex import plain as without_latex
 from rigidcli.language.statements import cut, without_brackets
 from rigidcli.language.typed import unnamed
+
+MOST_BRACKETS = 40
+"""The most brackets of a text that are looked into for a list, as each look reads all that is inside."""
 
 _OPEN, _CLOSE = "[({", "])}"
 _UNIT_TAIL = re.compile(r"(?P<entry>.*[\d)\]])\s+(?P<unit>(?![\d+*/^)\]-])\S.*)", re.DOTALL)
 _NUMBER = re.compile(rf"[-+]?{DECIMAL}(?:[eE][-+]?\d+)?(?:/\d+)?")
 _NAMED = re.compile(r"(?<!\w)[^\W\d]\w*+\s*[=:]")
-_NEXT_NAME = re.compile(r"(?<=[\w)])\s+(?=(?:[^\W\d]|[^\W\d_]+_?\d)\s*=)")
+_NEXT_NAME = re.compile(r"(?<=[\w)])\s+(?=(?:[^\W\d]|[^\W\d_]+_?\d)\s*[=:])")
 """What stands between `I1 = 3` and the next name with a digit, or of one letter."""
-_ARRAY = re.compile(r"(?:\b(?:np|numpy|sp|sympy)\.)?\b(?:array|[Mm]atrix|[Vv]ector|vec)\s*(?=\()")
-_DIAGONAL = re.compile(r"\bdiag(?:onal)?\s*[(\[{]")
+
+_ARRAY = re.compile(
+    r"(?:\b(?:np|numpy|sp|sympy)\.)?\b(?:array|[Mm]atrix|[Vv]ector|vec|[Tt]ranspose)\s*(?=[(\[])"
+)
+_DIAGONAL = re.compile(r"(?:\b(?:np|numpy|sp|sympy)\.)?\b(?:diag(?:onal)?|Diag(?:onal)?Matrix)\s*(?=[(\[{])")
 _PAIR = re.compile(r"\s*(?P<name>[^\W\d][\w ]*?)\s*[=:]\s*(?P<value>[^=:]+)\Z", re.DOTALL)
 
 
@@ -29,69 +41,47 @@ def read_list(answer: Tree, *, is_square: bool = False) -> Tree:
     """A list, a table or a mapping, with or without brackets: `1, 2, 3`, `M/12 * [[1, 2], [3, 4]] kg`.
 
     A factor before it and a unit behind it are moved into each entry, which is a text. Where `;` separates, a
-    comma between digits is a decimal comma. Raises Unreadable.
+    comma between digits is a decimal comma. Rows of a matrix, which `is_square`, may have blanks between
+    formulas. Raises Unreadable.
     """
     if isinstance(answer, dict):
         return answer
     if isinstance(answer, list):
         if not any(isinstance(entry, str) and ";" in entry for entry in answer):
-            several = [spread(entry) if isinstance(entry, str) else [entry] for entry in answer]
+            several = [_repeated(entry) if isinstance(entry, str) else [entry] for entry in answer]
             return [_entry(each) for entries in several for each in entries]
         if any(isinstance(entry, list | dict) for entry in answer):
             raise Unreadable("wrong_shape", "`;` and `,` are mixed, separate entries with `;`")
         answer = ",".join(map(str, answer))  # YAML has cut `1,5; 2,5` at its decimal commas
     if not isinstance(answer, str):
         raise Unreadable("wrong_shape", f"read {shown(answer)}, expected a list")
-    answer = undressed(undecorated(answer))
-    if not is_square and (components := in_unit_vectors(answer)) is not None:
+    answer = in_brackets(undecorated(answer))
+    if not is_square and (components := _in_unit_vectors(answer)) is not None:
         return components
     try:
-        text = from_columns(without_latex(answer))
-        text = _ARRAY.sub("", re.sub(r",?\s+(?:and|und|et)\s+", ";" if ";" in answer else ",", text))
+        text = _separated(_ARRAY.sub("", without_latex(_rows_of_latex(answer))))
         if diagonal := _DIAGONAL.search(text):
-            return _on_diagonal(read_list(text[: diagonal.start()] + text[diagonal.end() - 1 :]), is_square)
+            return _on_diagonal(read_list(text[: diagonal.start()] + text[diagonal.end() :]), is_square)
         is_mapping = len(_NAMED.findall(without_brackets(text))) > 1
         if is_mapping and not re.search(r"[,;\n]", text):
             text = _NEXT_NAME.sub("; ", text)
         factor, inner, unit = _parts(text.strip() if is_mapping else unnamed(text).strip())
-        entries = _entries(inner)
+        entries = _entries(inner, is_square)
     except ExpressionError as error:
-        raise Unreadable(error.code or "parse_error", with_hint(error)) from None
+        raise Unreadable(error.code or "parse_error", advice(error)) from None
     return _moved(entries, factor, unit) if factor or unit else _with_unit_of_last(entries)
 
 
-def _on_diagonal(entries: Tree, is_square: bool) -> Tree:
-    """The rows of `diag(2, 11, 11)`, or its entries where no matrix is asked for."""
-    if not is_square or not isinstance(entries, list):
-        return entries
-    return [[e if row == column else "0" for column in range(len(entries))] for row, e in enumerate(entries)]
+# --- the parts of a list
 
 
-def _moved(entry: Tree, factor: str, unit: str) -> Tree:
-    """The entries of a list with its factor and its unit, of which one may be empty."""
-    if isinstance(entry, list):
-        return [_moved(each, factor, unit) for each in entry]
-    if isinstance(entry, dict):
-        return {name: _moved(each, factor, unit) for name, each in entry.items()}
-    return f"({factor})*({entry}) {unit}".rstrip() if factor else f"{entry} {unit}"
-
-
-def _entry(entry: Tree) -> Tree:
-    """An entry of a list in YAML, which may itself be a row typed as text: `(1, 2, 3)`."""
-    if not isinstance(entry, str):
-        return entry
-    if re.fullmatch(r"\s*[\[(].*[,;].*[\])]\s*", entry, re.DOTALL) and not _is_call(entry):
-        return read_list(entry)
-    return entry if entry.strip()[:1] in tuple(_OPEN) else _row(entry)
-
-
-def _is_call(text: str) -> bool:
-    """Whether the first bracket of a text is closed before its end, so that the text is a product."""
+def is_enclosed(text: str) -> bool:
+    """Whether a text begins with a bracket that its end closes. Raises ExpressionError."""
     text = text.strip()
-    return _closings(text)[0] != len(text) - 1
+    return text[:1] in tuple(_OPEN) and closings_of(text)[0] == len(text) - 1
 
 
-def _closings(text: str) -> dict[int, int]:
+def closings_of(text: str) -> dict[int, int]:
     """Where the brackets of a text are closed, by where they open. Raises ExpressionError."""
     opened, ends = list[int](), dict[int, int]()
     for place, sign in enumerate(text):
@@ -105,23 +95,20 @@ def _closings(text: str) -> dict[int, int]:
 
 
 def _parts(text: str) -> tuple[str, str, str]:
-    """What stands before, in, and behind the outer brackets of a list."""
-    for start, end in sorted(_closings(text).items()):
-        within = text[start + 1 : end]
-        if max(len(split(within)), len(_blanks(within))) > 1 or within.lstrip()[:1] in ("[", "{"):
-            factor = re.sub(r"[\s*]+\Z", "", text[:start])
-            if text[start] == "(" and re.search(r"\batan2\Z", text[:start]):
-                continue  # the bracket of a function, as in `atan2(1, 2), 3`
-            behind = text[end + 1 :].strip()
-            if divided := re.match(rf"/\s*((?:sqrt)?\s*\(?{DECIMAL}\)?)\s*(.*)", behind, re.DOTALL):
-                return f"({factor or 1})/{divided[1]}", within, divided[2]
-            if re.match(r"[,;+/-]|\n\s*[\[({]", text[end + 1 :].lstrip(" ")) or re.search(
-                r"[,;\n+]\s*\Z", text[:start]
-            ):
-                break  # rows without brackets round them
-            return factor, within, behind.lstrip("* ")
-        if not re.search(r"[,;\n]", text):
+    """The factor before, the entries in, and the unit behind the brackets of a list."""
+    for start, end in sorted(closings_of(text).items())[:MOST_BRACKETS]:
+        before, within, behind = text[:start], text[start + 1 : end], text[end + 1 :]
+        is_list = max(len(split(within)), len(_blanks(within))) > 1 or within.lstrip()[:1] in ("[", "{")
+        if not is_list or (text[start] == "(" and re.search(r"\batan2\Z", before)):
+            continue
+        if re.search(r"[,;\n+]\s*\Z", before) or re.match(r" *(?:[,;+-]|\n\s*[\[({])", behind):
+            break  # rows without brackets round them
+        factor, behind = re.sub(r"[\s*]+\Z", "", before), behind.strip()
+        if divided := re.match(rf"/\s*((?:sqrt)?\s*\(?{DECIMAL}\)?)\s*(.*)", behind, re.DOTALL):
+            return f"({factor or 1})/{divided[1]}", within, divided[2]
+        if behind.startswith("/"):
             break
+        return factor, within, behind.lstrip("* ")
     return "", text, ""
 
 
@@ -136,25 +123,38 @@ def split(text: str) -> list[str]:
     return [text.strip()]
 
 
-def _entries(text: str) -> Any:
+def _entries(text: str, is_square: bool = False) -> Any:
     """The entries of a text, of rows where its pieces are lists themselves."""
-    pieces = [part for piece in split(text) if piece for part in spread(piece)]
-    pairs = [_PAIR.match(piece) for piece in pieces]
-    if pieces and all(pairs):
-        return {pair["name"].strip(): pair["value"].strip() for pair in pairs if pair}
+    pieces = [part for piece in split(text) if piece for part in _repeated(piece)]
+    pairs = [pair for piece in pieces if (pair := _PAIR.match(piece))]
+    if pieces and len(pairs) == len(pieces):
+        named = {pair["name"].strip(): pair["value"].strip() for pair in pairs}
+        return named if len(named) == len(pairs) else [pair["value"].strip() for pair in pairs]
     if len(pieces) == 1 and pieces[0].startswith(("[[", "[(")):
         return _entries(pieces[0][1:-1])
     if len(pieces) == 1:
         pieces = _blanks(pieces[0])
     elif "," in text and not re.search(r"[;\n]", without_brackets(text)):
         return [_inner(piece) for piece in pieces]
+    elif is_square and "," not in text and all(len(row) == len(pieces) for row in map(_formulas, pieces)):
+        return list(map(_formulas, pieces))
     return [_row(piece) for piece in pieces]
+
+
+def _entry(entry: Tree) -> Tree:
+    """An entry of a list in YAML, which may itself be a row typed as text: `(1, 2, 3)`."""
+    if not isinstance(entry, str):
+        return entry
+    if re.fullmatch(r"\s*[\[(].*[,;].*[\])]\s*", entry, re.DOTALL) and is_enclosed(entry):
+        return read_list(entry)
+    return entry if entry.strip()[:1] in tuple(_OPEN) else _row(entry)
 
 
 def _inner(piece: str) -> Any:
     piece = piece.strip()
-    bracketed = piece[:1] in tuple(_OPEN) and not _is_call(piece)
-    if bracketed and (piece[0] != "(" or max(len(split(piece[1:-1])), len(_blanks(piece[1:-1]))) > 1):
+    if is_enclosed(piece) and (
+        piece[0] != "(" or max(len(split(piece[1:-1])), len(_blanks(piece[1:-1]))) > 1
+    ):
         return _entries(piece[1:-1])
     return piece
 
@@ -167,7 +167,7 @@ def _row(piece: str) -> Any:
     numbers, commas = _blanks(inner), split(inner)
     if len(numbers) > 1:
         return numbers
-    is_decimal = re.fullmatch(r"[^,]*\d,\d[^,]*", inner) is not None
+    is_decimal = re.fullmatch(r"[^,;]*\d,\d[^,;]*", inner) is not None
     return inner if len(commas) == 1 or is_decimal else [_inner(comma) for comma in commas]
 
 
@@ -175,6 +175,58 @@ def _blanks(piece: str) -> list[Any]:
     """The numbers of a row that only blanks separate; else the piece alone."""
     numbers = piece.split()
     return list(numbers) if len(numbers) > 1 and all(map(_NUMBER.fullmatch, numbers)) else [piece]
+
+
+def _formulas(row: str) -> list[str]:
+    """The formulas of a row that only blanks separate: `cos(phi)  -sin(phi)  0`."""
+    row = re.sub(r"\s*([*/^])\s*|(?<=[\w)])\s+([-+])\s+", lambda sign: sign[1] or sign[2], row.strip(" []()"))
+    return cut(row, re.compile(r"\s+"))
+
+
+def _repeated(entry: str) -> list[str]:
+    """The entries that one stands for: `b = c = 11`, `11 (twice)`, and `10 ± sqrt(7)`."""
+    *names, value = entry.split("=")
+    if len(names) > 1 and all(name.strip(" \\").isidentifier() for name in names):
+        several = (
+            names[:1] if len(_repeated(value)) == len(names) else names
+        )  # `b = c = 10 ± sqrt(7)` are two
+        return [each for name in several for each in _repeated(f"{name}={value}")]
+    for count, words in _SEVERAL.items():
+        if words.search(entry):
+            return [words.sub("", entry)] * count
+    if both := _BOTH_SIGNS.fullmatch(entry):
+        return [f"{both['a']} - {both['b']}", f"{both['a']} + {both['b']}"]
+    return [entry]
+
+
+_SEVERAL = {
+    count: re.compile(rf"\s*[(\[]\s*(?:{words})\s*[)\]]", re.IGNORECASE)
+    for count, words in (
+        (2, "twice|double|doppelt|zweifach|2 ?[x×]|x ?2|2 ?times|2-?fold|twofold|multiplicity 2|deux fois"),
+        (3, "three times|thrice|triple|dreifach|3 ?x|x ?3|3-?fold|multiplicity 3"),
+    )
+}
+_BOTH_SIGNS = re.compile(
+    r"(?P<name>[^=±]*=)?\s*(?P<a>[^=±]+?)\s*(?:±|\+/?-)\s*(?P<b>.*(?:sqrt|√|[A-Za-z(]).*)", re.DOTALL
+)
+
+
+def _on_diagonal(entries: Tree, is_square: bool) -> Tree:
+    """The rows of `diag(2, 11, 11)`, or its entries where no matrix is asked for."""
+    while isinstance(entries, list) and len(entries) == 1 and isinstance(entries[0], list):
+        entries = entries[0]
+    if not is_square or not isinstance(entries, list):
+        return entries
+    return [[e if row == column else "0" for column in range(len(entries))] for row, e in enumerate(entries)]
+
+
+def _moved(entry: Tree, factor: str, unit: str) -> Tree:
+    """The entries of a list with its factor and its unit, of which one may be empty."""
+    if isinstance(entry, list):
+        return [_moved(each, factor, unit) for each in entry]
+    if isinstance(entry, dict):
+        return {name: _moved(each, factor, unit) for name, each in entry.items()}
+    return f"({factor})*({entry}) {unit}".rstrip() if factor else f"{entry} {unit}"
 
 
 def _with_unit_of_last(entries: Tree) -> Tree:
@@ -186,3 +238,128 @@ def _with_unit_of_last(entries: Tree) -> Tree:
     if tail is None or not others or any(not isinstance(e, str) or _UNIT_TAIL.fullmatch(e) for e in others):
         return entries
     return _moved([*others, tail["entry"]], "", tail["unit"])
+
+
+# --- other signs than brackets and commas
+
+_TRANSPOSED = re.compile(
+    r"(?<=[)\]}])\s*(?:\^\s*[({]?\s*(?:\\(?:mathsf|mathrm|text)\s*\{?\s*)?(?:\\top|top|⊤|T|t|tr)\s*[)}]{0,2}|ᵀ|'|\.T)(?!\w)"
+)
+_MAPLE = re.compile(r"(?s)(?<![\w)\]])<((?:[^<>=]|=>)*[,;|][^<>=]*)>")
+"""A vector, or a row of a matrix, as Maple writes it: `<1, 2, 3>`."""
+
+_SHARED = re.compile(r"(?P<name>\\?[A-Za-zλω]+)_?\{?(?P<one>[1-9₁-₉])\s*,\s*(?P<two>[1-9₁-₉])\}?\s*=")
+_CELL = re.compile(r"\s*[-+\u2212]?[\d.,/ ]+")
+_BRACKETS = str.maketrans(
+    {"⟨": "(", "⟩": ")", "〈": "(", "〉": ")", "≤": "<", **dict.fromkeys("⎡⎢⎣⎤⎥⎦⎛⎜⎝⎞⎟⎠", " ")}
+)
+_AND = re.compile(r",?\s+(?:and|und|et|&)\s+|(?<=[\d)])\s+[ye]\s+(?=[-+]?\d)")
+_BEGINS_NUMBER = re.compile(r"\s*[-+]?\s*(?:[\d.√(]|sqrt)")
+
+
+def in_brackets(text: str) -> str:
+    """The text of a list with brackets, commas and lines only, before LaTeX is read."""
+    text = _TRANSPOSED.sub("", text.translate(_BRACKETS)).replace(r"\langle", "(").replace(r"\rangle", ")")
+    text = _MAPLE.sub(r"(\1)", _MAPLE.sub(lambda row: f"({row[1].replace('|', ';')})", text))
+    text = _SHARED.sub(r"\g<name>_\g<one> = \g<name>_\g<two> = ", text)
+    lines = text.strip().splitlines()
+    if len(lines) > 1 and all(line.lstrip()[:2] in ("- ", "• ", "* ") for line in lines):  # as in YAML
+        return "\n".join(line.lstrip()[2:] for line in lines)
+    return _from_table(text)
+
+
+def _from_table(text: str) -> str:
+    """A table between bars as lines: `| 8 | -3 |` is `8; -3`."""
+    lines = [line.strip() for line in text.strip().splitlines()]
+    is_table = all(re.fullmatch(r"\|.*\|", line) for line in lines)
+    if not is_table or (len(lines) == 1 and lines[0].count("|") < 4):
+        return text
+    rows = [line[1:-1].split("|") for line in lines]
+    is_rule = re.compile(r"[\s:-]*-[\s:-]*").fullmatch
+    rules = [place for place, row in enumerate(rows) if all(map(is_rule, row))]
+    below = rows[rules[0] + 1 :] if rules else rows  # what stands above a rule are heads
+    if rules and len(below) + 1 == len(rows[0]) and all(map(_CELL.fullmatch, rows[0])):
+        below = [*rows[: rules[0]], *below]  # but for the first row of a matrix
+    return "\n".join("; ".join(cell.strip() for cell in row) for row in below or rows)
+
+
+def _rows_of_latex(text: str) -> str:
+    """Rows of LaTeX without their environment, in which a double backslash is a new line already."""
+    if "&" not in text or "[" in text or re.search(r"[,;]\s*&", text):
+        return text
+    return matrix(text) if "\n" in text.strip() else text.replace("&", ";")
+
+
+def _separated(text: str) -> str:
+    """The text with `;` for what else separates entries: `3 and 5`, `3 | 5`, `3 < 5`, `3 -> 5`, `3/5/7`."""
+    text = _AND.sub(";" if ";" in text else ",", text)
+    if re.search(r"[;\n]|,(?!\d)|(?<!\d),", text):
+        return text
+    for sign, least in ((r"\|", 1), (r"<=?|[-=]>", 1), (r"/", 2)):
+        is_list = len(re.findall(sign, text)) >= least
+        if sign == "/" and is_list:
+            name, _, values = text.rpartition("=")
+            pieces = re.split(sign, values.strip("()[] "))
+            is_list = all(map(_BEGINS_NUMBER.match, pieces)) and not name.strip().count(" ")
+        if is_list:
+            return re.sub(sign, ";", text)
+    return text
+
+
+# --- sums of unit vectors
+
+AXES = {"i": 0, "j": 1, "k": 2, "x": 0, "y": 1, "z": 2, "1": 0, "2": 1, "3": 2}
+
+_E = "\ue000"
+"""The sign that stands before the axis of a unit vector, once it is found."""
+
+_DRESS = r"\\(?:hat|vec|mathbf|mathrm|boldsymbol|bm|bf|widehat|overrightarrow)\s*"
+_UNIT_VECTORS = (
+    re.compile(
+        rf"(?:{_DRESS})+\{{?\s*(?:{_DRESS})*\{{?\s*(?:e\s*\}}*\s*_\s*\{{?\s*([xyz123])"
+        r"|\\?([ijk](?:math)?|[xyz]))(?![A-Za-z])\s*\}*"
+    ),
+    re.compile("([ijkxyz])[\u0302\u20d7]|e[\u0302\u20d7]?_?([xyz123])(?![\\w])"),
+    re.compile(r"(?<![A-Za-z_\\])(?:e_?\{?([xyz123])\}?|([ijk]))(?![\w(\ue000])"),
+    re.compile(r"(?<![A-Za-z_\\])([xyz])(?![\w(])"),
+)
+"""Unit vectors in LaTeX, with hats, as `e_x` and `i`, and as bare letters; the first kind found counts."""
+
+_TERM = re.compile(r"\s*(?P<before>[^\ue000]*?)[\s*·]*\ue000(?P<axis>[012])\s*(?P<behind>[^\ue000]*?)\s*")
+_NEXT_TERM = re.compile(r"(?<=[\w)\]])\s*(?=[-+])|(?<=[\ue000][012])\s*(?=[-+])")
+
+
+def _in_unit_vectors(text: str) -> list[str] | None:
+    """The components of a sum such as `2 j + 12 k` or `2 \\hat{y}`, with a unit behind it; or None."""
+    text = unicodedata.normalize("NFD", text.replace("\u2212", "-").replace("–", "-"))
+    text = re.sub(r"\\[,;:! ]", " ", text).rpartition("=")[2].strip().strip("$").strip()
+    found = text
+    for pattern in _UNIT_VECTORS:
+        found = found if _E in found else pattern.sub(_marked, found)
+    if _E not in found or re.search(r"[,;\n]", without_brackets(found)):
+        return None
+    factor, unit = "", ""
+    if whole := re.fullmatch(r"(?s)([^()\ue000]*)\((.*\ue000.*)\)([^()\ue000]*)", found):
+        factor, found, unit = (part.strip().rstrip("*·") for part in whole.groups())
+    components = ["", "", ""]
+    terms = [term for term in cut(found, _NEXT_TERM) if term.strip()]
+    for place, term in enumerate(terms):
+        parts = _TERM.fullmatch(term)
+        if parts is None:
+            return None
+        before, behind, axis = parts["before"].strip(), parts["behind"].strip(), int(parts["axis"])
+        if behind and place == len(terms) - 1 and before:
+            unit, behind = unit or behind, ""
+        value = before if before not in ("", "+", "-") else f"{before}1"
+        value = f"{value}*({behind.lstrip('*· ')})" if behind else value
+        components[axis] += f" + ({value})" if components[axis] else value.lstrip("+ ")
+    if unit.strip().startswith(("*", "/")):
+        return None
+    written = [component or "0" for component in components]
+    written = [f"({factor})*({component})" for component in written] if factor else written
+    return [f"{component} {unit}".strip() for component in written]
+
+
+def _marked(unit_vector: re.Match[str]) -> str:
+    axis = next(filter(None, unit_vector.groups()))
+    return f" {_E}{AXES[axis[0]]} "

@@ -12,7 +12,7 @@ import math
 import re
 from collections.abc import Callable, Iterable, Sequence
 from contextlib import suppress
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from fractions import Fraction
 from itertools import islice
 from typing import Any, TypeVar
@@ -50,7 +50,8 @@ _SPELLINGS = {
     "sec": "s", "secs": "s", "mins": "min", "hrs": "h", "rads": "rad", "degs": "deg", "revs": "rev",
     "sek": "s", "U": "rev", "tr": "rev", "Upm": "rpm", "Umdrehungen": "rev", "tours": "rev", "vueltas": "rev",
     "rotation": "rev", "rotations": "rev", "Umdrehung": "rev", "r": "rev",
-    "S": "s", "Grad": "deg", "grados": "deg", "degrés": "deg", "Sekunden": "s", "Sekunde": "s",
+    "S": "s", "Grad": "deg", "grados": "deg", "degres": "deg", "gradi": "deg", "KW": "kW",
+    "Sekunden": "s", "Sekunde": "s",
     "secondes": "s", "segundos": "s",
     "Gramm": "g", "grammes": "g", "gramos": "g", "Kilogramm": "kg", "kilogrammes": "kg", "kilogramos": "kg",
     "metros": "m", "mNm": "(mN*m)", "MNm": "(MN*m)",
@@ -66,7 +67,7 @@ _PER = rf"/\s*(?!{_WORDS_OF_NUMBERS})[^\W\d_]"
 _DECIMAL = re.compile(
     rf"(?P<sign>[-+]?)\s*(?P<mantissa>(?>{DECIMAL}))"
     r"(?:[eE](?P<e>[-+]?\d++)|(?:\s*[*xX.]\s*|\s+)10\s*(?:\^|\*\*|(?<=[xX]10)(?=-\d))\s*(?P<open>\()?\s*(?P<p>[-+]?\s*\d++)\s*(?(open)\)))?+"
-    rf"(?:(?:\s*(?={_UNIT_BEGINS}|{_PER})|\s+(?=1\s*/))(?P<unit>.+))?\s*",
+    rf"(?:(?:\s*(?:\*\s*)?(?={_UNIT_BEGINS}|{_PER})|\s+(?=1\s*/))(?P<unit>.+))?\s*",
     re.DOTALL,
 )
 _LAST_DIGITS = re.compile(r"[-+]?\d+[.,]\d*(?=(?P<last>\(\d{1,2}\))\s*(?:[^\W\d]|\Z))")
@@ -76,6 +77,26 @@ _REMARK = re.compile(r"\s*[,(\s]\s*(?!(?:per|pro|par|por|over)\b)(?=[^\d=/]*[^\W
 """The beginning of a remark in words."""
 
 _POWER_LOST = re.compile(rf"(?P<mantissa>[-+]?{DECIMAL})\s*[*xX]\s*10\s*-\s*(?P<power>\d\d?)(?![\d.,])")
+
+_MIXED = re.compile(r"(?<![\w.,/^*])(\d+) +(\d{1,2}) ?/ ?(\d{1,2})(?![\d/.,])")
+"""A whole number and a fraction that is added to it: `12 1/2`."""
+
+_AGAIN = re.compile(
+    r"\s*(?:[(\[]|[,;]?\s*\b(?:or|oder|ou|o|bzw\.?|i\.\s?e\.|that is|d\.\s?h\.|resp\.?)(?=\s)|[,;]\s"
+    r"|(?<=[^\W\d_])\s/\s)\s*[=≈~]?\s*(?=[-+]?(?:[\d.π√(\\]|pi|sqrt))",
+    re.IGNORECASE,
+)
+"""What stands before a value that is told again: `12.5 J (0.0125 kJ)`, `20.8 rad/s or 199 rpm`."""
+
+_TERM = rf"[-+]?{DECIMAL}\s*[^\W\d_][^-+()]*"
+_SUM = re.compile(rf"{_TERM}(?:\s\+\s*{_TERM})+")
+"""A sum of quantities: `10 J + 2.5 J`."""
+
+_TAKEN_BACK = re.compile(
+    r"(?i)\b(?:wrong|false|incorrect|falsch|faux|falso|not?|nicht|kein|non|pas|more|less|mehr|weniger|plus|moins"
+    r"|instead|should|or|oder|ou|maybe|perhaps|vielleicht|but|aber|mais|too|than|short|other|mistake|error)\b|\?"
+)
+"""Words behind an answer that may take it back."""
 
 _ANGLE_IN_PARTS = re.compile(
     rf"(?P<deg>[-+]?\d+)\s*(?:[°º]|deg)\s*(?P<min>{DECIMAL})\s*(?:'|′|’|arcmin|min\b)"
@@ -103,7 +124,7 @@ class Number:
     """A number as it was typed: `value` in SI units, of which its unit is `scale`; `typed` is in that unit.
 
     `mantissa` has the digits before a power of ten; it is empty for an expression such as `2*pi`. `before`
-    are the members of a chain of equalities before the number.
+    are the members of a chain of equalities before the number, and `remark` words behind its unit.
     """
 
     value: float
@@ -113,6 +134,7 @@ class Number:
     mantissa: str = ""
     power: int = 0
     before: tuple[str, ...] = ()
+    remark: str = field(default="", compare=False)
 
     @property
     def figures(self) -> int:
@@ -179,6 +201,11 @@ def readings_of(answer: Tree, unit: Unit | None = None, place: str = "") -> list
     text = str(answer)
     if len(text) > LONGEST:
         raise Unreadable("too_large", f"{len(text)} characters", place=place)
+    again = list(islice(_AGAIN.finditer(text), 3))
+    if len(again) == 1 and (
+        equal := _told_twice(text[: again[0].start()], text[again[0].end() :], unit, place)
+    ):
+        return equal
     try:
         last, before = last_member(plain(undecorated(_signs_of_units(text))))
         last = without_uncertainty(undecorated(last)).strip()
@@ -188,11 +215,38 @@ def readings_of(answer: Tree, unit: Unit | None = None, place: str = "") -> list
         found = _those_read(lambda text: _numbers(text, unit, place, tuple(before)), _digits(last))
         return [number for several in found for number in several]
     except ExpressionError as error:
-        advice = with_hint(error)
-        if _GRAMMAR.match(advice):
-            advice = "give one number" if unit in (None, PURE) else "give the number and its unit"
-        message = f"read {shown(answer)}: {advice}"
+        says = advice(error)
+        if _GRAMMAR.match(with_hint(error)):
+            says = "give one number" if unit in (None, PURE) else "give the number and its unit"
+        message = f"read {shown(answer)}: {says}"
         raise Unreadable(error.code or "not_a_number", message, place=place) from None
+
+
+def _told_twice(value: str, again: str, unit: Unit | None, place: str) -> list[Number]:
+    """The readings of a value that equal the one told behind it; none where one of the two is no value.
+
+    Raises Unreadable where both are values that differ.
+    """
+    first, second = list[Number](), list[Number]()
+    for found, text in ((first, value), (second, again.rstrip(" )]"))):
+        with suppress(Unreadable, ValueProblem):
+            found += [in_dimension(each, unit) for each in readings_of(text, unit)]
+    if not first or not second:
+        return []
+    equal = [one for one in first if any(_agree(one, other) for other in second)]
+    if not equal and all(other.unit is None for other in second):
+        return []  # a product
+    if not equal:
+        raise Unreadable("wrong_shape", TWO_ANSWERS, place=place)
+    return equal
+
+
+def _agree(one: Number, other: Number) -> bool:
+    """Whether two numbers are the same within half a unit of their last figures."""
+    slack = ROUNDING + sum(
+        min(0.5 * 10.0 ** (1 - each.figures), 0.005) for each in (one, other) if each.figures
+    )
+    return abs(one.value - other.value) <= slack * max(abs(one.value), abs(other.value))
 
 
 def _digits(text: str) -> list[str]:
@@ -222,8 +276,12 @@ def _numbers(text: str, unit: Unit | None, place: str, before: tuple[str, ...]) 
             if mantissa.strip("0."):
                 raise ExpressionError("it is too small for a number")
             power = 0
-        units = [None] if decimal["unit"] is None else _units_before_words(decimal["unit"], unit, place)
-        return [number(typed, own, mantissa, power) for own in units]
+        if decimal["unit"] is None:
+            return [number(typed, None, mantissa, power)]
+        if _SUM.fullmatch(text):
+            return _sums(text, unit, place)
+        units, remark = _units_before_words(decimal["unit"], unit, place)
+        return [replace(number(typed, own, mantissa, power), remark=remark) for own in units]
     node, behind = _value(text)
     typed = _worth(node)
     if behind is not None:
@@ -237,14 +295,31 @@ def _numbers(text: str, unit: Unit | None, place: str, before: tuple[str, ...]) 
     return [number(typed, None), number(typed, in_si)]
 
 
-def _units_before_words(text: str, unit: Unit | None, place: str) -> list[Unit]:
-    """The readings of a unit, behind which there may be a remark: `rad/s (clockwise)`. Raises Unreadable."""
+def _sums(text: str, unit: Unit | None, place: str) -> list[Number]:
+    """The sum of quantities, in the unit of the first. Raises ExpressionError, Unreadable."""
+    first, *others = (_numbers(term.strip(), unit, place, ())[0] for term in text.split("+"))
+    if first.unit is None or any(
+        each.unit is None or each.unit.dimension != first.unit.dimension for each in others
+    ):
+        raise ExpressionError("the terms of this sum have units of different kinds")
+    value = sum((each.value for each in others), first.value)
+    return [replace(first, value=value, typed=value / first.scale, mantissa="", power=0)]
+
+
+def _units_before_words(text: str, unit: Unit | None, place: str) -> tuple[Sequence[Unit | None], str]:
+    """The readings of a unit, and a remark behind it: `rad/s (clockwise)`. Raises Unreadable."""
+    if re.fullmatch(r"[(\[][^\d=/()]*[^\W\d_]{3}[^\d=/()]*[)\]]", text):
+        with suppress(Unreadable):
+            return read_units(text, unit, place), ""
+        return [None], text
+    if text.endswith("?"):
+        return read_units(text.rstrip("? "), unit, place), "?"
     try:
-        return read_units(text, unit, place)
+        return read_units(text, unit, place), ""
     except Unreadable:
         for remark in islice(_REMARK.finditer(text), 8):
             with suppress(Unreadable):
-                return read_units(text[: remark.start()], unit, place)
+                return read_units(text[: remark.start()], unit, place), text[remark.end() :]
         if len(re.findall(r"[^\W\d_]{3,}", text)) > 1:
             words = f"read {shown(text)}: words behind the number, give the number and its unit"
             raise Unreadable("unit_incompatible", words, place=place) from None
@@ -257,6 +332,11 @@ def _is_angle(node: tree.Node) -> bool:
     return any(
         isinstance(p, tree.Constant) or (isinstance(p, tree.Call) and p.function in _OF_ANGLES) for p in parts
     )
+
+
+def taken_back(remark: str) -> str:
+    """Why a person must look at an answer with this remark behind it; empty for a harmless one."""
+    return f"a remark may take the answer back: {shown(remark)}" if _TAKEN_BACK.search(remark) else ""
 
 
 CONTRADICTION = "the members of the chain of equalities are not equal"
@@ -290,9 +370,14 @@ def doubt(before: Sequence[str], read: Callable[[str], Any], is_equal: Callable[
 def _signs_of_units(text: str) -> str:
     """A text whose minutes of arc, micro and ohm are not read as primes and Greek letters."""
     text = re.sub(r"(?<=\d)\s*\^\s*\{?o\}?(?!\w)", "°", re.sub(r"(?<=\d)~(?=[A-Za-z\\])", " ", text))
+    text = re.sub(
+        r"(?<=\d)(?:\*\^|[dD])(?=[-+]?\d)", "e", text
+    )  # as Mathematica and Fortran write powers of ten
+    text = re.sub(r"(\d\s*(?:h|min))\s*(?=\d+(?:\.\d+)?\s*(?:min|s|sec)\b)", r"\1 + ", text)
     text = _ANGLE_IN_PARTS.sub(_in_degrees, re.sub(r"\A\s*minus\s+(?=[\d.])", "-", text))
     text = re.sub(r"(?<=\d)\s*″", " arcsec", re.sub(r"(?<=\d)\s*′", " arcmin", text))
     text = re.sub(r"\\(?:SI|qty)\s*\{([^{}]*)\}\s*\{([^{}]*)\}", _si, text)
+    text = _MIXED.sub(lambda m: f"({m[1]} + {m[2]}/{m[3]})" if int(m[2]) < int(m[3]) else m[0], text)
     return re.sub("[Å\u212b]", "angstrom", re.sub("μ(?=[A-Za-z])", "\N{MICRO SIGN}", text))
 
 
@@ -365,6 +450,8 @@ def read_units(text: str, expected: Unit | None = None, place: str = "") -> list
     text = re.sub(r"^\s*/", "1/", re.sub(r"(^|\s)(?:per|pro|par|por)\s", "/", text.strip()))
     text = re.sub(r"\s+(squared|cubed)\b", lambda power: f"^{2 + (power[1] == 'cubed')}", text)
     text = text.translate(_BRACKETS).strip()
+    missing = text.count("(") - text.count(")")
+    text = text + ")" * missing if missing > 0 else text.removesuffix(")" * -missing)
     if text == PERCENT.text:
         return [PERCENT]
     if twice := re.fullmatch(r"([^\s()]+)\s*\(([^\W\d_]+)\)", text):  # as in `J (joules)`
@@ -373,14 +460,15 @@ def read_units(text: str, expected: Unit | None = None, place: str = "") -> list
             return [unit]
     own = set() if expected is None else set(names_of_units(expected.text))
     try:
-        return unit_readings(text, lambda name, power: _unit_spelled(name, power, own))
+        found = unit_readings(text, lambda name, power: _unit_spelled(name, power, own))
+        return [*found, *read_units(text[3:], expected, place)] if text.startswith("in ") else found
     except ValueProblem as problem:
-        advice = with_hint(problem)
-        if _GRAMMAR.match(advice):
-            advice = "what stands behind the number is no unit, give the number and its unit"
-        advice = re.sub(r"(unknown unit `[^`]+`) \(units are.*", r"\1, give the number and its unit", advice)
-        advice = re.sub(r"unknown unit (`[^`]+`)", r"\1 is no unit", advice)
-        message = f"read {shown(text)}: {advice}"
+        says = with_hint(problem)
+        if _GRAMMAR.match(says):
+            says = "what stands behind the number is no unit, give the number and its unit"
+        says = re.sub(r"(unknown unit `[^`]+`) \(units are.*", r"\1, give the number and its unit", says)
+        says = re.sub(r"unknown unit (`[^`]+`)", r"\1 is no unit", says)
+        message = f"read {shown(text)}: {says}"
         raise Unreadable("unit_incompatible", message, place=place) from None
 
 
@@ -425,3 +513,30 @@ def scale_in(unit: Unit, expected: Dimension) -> float:
 def with_hint(problem: ValueProblem) -> str:
     """What a problem says, in one line."""
     return problem.message if problem.hint is None else f"{problem.message} ({problem.hint})"
+
+
+_ADVICE = tuple(
+    (re.compile(pattern), advice)
+    for pattern, advice in (
+        (r"`[(\[{]` is never closed|a brace `\{` is never closed", "a bracket is open: close it"),
+        (r"`\)` closes nothing|a brace `\}` closes nothing", "a bracket is closed that was not opened"),
+        (r"the expression ends too early", "something is missing behind the last sign"),
+        (r"the expression is empty", "one side of `=` is empty"),
+        (r"no operator before `([^`]*)`.*", r"write the sign that is missing before `\1`, such as `*`"),
+        (r"unexpected `[,;]`.*", "this is more than one formula: give one, with a point in decimal numbers"),
+        (r"unexpected character U\+\w+ [\w -]+ \((.*)\)", r"\1"),
+        (r"unexpected character U\+\w+ (.*)", r"the sign `\1` cannot be read: write the formula without it"),
+        (r"unexpected `([^`]*)` \((.*)\)", r"`\1` has no place here: \2"),
+        (r"unexpected (`[^`]*`)", r"\1 has no place here: write one formula with + - * / ^ and brackets"),
+    )
+)
+"""What the readers of documents say of a formula, and what a student reads instead."""
+
+
+def advice(problem: ValueProblem) -> str:
+    """What a student has to write where a formula cannot be read."""
+    said = with_hint(problem).replace("`**`", "`^`")
+    for pattern, instead in _ADVICE:
+        if match := pattern.fullmatch(said):
+            return match.expand(instead)
+    return said

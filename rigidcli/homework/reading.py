@@ -24,14 +24,14 @@ from rigidcli.document.variables import acceleration, momentum, velocity
 from rigidcli.errors import ExpressionError, ValueProblem, shortened, shown
 from rigidcli.homework.base import Asked, Tree, Unreadable
 from rigidcli.homework.files import beside, read_file
-from rigidcli.homework.lists import read_list, split
-from rigidcli.homework.numbers import as_typed, read_unit, with_hint
+from rigidcli.homework.lists import is_enclosed, read_list, split
+from rigidcli.homework.numbers import advice, as_typed, read_unit, taken_back
 from rigidcli.language import typed
-from rigidcli.language.decoration import undecorated
+from rigidcli.language.decoration import undecorated, without_labels
 from rigidcli.language.functions import FUNCTIONS
 from rigidcli.language.latex import plain as without_latex
 from rigidcli.language.parser import RATE
-from rigidcli.language.statements import two_answers
+from rigidcli.language.statements import cut, two_answers
 from rigidcli.language.text import without_doubt
 from rigidcli.language.tree import (
     Call,
@@ -171,7 +171,7 @@ def spellings(
     `p` of one momentum, `p_x` of the momentum of x, `p1` for `p_theta1`, `xdot1` for `x1dot`, `omega` of w.
     """
     coordinates, pairs = tuple(coordinates), list[tuple[str, str]]()
-    pairs += [("p", momenta[0])] if len(momenta) == 1 else []
+    pairs += [("p", momenta[0]), ("P", momenta[0])] if len(momenta) == 1 else []
     pairs += in_other_letters(names)
     pairs += [
         (other, p)
@@ -221,14 +221,14 @@ def read_expressions(
             found = typed.expressions(text, words, leading=leading)
             return found if names is None else [_worked_out(node, names) for node in found]
         except ExpressionError as error:
-            if error.code != "unknown_symbol" or not leading:
+            if error.code != "unknown_symbol":
                 raise
             for shorter in _without_tail(text):
                 with suppress(ExpressionError):
-                    return typed.expressions(shorter, words)
+                    return typed.expressions(shorter, words, leading=leading)
             raise
     except ExpressionError as error:
-        raise Unreadable(error.code or "parse_error", with_hint(error), place=place) from None
+        raise Unreadable(error.code or "parse_error", advice(error), place=place) from None
 
 
 def _worked_out(node: Node, names: Names) -> Node:
@@ -254,7 +254,7 @@ _BLANK = re.compile(r"(?<=[\w)\]}$²³])\s+(?=[\[(]?[^\W\d_])|(?<=[)\]}])(?=[\[(
 
 
 _SURE_UNIT = re.compile(
-    r"\b(?:rad(?:ian)?s?|kg|deg|rpm|Hz|rev|(?:joule|newton|second|meter|metre|degree)s?)\b|\A[\[(]"
+    r"\b(?:rad(?:ian)?s?|kg|deg|rpm|Hz|rev|(?:joule|newton|second|meter|metre|degree)s?)\b|\A[\[(]|[/^]"
 )
 """What is a unit and no factor: of `sqrt(g/l) m`, the m may be one too many."""
 
@@ -263,7 +263,7 @@ def _without_tail(text: str) -> Iterator[str]:
     """A formula without a unit, or a remark in brackets, behind it."""
     for blank in islice(_BLANK.finditer(text), 20):
         tail = text[blank.end() :].strip()
-        is_remark = re.fullmatch(r"\([^()=\d]*[^\W\d_]{3}[^()=\d]*\)", tail) is not None
+        is_remark = re.fullmatch(r"\([^()=\d]*[^\W\d_]{3}[^()=\d]*\)", tail) and not taken_back(tail)
         with suppress(Unreadable):
             if is_remark or (_SURE_UNIT.search(tail) and read_unit(without_latex(tail))):
                 yield text[: blank.start()]
@@ -395,31 +395,40 @@ def _texts(answer: Tree, place: str, failed: list[Unreadable]) -> Iterator[tuple
         for count, entry in enumerate(answer, 1):
             yield from _texts(entry, f"equation {count}", failed)
     elif isinstance(answer, str):
-        lines = [line.strip() for line in answer.strip().splitlines()]
+        lines = [line.strip() for line in without_labels(answer.strip()).splitlines()]
         if len(lines) > 1 and all(line[:2] in ("- ", "* ", "• ") for line in lines):
-            answer = "\n".join(line[2:] for line in lines)  # a list, and no signs
-        answer = "\n".join(map(undecorated, answer.splitlines()))
+            lines = [line[2:] for line in lines]  # a list, and no signs
+        answer = "\n".join(map(undecorated, lines))
         try:
-            pieces = list(_equations_in(typed.slopes(without_latex(_LAW.sub("", answer)))))
+            if "=" in answer and is_enclosed(answer):
+                answer = answer.strip()[1:-1]
+            text = without_latex(_LAW.sub("", answer)).translate(typed.POINTS)
+            pieces = list(_equations_in(typed.slopes(text)))
         except ExpressionError as error:
-            failed.append(Unreadable(error.code or "parse_error", with_hint(error), place=place))
+            failed.append(Unreadable(error.code or "parse_error", advice(error), place=place))
             return
         for count, piece in enumerate(pieces, 1):
             here = place or (f"equation {count}" if len(pieces) > 1 else "")
-            n = here.removeprefix("equation ") if here[-1:].isdigit() else "1"  # as `(1)` beside an equation
-            piece = re.sub(rf"\A\s*\(?{n}[.)]\s+(?=[^\W\d])|(?<=[\w)}}\]])\s+\({n}\)\s*\Z", "", piece)
+            n = here.removeprefix("equation ") if here[-1:].isdigit() else "1"
+            piece = re.sub(rf"(?<=[\w)}}\]])\s+\({n}\)\s*\Z", "", piece)  # the number beside an equation
             piece = re.sub(r"\A[^=]*(?::\s(?=[^=]*=)|\b(?:are|is|sind|ist|lauten|sont|son)\s)", "", piece)
-            if "=" not in piece:
-                piece = re.sub(r"\A(\s*[^\W\d]\w*\s*):", r"\1=", piece)
             sides = re.split(r"==?", piece)
             if len(sides) == 1:
-                message = f"no `=` in {shown(piece.strip())}, expected `left = right`"
+                message = f"no `=` in {shown(piece.strip())}: write an equation, such as `xdot = p/m`"
                 failed.append(Unreadable("parse_error", message, place=here))
             else:
                 yield here, sides, False
     else:
         failed.append(Unreadable("wrong_shape", f"read {shown(answer)}, expected equations", place=place))
 
+
+_NAMED = re.compile(r"(?:(?<=\A)|(?<=[\n,;]))(\s*[^\W\d]\w*\s*)(?::|->|=>)")
+"""A name with a colon or an arrow for `=`."""
+
+_PART = re.compile(
+    r"(?:\A|(?<=\s))(?:[1-9a-h]|i{1,3})\)\s+|(?:\A|(?<=[\w)]\s))\([_1-9]\)\s+(?=[^\W\d]\w*dot\w*\s*=)"
+)
+"""What stands before an equation to count it, where brackets have been masked: `a)` and `(1)`."""
 
 _SECOND = re.compile(r"(?<=[\w)\]}])\s+(?=[^\W\d]\w*dot(?:_?\w+)?\s*=)")
 """What stands between two equations for derivatives, where nothing but a blank does."""
@@ -430,10 +439,12 @@ def _equations_in(text: str) -> Iterator[str]:
 
     Raises ExpressionError where one equation or another is given.
     """
-    text = re.sub(r"\s*\n\s*(?==(?!>))", " ", text)
-    if len(re.split(r"\b(?:or|oder|ou)\b|\s\|\s", text)) > 1:
+    text = "\n".join(cut(re.sub(r"\s*\n\s*(?==(?!>))", " ", text), _PART))
+    if "=" not in text.replace("=>", ""):
+        text = _NAMED.sub(r"\1=", text)
+    if len(re.split(r"\b(?:or|oder|ou)\b", text)) > 1:
         raise two_answers()
-    for line in re.split(r"[\n;]|=>|\s&\s|\b(?:and|und|et)\b|\s[y/]\s+(?=[^\W\d]\w*\s*=)", text):
+    for line in re.split(r"[\n;]|=>|\s\|\s|\s&\s|\b(?:and|und|et)\b|\s[y/]\s+(?=[^\W\d]\w*\s*=)", text):
         whole = ""
         pieces = split(line)
         if all(re.match(r"\s*[^\W\d]\w*dot\w*\s*=", piece) for piece in pieces):

@@ -65,6 +65,9 @@ ALIASES = SHORT | {
 }  # fmt: skip
 """Further names of functions, which are read and never written."""
 
+POWERS = {"pow": 0, "power": 0, "Power": 0, "POWER": 0, "POW": 0, "sqr": 2, "square": 2}
+"""Powers as programs write them: with their exponent as a second argument (0), or without."""
+
 TENTH = "lg"
 """The tenth logarithm, which is read as log(x)/log(10)."""
 

@@ -29,7 +29,8 @@ _SIGNS = str.maketrans(
     | {sign: f"({unicodedata.normalize('NFKC', sign).replace('⁄', '/')})" for sign in _FRACTION_SIGNS}
     | dict.fromkeys("−–—‐‑", "-")
     | dict.fromkeys("·⋅×∗•", "*")
-    | {"÷": "/", "⁄": "/", "∕": "/", "≈": "=", "≃": "=", "≅": "=", "‖": "|", "º": "°", "˚": "°"}
+    | dict.fromkeys("≈≃≅≡∈", "=")
+    | {"÷": "/", "⁄": "/", "∕": "/", "‖": "|", "º": "°", "˚": "°"}
     | dict.fromkeys("′’‘´ʹ", "'")
     | dict.fromkeys("⇒⟹→⟶∴", "=>")
     | dict.fromkeys("\u2061\u2062\u2063\u2064✓✔", " ")
@@ -61,7 +62,8 @@ _WORDS = {
 """What commands without an argument come to."""
 _CONTENT = {
     "mathrm", "text", "textrm", "mathbf", "mathit", "mathsf", "operatorname", "boldsymbol", "bm", "vec",
-    "hat", "mbox", "textit", "textbf", "mathcal", "unit", "si", "boxed", "num", "textsf",
+    "hat", "mbox", "textit", "textbf", "mathcal", "mathscr", "mathfrak", "mathtt", "mathbb", "pmb", "emph",
+    "unit", "si", "boxed", "num", "textsf", "underline",
 }  # fmt: skip
 _FRACTIONS = {"frac", "dfrac", "tfrac", "cfrac", "nicefrac"}
 _MATRICES = {"pmatrix", "bmatrix", "matrix", "Bmatrix", "smallmatrix", "array"}

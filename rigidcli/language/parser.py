@@ -24,7 +24,7 @@ from itertools import product
 
 from rigidcli.errors import ExpressionError
 from rigidcli.language import tree
-from rigidcli.language.functions import ALIASES, CALLED, CONSTANTS, FUNCTIONS, QUOTIENTS, SHORT, TENTH
+from rigidcli.language.functions import ALIASES, CALLED, CONSTANTS, FUNCTIONS, POWERS, QUOTIENTS, SHORT, TENTH
 from rigidcli.language.tokens import Token, tokenize
 from rigidcli.language.words import Words, unknown
 
@@ -241,7 +241,13 @@ class _Grammar:
 
     def begins_factor(self) -> bool:
         opens = self.token.text == "|" and not self.barred[-1]
-        return self.token.kind in ("name", "root") or self.token.text == "(" or opens
+        return self.token.kind in ("name", "root") or self.token.text == "(" or opens or self.is_fraction()
+
+    def is_fraction(self) -> bool:
+        """Whether a fraction of two numbers follows behind a blank, as in `M R^2 2/5`."""
+        first, bar, below = [*self.tokens[self.index : self.index + 3], *[self.token] * 3][:3]
+        is_apart = not first.touches and not self.is_open and self.tokens[self.index - 1].kind != "number"
+        return is_apart and first.kind == below.kind == "number" and bar.text == "/"
 
     def goes_on(self, reach: Reach | None) -> bool:
         """Whether a product, or an operand that reaches so far, goes on with what is next."""
@@ -384,6 +390,8 @@ class _Grammar:
             return [tree.Name(f"{of}{name}")]
         if calls and name in self.functions:
             return [applied(token, self.functions[name], self.arguments())]
+        if calls and name in POWERS:
+            return [raised(token, self.arguments())]
         if name in CALLED and (name not in SHORT or self.is_called(name)):
             is_amplitude = name[0] == "a" and name[1:] in CALLED and words is not None and not words.is_open
             if is_amplitude and words and words.meaning("a") and self.meets("inverse", 2) == 0:
@@ -399,6 +407,8 @@ class _Grammar:
         if words is not None and (head := _HEAD.fullmatch(name)):
             self.put(token, *filter(None, head.groups()))
             return self.named(self.passed())
+        if name == "E" and self.token.text == "**" and self.is_euler(_E):  # as Mathematica writes it
+            return [_E]
         if words is None or (name == _E.name and self.token.text == "**"):
             return self.symbol(name, token)
         if name[-1] == _E.name and self.token.text == "**" and self.is_euler(_E):
@@ -587,6 +597,17 @@ def applied(typed: Token, name: str, arguments: tuple[tree.Node, ...]) -> tree.N
     above, below = QUOTIENTS[name]
     over = tree.Call(above, arguments) if above else tree.Number("1", 1.0)
     return tree.Product((over, tree.Reciprocal(tree.Call(below, arguments))))
+
+
+def raised(typed: Token, arguments: tuple[tree.Node, ...]) -> tree.Node:
+    """The power `pow(x, 2)` or `square(x)`. Raises ExpressionError for too many arguments, or too few."""
+    square = POWERS[typed.text]
+    if len(arguments) != (1 if square else 2):
+        raise ExpressionError(
+            f"`{typed.text}` takes {'a base' if square else 'a base and an exponent'}", column=typed.column
+        )
+    base, exponent = (*arguments, tree.Number(str(square), float(square)))[:2]
+    return tree.Power(base, exponent)
 
 
 def _no_function(token: Token, may_be_declared: bool) -> ExpressionError:

@@ -27,7 +27,14 @@ _IMPLIES = re.compile(r"=>|->")
 _OR = re.compile(r"(?i)(?<=[\w)\].'])\s+(?:or|oder|ou|and|und|et)\s+|\s(?:y|[|/])\s+(?=[^\W\d][^=]*=)")
 _NEXT = re.compile(rf"[\n;]|[,.]\s+(?={_LABEL.pattern}:?=)")
 _SECOND = re.compile(rf"(?P<value>.*[\w)\]}}°%])\s+(?P<name>{_NAME}(?:\([\w, ]*\))?)\s*", re.DOTALL)
+_CONSTANT = re.compile(r"\s*(?:const|konst|konstant|constante?|cste|cte)\.?\s*", re.IGNORECASE)
+"""What may be said of a value behind a last `=`: `E = 12.5 J = const.`"""
+
+_LEADS_TO = re.compile(rf"\A(\s*{_NAME}(?:\([\w, ]*\))?\s*)(?:->|=>)(?=[^=]*\Z)")
+"""An arrow in the place of `=` behind a name."""
+
 _OPEN, _CLOSE = "([{", ")]}"
+_BRACKET = re.compile(r"[()\[\]{}]")
 
 
 def two_answers() -> ExpressionError:
@@ -44,16 +51,21 @@ def is_label(side: str) -> bool:
 
 def without_brackets(text: str) -> str:
     """The text with a filler in the place of all that stands in brackets, so that places stay."""
-    depth, masked = 0, ""
-    for sign in text:
+    masked, depth, begin = "", 0, 0
+    for bracket in _BRACKET.finditer(text):
+        sign, place = bracket[0], bracket.start()
+        masked += "_" * (place - begin) if depth else text[begin:place]
         depth = max(0, depth - (sign in _CLOSE))
         masked += "_" if depth else sign
         depth += sign in _OPEN
-    return masked if not depth else text
+        begin = place + 1
+    return text if depth else masked + text[begin:]
 
 
 def cut(text: str, between: re.Pattern[str]) -> list[str]:
     """The pieces of a text between the places where a pattern stands outside of brackets."""
+    if not between.search(text):
+        return [text]
     pieces, begin = [], 0
     for match in between.finditer(without_brackets(text)):
         pieces.append(text[begin : match.start()])
@@ -71,6 +83,7 @@ def judged_member(text: str) -> tuple[str, list[str]]:
 
     A text may say the same name again, in lines or behind `=>`. Raises ExpressionError for several answers.
     """
+    text = _LEADS_TO.sub(r"\1=", text)
     if not re.search(r"=|\b(?:or|oder|ou|and|und|et)\b", text, re.IGNORECASE):
         return text, []
     if len(cut(text, _OR)) > 1:
@@ -88,6 +101,8 @@ def judged_member(text: str) -> tuple[str, list[str]]:
         first = members(reason)[0].strip()
         if is_label(first) and "=" in reason and first != chain[0].strip():
             raise two_answers()
+    if len(chain) > 1 and _CONSTANT.fullmatch(chain[-1]):
+        chain.pop()
     return chain[-1], chain[:-1]
 
 

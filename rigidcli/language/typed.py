@@ -36,6 +36,15 @@ _PROGRAMS = re.compile(
 )
 """Functions as programs write them: `np.sqrt(x)`, `Cos[x]`, `SQRT(x)`."""
 
+_BY_TIME = r"t\s*(?:(?P<twice>,\s*[t2]|\$\s*2)\s*)?|\(t,\s*(?P<second>2)\)"
+_OF_PROGRAMS = re.compile(
+    rf"'?\b(?:[dD]iff|D|Derivative)\s*\(\s*(?P<of>{_NAME})(?:\(t\))?\s*,\s*(?:{_BY_TIME})\s*\)"
+)
+"""`diff(x(t), t)`, `D(x, t)` and `Derivative(x, (t, 2))`."""
+
+_ELEMENTWISE = re.compile(r"(?<=[\w)\]])\s*\.(?=[*/^])|%(?=(?:e|pi)\b)|@\([\w, ]*\)")
+"""Signs of Matlab and Maxima without a meaning here: `p.^2`, `%pi`, `@(x)`."""
+
 _EITHER_SIGN = re.compile(r"\s*(?:\+/?-|-\+)")
 _PI = re.compile(r"\b(?:Pi|PI)\b")
 
@@ -53,7 +62,17 @@ def expressions(text: str, words: Words | None, *, leading: bool = True) -> list
             does not have, `too_large` beyond the bounds.
     """
     formula = _PROGRAMS.sub(lambda call: (call[1] or "").lower().replace("arc", "a"), plain(text))
-    formula = slopes(last_member(formula)[0] if leading else formula).translate(POINTS)
+    if leading:
+        formula, before = last_member(formula)
+        is_named = re.fullmatch(rf"\s*{_NAME}\s*", formula) and words is not None
+        if (
+            before
+            and is_named
+            and words
+            and not (words.meaning(formula.strip()) or words.products(formula.strip()))
+        ):
+            formula = before[-1]  # `... = E` names the result
+    formula = slopes(formula).translate(POINTS)
     if _EITHER_SIGN.match(formula):
         raise two_answers()
     formula = _PI.sub(lambda sign: sign[0] if words and words.products(sign[0]) else "pi", formula)
@@ -65,6 +84,7 @@ def last_member(text: str) -> tuple[str, list[str]]:
 
     A name and a colon, or a sign that says `about`, may stand in front. Raises ExpressionError.
     """
+    text = re.sub(r"\s*\n\s*(?==(?!>))|(?<=[^<>]=)\s*\n\s*", " ", text)
     last, before = judged_member(_begun(re.sub(r"(?<=\w)\s*~\s*(?=[-+.\d])", " = ", text)))
     return _END.sub("", last), before
 
@@ -90,8 +110,12 @@ def slopes(text: str) -> str:
         text,
     )
     text = re.sub(r"\bd\s*/\s*d\s*t\s*(?=[(\[])", f" {RATE}", text)
-    text = re.sub(r"(?<=\w)-(d?dot)\b", r"\1", text)
+    text = _OF_PROGRAMS.sub(
+        lambda match: f" {match['of']}{'ddot' if match['twice'] or match['second'] else 'dot'} ",
+        _ELEMENTWISE.sub("", text),
+    )
+    text = re.sub(r"(?<=\w)[- ](d?dot)\b", r"\1", re.sub(r"\bdouble[- ]dot\b", "ddot", text))
     text = re.sub(r"(?<=[a-z0-9])_?(D?Dot)\b", lambda dots: dots[1].lower(), text)
     text = re.sub(r"_?dot_?dot\b", "ddot", text)
     text = _PRIMED.sub(lambda match: f"{match[1]}{'dot' if match[2] == chr(39) else 'ddot'} ", text)
-    return text if "atan2" in text else re.sub(r"(?<=\d),(?=\d)", ".", text)
+    return text if re.search("atan2|pow|POW|Pow", text) else re.sub(r"(?<=\d),(?=\d)", ".", text)

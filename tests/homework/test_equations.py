@@ -298,7 +298,7 @@ def test_shots_in_the_dark_earn_nothing_and_learn_nothing() -> None:
     unknown_symbol | `y` | [xdot = y]
     parse_error | no `=` | [xdot]
     parse_error | empty | ['xdot = ']  [= p_x/m]
-    parse_error | closes nothing | [xdot = p_x/m)]
+    parse_error | was not opened | [xdot = p_x/m)]
     wrong_shape | expression | {xdot: [p_x/m]}
     wrong_shape | expected equations | []  {}
     """,

@@ -62,11 +62,11 @@ def test_a_formula_is_read_as_people_write_it(typed: str, formula: str) -> None:
 
 @cases(r"""
     hint | typed
-    unexpected | x ; y
-    never closed | ((x)  \frac{x}{m
-    closes nothing | x)  x}
+    more than one formula | x ; y
+    a bracket is open | ((x)  \frac{x}{m
+    a bracket is closed | x)  x}
     has no meaning | \foo  \begin{document}
-    no operator before | 3 4  x 2
+    the sign that is missing before | 3 4  x 2
     read `mgq` | mgq
     the symbols are | q
     """)

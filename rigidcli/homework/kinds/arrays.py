@@ -202,8 +202,13 @@ def row(answer: Tree) -> Array:
     """A list, a column, or a mapping from the names of components, as it was typed. Raises Unreadable."""
     if isinstance(answer, dict):
         expected = "a list, or `{x: .., y: .., z: ..}`"
-        cells = by_places(answer, 1, len(answer), expected)
-        answer = [cells[k,] for k in range(len(cells))]
+        try:
+            cells = by_places(answer, 1, len(answer), expected)
+            answer = [cells[k,] for k in range(len(cells))]
+        except Unreadable:
+            if list(answer) != sorted(answer):  # as in `A=3, B=5, C=7`
+                raise
+            answer = list(answer.values())
     table = rows(answer, "a list of numbers")
     return table.ravel() if 1 in table.shape else table
 

@@ -19,7 +19,7 @@ import numpy as np
 
 from rigidcli.algebra.reading import from_tree
 from rigidcli.core.arithmetic import Array, Floats, Mask
-from rigidcli.errors import ValueProblem, shown
+from rigidcli.errors import ExpressionError, ValueProblem, shown
 from rigidcli.fields.units import parse_unit
 from rigidcli.homework import entries
 from rigidcli.homework.base import AnswerKind, Asked, Finding, Outcome, Reading, Tree, Unreadable
@@ -35,11 +35,14 @@ from rigidcli.homework.kinds.arrays import (
     row,
     unit_vectors,
 )
-from rigidcli.homework.lists import read_list
+from rigidcli.homework.lists import MOST_BRACKETS, closings_of, in_brackets, read_list
 from rigidcli.homework.mistakes import of_tensor, shared_factor
 from rigidcli.homework.numbers import ROUNDING, Number
 from rigidcli.homework.question import RELATIVE, Question
 from rigidcli.language import tree
+from rigidcli.language.decoration import without_labels
+from rigidcli.language.latex import plain
+from rigidcli.language.statements import cut
 
 MOST_PAIRS = 6
 """The most pairs of an answer: three are right, and more are surplus."""
@@ -49,8 +52,16 @@ EQUAL_MOMENTS = 1e-3
 
 KG_M2 = parse_unit("kg m^2")
 
-_LINES = re.compile(r"\s*(?:\n|;(?![^(\[]*[)\]]))\s*")
-"""Between pairs that are typed as lines, or with semicolons outside of brackets."""
+_SEPARATOR = re.compile(r"[,;|\n]")
+_DIVIDED = re.compile(r"\s*/\s*(?:sqrt\s*)?\(?\d+\)?")
+_AXIS = re.compile("[\\s,;(\\[{\\\\]|[\u0302\u20d7\u0177\u1e91]")
+"""A sign that an axis has and a number has not."""
+
+_NO_MOMENT = re.compile(
+    r"(?i)\b(?:with|along|for|and|axis|axes|direction|vector|eigenvector|moment|mit|um|und|achse|entlang|avec|axe|con|eje)\b"
+    r"|(?:\b[^\W\d]\w*\s*=|[,;]\s*[^\W\d]\w*\s*:)(?=[^=:]*\Z)|[-=]>|[\s:,;]+(?=\Z)|(?<=\A)[\s:,;]+"
+)
+"""What stands between axes, besides the moments."""
 
 
 class Pairs(NamedTuple):
@@ -263,8 +274,12 @@ def _typed(answer: Tree) -> Array:
 
     Raises Unreadable.
     """
-    lines = _LINES.split(answer.strip()) if isinstance(answer, str) else []
-    answer = lines if lines and all(":" in line for line in lines) else read_list(answer)
+    answer = _in_text(answer) if isinstance(answer, str) else read_list(answer)
+    if isinstance(answer, list) and list(map(_depth, answer)) == [
+        1,
+        2,
+    ]:  # as Mathematica gives an eigensystem
+        answer = dict(zip(("moments", "axes"), answer, strict=True))
     if isinstance(answer, dict) and set(answer) == {"moments", "axes"}:
         columns = [each for name in ("moments", "axes") if isinstance(each := read_list(answer[name]), list)]
         are_alike = len(columns) == 2 and len(columns[0]) == len(columns[1])
@@ -275,7 +290,7 @@ def _typed(answer: Tree) -> Array:
     if not 0 < len(pairs) <= MOST_PAIRS or len({len(pair) for pair in pairs}) > 1:
         expected = f"expected at most {MOST_PAIRS} pairs `[moment, [x, y, z]]`"
         raise Unreadable("wrong_shape", f"read {shown(answer)}, {expected}")
-    if all(isinstance(axis, str) and not re.search(r"[\s,;(\[{]", axis.strip()) for *_, axis in pairs):
+    if all(isinstance(axis, str) and not _AXIS.search(axis.strip()) for *_, axis in pairs):
         expected = "expected an axis beside each moment: `[moment, [x, y, z]]`"
         raise Unreadable("wrong_shape", f"read {counted((len(pairs),))} and no axes, {expected}")
     cells = list[Tree]()
@@ -287,6 +302,62 @@ def _typed(answer: Tree) -> Array:
             )
         cells += [*moment, *components]
     return entries.filled(cells, (len(pairs), -1))
+
+
+def _depth(entry: Tree) -> int:
+    """How deep lists are nested in an entry."""
+    return 1 + max(map(_depth, entry), default=0) if isinstance(entry, list) else 0
+
+
+def _in_text(text: str) -> Tree:
+    """The pairs of a text: in lines or one line, with a colon in each, or as a list."""
+    if (pairs := _in_line(text)) is not None:
+        return pairs
+    for between in (r"[\n;,]", r"[\n;]"):
+        pieces = cut(without_labels(text.strip()), re.compile(between))
+        if all(":" in piece for piece in pieces):
+            return pieces
+    return read_list(text)
+
+
+def _in_line(text: str) -> Tree:
+    """The pairs of a text such as `3: (1,1,0), 5 with axis (1,-1,0)`, or `e1 = (..), I1 = 3`; or None."""
+    try:
+        text = without_labels(plain(in_brackets(text)))
+        closings = sorted(closings_of(text).items())
+    except ExpressionError:
+        return None
+    between, axes, begin = list[str](), list[str](), 0
+    for start, end in closings if len(closings) <= MOST_BRACKETS else ():
+        if start >= begin and len(cut(text[start + 1 : end], _SEPARATOR)) == 3:
+            between.append(text[begin:start])
+            divided = _DIVIDED.match(text, end + 1)
+            begin = divided.end() if divided else end + 1
+            axes.append(text[start:begin])
+    moments = [_moment_in(each) for each in (*between, text[begin:])]
+    for given, rest in ((moments[:-1], moments[-1]), (moments[1:], moments[0])):
+        if len(axes) > 1 and all(re.search(r"\w", each) for each in given) and not rest:
+            return [_with_factor(moment, axis) for moment, axis in zip(given, axes, strict=True)]
+    return None
+
+
+def _moment_in(text: str) -> str:
+    """The moment in what stands between two axes."""
+    opened = list[int]()
+    for place, sign in enumerate(text):  # brackets of the list are open or closed here
+        if sign in "([{":
+            opened.append(place)
+        elif sign in ")]}" and not (opened and opened.pop() is not None):
+            text = f"{text[:place]} {text[place + 1 :]}"
+    for place in opened:
+        text = f"{text[:place]} {text[place + 1 :]}"
+    return _NO_MOMENT.sub("", _NO_MOMENT.sub("", text)).strip()
+
+
+def _with_factor(moment: str, axis: str) -> list[Tree]:
+    """A pair in which a factor of the axis may stand behind the moment: `3: 1/sqrt(2)`."""
+    own, _, factor = moment.partition(":") if re.match(r"[-+.\d]", moment) else (moment, "", "")
+    return [own, f"{factor} {axis}"]
 
 
 def _pair(entry: Tree) -> list[Tree]:

@@ -26,6 +26,7 @@ from rigidcli.homework.numbers import (
     in_dimension,
     read_numbers,
     readings_of,
+    taken_back,
     with_hint,
 )
 from rigidcli.language.decoration import undecorated
@@ -104,8 +105,8 @@ class QuantityKind(AnswerKind):
 
     def _doubt(self, key: NumberKey, number: Number) -> str:
         """Why a person must look at `a = b`; empty if both agree. Raises Unreadable for two answers."""
-        if not number.before:
-            return ""
+        if not number.before or number.remark:
+            return taken_back(number.remark)
         with suppress(ValueProblem):
             number = in_dimension(number, key.unit)
             return doubt(
@@ -169,8 +170,10 @@ LONGEST_TEXT = 1000
 """The most characters of an answer."""
 
 TRUTH = {
-    **dict.fromkeys(("yes", "ja", "oui", "si", "wahr", "vrai", "richtig", "verdadero"), "true"),
-    **dict.fromkeys(("no", "nein", "non", "falsch", "faux", "falso"), "false"),
+    **dict.fromkeys(
+        ("yes", "y", "ja", "jawohl", "oui", "si", "wahr", "vrai", "richtig", "verdadero"), "true"
+    ),
+    **dict.fromkeys(("no", "n", "nein", "non", "falsch", "faux", "falso"), "false"),
 }
 
 _BRACKETED = re.compile(r"\s*[(\[][^()\[\]]*[)\]]\s*")
@@ -178,6 +181,8 @@ _BRACKETED = re.compile(r"\s*[(\[][^()\[\]]*[)\]]\s*")
 
 CLASSES = (*get_args(BodyClass), "symmetric")
 """The classes of tops: an answer may add, or leave out, `symmetric top` behind them."""
+
+STABILITY = ("stable", "unstable", "marginal", "stabil", "instabil", "instable")
 
 _ARTICLE = re.compile(
     r"\b(?:the|an?|der|die|das|eine?|le|la|une?|el|los|only|nur|body|system|motion) (?=\w)|(?<=\w) only\b"
@@ -191,7 +196,9 @@ _REASON = re.compile(rf"\s*(?:[,;:–—]|\. |\s-\s|(?={_WHY}))")
 """What stands before a reason."""
 
 _OPPOSITE = r"\b(?:yes|no|ja|nein|oui|true|false)\b"
-_DOUBTFUL = re.compile(r"\b(?:not|no|or|but|nicht|oder|aber|kein|non|pas|ou|mais)\b")
+_DOUBTFUL = re.compile(
+    r"\b(?:not|no|or|but|nicht|oder|aber|kein|non|pas|ou|mais|wrong|false|incorrect|falsch|faux)\b"
+)
 
 _BETWEEN = re.compile("(?<=\\w)[\\s_\\-\N{HYPHEN}\N{NON-BREAKING HYPHEN}\N{EN DASH}]+(?=\\w)")
 """Blanks and hyphens between words; a hyphen before the first word may be a minus sign."""
@@ -249,9 +256,11 @@ class ChoiceKind(AnswerKind):
                 self._is_word(key, first) and not _DOUBTFUL.search(reason)
             )
             said, *rest = re.split(r"\W+", value, maxsplit=1)
+            stands = re.search(rf"(?<!\w){re.escape(key.plain)}(?!\w)", value) is not None
             if key.plain in TRUTH.values():
-                is_right = TRUTH.get(said, said) == key.plain and not re.search(_OPPOSITE, " ".join(rest))
-            if not is_right and re.search(rf"(?<!\w){re.escape(key.plain)}(?!\w)", value):
+                stands = TRUTH.get(said, said) == key.plain
+                is_right = stands and not re.search(_OPPOSITE, " ".join(rest))
+            if stands and not is_right:
                 return Outcome.review("the right word stands in a longer answer")
         return Outcome.correct() if is_right else Outcome.earning(0.0, Finding("outside_tolerance"))
 
@@ -288,7 +297,8 @@ def _text(answer: Tree) -> str:
 
 def _class_of(words: str) -> str:
     """The short form of a class of tops: `prolate` for a prolate symmetric top."""
-    return re.sub(r"(?<=\w)(?: symmetric(?:al)?)?(?: (?:body|top))?\Z", "", words)
+    words = re.sub(r"symmetri(?:cal|scher?)\b", "symmetric", words)
+    return re.sub(r"(?<=\w)(?: symmetric)?(?: (?:body|top|rotor|rotator|kreisel))?\Z", "", words)
 
 
 def _split(value: str) -> tuple[str, str]:
@@ -301,13 +311,20 @@ def _split(value: str) -> tuple[str, str]:
     return (first, reason) if is_reason or not reason else (value, "")
 
 
+def _unless_opposite(added: re.Match[str]) -> str:
+    """A blank for what is added in brackets, unless it may be another answer."""
+    words = set(re.findall(r"\w+", added[0]))
+    before = set(re.findall(r"\w+", added.string[: added.start()]))
+    others = {*CLASSES, *TRUTH, *STABILITY} - before
+    return added[0] if words & others or _DOUBTFUL.search(added[0]) else " "
+
+
 def _plain(text: str) -> str:
     """The text in small letters, without articles and decoration, and truth values in one spelling."""
     letters = undecorated(re.sub(r"\A\s*[-–—]\s+", "", unicodedata.normalize("NFKC", text)))
     with suppress(ValueProblem):  # a brace may stand in a text that is no LaTeX
         letters = without_latex(letters)
-    words = _BETWEEN.sub(" ", letters.casefold().strip("\"'“”„‘’ \n{}").rstrip(".!\n "))
-    inner = words.strip("()[] ") if _BRACKETED.fullmatch(words) else _BRACKETED.sub(" ", words)
-    words = inner.strip()
-    words = _SUBJECT.sub("", _ARTICLE.sub("", words)).strip(" .!")
+    words = letters.casefold().strip("\"'“”„‘’ \n{}").rstrip(".!\n ")
+    words = words.strip("()[] ") if _BRACKETED.fullmatch(words) else _BRACKETED.sub(_unless_opposite, words)
+    words = _BETWEEN.sub(" ", _SUBJECT.sub("", _ARTICLE.sub("", words.strip()))).strip(" .!")
     return TRUTH.get(words.replace("í", "i"), words)
