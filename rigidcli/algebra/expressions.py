@@ -18,6 +18,7 @@ import math
 from collections.abc import Callable, Iterable, Mapping
 from fractions import Fraction
 from functools import lru_cache
+from itertools import combinations_with_replacement
 from numbers import Integral
 from typing import Any, TypeAlias, cast
 
@@ -323,9 +324,53 @@ def power(base: Expr, exponent: Rational) -> Expr:
     return gathered(surd(coefficient, int(exponent)), raised)
 
 
+MOST_TERMS_OF_SQUARES = 30
+"""The most terms of a sum in which squares are looked for, as pairs of them are tried."""
+
+
+@lru_cache(4096)
+def with_squares(e: Expr) -> Expr:
+    """The sum with (a + b)^2 for a^2 + 2 a b + b^2 among its terms, and so for squares of longer sums."""
+    if not 3 <= len(e.terms) <= MOST_TERMS_OF_SQUARES:
+        return e
+    alike: dict[frozenset[tuple[Atom, Rational]], list[Monomial]] = {}
+    for monomial in e.terms:
+        alike.setdefault(frozenset((a, n % 2) for a, n in monomial if n % 2), []).append(monomial)
+    left, squares = dict(e.terms), list[Expr]()
+    for odd, monomials in alike.items():
+        monomials.sort(key=lambda monomial: [(atom.key, n) for atom, n in monomial])
+        while len(monomials) > 1:
+            first, *monomials = monomials
+            c, chosen = left.get(first, 0), {first: Fraction(1)}
+            # c (r_1 + x_2 r_2 + ...)^2 has the terms c x_i^2 r_i^2 and 2 c x_i x_j r_i r_j.
+            for other in monomials if c else ():
+                x = Fraction(left.get(_mean(first, other), 0)) / (2 * c)
+                if x and left.get(other) == c * x**2:
+                    crossing = (left.get(_mean(other, m)) == 2 * c * x * y for m, y in chosen.items())
+                    if all(crossing):
+                        chosen[other] = x
+            if len(chosen) > 1:
+                roots = [(x, {a: (n - n % 2) / Fraction(2) for a, n in m}) for m, x in chosen.items()]
+                squares.append(gathered(c, dict(odd)) * total(gathered(x, r) for x, r in roots) ** 2)
+                for a, b in combinations_with_replacement(chosen, 2):
+                    del left[a if a is b else _mean(a, b)]
+    return total([Expr(left), *squares]) if squares else e
+
+
+def _mean(left: Monomial, right: Monomial) -> Monomial:
+    """The geometric mean of two monomials: a b of a^2 and b^2."""
+    exponents = dict(left)
+    for atom, n in right:
+        exponents[atom] = exponents.get(atom, 0) + n
+    halves = ((atom, Fraction(n) / 2) for atom, n in exponents.items() if n)
+    return tuple(sorted(((a, int(n) if n.denominator == 1 else n) for a, n in halves), key=key_of_atom))
+
+
 @lru_cache(4096)
 def _rooted(base: Expr, exponent: Fraction) -> Expr:
-    """A power that is not an integer: positive numbers are taken out, nothing else is."""
+    """A power that is not an integer: positive numbers and the roots of squares of sums are taken out."""
+    if len(base.terms) > 1:
+        base = with_squares(base)
     if len(base.terms) > 1:
         size = content(base.terms.values())
         inner = gathered(1, {_group(scaled(base, 1 / size)): exponent})
@@ -355,6 +400,8 @@ def _root_of_monomial(sign: int, monomial: Monomial, exponent: Fraction) -> Expr
         return ONE
     if len(monomial) == 1 and sign > 0:
         atom, inside = monomial[0]
+        if isinstance(atom, Group) and inside.denominator == 1 and inside.numerator % 2 == 0:
+            return power(_absolute(atom.inner), inside * exponent)
         if inside.denominator != 1 or inside.numerator % 2 or is_nonnegative(atom):
             return gathered(1, {atom: inside * exponent})
     if all(inside.denominator == 1 for _, inside in monomial):

@@ -12,7 +12,7 @@ from typing import NamedTuple, TypeAlias
 
 from rigidcli.algebra.atoms import Applied, Atom, Group, Monomial, Pi, Surd, Symbol, interned
 from rigidcli.algebra.expansion import expand
-from rigidcli.algebra.expressions import Expr, atomic, expr, factored, gathered, product, total
+from rigidcli.algebra.expressions import Expr, atomic, expr, factored, gathered, product, total, with_squares
 from rigidcli.algebra.fractions import factors
 from rigidcli.algebra.functions import apply
 from rigidcli.algebra.roots import Allowance, Rational
@@ -192,6 +192,21 @@ def _forms(e: Expr, allowance: Allowance) -> Iterator[Expr]:
                 yield form
                 yield _roots_gathered(_with_factors(form))
                 yield _collected(form)
+                squared = _squares_completed(form)
+                if squared is not form:
+                    yield squared
+
+
+def _squares_completed(e: Expr) -> Expr:
+    """The expression with squares of sums, as a whole and in the sums of its products."""
+
+    def change(atom: Atom, n: Rational) -> Expr | None:
+        if not isinstance(atom, Group):
+            return None
+        squared = with_squares(atom.inner)
+        return None if squared is atom.inner else squared**n
+
+    return with_powers(with_squares(e), change)
 
 
 def _roots_tidied(e: Expr, allowance: Allowance) -> Expr:

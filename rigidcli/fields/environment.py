@@ -337,10 +337,14 @@ class Environment:
         self.used.update(names)
 
     def assume_positive(self, value: Any) -> None:
-        """Note that the document makes sense only if `value`, whose sign is open, is positive."""
-        name = str(value)
-        if name in value.names:
-            self.positive.add(name)
+        """Note that the document makes sense only if `value` is positive; of 2*m the mass m is."""
+        from rigidcli.algebra.atoms import Symbol, is_positive
+        from rigidcli.algebra.expressions import factored
+
+        number, monomial = factored(value)
+        open_ = [atom for atom, n in monomial if n % 2 and not is_positive(atom)]
+        if number > 0 and len(open_) == 1 and isinstance(open_[0], Symbol):
+            self.positive.add(open_[0].name)
 
     @cached_property
     def _declared_in_order(self) -> list[str]:

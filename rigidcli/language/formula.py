@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Collection, Mapping
+from collections.abc import Collection, Iterator, Mapping
 from dataclasses import dataclass
 from decimal import Decimal
 from fractions import Fraction
@@ -20,6 +20,7 @@ from rigidcli.language.tree import (
     Product,
     Reciprocal,
     Sum,
+    operands,
     rebuilt,
 )
 
@@ -54,8 +55,7 @@ class Style:
 
     With `decimal`, fractions that end are decimals. A sum that stands first in a pair of `sums` is written as
     the second, R + r as r + R. Where this has the other sign, that is done under even powers only:
-    (R - r)**2 is written (r - R)**2. Terms with velocities or momenta are written in the order of their
-    `coordinates`, other sums than the typed ones.
+    (R - r)**2 is written (r - R)**2. Other sums are written in the order of the `coordinates`.
     """
 
     decimal: bool = False
@@ -68,7 +68,9 @@ class Style:
             typed = {frozenset(sum_.terms): sum_ for _, sum_ in self.sums}
             node = _ordered(node, dict(self.sums), typed)
         if self.coordinates:
-            node = _by_coordinates(node, _rates(self.coordinates), {sum_ for _, sum_ in self.sums})
+            variables, kept = _variables(self.coordinates), {sum_ for _, sum_ in self.sums}
+            node = _by_coordinates(node, variables, kept)
+            node = _from_coordinates(node, variables, kept.union(_without_even_power(node)))
         return _in_decimals(node) if self.decimal else node
 
 
@@ -87,63 +89,111 @@ def is_even(exponent: Node) -> bool:
     return isinstance(exponent, Number) and exponent.value % 2 == 0
 
 
-_Rates: TypeAlias = Mapping[str, tuple[int, int]]
-"""The place of the coordinate of each velocity, momentum and acceleration, and what it adds to a degree."""
+_Variables: TypeAlias = Mapping[str, tuple[int, float]]
+"""The place of the coordinate of each variable, and the degree of it."""
 
-OF_ACCELERATION = 100
-"""The degree of an acceleration: terms with one come before all products of velocities."""
+OF_COORDINATE, OF_VELOCITY, OF_ACCELERATION = 0.001, 1, 100
+"""The degrees of variables: products of coordinates are below a velocity, and those of velocities below an
+acceleration."""
 
 
 @lru_cache(1)
-def _rates(coordinates: tuple[str, ...]) -> _Rates:
-    degrees = {"p_{}": 1, "{}dot": 1, "{}ddot": OF_ACCELERATION}
+def _variables(coordinates: tuple[str, ...]) -> _Variables:
+    degrees = {"{}": OF_COORDINATE, "p_{}": OF_VELOCITY, "{}dot": OF_VELOCITY, "{}ddot": OF_ACCELERATION}
     return {form.format(q): (k, n) for form, n in degrees.items() for k, q in enumerate(coordinates)}
 
 
-def _by_coordinates(node: Node, rates: _Rates, typed: Collection[Sum]) -> Node:
-    """A tree with the terms of its sums by falling degree in the rates.
+def _by_coordinates(node: Node, variables: _Variables, typed: Collection[Sum]) -> Node:
+    """A tree with the terms of its sums by falling degree in the variables; `typed` sums stay.
 
     Of one degree, terms without functions come first, then those of earlier coordinates. A sum does not begin
-    with a minus sign if a term is positive. In a product, rates stand in the order of their coordinates.
+    with a minus sign if a term is positive, but for that of an acceleration. Velocities and momenta in a
+    product stand in the order of their coordinates.
     """
-    node = rebuilt(node, lambda operand: _by_coordinates(operand, rates, typed))
+    node = rebuilt(node, lambda operand: _by_coordinates(operand, variables, typed))
     match node:
         case Sum(terms) if node not in typed:
-            ordered = sorted(terms, key=lambda term: _place(term, rates))
-            first = next((k for k, term in enumerate(ordered) if not isinstance(term, Negative)), 0)
-            has_acceleration = _degree(ordered[0], rates)[0] >= OF_ACCELERATION
-            return Sum((ordered.pop(0 if has_acceleration else first), *ordered))
+            ordered = sorted(terms, key=lambda term: _place(term, variables))
+            has_acceleration = _degree(ordered[0], variables)[0] >= OF_ACCELERATION
+            return Sum(tuple(ordered)) if has_acceleration else _from_positive(ordered)
         case Product(factors):
-            moving = [factor for factor in factors if _rate(factor) in rates]
-            following = iter(sorted(moving, key=lambda f: (-rates[_rate(f)][1], rates[_rate(f)][0])))
-            return Product(tuple(next(following) if _rate(f) in rates else f for f in factors))
+            places = [_rate(factor, variables) for factor in factors]
+            moving = [k for k, place in enumerate(places) if place is not None]
+            following = iter(sorted(moving, key=lambda k: places[k] or ()))
+            return Product(
+                tuple(factors[next(following)] if k in moving else f for k, f in enumerate(factors))
+            )
     return node
 
 
-def _rate(factor: Node) -> str:
-    """The name that stands alone in a factor, or under a power; none is ""."""
+def _from_positive(terms: list[Node]) -> Sum:
+    """A sum whose first positive term is moved to its head."""
+    first = next((k for k, term in enumerate(terms) if not isinstance(term, Negative)), 0)
+    return Sum((terms.pop(first), *terms))
+
+
+def _from_coordinates(
+    node: Node, variables: _Variables, kept: Collection[Sum], around: Collection[Node] = ()
+) -> Node:
+    """A tree with (x - d)^2 for (d - x)^2, where x is a coordinate; sums that are `kept` stay.
+
+    A square whose negative terms stand in the sum around it takes their signs: a - b - sqrt((a - b)^2 - c).
+    """
+    match node:
+        case Power(Sum(terms) as base, exponent) if is_even(exponent) and base not in kept:
+            ordered = sorted(terms, key=lambda term: _place(term, variables))
+            is_turned = isinstance(ordered[0], Negative) and _degree(base, variables)[0] < OF_VELOCITY
+            if is_turned or all(-term in around for term in terms):
+                return Power(_from_positive([-term for term in ordered]), exponent)
+        case Sum(terms):
+            around = {*around, *terms}
+    return rebuilt(node, lambda operand: _from_coordinates(operand, variables, kept, around))
+
+
+def _without_even_power(node: Node) -> Iterator[Sum]:
+    """The sums in a tree that do not stand right under an even power."""
+    if isinstance(node, Power) and is_even(node.exponent):
+        node = node.base
+    elif isinstance(node, Sum):
+        yield node
+    for operand in operands(node):
+        yield from _without_even_power(operand)
+
+
+def _rate(factor: Node, variables: _Variables) -> tuple[float, int] | None:
+    """Where a factor stands that is a power of a velocity, momentum or acceleration; None of others."""
     base = factor.base if isinstance(factor, Power) else factor
-    return base.name if isinstance(base, Name) else ""
+    place, degree = variables.get(base.name, (0, 0)) if isinstance(base, Name) else (0, 0)
+    return (-degree, place) if degree >= OF_VELOCITY else None
 
 
-def _place(term: Node, rates: _Rates) -> tuple[float, bool, float, float]:
-    degree, first, last = _degree(term, rates)
+def _place(term: Node, variables: _Variables) -> tuple[float, bool, float, float]:
+    degree, first, last = _degree(term, variables)
     return -degree, _has_function(term), first, last
 
 
-def _degree(node: Node, rates: _Rates) -> tuple[float, float, float]:
-    """The degree of a tree in the rates, and the first and last coordinate of those that are no divisors."""
+def _degree(node: Node, variables: _Variables) -> tuple[float, float, float]:
+    """The degree of a tree in velocities and momenta, and the first and last of their coordinates.
+
+    They are those of coordinates where there is no velocity or momentum. Divisors do not count, nor do
+    coordinates beside velocities.
+    """
     match node:
-        case Name(name) if name in rates:
-            place, weight = rates[name]
+        case Name(name) if name in variables:
+            place, weight = variables[name]
             return weight, place, place
         case Negative(operand):
-            return _degree(operand, rates)
+            return _degree(operand, variables)
+        case Call("sqrt", (operand,)):
+            degree, first, last = _degree(operand, variables)
+            return degree / 2, first, last
         case Power(base, Number(value=exponent)):
-            degree, first, last = _degree(base, rates)
+            degree, first, last = _degree(base, variables)
             return degree * exponent, first, last
-        case Sum(operands) | Product(operands):
-            degrees, firsts, lasts = zip(*(_degree(operand, rates) for operand in operands), strict=True)
+        case Sum(members) | Product(members):
+            parts = [_degree(member, variables) for member in members]
+            moving = [part for part in parts if part[0] >= OF_VELOCITY / 2] or parts
+            degrees, firsts, lasts = zip(*moving, strict=True)
             return (max if isinstance(node, Sum) else sum)(degrees), min(firsts), max(lasts)
     return 0, math.inf, -math.inf
 

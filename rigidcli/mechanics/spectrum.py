@@ -14,6 +14,7 @@ Mathematical Methods of Classical Mechanics, appendix 6.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator, Mapping, Sequence
 from fractions import Fraction
 from typing import Any, TypeAlias, cast
@@ -24,15 +25,17 @@ from rigidcli.algebra import matrices
 from rigidcli.algebra.arithmetic import polynomial_factors, root_of_either_sign, sqrt, tidy, weak_sign
 from rigidcli.algebra.atoms import Atom, Group
 from rigidcli.algebra.expansion import coefficients, expand
-from rigidcli.algebra.expressions import PI, ZERO, Expr, symbol, total
+from rigidcli.algebra.expressions import PI, ZERO, Expr, number, symbol, total
 from rigidcli.algebra.functions import apply
 from rigidcli.algebra.matrices import Matrix
+from rigidcli.algebra.roots import content
 from rigidcli.algebra.simplification import shortest
 from rigidcli.algebra.substitution import mapped, rebuilt, substitute
 from rigidcli.algebra.values import enclosed, is_zero, sampled
 from rigidcli.core.arithmetic import Array
 from rigidcli.core.elimination import echelon
 from rigidcli.errors import ExpressionError
+from rigidcli.language.formula import Style
 from rigidcli.mechanics.linear_motion import LinearMotion, Root, Vector
 
 S = symbol("rate s")
@@ -55,6 +58,12 @@ NOISE = 1e-12
 
 INDEPENDENT = 1e-8
 """Vectors of length 1 that depend on each other but for this, are parallel."""
+
+DIGITS_OF_RATES = 10
+"""Significant digits of a rate that is a decimal times an expression."""
+
+MOST_PARTS_OF_TURN = 50
+"""The largest denominator of an angle, in units of pi: chains of up to 24 equal masses have those."""
 
 Values: TypeAlias = Mapping[str, Expr]
 """The parameters that have values, with these."""
@@ -155,7 +164,17 @@ def _exact_roots(motion: LinearMotion, given: Values, is_free: bool, needs_vecto
         is_definite = is_free and is_positive_definite(own.masses, given)
         bounded = is_definite and is_positive_definite(own.stiffness, given)
         are_real = is_definite and not any(e for row in own.rates for e in row)
-        for root in _determinant_roots(own, given, bounded, are_real):
+        try:
+            roots = list(_determinant_roots(own, given, bounded, are_real))
+        except ExpressionError:
+            if not are_real:
+                raise
+            for root in _numbers_by_one_unit(own, given):
+                known = [dict(zip(block, vector, strict=True)) for vector in root.vectors]
+                placed = [tuple(vector.get(k, (ZERO, ZERO)) for k in range(size)) for vector in known]
+                yield root._replace(vectors=tuple(placed))
+            continue
+        for root in roots:
             if not needs_vectors and (root.times == 1 or root.growth):
                 yield root
                 continue
@@ -173,6 +192,56 @@ def _exact_roots(motion: LinearMotion, given: Values, is_free: bool, needs_vecto
                 placed.append(tuple(shown.get(k, (ZERO, ZERO)) for k in range(size)))
             stable = root.is_stable and is_whole
             yield root._replace(is_stable=stable, is_whole=is_whole, vectors=tuple(placed))
+
+
+def _numbers_by_one_unit(motion: LinearMotion, given: Values) -> Iterator[Root]:
+    """The roots of M y'' + K y = 0 whose matrices are numbers times one expression each, where none grows.
+
+    Rates are sqrt(k/m) times numbers: 2 sin(pi p/q), as those of a chain of equal masses, or decimals.
+
+    Raises:
+        ExpressionError: the matrices are others.
+    """
+    units, numbers = zip(*(_by_unit(matrix) for matrix in (motion.masses, motion.stiffness)), strict=True)
+    unit = positive_root(tidy(units[1] / units[0]), given)
+    if not unit.names:
+        raise ExpressionError("there are no symbols")
+    plain = LinearMotion(numbers[0], motion.rates, numbers[1])
+    for root in _numeric_roots(plain, is_free=True, rounding=ROUNDING):
+        if root.growth:
+            raise ExpressionError("motion grows")
+        factor = _as_sine(cast(float, root.angular), plain)
+        if factor is None:
+            decimal = Fraction(f"{root.angular:.{DIGITS_OF_RATES}g}")
+            rate = (decimal * unit).styled(Style(decimal=True))
+        else:
+            rate = factor * unit
+        yield root._replace(growth=ZERO, angular=rate)
+
+
+def _by_unit(matrix: Matrix) -> tuple[Expr, Matrix]:
+    """A matrix as an expression times integers without a common divisor.
+
+    Raises ExpressionError where it is none.
+    """
+    first = next(e for row in matrix for e in row if e)
+    ratios = [[tidy(e / first).as_number for e in row] for row in matrix]
+    known = [ratio for row in ratios for ratio in row if ratio is not None]
+    if len(known) < len(matrix) ** 2:
+        raise ExpressionError("the entries depend on more than one unit")
+    size = content([ratio for ratio in known if ratio])
+    return first * size, [[number((ratio or 0) / size) for ratio in row] for row in ratios]
+
+
+def _as_sine(angular: float, motion: LinearMotion) -> Expr | None:
+    """The rate 2 sin(pi p/q) that is near, where its square is an eigenvalue of numbers M and K; or None."""
+    if angular > 2:
+        return None
+    turn = Fraction(math.asin(angular / 2) / math.pi).limit_denominator(MOST_PARTS_OF_TURN)
+    sine = 2 * apply("sin", PI * turn)
+    if abs(float(sine) - angular) > NOISE:
+        return None
+    return sine if is_zero(matrices.short_determinant(motion.pencil(ZERO, -(sine**2)))) else None
 
 
 def _ascending(roots: Iterator[Root], given: Values) -> list[Root]:
@@ -238,6 +307,7 @@ def _of_squares(a: Expr, b: Expr, c: Expr, given: Values, bounded: bool, definit
     """
     if not a:
         return [_of_square(tidy(-c / b), given, -1 if bounded else None)]
+    a, b, c = map(tidy, (a, b, c))
     middle, rest = tidy(-b / (2 * a)), tidy(b**2 - 4 * a * c)
     # Of two squares with a positive product both have the sign of their mean, else one has either.
     product, mean = (1, -1) if bounded else (sign_of(c / a, given), sign_of(middle, given))

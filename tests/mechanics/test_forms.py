@@ -21,13 +21,16 @@ LONGEST = 1.3
 """The length of an H without blanks, in units of that of the shortest one by hand."""
 
 
-def hamilton(coordinates: str, kind: str, text: str, **more: Any) -> Report:
+def hamilton(
+    coordinates: str, kind: str, text: str, forces: dict[str, str] | None = None, **more: Any
+) -> Report:
     """What the program derives where no parameter has a value."""
     names = coordinates.split()
     own = {"t", *names, *(f"{q}dot" for q in names), *(f"p_{q}" for q in names)}
+    letters = {name for written in (text, *(forces or {}).values()) for name in parse(written).names} - own
     document = {
-        "system": {"coordinates": names, kind: text},
-        "parameters": dict.fromkeys(sorted(parse(text).names - own)),
+        "system": {"coordinates": names, kind: text, "forces": forces or {}},
+        "parameters": dict.fromkeys(sorted(letters)),
     }
     return rigidcli.hamilton(rigidcli.loads(json.dumps(document | more)))
 
@@ -209,4 +212,4 @@ parameters: {m: null, k: null, R: null}
     assert "(r\N{MINUS SIGN}R)2" in text
     assert "(R\N{MINUS SIGN}r)2" not in text
     turned = program("hamilton", "-", stdin=document.replace("(r - R)", "(-R + r)")).out
-    assert "k (R - r)^2/2" in turned  # shorter than what is typed
+    assert "k (r - R)^2/2" in turned  # shorter than what is typed, and from the coordinate

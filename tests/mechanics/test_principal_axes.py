@@ -140,3 +140,11 @@ def test_a_skew_dumbbell_has_its_axis_along_itself() -> None:
         rigidcli.loads(f"{{parameters: {{m: null, a: null, u: null}}, body: {DUMBBELL}, about: com}}")
     )
     assert [str(e) for e in found["axes"][0]] == ["sin(u)", "0", "cos(u)"]
+
+
+def test_moments_have_one_order_where_masses_are_multiples_of_a_letter() -> None:
+    points = [["2*m", "b", 0, 0], ["3*m", 0, "-2*b", 0], ["3*m", "-b", 0, 0]]
+    document = {"parameters": {"m": None, "b": None}, "body": {"points": points}, "about": "origin"}
+    found = rigidcli.axes(document)
+    assert [str(e) for e in found["moments"]] == ["5*m*b**2", "12*m*b**2", "17*m*b**2"]
+    assert found.notes == ()

@@ -104,7 +104,7 @@ def _oscillations(document: Document, derivation: Derivation) -> Oscillations | 
     if document.equilibrium is None:
         return None
     if derivation.system.constraints:
-        message = "small oscillations are told of a system without constraints"
+        message = "small oscillations are not worked out for a system with constraints"
         hint = "choose coordinates that obey the constraints, such as an angle"
         raise document.refusal(message, "equilibrium", hint=hint)
     from rigidcli.studies.hamilton.oscillations import oscillations

@@ -30,7 +30,7 @@ from rigidcli.language.text import latex_name, reading
 from rigidcli.mechanics import linear_motion
 from rigidcli.mechanics.hamilton_equations import TIME
 from rigidcli.mechanics.linear_motion import LinearMotion, Root, Vector
-from rigidcli.mechanics.spectrum import ROUNDING, ROUNDING_OF_FLOATS, spectrum
+from rigidcli.mechanics.spectrum import DIGITS_OF_RATES, ROUNDING, ROUNDING_OF_FLOATS, spectrum
 from rigidcli.report import Column, Field, Table
 from rigidcli.studies.common import require_values
 from rigidcli.studies.hamilton import steady
@@ -292,6 +292,8 @@ def _notes(roots: Sequence[Root] | None) -> Iterator[str]:
     """The conditions under which modes with symbols oscillate."""
     if roots is None:
         yield NO_MODES
+    elif any(isinstance(root.rate, Expr) and root.rate.style.decimal for root in roots):
+        yield f"rates with decimals have no closed form; they are rounded to {DIGITS_OF_RATES} digits"
     for root in roots or ():
         if root.condition is not None and isinstance(root.rate, Expr):
             rate, where = reading(root.rate.tree()), inequality(root.condition)
@@ -301,11 +303,14 @@ def _notes(roots: Sequence[Root] | None) -> Iterator[str]:
 def _record(root: Root, vector: Vector) -> dict[str, Any]:
     angular = cast(Any, root.angular)
     frequency = angular / (2 * (math.pi if isinstance(angular, float) else PI)) if angular else None
+    period = None if frequency is None else 1 / frequency
+    if isinstance(frequency, Expr) and isinstance(period, Expr):
+        frequency, period = frequency.styled(angular.style), period.styled(angular.style)
     is_complex = any(y for _, y in vector)
     record = {
         "rate": root.rate,
         "frequency": frequency,
-        "period": None if frequency is None else 1 / frequency,
+        "period": period,
         "vector": [{"re": x, "im": y} if is_complex else x for x, y in vector],
         "stable": root.is_stable,
     }

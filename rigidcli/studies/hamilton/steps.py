@@ -401,6 +401,9 @@ def _vectors(oscillations: Oscillations, document: Document, unknown: str) -> It
     known = known_values(document)
     for root in oscillations.roots or ():
         n = EXACT if isinstance(root.rate, Expr) else FLOAT
+        if isinstance(root.rate, Expr) and root.rate.style.decimal:
+            number += len(root.vectors)  # a rounded rate solves no equations
+            continue
         motion = motion if n.exact else motion.changed(lambda e: substitute(e, known))
         masses, stiffness = (n.array(part) for part in (motion.masses, motion.stiffness))
         square = cast(Any, root.angular) ** 2 - cast(Any, root.growth) ** 2
@@ -410,9 +413,10 @@ def _vectors(oscillations: Oscillations, document: Document, unknown: str) -> It
             Field("", square, f"{unknown}^2", rf"\{unknown}^2"),
             Field("", matrix, head, rf"\mathbf{{K}} - \{unknown}^2\,\mathbf{{M}}"),
         ]
-        echelon = reduced(matrix, len(matrix) - len(root.vectors), n)
+        is_solved = not n.exact or all(isinstance(x, Expr) for vector in root.vectors for x, _ in vector)
+        echelon = reduced(matrix, len(matrix) - len(root.vectors), n) if is_solved else None
         fields += [] if echelon is None else solution(*echelon, names, n)
-        vectors = [n.array([x for x, _ in vector]) for vector in root.vectors]
+        vectors = [(n if is_solved else FLOAT).array([x for x, _ in vector]) for vector in root.vectors]
         fields += [Field("", vector, "v", r"\mathbf{v}") for vector in vectors]
         last = number + len(vectors) - 1
         title = f"Vector of mode {number}" if last == number else f"Vectors of modes {number} to {last}"

@@ -68,7 +68,7 @@ def _styled(entry: Field, style: Style) -> Field:
     def changed(value: Any) -> Any:
         match value:
             case Expr():
-                return value.styled(style)
+                return value.styled(replace(style, decimal=style.decimal or value.style.decimal))
             case Formula(exact=True):
                 return replace(value, root=replace(style, coordinates=()).of(value.root))
             case list():
