@@ -227,13 +227,14 @@ def test_modes_without_a_closed_form_are_told_with_values(program: Program) -> N
     names = [f"x{i}" for i in range(4)]
     kinetic = "(" + " + ".join(f"m*{i + 1}*{name}dot^2" for i, name in enumerate(names)) + ")/2"
     chain = " + ".join(f"({a} - {b})^2" for a, b in zip(names, ["0", *names], strict=False))
-    body, place = f"  kinetic: {kinetic}\n  potential: k*({chain})/2", ", ".join(f"{n}: 0" for n in names)
+    potential = f"k*({chain})/2 + K*x2^2/2"
+    body, place = f"  kinetic: {kinetic}\n  potential: {potential}", ", ".join(f"{n}: 0" for n in names)
     open_form = program(
-        "hamilton", "-f", "json", "-", stdin=system(", ".join(names), body, place, m=None, k=None)
+        "hamilton", "-f", "json", "-", stdin=system(", ".join(names), body, place, m=None, k=None, K=None)
     )
     assert json.loads(open_form.out)["modes"] is None
     assert "no closed form" in open_form.err
-    document = rigidcli.loads(system(", ".join(names), body, place, m=1, k=1), exact=True)
+    document = rigidcli.loads(system(", ".join(names), body, place, m=1, k=1, K=1), exact=True)
     numbers = rigidcli.hamilton(document, steps=True)
     assert all(isinstance(mode["rate"], float) for mode in numbers["modes"])
     assert [step.title for step in numbers.steps if "mode" in step.title] == [

@@ -35,6 +35,7 @@ from rigidcli.report import Column, Field, Table
 from rigidcli.studies.common import require_values
 from rigidcli.studies.hamilton import steady
 from rigidcli.studies.hamilton.derivation import Derivation
+from rigidcli.studies.hamilton.style import style_of
 from rigidcli.studies.hamilton.system import derived_parameters, known_values, require_formulas
 
 KEY = "equilibrium"
@@ -167,7 +168,7 @@ def oscillations(document: Document, equilibrium: Equilibrium, derivation: Deriv
         ) from None
     is_numeric = equilibrium.is_sought or not is_exact
     values = {name: float(e) if is_numeric and not e.names else e for name, e in place.coordinates.items()}
-    notes = (*turning, *place.notes, *_notes(roots))
+    notes = (*turning, *place.notes, *_notes(roots, document))
     return Oscillations(values, not equilibrium.is_sought, motion, roots, notes, steadily)
 
 
@@ -288,15 +289,15 @@ def _motion(derivation: Derivation, there: Mapping[str, Expr]) -> LinearMotion:
     return linear_motion.of_hamilton(derivation.equations, phase, there)
 
 
-def _notes(roots: Sequence[Root] | None) -> Iterator[str]:
-    """The conditions under which modes with symbols oscillate."""
+def _notes(roots: Sequence[Root] | None, document: Document) -> Iterator[str]:
+    """Write notes on where a mode oscillates."""
     if roots is None:
         yield NO_MODES
     elif any(isinstance(root.rate, Expr) and root.rate.style.decimal for root in roots):
         yield f"rates with decimals have no closed form; they are rounded to {DIGITS_OF_RATES} digits"
     for root in roots or ():
         if root.condition is not None and isinstance(root.rate, Expr):
-            rate, where = reading(root.rate.tree()), inequality(root.condition)
+            rate, where = reading(root.rate.styled(style_of(document)).tree()), inequality(root.condition)
             yield f"the mode with the rate {rate} oscillates where {where}"
 
 

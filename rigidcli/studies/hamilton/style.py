@@ -22,14 +22,16 @@ DECIMAL = re.compile(r"\.\d|\de-")
 """What the text of a decimal has, and no other part of an expression."""
 
 
-def as_typed(fields: Iterable[Field], document: Document) -> list[Field]:
-    """Write results in the style of the document.
-
-    Decimals (unless exact results are asked for), squares of sums, and the order of coordinates are its own.
-    """
+def style_of(document: Document) -> Style:
+    """The style in which a document is typed: decimals (unless exact results are asked for), sums, coordinates."""
     decimal = not document.exact_results and DECIMAL.search(repr(document.system)) is not None
     coordinates = () if document.system is None else document.system.coordinates
-    style = Style(decimal, tuple(_typed_sums(document).items()), coordinates)
+    return Style(decimal, tuple(_typed_sums(document).items()), coordinates)
+
+
+def as_typed(fields: Iterable[Field], document: Document) -> list[Field]:
+    """Write results in the style of the document."""
+    style = style_of(document)
     return [_styled(entry, style) for entry in fields]
 
 
