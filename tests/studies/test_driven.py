@@ -130,3 +130,9 @@ def test_the_document_on_resonance_has_the_figures_of_its_comment() -> None:
     assert curve[curve[:, 1].argmax()] == pytest.approx(
         [one["peak"]["rate"], one["peak"]["amplitude"]], rel=1e-3
     )
+
+
+def test_motion_that_grows_beside_the_response_is_noted() -> None:
+    upright = {"coordinates": ["x"], "lagrangian": "xdot**2/2 + x**2 + x*cos(t)"}
+    (note,) = run({"system": upright}).notes
+    assert "the free motion grows" in note

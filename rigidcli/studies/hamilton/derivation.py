@@ -47,10 +47,10 @@ from rigidcli.studies.hamilton.system import SystemFunctions, known_values, syst
 MOST_RESIDUAL = 1e-6
 """A residual of the equations of motion beyond this, in units of their size, is no rounding error."""
 
-CHECKS = 3
+CHECKED_POINTS = 3
 """The number of random points at which the equations of motion are compared."""
 
-MOST_NODES = 3_000
+MOST_NODES_OF_H = 3_000
 """The most nodes of H and of the velocities together that are worked with: about ten pages of text."""
 
 
@@ -90,7 +90,7 @@ class Derivation:
 
     @property
     def is_short(self) -> bool:
-        """Whether H has a closed form of at most MOST_NODES."""
+        """Whether H has a closed form of at most MOST_NODES_OF_H."""
         return self.hamiltonian is not None and (self.branch is None or _is_short(self.branch))
 
     @cached_property
@@ -412,8 +412,8 @@ def _require_regular(
 
 
 def _is_short(branch: Branch) -> bool:
-    """Whether H and the velocities have at most MOST_NODES."""
-    return sum(e.nodes for e in (branch.hamiltonian, *branch.velocities)) <= MOST_NODES
+    """Whether H and the velocities have at most MOST_NODES_OF_H."""
+    return sum(e.nodes for e in (branch.hamiltonian, *branch.velocities)) <= MOST_NODES_OF_H
 
 
 def _residual_of(
@@ -459,7 +459,7 @@ def _residual_of(
         miss = max(_miss(v, values[:size]), _miss(known[size:], values[size:]))
         if not branch.conditions or miss <= MOST_RESIDUAL:
             worst, seen = max(worst, miss), seen + 1
-        if seen == CHECKS:
+        if seen == CHECKED_POINTS:
             break
     return worst if seen else None
 

@@ -77,11 +77,15 @@ class Response(NamedTuple):
 
 
 class Driven(NamedTuple):
-    """The responses of a system to its forces, and the quality factor of a single damped coordinate."""
+    """The responses of a system to its forces, and the quality factor of a single damped coordinate.
+
+    The free motion beside them `grows`, if that is known.
+    """
 
     responses: tuple[Response, ...]
     quality: Quantity
     motion: LinearMotion
+    grows: bool = False
 
     @property
     def is_single(self) -> bool:
@@ -89,7 +93,9 @@ class Driven(NamedTuple):
         return len(self.responses) == 1 and len(self.motion.masses) == 1
 
     def notes(self) -> Iterator[str]:
-        """What holds for some values of the symbols only, and what is not written in symbols."""
+        """What is not written in symbols, what holds for some of their values only, and motion that grows."""
+        if self.grows and self.responses:
+            yield "the free motion grows, and leaves the response to the force"
         for one in self.responses:
             if all(e is None for part in (one.amplitude, one.growth) for e in part.values()):
                 yield (
@@ -181,7 +187,28 @@ def driven(document: Document, derivation: Derivation) -> Driven | None:
         (m,), (c,), (k,) = (row[0] for row in motion.parts)
         if sign(c) == 1 and sign(k) == 1:
             quality = _value(document, tidy(sqrt(k * m) / c))
-    return Driven(tuple(one for one in found if one is not None), quality, motion)
+    responses = tuple(one for one in found if one is not None)
+    return Driven(responses, quality, motion, _grows(motion, known_values(document)))
+
+
+def _grows(motion: LinearMotion, values: Mapping[str, Expr]) -> bool:
+    """Whether the free motion is known to grow exponentially."""
+    if any(not e.names <= values.keys() for e in motion.entries):
+        return False
+    m, c, k = (_numbers(part, values) for part in motion.parts)
+    rates = np.linalg.eigvals(_first_order(m, c, k))
+    return bool(rates.real.max() > IN_RESONANCE * np.abs(rates).max())
+
+
+def _numbers(matrix: Matrix, values: Mapping[str, Expr]) -> Floats:
+    return np.array([[float(substitute(e, values)) for e in row] for row in matrix])
+
+
+def _first_order(m: Floats, c: Floats, k: Floats) -> Floats:
+    """The matrix A of z' = A z, where z has the coordinates and the velocities."""
+    size = len(m)
+    upper = np.hstack([np.zeros((size, size)), np.eye(size)])
+    return np.vstack([upper, -np.linalg.solve(m, np.hstack([k, c]))])
 
 
 def _forces(motion: LinearMotion, matrix: Matrix, offset: Sequence[Expr]) -> list[DrivingForce] | None:
@@ -296,11 +323,8 @@ def _peak(document: Document, motion: LinearMotion, force: DrivingForce) -> tupl
 
 def in_numbers(motion: LinearMotion, force: DrivingForce, values: Mapping[str, Expr]) -> tuple[Floats, ...]:
     """M, C, K (n by n each) and f (n) for these values of the parameters."""
-    *parts, (f,) = (
-        np.array([[float(substitute(e, values)) for e in row] for row in rows])
-        for rows in (*motion.parts, [force.amplitudes])
-    )
-    return (*parts, f)
+    m, c, k = (_numbers(part, values) for part in motion.parts)
+    return m, c, k, _numbers([force.amplitudes], values)[0]
 
 
 def _in_numbers(
@@ -309,10 +333,8 @@ def _in_numbers(
     """Amplitudes and phases, and growth by the modes that have the rate of the force."""
     m, c, k, f = in_numbers(motion, force, values)
     w, size = float(substitute(force.rate, values)), len(names)
-    # z' = A z + g, where z has the coordinates and the velocities.
-    a = np.block([[np.zeros((size, size)), np.eye(size)], [-np.linalg.solve(m, k), -np.linalg.solve(m, c)]])
+    rates, vectors = np.linalg.eig(_first_order(m, c, k))
     g = np.append(np.zeros(size), np.linalg.solve(m, f)).astype(complex)
-    rates, vectors = np.linalg.eig(a)
     near = np.abs(rates - 1j * w) <= IN_RESONANCE * max(abs(w), EPS * np.abs(rates).max())
     if not near.any():
         grown, answer = np.zeros(size), np.linalg.solve(k - w**2 * m + 1j * w * c, f.astype(complex))

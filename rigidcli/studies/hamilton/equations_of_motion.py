@@ -39,7 +39,7 @@ ENERGY_CHANGE = ".energy_change"
 No name of a document has a dot.
 """
 
-KEY = "orbit.initial"
+INITIAL_KEY = "orbit.initial"
 """The key under which a document gives the initial state."""
 
 

@@ -267,7 +267,7 @@ def _vanishes_on_constraints(rate: Expr, derivation: Derivation, values: Mapping
         trees = [to_tree(e) for e in terms(expand(rate))]
         f = columns(code.function(trees, [TIME, *equations.names], constants, equations.steps))
         parts = f(np.array([t]), *(np.array([x]) for x in state))
-        if not abs(parts.sum()) <= SAME * np.abs(parts).sum():
+        if not abs(parts.sum()) <= SAME_RATIO * np.abs(parts).sum():
             return False
     return True
 
@@ -287,10 +287,10 @@ def _recognised(value: Expr, candidates: Mapping[str, Expr], derivation: Derivat
     return None
 
 
-POINTS = 5
+COMPARED_POINTS = 5
 """Points at which functions are compared."""
 
-SAME = 1e-9
+SAME_RATIO = 1e-9
 """Ratios that differ by less, in units of themselves, are the same where only values can tell."""
 
 _CARTESIAN = re.compile(r"([xyz])_?(\d*)")
@@ -304,7 +304,7 @@ def factor_of(value: Expr, e: Expr, moving: Sequence[str]) -> Expr | None:
     if rows is None or not e:
         return None
     ratios = rows[:, 0] / np.where(rows[:, 1], rows[:, 1], np.nan)
-    if not np.ptp(ratios) <= SAME * np.abs(ratios).max():
+    if not np.ptp(ratios) <= SAME_RATIO * np.abs(ratios).max():
         return None
     with suppress(ExpressionError, ZeroDivisionError):
         point = {name: number(2 * k + 3) / number(k + 2) for k, name in enumerate(moving)}
@@ -320,7 +320,7 @@ def names_of(invariants: Sequence[Expr], derivation: Derivation) -> list[str | N
     sides = [e for _, *pair in vectors for e in pair]
     letters = {name for e in invariants for name in e.names}.difference(moving)
     fixed = {name: 0.6 + 0.13 * k for k, name in enumerate(sorted(letters))}
-    rows = sampled([*invariants, *known.values(), *sides], fixed, POINTS, moving)
+    rows = sampled([*invariants, *known.values(), *sides], fixed, COMPARED_POINTS, moving)
     if rows is None:
         return [None] * len(invariants)
     columns = [*rows.T]
@@ -344,7 +344,7 @@ def _is_multiple(values: Floats, of: Floats) -> bool:
     """Whether values (k) are a constant, nonzero multiple of others."""
     with np.errstate(all="ignore"):
         ratios = values / of
-    return bool(np.ptp(ratios) <= SAME * np.abs(ratios).max()) and bool(ratios.any())
+    return bool(np.ptp(ratios) <= SAME_RATIO * np.abs(ratios).max()) and bool(ratios.any())
 
 
 def _paths(derivation: Derivation) -> Iterator[dict[str, tuple[Expr, Expr]]]:

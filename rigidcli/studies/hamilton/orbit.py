@@ -41,7 +41,7 @@ FEW_COORDINATES, FEW_RADIANS = 6, 1e4
 LOOKS_AT_TERMS = 64
 """Steps of an orbit, besides its samples, at which the terms of what is conserved are looked at."""
 
-LOOKS = 4097
+LOOKS_AT_RANGE = 4097
 """Times at which it is looked whether an orbit has left its range: they tell three digits of the end."""
 
 SMOOTH = 1e-3
@@ -438,7 +438,7 @@ def by_exponential(
 def _require_range(solution: Solution, derivation: Derivation, initial: InitialState) -> None:
     """Raise ComputationError where momenta leave the range in which they have velocities on this branch."""
     for condition in () if derivation.branch is None else derivation.branch.conditions:
-        times = np.linspace(0.0, solution.knots[-1], LOOKS)
+        times = np.linspace(0.0, solution.knots[-1], LOOKS_AT_RANGE)
         states = solution.at(times)[:, : 2 * len(initial.q)]
         values = values_of_terms(condition, derivation.phase, initial.parameters)(times, *states.T)
         outside = ~(values.sum(axis=0) > 0)

@@ -38,17 +38,17 @@ from rigidcli.studies.hamilton.derivation import Derivation
 from rigidcli.studies.hamilton.style import style_of
 from rigidcli.studies.hamilton.system import derived_parameters, known_values, require_formulas
 
-KEY = "equilibrium"
+EQUILIBRIUM_KEY = "equilibrium"
 """The key under which a document gives the equilibrium."""
 
-BALANCE = 1e-9
-"""A search ends at an equilibrium if the forces are below this, in units of their terms where it began.
+NO_FORCE = 1e-9
+"""The largest force at an equilibrium that is found, in units of the terms of the forces at the start.
 
-So must be the next step of Newton's method, in units of the coordinates: where forces fade away at a large
-distance, it never is.
+The next step of Newton's method has to be as small, in units of the coordinates: where forces fade away with
+the distance, they are small, and the step is not.
 """
 
-NOISE = 1e-14
+ZERO_COORDINATE = 1e-14
 """Coordinates of an equilibrium below this, in units of the largest one or of the start, are zero."""
 
 NO_MODES = (
@@ -151,7 +151,7 @@ def oscillations(document: Document, equilibrium: Equilibrium, derivation: Deriv
             steadily = steady.steady(document, equilibrium, derivation, momenta, there, is_open)
     except ExpressionError as error:
         raise document.refusal(
-            f"the equations of motion have no value there: {error.message}", KEY
+            f"the equations of motion have no value there: {error.message}", EQUILIBRIUM_KEY
         ) from error
     if any(TIME in e.names for e in motion.entries):
         raise ComputationError("the equations of motion near the equilibrium change with time")
@@ -186,7 +186,9 @@ def _forces_at_rest(document: Document, derivation: Derivation) -> tuple[list[Ex
         momenta = known
         forces = [tidy(substitute(e, momenta)) for e in equations[size:]]
     if any(not is_zero(derivative(force, TIME)) for force in forces):
-        raise document.refusal("forces on the system at rest change with time: there is no equilibrium", KEY)
+        raise document.refusal(
+            "forces on the system at rest change with time: there is no equilibrium", EQUILIBRIUM_KEY
+        )
     return forces, momenta
 
 
@@ -216,7 +218,7 @@ def _given_place(
             )
     raise document.refusal(
         f"no equilibrium: at rest there, {_listed(left)}",
-        KEY,
+        EQUILIBRIUM_KEY,
         hint=None if document.symbols else "look for one near these values: `equilibrium: {find: {...}}`",
     )
 
@@ -256,15 +258,15 @@ def _found_place(
         step: Floats = np.zeros(len(names))
         for _ in range(4):  # Newton's method doubles the digits: 2 become more than a float has
             q = q - step
-            q[np.abs(q) <= NOISE * max(np.abs(q).max(), np.abs(begin).max())] = 0.0
+            q[np.abs(q) <= ZERO_COORDINATE * max(np.abs(q).max(), np.abs(begin).max())] = 0.0
             left = at(q) + 0.0
             step = np.asarray(np.linalg.lstsq(slope(q), left, rcond=1e-10)[0], dtype=np.float64)
         scale = at(begin, sizes).max(initial=0.0)
     except NO_VALUE as error:
         raise ComputationError("no equilibrium found: the forces have no value on the way") from error
     listed = _listed(dict(zip(names, left.tolist(), strict=True)))
-    near = BALANCE * max(np.linalg.norm(q), np.linalg.norm(begin))
-    if not (np.abs(left).max() <= BALANCE * scale and np.linalg.norm(step) <= near):
+    near = NO_FORCE * max(np.linalg.norm(q), np.linalg.norm(begin))
+    if not (np.abs(left).max() <= NO_FORCE * scale and np.linalg.norm(step) <= near):
         shown = ", ".join(f"{name} = {value:.6g}" for name, value in zip(names, q.tolist(), strict=True))
         raise ComputationError(f"no equilibrium found: the search ended at {shown}; at rest there, {listed}")
     place = {name: number(Fraction(value)) for name, value in zip(names, q.tolist(), strict=True)}

@@ -17,7 +17,7 @@ from rigidcli.studies.hamilton.derivation import Derivation
 from rigidcli.studies.hamilton.equations_of_motion import InitialState
 from rigidcli.studies.hamilton.orbit import OrbitSolution
 
-AGREE = 1e-6
+BEYOND_TURNING = 1e-6
 """The orbit may pass a turning point by this share of their distance, or it does not turn there."""
 
 
@@ -43,7 +43,7 @@ def period(derivation: Derivation, initial: InitialState, orbit: OrbitSolution) 
     if found is None:
         return None
     first, last = found.turning_points
-    slack = AGREE * (last - first)
+    slack = BEYOND_TURNING * (last - first)
     return found if first - slack <= path.min() and path.max() <= last + slack else None
 
 

@@ -16,7 +16,7 @@ from rigidcli.report import Field, Step
 TOUCHING = 1e-10
 """What comes this near to zero and goes back is no pass, in units of the largest value, as errors are."""
 
-BEFORE = 1e-6
+BEFORE_STOP = 1e-6
 """Where an orbit cannot be followed on, it is looked for its end up to this share of the time before."""
 
 Values = Callable[[Floats, Floats], Floats]
@@ -35,7 +35,7 @@ def reach(
     except Stopped as stop:
         if stop.time <= 0:
             raise
-        stopped, solution = stop, follow(stop.time * (1 - BEFORE))
+        stopped, solution = stop, follow(stop.time * (1 - BEFORE_STOP))
     found = passes(function, solution, key)
     if not len(found.times):
         if stopped is not None:

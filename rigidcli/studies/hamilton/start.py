@@ -25,25 +25,25 @@ from rigidcli.mechanics.legendre import Momenta
 from rigidcli.mechanics.velocity_inversion import Branch
 from rigidcli.studies.hamilton.constraints import Keeper, keeper
 from rigidcli.studies.hamilton.derivation import Derivation, on_this_side
-from rigidcli.studies.hamilton.equations_of_motion import KEY, InitialState
+from rigidcli.studies.hamilton.equations_of_motion import INITIAL_KEY, InitialState
 
 ZEROS = np.zeros(1)
 """The time of the start, as an array."""
 
-KEPT_TO = 1e-6
-"""A start breaks a constraint that it misses by more than this, in units of the terms of the constraint.
+START_MISSES = 1e-6
+"""The largest miss of a constraint that a start may have, in units of the terms of the constraint.
 
-It is moved by less: the digits of a number that is typed obey no constraint to all digits of a float.
+It is moved onto the constraint: numbers that are typed obey none to all digits of a float.
 """
 
-RETURNS = 8
-"""Newton's steps by which a start comes back to the constraints; each doubles the digits."""
+NEWTON_STEPS = 8
+"""Steps of Newton's method that move a start onto the constraints; each doubles the digits."""
 
-DEPENDENT = 1e-10
-"""Constraints are dependent at a state where a singular value of their slopes, scaled to 1, is less."""
+DEPENDENT_SLOPES = 1e-10
+"""Constraints are dependent where a singular value of their slopes, each scaled to 1, is below this."""
 
 SAME_VELOCITIES = 1e-6
-"""Velocities belong to a branch if they differ by less than this, in units of their size."""
+"""Velocities belong to a branch v(p) from which they differ by less than this, in units of their size."""
 
 
 def initial_state(
@@ -108,7 +108,7 @@ class _Point:
         except NO_VALUE:
             values = np.array([math.nan])
         if not np.isfinite(values).all():
-            raise self.document.refusal(f"{what} has no finite real value there", KEY)
+            raise self.document.refusal(f"{what} has no finite real value there", INITIAL_KEY)
         return values
 
 
@@ -122,7 +122,7 @@ def _momenta(point: _Point, derivation: Derivation, v: Floats) -> Floats:
     if any(not entry.names.isdisjoint(names) for entry in matrix):
         raise point.document.refusal(
             "the momenta do not follow from the velocities: dH/dp is not linear in p",
-            KEY,
+            INITIAL_KEY,
             hint=f"give the momenta {', '.join(names)}",
         )
     values = point.at(names, np.zeros(size)).evaluate([*slopes, *matrix], "a velocity")
@@ -149,7 +149,7 @@ def _velocities(point: _Point, momenta: Momenta, names: Sequence[str], p: Floats
     if np.abs(miss(v)[0]).max() > SAME_VELOCITIES * np.abs(p).max():
         raise point.document.refusal(
             "no velocities were found that have these momenta",
-            KEY,
+            INITIAL_KEY,
             hint=f"give the velocities {', '.join(names)} instead",
         )
     return v
@@ -170,7 +170,9 @@ def _branch(point: _Point, derivation: Derivation, v: Floats | None) -> Branch |
         )
         return next((branch for branch, is_same in zip(inside, near, strict=True) if is_same), None)
     if not inside:
-        raise point.document.refusal(f"no velocity has these momenta, expected {branches[0].validity}", KEY)
+        raise point.document.refusal(
+            f"no velocity has these momenta, expected {branches[0].validity}", INITIAL_KEY
+        )
     if len(inside) == 1:
         return inside[0]
     names = derivation.velocity_names
@@ -180,7 +182,7 @@ def _branch(point: _Point, derivation: Derivation, v: Floats | None) -> Branch |
     )
     raise point.document.refusal(
         f"{len(inside)} velocities have these momenta: {listed}",
-        KEY,
+        INITIAL_KEY,
         hint=f"give the velocities {', '.join(names)} instead",
     )
 
@@ -194,10 +196,10 @@ def on_constraints(document: Document, bounds: Keeper, q: Floats, v: Floats) -> 
     _require_independent(bounds, start)
     nearest: State = tuple(start.tolist())
     with suppress(*NO_VALUE):
-        for _ in range(RETURNS):
+        for _ in range(NEWTON_STEPS):
             nearest = bounds.back(0.0, nearest)
     moved = np.array(nearest)
-    is_found = np.isfinite(moved).all() and np.abs(bounds.measured(ZEROS, moved[None])).max() < KEPT_TO
+    is_found = np.isfinite(moved).all() and np.abs(bounds.measured(ZEROS, moved[None])).max() < START_MISSES
     names = (*derivation.phase.coordinates, *derivation.velocity_names)
     problems, typed = list[Problem](), (document.system and document.system.constraints) or {}
     for one, misses in zip(
@@ -208,7 +210,7 @@ def on_constraints(document: Document, bounds: Keeper, q: Floats, v: Floats) -> 
         ),
         strict=True,
     ):
-        which = next((k for k, miss in enumerate(misses) if not abs(miss) <= KEPT_TO), None)
+        which = next((k for k, miss in enumerate(misses) if not abs(miss) <= START_MISSES), None)
         if which is None:
             continue
         e = one.rate if which else one.expression
@@ -219,7 +221,7 @@ def on_constraints(document: Document, bounds: Keeper, q: Floats, v: Floats) -> 
             what = f"the velocities at the start break `{one.name}`: {e} is {off:.6g}, expected 0"
         near = ", ".join(f"{name}: {x:.12g}" for name, x in zip(names, moved, strict=True))
         hint = f"the nearest start that obeys all constraints is {{{near}}}" if is_found else None
-        problems.append(document.problem(what, KEY, hint=hint))
+        problems.append(document.problem(what, INITIAL_KEY, hint=hint))
     if problems:
         raise DocumentError(problems)
     return moved[:size], moved[size:]
@@ -233,7 +235,7 @@ def _require_independent(bounds: Keeper, start: Floats) -> None:
     slopes = columns(code.function(flat, names, bounds.constants))(ZEROS, *start[:, None])
     rows = slopes.reshape(len(limits), -1)
     sizes = np.abs(rows).max(axis=1)
-    rank = int(np.linalg.matrix_rank(rows / np.where(sizes, sizes, 1.0)[:, None], tol=DEPENDENT))
+    rank = int(np.linalg.matrix_rank(rows / np.where(sizes, sizes, 1.0)[:, None], tol=DEPENDENT_SLOPES))
     if rank < len(limits):
         empty = [one.name for one, size in zip(limits, sizes, strict=True) if not size]
         why = (
