@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import json
+
 import numpy as np
 import pytest
 
@@ -10,6 +12,7 @@ from rigidcli.core import rotation
 from rigidcli.core.arithmetic import Floats
 from rigidcli.report import Report
 from rigidcli.scene import Part, Scene, Stage
+from rigidcli.studies import hamilton
 from tests.conftest import ROOT
 from tests.scenes import report_of, scene_of
 
@@ -145,6 +148,14 @@ def test_a_system_without_particles_has_its_phase_portraits() -> None:
     assert [cell for column in scene.readings.columns for cell in column.cells] == [
         *("t", "x", "p_x", "y", "p_y", "H")
     ]
+
+
+def test_an_orbit_of_one_moment_is_drawn_as_a_point() -> None:
+    system = {"coordinates": ["x"], "lagrangian": "xdot**2/2 - x**2/2"}
+    document = {"system": system, "orbit": {"initial": {"x": 1, "xdot": 0}, "times": [0]}}
+    report = hamilton.run(rigidcli.loads(json.dumps(document)), picture="phase", scene=True)
+    assert report.pictures
+    assert report.scene is None
 
 
 @pytest.mark.parametrize("samples", [2, 3, 400])

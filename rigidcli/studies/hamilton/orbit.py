@@ -342,7 +342,7 @@ def curve(
     of steps where samples are few, are halved until straight lines through their ends pass their middles by
     less than SMOOTH, or there are as many times as may be; those that are passed by most come first.
     """
-    if orbit.at is None or orbit.knots is None or orbit.is_section:
+    if orbit.at is None or orbit.knots is None or orbit.is_section or len(orbit.times) < 2:
         return orbit
     sampled = orbit.at
 
