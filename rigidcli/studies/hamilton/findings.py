@@ -113,11 +113,12 @@ def _oscillations(document: Document, derivation: Derivation) -> Oscillations | 
 
 
 def _driven(document: Document, derivation: Derivation) -> Driven | None:
-    """The response to driving forces, where the equations are linear and may have some, or damping."""
+    """The response of linear equations to driving forces, and their quality factor; None without either."""
     if derivation.linear is None:
         return None
-    _, offset = derivation.linear
-    if len(offset) > 2 and not any(TIME in e.names for e in offset):
+    matrix, offset = derivation.linear
+    may_be_damped = len(offset) == 2 and bool(matrix[0][0] + matrix[1][1])
+    if not may_be_damped and not any(TIME in e.names for e in offset):
         return None
     from rigidcli.studies.hamilton.driven import driven
 

@@ -201,26 +201,22 @@ def on_constraints(document: Document, bounds: Keeper, q: Floats, v: Floats) -> 
     moved = np.array(nearest)
     is_found = np.isfinite(moved).all() and np.abs(bounds.measured(ZEROS, moved[None])).max() < START_MISSES
     names = (*derivation.phase.coordinates, *derivation.velocity_names)
+    near = ", ".join(f"{name}: {x:.12g}" for name, x in zip(names, moved, strict=True))
+    hint = f"the nearest start that obeys all constraints is {{{near}}}" if is_found else None
+    values = dict(zip(names, map(float, start), strict=True)) | {TIME: 0.0, **bounds.constants}
+    of_places, of_rates = (
+        np.abs(bounds.measured(ZEROS, start[None], which)[:, 0]) for which in ("expression", "rate")
+    )
     problems, typed = list[Problem](), (document.system and document.system.constraints) or {}
-    for one, misses in zip(
-        derivation.system.constraints,
-        zip(
-            *(bounds.measured(ZEROS, start[None], which)[:, 0] for which in ("expression", "rate")),
-            strict=True,
-        ),
-        strict=True,
-    ):
-        which = next((k for k, miss in enumerate(misses) if not abs(miss) <= START_MISSES), None)
-        if which is None:
+    for one, miss, miss_of_rate in zip(derivation.system.constraints, of_places, of_rates, strict=True):
+        # A miss that is not a number breaks the constraint, too.
+        if miss <= START_MISSES and miss_of_rate <= START_MISSES:
             continue
-        e = one.rate if which else one.expression
-        values = dict(zip(names, map(float, start), strict=True)) | {TIME: 0.0, **bounds.constants}
+        e = one.expression if not miss <= START_MISSES else one.rate
         off = e.evaluate(**{name: values[name] for name in e.names})
         what = f"the start breaks `{one.name}`, {typed[one.name].expression.text}: it is off by {off:.6g}"
-        if which and not one.has_velocities:
+        if miss <= START_MISSES and not one.has_velocities:
             what = f"the velocities at the start break `{one.name}`: {e} is {off:.6g}, expected 0"
-        near = ", ".join(f"{name}: {x:.12g}" for name, x in zip(names, moved, strict=True))
-        hint = f"the nearest start that obeys all constraints is {{{near}}}" if is_found else None
         problems.append(document.problem(what, INITIAL_KEY, hint=hint))
     if problems:
         raise DocumentError(problems)
