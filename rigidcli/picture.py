@@ -21,13 +21,13 @@ class Ruler:
 
 @dataclass(frozen=True, slots=True)
 class Mark:
-    """Something drawn in a panel with d rulers; `label` is for the legend.
+    """Something drawn in a panel with d rulers (d = 2 or 3).
 
-    `points` are the places of a line or of dots (n, d), the two ends of an arrow (2, d), a sequence of plane
-    faces (each k by 3), or of contours the coordinates x (n), y (m) and the heights (m, n), whose lines are
-    drawn at the heights `levels`. `style` is a place in the lists of colours and line styles; what is
-    `quiet` is thin and grey, and only there for orientation. `normals` (n, 3) of a line on a closed surface
-    tell which parts of it are on the far side.
+    points: of a line or of dots (n, d), the ends of an arrow (2, d), plane faces (each k by 3), or for
+    contours the coordinates x (n), y (m) and the heights (m, n), drawn at the heights `levels`.
+    label: for the legend.
+    style: a place in the lists of colours and line styles. `quiet` marks are thin and grey.
+    normals: (n, 3) of a line on a closed surface; they tell its far side.
     """
 
     form: Literal["line", "dots", "arrow", "faces", "contours"]

@@ -33,17 +33,17 @@ from rigidcli.studies.results import RESULTS
 MOST_LINES = {
     "algebra": 3015,  # sizes count nodes; conserved quantities have parameters as coefficients
     "bodies": 5734,  # digits that were typed, silences that are told, prisms, files as others write them
-    "cli": 2310,  # sheets, gradebooks and wide rows; a starter names the next command
+    "cli": 2330,  # a gallery of the examples; orbits of a sweep together; sheets and gradebooks
     "core": 4925,  # orbits from many starts in arrays, stiff systems, jumps at stops, motion to and fro
     "document": 3471,  # cures for people who know other tools; constraints, observables
     "fields": 2112,  # a section reads on with the key that is meant
     "homework": 9636,  # variants; one rule for whose a hand-in is; a file is what it answers
     "language": 2925,  # one reader, with readings; one pattern of decimal numbers for all rooms
     "mechanics": 3308,  # constraints, generating functions, conserved quantities by Noether's theorem
-    "reference": 576,  # examples of keys, and the words of a course
-    "render": 2956,  # results stand beside the figures of a page, with each name once
+    "reference": 578,  # examples of keys, and the words of a course
+    "render": 2964,  # formulas within sentences are typeset; a slider over the values of a sweep
     "studies": 9087,  # constraints, observables, many orbits, periods; the response to driving forces
-    "": 1693,  # fields of a result are attributes; settings that nothing uses are refused in Python
+    "": 1702,  # fields of a result are attributes; settings that nothing uses are refused in Python
 }
 """The most lines of Python that each room may have; "" is what stands at the top.
 

@@ -4,7 +4,7 @@
 
 import inspect
 from collections import defaultdict
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from enum import StrEnum
 from functools import partial
 from pathlib import Path
@@ -26,7 +26,7 @@ from rigidcli.cli.failures import (
 )
 from rigidcli.cli.output import Output, is_folder
 from rigidcli.cli.work import Work, answers, lost, require_used, tasks
-from rigidcli.commands import COMMANDS
+from rigidcli.commands import COMMANDS, Command
 from rigidcli.errors import UsageError
 from rigidcli.processes import Jobs, each
 from rigidcli.render import TRAITS, Format, Look, Traits, formats_of, joined, require_fit
@@ -37,8 +37,8 @@ if TYPE_CHECKING:
     from rigidcli.render.units import Units
     from rigidcli.report import Report
 
-MANY = 500
-"""From so many values or FILES on, processes pay; then each core gets one, unless `--jobs` says otherwise."""
+LEAST_FOR_PROCESSES = 500
+"""With fewer values or FILES, starting processes costs more than it saves; else each core gets one."""
 
 MOST_SHOWN = 100_000
 """The most rows of a table for people, which is kept in memory until the columns are known."""
@@ -50,7 +50,7 @@ PULSE = 2.0
 """Seconds after which a terminal shows the time that the work has taken."""
 
 
-class Asked(NamedTuple):
+class Request(NamedTuple):
     """The command line besides the study: FILES, their sweep or comparison, and the places of the output."""
 
     files: Sequence[str]
@@ -71,7 +71,37 @@ class Asked(NamedTuple):
     @property
     def hands(self) -> Jobs:
         """The number of processes, or the address of a cluster."""
-        return self.jobs or (usable_cores() if self.total >= MANY else 1)
+        return self.jobs or (usable_cores() if self.total >= LEAST_FOR_PROCESSES else 1)
+
+
+OPTIONS: dict[str, tuple[Any, Any]] = {
+    "files": (shared.Files, inspect.Parameter.empty),
+    "format": (None, None),
+    "output": (shared.OutputPath, None),
+    "settings": (shared.Settings, None),
+    "sweep": (shared.Sweeps, None),
+    "pair": (shared.Pair, False),
+    "jobs": (shared.Jobs, None),
+    "compare": (shared.Compare, False),
+    "digits": (shared.Digits, 6),
+    "exact": (shared.Exact, False),
+    "units": (shared.UnitList, None),
+    "unit_header": (shared.UnitHeader, False),
+    "no_header": (shared.NoHeader, False),
+    "columns": (shared.Columns, None),
+    "verbose": (shared.Verbose, False),
+    "steps": (shared.Steps, False),
+    "standalone": (shared.Standalone, False),
+    "plot": (shared.PlotPath, None),
+    "plot_kind": (None, None),
+    "quiet": (shared.Quiet, False),
+    "samples": (shared.Samples, None),
+    "duration": (shared.Duration, None),
+}
+"""The arguments and options of the studies with their defaults, in the order of the help.
+
+The formats and the kinds of pictures differ from study to study.
+"""
 
 
 def command_of(name: str) -> Callable[..., None]:
@@ -79,78 +109,73 @@ def command_of(name: str) -> Callable[..., None]:
     row = COMMANDS[name]
     named = [(format.value, format.value) for format in formats_of(name)]
     formats: Any = StrEnum("Format", named)  # type: ignore[misc]  # it is known at run time
-    usual = formats("table")
+    options = OPTIONS | {
+        "format": (Annotated[formats, shared.format_option(formats)], formats("table")),
+        "plot_kind": (shared.plot_kind(row.pictures), None),
+    }
+    for key in ("compare",) if row.section else ("samples", "duration"):
+        del options[key]
 
-    def command(
-        files: shared.Files,
-        format: Annotated[formats, shared.format_option(formats)] = usual,
-        output: shared.OutputPath = None,
-        settings: shared.Settings = None,
-        sweep: shared.Sweeps = None,
-        pair: shared.Pair = False,
-        jobs: shared.Jobs = None,
-        compare: shared.Compare = False,
-        digits: shared.Digits = 6,
-        exact: shared.Exact = False,
-        units: shared.UnitList = None,
-        unit_header: shared.UnitHeader = False,
-        no_header: shared.NoHeader = False,
-        columns: shared.Columns = None,
-        verbose: shared.Verbose = False,
-        steps: shared.Steps = False,
-        standalone: shared.Standalone = False,
-        plot: shared.PlotPath = None,
-        plot_kind: shared.plot_kind(row.pictures) = None,  # type: ignore[valid-type]  # made of its kinds
-        quiet: shared.Quiet = False,
-        samples: shared.Samples = None,
-        duration: shared.Duration = None,
-    ) -> None:
-        form = Format(format)
-        traits = TRAITS[form]
-        files, lists = shared.listed(files)
-        swept, wanted = shared.read_sweep(sweep, pair), shared.read_units(units)
-        tables = [*lists, *(() if swept is None else swept.files)]
-        asked = Asked(files, tables, swept, jobs, compare, wanted, output, plot, quiet)
-        _require_sense(
-            asked, form, traits, {"--steps": steps, "--plot": bool(plot), "--plot-kind": bool(plot_kind)}
-        )
-        if steps and not traits.people:
-            tell_notes("--steps", [f"{form} has no working: use table, latex or html"], quiet)
-        if wanted and (steps or not traits.people):
-            other = "the working" if traits.people else form
-            tell_notes("--units", [f"{other} has SI units, whatever `--units` says"], quiet)
-        options: dict[str, Any] = {"steps": steps and traits.people}
-        if swept is None and not compare and (kind := _picture_kind(name, traits, asked, plot_kind)):
-            options["picture"] = kind
-            if wanted:
-                tell_notes("--units", ["the picture has SI units, whatever `--units` says"], quiet)
-        options |= {"program": True} if traits.program else {}
-        is_short = swept is None or len(files) * swept.count <= MOST_MOTIONS
-        options |= {"scene": True} if traits.page and row.has_replay and is_short else {}
-        of_motion = {"samples": samples, "duration": duration}
-        given = {key: value for key, value in of_motion.items() if value is not None}
-        named = {f"{row.section}.{key}": f"--{key}" for key in given}
-        changes = [*(settings or ()), *(f"{row.section}.{key}={value}" for key, value in given.items())]
-        look = Look(
-            digits,
-            not no_header,
-            columns=tuple(columns or ()),
-            unit_header=unit_header,
-            verbose=verbose,
-            steps=steps,
-            standalone=standalone,
-        )
-        raise typer.Exit(_run(asked, Work(row, form, look, options, exact, changes, named, plot)))
+    def command(**given: Any) -> None:
+        raise typer.Exit(_compute(row, {key: given.get(key) for key in OPTIONS}))
 
-    without = ("compare",) if row.section else ("samples", "duration")
-    signature = inspect.signature(command)
-    shown = [parameter for key, parameter in signature.parameters.items() if key not in without]
     command.__name__, command.__doc__ = name, row.help
-    command.__signature__ = signature.replace(parameters=shown)  # type: ignore[attr-defined]
+    command.__signature__ = inspect.Signature(  # type: ignore[attr-defined]
+        [
+            inspect.Parameter(key, inspect.Parameter.KEYWORD_ONLY, default=default, annotation=kind)
+            for key, (kind, default) in options.items()
+        ]
+    )
     return command
 
 
-def _require_sense(asked: Asked, form: Format, traits: Traits, single: dict[str, bool]) -> None:
+def _compute(command: Command, given: Mapping[str, Any]) -> int:
+    """Do what is asked for with the `given` options, and return the exit code."""
+    form = Format(given["format"])
+    traits = TRAITS[form]
+    files, lists = shared.listed(given["files"])
+    sweep, units = shared.read_sweep(given["sweep"], given["pair"]), shared.read_units(given["units"])
+    tables = [*lists, *(() if sweep is None else sweep.files)]
+    places = given["output"], given["plot"], given["quiet"]
+    asked = Request(files, tables, sweep, given["jobs"], bool(given["compare"]), units, *places)
+    single = {f"--{key.replace('_', '-')}": bool(given[key]) for key in ("steps", "plot", "plot_kind")}
+    _require_sense(asked, form, traits, single)
+    is_alone = sweep is None and not asked.compare
+    picture = _picture_kind(command.name, traits, asked, given["plot_kind"]) if is_alone else None
+    _tell_unheeded(asked, form, given["steps"], picture)
+    options: dict[str, Any] = {"steps": given["steps"] and traits.people}
+    if picture:
+        options["picture"] = picture
+    if traits.program:
+        options["program"] = True
+    if traits.page and command.has_replay and not asked.compare and asked.total <= MOST_MOTIONS:
+        options["scene"] = True
+    of_motion = {key: given[key] for key in ("samples", "duration") if given[key] is not None}
+    named = {f"{command.section}.{key}": f"--{key}" for key in of_motion}
+    changes = [f"{command.section}.{key}={value}" for key, value in of_motion.items()]
+    look = Look(
+        given["digits"],
+        not given["no_header"],
+        columns=tuple(given["columns"] or ()),
+        **{key: given[key] for key in ("unit_header", "verbose", "steps", "standalone")},
+    )
+    settings = [*(given["settings"] or ()), *changes]
+    return _run(asked, Work(command, form, look, options, given["exact"], settings, named, given["plot"]))
+
+
+def _tell_unheeded(asked: Request, form: Format, steps: bool, picture: str | None) -> None:
+    """Note options that have no effect on the output, or on a part of it."""
+    is_data = not TRAITS[form].people
+    if steps and is_data:
+        tell_notes("--steps", [f"{form} has no working: use table, latex or html"], asked.quiet)
+    if asked.units and (steps or is_data):
+        other = form if is_data else "the working"
+        tell_notes("--units", [f"{other} has SI units, whatever `--units` says"], asked.quiet)
+    if asked.units and picture:
+        tell_notes("--units", ["the picture has SI units, whatever `--units` says"], asked.quiet)
+
+
+def _require_sense(asked: Request, form: Format, traits: Traits, single: dict[str, bool]) -> None:
     """Raise BadParameter where options exclude each other; the `single` ones are for one document."""
     files, sweep, output = asked.files, asked.sweep, asked.output
     several = "a comparison" if asked.compare else "a sweep" if sweep is not None else ""
@@ -175,7 +200,7 @@ def _require_sense(asked: Asked, form: Format, traits: Traits, single: dict[str,
             raise typer.BadParameter(problem, param_hint=f"'{option}'")
 
 
-def _picture_kind(command: str, traits: Traits, asked: Asked, kind: str | None) -> str | None:
+def _picture_kind(command: str, traits: Traits, asked: Request, kind: str | None) -> str | None:
     """The kind of the picture, if one is drawn. Raises BadParameter where it cannot be drawn or written."""
     path, output = asked.plot, asked.output
     if path is None and kind is None and not traits.page:
@@ -199,7 +224,7 @@ def _picture_kind(command: str, traits: Traits, asked: Asked, kind: str | None) 
     return kind or BEST
 
 
-def _run(asked: Asked, work: Work) -> int:
+def _run(asked: Request, work: Work) -> int:
     """Do the work, write the output, and return the exit code."""
     from rigidcli.bodies.robots import is_robot
 
@@ -234,7 +259,7 @@ def _run(asked: Asked, work: Work) -> int:
 
 
 def _pieces(
-    asked: Asked, work: Work, failures: Failures, opened: Sequence[Output], pictures: list[str | bytes]
+    asked: Request, work: Work, failures: Failures, opened: Sequence[Output], pictures: list[str | bytes]
 ) -> Iterator[Any]:
     """The pieces of the output, one after the other; their notes and failures are printed on the way."""
     printed, first = defaultdict[str, set[str]](set), None
@@ -267,7 +292,7 @@ def _pieces(
     failures.end()
 
 
-def _for_people(reports: "Iterable[Report]", asked: Asked, work: Work) -> "Iterable[Report]":
+def _for_people(reports: "Iterable[Report]", asked: Request, work: Work) -> "Iterable[Report]":
     """The reports for people: with summaries of ensembles, in the chosen units, or as one table."""
     if work.command.section:
         from rigidcli.studies.ensembles import summaries

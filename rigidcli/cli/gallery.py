@@ -110,12 +110,8 @@ def _lost(file: Path) -> Card:
 
 
 def _index(cards: list[Card]) -> Iterator[str]:
-    from rigidcli.render.prose import typeset
-    from rigidcli.render.web.mathml import formula
+    from rigidcli.render.web.mathml import prose
     from rigidcli.render.web.page import page, resource, text
-
-    def prose(words: str) -> str:
-        return "".join(formula(piece) if is_formula else text(piece) for piece, is_formula in typeset(words))
 
     body = ["<main>\n<h1>Examples of rigidcli</h1>\n"]
     for study, title in GROUPS.items():

@@ -164,7 +164,7 @@ Exact = Annotated[
 UnitList = Annotated[
     str | None,
     _option(
-        "Units in table, latex and html, such as g,cm,deg,rpm. Those of json and csv stay SI units.",
+        "Units in table, latex and html, such as g,cm,deg,rpm. json and csv keep SI units.",
         metavar="LIST",
     ),
 ]

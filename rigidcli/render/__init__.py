@@ -13,11 +13,13 @@ from rigidcli.report import Report
 
 
 class Look(NamedTuple):
-    """The look of the output: significant digits for people, the csv header, width and colour.
+    """The look of the output.
 
-    `columns` are those of rows and of tables of data that are shown; none stands for all. With `several`
-    documents, a table in csv begins with a column of names. With `unit_header`, heads of csv have units. For
-    people, `verbose` shows the diagnostics and `steps` the working. `standalone` LaTeX is a whole document.
+    digits, width, colour, verbose (diagnostics), steps (the working): for people.
+    header, unit_header: csv begins with a header; the header has units.
+    columns: the columns of rows and of tables of data that are shown; empty for all.
+    several: there are several documents; a table in csv then begins with a column of names.
+    standalone: LaTeX is a whole document.
     """
 
     digits: int = 6
@@ -54,14 +56,20 @@ Ensembles: TypeAlias = Literal["rows", "starts", "few"]
 
 
 class Traits(NamedTuple):
-    """The needs and abilities of a format.
+    """What a format can do.
 
-    A format for `people` has units and digits by choice, the working, and comparisons: its module has a
-    function `render(reports, look)`. The others are data: their modules make each report a piece of output by
-    `piece(report, look)`, or, where several formats share a `module`, by the function with the format's name;
-    a function `render(pieces, look)` may join the pieces. Reports without data may be `rows` of a table. Only
-    these `studies` write it, or all. A `program` is written from one document. A `page` shows pictures and
-    motions. A chart of characters may follow the text on a `terminal`. A `file` has this ending.
+    A format for `people` has a module with `render(reports, look)`. The other formats are data: their modules
+    have `piece(report, look)`, and may have `render(pieces, look)` to join the pieces.
+
+    people: it has chosen units and digits, the working, and comparisons.
+    rows: a report without a table of data is a row.
+    ensembles: what it writes of a motion with many starts.
+    studies: the only studies that write it; empty for all.
+    module: its module, if several formats share one; then `piece` is called like the format.
+    program: it is a program with the equations of one document.
+    page: it shows pictures and replays.
+    terminal: a chart of characters may follow it.
+    file: the ending of its files, if it is no text.
     """
 
     people: bool = False

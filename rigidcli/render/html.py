@@ -10,10 +10,9 @@ from rigidcli.language.text import latex_name
 from rigidcli.render import Look
 from rigidcli.render.latex import number, value
 from rigidcli.render.plots import has_library, inline_picture, require_library
-from rigidcli.render.prose import typeset
 from rigidcli.render.table import number as plain_number
 from rigidcli.render.values import cell_text, has_words, raised, shown_columns, shown_fields, worded
-from rigidcli.render.web.mathml import formula
+from rigidcli.render.web.mathml import formula, prose
 from rigidcli.render.web.page import page, resource, script_element, script_of, text
 from rigidcli.report import Column, Field, Report, Step, Table
 
@@ -159,7 +158,7 @@ def _results(report: Report, look: Look) -> Iterator[str]:
     for entry in shown_fields(report, look):
         # The formula of an equation begins with its left side, as the title of the row may end.
         is_name = entry.title.isidentifier() and latex_name(entry.title) == entry.symbol
-        title = formula(entry.symbol) if is_name else _prose(entry.title.removesuffix(f": {entry.symbol} ="))
+        title = formula(entry.symbol) if is_name else prose(entry.title.removesuffix(f": {entry.symbol} ="))
         # A result whose title is the symbol has this only once.
         shown = replace(entry, symbol="") if title == formula(entry.symbol) else entry
         yield f'<tr><th scope="row">{title}</th><td>{_result(shown, look)}</td></tr>\n'
@@ -169,7 +168,7 @@ def _results(report: Report, look: Look) -> Iterator[str]:
 def _result(entry: Field, look: Look) -> str:
     """The formula of a result, or its words."""
     if entry.words or entry.value is None:
-        return _prose(entry.words or "not known")
+        return prose(entry.words or "not known")
     found = value(entry, look.digits)
     # A parameter without a value is its own result: M, and not M = M.
     return formula(f"{entry.symbol} = {found}" if entry.symbol not in ("", found) else found)
@@ -180,7 +179,7 @@ def _tables(tables: Iterable[Table], look: Look) -> Iterator[str]:
     for table in tables:
         if columns := shown_columns(table, look, number):
             yield f'<div class="wide" role="region" tabindex="0" aria-label="{text(table.title)}"><table>'
-            yield f"<caption><span>{_prose(table.title)}</span></caption>\n<thead><tr>"
+            yield f"<caption><span>{prose(table.title)}</span></caption>\n<thead><tr>"
             yield "".join(_head(column) for column, _ in columns)
             yield "</tr></thead>\n<tbody>\n"
             for row in zip(*(_cells(column, texts) for column, texts in columns), strict=True):
@@ -189,7 +188,7 @@ def _tables(tables: Iterable[Table], look: Look) -> Iterator[str]:
 
 
 def _head(column: Column) -> str:
-    name = formula(column.symbols[0]) if column.symbols else _prose(column.cells[0])
+    name = formula(column.symbols[0]) if column.symbols else prose(column.cells[0])
     unit = f" ({text(raised(column.unit))})" if column.unit else ""
     return f'<th scope="col"{"" if has_words(column) else _NUMERIC}>{name}{unit}</th>'
 
@@ -197,7 +196,7 @@ def _head(column: Column) -> str:
 def _cells(column: Column, texts: list[str]) -> Iterator[str]:
     for cell, is_word in worded(column, texts):
         if is_word:
-            yield f"<td>{_prose(cell)}</td>"
+            yield f"<td>{prose(cell)}</td>"
         elif number := _NUMBER.fullmatch(cell):
             ten = f" × 10<sup>{number[2]}</sup>" if number[2] else ""
             yield f"<td{_NUMERIC}>{number[1]}{ten}</td>".replace("-", "\N{MINUS SIGN}")
@@ -210,9 +209,9 @@ def _working(steps: Iterable[Step], look: Look) -> Iterator[str]:
     if steps:
         yield '<div class="working"><h3>The working</h3>\n<ol>\n'
         for step in steps:
-            yield f"<li><h4>{_prose(step.title)}</h4><p>{_prose(step.sentence)}</p>\n"
+            yield f"<li><h4>{prose(step.title)}</h4><p>{prose(step.sentence)}</p>\n"
             for entry in step.fields:
-                title = "" if entry.symbol else f"{_prose(entry.title)}: "
+                title = "" if entry.symbol else f"{prose(entry.title)}: "
                 yield f'<p class="formula">{title}{_result(entry, look)}</p>\n'
             yield from _tables(step.tables, look)
             yield "</li>\n"
@@ -231,8 +230,3 @@ def _document(report: Report) -> Iterator[str]:
         yield f"<details><summary>The document: {text(report.source)}</summary>\n"
         lines = "\n".join(map(text, report.document.splitlines()))
         yield f"<pre>{lines}</pre></details>\n"
-
-
-def _prose(words: str) -> str:
-    """Words as text of a page, with the formulas among them typeset."""
-    return "".join(formula(piece) if is_formula else text(piece) for piece, is_formula in typeset(words))

@@ -10,6 +10,9 @@ from rigidcli.render.terminal import Page, Row
 from rigidcli.render.values import entries, is_exact, shown_columns, shown_fields
 from rigidcli.report import Field, Report, Table, Value
 
+LONGEST_TITLE = 36
+"""Letters of a title in a column: a longer one, such as a formula of the working, has a line of its own."""
+
 
 def render(reports: Iterable[Report], look: Look) -> Iterator[str]:
     """A block for each report, with an empty line between them."""
@@ -32,8 +35,13 @@ def _block(head: str, words: str, fields: Iterable[Field], tables: Iterable[Tabl
     # Among formulas, which have no units, the few units stand behind their numbers.
     measured = [value for _, value, unit in written if unit]
     has_column = 2 * len(measured) >= len(written) or any("\n" in value for value in measured)
-    rows = []
+    rows: list[Row] = []
     for entry, value, unit in written:
+        if len(entry.title) > LONGEST_TITLE and "\n" not in value:
+            page.rows(rows, room=24, joint=", ")
+            page.line((entry.title, "bold"), (f" = {value} {unit}".rstrip(), ""))
+            rows = []
+            continue
         heads = ((entry.title, "bold"), (unit, ""))[: 1 + has_column]
         body = value if has_column else f"{value} {unit}".rstrip()
         rows.append(Row(heads, body, bool(entry.words)))

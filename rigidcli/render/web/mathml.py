@@ -7,6 +7,8 @@ import re
 from xml.etree.ElementTree import Element, tostring
 
 from rigidcli.render.latex import pieces
+from rigidcli.render.prose import typeset
+from rigidcli.render.web.page import text
 
 _FUNCTION = (
     r"\\(?:(?:arc)?(?:sin|cos|tan)|sinh|cosh|tanh|ln|det|mathrm\{(?:ar(?:sin|cos|tan)h|atan2|sgn)\})"
@@ -46,6 +48,11 @@ def formula(latex: str) -> str:
         )
     except Exception:  # noqa: BLE001 - whatever the library stumbles over, a person can read the LaTeX
         return f'<span class="latex">${html.escape(latex)}$</span>'
+
+
+def prose(words: str) -> str:
+    """Words as text of a page, with the formulas among them as MathML."""
+    return "".join(formula(piece) if is_formula else text(piece) for piece, is_formula in typeset(words))
 
 
 def _entries(piece: str) -> list[str]:

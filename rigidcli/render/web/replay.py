@@ -23,11 +23,10 @@ from rigidcli.core import rotation
 from rigidcli.core.arithmetic import FLOAT, Floats
 from rigidcli.picture import Picture
 from rigidcli.render import Look
-from rigidcli.render.prose import typeset
 from rigidcli.render.values import lettered, raised, without_noise
-from rigidcli.render.web.mathml import formula
+from rigidcli.render.web.mathml import formula, prose
 from rigidcli.render.web.page import resource, script_of, text
-from rigidcli.report import Column, Table, single_cells
+from rigidcli.report import Table, single_cells
 from rigidcli.scene import Part, Scene, Stage
 
 Rows: TypeAlias = NDArray[np.intp]
@@ -111,22 +110,14 @@ def _figure(scene: Scene, choices: Sequence[str], data: str) -> Iterator[str]:
         for place, stage in enumerate(scene.stages)
     )
     columns = single_cells(scene.readings)
-    heads = "".join(f"<div><dt>{_symbol(column)}</dt><dd></dd></div>" for column in columns)
+    names = (formula(column.symbols[0]) if column.symbols else prose(column.cells[0]) for column in columns)
+    heads = "".join(f"<div><dt>{name}</dt><dd></dd></div>" for name in names)
     label = f"{scene.title}: {scene.stages[0].title}, in three dimensions"
     yield _FRAME.format(title=text(scene.title), label=text(label), options=options, readings=heads)
     if choices:
         yield _CHOICE.format(last=len(choices) - 1, names=text(json.dumps(choices)), first=text(choices[0]))
     # A `<` in data is written as an escape of JSON, so that no text of a document ends the element.
     yield f"<script type=application/json>{data.replace('<', chr(92) + 'u003c')}</script>\n</figure>\n"
-
-
-def _symbol(column: Column) -> str:
-    """The symbol of a column, or its name with its formulas typeset."""
-    if column.symbols:
-        return formula(column.symbols[0])
-    return "".join(
-        formula(piece) if is_formula else text(piece) for piece, is_formula in typeset(column.cells[0])
-    )
 
 
 _FRAME = """<div class=title><figcaption>{title}</figcaption>
