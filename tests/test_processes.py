@@ -124,4 +124,4 @@ def test_a_document_that_ends_its_process_is_a_failure_and_the_others_stay(
     monkeypatch.setattr(axes, "run", deadly)
     outcome = program("axes", "-f", "csv", "--columns", "name,mass", "-j", "2", *files)
     assert (outcome.code, outcome.out) == (4, "name,mass\na,1.0\nb,1.0\nc,1.0\nd,1.0\n")
-    assert outcome.err.startswith(f"{files[2]}: the process that worked on it has ended, twice\n  hint: ")
+    assert outcome.err.startswith(f"{files[2]}: its process was killed twice, probably for memory\n  hint: ")

@@ -18,7 +18,7 @@ from rigidcli.errors import ComputationError, Problem, printable, shown
 
 
 class Option(TyperOption):
-    """An option for which pydantic builds a validator only where it is given, as that takes time."""
+    """An option whose default is not validated: building validators takes time at each start."""
 
     def process_value(self, ctx: Any, value: Any) -> Any:
         """The checked value; a default needs no check."""
@@ -97,7 +97,7 @@ class Commands(TyperGroup):
 
 @cache
 def _command(name: str) -> Any:
-    """The command of this name, made once: typer makes options from the signature of its function."""
+    """The command of this name. typer makes its options from the signature of its function."""
     module = import_module(f"rigidcli.cli.{COMMANDS[name].module or 'computing'}")
     alone = typer.Typer(add_completion=False, rich_markup_mode=None)
     alone.command(cls=Command)(module.command_of(name) if COMMANDS[name].needs else getattr(module, name))
@@ -158,7 +158,7 @@ def main() -> NoReturn:
 
 
 def _interrupted(error: BaseException | None) -> bool:
-    """Whether an interrupt caused an error; an import that is interrupted may raise another one."""
+    """Whether an interrupt caused an error: an interrupted import may raise another one."""
     while error is not None and not isinstance(error, KeyboardInterrupt):
         error = error.__cause__ or error.__context__
     return error is not None

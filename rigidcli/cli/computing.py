@@ -139,7 +139,7 @@ def _compute(command: Command, given: Mapping[str, Any]) -> int:
     places = given["output"], given["plot"], given["quiet"]
     asked = Request(files, tables, sweep, given["jobs"], bool(given["compare"]), units, *places)
     single = {f"--{key.replace('_', '-')}": bool(given[key]) for key in ("steps", "plot", "plot_kind")}
-    _require_sense(asked, form, traits, single)
+    _require_compatible(asked, form, traits, single)
     is_alone = sweep is None and not asked.compare
     picture = _picture_kind(command.name, traits, asked, given["plot_kind"]) if is_alone else None
     _tell_unheeded(asked, form, given["steps"], picture)
@@ -175,7 +175,7 @@ def _tell_unheeded(asked: Request, form: Format, steps: bool, picture: str | Non
         tell_notes("--units", ["the picture has SI units, whatever `--units` says"], asked.quiet)
 
 
-def _require_sense(asked: Request, form: Format, traits: Traits, single: dict[str, bool]) -> None:
+def _require_compatible(asked: Request, form: Format, traits: Traits, single: dict[str, bool]) -> None:
     """Raise BadParameter where options exclude each other; the `single` ones are for one document."""
     files, sweep, output = asked.files, asked.sweep, asked.output
     several = "a comparison" if asked.compare else "a sweep" if sweep is not None else ""
@@ -213,11 +213,13 @@ def _picture_kind(command: str, traits: Traits, asked: Request, kind: str | None
         if path is None and traits.page:
             return kind or ANY
         if path is None:
-            raise UsageError("it chooses a picture", hint="say with `--plot` where the picture goes")
+            raise UsageError(
+                "it chooses a picture, and nothing asks for one", hint="add `--plot picture.png`"
+            )
     with bad_parameter("--plot"):
         require_ending(path)
         if len(asked.files) > 1:
-            raise UsageError("`--plot` draws one picture, of one FILE", hint="call it for each FILE")
+            raise UsageError("it draws one picture, and several FILEs are given", hint="run it for each FILE")
         if path != CHARACTERS and output is not None and Path(path).resolve() == Path(output).resolve():
             raise UsageError(f"`-o` writes the results to `{path}`", hint="give the picture another name")
         require_library("characters" if path == CHARACTERS else "drawing")
@@ -261,7 +263,7 @@ def _run(asked: Request, work: Work) -> int:
 def _pieces(
     asked: Request, work: Work, failures: Failures, opened: Sequence[Output], pictures: list[str | bytes]
 ) -> Iterator[Any]:
-    """The pieces of the output, one after the other; their notes and failures are printed on the way."""
+    """The pieces of the output, one after the other. Notes and failures are printed, pictures collected."""
     printed, first = defaultdict[str, set[str]](set), None
     here = asked.hands == 1 and asked.sweep is None
     do = partial(answers, work=work, watch=partial(progress, pulse=PULSE) if here else None)
@@ -281,7 +283,7 @@ def _pieces(
                 else:
                     if answer.picture is not None:
                         if pictures:
-                            problem = "`--plot` draws one picture, of a FILE with one body"
+                            problem = "`--plot` draws one picture, and this FILE has several bodies"
                             raise UsageError(problem, hint="leave out `--plot`")
                         pictures.append(answer.picture)
                     if asked.sweep is not None:

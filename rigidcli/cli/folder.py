@@ -39,7 +39,7 @@ def write_folder(
     parquet.require_library()
     path = Path(folder).absolute()
     if path.is_dir() and any(path.iterdir()):
-        raise UsageError(f"`{folder}` has files already, among which parts would be lost")
+        raise UsageError(f"`{folder}` is not empty", hint="give a new folder for the parts of the table")
     parts = list(_parts(documents(work, files, sweep, jobs)))
     if not parts:
         return

@@ -81,7 +81,7 @@ def new(
         raise typer.Exit(failures.code)
     if output is not None and is_file(output) and not force:
         hint = "`--force` overwrites it"
-        complain(str(Problem(output, "this file is there already, and is not overwritten", hint=hint)))
+        complain(str(Problem(output, "the file exists, and is not overwritten", hint=hint)))
         raise typer.Exit(UsageError.exit_code)
     starter = resources.files("rigidcli").joinpath("starters", kind + ENDINGS.get(Kind(kind), ".yaml"))
     text = starter.read_text(encoding="utf-8")

@@ -141,8 +141,8 @@ def tasks(work: Work, files: Sequence[str], sweep: Sweep | None, jobs: Jobs) -> 
 def documents(work: Work, files: Sequence[str], sweep: Sweep | None, jobs: Jobs) -> Iterator[Task]:
     """A task for each document of the FILES, or for each block of an ensemble, or for the first swept point.
 
-    FILES are read here, and the files that they name where the task is done. A document that cannot be swept
-    is one failure, and not one at every value.
+    FILES are read here; the files that they name are read where the task is done. A document that cannot be
+    swept is one failure, and not one at every value.
     """
     divided = (
         sweep is None and jobs != 1 and work.plot is None and len(files) <= FEW_FILES and work.command.section
@@ -224,8 +224,8 @@ def answers(task: Task, work: Work, watch: Watch | None = None) -> Iterator[Answ
 
 def lost(task: Task) -> Answer:
     """The answer to a task whose process has ended early, twice."""
-    hint = "mostly it needs more memory: allow more, or ask for fewer samples"
-    error = ComputationError("the process that worked on it has ended, twice", hint=hint)
+    hint = "allow more memory, or ask for fewer samples"
+    error = ComputationError("its process was killed twice, probably for memory", hint=hint)
     return Answer(task.source, failure(error, task.source))
 
 
@@ -335,10 +335,10 @@ def require_used(work: Work, files: Sequence[str], sweep: Sweep | None) -> None:
         if path[0] in work.command.ignored.split():
             hint = f"`{work.command.name}` does not read `{path[0]}`"
         elif may_be_parameter and all(_is_unused(path[-1], work, file, first) for file in files):
-            hint = "a parameter is used where its name stands in the document"
+            hint = "a parameter is used if an expression of the document has its name"
         else:
             continue
-        raise UsageError(f"{option} {'.'.join(map(str, path))}: no FILE has this key, or uses it", hint=hint)
+        raise UsageError(f"{option} {'.'.join(map(str, path))}: no FILE has or uses this key", hint=hint)
 
 
 def _is_unused(parameter: str | int, work: Work, file: str, first: Sequence[str]) -> bool:

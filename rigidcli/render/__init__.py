@@ -153,7 +153,7 @@ def require_columns(report: Report, names: Sequence[str], traits: Traits) -> Non
         heads = list(row_of(report))
     if not heads:
         hint = "`-f csv` writes the results as a row with columns"
-        raise UsageError("there are no samples here, and no columns to choose", hint=hint)
+        raise UsageError("this result has no table, and so no columns", hint=hint)
     for name in names:
         if name not in heads:
-            raise UsageError(f"`{name}` is no column here", hint=f"the columns are {', '.join(heads)}")
+            raise UsageError(f"there is no column `{name}`", hint=f"the columns are {', '.join(heads)}")

@@ -50,7 +50,7 @@ def render(reports: Iterable[Report], look: Look) -> Iterator[str]:
 
 
 def _documents_once(reports: Iterable[Report]) -> Iterator[Report]:
-    """The reports, of which only the first on a document keeps the text: the links of a robot share it."""
+    """The reports. Only the first of a document keeps its text: the links of a robot share it."""
     before = ("", "")
     for report in reports:
         document = (report.source, report.document)
@@ -74,7 +74,7 @@ def fragment(report: Report, look: Look) -> str:
 
 
 def _dress(body: str) -> tuple[str, list[str]]:
-    """The style that a body needs, and its scripts: those of the replays once, however many it has."""
+    """The style and the scripts for the body of a page; replays share one script."""
     style = resource("result.css")
     if "class=rigidcli-replay>" not in body:
         return style, []
@@ -101,7 +101,7 @@ def _section(report: Report, look: Look, head: str, anchor: str, *, is_cell: boo
 
 
 def _front(figures: Iterable[str], results: Iterable[str]) -> Iterator[str]:
-    """Figures and results, which stand side by side where the page is wide enough."""
+    """Figures and results, side by side on a wide page."""
     drawn = "".join(figures)
     yield '<div class="front">\n'
     if drawn:
@@ -112,7 +112,7 @@ def _front(figures: Iterable[str], results: Iterable[str]) -> Iterator[str]:
 def _figures(report: Report, look: Look, *, is_cell: bool) -> Iterator[str]:
     """The motion or the body in three dimensions, and the picture of the result, if matplotlib is there.
 
-    A body is seen once: the picture stands for its view in print, and where scripts may not run.
+    In print, and where scripts may not run, the picture of a body stands for its view.
     """
     if report.motions:
         from rigidcli.render.web.replay import replay
@@ -156,10 +156,10 @@ def _results_of(report: Report, look: Look) -> Iterator[str]:
 def _results(report: Report, look: Look) -> Iterator[str]:
     yield '<table class="results"><caption>Results</caption>\n'
     for entry in shown_fields(report, look):
-        # The formula of an equation begins with its left side, as the title of the row may end.
+        # The title of an equation may end with its left side, with which the formula begins.
         is_name = entry.title.isidentifier() and latex_name(entry.title) == entry.symbol
         title = formula(entry.symbol) if is_name else prose(entry.title.removesuffix(f": {entry.symbol} ="))
-        # A result whose title is the symbol has this only once.
+        # A symbol that is the title is not repeated.
         shown = replace(entry, symbol="") if title == formula(entry.symbol) else entry
         yield f'<tr><th scope="row">{title}</th><td>{_result(shown, look)}</td></tr>\n'
     yield "</table>\n"
@@ -170,12 +170,12 @@ def _result(entry: Field, look: Look) -> str:
     if entry.words or entry.value is None:
         return prose(entry.words or "not known")
     found = value(entry, look.digits)
-    # A parameter without a value is its own result: M, and not M = M.
+    # A parameter without a value is shown as M, not as M = M.
     return formula(f"{entry.symbol} = {found}" if entry.symbol not in ("", found) else found)
 
 
 def _tables(tables: Iterable[Table], look: Look) -> Iterator[str]:
-    """Tables in boxes of their own, which scroll where they are wider than the page."""
+    """Tables in boxes, which scroll if they are wider than the page."""
     for table in tables:
         if columns := shown_columns(table, look, number):
             yield f'<div class="wide" role="region" tabindex="0" aria-label="{text(table.title)}"><table>'

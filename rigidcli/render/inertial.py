@@ -21,7 +21,7 @@ def _block(template: str, report: Report, look: Look) -> str:
     a number without a value.
     """
     if report["mass"] is None:
-        raise ComputationError("a link has a mass, which this body lacks: `body.mass`")
+        raise ComputationError("a link needs a mass, and this body has none: give `body.mass`")
     centre, tensor = report["center_of_mass"], report["tensor_com"]
     values = {"mass": report["mass"], **dict(zip("xyz", centre, strict=True))}
     for row, column in combinations_with_replacement(range(3), 2):
@@ -29,7 +29,7 @@ def _block(template: str, report: Report, look: Look) -> str:
     names = sorted({name for value in values.values() if is_exact(value) for name in value.names})
     if names:
         raise ComputationError(
-            f"a link has numbers: `{names[0]}` has no value", hint="give it one by `--set`"
+            f"a link needs numbers, and `{names[0]}` has no value", hint="give it one by `--set`"
         )
     # A comment may not hold two hyphens in a row.
     name = printable(report.name).replace("--", "- -").rstrip("-")

@@ -26,7 +26,7 @@ def render(reports: Iterable[Report], look: Look) -> Iterator[str]:
 
 
 def _block(head: str, words: str, fields: Iterable[Field], tables: Iterable[Table], look: Look) -> str:
-    """A head and a sentence, if there is one, above results and tables."""
+    """A head, a sentence if there is one, results and tables."""
     page = Page(look.width, look.colour)
     page.line((printable(head), "bold"))
     if words:

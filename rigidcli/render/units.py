@@ -34,7 +34,7 @@ def read_units(text: str) -> Units:
         parts = [parse_unit(part).dimension for part in name.split() if is_unit(part)]
         if len(parts) == len(name.split()) > 1 and {*parts} <= {*BASES, ANGULAR_VELOCITY}:
             hint = f"write commas: `{','.join(name.split())}`"
-            raise ValueProblem(f"`{unit.text}` is the unit of no result", hint=hint)
+            raise ValueProblem(f"no result has the unit `{unit.text}`", hint=hint)
         if unit.dimension == DIMENSIONLESS:
             raise ValueProblem(f"`{unit.text}` measures nothing", hint="expected units such as g,cm,deg,rpm")
         other = units.setdefault(unit.dimension, unit)

@@ -40,9 +40,9 @@ def plain(value: Value) -> Value:
 
 
 def row_of(report: Report, names: Sequence[str] = ()) -> dict[str, tuple[Value, str]]:
-    """The cells of the row of a report with their units, by the heads of the columns; swept keys come first.
+    """The row of a report: cells with their units by the heads of the columns. Swept keys come first.
 
-    If the row has some of the `names`, it is cut to these, in their order.
+    If the row has some of the `names`, only these are kept, in their order.
     """
     row: dict[str, tuple[Value, str]] = {entry.key: (None, "") for entry in report.swept}
     row["name"] = report.name, ""
@@ -100,7 +100,7 @@ def worded(column: Column, texts: Sequence[str]) -> list[tuple[str, bool]]:
 
 
 def without_noise(column: Column) -> Column:
-    """The column with zeros in place of noise beside the largest entry."""
+    """The column; entries below its `noise` are zero."""
     values = column.values
     if isinstance(values, np.ndarray) and not is_exact(values):
         values = np.where(np.abs(values) < column.noise * np.abs(values).max(), 0.0, values)
@@ -115,7 +115,7 @@ def cell_text(value: Value, digits: int, notation: Notation) -> str:
 
 
 def tidied(entry: Field) -> Value:
-    """The value of a result with zeros in place of noise beside the largest entry of an array."""
+    """The value of a result; entries of an array that are rounding noise are zero."""
     value = entry.value
     if not isinstance(value, np.ndarray) or entry.counts or is_exact(value):
         return value
@@ -126,9 +126,9 @@ def tidied(entry: Field) -> Value:
 
 
 def entries(entry: Field, digits: int, notation: Notation) -> tuple[str, Any, str]:
-    """A common factor ("" for none), the text of a number or, nested as it is, of an array, and the unit.
+    """The common factor of a value ("" for none), its text (nested lists for an array), and its unit.
 
-    Symbols bring units of their own, so that there is none for a value that depends on them.
+    A value with letters has no unit: the letters bring theirs.
     """
     if np.shape(entry.value) == (1,):  # a list of one number, such as that of the frequencies
         entry = replace(entry, value=entry.value[0])
@@ -155,9 +155,9 @@ def entries(entry: Field, digits: int, notation: Notation) -> tuple[str, Any, st
 
 
 def _power_of_ten(matrix: Any, digits: int) -> int:
-    """The power of ten of the largest entry, if some entry has to be written with a power of ten; else 0.
+    """The power of ten of the largest entry, if some entry needs a power of ten; else 0.
 
-    With more than 15 digits it is 0, since people would see the rounding of the quotient.
+    It is 0 for more than 15 digits, which would show the rounding of the quotient.
     """
     is_plain = all("e" not in f"{entry:.{digits}g}" for entry in matrix.flat)
     return 0 if is_plain or digits > 15 else math.floor(math.log10(np.abs(matrix).max()))

@@ -195,7 +195,7 @@ def test_workers_write_the_parts_of_a_table(one_worker: Cluster, program: Progra
     assert len(rows) == 31
     assert sum(error is not None for error in errors) == 31 - len(good) == 11
     again = run("inertia", "-f", "parquet", "-o", f"{folder}/", "-j", one_worker.address, TOP)
-    assert (again.code, "has files already" in again.err) == (2, True)
+    assert (again.code, "is not empty" in again.err) == (2, True)
 
 
 @needs_dask

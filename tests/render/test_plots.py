@@ -264,7 +264,10 @@ def test_a_chart_of_characters_follows_the_table_and_stays_out_of_data(program: 
     [
         (("configs/t_handle.yaml", "--plot", "a.gif"), "expected a file .png, .svg or .pdf"),
         (("configs/t_handle.yaml", "--plot", "a"), "expected a file .png, .svg or .pdf"),
-        (("configs/t_handle.yaml", "configs/water.yaml", "--plot", "a.png"), "one picture, of one FILE"),
+        (
+            ("configs/t_handle.yaml", "configs/water.yaml", "--plot", "a.png"),
+            "one picture, and several FILEs",
+        ),
         (("configs/t_handle.yaml", "--plot-kind", "body"), "say with `--plot` where the picture goes"),
     ],
 )

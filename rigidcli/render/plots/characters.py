@@ -22,7 +22,7 @@ VIEW = np.array([[-0.57357644, 0.81915204, 0.0], [-0.30686185, -0.21486592, 0.92
 
 
 def drawn(report: Report, width: int | None) -> str:
-    """The first picture of a report, one panel below the other."""
+    """The first picture of a report; panels stand one below the other."""
     (picture, *_) = report.pictures
     parts = [report.about(picture.title)]
     parts += [_panel(panel, min(width or WIDTH, 2 * WIDTH)) for panel in picture.panels]
