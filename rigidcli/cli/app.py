@@ -28,7 +28,7 @@ class Option(TyperOption):
         return value if self.callback is None else self.callback(ctx, self, value)
 
 
-class Command(TyperCommand):
+class ManualCommand(TyperCommand):
     """A command whose help has usage and arguments as manual pages have."""
 
     def __init__(self, *args: Any, **settings: Any) -> None:
@@ -100,7 +100,9 @@ def _command(name: str) -> Any:
     """The command of this name. typer makes its options from the signature of its function."""
     module = import_module(f"rigidcli.cli.{COMMANDS[name].module or 'computing'}")
     alone = typer.Typer(add_completion=False, rich_markup_mode=None)
-    alone.command(cls=Command)(module.command_of(name) if COMMANDS[name].needs else getattr(module, name))
+    alone.command(cls=ManualCommand)(
+        module.command_of(name) if COMMANDS[name].needs else getattr(module, name)
+    )
     return typer.main.get_command(alone)
 
 

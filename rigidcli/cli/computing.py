@@ -50,7 +50,7 @@ PULSE = 2.0
 """Seconds after which a terminal shows the time that the work has taken."""
 
 
-class Request(NamedTuple):
+class CommandLine(NamedTuple):
     """The command line besides the study: FILES, their sweep or comparison, and the places of the output."""
 
     files: Sequence[str]
@@ -137,7 +137,7 @@ def _compute(command: Command, given: Mapping[str, Any]) -> int:
     sweep, units = shared.read_sweep(given["sweep"], given["pair"]), shared.read_units(given["units"])
     tables = [*lists, *(() if sweep is None else sweep.files)]
     places = given["output"], given["plot"], given["quiet"]
-    asked = Request(files, tables, sweep, given["jobs"], bool(given["compare"]), units, *places)
+    asked = CommandLine(files, tables, sweep, given["jobs"], bool(given["compare"]), units, *places)
     single = {f"--{key.replace('_', '-')}": bool(given[key]) for key in ("steps", "plot", "plot_kind")}
     _require_compatible(asked, form, traits, single)
     is_alone = sweep is None and not asked.compare
@@ -163,7 +163,7 @@ def _compute(command: Command, given: Mapping[str, Any]) -> int:
     return _run(asked, Work(command, form, look, options, given["exact"], settings, named, given["plot"]))
 
 
-def _tell_unheeded(asked: Request, form: Format, steps: bool, picture: str | None) -> None:
+def _tell_unheeded(asked: CommandLine, form: Format, steps: bool, picture: str | None) -> None:
     """Note options that have no effect on the output, or on a part of it."""
     is_data = not TRAITS[form].people
     if steps and is_data:
@@ -175,7 +175,7 @@ def _tell_unheeded(asked: Request, form: Format, steps: bool, picture: str | Non
         tell_notes("--units", ["the picture has SI units, whatever `--units` says"], asked.quiet)
 
 
-def _require_compatible(asked: Request, form: Format, traits: Traits, single: dict[str, bool]) -> None:
+def _require_compatible(asked: CommandLine, form: Format, traits: Traits, single: dict[str, bool]) -> None:
     """Raise BadParameter where options exclude each other; the `single` ones are for one document."""
     files, sweep, output = asked.files, asked.sweep, asked.output
     several = "a comparison" if asked.compare else "a sweep" if sweep is not None else ""
@@ -200,7 +200,7 @@ def _require_compatible(asked: Request, form: Format, traits: Traits, single: di
             raise typer.BadParameter(problem, param_hint=f"'{option}'")
 
 
-def _picture_kind(command: str, traits: Traits, asked: Request, kind: str | None) -> str | None:
+def _picture_kind(command: str, traits: Traits, asked: CommandLine, kind: str | None) -> str | None:
     """The kind of the picture, if one is drawn. Raises BadParameter where it cannot be drawn or written."""
     path, output = asked.plot, asked.output
     if path is None and kind is None and not traits.page:
@@ -226,7 +226,7 @@ def _picture_kind(command: str, traits: Traits, asked: Request, kind: str | None
     return kind or BEST
 
 
-def _run(asked: Request, work: Work) -> int:
+def _run(asked: CommandLine, work: Work) -> int:
     """Do the work, write the output, and return the exit code."""
     from rigidcli.bodies.robots import is_robot
 
@@ -261,7 +261,7 @@ def _run(asked: Request, work: Work) -> int:
 
 
 def _pieces(
-    asked: Request, work: Work, failures: Failures, opened: Sequence[Output], pictures: list[str | bytes]
+    asked: CommandLine, work: Work, failures: Failures, opened: Sequence[Output], pictures: list[str | bytes]
 ) -> Iterator[Any]:
     """The pieces of the output, one after the other. Notes and failures are printed, pictures collected."""
     printed, first = defaultdict[str, set[str]](set), None
@@ -294,7 +294,7 @@ def _pieces(
     failures.end()
 
 
-def _for_people(reports: "Iterable[Report]", asked: Request, work: Work) -> "Iterable[Report]":
+def _for_people(reports: "Iterable[Report]", asked: CommandLine, work: Work) -> "Iterable[Report]":
     """The reports for people: with summaries of ensembles, in the chosen units, or as one table."""
     if work.command.section:
         from rigidcli.studies.ensembles import summaries

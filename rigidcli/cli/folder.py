@@ -78,14 +78,14 @@ def _written(part: tuple[int, Part], work: Work, kinds: Mapping[str, str], folde
     """Write a part of the table, and return what has failed in it."""
     from pyarrow.parquet import write_table
 
-    rows: list[parquet.Piece] = []
+    rows: list[parquet.ParquetPiece] = []
     number, some = part
     for task, places in some:
         for place in places:
             for answer in answers(task._replace(size=1, place=place), work):
                 failed = _failure(answer.outcome, kinds)
                 rows.append(
-                    answer.outcome if failed is None else parquet.Piece(1, {ERROR: [failed.text]}, {})
+                    answer.outcome if failed is None else parquet.ParquetPiece(1, {ERROR: [failed.text]}, {})
                 )
                 if failed is not None:
                     yield failed
@@ -93,7 +93,7 @@ def _written(part: tuple[int, Part], work: Work, kinds: Mapping[str, str], folde
     write_table(parquet.as_table(whole, {**kinds, ERROR: parquet.TEXT}), folder / f"part.{number}.parquet")
 
 
-def _failure(outcome: Failure | parquet.Piece, kinds: Mapping[str, str]) -> Failure | None:
+def _failure(outcome: Failure | parquet.ParquetPiece, kinds: Mapping[str, str]) -> Failure | None:
     """The failure of an answer that has no row with these columns."""
     if isinstance(outcome, Failure):
         verb = "not computed" if outcome.code == ComputationError.exit_code else "refused"

@@ -17,7 +17,7 @@ ROWS = 50_000
 """Rows of a table that are written at a time: their text takes some 15 MB."""
 
 
-class Piece(NamedTuple):
+class CsvPiece(NamedTuple):
     """The output for a report: the texts of a row by the heads, or the heads and columns of a table.
 
     Every row of the table begins with the text `start`.
@@ -29,20 +29,20 @@ class Piece(NamedTuple):
     start: str = ""
 
 
-def piece(report: Report, look: Look) -> Piece:
+def piece(report: Report, look: Look) -> CsvPiece:
     """The row of a report, or its table of data."""
     columns = data_columns(report, look)
     if not columns:
         chosen = row_of(report, look.columns)
         heads = [_head(name, unit, look) for name, (_, unit) in chosen.items()]
-        return Piece(dict(zip(heads, _cells([value for value, _ in chosen.values()]), strict=True)))
+        return CsvPiece(dict(zip(heads, _cells([value for value, _ in chosen.values()]), strict=True)))
     heads = [_head(column.cells[0], column.unit, look) for column in columns]
     if look.several:
-        return Piece({}, ["name", *heads], columns, _cells([report.name])[0] + ",")
-    return Piece({}, heads, columns)
+        return CsvPiece({}, ["name", *heads], columns, _cells([report.name])[0] + ",")
+    return CsvPiece({}, heads, columns)
 
 
-def require_fit(piece: Piece, first: Piece) -> None:
+def require_fit(piece: CsvPiece, first: CsvPiece) -> None:
     """Raise ComputationError for a row with results that have no column in the header of the `first` one."""
     if more := [head for head in piece.row if head not in first.row]:
         message = f"rows with {', '.join(f'`{head}`' for head in more)} are left out: the first row has none"
@@ -50,7 +50,7 @@ def require_fit(piece: Piece, first: Piece) -> None:
         raise ComputationError(message, hint=hint)
 
 
-def render(pieces: Iterable[Piece], look: Look) -> Iterator[str]:
+def render(pieces: Iterable[CsvPiece], look: Look) -> Iterator[str]:
     """The rows, with a header before the first row and wherever the header changes; nulls are empty cells.
 
     Rows of reports share one header as long as no report has a result that the reports before it lack.

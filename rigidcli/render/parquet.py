@@ -23,7 +23,7 @@ TRUTH, NUMBER, TEXT = "bool", "double", "string"
 """The kinds of columns; a mixture of kinds is turned into texts."""
 
 
-class Piece(NamedTuple):
+class ParquetPiece(NamedTuple):
     """Rows of a table: its columns (lists or arrays) and their units, by the heads of the columns."""
 
     rows: int
@@ -31,20 +31,22 @@ class Piece(NamedTuple):
     units: Mapping[str, str]
 
 
-def piece(report: Report, look: Look) -> Piece:
+def piece(report: Report, look: Look) -> ParquetPiece:
     """The row of a report, or its table of data."""
     columns = data_columns(report, look)
     if not columns:
         row = row_of(report, look.columns)
         units = {name: unit for name, (_, unit) in row.items() if unit}
-        return Piece(1, {name: [plain(value)] for name, (value, _) in row.items()}, units)
+        return ParquetPiece(1, {name: [plain(value)] for name, (value, _) in row.items()}, units)
     count = len(columns[0].values)
     heads: dict[str, Value] = {"name": [report.name] * count} if look.several else {}
     values = {column.cells[0]: np.asarray(column.values, float) for column in columns}
-    return Piece(count, heads | values, {column.cells[0]: column.unit for column in columns if column.unit})
+    return ParquetPiece(
+        count, heads | values, {column.cells[0]: column.unit for column in columns if column.unit}
+    )
 
 
-def render(pieces: Iterable[Piece], look: Look) -> Iterator[bytes]:
+def render(pieces: Iterable[ParquetPiece], look: Look) -> Iterator[bytes]:
     """One file with the rows of all reports, in parts. Raises UsageError without pyarrow.
 
     The rows wait in a temporary file until all are there, since the last row may turn a column into texts.
@@ -61,7 +63,7 @@ def render(pieces: Iterable[Piece], look: Look) -> Iterator[bytes]:
         if not count:
             return
         waiting.seek(0)
-        empty = as_table(Piece(0, {}, units), kinds)
+        empty = as_table(ParquetPiece(0, {}, units), kinds)
         with ParquetWriter(file, empty.schema, compression="zstd") as writer:
             for _ in range(count):
                 group = pickle.load(waiting)  # noqa: S301 - it was written above
@@ -71,9 +73,9 @@ def render(pieces: Iterable[Piece], look: Look) -> Iterator[bytes]:
             yield part
 
 
-def _groups(pieces: Iterable[Piece]) -> Iterator[Piece]:
+def _groups(pieces: Iterable[ParquetPiece]) -> Iterator[ParquetPiece]:
     """The rows of all pieces, many at a time."""
-    some, count = list[Piece](), 0
+    some, count = list[ParquetPiece](), 0
     for each in pieces:
         some.append(each)
         count += each.rows
@@ -84,7 +86,7 @@ def _groups(pieces: Iterable[Piece]) -> Iterator[Piece]:
         yield together(some)
 
 
-def together(pieces: Sequence[Piece]) -> Piece:
+def together(pieces: Sequence[ParquetPiece]) -> ParquetPiece:
     """The rows of several pieces, with None in the cells that a piece does not have."""
     heads = dict.fromkeys(name for each in pieces for name in each.columns)
     columns = dict[str, Value]()
@@ -93,7 +95,7 @@ def together(pieces: Sequence[Piece]) -> Piece:
         arrays = all(isinstance(part, np.ndarray) for part in parts)
         columns[name] = np.concatenate(parts) if arrays else [value for part in parts for value in part]
     units = {name: unit for each in reversed(pieces) for name, unit in each.units.items()}
-    return Piece(sum(each.rows for each in pieces), columns, units)
+    return ParquetPiece(sum(each.rows for each in pieces), columns, units)
 
 
 def kind(values: Value) -> str:
@@ -124,7 +126,7 @@ def require_library() -> None:
         raise UsageError("pyarrow is not installed", hint="python -m pip install 'rigidcli[parquet]'")
 
 
-def as_table(piece: Piece, kinds: Mapping[str, str]) -> Any:
+def as_table(piece: ParquetPiece, kinds: Mapping[str, str]) -> Any:
     """The rows as a table of pyarrow with columns of these kinds; without any value they count as numbers.
 
     Texts are made of all values in a column of texts.

@@ -6,7 +6,7 @@ from collections.abc import Iterable, Iterator
 
 from rigidcli.errors import printable
 from rigidcli.render import Look
-from rigidcli.render.terminal import Page, Row
+from rigidcli.render.terminal import Page, TextRow
 from rigidcli.render.values import entries, is_exact, shown_columns, shown_fields
 from rigidcli.report import Field, Report, Table, Value
 
@@ -35,7 +35,7 @@ def _block(head: str, words: str, fields: Iterable[Field], tables: Iterable[Tabl
     # Among formulas, which have no units, the few units stand behind their numbers.
     measured = [value for _, value, unit in written if unit]
     has_column = 2 * len(measured) >= len(written) or any("\n" in value for value in measured)
-    rows: list[Row] = []
+    rows: list[TextRow] = []
     for entry, value, unit in written:
         if len(entry.title) > LONGEST_TITLE and "\n" not in value:
             page.rows(rows, room=24, joint=", ")
@@ -44,7 +44,7 @@ def _block(head: str, words: str, fields: Iterable[Field], tables: Iterable[Tabl
             continue
         heads = ((entry.title, "bold"), (unit, ""))[: 1 + has_column]
         body = value if has_column else f"{value} {unit}".rstrip()
-        rows.append(Row(heads, body, bool(entry.words)))
+        rows.append(TextRow(heads, body, bool(entry.words)))
     page.rows(rows, room=24, joint=", ")
     for table in tables:
         if shown := shown_columns(table, look, number):

@@ -27,7 +27,7 @@ def cells(text: str) -> int:
     return cell_len(text)
 
 
-class Row(NamedTuple):
+class TextRow(NamedTuple):
     """Heads, each in a column of its own, and the lines of a body beside them; words of `prose` may wrap."""
 
     heads: tuple[Part, ...]
@@ -70,7 +70,7 @@ class Page:
         console.print(Text.assemble(*parts))
         self._lines += target.getvalue().splitlines()
 
-    def rows(self, rows: Sequence[Row], *, room: int = 0, joint: str = " " * GAP) -> None:
+    def rows(self, rows: Sequence[TextRow], *, room: int = 0, joint: str = " " * GAP) -> None:
         """Write rows in columns; a body that does not fit, or has no `room` for prose, is below its heads.
 
         Heads of a body that stands below them are joined by `joint`.

@@ -18,7 +18,7 @@ import orjson
 from rigidcli.errors import printable, shortened
 from rigidcli.homework import Feedback
 from rigidcli.homework.base import VERDICTS, Judged, Judgement, Verdict, reported, sentence
-from rigidcli.render.terminal import Page, Part, Row
+from rigidcli.render.terminal import Page, Part, TextRow
 
 Students: TypeAlias = Iterable[Judgement]
 """Hand-ins as the level of feedback allows to show them."""
@@ -243,7 +243,7 @@ def _block(student: Judgement, style: ReportStyle, brief: bool) -> str:
         shown = [*(q for q in shown if q not in missing), others]
     widest = max((len(score(question)) for question in shown), default=0)
     rows = [
-        Row(
+        TextRow(
             ((f"  {question.id}", ""), (f"{score(question):>{widest}}", ""), painted(question.verdict)),
             question.title if brief and question.is_urgent else _remarks(question, style, question.title),
         )
@@ -279,7 +279,7 @@ def urgent(students: Sequence[Judgement]) -> list[tuple[int, Judged]]:
 
 def _urgent(students: Sequence[Judgement], style: ReportStyle) -> str:
     rows = [
-        Row(
+        TextRow(
             ((f"  {students[place].student}", "bold"), (question.id, ""), painted(question.verdict)),
             _remarks(question, style),
         )
@@ -297,7 +297,7 @@ def _summary(students: Sequence[Judgement], style: ReportStyle) -> str:
         for question in student.questions:
             counts[question.id][question.verdict] += 1
     rows = [
-        Row(((f"  {id}", ""), (f"{verdicts['correct'] / len(students):>4.0%}", "")), counted(verdicts))
+        TextRow(((f"  {id}", ""), (f"{verdicts['correct'] / len(students):>4.0%}", "")), counted(verdicts))
         for id, verdicts in sorted(counts.items(), key=lambda entry: not entry[1]["review"])
     ]
     return block(((mean_of(students), ""),), rows, style)
@@ -310,7 +310,7 @@ def mean_of(students: Sequence[Judgement]) -> str:
     return f"{count}, mean {points(mean)}/{points(most)}{share(mean, most)}"
 
 
-def block(head: Sequence[Part], rows: Sequence[Row], style: ReportStyle) -> str:
+def block(head: Sequence[Part], rows: Sequence[TextRow], style: ReportStyle) -> str:
     """A line, unless `head` is empty, and rows below it."""
     page = Page(style.width, style.colour)
     if head:

@@ -34,7 +34,7 @@ from rigidcli.homework.reports.formats import (
 from rigidcli.homework.spreadsheets import read_own
 from rigidcli.homework.variants import words
 from rigidcli.language.tokens import UNSIGNED
-from rigidcli.render.terminal import Row
+from rigidcli.render.terminal import TextRow
 
 MOST_SHOWN = 10
 """Wrong answers of a question that people are shown."""
@@ -209,7 +209,7 @@ def table(tallies: Sequence[Tally], style: ReportStyle, pairs: Sequence[Alike] =
         said = [counted(tally.verdicts)]
         said += [] if tally.right is None else [f"{tally.right:.0%} right of those who answered"]
         said += [] if tally.correlation is None else [f"correlation with the rest {tally.correlation:.2f}"]
-        yield block((), [Row(((tally.question, "bold"),), "; ".join(said))], style)
+        yield block((), [TextRow(((tally.question, "bold"),), "; ".join(said))], style)
         widest = max((len(str(taken.students)) for taken in tally.answers), default=0)
         rows = []
         for taken in tally.answers[:MOST_SHOWN]:
@@ -217,17 +217,19 @@ def table(tallies: Sequence[Tally], style: ReportStyle, pairs: Sequence[Alike] =
             answer = shortened(taken.answer, LONGEST_ANSWER) + f"  ({taken.values})" * bool(taken.values)
             lines = filter(None, [answer, ", ".join(filter(None, notes))])
             heads = ((f"  {taken.students:>{widest}} x", ""), painted(taken.verdict))
-            rows.append(Row(heads, "\n".join(lines)))
+            rows.append(TextRow(heads, "\n".join(lines)))
         yield block((), rows, style)
         if len(tally.answers) > MOST_SHOWN:
             yield f"  and {len(tally.answers) - MOST_SHOWN} other answers\n"
     doubted = [tally.question for tally in tallies if tally.suspicious]
     if doubted:
         doubt = "the key may be wrong: several gave the same answer, and no known mistake leads to it"
-        yield "\n" + block((), [Row(((", ".join(doubted), ""),), doubt)], style)
+        yield "\n" + block((), [TextRow(((", ".join(doubted), ""),), doubt)], style)
     for each in pairs:
         shared = f"the same rare wrong answers to {', '.join(each.questions)}: a hint to look, not a verdict"
-        yield "\n" * (each is pairs[0]) + block((), [Row(((", ".join(each.students), ""),), shared)], style)
+        yield "\n" * (each is pairs[0]) + block(
+            (), [TextRow(((", ".join(each.students), ""),), shared)], style
+        )
 
 
 def json(tallies: Sequence[Tally], style: ReportStyle, pairs: Sequence[Alike] = ()) -> Iterator[str]:
@@ -314,7 +316,7 @@ def changes(old: Run, judgements: Iterable[Judgement], style: ReportStyle) -> It
     changed = [place for place in new | old if old.get(place) != new.get(place)]
     waiting = [place for place in changed if new.get(place, "").startswith("review")]
     rows = [
-        Row(((place[0], "bold"), (place[1], "")), f"{old.get(place, 'none')} -> {new.get(place, 'none')}")
+        TextRow(((place[0], "bold"), (place[1], "")), f"{old.get(place, 'none')} -> {new.get(place, 'none')}")
         for place in sorted(changed, key=lambda place: place not in waiting)
     ]
     yield block([], rows, style)
