@@ -25,7 +25,7 @@ from rigidcli.cli.failures import (
     tell_notes,
 )
 from rigidcli.cli.output import Output, is_folder
-from rigidcli.cli.work import Work, answers, lost, require_used, tasks
+from rigidcli.cli.work import Answer, Work, answers, lost, require_used, tasks
 from rigidcli.commands import COMMANDS, Command
 from rigidcli.errors import UsageError
 from rigidcli.processes import Jobs, each
@@ -263,8 +263,25 @@ def _run(asked: CommandLine, work: Work) -> int:
 def _pieces(
     asked: CommandLine, work: Work, failures: Failures, opened: Sequence[Output], pictures: list[str | bytes]
 ) -> Iterator[Any]:
-    """The pieces of the output, one after the other. Notes and failures are printed, pictures collected."""
-    printed, first = defaultdict[str, set[str]](set), None
+    """The pieces of the output, one after the other; pictures are put into the list `pictures`."""
+    first = None
+    for answer in _good_answers(asked, work, failures, opened):
+        with failures.of(answer.source):
+            if answer.picture is not None and pictures:
+                problem = "`--plot` draws one picture, and this FILE has several bodies"
+                raise UsageError(problem, hint="leave out `--plot`")
+            pictures += [] if answer.picture is None else [answer.picture]
+            if asked.sweep is not None:
+                first = answer.outcome if first is None else first
+                require_fit(work.format, answer.outcome, first)
+            yield answer.outcome
+
+
+def _good_answers(
+    asked: CommandLine, work: Work, failures: Failures, opened: Sequence[Output]
+) -> Iterator[Answer]:
+    """The answers that are no failures. Notes and failures are printed as the work goes on."""
+    printed = defaultdict[str, set[str]](set)
     here = asked.hands == 1 and asked.sweep is None
     do = partial(answers, work=work, watch=partial(progress, pulse=PULSE) if here else None)
     # On a terminal, rows that stream show the progress themselves.
@@ -281,15 +298,7 @@ def _pieces(
                 if isinstance(answer.outcome, Failure):
                     failures.tell(answer.outcome)
                 else:
-                    if answer.picture is not None:
-                        if pictures:
-                            problem = "`--plot` draws one picture, and this FILE has several bodies"
-                            raise UsageError(problem, hint="leave out `--plot`")
-                        pictures.append(answer.picture)
-                    if asked.sweep is not None:
-                        first = answer.outcome if first is None else first
-                        require_fit(work.format, answer.outcome, first)
-                    yield answer.outcome
+                    yield answer
             done()
     failures.end()
 
