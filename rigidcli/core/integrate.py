@@ -121,8 +121,11 @@ def integrate(
         return taylor.solve(flow, y0, scales, (t0, t1), tell=tell, stops=stops, **common)
 
     if engine == "taylor" and like is not None:
+        from rigidcli.core import taylor
+
         # Another tolerance would be compiled anew, which takes longer than the steps: they get shorter.
         common |= {"tolerance": like.tolerance, "longest": min(longest, 0.75 * abs(t1 - t0) / like.steps)}
+        common["most_kept"] = taylor.MOST_OF_SECOND
         # A stop takes heyoka as long as a hundred steps, and hardly anything hides where there are many.
         return compiled(stops if like.steps < 4096 else ())
     f, errors = flow(math), None if roundings is None else roundings(math)

@@ -43,8 +43,11 @@ METHOD = "Taylor (heyoka)"
 ROUND = 1 << 15
 """Steps times variables from one report of progress to the next: some 50 ms, and each takes heyoka 2 ms."""
 
-MOST_COEFFICIENTS = 2_500_000
-"""Coefficients of series that one solution keeps (20 MB); in later steps it is sampled by another method."""
+MOST_COEFFICIENTS = 7_000_000
+"""Coefficients of series that a solution keeps (56 MB); in later steps it is sampled by another method."""
+
+MOST_OF_SECOND = 500_000
+"""Those that a second solution keeps, which is compared with the first at few times."""
 
 
 def solve(
@@ -59,10 +62,11 @@ def solve(
     name: str,
     longest: float,
     stops: Sequence[float] = (),
+    most_kept: int = MOST_COEFFICIENTS,
 ) -> Solution:
     """The solution of y' = f(t, y) over `span` (t0, t1) from `start` (n), in units of the `scales` (n).
 
-    `tell` is given times reached.
+    `tell` is given times reached. Of the series, `most_kept` coefficients are kept.
 
     Raises:
         Stopped: the solution does not reach t1.
@@ -93,13 +97,15 @@ def solve(
         begins.append(output.times[0])
         path.append(output.tcs[:, :, 0].copy())
         kept += output.tcs.size
-        outputs.append(output if kept <= MOST_COEFFICIENTS else None)
+        outputs.append(output if kept <= most_kept else None)
         if not _follows(f, output.times, output.tcs, scales, tolerance, blocks):
             raise ComputationError(f"{name} does not follow its Taylor series beyond t = {knots[-1]:.6g}")
         knots.extend(output.times[1:])
         if outcome.name != "step_limit":
             goals.pop()
-    states = np.concatenate([*path, integrator.state[None]]) * scales
+    states = np.concatenate([*path, integrator.state[None]])
+    states *= scales
+    path.clear()
     times, ahead = np.frombuffer(knots), 1.0 if t1 >= t0 else -1.0
     # A step of this method is as long as a few of the other one.
     between = dormand_prince.sampler(flow, times, states, parts=8)

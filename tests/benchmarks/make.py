@@ -93,6 +93,13 @@ parameters: {m1: 1, m2: 0.6, l1: 1, l2: 0.7, g: 9.81}
     Path("orbit.yaml").write_text(f"{system}orbit: {{{orbit}}}\n")
 
 
+def section(duration: int) -> None:
+    """A Poincare section of Henon and Heiles's system, with a crossing about every 6.4 s."""
+    system = "coordinates: [x, y], hamiltonian: (p_x**2 + p_y**2 + x**2 + y**2)/2 + x**2*y - y**3/3"
+    orbit = f"initial: {{x: 0, y: 0.1, p_x: 0.35, p_y: 0.1}}, duration: {duration}, section: {{at: x}}"
+    Path("section.yaml").write_text(f"system: {{{system}}}\norbit: {{{orbit}}}\n")
+
+
 PENDULUMS = (
     "((m1 + m2)*l1**2*p_theta2**2 + m2*l2**2*p_theta1**2"
     " - 2*m2*l1*l2*p_theta1*p_theta2*cos(theta1 - theta2))"
@@ -139,7 +146,8 @@ def classroom(number: int) -> None:
 
 
 KINDS: dict[str, Callable[[int], None]] = {
-    make.__name__: make for make in (documents, points, ball, free, heavy, starts, swarm, pendulum, classroom)
+    make.__name__: make
+    for make in (documents, points, ball, free, heavy, starts, swarm, pendulum, section, classroom)
 }
 
 if __name__ == "__main__":
