@@ -21,9 +21,19 @@ from typing import Any
 
 import numpy as np
 
-from rigidcli.core import dormand_prince, runge_kutta
+from rigidcli.core import dormand_prince, runge_kutta, stiff
 from rigidcli.core.arithmetic import Floats
-from rigidcli.core.solution import Engine, Flow, Solution, State, Stop, Stopped, TooManySteps, largest
+from rigidcli.core.solution import (
+    Engine,
+    Flow,
+    InitialValues,
+    Solution,
+    State,
+    Stop,
+    Stopped,
+    TooManySteps,
+    largest,
+)
 from rigidcli.errors import ComputationError
 
 __all__ = ["Engine", "Flow", "Solution", "Stop", "Stopped", "TooManySteps", "integrate"]
@@ -34,9 +44,8 @@ TRIAL = 512
 WORTH_COMPILING = 150_000
 """Steps left times variables, of all starts, beyond which heyoka saves more than it takes to start."""
 
-
-STIFF = 1e-9
-"""The least error of a step where `stiff` is taken without being asked for: it is of lower order."""
+STIFF_TOLERANCE = 1e-9
+"""The least tolerance where `stiff` is taken without being asked for: it is of lower order."""
 
 
 def integrate(
@@ -67,7 +76,7 @@ def integrate(
     flow, and will pay. This depends on numbers of steps alone, never on the clock, so
     that the same problem has the same result. `progress` is given the fraction done, a few times a second.
     `roundings` are the rounding errors of the flow, in units of those of one operation.
-    With another solution of the problem that it is `like`, its method is taken, and its sizes of variables.
+    `like`: an earlier solution whose method and scales are reused.
     The same flow is to be solved from so many `starts`, which are taken to need as many steps: it is compiled
     once for all. Only `runge-kutta` has steps for `stops`, and for what has no Taylor series: it is taken
     there, and the solution has a note.
@@ -87,91 +96,151 @@ def integrate(
     good = sum(sizes) == len(y0) and all(sizes) and np.isfinite(y0).all()
     if not (good and 0 < tolerance < 1 and longest > 0 and math.isfinite(t1 - t0)):
         raise ValueError(f"cannot integrate {len(y0)} variables in blocks {sizes} over {span} to {tolerance}")
-    tolerance, note = max(tolerance, 1e-15), None  # floats hold no more digits
-    common: Any = {"tolerance": tolerance, "name": name, "longest": longest}
     tell = _by_percent(progress, t0, t1)
-    engine = engine if like is None else like.engine
-    if len(stops) and like is None and engine in ("taylor", "symplectic"):
-        note = f"the method `{engine}` goes over what acts for a moment: the method `auto` is taken"
-        engine = "runge-kutta"
-    if project is not None and like is None:
-        note = (
-            None
-            if engine == "auto"
-            else f"the method `{engine}` keeps no constraints: the method `auto` is taken"
-        )
-        engine = "runge-kutta"
-    if engine == "symplectic":
-        from rigidcli.core import symplectic
+    # Floats hold no more digits than 1e-15.
+    problem = InitialValues(flow, y0, (t0, t1), max(tolerance, 1e-15), name, longest, tell)
+    engine, note = _allowed(engine, stops, project is not None) if like is None else (like.engine, None)
+    match engine:
+        case "symplectic":
+            from rigidcli.core import symplectic
 
-        return symplectic.solve(flow, y0, (t0, t1), tell=tell, like=like, **common)
-    if engine == "stiff":
-        from rigidcli.core import stiff
-
-        return stiff.solve(flow, y0, (t0, t1), tell=tell, **common)
-    implicit = {"tell": tell, **common, "tolerance": max(tolerance, STIFF)}
-    common["blocks"] = sizes
-    times, states = array("d", [t0]), array("d", y0)
-
-    def compiled(stops: Sequence[float] = ()) -> Solution:
-        from rigidcli.core import taylor
-
-        seen = np.array(states).reshape(-1, len(y0))
-        scales = taylor.scales_of(seen, sizes) if like is None else np.array(like.sizes)
-        return taylor.solve(flow, y0, scales, (t0, t1), tell=tell, stops=stops, **common)
-
-    if engine == "taylor" and like is not None:
-        from rigidcli.core import taylor
-
-        # Another tolerance would be compiled anew, which takes longer than the steps: they get shorter.
-        common |= {"tolerance": like.tolerance, "longest": min(longest, 0.75 * abs(t1 - t0) / like.steps)}
-        common["most_kept"] = taylor.MOST_OF_SECOND
-        # A stop takes heyoka as long as a hundred steps, and hardly anything hides where there are many.
-        return compiled(stops if like.steps < 4096 else ())
-    f, errors = flow(math), None if roundings is None else roundings(math)
-    least = None if like is None else like.sizes
-    if least is None:
-        least = runge_kutta.least_sizes(f, t0, y0.tolist(), t1, sizes, longest=longest, stops=stops)
-    march = runge_kutta.march(
-        f, times, states, t1, least=least, stops=stops, roundings=errors, project=project, **common
-    )
+            return symplectic.solve(problem, like)
+        case "stiff":
+            return stiff.solve(problem)
+        case "taylor" if like is not None:
+            return _by_taylor_again(problem, sizes, stops, like)
+    pair = _Pair(problem, sizes, stops, roundings, project, None if like is None else like.sizes)
     if engine == "taylor":
+        return _by_taylor(pair)
+    return _by_the_best(pair, starts) if engine == "auto" else pair.solution(note)
+
+
+def _allowed(engine: Engine, stops: Sequence[float], is_bound: bool) -> tuple[Engine, str | None]:
+    """The engine for a problem with these stops, which may be bound to constraints, and why it is another."""
+    if is_bound:
+        reason = f"the method `{engine}` keeps no constraints: the method `auto` is taken"
+        return "runge-kutta", None if engine == "auto" else reason
+    if len(stops) and engine in ("taylor", "symplectic"):
+        return (
+            "runge-kutta",
+            f"the method `{engine}` goes over what acts for a moment: the method `auto` is taken",
+        )
+    return engine, None
+
+
+class _Pair:
+    """The solution of a problem by the Runge-Kutta pair, as far as it has come."""
+
+    def __init__(
+        self,
+        problem: InitialValues,
+        blocks: tuple[int, ...],
+        stops: Sequence[float],
+        roundings: Flow | None,
+        project: Callable[[float, State], State] | None,
+        least: State | None,
+    ) -> None:
+        self.problem, self.blocks, self.stops = problem, blocks, stops
+        self.times, self.states = array("d", problem.span[:1]), array("d", problem.start)
+        f, errors = problem.flow(math), None if roundings is None else roundings(math)
+        if least is None:
+            t0, t1 = problem.span
+            limits: Any = {"longest": problem.longest, "stops": stops}
+            least = runge_kutta.least_sizes(f, t0, problem.start.tolist(), t1, blocks, **limits)
+        self.least = least
+        self.steps = runge_kutta.March(
+            f,
+            self.times,
+            self.states,
+            problem.span[1],
+            problem.tolerance,
+            blocks,
+            problem.name,
+            least,
+            problem.longest,
+            stops,
+            errors,
+            project,
+        ).steps()
+
+    def solution(self, note: str | None = None) -> Solution:
+        """The whole solution, after the steps that are left."""
+        for t in self.steps:
+            self.problem.tell(t)
+        knots = np.frombuffer(self.times)
+        path = np.frombuffer(self.states).reshape(len(knots), -1)
+        return Solution(
+            len(knots) - 1,
+            dormand_prince.METHOD,
+            "runge-kutta",
+            self.problem.tolerance,
+            knots,
+            dormand_prince.sampler(self.problem.flow, knots, path),
+            largest(path),
+            self.least,
+            note,
+        )
+
+    def by_taylor(self) -> Solution:
+        """The solution by heyoka, in units of the sizes that the variables have had so far."""
         from rigidcli.core import taylor
 
-        taylor.loaded()
-        next(march, None)  # the first of them show the sizes of the variables
-        try:
-            return compiled()
-        except TooManySteps:
-            raise
-        except ComputationError as error:
-            note = f"{error}: the method `auto` is taken"
-    may_change = engine == "auto" and not len(stops) and find_spec("heyoka") is not None
-    trial = TRIAL / starts if may_change else math.inf
+        seen = np.array(self.states).reshape(len(self.times), -1)
+        return taylor.solve(self.problem, taylor.scales_of(seen, self.blocks), self.blocks)
+
+
+def _by_taylor(pair: _Pair) -> Solution:
+    """The solution by heyoka, or by the pair where there is no Taylor series."""
+    from rigidcli.core import taylor
+
+    taylor.loaded()
+    next(pair.steps, None)  # the first of them show the sizes of the variables
     try:
-        for t in march:
-            tell(t)
-            if len(times) > trial:
-                left = len(states) * ((t1 - t) / (t - t0))
+        return pair.by_taylor()
+    except TooManySteps:
+        raise
+    except ComputationError as error:
+        return pair.solution(f"{error}: the method `auto` is taken")
+
+
+def _by_taylor_again(
+    problem: InitialValues, blocks: tuple[int, ...], stops: Sequence[float], like: Solution
+) -> Solution:
+    from rigidcli.core import taylor
+
+    t0, t1 = problem.span
+    # Another tolerance would be compiled anew, which takes longer than the steps: they get shorter.
+    longest = min(problem.longest, 0.75 * abs(t1 - t0) / like.steps)
+    problem = replace(problem, tolerance=like.tolerance, longest=longest)
+    # A stop takes heyoka as long as a hundred steps, and hardly anything hides where there are many.
+    stops = stops if like.steps < 4096 else ()
+    return taylor.solve(problem, np.array(like.sizes), blocks, stops, taylor.MOST_OF_SECOND)
+
+
+def _by_the_best(pair: _Pair, starts: int) -> Solution:
+    """The solution by the pair; by heyoka where many steps are left, or stiff where there are too many."""
+    problem, may_change = pair.problem, not len(pair.stops) and find_spec("heyoka") is not None
+    (t0, t1), trial = problem.span, TRIAL / starts if may_change else math.inf
+    try:
+        for t in pair.steps:
+            problem.tell(t)
+            if len(pair.times) > trial:
                 trial = math.inf
+                left = len(pair.states) * ((t1 - t) / (t - t0))
                 if starts * left > WORTH_COMPILING:
                     # Of what heyoka cannot solve, the steps at hand tell more.
                     with suppress(ComputationError):
-                        return compiled()
+                        return pair.by_taylor()
+        return pair.solution()
     except TooManySteps:
-        if engine != "auto" or len(stops):
+        if len(pair.stops):
             raise
         # Steps may be short because the method is unstable with longer ones, and not for their errors.
-        from rigidcli.core import stiff
-
+        looser = replace(problem, tolerance=max(problem.tolerance, STIFF_TOLERANCE))
         with suppress(ComputationError):
             note = "explicit steps are held back by fast decay: the method `stiff` is taken"
-            return replace(stiff.solve(flow, y0, (t0, t1), most=stiff.FEW, **implicit), note=note)
+            return replace(stiff.solve(looser, stiff.MOST_TRIED), note=note)
         raise
-    knots, path = np.frombuffer(times), np.frombuffer(states).reshape(len(times), -1)
-    sample = dormand_prince.sampler(flow, knots, path)
-    steps, method = len(times) - 1, dormand_prince.METHOD
-    return Solution(steps, method, "runge-kutta", tolerance, knots, sample, largest(path), least, note)
 
 
 def _by_percent(progress: Callable[[float], None] | None, t0: float, t1: float) -> Callable[[float], None]:

@@ -13,12 +13,13 @@ from array import array
 from collections import deque
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import suppress
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
 
 from rigidcli.core.arithmetic import EPS
-from rigidcli.core.dormand_prince import stepper
+from rigidcli.core.dormand_prince import Step, slices, stepper
 from rigidcli.core.solution import (
     MOST_NUMBERS,
     MOST_STEPS,
@@ -40,112 +41,163 @@ ROUND = 128
 """Steps from one estimate of rounding errors, and one report of progress, to the next."""
 
 LEAST = 1e-280
-"""The size below which no variable is followed: it is nearly lost in the gap between zero and the floats."""
+"""Smallest scale of a variable."""
+
+MOST_JUMPS = 16
+"""Jumps of f that are crossed before a regular step: with more, the solution would slide along the jump."""
 
 
-def march(
-    f: Function,
-    times: array[float],
-    states: array[float],
-    end: float,
-    *,
-    tolerance: float,
-    blocks: tuple[int, ...],
-    name: str,
-    least: State | None = None,
-    longest: float = math.inf,
-    stops: Sequence[float] = (),
-    roundings: Function | None = None,
-    project: Callable[[float, State], State] | None = None,
-) -> Iterator[float]:
-    """Go on from the last of `times` and `states` to `end`, and append each step to them.
+@dataclass(slots=True, eq=False)
+class March:
+    """Steps from the last of `times` and `states` to `end`; each is appended to them.
 
-    Every `ROUND` steps it yields the time that it has reached. `least` has for each block the size to which
-    its error is relative at least; by default those of `least_sizes`. No step is longer than `longest`, and
-    one ends at each of the `stops`, times on the way in the order in which they come. `roundings` gives the
-    rounding errors of f, in units of those of one operation: no step is short for those of small differences.
-    `project` moves the state (n) after each step, as constraints need it, by about the error of the step.
-
-    Raises:
-        Stopped: there is no solution as far as `end`.
-        TooManySteps: there are more than MOST_STEPS, or will be if the later half of them goes on.
+    `least` has for each of the `blocks` the size to which its error is relative at least; by default those of
+    `least_sizes`. No step is longer than `longest`, and one ends at each of the `stops`, times on the way in
+    the order in which they come. `roundings` gives the rounding errors of f, in units of those of one
+    operation: no step is short for those of small differences. `project` moves the state (n) after each step,
+    as constraints need it, by about the error of the step.
     """
-    step, count = stepper(blocks), sum(blocks)
 
-    def floor_here() -> tuple[float, ...]:
-        return floors(f, roundings, t, y, k, regular, blocks, tolerance, h)
+    f: Function
+    times: array[float]
+    states: array[float]
+    end: float
+    tolerance: float
+    blocks: tuple[int, ...]
+    name: str
+    least: State | None = None
+    longest: float = math.inf
+    stops: Sequence[float] = ()
+    roundings: Function | None = None
+    project: Callable[[float, State], State] | None = None
 
-    t, span = times[-1], end - times[-1]
-    y: State = tuple(states[-count:])
-    if not finite(f, t, y):
-        raise Stopped(name, Stop.AT_START, t)
-    k: State = f(t, *y)
-    edges = sides(t, stops, end)
-    goal, beyond = next(edges)
-    h = math.copysign(min(abs(span) / 1000, longest), span)
-    failures = taken = jumps = 0
-    regular, reach = True, abs(h)
-    floor, landed = floor_here(), t
-    least = least_sizes(f, t, y, end, blocks, longest=longest, stops=stops) if least is None else least
-    most = min(MOST_STEPS, MOST_NUMBERS // count)
-    while t != end:
-        if goal == t:
-            across = _across(f, t, y, k, beyond)
-            # At the start there is a side to leave only where the slopes jump.
-            if across is not None and (len(times) > 1 or _jumps(k, across[1])):
-                t, (y, k) = beyond, across
-                landed = t
-                times.append(t)
-                states.extend(y)
-            goal, beyond = next(edges)
-            continue
-        left = goal - t
-        shortest = SHORTEST * max(abs(t), ORIGIN * abs(span))
-        if abs(h) < shortest:
-            jumps += 1
-            h = math.copysign(min(shortest, abs(left)), h)
-            # With more jumps before a regular step, the solution would slide along the jump.
-            crossed = _crossed(f, t + h, h, y, k, states[-ROUND * count :]) if jumps <= 16 else None
-            if crossed is None:
-                raise stopped(f, t, y, span, name)
-            to, error, failures = t + h, 0.0, 0
-            after, slope = crossed
-        else:
-            # What is left is shared by two steps, so that the last one is no mere rest.
-            to = goal if abs(left) <= abs(h) else t + (left / 2 if abs(left) < 2 * abs(h) else h)
-            # Times are what a solution is asked by: the step is their difference, free of rounding.
-            h = to - t
-            try:
-                error, after, slope = step(f, t, h, y, k, floor, least, tolerance)
-                if project is not None and error <= 1.0:
-                    after = project(to, after)
-                    slope = f(to, *after)
-            except NO_VALUE:
-                error = math.nan
-        if error <= 1.0:
-            t, y, k = to, after, slope
-            times.append(t)
-            states.extend(y)
-            regular = abs(h) > 1e6 * shortest  # far from any jump or pole
-            jumps = 0 if regular else jumps
-            # No step is more than six times as long as the last, and none grows after one that failed.
-            growth = max(0.3, min(0.9 * error**-0.125 if error else 6.0, 1.0 if failures else 6.0))
-            h, failures = math.copysign(min(abs(h) * growth, longest), h), 0
-            taken += 1
-            if not taken % ROUND:
-                if hopeless(times, taken, end, most):
-                    raise TooManySteps(name, taken, t, end, most)
-                yield t
+    t: float = field(init=False)
+    y: State = field(init=False)
+    k: State = field(init=False)
+    h: float = field(init=False)
+    span: float = field(init=False)
+    step: Step = field(init=False)
+    sizes: State = field(init=False)
+    floors: tuple[float, ...] = field(init=False)
+    shortest: float = field(init=False)
+    reach: float = field(init=False)
+    """The length of the step for which the floors were estimated."""
+    landed: float = field(init=False)
+    """The time of the last jump that was crossed at a stop."""
+    regular: bool = field(default=True, init=False)
+    failures: int = field(default=0, init=False)
+    taken: int = field(default=0, init=False)
+    jumps: int = field(default=0, init=False)
+
+    def steps(self) -> Iterator[float]:
+        """Go to the end. Every `ROUND` steps it yields the time that it has reached.
+
+        Raises:
+            Stopped: there is no solution as far as `end`.
+            TooManySteps: there are more than MOST_STEPS, or will be if the later half of them goes on.
+        """
+        self._begin()
+        most = min(MOST_STEPS, MOST_NUMBERS // len(self.y))
+        edges = sides(self.t, self.stops, self.end)
+        goal, beyond = next(edges)
+        while self.t != self.end:
+            if goal == self.t:
+                self._cross_stop(beyond)
+                goal, beyond = next(edges)
+                continue
+            to, error, after, slope = self._attempt(goal)
+            if not error <= 1.0:
+                self._reject(error)
+                continue
+            self._accept(to, error, after, slope)
+            if not self.taken % ROUND:
+                if hopeless(self.times, self.taken, self.end, most):
+                    raise TooManySteps(self.name, self.taken, self.t, self.end, most)
+                yield self.t
             # At a stop f may jump, which must not pass for rounding errors.
-            if (not taken % ROUND or abs(h) > 4 * reach) and t != goal:
-                reach = abs(h)
-                floor = floor_here()
-        else:
-            failures += 1
-            h *= max(0.1, 0.9 * error**-0.125) if error < math.inf else 0.25
-            if failures == 4 and t != landed:  # rounding errors may be the reason
-                reach = abs(h)
-                floor = floor_here()
+            if (not self.taken % ROUND or abs(self.h) > 4 * self.reach) and self.t != goal:
+                self._estimate_floors()
+
+    def _begin(self) -> None:
+        f, t, count = self.f, self.times[-1], sum(self.blocks)
+        y: State = tuple(self.states[-count:])
+        if not finite(f, t, y):
+            raise Stopped(self.name, Stop.AT_START, t)
+        self.t, self.y, self.k, self.landed = t, y, f(t, *y), t
+        self.span, self.step = self.end - t, stepper(self.blocks)
+        self.h = math.copysign(min(abs(self.span) / 1000, self.longest), self.span)
+        self._estimate_floors()
+        limits: Any = {"longest": self.longest, "stops": self.stops}
+        self.sizes = (
+            least_sizes(f, t, y, self.end, self.blocks, **limits) if self.least is None else self.least
+        )
+
+    def _cross_stop(self, beyond: float) -> None:
+        """Go to the time just `beyond` a stop; at the start only where the slopes jump."""
+        across = _across(self.f, self.t, self.y, self.k, beyond)
+        if across is not None and (len(self.times) > 1 or _jumps(self.k, across[1])):
+            self.landed = beyond
+            self._append(beyond, *across)
+
+    def _append(self, t: float, y: State, k: State) -> None:
+        self.t, self.y, self.k = t, y, k
+        self.times.append(t)
+        self.states.extend(y)
+
+    def _attempt(self, goal: float) -> tuple[float, float, State, State]:
+        """The time after a step towards the goal, its error, the state, and the slope there.
+
+        Raises Stopped where steps are too short.
+        """
+        t, left, h = self.t, goal - self.t, self.h
+        self.shortest = SHORTEST * max(abs(t), ORIGIN * abs(self.span))
+        if abs(h) < self.shortest:
+            return self._jump(math.copysign(min(self.shortest, abs(left)), h))
+        # What is left is shared by two steps, so that the last one is no mere rest.
+        to = goal if abs(left) <= abs(h) else t + (left / 2 if abs(left) < 2 * abs(h) else h)
+        # Times are what a solution is asked by: the step is their difference, free of rounding.
+        self.h = h = to - t
+        try:
+            error, after, slope = self.step(
+                self.f, t, h, self.y, self.k, self.floors, self.sizes, self.tolerance
+            )
+            if self.project is not None and error <= 1.0:
+                after = self.project(to, after)
+                slope = self.f(to, *after)
+        except NO_VALUE:
+            return to, math.nan, self.y, self.k
+        return to, error, after, slope
+
+    def _jump(self, h: float) -> tuple[float, float, State, State]:
+        """The shortest step, where f merely jumps in it."""
+        self.jumps, self.h, self.failures = self.jumps + 1, h, 0
+        recent, to = self.states[-ROUND * len(self.y) :], self.t + h
+        crossed = _crossed(self.f, to, h, self.y, self.k, recent) if self.jumps <= MOST_JUMPS else None
+        if crossed is None:
+            raise stopped(self.f, self.t, self.y, self.span, self.name)
+        return to, 0.0, *crossed
+
+    def _accept(self, to: float, error: float, after: State, slope: State) -> None:
+        h = self.h
+        self._append(to, after, slope)
+        self.regular = abs(h) > 1e6 * self.shortest  # far from any jump or pole
+        self.jumps = 0 if self.regular else self.jumps
+        # No step is more than six times as long as the last, and none grows after one that failed.
+        growth = max(0.3, min(0.9 * error**-0.125 if error else 6.0, 1.0 if self.failures else 6.0))
+        self.h, self.failures = math.copysign(min(abs(h) * growth, self.longest), h), 0
+        self.taken += 1
+
+    def _reject(self, error: float) -> None:
+        self.failures += 1
+        self.h *= max(0.1, 0.9 * error**-0.125) if error < math.inf else 0.25
+        if self.failures == 4 and self.t != self.landed:  # rounding errors may be the reason
+            self._estimate_floors()
+
+    def _estimate_floors(self) -> None:
+        self.reach = abs(self.h)
+        self.floors = floors(
+            self.f, self.roundings, self.t, self.y, self.k, self.regular, self.blocks, self.tolerance, self.h
+        )
 
 
 def sides(start: float, stops: Sequence[float], end: float) -> Iterator[tuple[float, float]]:
@@ -187,17 +239,16 @@ def least_sizes(f: Function, t: float, y: State, end: float, blocks: tuple[int, 
     no step follows it to a relative accuracy, and none need. The `steps` may be `longest`, and have `stops`.
     """
     k: State = f(t, *y) if finite(f, t, y) else (math.nan,) * len(y)
-    ends = list(itertools.accumulate(blocks))
-    parts = [slice(end - size, end) for size, end in zip(blocks, ends, strict=True)]
+    parts = slices(blocks)
     empty = [not any(y[part]) and not any(k[part]) for part in parts]
     if not any(empty):
         return (LEAST,) * len(blocks)
     times, states = array("d", [t]), array("d", y)
     with suppress(ComputationError, *NO_VALUE):
         if len(blocks) > 1:
-            pilot = march(f, times, states, end, tolerance=1e-6, blocks=(len(y),), name="", **steps)
+            pilot = March(f, times, states, end, 1e-6, (len(y),), "", **steps)
             # Where friction holds a body, the steps would never end.
-            deque(itertools.islice(pilot, 64), maxlen=0)
+            deque(itertools.islice(pilot.steps(), 64), maxlen=0)
         else:
             states.extend(stepper(blocks)(f, t, (end - t) / 1000, y, k, (0.0,), (math.inf,), 1e-6)[1])
     path = np.abs(np.frombuffer(states).reshape(-1, len(y)))
@@ -208,11 +259,10 @@ def least_sizes(f: Function, t: float, y: State, end: float, blocks: tuple[int, 
 def _crossed(
     f: Function, to: float, h: float, y: State, k: State, recent: Sequence[float]
 ) -> tuple[State, State] | None:
-    """The state (n) and its slope at time `to`, the shortest step h away, if f merely jumps between.
+    """The state (n) and its slope at time `to`, the shortest step h away, if f has a jump between.
 
-    Dry friction does so where the velocity is zero, with nothing to measure an error by. It is a
-    jump if nothing moves in that step, beside what it was among the `recent` states (m n); what was
-    zero in all of them may begin to move.
+    Dry friction has one where the velocity is zero. It is a jump if no variable moves by more than 1e-10 of
+    its size in the `recent` states (m n); one that was zero in all of them may begin to move.
     """
     after = [value + h * slope for value, slope in zip(y, k, strict=True)]
     if not finite(f, to, after):
@@ -235,12 +285,11 @@ def floors(
     tolerance: float,
     h: float = 0.0,
 ) -> tuple[float, ...]:
-    """For each block, the size of f below which a step need not follow it to `tolerance`.
+    """For each block, the size of f below which its value is rounding errors, divided by the tolerance.
 
-    That is where rounding errors are all there is, as they are in a body that rests in equilibrium. They show
-    when the arguments of f move by a few ulps, each pair of them together in one try and against each other
-    in another; and those of small differences are given by the `roundings` of f. Where steps are no longer
-    `regular`, a pole is near, which must not pass for rounding errors.
+    A body at rest in equilibrium has no other value. To find it, f is evaluated with its arguments moved by a
+    few ulps, with all combinations of signs of pairs; `roundings` gives those of small differences. Where
+    steps are no longer `regular`, a pole may be near, which must not pass for rounding errors.
     """
     noise = [0.0] * len(y)
     with suppress(*NO_VALUE):
@@ -255,9 +304,8 @@ def floors(
         with suppress(*NO_VALUE):
             other = f(t * (1 + move), *moved)
             noise = [max(old, abs(a - b)) for old, a, b in zip(noise, k, other, strict=True)]
-    sizes, first = [], 0
-    for size in blocks:
-        block = slice(first, first := first + size)
+    sizes = []
+    for block in slices(blocks):
         floor = 2 * math.hypot(*noise[block])
         floor = (floor if regular else min(floor, 1e-4 * math.hypot(*k[block]))) / tolerance
         sizes.append(floor if floor < math.inf else 0.0)

@@ -36,6 +36,31 @@ State: TypeAlias = Sequence[float]
 Engine: TypeAlias = Literal["auto", "runge-kutta", "taylor", "symplectic", "stiff"]
 """The method of integration; `auto` is the first of the next ones that pays."""
 
+
+@dataclass(frozen=True, slots=True, eq=False)
+class InitialValues:
+    """A problem for any method: y' = f(t, y), y(t0) = `start` (n), over the `span` (t0, t1).
+
+    `tolerance` bounds the error of a step, `longest` its length. `name` is for messages, and `tell` is given
+    times reached, which begin anew when the solution does.
+    """
+
+    flow: Flow
+    start: Floats
+    span: tuple[float, float]
+    tolerance: float
+    name: str = "the solution"
+    longest: float = math.inf
+    tell: Callable[[float], None] = lambda t: None
+
+    def function(self) -> Function:
+        """f in floats. Raises Stopped where it has no value at the start."""
+        f = self.flow(math)
+        if not finite(f, self.span[0], self.start.tolist()):
+            raise Stopped(self.name, Stop.AT_START, self.span[0])
+        return f
+
+
 NO_VALUE = (ArithmeticError, ValueError)
 """What functions of floats raise where they have no finite real value."""
 

@@ -6,9 +6,7 @@ Difference: an error is relative to the largest size that a variable has had, as
 
 from __future__ import annotations
 
-import math
 from array import array
-from collections.abc import Callable
 from contextlib import suppress
 from typing import Any
 
@@ -17,12 +15,9 @@ import numpy as np
 from rigidcli.core.arithmetic import Floats
 from rigidcli.core.solution import (
     NO_VALUE,
-    Flow,
+    InitialValues,
     Solution,
-    Stop,
-    Stopped,
     TooManySteps,
-    finite,
     largest,
     stopped,
 )
@@ -35,25 +30,15 @@ LEAST_TOLERANCE = 1e-10
 MOST = 100_000
 """The most steps: each takes some milliseconds."""
 
-FEW = 20_000
+MOST_TRIED = 20_000
 """The most steps where this method is only tried, after another one: they take seconds."""
 
-LOOKS = (256, 2048)
-"""After so many steps it is asked whether MOST of them will do: the first of them take a second."""
+CHECKED_AFTER = (256, 2048)
+"""Steps after which it is estimated whether MOST of them reach the end: the first of them take a second."""
 
 
-def solve(
-    flow: Flow,
-    start: Floats,
-    span: tuple[float, float],
-    *,
-    tolerance: float,
-    tell: Callable[[float], None],
-    name: str,
-    longest: float,
-    most: int = MOST,
-) -> Solution:
-    """The solution of y' = f(t, y), y(t0) = `start` (n), over `span` (t0, t1), in at `most` so many steps.
+def solve(problem: InitialValues, most: int = MOST) -> Solution:
+    """The solution of a problem in at `most` so many steps.
 
     Raises:
         Stopped: there is no solution as far as t1.
@@ -61,9 +46,8 @@ def solve(
     """
     from scipy.integrate import Radau
 
-    f, (t0, t1), count = flow(math), span, len(start)
-    if not finite(f, t0, start.tolist()):
-        raise Stopped(name, Stop.AT_START, t0)
+    start, (t0, t1), longest, name = problem.start, problem.span, problem.longest, problem.name
+    f, count = problem.function(), len(start)
 
     def slopes(t: float, y: Floats) -> Floats:
         try:
@@ -74,7 +58,7 @@ def solve(
     rate = np.abs(slopes(t0, start))
     sizes = np.maximum(np.abs(start), 1e-3 * rate * min(abs(t1 - t0), longest))
     sizes = np.where(sizes > 0, sizes, max(float(sizes.max()), 1.0))
-    tolerance = max(tolerance, LEAST_TOLERANCE)
+    tolerance = max(problem.tolerance, LEAST_TOLERANCE)
     with np.errstate(all="ignore"):
         solver: Any = Radau(
             slopes, t0, start, t1, max_step=longest, rtol=tolerance, atol=tolerance * sizes.min()
@@ -92,10 +76,12 @@ def solve(
             sizes = np.maximum(sizes, np.abs(solver.y))
             solver.atol = tolerance * sizes
             taken = len(times) - 1
-            if taken >= most or (taken in LOOKS and taken * abs(t1 - t0) > most * abs(times[-1] - t0)):
+            if taken >= most or (
+                taken in CHECKED_AFTER and taken * abs(t1 - t0) > most * abs(times[-1] - t0)
+            ):
                 raise TooManySteps(name, taken, times[-1], t1, most)
             if not taken % 64:
-                tell(times[-1])
+                problem.tell(times[-1])
     knots, path = np.frombuffer(times), np.frombuffer(states).reshape(-1, count)
     parts = np.frombuffer(polynomials).reshape(-1, count, 3)
     ahead = 1.0 if t1 >= t0 else -1.0

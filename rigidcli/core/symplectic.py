@@ -30,14 +30,11 @@ from rigidcli.core.arithmetic import EPS, Floats
 from rigidcli.core.solution import (
     MOST_NUMBERS,
     NO_VALUE,
-    Flow,
     Function,
+    InitialValues,
     Solution,
     State,
-    Stop,
-    Stopped,
     TooManySteps,
-    finite,
     largest,
 )
 from rigidcli.errors import ComputationError
@@ -102,37 +99,23 @@ class TooLong(Exception):  # noqa: N818 - an outcome, named for what has happene
         self.index, self.ratio = index, ratio
 
 
-def solve(
-    flow: Flow,
-    start: Floats,
-    span: tuple[float, float],
-    *,
-    tolerance: float,
-    tell: Callable[[float], None],
-    name: str,
-    longest: float,
-    like: Solution | None,
-) -> Solution:
-    """The solution of y' = f(t, y), y(t0) = `start` (n), over `span` (t0, t1), in steps of one length.
+def solve(problem: InitialValues, like: Solution | None = None) -> Solution:
+    """The solution of a problem in steps of one length; of fewer steps if it is `like` another solution.
 
-    The error of the energy stays about at the `tolerance`, relative to the energy of the motion. `tell` is
-    given times reached, which begin anew when the solution does. If this one is `like` another solution, it
-    has fewer steps.
+    The error of the energy stays about at the tolerance, relative to the energy of the motion.
 
     Raises:
         Stopped: the solution does not begin.
         TooManySteps: it reaches t1 only after more than MOST steps.
         ComputationError: it needs steps so short in places that one length is not the way to take them.
     """
-    f, (t0, t1), y = flow(math), span, tuple(start.tolist())
+    f, (t0, t1), y, name = problem.function(), problem.span, tuple(problem.start.tolist()), problem.name
     most = min(MOST, MOST_NUMBERS // len(y))
-    if not finite(f, t0, y):
-        raise Stopped(name, Stop.AT_START, t0)
     # The errors of a few steps add up; rounding leaves 2e-14. With 3e-12 there are more than ten steps in a
     # period: where these are few, and a whole number of them is nearly a period, errors add up for long.
-    error, fewest = min(max(0.03 * tolerance, 2e-14), 3e-12), math.inf
+    error, fewest = min(max(0.03 * problem.tolerance, 2e-14), 3e-12), math.inf
     # The first try has few steps, as too few are noticed in the first of them.
-    steps = max(16, math.ceil(abs(t1 - t0) / longest)) if t0 != t1 else 0
+    steps = max(16, math.ceil(abs(t1 - t0) / problem.longest)) if t0 != t1 else 0
     if like is not None:
         steps, error = math.ceil(0.7 * like.steps), math.inf  # its errors are 70 times as large
     while True:
@@ -140,7 +123,7 @@ def solve(
         if steps > most:
             raise TooManySteps(name, most, float(knots[most]), t1, most)
         try:
-            path = np.frombuffer(march(f, knots.tolist(), y, error, tell)).reshape(len(knots), -1)
+            path = np.frombuffer(march(f, knots.tolist(), y, error, problem.tell)).reshape(len(knots), -1)
             break
         except TooLong as long:
             fewest = min(fewest, steps) if long.index else fewest
@@ -153,8 +136,8 @@ def solve(
                     hint="take the method `auto`",
                 ) from None
     # Four steps of the other method lead to a time inside a step as accurately as its ends are.
-    sample = dormand_prince.sampler(flow, knots, path, parts=4)
-    return Solution(steps, METHOD, "symplectic", tolerance, knots, sample, largest(path))
+    sample = dormand_prince.sampler(problem.flow, knots, path, parts=4)
+    return Solution(steps, METHOD, "symplectic", problem.tolerance, knots, sample, largest(path))
 
 
 def march(

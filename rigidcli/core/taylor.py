@@ -14,7 +14,7 @@ from __future__ import annotations
 import importlib
 import signal
 from array import array
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from functools import lru_cache
 from signal import default_int_handler
@@ -31,6 +31,7 @@ from rigidcli.core.solution import (
     MOST_STEPS,
     Elements,
     Flow,
+    InitialValues,
     Solution,
     TooManySteps,
     hopeless,
@@ -51,29 +52,23 @@ MOST_OF_SECOND = 500_000
 
 
 def solve(
-    flow: Flow,
-    start: Floats,
+    problem: InitialValues,
     scales: Floats,
-    span: tuple[float, float],
-    *,
-    tolerance: float,
     blocks: Sequence[int],
-    tell: Callable[[float], None],
-    name: str,
-    longest: float,
     stops: Sequence[float] = (),
     most_kept: int = MOST_COEFFICIENTS,
 ) -> Solution:
-    """The solution of y' = f(t, y) over `span` (t0, t1) from `start` (n), in units of the `scales` (n).
+    """The solution of a problem, whose variables are in units of the `scales` (n).
 
-    `tell` is given times reached. Of the series, `most_kept` coefficients are kept.
+    It ends a step at each of the `stops`, and keeps `most_kept` coefficients of its series.
 
     Raises:
         Stopped: the solution does not reach t1.
         TooManySteps: it does so only after more than MOST_STEPS, or more than memory holds.
         ComputationError: heyoka is not installed, does not load, or cannot express the flow.
     """
-    t0, t1 = span
+    flow, start, (t0, t1), name = problem.flow, problem.start, problem.span, problem.name
+    tolerance = problem.tolerance
     # Its steps are few, so that three digits more cost little.
     integrator = _integrator(flow, len(scales), max(tolerance * 1e-3, EPS), name)
     # heyoka has none beyond the last that the equations use: a slope of zero needs no unit.
@@ -86,11 +81,11 @@ def solve(
     begins, path, kept = [], list[Floats](), 0
     while goals:
         taken = len(knots) - 1
-        tell(knots[-1])
+        problem.tell(knots[-1])
         if hopeless(knots, taken, t1, most):
             raise TooManySteps(name, taken, knots[-1], t1, most)
         outcome, *_, output, _ = integrator.propagate_until(
-            goals[-1], c_output=True, max_steps=min(at_once, most - taken), max_delta_t=longest
+            goals[-1], c_output=True, max_steps=min(at_once, most - taken), max_delta_t=problem.longest
         )
         if output is None or outcome.name == "err_nf_state":
             raise ComputationError(f"the Taylor series of {name} ends near t = {knots[-1]:.6g}")

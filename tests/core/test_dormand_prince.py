@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 import math
+import re
+from types import ModuleType
 
 import numpy as np
 import pytest
 from scipy.integrate._ivp import dop853_coefficients as published
 
-from rigidcli.core import dormand_prince
+from rigidcli.core import dormand_prince, symplectic
+from tests.conftest import ROOT
 from tests.core.flows import oscillator
 
 
@@ -44,3 +47,14 @@ def test_the_estimate_is_no_smaller_than_the_error() -> None:
     for h in np.linspace(0.3, 1.0, 15):
         error, estimate = step_error(float(h))
         assert error < estimate < 1e4 * error
+
+
+@pytest.mark.parametrize("method", [dormand_prince, symplectic])
+def test_the_text_of_a_step_is_kept_to_be_read(method: ModuleType) -> None:
+    """With numbers in 12 digits, as those of Gauss's points may differ in the last one."""
+    text = method.source((1,) if method is dormand_prince else 1)
+    kept = ROOT / "tests" / "golden" / f"step_{method.__name__.rpartition('.')[2]}.txt"
+    assert (
+        re.sub(r"\d+\.\d+(e-\d+)?", lambda number: f"{float(number[0]):.12g}", text) + "\n"
+        == kept.read_text()
+    )
