@@ -18,7 +18,7 @@ from rigidcli.bodies.robots import one_link
 from rigidcli.bodies.shape import Shape
 from rigidcli.bodies.shapes import SHAPES, shape_called
 from rigidcli.core import mass_properties, tensor
-from rigidcli.core.arithmetic import Arithmetic, Floats, Scalar, half_unit
+from rigidcli.core.arithmetic import Arithmetic, Array, Floats, Scalar, half_unit
 from rigidcli.errors import Path, ValueProblem, at, did_you_mean, nearest, shown
 from rigidcli.fields.environment import Environment
 from rigidcli.fields.quantities import AsList, Mass, MomentOfInertia, Point, PrincipalMoment, Vector3
@@ -123,10 +123,13 @@ class KnownTensor(Form):
         point = {"com": com, "origin": 0 * com}.get(str(self.given_about))
         offset = (n.array(self.given_about) if point is None else point) - com
         if self.mass is None:
-            note = _require_physical(given.entries, n, halves)
+            note = _require_physical(given, n, halves)
             at_com = all(n.sign(component) == 0 for component in offset)
             return mass_properties.MassProperties(None, com + offset, given, at_com=at_com), note
-        central = given.shifted(-self.mass, offset, tensor.misplaced(com, com + offset))
+        shift = self.mass * tensor.point_tensor(offset)
+        central = given - shift
+        if not n.exact:  # what is left of two numbers that are equal but for their rounding
+            central = tensor.rounded_off(central, tensor.ROUNDING_OF_SUM * np.abs(shift))
         # The rounding of M (d^2 1 - d d^T) from those of M and d.
         d, mass = (np.abs([n.size(part) for part in parts]) for parts in (offset, (self.mass,)))
         across = np.outer(d, [half_unit(n.size(part)) for part in com])
@@ -135,10 +138,10 @@ class KnownTensor(Form):
             + half_unit(mass[0]) * np.abs(tensor.point_tensor(d))
             + mass[0] * (2 * np.trace(across) * np.eye(3) + across + across.T)
         )
-        note = _require_physical(central.entries, n, halves) or self._size_meant(central.entries, n)
+        note = _require_physical(central, n, halves) or self._size_meant(central, n)
         if note is not None and note.endswith(POINT):
-            central = tensor.Inertia.of(np.zeros((3, 3)))
-        return mass_properties.MassProperties(self.mass, com, central, tensor.misplaced(com)), note
+            central = np.zeros((3, 3))
+        return mass_properties.MassProperties(self.mass, com, central), note
 
     def _size_meant(self, central: Any, n: Arithmetic) -> str | None:
         """A note on moments that are rounding errors, or too large for the mass."""
@@ -152,7 +155,7 @@ class KnownTensor(Form):
             return f"a radius of gyration of {radius:.3g} m is large for {mass:.3g} kg; g and mm meant?"
         return None
 
-    def _given(self, n: Arithmetic) -> tuple[tensor.Inertia, Floats]:
+    def _given(self, n: Arithmetic) -> tuple[Array, Floats]:
         """The tensor as it is written, and half a unit in the last digit of each entry."""
         given = n.array(self.inertia) if self.moments is None else np.diag(n.array(self.moments))
         if self.products == "plus":
@@ -165,7 +168,7 @@ class KnownTensor(Form):
                 f"not symmetric: entries across the diagonal differ by up to {skew.max():.3g} kg m^2",
                 path=("inertia",),
             )
-        return tensor.Inertia.of(given if self.moments is not None else (given + given.T) / 2), halves
+        return given if self.moments is not None else (given + given.T) / 2, halves
 
 
 def _require_physical(central: Any, n: Arithmetic, halves: Floats | float = 0.0) -> str | None:

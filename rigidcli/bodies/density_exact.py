@@ -21,9 +21,9 @@ from rigidcli.algebra.roots import Allowance, Rational
 from rigidcli.algebra.substitution import substitute
 from rigidcli.bodies.charts import Chart, Spot, Turn
 from rigidcli.bodies.density import FIRST, SECOND, centred, places
-from rigidcli.core import tensor
 from rigidcli.core.arithmetic import Arithmetic, Scalar
 from rigidcli.core.mass_properties import MassProperties
+from rigidcli.core.tensor import from_second_moments
 from rigidcli.errors import ComputationError, ExpressionError
 from rigidcli.fields.environment import BoundExpression
 
@@ -49,14 +49,14 @@ def exact_properties(formula: BoundExpression, charts: Sequence[Chart], n: Arith
     try:
         of_charts = zip(*(_moments(formula, chart, allowance) for chart in charts), strict=True)
         mass, com, sums = centred(n.array(list(map(total, of_charts))), n)
-        inertia = tensor.Inertia.of_sums(mass, com, sums)
+        tensor = n.tidy(from_second_moments(1, sums))
     except ExpressionError as error:
         raise ComputationError(
             "no closed form is found for the integrals of the density",
             hint="polynomials have one, and functions of one coordinate that suits the shape; for numbers, "
             "give every parameter a value, and leave out `--exact`",
         ) from error
-    return MassProperties(n.tidied(mass), com, inertia)
+    return MassProperties(n.tidied(mass), com, tensor)
 
 
 def placed(

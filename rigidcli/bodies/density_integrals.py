@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import replace
 from functools import partial
 from itertools import chain
 from typing import TYPE_CHECKING, Any
@@ -105,13 +104,12 @@ def _properties(
             hint="give the body in `parts`, so that the density is smooth in each of them",
         )
     np.fill_diagonal(sums, np.maximum(sums.diagonal(), 0.0))
-    offset, squares = about + size * centre, np.outer(size, size)
-    inertia = tensor.Inertia.of_sums(mass, offset, sums * squares)
-    noise = inertia.noise + np.abs(error * mass * tensor.from_second_moments(1, squares))
-    misplaced = tensor.misplaced(origin + offset) + error * float(np.linalg.norm(size))
-    return MassProperties(
-        float(mass), origin + offset, replace(inertia, noise=noise), misplaced, integrated=error
-    )
+    squares = np.outer(size, size)
+    # Coordinates and products that the error of the integrals may have made are zero.
+    com = tensor.rounded_off(origin + about + size * centre, error * float(np.linalg.norm(size)))
+    central = tensor.from_second_moments(1, sums * squares)
+    central = tensor.rounded_off(central, error * mass * squares * (1 - tensor.IDENTITY))
+    return MassProperties(float(mass), com, central, integrated=error)
 
 
 def of_mesh(

@@ -12,8 +12,9 @@ from typing import Annotated, Any, ClassVar, Self, TypeAlias
 
 from pydantic import AfterValidator, Field, ValidationInfo, model_validator
 
-from rigidcli.core import mass_properties, rotation, tensor
+from rigidcli.core import mass_properties, principal, rotation, tensor
 from rigidcli.core.arithmetic import Arithmetic, Array
+from rigidcli.core.principal import PrincipalFrame
 from rigidcli.errors import ValueProblem, at, shown
 from rigidcli.fields.quantities import Angle, AsList, Direction, Number, Vector3
 from rigidcli.fields.section import Section, Title, by_key, environment
@@ -159,4 +160,21 @@ class Form(Section):
         """Mass properties in the axes in which the form is placed."""
         local, pivot = self.local(arithmetic), self.pivot(arithmetic)
         turn, shift = self.motion(arithmetic, pivot)
-        return mass_properties.place(local, turn, shift, tensor.misplaced(pivot), arithmetic)
+        return mass_properties.place(local, turn, shift, arithmetic)
+
+    def principal_frame(self, inertia: Array, point: Array, axes: Array, n: Arithmetic) -> PrincipalFrame:
+        """The principal frame about `point` (3, m), where the tensor is `inertia` (3 by 3, kg m^2).
+
+        The frame is in components along `axes` (columns, 3 by 3). Raises ComputationError where it is exact
+        and too long to print.
+        """
+        if not n.exact:
+            return principal.principal_frame(tensor.without_rounding(tensor.rotate(inertia, axes.T)))
+        from rigidcli.mechanics import principal_axes
+
+        # Along the form's own axes, the columns of `turn`, exact entries are short.
+        (turn, _), own = self.motion(n), self.local(n).tensor
+        placed = self.properties(n)
+        if placed.mass is not None:
+            own = tensor.shift_from_com(own, placed.mass, turn.T @ (placed.com - point))
+        return principal_axes.principal_frame(n.tidy(own), n.tidy(axes.T @ turn))

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from rigidcli.bodies import mesh_files, surfaces
 from rigidcli.bodies.surfaces import Surface
 from rigidcli.core.arithmetic import Floats
-from rigidcli.core.tensor import ROUNDING
+from rigidcli.core.tensor import ROUNDING_OF_SUM
 from rigidcli.errors import ValueProblem
 
 MERGED = 1e-6
@@ -185,7 +185,7 @@ def _overlaps(
         notes.append(f"{where}, and counts as less than nothing; mend it in the program that made the file")
     # What no point has met may still be seen in the sums: no body has a negative mean of squares.
     spread = np.linalg.eigvalsh(surface.second)
-    if spread[0] < -ROUNDING * surface.cancelled * spread[2]:
+    if spread[0] < -ROUNDING_OF_SUM * surface.cancelled * spread[2]:
         raise ValueProblem(f"{path}: overlaps itself: no body has the moments that come out")
     most = int(np.argmax(counts))
     if counts[most] > 1:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import pathlib
 from collections.abc import Iterator
-from dataclasses import replace
 from functools import cached_property
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal, Self
 
@@ -154,13 +153,10 @@ class Mesh(Form):
             return self._of_field
         surface, unit = self.checked.surface, self.unit
         mass = self.mass if self.mass is not None else self.mean_density(FLOAT) * self.volume
-        offset = surface.centre * unit
-        inertia = tensor.Inertia.of_sums(mass, offset, mass * unit**2 * surface.second)
-        inertia = replace(inertia, noise=surface.cancelled * inertia.noise)
-        com, spread = surface.origin * unit + offset, unit * np.sqrt(np.maximum(surface.second.diagonal(), 0))
-        error = tensor.misplaced(com, spread)
-        com[np.abs(com) <= error] = 0.0
-        return mass_properties.MassProperties(mass, com, inertia, error)
+        spread = np.sqrt(np.maximum(surface.second.diagonal(), 0))
+        rounding = tensor.ROUNDING_OF_SUM * surface.cancelled * np.outer(spread, spread)
+        central = tensor.from_second_moments(mass * unit**2, tensor.rounded_off(surface.second, rounding))
+        return mass_properties.MassProperties(mass, (surface.origin + surface.centre) * unit, central)
 
     @cached_property
     def _of_field(self) -> mass_properties.MassProperties:

@@ -259,11 +259,8 @@ class Shape(Form):
         measure, centre, second = self.geometry(arithmetic)
         mass = self.mass if self.mass is not None else self.mean_density(arithmetic) * measure
         second, centre = arithmetic.array(second), arithmetic.array(centre)
-        if second.ndim == 1:
-            inertia = tensor.Inertia.of(tensor.from_second_moments(mass, np.diag(second)))
-        else:
-            inertia = tensor.Inertia.of_sums(mass, centre, mass * second)
-        return mass_properties.MassProperties(mass, centre, inertia, tensor.misplaced(centre))
+        second = np.diag(second) if second.ndim == 1 else second
+        return mass_properties.MassProperties(mass, centre, tensor.from_second_moments(mass, second))
 
     def _of_field(self, density: BoundExpression, n: Arithmetic) -> mass_properties.MassProperties:
         """The same for a density that varies; the integrals are taken once."""

@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
 
 from rigidcli.core.arithmetic import Arithmetic, Array, Scalar, half_unit
 from rigidcli.core.mass_properties import MassProperties
-from rigidcli.core.principal import principal_frame
-from rigidcli.core.tensor import Inertia
+from rigidcli.core.principal import PrincipalFrame
+from rigidcli.core.tensor import LEAST_MOMENT
 from rigidcli.errors import ValueProblem, shown
 
 SYMMETRY = 1e-9
@@ -50,23 +51,27 @@ def described(
     return HeavyTop(mass, distance, lambda1, lambda3, n.array([0, 0, 1]), remarks)
 
 
-def of_body(body: MassProperties, pivot: Array, inertia: Inertia, n: Arithmetic) -> HeavyTop:
-    """The top that a body makes when it is held at `pivot`, about which it has this `inertia`.
+def of_body(
+    body: MassProperties, pivot: Array, tensor: Array, frame: Callable[[], PrincipalFrame], n: Arithmetic
+) -> HeavyTop:
+    """The top that a body makes when it is held at `pivot`, about which it has this `tensor`.
 
+    A body held at its centre of mass turns about the axis of its `frame` whose moment is unlike the others.
     Raises ValueProblem for a body that is not symmetric about the line from the pivot to its centre of mass.
     """
     if body.mass is None:
         raise ValueProblem("missing: a top needs its weight", path=("body", "mass"))
-    arm, tensor = n.tidy(body.com - pivot), n.tidy(inertia.tensor)
+    arm = n.tidy(body.com - pivot)
     distance = n.hypot(*arm)
     largest = max(abs(n.size(entry)) for entry in tensor.flat)
     far = max(abs(n.size(component)) for component in (*body.com, *pivot))
     if n.size(distance) <= (0 if n.exact else 1e-14 * far):
-        axis, distance = _axis_of(inertia, n), 0 * n.pi
+        axis, distance = _symmetry_axis(frame()), 0 * n.pi
     else:
         axis = n.tidy(arm / distance)
-    along, noise = inertia.moment_about(axis)
-    lambda3 = n.tidied(0 * along if not n.exact and along <= noise else along)
+    lambda3 = n.tidied(axis @ tensor @ axis)
+    if not n.exact and lambda3 <= LEAST_MOMENT * largest:
+        lambda3 = 0.0
     lambda1 = n.tidied((np.trace(tensor) - lambda3) / 2)
     outer = np.outer(axis, axis)
     ideal = lambda3 * outer + lambda1 * (n.array(np.eye(3, dtype=int)) - outer)
@@ -79,14 +84,7 @@ def of_body(body: MassProperties, pivot: Array, inertia: Inertia, n: Arithmetic)
     return HeavyTop(body.mass, distance, lambda1, lambda3, axis)
 
 
-def _axis_of(inertia: Inertia, n: Arithmetic) -> Array:
-    """The symmetry axis of a body held at its centre of mass: the one principal axis that is unlike."""
-    if n.exact:
-        from rigidcli.mechanics import principal_axes
-
-        frame = principal_axes.principal_frame(inertia.entries, inertia.axes)
-    else:
-        frame = principal_frame(inertia)
+def _symmetry_axis(frame: PrincipalFrame) -> Array:
     alone = [group[0] for group in frame.groups if len(group) == 1]
     axis: Array = frame.axes[alone[0] if len(alone) == 1 else 2]
     return axis

@@ -25,30 +25,27 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 from dataclasses import dataclass
-from fractions import Fraction
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from rigidcli.core.arithmetic import EPS, Floats
 from rigidcli.core.elliptic import carlson_rf, complete, growth, jacobi
-from rigidcli.core.principal import diagonal_form
+from rigidcli.core.principal import principal_moments
 from rigidcli.core.rotation import as_quaternion, compose
-from rigidcli.core.tensor import Inertia
+from rigidcli.core.tensor import without_rounding
 
-TURNED_NOISE = 8 * EPS
-"""The relative rounding error of a tensor that is not diagonal, or of an omega that was turned."""
+COUPLED_NOISE = 8 * EPS
+"""The rounding error of a tensor that is not diagonal, in units of its largest entry."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class State:
     """A body and the angular velocities at t = 0 of m motions.
 
-    `moments` (3, ascending) are in units of a power of two, about the largest, and `rates` (m, 3), the
-    components of omega along `axes` (rows), in units of `speeds` (m, rad/s), powers of two about |omega|:
-    so no square vanishes. `coupled` says that the tensor is not diagonal, and `turned` that omega was given
-    along other axes: then these are rounded.
+    `moments` (3, ascending) are in units of the largest. `rates` (m, 3) are the components of omega along
+    `axes` (rows), in units of `speeds` (m, rad/s), the largest component of each omega as it was given.
+    `coupled` says that the tensor is not diagonal: then its axes are rounded.
     """
 
     moments: tuple[float, float, float]
@@ -56,63 +53,40 @@ class State:
     rates: Floats
     speeds: Floats
     coupled: bool
-    turned: bool
 
     @classmethod
-    def of(cls, body: Inertia, omegas: Floats) -> State:
-        """From a `body` and its `omegas` (m, 3), both along the axes of its entries."""
-        tensor = body.without_noise()
-        mass = power_of_two(np.abs(tensor).max())
-        values, axes = diagonal_form(tensor / mass)
-        order = np.argsort(values, kind="stable")
-        low, middle, high = (float(value) for value in values[order])
-        first, second = axes[order[:2]]
-        rows = np.array([first, second, np.cross(first, second)])
-        low = 0.0 if low * mass <= body.noise_along(first) else low
-        speeds = power_of_two(np.abs(omegas).max(axis=1))
-        rates = omegas / speeds[:, None] @ rows.T
+    def of(cls, tensor: Floats, omegas: Floats) -> State:
+        """From a tensor (3 by 3, kg m^2) and angular velocities (m, 3; rad/s) along the same axes."""
+        tensor = without_rounding(tensor)
+        moments, (first, second, _) = principal_moments(tensor)
+        axes = np.array([first, second, np.cross(first, second)])
+        low, middle, high = (moments / (moments[2] or 1.0)).tolist()
+        speeds = np.abs(omegas).max(axis=1)
+        speeds = np.where(speeds > 0, speeds, 1.0)
         coupled = bool((tensor != np.diag(tensor.diagonal())).any())
-        return cls((low, middle, high), rows, rates, speeds, coupled, body.is_turned)
+        return cls((low, middle, high), axes, omegas / speeds[:, None] @ axes.T, speeds, coupled)
 
-    def excess(self) -> tuple[Floats, Floats, Floats]:
-        """d2 = L^2 - 2 T I2 (m) and the sum of its two terms, in units of squares of the third (m).
-
-        It is the difference of these terms, formed in fractions where they are almost equal.
-        """
-        (low, middle, high), (first, _, third) = self.moments, self.rates.T
-        unit = power_of_two(np.maximum(np.abs(first), np.abs(third)))
-        x, z = first / unit, third / unit
-        more, less = high * (high - middle) * z**2, low * (middle - low) * x**2
-        difference, total = more - less, more + less
-        one, two, three = map(Fraction, self.moments)
-        # Floats that differ by less than a hundredth of their size lose two digits in their difference.
-        for k in np.flatnonzero(np.abs(difference) < 0.01 * total):
-            exact = three * (three - two) * Fraction(z[k]) ** 2 - one * (two - one) * Fraction(x[k]) ** 2
-            difference[k] = float(exact)
-        return difference, total, unit
+    def excess(self) -> tuple[Floats, Floats]:
+        """d2 = L^2 - 2 T I2 (m), and the sum of the two terms of which it is the difference."""
+        low, middle, high = self.moments
+        first, _, third = self.rates.T
+        more, less = high * (high - middle) * third**2, low * (middle - low) * first**2
+        return more - less, more + less
 
     def steady(self, *, rounded: bool) -> NDArray[np.bool_]:
-        """Whether omega is constant (m): L x omega is 0, or may be so when what is `rounded` is off by that.
+        """Whether omega is constant (m): L x omega is zero, or may be so if the tensor is `rounded`.
 
-        A tensor turns its axes when it is off, and omega itself moves away from them, so that each component
-        of L x omega is off in proportion to the difference of two moments.
+        A tensor that is off turns its axes, so that each component of L x omega is off by as much.
         """
         low, middle, high = self.moments
         if low <= 0:
             return np.ones(len(self.rates), dtype=bool)
-        tensor = TURNED_NOISE * high if rounded and self.coupled else 0.0
-        omega = TURNED_NOISE / 2 if rounded and self.turned else 0.0
+        noise = COUPLED_NOISE * high if rounded and self.coupled else 0.0
         square, constant = (self.rates**2).sum(axis=1), np.ones(len(self.rates), dtype=bool)
         for gap, i, j in ((high - middle, 1, 2), (high - low, 2, 0), (middle - low, 0, 1)):
-            w, v = np.abs(self.rates[:, i]), np.abs(self.rates[:, j])
-            is_zero = (w == 0) | (v == 0) | (gap == 0)
-            constant &= is_zero | (gap * w * v <= (tensor + omega * gap) * square)
+            across = gap * np.abs(self.rates[:, i]) * np.abs(self.rates[:, j])
+            constant &= across <= noise * square
         return constant
-
-
-def power_of_two(sizes: Any) -> Any:
-    """The power of two below or at each of the `sizes`, and 1 for zero."""
-    return np.where(sizes > 0, np.ldexp(1.0, np.frexp(sizes)[1] - 1), 1.0)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -223,8 +197,8 @@ def circulations(
     state: State, moving: NDArray[np.bool_], most: int = 1
 ) -> Iterator[tuple[NDArray[np.int_], Circulation]]:
     """At most so many motions in which omega circulates at a time, about one axis: their places and paths."""
-    excess, _, unit = state.excess()
-    d = np.sqrt(np.abs(excess)) * unit
+    excess, _ = state.excess()
+    d = np.sqrt(np.abs(excess))
     for about_low in (False, True):
         places = np.flatnonzero(moving & ((excess < 0) == about_low))
         for begin in range(0, len(places), most):

@@ -9,17 +9,17 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Any, Literal, TypeAlias
 
 import numpy as np
 
 from rigidcli.core.arithmetic import EPS, Floats
-from rigidcli.core.circulation import TURNED_NOISE, Circulation, State, circulations, power_of_two
+from rigidcli.core.circulation import COUPLED_NOISE, Circulation, State, circulations
 from rigidcli.core.principal import EQUAL_MOMENTS
 from rigidcli.core.rotation import compose, continuous, inverse
 from rigidcli.core.sensitivity import representative, to_rounding
-from rigidcli.core.tensor import ROUNDING, Inertia
+from rigidcli.core.tensor import ROUNDING_OF_SUM, without_rounding
 from rigidcli.errors import ComputationError
 
 Regime: TypeAlias = Literal[
@@ -55,13 +55,13 @@ class Periods:
     mean_space_rate: float | None
 
 
-def periods(body: Inertia, omega: Floats) -> Periods:
-    """What characterises the motion from `omega` (3, rad/s) at t = 0, along the axes of the body's entries.
+def periods(tensor: Floats, omega: Floats) -> Periods:
+    """What characterises the motion from `omega` (3, rad/s) at t = 0 of a body with that `tensor` (kg m^2).
 
     Raises ComputationError for motion about an axis without a moment: of a linear body about its
     line, beyond rounding, and of a point.
     """
-    state = State.of(body, omega[None])
+    state = State.of(tensor, omega[None])
     regime = _regime(state)
     speed, (low, middle, high), rates = float(state.speeds[0]), state.moments, state.rates[0]
     momentum = float(np.hypot.reduce(rates * state.moments)) * speed
@@ -74,7 +74,7 @@ def periods(body: Inertia, omega: Floats) -> Periods:
         along, across, spin = (high, low + middle, 2) if regime == "oblate" else (low, middle + high, 0)
         wobble = abs((2 * along - across) * float(rates[spin])) / across * speed
         return Periods(regime, 2 * math.pi / wobble if wobble else None, None, 2 * momentum / across)
-    circling = circulation(body, omega)
+    circling = circulation(tensor, omega)
     if regime not in ("about_lowest", "about_highest") or circling is None:
         return Periods(regime, None, None, float(np.hypot.reduce(rates)) * speed)
     flip = float(2 * circling.quarter[0, 0] / circling.rate[0, 0])
@@ -82,9 +82,9 @@ def periods(body: Inertia, omega: Floats) -> Periods:
     return Periods(regime, period, flip if period else None, float(circling.mean_rate[0, 0]))
 
 
-def circulation(body: Inertia, omega: Floats) -> Circulation | None:
+def circulation(tensor: Floats, omega: Floats) -> Circulation | None:
     """The constants of the motion from `omega` (3), where it is not constant; else None."""
-    state = State.of(body, omega[None])
+    state = State.of(tensor, omega[None])
     return next((motion for _, motion in circulations(state, ~state.steady(rounded=True))), None)
 
 
@@ -99,7 +99,7 @@ def _regime(state: State) -> Regime:
             hint="give a body with some extent, or set `omega` to zero",
         )
     if low <= 0:
-        if abs(state.rates[0, 0]) > ROUNDING * float(np.hypot.reduce(state.rates[0])):
+        if abs(state.rates[0, 0]) > ROUNDING_OF_SUM * float(np.hypot.reduce(state.rates[0])):
             raise ComputationError(
                 "the body is linear: it has no moment about its line, and cannot turn about it",
                 hint="make `omega` perpendicular to the line",
@@ -112,13 +112,13 @@ def _regime(state: State) -> Regime:
         return "principal"
     if lower or upper:
         return "oblate" if lower else "prolate"
-    excess, terms, unit = (float(term[0]) for term in state.excess())
+    excess, terms = (float(term[0]) for term in state.excess())
     # How far d2 moves, at worst, when each input is off by its rounding: that of a diagonal tensor as it is
     # given is half a unit in the last place, and the arithmetic of `excess` has as much.
-    first, third = (state.rates[0, [0, 2]] / unit) ** 2
+    first, third = state.rates[0, [0, 2]] ** 2
     slopes = abs(2 * high - middle) * high * third + (high * third + low * first) * middle
     slopes += abs(middle - 2 * low) * low * first
-    noise = TURNED_NOISE if state.coupled or state.turned else EPS / 2
+    noise = COUPLED_NOISE if state.coupled else EPS / 2
     if abs(excess) <= noise * (slopes + 2 * terms):
         return "separatrix"
     return "about_highest" if excess > 0 else "about_lowest"
@@ -158,16 +158,17 @@ def about_axes(moments: Floats, groups: Sequence[Sequence[int]]) -> list[AxisSta
 
 
 def motions(
-    body: Inertia, omegas: Floats, orientations: Floats, times: Floats, *, rounded: bool = True
+    tensor: Floats, omegas: Floats, orientations: Floats, times: Floats, *, rounded: bool = True
 ) -> tuple[Floats, Floats]:
     """omega (m, n, 3; rad/s, body axes) and orientation (m, n, 4; body to space) at `times` (n, s, any sign).
 
     The m motions begin at t = 0 with `omegas` (m, 3) and `orientations` (m, 4), unit quaternions, scalar
-    first. All is along the axes of the body's entries. The sign of the quaternions, which means nothing, is
-    that of the orientation at t = 0 for the first time, and changes as little as possible from each time to
-    the next. With `rounded`, an omega that may be along a principal axis but for rounding is constant.
+    first. All is along the axes of the `tensor` (3 by 3, kg m^2). The sign of the quaternions, which means
+    nothing, is that of the orientation at t = 0 for the first time, and changes as little as possible from
+    each time to the next. With `rounded`, an omega that may be along a principal axis but for
+    rounding is constant.
     """
-    state = State.of(body, omegas)
+    state = State.of(tensor, omegas)
     steady = state.steady(rounded=rounded)
     omega = np.empty((len(omegas), len(times), 3))
     orientation = np.empty((len(omegas), len(times), 4))
@@ -189,29 +190,25 @@ def motions(
 
 def _turning(omegas: Floats, orientations: Floats, times: Floats) -> Floats:
     """The orientations (m, n, 4) of motions with a constant omega."""
-    unit = power_of_two(np.abs(omegas).max(axis=1, keepdims=True))
-    length = np.sqrt(((omegas / unit) ** 2).sum(axis=1, keepdims=True))
-    half = (length * unit * times / 2)[..., None]
-    axis = omegas / unit / np.where(length > 0, length, 1.0)
+    speeds = np.hypot(np.hypot(*omegas.T[:2]), omegas.T[2])[:, None]
+    half = (speeds * times / 2)[..., None]
+    axis = omegas / np.where(speeds > 0, speeds, 1.0)
     return compose(orientations[:, None], np.concatenate([np.cos(half), np.sin(half) * axis[:, None]], -1))
 
 
-def sensitivity(body: Inertia, omegas: Floats, orientations: Floats, times: Floats) -> Floats:
+def sensitivity(tensor: Floats, omegas: Floats, orientations: Floats, times: Floats) -> Floats:
     """How far (m, rad, at most pi) the attitude of each motion moves when tensor and omega are rounded.
 
-    The largest over `times` (n, s), or some of them: see `core.sensitivity`. Each component of an
-    omega that was turned is off by a unit or two in the last place of |omega|, however small it is.
+    The largest over `times` (n, s), or some of them: see `core.sensitivity`.
     """
-    sample, tensor = representative(times), body.without_noise()
+    sample, tensor = representative(times), without_rounding(tensor)
     rows, columns = np.triu_indices(3)
 
     def moved(inputs: Sequence[Any]) -> Floats:
         entries = np.zeros((3, 3))
         entries[rows, columns] = entries[columns, rows] = inputs[:6]
         omegas = np.stack(inputs[6:], axis=-1)
-        return motions(replace(body, entries=entries), omegas, orientations, sample, rounded=False)[1]
+        return motions(entries, omegas, orientations, sample, rounded=False)[1]
 
     inputs = [*tensor[rows, columns], *omegas.T]
-    turned = [2 * np.abs(omegas).max(axis=1)] * 3
-    sizes = [*inputs[:6], *turned] if body.is_turned else inputs
-    return to_rounding(moved, inputs, sizes, motions(body, omegas, orientations, sample)[1])
+    return to_rounding(moved, inputs, inputs, motions(tensor, omegas, orientations, sample)[1])

@@ -8,55 +8,56 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass, replace
-from functools import reduce
-from operator import add
 from typing import Any
 
 import numpy as np
 
-from rigidcli.core.arithmetic import FLOAT, Arithmetic, Array, Floats, Scalar
-from rigidcli.core.tensor import Inertia, misplaced, shift_from_com
+from rigidcli.core.arithmetic import EPS, FLOAT, Arithmetic, Array, Floats, Scalar
+from rigidcli.core.tensor import from_second_moments, rotate, rounded_off, shift_from_com
 from rigidcli.errors import ValueProblem
+
+ROUNDING_OF_PLACE = 8 * EPS
+"""The relative error that rounding leaves in a point that is moved and turned."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class MassProperties:
-    """What a body is to its motion: mass (kg), centre of mass (3, m), inertia about it.
+    """Mass (kg), centre of mass (3, m) and inertia tensor about it (3 by 3, kg m^2) of a body.
 
-    Rounding may misplace the centre of mass by `error` (m). Without a mass the tensor cannot be
-    shifted: `inertia` is then about the point `com`, and `at_com` says whether that
-    is its centre of mass. `integrated` bounds the relative error of integrals over a varying density, by an
-    estimate; it is None where there are none.
+    Without a mass the tensor cannot be shifted: it is then about the point `com`, and `at_com` says whether
+    that is the centre of mass. `integrated` is the estimated relative error of integrals over a density that
+    varies; None without such integrals.
     """
 
     mass: Scalar | None
     com: Array
-    inertia: Inertia
-    error: float = 0.0
+    tensor: Array
     at_com: bool = True
     integrated: float | None = None
 
-    @property
-    def tensor(self) -> Array:
-        """The tensor about the centre of mass, along the axes of its components (3 by 3, kg m^2)."""
-        return self.inertia.tensor
-
-    def inertia_about(self, point: Array, error: float = 0.0) -> Inertia:
-        """Inertia about `point` (3, m, to within `error`) of a body that has a mass."""
+    def tensor_about(self, point: Array) -> Array:
+        """The tensor about `point` (3, m) of a body that has a mass."""
         assert self.mass is not None
-        return self.inertia.shifted(self.mass, self.com - point, self.error + error + misplaced(point))
+        return shift_from_com(self.tensor, self.mass, self.com - point)
 
     def missing(self) -> MassProperties:
         """The mass properties of a hole of this form, which are added to take it away."""
         assert self.mass is not None
-        inertia = replace(self.inertia, entries=-self.inertia.entries)
-        return replace(self, mass=-self.mass, inertia=inertia)
+        return replace(self, mass=-self.mass, tensor=-self.tensor)
+
+    def com_from(self, point: Array) -> Array:
+        """The centre of mass from `point` (3, m), where a coordinate that is only rounding is zero."""
+        offset: Array = self.com - point
+        if offset.dtype == object or not self.mass:
+            return offset
+        radius = np.sqrt(np.abs(np.trace(self.tensor) / self.mass))
+        return rounded_off(offset, ROUNDING_OF_PLACE * (np.abs([self.com, point]).max() + radius))
 
 
 def of_points(points: Array, n: Arithmetic = FLOAT) -> MassProperties:
     """Mass properties of point masses, rows (m, x, y, z) in kg and m; k by 4, k at least 1."""
     if n.exact:
-        nothing = Inertia.of(n.array(np.zeros((3, 3), dtype=int)))
+        nothing = n.array(np.zeros((3, 3), dtype=int))
         single = [MassProperties(point[0], point[1:], nothing) for point in points]
         return _sum_exactly(single, n)
     mass, origin = points[:, 0], points[0, 1:]
@@ -64,9 +65,7 @@ def of_points(points: Array, n: Arithmetic = FLOAT) -> MassProperties:
     offset = points[:, 1:] - origin
     centre = (mass @ offset) / total
     offset = offset - centre
-    com, extent = origin + centre, offset[np.argmax((offset**2).sum(axis=1))]
-    inertia = Inertia.of_sums(total, com, (offset * mass[:, None]).T @ offset)
-    return MassProperties(total, com, inertia, misplaced(com, extent))
+    return MassProperties(total, origin + centre, from_second_moments(1, (offset * mass[:, None]).T @ offset))
 
 
 def of_blocks(read: Callable[[], Iterable[Floats]]) -> MassProperties:
@@ -80,14 +79,12 @@ def of_blocks(read: Callable[[], Iterable[Floats]]) -> MassProperties:
     centre, sums = _sums(read, None)
     mass, shift = sums[0, 0], sums[0, 1:] / sums[0, 0]
     second = sums[1:, 1:] - mass * np.outer(shift, shift)
-    # Where M c^2 is larger by this much, the difference has lost three digits.
-    if mass * (shift @ shift) > 1e3 * np.trace(second):
+    # Where M c^2 is larger by this much, the difference has lost a digit.
+    if mass * (shift @ shift) > 10 * np.trace(second):
         centre, sums = _sums(read, centre + shift)
         shift = sums[0, 1:] / mass
         second = sums[1:, 1:] - mass * np.outer(shift, shift)
-    com, spread = centre + shift, np.sqrt(sums[1:, 1:].diagonal() / mass)
-    inertia = Inertia.of_sums(mass, centre, sums[1:, 1:]).shifted(-mass, shift)
-    return MassProperties(float(mass), com, inertia, misplaced(com, spread))
+    return MassProperties(float(mass), centre + shift, from_second_moments(1, second))
 
 
 def _sums(read: Callable[[], Iterable[Floats]], centre: Floats | None) -> tuple[Floats, Floats]:
@@ -125,14 +122,12 @@ def combine(parts: Iterable[MassProperties], n: Arithmetic = FLOAT) -> MassPrope
 
     if n.exact:
         return _sum_exactly(parts, n)
-    coms = np.array([part.com for part in parts])
     errors = [abs(part.mass or 0) * part.integrated for part in parts if part.integrated is not None]
     integrated = float(sum(errors) / abs(mass)) if errors else None
+    coms = np.array([part.com for part in parts])
     com = coms[0] + masses @ (coms - coms[0]) / mass
-    reach = [part.error + misplaced(own) for part, own in zip(parts, coms - com, strict=True)]
-    error = np.abs(masses) @ n.array(reach) / abs(mass)
-    inertia = reduce(add, (part.inertia_about(com, error) for part in parts))
-    return MassProperties(mass, com, inertia, error, integrated=integrated)
+    tensor = np.sum([part.tensor_about(com) for part in parts], axis=0)
+    return MassProperties(mass, com, tensor, integrated=integrated)
 
 
 def _sum_exactly(parts: Iterable[MassProperties], n: Arithmetic) -> MassProperties:
@@ -145,16 +140,12 @@ def _sum_exactly(parts: Iterable[MassProperties], n: Arithmetic) -> MassProperti
         first = first + own * part.com
         tensor = tensor + shift_from_com(part.tensor, own, part.com)
     com = n.tidy(first / mass)
-    return MassProperties(mass, com, Inertia.of(n.tidy(shift_from_com(n.tidy(tensor), -mass, com))))
+    return MassProperties(mass, com, n.tidy(shift_from_com(n.tidy(tensor), -mass, com)))
 
 
 def place(
-    body: MassProperties, rotation: Array, displacement: Array, error: float = 0.0, n: Arithmetic = FLOAT
+    body: MassProperties, rotation: Array, displacement: Array, n: Arithmetic = FLOAT
 ) -> MassProperties:
-    """`body` turned about the origin by `rotation` (3 by 3), then moved by `displacement` (3, m).
-
-    The displacement is off by at most `error` (m).
-    """
-    com, inertia = rotation @ body.com + displacement, body.inertia.turned(rotation)
-    off = body.error + error + misplaced(displacement) + misplaced(body.com)
-    return MassProperties(body.mass, com, inertia, off, body.at_com, body.integrated)
+    """`body` turned about the origin by `rotation` (3 by 3), then moved by `displacement` (3, m)."""
+    com, tensor = rotation @ body.com + displacement, rotate(n.tidy(body.tensor), rotation)
+    return replace(body, com=com, tensor=tensor)

@@ -14,7 +14,7 @@ from typing import Literal, TypeAlias
 import numpy as np
 
 from rigidcli.core.arithmetic import EPS, Array, Floats
-from rigidcli.core.tensor import Inertia
+from rigidcli.core.tensor import LEAST_MOMENT, without_rounding
 from rigidcli.errors import ComputationError
 
 EQUAL_MOMENTS = 1e-12
@@ -42,27 +42,28 @@ class PrincipalFrame:
     ordered: bool = True
 
 
-def principal_frame(inertia: Inertia) -> PrincipalFrame:
-    """The principal frame of a body with that `inertia` (floats).
+def principal_frame(tensor: Floats) -> PrincipalFrame:
+    """The principal frame of a body with that `tensor` (3 by 3, kg m^2).
 
-    The least moment is zero where rounding may have made it: where it is at most the `noise` along its
-    axis, to first order. An axis is uncertain by about the noise over the distance to the next moment.
-
-    Raises ComputationError for entries beyond the range of floats.
+    A moment below LEAST_MOMENT of the largest is zero. Raises ComputationError for entries beyond the range
+    of floats.
     """
-    entries = inertia.without_noise()
-    if not entries.any():
-        return PrincipalFrame(np.zeros(3), np.eye(3), ((0, 1, 2),))
-    if not np.isfinite(entries).all():
+    if not np.isfinite(tensor).all():
         raise ComputationError("the inertia tensor is beyond the range of floating-point numbers")
-    scale = 2.0 ** (math.frexp(np.abs(entries).max())[1] - 1)
-    with np.errstate(over="ignore"):
-        values, rows = diagonal_form(entries / scale)
-    order = np.argsort(values, kind="stable")
-    values, rows = values[order] * scale, rows[order]
-    values[0] = values[0] if values[0] > inertia.noise_along(rows[0]) else 0.0
-    groups = _groups(values)
-    return PrincipalFrame(values, canonical_axes(rows @ inertia.axes.T, groups), groups)
+    moments, rows = principal_moments(tensor)
+    if moments[2] == 0:
+        return PrincipalFrame(moments, np.eye(3), ((0, 1, 2),))
+    groups = _groups(moments)
+    return PrincipalFrame(moments, canonical_axes(rows, groups), groups)
+
+
+def principal_moments(tensor: Floats) -> tuple[Floats, Floats]:
+    """The moments (3, ascending) of a `tensor` (3 by 3), and unit vectors along their axes (rows)."""
+    moments, rows = diagonal_form(without_rounding(tensor))
+    order = np.argsort(moments, kind="stable")
+    moments = moments[order]
+    moments[moments <= LEAST_MOMENT * moments[2]] = 0.0
+    return moments, rows[order]
 
 
 def diagonal_form(tensor: Floats) -> tuple[Floats, Floats]:
@@ -77,7 +78,7 @@ def diagonal_form(tensor: Floats) -> tuple[Floats, Floats]:
     moments, rows = tensor.diagonal().tolist(), np.eye(3).tolist()
     products = [tensor.item(1, 2), tensor.item(0, 2), tensor.item(0, 1)]
     for _ in range(30):  # five are enough, as each soon squares the size of the entries
-        sizes = [math.sqrt(abs(moments[p] * moments[q])) for p, q in PAIRS]
+        sizes = [math.sqrt(abs(moments[p])) * math.sqrt(abs(moments[q])) for p, q in PAIRS]
         if all(abs(products[3 - p - q]) <= EPS * size for (p, q), size in zip(PAIRS, sizes, strict=True)):
             break
         for p, q in PAIRS:

@@ -1,162 +1,53 @@
 """Inertia tensors: how they add, shift and turn, and which of them a body can have.
 
-The inertia tensor of a body about a point O is I = sum m (r^2 1 - r r^T), r taken from O. Products
-of inertia stand off the diagonal with a minus sign: Ixy = -sum m x y. With this sign I is a
-tensor, so that L = I.omega and T = omega.I.omega/2 hold in any axes.
+    I = sum m (r^2 1 - r r^T)      the inertia tensor about a point O (3 by 3, kg m^2), r (m) taken from O
+    Ixy = -sum m x y               a product of inertia, with a minus sign: only so is I a tensor
+    L = I omega, T = omega.L/2     in any axes
+    C = sum m r r^T / M            second moments of a unit mass (3 by 3, m^2): I = M (tr C 1 - C)
 
-A slender body has a moment that may be smaller than the rounding of the others. So `Inertia` keeps the
-tensor along the axes in which it has most digits, with a bound on the rounding of each entry.
+Floats hold a tensor to some rounding of its largest entry. So a moment below 1e-13 of the largest is zero:
+that of a body of points on a line, and of a rod a million times as long as it is thick no more.
 """
 
 from __future__ import annotations
-
-import math
-from dataclasses import dataclass, field
-from typing import Any
 
 import numpy as np
 
 from rigidcli.core.arithmetic import EPS, Array, Floats, Scalar
 from rigidcli.errors import ValueProblem
 
-PHYSICAL_SLACK = 1e-10
-"""How far, relative to its trace, a tensor may miss an inequality before no body can have it."""
+LEAST_MOMENT = 1e-13
+"""A principal moment below this, in units of the largest, is zero."""
 
-ROUNDING = 64 * EPS
+LEAST_PRODUCT = 16 * EPS
+"""A product of inertia below this, in units of the largest entry, is the rounding of a zero."""
+
+ROUNDING_OF_SUM = 64 * EPS
 """The relative error that rounding leaves in a sum of products, with a margin for long sums."""
 
-MISPLACED = 8 * EPS
-"""The relative error that rounding leaves in a vector or tensor that is turned, or a point that is moved."""
-
+PHYSICAL_SLACK = 1e-10
+"""How far, relative to its trace, a tensor may miss an inequality before no body can have it."""
 
 IDENTITY = np.eye(3, dtype=int)
 """The axes of a body that is not turned."""
 
 IDENTITY.setflags(write=False)
 
-
-def misplaced(*vectors: Array) -> float:
-    """By how much rounding may misplace a sum of `vectors` (3, m), each turned; exact ones not at all."""
-    sizes = [math.hypot(*vector.tolist()) for vector in vectors if vector.dtype != object]
-    return MISPLACED * sum(sizes) if len(sizes) == len(vectors) else 0.0
+LEAST_ENTRIES = np.where(IDENTITY, LEAST_MOMENT, LEAST_PRODUCT)
+"""The least entries of a tensor (3 by 3), in units of the largest."""
 
 
-def spread_noise(mass: Scalar, spread: Array, error: float) -> Floats:
-    """A bound on the rounding errors (3 by 3, kg m^2) of the tensor of a `mass` about some point.
-
-    `spread` (3, m) is its root mean square distance from the point along each axis. Places are off by at most
-    `error` (m), so that what lies on an axis may seem to lie beside it.
-    """
-    if spread.dtype == object:
-        return np.zeros((3, 3))
-    widest = spread + error
-    products = np.outer(widest, ROUNDING / 2 * widest + error)
-    noise: Floats = np.abs(from_second_moments(mass, products + products.T))
-    return noise
+def without_rounding(tensor: Array) -> Array:
+    """The tensor with zeros in place of entries that are rounding; exact entries stay."""
+    if tensor.dtype == object or not np.isfinite(tensor).all():
+        return tensor
+    return rounded_off(tensor, np.abs(tensor).max() * LEAST_ENTRIES)
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Inertia:
-    """An inertia tensor, by its `entries` (3 by 3, kg m^2) along the axes in which they were worked out.
-
-    `axes` (3 by 3) has these as columns: a body that is only turned keeps its entries, and with them a moment
-    that would vanish beside the rounding of the others. `noise` (3 by 3, kg m^2) bounds the rounding errors
-    of the entries. It decides what is zero; exact numbers have none.
-    """
-
-    entries: Array
-    noise: Floats
-    axes: Array = field(default_factory=lambda: IDENTITY)
-
-    @classmethod
-    def of(cls, entries: Array, noise: Floats | float = 0.0) -> Inertia:
-        """Of `entries` with the relative rounding errors of short sums, and a `noise` besides."""
-        return cls(
-            entries, np.zeros((3, 3)) if entries.dtype == object else ROUNDING * np.abs(entries) + noise
-        )
-
-    @classmethod
-    def of_sums(cls, mass: Scalar, centre: Array, sums: Array) -> Inertia:
-        """Of rounded places with that `mass`, by the `sums` of m r r^T (3 by 3, kg m^2), r from `centre`."""
-        entries = from_second_moments(1, sums)
-        if entries.dtype == object:
-            return cls.of(entries)
-        spread = np.sqrt(sums.diagonal() / mass)
-        return cls.of(entries, spread_noise(mass, spread, misplaced(centre, spread)))
-
-    @property
-    def tensor(self) -> Array:
-        """The tensor along the axes of space, as those of `axes` are called here; noise is zero."""
-        return self.in_space().without_noise()
-
-    @property
-    def is_turned(self) -> bool:
-        """Whether the entries are along other axes than those in whose components `axes` are given."""
-        return self.axes is not IDENTITY and bool((self.axes != IDENTITY).any())
-
-    def in_space(self) -> Inertia:
-        """The same by its entries along the axes in whose components `axes` are given."""
-        if not self.is_turned:
-            return self
-        entries = rotate(self.entries, self.axes)
-        if entries.dtype == object:
-            return Inertia.of(entries)
-        # The entries of `axes` are rounded alike, large or small.
-        size = np.abs(self.axes)
-        rounding = MISPLACED * np.abs(self.entries).sum(axis=0) @ (size + MISPLACED).T
-        return Inertia(entries, size @ self.noise @ size.T + np.add.outer(rounding, rounding))
-
-    def without_noise(self) -> Array:
-        """The entries, zero where they may be rounding errors alone."""
-        if self.entries.dtype == object:
-            return self.entries
-        hidden = np.abs(self.entries) <= self.noise
-        return np.where(hidden & np.isfinite(self.noise), 0.0, self.entries) if hidden.any() else self.entries
-
-    def turned(self, rotation: Array) -> Inertia:
-        """After the body was turned by `rotation` (3 by 3)."""
-        if rotation.dtype != object and not self.is_turned and (rotation == IDENTITY).all():
-            return self
-        axes = rotation @ self.axes
-        if axes.dtype != object:
-            # One step of the Newton-Schulz iteration takes out what rounding has added to the angles between.
-            axes = axes @ (1.5 * IDENTITY - axes.T @ axes / 2)
-        return Inertia(self.entries, self.noise, axes)
-
-    def shifted(self, mass: Scalar, d: Array, error: float = 0.0) -> Inertia:
-        """About the point at `d` (3, m, to within `error`) from the centre of mass, about which it was.
-
-        With a negative mass it is the way back.
-        """
-        d = self.axes.T @ d
-        noise = self.noise if d.dtype == object else self.noise + spread_noise(mass, np.abs(d), error)
-        return Inertia(shift_from_com(self.entries, mass, d), noise, self.axes)
-
-    def __add__(self, other: Inertia) -> Inertia:
-        """Of both bodies; along axes that they have in common, if they have."""
-        one, two = (self, other) if (self.axes == other.axes).all() else (self.in_space(), other.in_space())
-        return Inertia(one.entries + two.entries, one.noise + two.noise, one.axes)
-
-    def moment_about(self, axis: Array) -> tuple[Scalar, float]:
-        """The moment about an `axis` (3, unit), and a bound on its rounding error, both in kg m^2."""
-        along = self.axes.T @ axis
-        moment = along @ self.entries @ along
-        if along.dtype == object:
-            return moment, 0.0
-        widest = np.abs(along) + MISPLACED
-        turning = 2 * MISPLACED * np.abs(self.entries).sum(axis=0) @ widest
-        return moment, self.noise_along(widest) + turning
-
-    def noise_along(self, axis: Array) -> Scalar:
-        """A bound on the rounding error of the moment about an `axis` (3, unit) along the entries'."""
-        along: Any = np.abs(axis)
-        bound: Scalar = along @ self.noise @ along
-        return bound
-
-    def momentum(self, omega: Array) -> Array:
-        """Angular momentum (..., 3; kg m^2/s) at angular velocities `omega` (..., 3; rad/s)."""
-        momentum: Array = omega @ self.axes @ self.entries @ self.axes.T
-        return momentum
+def rounded_off(values: Floats, error: Floats | float) -> Floats:
+    """The values, zero where one is below its error."""
+    rest: Floats = np.where(np.abs(values) < error, 0.0, values)
+    return rest
 
 
 def point_tensor(d: Array) -> Array:
@@ -174,6 +65,8 @@ def shift_from_com(tensor: Array, mass: Scalar, d: Array) -> Array:
 
 def rotate(tensor: Array, rotation: Array) -> Array:
     """Tensor of the body after it was turned by `rotation` (3 by 3): R I R^T, kept symmetric."""
+    if (rotation == IDENTITY).all():
+        return tensor
     turned: Array = rotation @ tensor @ rotation.T
     half: Array = (turned + turned.T) / 2
     return half
@@ -216,7 +109,7 @@ def is_within_digits(tensor: Floats, halves: Floats) -> bool:
     """
     values, rows = np.linalg.eigh(np.trace(tensor) / 2 * IDENTITY - tensor)
     reach = [float((np.abs(IDENTITY / 2 - np.outer(v, v)) * halves).sum()) for v in rows.T]
-    rounding = ROUNDING * np.trace(tensor)
+    rounding = ROUNDING_OF_SUM * np.trace(tensor)
     return all(-value <= within + rounding for value, within in zip(values, reach, strict=True))
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from functools import cached_property
+from functools import cached_property, partial
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -11,13 +11,14 @@ import numpy as np
 from rigidcli.core import rotation
 from rigidcli.core.arithmetic import Arithmetic, Array
 from rigidcli.core.mass_properties import MassProperties
-from rigidcli.core.tensor import IDENTITY, Inertia
+from rigidcli.core.tensor import IDENTITY, rotate, without_rounding
 from rigidcli.errors import ValueProblem, at
 
 if TYPE_CHECKING:
     from rigidcli.bodies.bodies import Body
     from rigidcli.bodies.form import Rotation
     from rigidcli.bodies.tops import HeavyTop
+    from rigidcli.core.principal import PrincipalFrame
 
 SAME_POINT = 1e-12
 """Relative to their distance from the origin: two points so close differ by rounding only."""
@@ -41,7 +42,7 @@ class Physical:
         """The numbers of other sections; results for the same body are taken over from here."""
         other = Physical(sections, self.arithmetic)
         if self.body is not None and other.body is self.body:
-            for name in ("properties", "inertia", *(("body_top",) if sections["top"] else ())):
+            for name in ("properties", "tensor", *(("body_top",) if sections["top"] else ())):
                 setattr(other, name, getattr(self, name))
         return other
 
@@ -49,7 +50,7 @@ class Physical:
     def require(self) -> None:
         """Raise ValueProblem where the document describes something impossible."""
         _ = self.axes, self.direction, self.orientation
-        _ = self.body and self.inertia, self.sections["top"] and self.heavy_top
+        _ = self.body and self.tensor, self.sections["top"] and self.heavy_top
 
     @cached_property
     def properties(self) -> MassProperties:
@@ -83,21 +84,18 @@ class Physical:
             raise ValueProblem(message, path=("body", "mass"), hint=hint)
 
     @cached_property
-    def inertia(self) -> Inertia:
-        """The inertia about the point O, with the axes in which it was computed."""
-        # The inertia about a rounded centre of mass is known better than a shift would give it.
-        body, n = self.properties, self.arithmetic
-        if body.mass is None:
-            self._require_known()
-        if body.mass is None or (self.sections["about"] == "com" and not n.exact):
-            return body.inertia
-        inertia = body.inertia_about(self.point)
-        return Inertia(n.tidy(inertia.entries), inertia.noise, n.tidy(inertia.axes))
-
-    @cached_property
     def tensor(self) -> Array:
         """The inertia tensor about the point O (3 by 3, kg m^2)."""
-        return self.arithmetic.tidy(self.inertia.tensor)
+        body = self.properties
+        if body.mass is None:
+            self._require_known()
+            return without_rounding(body.tensor)
+        return self.arithmetic.tidy(without_rounding(body.tensor_about(self.point)))
+
+    def frame_along(self, axes: Array) -> PrincipalFrame:
+        """The principal frame about the point O, in components along these axes (columns, 3 by 3)."""
+        assert self.body is not None
+        return self.body.principal_frame(self.tensor, self.point, axes, self.arithmetic)
 
     @cached_property
     def direction(self) -> Array | None:
@@ -128,7 +126,8 @@ class Physical:
         from rigidcli.bodies.tops import of_body
 
         try:
-            return of_body(self.properties, self.point, self.inertia, self.arithmetic)
+            frame = partial(self.frame_along, self.arithmetic.array(IDENTITY))
+            return of_body(self.properties, self.point, self.tensor, frame, self.arithmetic)
         except ValueProblem as problem:
             if problem.path[:1] != ("body",):
                 problem.below("top")
@@ -139,9 +138,9 @@ class Physical:
         """The axes of the results, as columns (3 by 3)."""
         return self._matrix(self.sections["frame"], "frame")
 
-    def along_axes(self, inertia: Inertia) -> Inertia:
-        """The same inertia along the axes of the results."""
-        return inertia if self.sections["frame"] is None else inertia.turned(self.axes.T)
+    def along_axes(self, tensor: Array) -> Array:
+        """A tensor (3 by 3, along the document's axes) along the axes of the results."""
+        return without_rounding(rotate(tensor, self.axes.T))
 
     @cached_property
     def orientation(self) -> Array:

@@ -2,19 +2,24 @@
 
 from __future__ import annotations
 
-import math
-
 import numpy as np
 
 from rigidcli.core import principal
-from rigidcli.core.arithmetic import Arithmetic, Array, Floats, Scalar
+from rigidcli.core.arithmetic import Arithmetic, Array, Scalar
 from rigidcli.core.principal import PrincipalFrame
 from rigidcli.core.rotation import as_quaternion
-from rigidcli.core.tensor import MISPLACED, ROUNDING, Inertia
+from rigidcli.core.tensor import ROUNDING_OF_SUM, rounded_off
 from rigidcli.document.document import Document
 from rigidcli.errors import ComputationError
 from rigidcli.report import Field, Report, Step
-from rigidcli.studies.body import axis_fields, body_frame, inertia_fields, mesh_fields, require_one_start
+from rigidcli.studies.body import (
+    axis_fields,
+    body_frame,
+    inertia_fields,
+    lost_digits,
+    mesh_fields,
+    require_one_start,
+)
 from rigidcli.studies.common import if_known, report, value_of
 from rigidcli.studies.pictures import drawn
 from rigidcli.studies.results import field_of
@@ -48,6 +53,7 @@ def run(document: Document, *, steps: bool = False, picture: str | None = None) 
         frame = body_frame(document)
         if not frame.ordered:
             notes.append("the order of the moments depends on the parameters")
+        notes += lost_digits("lambda1", frame.moments[0], frame.axes[0], tensor)
     except ComputationError as error:
         if not n.exact or (motion is not None and motion.omega is not None and motion.basis == "principal"):
             raise
@@ -56,8 +62,7 @@ def run(document: Document, *, steps: bool = False, picture: str | None = None) 
     if motion is not None and motion.omega is not None:
         own = frame if motion.basis == "principal" else None
         axes = document.physical.axes if own is None else own.axes
-        inertia = document.physical.along_axes(document.physical.inertia)
-        fields += _motion(axes.T @ n.array(motion.omega), inertia, frame, n)
+        fields += _motion(axes.T @ n.array(motion.omega), tensor, frame, n)
     about_axis, more_notes = axis_fields(document)
     rounding = None if document.body is None else document.body.rounding
     if rounding is not None:
@@ -110,14 +115,14 @@ def _residual(tensor: Array, frame: PrincipalFrame, n: Arithmetic) -> object:
     return 0 * n.pi
 
 
-def _motion(omega: Array, body: Inertia, frame: PrincipalFrame | None, n: Arithmetic) -> tuple[Field, ...]:
+def _motion(omega: Array, tensor: Array, frame: PrincipalFrame | None, n: Arithmetic) -> tuple[Field, ...]:
     """L = I omega and T = omega.L/2 at this angular velocity, and whether the body wobbles."""
     omega = n.tidy(omega)
-    momentum = n.tidy(body.momentum(omega))
-    if not n.exact and _is_about_massless_axis(body, omega):
-        momentum = np.zeros(3)
+    momentum = n.tidy(tensor @ omega)
+    if not n.exact:  # a linear body that turns about its line has no L
+        momentum = rounded_off(momentum, ROUNDING_OF_SUM * np.abs(tensor) @ np.abs(omega))
     energy = n.tidied(omega @ momentum / 2)
-    largest = frame.moments[2] if frame else max(body.entries.flat, key=lambda entry: abs(n.size(entry)))
+    largest = frame.moments[2] if frame else max(tensor.flat, key=lambda entry: abs(n.size(entry)))
     angle, wobbles = _wobble(omega, momentum, largest, n)
     torque = _holding_torque(omega, momentum, n) if wobbles or n.exact else np.zeros(3)
     return (
@@ -136,18 +141,10 @@ def _holding_torque(omega: Array, momentum: Array, n: Arithmetic) -> Array | Non
     if n.exact:
         return torque
     terms = np.outer(np.abs(omega), np.abs(momentum))
-    rounding = ROUNDING * (terms + terms.T)[[1, 2, 0], [2, 0, 1]]
+    rounding = ROUNDING_OF_SUM * (terms + terms.T)[[1, 2, 0], [2, 0, 1]]
     torque = np.where(np.abs(torque) <= rounding, 0.0, torque)
     lost = 0 < np.abs(torque).max() < np.finfo(np.float64).tiny
     return None if lost else torque
-
-
-def _is_about_massless_axis(body: Inertia, omega: Floats) -> bool:
-    """Whether a linear body turns about the line of its points, so that L is zero but for rounding."""
-    rates, size = np.abs(omega @ body.axes), np.abs(body.entries)
-    rounding = rates @ body.noise + MISPLACED * math.hypot(*omega) * size.max(axis=0)
-    momentum = np.abs(omega @ body.axes @ body.entries)
-    return bool((momentum <= rounding).all() and np.isfinite(momentum).all())
 
 
 _WOBBLES = {

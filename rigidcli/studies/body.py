@@ -3,18 +3,18 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from rigidcli.core import principal
-from rigidcli.core.arithmetic import Array, Scalar
+from rigidcli.core.arithmetic import EPS, Array, Scalar
 from rigidcli.core.principal import PrincipalFrame
-from rigidcli.core.tensor import ROUNDING
+from rigidcli.core.tensor import LEAST_MOMENT, ROUNDING_OF_SUM
 from rigidcli.document.document import Document
 from rigidcli.errors import ComputationError
 from rigidcli.report import Field, yes_or_no
-from rigidcli.studies.common import if_known
+from rigidcli.studies.common import SHOWN_DIGITS, if_known
 from rigidcli.studies.results import field_of
 
 if TYPE_CHECKING:
@@ -44,12 +44,10 @@ def inertia_fields(document: Document) -> tuple[Field, ...]:
     n, physical = document.arithmetic, document.physical
     axes, body, mass = physical.axes, physical.properties, None
     has_com = body.mass is not None or body.at_com
-    com = n.tidy(axes.T @ body.com) if has_com else None
-    if com is not None and not n.exact:
-        com[np.abs(com) <= body.error] = 0.0  # the rounding of a zero
+    com = n.tidy(axes.T @ body.com_from(0 * body.com)) if has_com else None
     about = com if document.about == "com" else n.tidy(axes.T @ physical.point)
-    asked = n.tidy(physical.along_axes(physical.inertia).tensor)
-    central = n.tidy(physical.along_axes(body.inertia).tensor) if has_com else None
+    asked = physical.tensor if document.frame is None else n.tidy(physical.along_axes(physical.tensor))
+    central = n.tidy(physical.along_axes(body.tensor)) if has_com else None
     if body.mass is not None:
         mass = n.tidied(body.mass)
         if not n.exact and not (math.isfinite(mass) and np.isfinite(asked).all()):
@@ -77,13 +75,29 @@ def mesh_fields(document: Document) -> list[Field]:
     return fields
 
 
+def lost_digits(symbol: str, moment: Scalar, axis: Array, tensor: Array) -> Iterator[str]:
+    """A note on a moment about an `axis` (3, unit) of which rounding of the tensor leaves few digits.
+
+    Each entry I_ij is rounded by up to EPS |I_ij|, so that e.I e is off by up to EPS |e|.|I| |e|. This is as
+    large as a small moment of a slender body that lies along none of the axes.
+    """
+    if tensor.dtype == object or moment == 0:
+        return
+    size = np.abs(axis)
+    digits = math.log10(moment / (2 * EPS * size @ np.abs(tensor) @ size))
+    if digits < SHOWN_DIGITS:
+        yield f"{symbol} has {digits:.0f} digits, as the slender body lies along none of the axes"
+
+
 def axis_fields(document: Document) -> tuple[tuple[Field, ...], tuple[str, ...]]:
     """The moment about the axis that the document asks for, the body as a pendulum on it, and notes."""
     direction, n, mass = document.physical.direction, document.arithmetic, document.physical.properties.mass
     if direction is None:
         return (), ()
-    moment, noise = document.physical.inertia.moment_about(direction)
-    moment = n.tidied(0.0 if not n.exact and moment <= noise else moment)
+    tensor = document.physical.tensor
+    moment = n.tidied(direction @ tensor @ direction)
+    if not n.exact and moment <= LEAST_MOMENT * np.abs(tensor).max():
+        moment = 0.0
     radius = None if mass is None else n.sqrt(n.tidied(moment / mass))
     missing = "the radius of gyration needs `body.mass`, which is not given"
     values = {"radius_of_gyration": radius, **_pendulum(document, direction, moment)}
@@ -109,11 +123,11 @@ def _pendulum(document: Document, u: Array, moment: Scalar) -> dict[str, Array |
     across = n.tidy(arm - (arm @ u) * u)
     distance = n.hypot(*across)
     largest = max(abs(n.size(part)) for part in (*body.com, *physical.point))
-    if n.size(distance) <= (0 if n.exact else ON_AXIS * largest + body.error):
+    if n.size(distance) <= (0 if n.exact else ON_AXIS * largest):
         return dict.fromkeys(keys)
     length = n.tidied(moment / (body.mass * distance))
     period = 2 * n.pi * n.sqrt(n.tidied(length / document.gravity))
-    tensor, outward = physical.inertia.tensor, across / distance
+    tensor, outward = physical.tensor, across / distance
     aside = n.tidied(np.cross(u, outward) @ tensor @ u)
     blow = None
     if abs(n.size(aside)) <= (0 if n.exact else ON_AXIS * np.abs(tensor).max()):
@@ -127,13 +141,7 @@ def body_frame(document: Document) -> PrincipalFrame:
 
     Raises ComputationError where an exact frame is too long to print.
     """
-    n, physical = document.arithmetic, document.physical
-    inertia = physical.along_axes(physical.inertia)
-    if not n.exact:
-        return principal.principal_frame(inertia)
-    from rigidcli.mechanics import principal_axes
-
-    return principal_axes.principal_frame(inertia.entries, inertia.axes)
+    return document.physical.frame_along(document.physical.axes)
 
 
 def require_spin(document: Document, section: Top, top: HeavyTop) -> None:
@@ -166,7 +174,7 @@ def principal_omega(document: Document, frame: PrincipalFrame) -> Array:
     omega = n.array(motion.omega)
     if motion.basis == "body":
         omega = n.tidy(frame.axes @ document.physical.axes.T @ omega)
-    noise = 0 if n.exact else ROUNDING * n.hypot(*omega)
+    noise = 0 if n.exact else ROUNDING_OF_SUM * n.hypot(*omega)
     massless = [n.sign(moment) == 0 for moment in frame.moments]
     if any(zero and abs(n.size(rate)) > noise for zero, rate in zip(massless, omega, strict=True)):
         if all(massless):

@@ -12,13 +12,12 @@ import numpy as np
 from rigidcli.core import free_body, precession
 from rigidcli.core.arithmetic import Arithmetic, Scalar
 from rigidcli.core.principal import body_class
-from rigidcli.core.tensor import Inertia
 from rigidcli.document.document import Document
 from rigidcli.document.motion import Motion, Tide, Top
 from rigidcli.errors import DocumentError, Problem, RigidError
 from rigidcli.report import Column, Field, Report, Step, Table, Value
 from rigidcli.scene import Scene
-from rigidcli.studies.body import body_frame, principal_omega, require_one_start, require_spin
+from rigidcli.studies.body import body_frame, lost_digits, principal_omega, require_one_start, require_spin
 from rigidcli.studies.common import report
 from rigidcli.studies.pictures import drawn
 from rigidcli.studies.results import RESULTS
@@ -138,6 +137,8 @@ def _top(document: Document, section: Top, notes: list[str], tables: list[Table]
             hint="give `tilt` and `lambda1` for the swing of the top",
         )
     notes += top.remarks
+    if document.body is not None:
+        notes += lost_digits("lambda3", top.lambda3, top.axis, document.physical.tensor)
     notes += [f"`top.{key}` is not given: results that depend on it are missing" for key in unknown]
     rate = precession.gyroscopic_rate(top.lambda3, section.spin, fall, n)
     values: dict[str, Value] = {
@@ -211,6 +212,8 @@ def _free(document: Document, motion: Motion, notes: list[str]) -> dict[str, Val
     }
     if motion.torque is not None:
         notes.append("the free precession is that of the body without the torque")
+    least = document.physical.axes @ frame.axes[0]
+    notes += lost_digits("lambda1", frame.moments[0], least, document.physical.tensor)
     if body_class(frame) == "point":
         notes.append("the body is a point, which has no precession")
         return values
@@ -219,7 +222,7 @@ def _free(document: Document, motion: Motion, notes: list[str]) -> dict[str, Val
         if n.exact:
             notes.append("the periods of an asymmetric body are elliptic integrals, which have no exact form")
             return values
-        free = free_body.periods(Inertia.of(np.diag(frame.moments)), omega)
+        free = free_body.periods(np.diag(frame.moments), omega)
         rate = free.mean_space_rate
         return values | {
             "polhode_period": free.period,

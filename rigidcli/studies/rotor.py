@@ -40,7 +40,7 @@ def rotor_fields(document: Document, rounding: float) -> tuple[tuple[Field, ...]
     """
     body = document.physical.properties
     assert body.mass is not None
-    mass, moments = float(body.mass), principal.principal_frame(body.inertia).moments
+    mass, moments = float(body.mass), principal.principal_frame(body.tensor).moments
     kind, notes = _kind(moments, mass, rounding), []
     spread = math.sqrt(moments.sum() / 2 / mass)
     if document.about == "origin" and FLOAT.hypot(*body.com) > 1e-3 * spread:

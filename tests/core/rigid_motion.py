@@ -17,7 +17,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rigidcli.core import free_body, heavy_top, principal
-from rigidcli.core.tensor import Inertia
 
 Floats = NDArray[np.float64]
 
@@ -34,7 +33,7 @@ State = tuple[Sequence[Any], Any]
 
 def principal_frame(tensor: Floats) -> principal.PrincipalFrame:
     """The frame of a body by its tensor."""
-    return principal.principal_frame(Inertia.of(tensor))
+    return principal.principal_frame(tensor)
 
 
 class Motion(NamedTuple):
@@ -61,13 +60,13 @@ class Motion(NamedTuple):
             return heavy_top.heavy_motion(*self.inputs).at(at)
         body, omega, orientation = self.inputs
         unit = orientation / np.linalg.norm(orientation)
-        spins, attitudes = free_body.motions(Inertia.of(body), omega[None], unit[None], at)
+        spins, attitudes = free_body.motions(body, omega[None], unit[None], at)
         return spins[0], attitudes[0]
 
     def periods(self) -> free_body.Periods:
         """What characterises the motion of a free body."""
         body, omega, _ = self.inputs
-        return free_body.periods(Inertia.of(body), omega)
+        return free_body.periods(body, omega)
 
     def sensitivity(self, times: Iterable[float]) -> float:
         """What rounding of the inputs may turn the body by."""
@@ -75,7 +74,7 @@ class Motion(NamedTuple):
         body, *state = self.inputs
         if self.weight:
             return heavy_top.sensitivity(body, state[0], state[1], state[2], state[3], at)
-        return float(free_body.sensitivity(Inertia.of(body), state[0][None], state[1][None], at)[0])
+        return float(free_body.sensitivity(body, state[0][None], state[1][None], at)[0])
 
     def limit(self, times: Iterable[float]) -> float:
         """What rounding of the inputs may do, ten times over."""

@@ -250,7 +250,8 @@ REGIMES: list[tuple[str, list[float], list[float], str]] = [
     ("a sphere", [2, 2, 2], [1, 2, 3], "sphere"),
     ("a sphere but for 1e-13", [2, 2 + 2e-13, 2 + 4e-13], [1, 2, 3], "sphere"),
     ("a linear body", [1, 0, 1], [1, 0, 2], "linear"),
-    ("a slender body", [1, 1e-15, 1], [1, 1e-16, 2], "prolate"),
+    ("a slender body", [1, 1e-12, 1], [1, 1e-16, 2], "prolate"),
+    ("a body as thin as a line", [1, 1e-14, 1], [1, 0, 2], "linear"),
     ("spin about the least axis", [1, 2, 2.5], [-1, 0, 0], "principal"),
     ("spin about the middle axis", [1, 2, 2.5], [0, 3, 0], "principal"),
     ("spin across the symmetry axis", [2, 2, 1], [3, 4, 0], "principal"),
@@ -314,9 +315,9 @@ def test_regimes_of_computed_tensors(moments: list[float], omega: list[float], r
 
 @pytest.mark.parametrize("omega", [[1e-12, 1, 0], [1, 0, 0], [-1e-12, 0, 2]])
 def test_a_linear_body_cannot_spin_about_its_line(omega: list[float]) -> None:
-    # A moment of 1e-15 of the others is told as it is, unless it may be the rounding of a turned tensor.
+    # A moment below 1e-13 of the others is zero.
     line, across = [0, 1, 1], TURNED @ omega
-    assert Motion(body([1e-15, 1, 1]), np.array(omega)).periods().regime != "linear"
+    assert Motion(body([1e-12, 1, 1]), np.array(omega)).periods().regime != "linear"
     for inertia, w in (
         (body(line), np.array(omega)),
         (body(line, TURNED), across),

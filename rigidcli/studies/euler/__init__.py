@@ -102,7 +102,7 @@ def follow(document: Document, progress: Callable[[float], None] | None = None) 
 def _fields(motion: Trajectory) -> list[Field]:
     """The results except the samples and the stability of the axes."""
     frame, omega, free = motion.problem.frame, motion.problem.omega, motion.free
-    momentum = motion.problem.inertia.momentum(omega)
+    momentum = motion.problem.tensor @ omega
     energy = float(omega @ momentum) / 2
     # So small an energy has lost its digits, while omega has not.
     is_lost = 0 < abs(energy) < np.finfo(np.float64).tiny

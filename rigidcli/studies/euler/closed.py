@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from rigidcli.core import free_body, heavy_top, rotation
 from rigidcli.core.arithmetic import FLOAT, Floats
 from rigidcli.core.solution import digits
-from rigidcli.core.tensor import Inertia
+from rigidcli.core.tensor import rotate
 from rigidcli.document.document import Document
 from rigidcli.document.motion import QUATERNION, RATES
 from rigidcli.studies.common import report
@@ -39,8 +39,9 @@ def closed_form(problem: InitialValueProblem) -> Trajectory | None:
         return None
     if problem.weight.any():
         return _heavy_top(problem)
-    given, (omega, orientation) = along_entries(problem), _free_motions(problem)
-    free, error = free_body.periods(given[0], given[1][0]), free_body.sensitivity(*given, problem.times)
+    given = problem.tensor, problem.omega[None], problem.orientation[None], problem.times
+    omega, orientation = free_body.motions(*given)
+    free, error = free_body.periods(problem.tensor, problem.omega), free_body.sensitivity(*given)
     return _trajectory(problem, omega[0], orientation[0], float(error[0]), free)
 
 
@@ -63,24 +64,10 @@ def _digits(error: float) -> float:
     return digits(2 * error)
 
 
-def along_entries(problem: InitialValueProblem) -> tuple[Inertia, Floats, Floats]:
-    """The body, and omega (m, 3) and orientation (m, 4) of its m starts, along the axes of its entries."""
-    body = problem.inertia
-    turned = rotation.compose(problem.orientation, rotation.as_quaternion(body.axes))
-    return body, np.atleast_2d(problem.omega @ body.axes), np.atleast_2d(turned)
-
-
-def _free_motions(problem: InitialValueProblem) -> tuple[Floats, Floats]:
-    """omega (m, n, 3) and orientation (m, n, 4) of a body on which no torque acts, from its m starts."""
-    omega, orientation = free_body.motions(*along_entries(problem), problem.times)
-    axes = problem.inertia.axes
-    return omega @ axes.T, rotation.compose(orientation, rotation.inverse(rotation.as_quaternion(axes)))
-
-
 def _heavy_top(problem: InitialValueProblem) -> Trajectory | None:
     """The trajectory of a body under its weight, where it is a symmetric top about the arm; else None."""
     axes = rotation.onto(tuple(problem.weight), FLOAT)
-    local = problem.inertia.turned(axes.T).in_space().entries
+    local = rotate(problem.tensor, axes.T)
     lambda1, lambda3 = float(local[0, 0] + local[1, 1]) / 2, float(local[2, 2])
     off = np.abs(local - np.diag([lambda1, lambda1, lambda3])).max()
     if off > SYMMETRIC * np.abs(local).max() or lambda1 <= 0:
@@ -147,11 +134,10 @@ def together(document: Document, form: Form) -> Callable[[range], Iterator[Start
 
 def _free(starts: Starts, form: Form, places: range) -> tuple[Floats, Floats, Floats, NDArray[np.bool_]]:
     """What `together` of driven motions gives, of free ones; the errors are those for a summary."""
-    given = starts(places)
-    error = np.zeros(len(places))
-    if form == "few":
-        error = 2 * free_body.sensitivity(*along_entries(given), given.times)
-    return *_free_motions(given), error, np.zeros(len(places), dtype=bool)
+    some = starts(places)
+    given = some.tensor, some.omega, some.orientation, some.times
+    error = 2 * free_body.sensitivity(*given) if form == "few" else np.zeros(len(places))
+    return *free_body.motions(*given), error, np.zeros(len(places), dtype=bool)
 
 
 def _starts(document: Document, problem: InitialValueProblem, places: range) -> InitialValueProblem:

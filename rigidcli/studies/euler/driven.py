@@ -172,7 +172,7 @@ def _principal(problem: InitialValueProblem) -> tuple[Floats, Floats]:
 
     They are the axes of the document where these are principal.
     """
-    tensor = problem.inertia.tensor
+    tensor = problem.tensor
     diagonal = np.diag(tensor)
     if (tensor == np.diag(diagonal)).all():
         return diagonal, np.eye(3)

@@ -16,7 +16,7 @@ from rigidcli.core.arithmetic import FLOAT, Floats
 from rigidcli.core.free_body import Periods
 from rigidcli.core.precession import cosine, sine, steady
 from rigidcli.core.principal import PrincipalFrame, principal_frame
-from rigidcli.core.tensor import Inertia
+from rigidcli.core.tensor import rotate, without_rounding
 from rigidcli.document.document import Document
 from rigidcli.document.motion import Motion, OwnTorque, Top, Weight
 from rigidcli.document.sampling import DEFAULT_TOLERANCE
@@ -40,15 +40,15 @@ HIDDEN = {"angular_momentum", "orientation", "angular_momentum_space"}
 class InitialValueProblem:
     """The problem for Euler's equations, in components along the document's axes, which the body carries.
 
-    `inertia` is about O, `orientation` (4) turns the document's axes to those of space at t = 0.
-    `weight` is M g R (3, N m), the arm from O to the centre of mass times the weight; zero for none. `shown`
-    (3 by 3) has as columns the axes of the results, and `frame` is the principal frame along these. `third`
-    (3) is the axis (ux, uy, uz) in a torque: that of a top, or e3 as it is printed. `carried` has as
-    columns (3 by 3) the axes whose Euler angles are asked for: the axes of the results, or of a top, the last
+    `tensor` is about O, `orientation` (4) turns the document's axes to those of space at t = 0. `weight`
+    is M g R (3, N m), the arm from O to the centre of mass times the weight; zero for none. `shown` (3 by
+    3) has as columns the axes of the results, and `frame` is the principal frame along these. `third` (3)
+    is the axis (ux, uy, uz) in a torque: that of a top, or e3 as it is printed. `carried` has as columns
+    (3 by 3) the axes whose Euler angles are asked for: the axes of the results, or of a top, the last
     along its symmetry axis. `angles` is the sequence of these angles, None for none.
     """
 
-    inertia: Inertia
+    tensor: Floats
     omega: Floats
     orientation: Floats
     weight: Floats
@@ -108,7 +108,7 @@ def _of_body(document: Document, motion: Motion) -> InitialValueProblem:
         None,
         bool(weight.any()),
         notes,
-        inertia=physical.inertia,
+        tensor=physical.tensor,
         omega=omega,
         orientation=orientation,
         weight=weight,
@@ -147,21 +147,21 @@ def _of_top(document: Document, motion: Motion, section: Top) -> InitialValuePro
     omega = np.array([section.nutation, precession * across, spin])
     axes = rotation.onto(tuple(top.axis), FLOAT)
     tilted = np.array([[1.0, 0, 0], [0, upward, -across], [0, across, upward]])
-    inertia = Inertia.of(np.diag([lambda1, lambda1, lambda3])).turned(axes)
+    tensor = without_rounding(rotate(np.diag([lambda1, lambda1, lambda3]), axes))
     period = nutation(lambda1, lambda3, spin, tilt, precession, section.nutation, fall).period
-    shown = document.physical.axes
+    physical = document.physical
     return _problem(
         motion,
         period,
         period is not None,
         top.remarks,
-        inertia=inertia,
+        tensor=tensor,
         omega=axes @ omega,
         orientation=rotation.as_quaternion(tilted @ axes.T),
         weight=top.axis * fall,
         torque=motion.torque if isinstance(motion.torque, OwnTorque) else None,
-        shown=shown,
-        frame=principal_frame(inertia.turned(shown.T)),
+        shown=physical.axes,
+        frame=principal_frame(physical.along_axes(tensor)),
         third=axes[:, 2],
         carried=axes,
         angles=motion.angles or "zxz",
@@ -213,7 +213,7 @@ class Trajectory:
     @cached_property
     def momentum(self) -> Floats:
         """Angular momentum about O (n, 3), along the document's axes."""
-        return self.problem.inertia.momentum(self.omega)
+        return self.omega @ self.problem.tensor
 
     @cached_property
     def momentum_in_space(self) -> Floats:
@@ -261,7 +261,7 @@ def drift_of(
     `gained` gives the work and the impulse of a torque so far. Without it the energy is conserved, and the
     angular momentum in space, of which under weight the vertical component is.
     """
-    momentum = problem.inertia.momentum(omega)
+    momentum = omega @ problem.tensor
     fast, size = np.abs(omega).max(), np.abs(momentum).max()
     if not size:
         return {"energy": 0.0, "angular_momentum": 0.0, "quaternion": 0.0}

@@ -6,7 +6,7 @@ import numpy as np
 
 from rigidcli.core import rotation
 from rigidcli.core.arithmetic import Floats
-from rigidcli.core.tensor import ROUNDING
+from rigidcli.core.tensor import ROUNDING_OF_SUM
 from rigidcli.picture import Mark, Panel, Picture, Ruler
 from rigidcli.report import Column, Table
 from rigidcli.studies.euler.motion import Trajectory
@@ -39,7 +39,7 @@ def _groups(values: Floats) -> list[list[int]]:
     changes, groups = float((high - low).max()), [order[:1]]
     for place in order[1:]:
         gap = low[place] - high[groups[-1]].max()
-        is_apart = gap > FAR * changes > ROUNDING * np.abs(values).max()
+        is_apart = gap > FAR * changes > ROUNDING_OF_SUM * np.abs(values).max()
         groups = [*groups, [place]] if is_apart else [*groups[:-1], sorted([*groups[-1], place])]
     return groups
 

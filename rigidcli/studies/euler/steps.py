@@ -14,7 +14,6 @@ from rigidcli.document.motion import SpaceTorque
 from rigidcli.language.text import reading
 from rigidcli.language.tree import Name, Node, bound, number
 from rigidcli.report import NOISE, Field, Step
-from rigidcli.studies.euler.closed import along_entries
 from rigidcli.studies.euler.motion import InitialValueProblem, Trajectory
 from rigidcli.studies.steps.writing import filled, product, total
 
@@ -113,8 +112,8 @@ def euler_steps(motion: Trajectory, fields: Sequence[Field]) -> Iterator[Step]:
     results = {entry.key: replace(entry, key="") for entry in fields}
     shown = [results["angular_momentum"], results["kinetic_energy"]]
     sentence = f"No torque acts: L in space and T are constant. Kind of motion: {results['motion'].words}."
-    body, omegas, _ = along_entries(motion.problem)
-    path = circulation(body, omegas[0]) if free.regime.startswith("about") else None
+    given = motion.problem.tensor, motion.problem.omega
+    path = circulation(*given) if free.regime.startswith("about") else None
     if path is not None:
         sentence += " The components of omega are Jacobi's elliptic functions cn, sn and dn of the modulus k."
         shown += [

@@ -44,7 +44,7 @@ def inertia_steps(document: Document, asked: Array) -> Iterator[Step]:
         ]
         signs = [-1 if part.hole else 1 for part in body.parts]
         masses = [sign * (part.mass or 0) for sign, part in zip(signs, parts, strict=True)]
-        yield _center(names, masses, [_place(part.com, part.error, n) for part in parts], whole, n)
+        yield _center(names, masses, [part.com_from(0 * part.com) for part in parts], whole, n)
         terms = []
         for name, sign, part in zip(names, signs, parts, strict=True):
             fields = list(_parallel(part, physical.point, n))
@@ -87,11 +87,6 @@ def _added(head: str, terms: Array, whole: Value, unit: str, n: Arithmetic) -> C
     return Column("", [*terms, whole], (head,), unit)
 
 
-def _place(place: Array, error: float, n: Arithmetic) -> Array:
-    """A place (3, m) with zeros where a float is within the error (m) of zero."""
-    return n.tidy(place) if n.exact else np.where(np.abs(place) > error, n.tidy(place), 0.0)
-
-
 def _center(
     names: Sequence[str],
     masses: Sequence[Scalar],
@@ -109,15 +104,12 @@ def _center(
         *(_added(a, v, "", "m", n) for a, v in zip("xyz", place.T, strict=True)),
         *(_added(f"m {a}", v, n.tidied(v.sum()), "kg m", n) for a, v in zip("xyz", products, strict=True)),
     )
+    centre = n.tidy(whole.com_from(0 * whole.com))
     holes = " The mass of a hole is negative." if any(n.size(m) < 0 for m in masses) else ""
     return Step(
         "Centre of mass",
         f"The centre of mass is the sum of m r, divided by the mass.{holes}",
-        (
-            Field(
-                "", _place(whole.com, whole.error, n), "sum of m r / M", r"\frac{1}{M}\sum m\,\mathbf{r}", "m"
-            ),
-        ),
+        (Field("", centre, "sum of m r / M", r"\frac{1}{M}\sum m\,\mathbf{r}", "m"),),
         (Table("", "terms of the sums", columns),),
     )
 
@@ -240,7 +232,7 @@ def _in_coordinates(density: BoundExpression | Scalar, chart: Chart, n: Arithmet
 
 def _parallel(part: MassProperties, point: Array, n: Arithmetic) -> Iterator[Field]:
     """Mass, place and tensor of a part, and the parallel-axis term about the point O."""
-    offset = _place(part.com - point, part.error, n)
+    offset = n.tidy(part.com_from(point))
     yield Field("", part.mass, "mass", "M", "kg")
     yield Field("", offset, "d, from O to the centre of mass", r"\mathbf{d}", "m")
     yield Field(
