@@ -18,7 +18,6 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from fractions import Fraction
 from typing import Any, TypeAlias
 
 import numpy as np
@@ -37,12 +36,10 @@ PASSING = 1e-3
 
 
 @dataclass(frozen=True, slots=True)
-class Phase:
+class PhaseAngle:
     """An angle (rad): `mean` t plus `swing` S(v), where S is an integral with parameter `n`.
 
-    S is `elliptic.growth`, or `elliptic.lag` with 1 - n = `rest`, less its mean growth `growth` v. Where
-    `turn` is not zero, the angle has besides a whole turn in each half nutation, which `mean` leaves out:
-    it grows as `turn` v within one, and half of it is the change of sign from one to the next.
+    S is `elliptic.growth`, or `elliptic.lag` with 1 - n = `rest`, less its mean growth `growth` v.
     """
 
     mean: float
@@ -50,7 +47,6 @@ class Phase:
     n: float = 0.0
     rest: float = 1.0
     growth: float = 0.0
-    turn: float = 0.0
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -67,14 +63,13 @@ class HeavyMotion:
     k: float
     rate: float
     start: float
-    total: Phase
-    difference: Phase
+    total: PhaseAngle
+    difference: PhaseAngle
     leads: tuple[complex, complex] = (1, 1)
 
     def rounding(self, times: Floats) -> float:
         """What the rounding of the phases turns the body by (rad) at the last of the `times` (n, s)."""
-        phases = self.total, self.difference
-        growth = self.rate + sum(abs(phase.mean) + abs(phase.turn) * self.rate / 2 for phase in phases)
+        growth = self.rate + abs(self.total.mean) + abs(self.difference.mean)
         return EPS * growth * self.unit * float(np.abs(times).max())
 
     def at(self, times: Floats) -> tuple[Floats, Floats]:
@@ -103,8 +98,7 @@ class HeavyMotion:
             v = v - halves * 2 * quarter
         sn, cn, dn = jacobi(v, limits.complement)
         cn = np.abs(cn)  # rounding may put v beyond a quarter period, where the integrals do not go
-        total = self.total.mean * times + self.total.turn * v
-        difference = self.difference.mean * times + self.difference.turn * v
+        total, difference = self.total.mean * times, self.difference.mean * times
         if self.total.swing:
             integral = growth(self.total.n, self.k, limits.complement, sn, cn, dn)
             total = total + self.total.swing * (integral - self.total.growth * v)
@@ -117,8 +111,6 @@ class HeavyMotion:
         low = math.sqrt(limits.up[0] / limits.up[1]) if limits.up[1] else 0.0
         near = math.sqrt(limits.down[1] / limits.down[0]) if limits.down[0] else 0.0
         rising, falling = np.hypot(sn, low * cn) if low else sn, np.hypot(cn, near * sn) if near else cn
-        rising = sign * rising if self.total.turn else rising
-        falling = sign * falling if self.difference.turn else falling
         across = self._across(rising, falling, sn, cn, dn) * np.exp(0.5j * (total - difference))
         cosine = math.sqrt(limits.up[1] / 2) * rising * np.exp(0.5j * total)
         sine = math.sqrt(limits.down[0] / 2) * falling * np.exp(0.5j * difference)
@@ -168,16 +160,16 @@ def heavy_motion(
 
 
 def _start(lambda1: float, lambda3: float, weight_moment: float, omega: Floats, orientation: Floats) -> Start:
-    """How the axis begins, exactly as it follows from these floats."""
-    across, weight = Fraction(lambda1), Fraction(weight_moment)
-    w1, w2, w3 = map(Fraction, omega.tolist())
-    q0, q1, q2, q3 = map(Fraction, orientation.tolist())
+    w1, w2, w3 = omega.tolist()
+    q0, q1, q2, q3 = orientation.tolist()
     square = q0 * q0 + q1 * q1 + q2 * q2 + q3 * q3
+    # z1, z2 are components of the upward vector along the first two axes of the body.
     z1, z2 = 2 * (q1 * q3 - q0 * q2) / square, 2 * (q2 * q3 + q0 * q1) / square
     down, up = 2 * (q1 * q1 + q2 * q2) / square, 2 * (q0 * q0 + q3 * q3) / square
-    a, turning = Fraction(lambda3) * w3 / across, w1 * z1 + w2 * z2
+    a, turning = lambda3 * w3 / lambda1, w1 * z1 + w2 * z2
     poles = turning - a * down, turning + a * up
-    return Start(poles, a, 2 * weight / across, turning, w2 * z1 - w1 * z2, w1 * w1 + w2 * w2, down, up)
+    beta = 2 * weight_moment / lambda1
+    return Start(poles, a, beta, turning, w2 * z1 - w1 * z2, w1 * w1 + w2 * w2, down, up)
 
 
 def _first_argument(limits: Swing, slope: float) -> float:
@@ -189,45 +181,24 @@ def _first_argument(limits: Swing, slope: float) -> float:
     return s * float(carlson_rf(c, math.hypot(c, limits.complement * s), 1.0))
 
 
-def _total(own: float, limits: Swing, rate: float) -> Phase:
+def _total(own: float, limits: Swing, rate: float) -> PhaseAngle:
     """phi + psi, which grows at the rate own + (b + a)/(1 + u), where 1 + u = (1 + u1)(1 + n sn^2)."""
-    pole, (first, last), beyond = limits.poles[1], limits.up, limits.third + 2 * limits.beta
+    pole, (first, last) = limits.poles[1], limits.up
     if not pole:
-        return Phase(own)
+        return PhaseAngle(own)
     n = limits.width / first
     mean = float(complete(limits.complement, last / first, 1.0, 0.0)) / limits.quarter
-    phase = Phase(own + pole * (1 + n * mean) / last, pole * n / (last * rate), n, growth=mean)
-    weight = limits.beta / beyond, 0.0
-    return _less_turns(phase, own, pole, limits, limits.gap / beyond, weight)
+    return PhaseAngle(own + pole * (1 + n * mean) / last, pole * n / (last * rate), n, growth=mean)
 
 
-def _difference(own: float, limits: Swing, rate: float) -> Phase:
+def _difference(own: float, limits: Swing, rate: float) -> PhaseAngle:
     """phi - psi, which grows at the rate own + (b - a)/(1 - u), where 1 - u = (1 - u1)(1 - n sn^2)."""
     pole, (first, last) = limits.poles[0], limits.down
     if not pole:
-        return Phase(own)
+        return PhaseAngle(own)
     n, rest = limits.width / first, last / first
     mean = n * float(complete(limits.complement, rest, 0.0, 1.0)) / limits.quarter
-    phase = Phase(own + pole * (1 + mean) / first, pole / (first * rate), n, rest, mean)
-    weight = 0.0, -limits.beta / limits.rise
-    return _less_turns(phase, own, pole, limits, limits.third / limits.rise, weight)
-
-
-def _less_turns(
-    phase: Phase, own: float, pole: float, limits: Swing, p: float, weight: tuple[float, float]
-) -> Phase:
-    """The phase without the turn in each half nutation, where its mean rate is smaller then.
-
-    The angle of an axis that swings close by the vertical jumps there by almost a turn, which would be
-    rounded each time. What is left of it is another complete integral, with the parameter `p` and these
-    weights of cos^2 and sin^2, by the sums of two integrals of the third kind in DLMF 19.7.8 and 19.7.9.
-    """
-    if not (limits.width and limits.gap and p):
-        return phase
-    mean = own + pole * float(complete(limits.complement, p, *weight)) / limits.quarter
-    if abs(phase.mean) <= abs(mean):
-        return phase
-    return replace(phase, mean=mean, turn=math.copysign(math.pi / limits.quarter, pole))
+    return PhaseAngle(own + pole * (1 + mean) / first, pole / (first * rate), n, rest, mean)
 
 
 def _leads(motion: HeavyMotion, omega: Floats, orientation: Floats) -> tuple[complex, complex]:

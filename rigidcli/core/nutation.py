@@ -8,8 +8,7 @@ With u = cos(theta)
 
 Source: H. Goldstein, Classical Mechanics, 2nd edition, section 5.7. Unlike there, the roots of f are
 differences from the initial u0, which keeps the digits of a small nutation, and beside the vertical they
-follow from Vieta's products, as f(1) = -(b - a)^2 and f(-1) = -(b + a)^2. How long a top stays that rises
-almost upright depends on small differences of large terms: they are formed in fractions, without rounding.
+follow from Vieta's products, as f(1) = -(b - a)^2 and f(-1) = -(b + a)^2.
 """
 
 from __future__ import annotations
@@ -17,7 +16,6 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from fractions import Fraction
 from typing import Literal, TypeAlias
 
 import numpy as np
@@ -40,14 +38,14 @@ class Start:
     u-dot but for its sign, alpha - beta u, 1 - u and 1 + u.
     """
 
-    poles: tuple[Fraction, Fraction]
-    a: Fraction
-    beta: Fraction
-    turning: Fraction
-    slope: Fraction
-    energy: Fraction
-    down: Fraction
-    up: Fraction
+    poles: tuple[float, float]
+    a: float
+    beta: float
+    turning: float
+    slope: float
+    energy: float
+    down: float
+    up: float
 
 
 @dataclass(frozen=True, slots=True)
@@ -95,13 +93,12 @@ def swing(start: Start, slack: float = 0.0) -> Swing:
     The tilt is constant where f is zero at u0 and its slope there is at most `slack`, in units of the terms
     of that slope.
     """
-    pull = -start.beta * start.down * start.up
-    terms = 2 * start.turning * start.a, (start.down - start.up) * start.energy, pull
-    c0, c1 = float(start.slope**2), float(sum(terms))
-    c2 = float((start.up - start.down) * start.beta - start.energy - start.a**2)
-    lift = float(2 * (start.a * start.poles[0] - start.energy + start.beta * start.down))
-    a, beta, turning, down, up = map(float, (start.a, start.beta, start.turning, start.down, start.up))
-    pole, bottom_pole = map(float, start.poles)
+    a, beta, turning, down, up = start.a, start.beta, start.turning, start.down, start.up
+    pole, bottom_pole = start.poles
+    terms = 2 * turning * a, (down - up) * start.energy, -beta * down * up
+    c0, c1 = start.slope**2, sum(terms)
+    c2 = (up - down) * beta - start.energy - a**2
+    lift = 2 * (a * pole - start.energy + beta * down)
     if c0 == 0 and abs(c1) <= slack * sum(map(abs, terms)):
         rise = -c2 if c2 < 0 else 1.0  # of an unstable top nothing moves, in any unit
         both = (turning, turning)
@@ -135,10 +132,10 @@ def swing(start: Start, slack: float = 0.0) -> Swing:
     )
 
 
-def _unless_rounding(one: Fraction, other: Fraction) -> Fraction:
+def _unless_rounding(one: float, other: float) -> float:
     """The sum, and zero where it may be the rounding of its terms alone."""
     total = one + other
-    return total if abs(total) > ROUNDING * (abs(one) + abs(other)) else Fraction(0)
+    return total if abs(total) > ROUNDING * (abs(one) + abs(other)) else 0.0
 
 
 def _better(*sums: tuple[float, ...]) -> float:
@@ -246,9 +243,8 @@ def _in_units(lambda1: float, lambda3: float, given: tuple[float, ...], is_stead
     turning, slope = precession * square, nutation * math.sqrt(square)
     energy = nutation**2 + precession * turning
     a, beta = lambda3 * spin / lambda1, 2 * weight_moment / lambda1
-    along, turn, below, above = map(Fraction, (a, turning, down, up))
-    poles = _unless_rounding(turn, -along * below), _unless_rounding(turn, along * above)
-    start = Start(poles, *map(Fraction, (a, beta, turning, slope, energy, down, up)))
+    poles = _unless_rounding(turning, -a * down), _unless_rounding(turning, a * up)
+    start = Start(poles, a, beta, turning, slope, energy, down, up)
     limits = swing(start, 2.0 if is_steady else 4 * ROUNDING)
     if not any(limits.x):
         rate = precession if square else None
