@@ -45,7 +45,7 @@ _ROWS = (
         """,
         needs=("body",),
         ignored="motion top tide system orbit equilibrium transform observables brackets",
-        pictures={"body": "pictures.bodies", "ellipsoid": "pictures.bodies"},
+        pictures={"body": "inertia.pictures", "ellipsoid": "inertia.pictures"},
         python="""
         >>> rigidcli.inertia({"body": {"shape": "cube", "side": 1, "mass": 12}})["mass"]
         12.0
@@ -61,7 +61,7 @@ _ROWS = (
         """,
         needs=("body",),
         ignored="top tide system orbit equilibrium transform observables brackets",
-        pictures={"body": "pictures.bodies", "ellipsoid": "pictures.bodies"},
+        pictures={"body": "inertia.pictures", "ellipsoid": "inertia.pictures"},
         python="""
         >>> rigidcli.axes("body: {shape: cube, side: 1, mass: 12, anchor: corner}")["class"]
         'prolate'
@@ -77,7 +77,7 @@ _ROWS = (
         """,
         needs=("top", "body", "tide"),
         ignored="system orbit equilibrium transform observables brackets",
-        pictures=dict.fromkeys(("potential", "trace", "polhode"), "euler.precession"),
+        pictures=dict.fromkeys(("potential", "trace", "polhode"), "precess.pictures"),
         python="""
         >>> top = {"mass": 0.3, "distance": 0.05, "lambda3": 0.000375, "spin": "20 rps", "gravity": 9.8}
         >>> round(rigidcli.precess({"top": top})["top"]["gyroscopic_rate"], 2)

@@ -213,8 +213,8 @@ def nutation(
     slower the spin is.
     """
     unit = rate_unit(lambda3 * spin / lambda1, precession, nutation, math.sqrt(2 * weight_moment / lambda1))
-    given = (spin / unit, tilt, precession / unit, nutation / unit, weight_moment / unit / unit)
-    motion = _in_units(lambda1, lambda3, given, is_steady)
+    given = map(float, (spin / unit, tilt, precession / unit, nutation / unit, weight_moment / unit / unit))
+    motion = _in_units(float(lambda1), float(lambda3), tuple(given), is_steady)
     return replace(
         motion,
         phi_dot_at_theta_min=_times(motion.phi_dot_at_theta_min, unit),

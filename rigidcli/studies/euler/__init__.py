@@ -70,7 +70,7 @@ def run(
     result = report(document, SCHEMA, title, fields, notes, (stability, samples), working, pictures)
     if not scene:
         return result
-    from rigidcli.studies.euler.scene import scene_of
+    from rigidcli.studies.euler.pictures import scene_of
 
     return replace(result, scene=scene_of(document, motion, samples))
 

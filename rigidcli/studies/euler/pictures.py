@@ -1,16 +1,26 @@
-"""The pictures of `euler`: omega in time, the polhode, and the trace of an axis on the sphere."""
+"""The pictures of `euler`: omega in time, the polhode, the trace of an axis on the sphere, and the replay.
+
+The replay shows the body with its axes, omega and L in space, and Poinsot's construction.
+"""
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from dataclasses import replace
+
 import numpy as np
 
+from rigidcli.bodies import charts
 from rigidcli.core import rotation
-from rigidcli.core.arithmetic import Floats
+from rigidcli.core.arithmetic import FLOAT, Floats
 from rigidcli.core.tensor import ROUNDING_OF_SUM
+from rigidcli.document.document import Document
 from rigidcli.picture import Mark, Panel, Picture, Ruler
 from rigidcli.report import Column, Table
+from rigidcli.scene import Part, Scene, Stage
+from rigidcli.studies.ellipsoids import polhode_picture, semi_axes, trace_picture
 from rigidcli.studies.euler.motion import Trajectory
-from rigidcli.studies.pictures.closed import polhode_picture, trace_picture
+from rigidcli.studies.inertia.pictures import marks_of_body, moved, reach
 
 FAR = 3.0
 """How far apart components of omega are that have panels of their own, in units of their largest change."""
@@ -62,3 +72,120 @@ def trace(motion: Trajectory, samples: Table) -> Picture:
 
 def _column(samples: Table, key: str) -> Column:
     return next(column for column in samples.columns if column.key == key)
+
+
+AXES, VECTORS, SPACE = 1.25, 1.5, 1.6
+"""Lengths of the axes of the body, of omega and L where they are longest, and of the axes of space, in units
+of the distance from O to the farthest point of the body: no tip hides another."""
+
+ROUND = np.linspace(0, 2 * np.pi, 72, endpoint=False)
+"""Directions of the corners of the polygon that stands for a plane (rad)."""
+
+
+def scene_of(document: Document, motion: Trajectory, samples: Table) -> Scene | None:
+    """The scene that a replay of the motion shows; None where there is one moment only."""
+    if len(motion.problem.times) < 2:
+        return None
+    stages = (_in_space(document, motion), *_rolling_ellipsoid(motion))
+    columns = {column.key: column for column in samples.columns}
+    length = np.hypot.reduce(motion.momentum_in_space, axis=1)
+    space = columns["angular_momentum_space"]
+    momentum = Column("L", length, ("|L|",), space.unit, (r"|\mathbf{L}|",), noise=space.noise)
+    read = [columns["t"], columns["omega"], columns["kinetic_energy"], momentum]
+    read += [columns["angles"]] if "angles" in columns else []
+    readings, orientation = (
+        Table("", "the motion", tuple(read), data=True),
+        rotation.continuous(motion.orientation),
+    )
+    return Scene("the motion in space", motion.problem.times, readings, stages, orientation, motion.omega)
+
+
+def _in_space(document: Document, motion: Trajectory) -> Stage:
+    """The body as it is seen from space, omega and L, and the paths of omega and of an axis."""
+    problem = motion.problem
+    body, size = _body(document, motion)
+    omega, momentum = (_scaled(values, VECTORS * size) for values in (motion.omega, motion.momentum_in_space))
+    principal = problem.shown @ problem.frame.axes.T
+    is_top = problem.weight.any() and motion.free is None
+    trace = AXES * size * rotation.turned(motion.orientation, problem.third)
+    parts = [Part(mark, carried=True) for mark in body]
+    parts += [
+        Part(_arrow(AXES * size * axis, f"e{k}"), carried=True, group="axes of the body")
+        for k, axis in enumerate(principal.T, start=1)
+    ]
+    parts += [
+        Part(_arrow(SPACE * size * axis, name), group="axes of space")
+        for name, axis in zip("xyz", np.eye(3), strict=True)
+    ]
+    parts += [
+        Part(Mark("arrow", _from_centre(omega), "ω", style=1), "sampled", carried=True),
+        Part(Mark("arrow", _from_centre(momentum), "L", style=0), "sampled"),
+        Part(Mark("line", omega, "polhode", style=3), "traced", carried=True),
+        Part(Mark("line", rotation.turned(motion.orientation, omega), "herpolhode", style=1), "traced"),
+        Part(Mark("line", trace, f"path of {'the axis of the top' if is_top else 'e3'}", style=2), "traced"),
+    ]
+    return Stage("the body in space", tuple(parts))
+
+
+def _body(document: Document, motion: Trajectory) -> tuple[list[Mark], float]:
+    """The body about O, or its ellipsoid of inertia where its parts are not given; and how far it reaches."""
+    marks: list[Mark] = []
+    if document.body is not None:
+        turn, shift = np.eye(3), -document.physical.point
+        marks += (replace(mark, points=moved(mark.points, turn, shift)) for mark in marks_of_body(document))
+    if not marks:
+        moments = motion.problem.frame.moments
+        axes = semi_axes(moments / moments.max(), 1.0)
+        if axes is None:
+            return [], 1.0
+        marks.append(Mark("faces", _ellipsoid(axes, motion), "ellipsoid of inertia", style=5))
+    return marks, reach(marks, np.zeros(3)) or 1.0
+
+
+def _rolling_ellipsoid(motion: Trajectory) -> Iterator[Stage]:
+    """The ellipsoid of energy of a free body, which rolls on a plane without slipping.
+
+    It touches the plane at the tip of omega; the plane is across L, at the distance 2 T/L from O.
+    Source: L. Landau, E. Lifshitz, Mechanics, section 37.
+    """
+    momentum = motion.momentum_in_space[0]
+    length = float(np.hypot.reduce(momentum))
+    axes = semi_axes(motion.problem.frame.moments, 2 * float(motion.energy[0]))
+    if motion.free is None or axes is None or not length:
+        return
+    along, size = momentum / length, float(axes.max())
+    path = rotation.turned(motion.orientation, motion.omega)
+    disc = 1.2 * float(np.hypot.reduce(path, axis=1).max()) * np.column_stack([np.cos(ROUND), np.sin(ROUND)])
+    turn = rotation.onto(tuple(along), FLOAT)
+    plane = disc @ turn[:, :2].T + 2 * float(motion.energy[0]) / length * along
+    parts = (
+        Part(Mark("faces", _ellipsoid(axes, motion), "ellipsoid of energy", style=5), carried=True),
+        Part(Mark("faces", [plane], "plane", quiet=True)),
+        Part(Mark("arrow", _from_centre(motion.omega), "ω", style=1), "sampled", carried=True),
+        Part(Mark("arrow", np.array([np.zeros(3), VECTORS * size * along]), "L", style=0)),
+        Part(Mark("line", motion.omega, "polhode", style=3), "traced", carried=True),
+        Part(Mark("line", path, "herpolhode", style=1), "traced"),
+    )
+    yield Stage("Poinsot's ellipsoid on its plane", parts)
+
+
+def _ellipsoid(semi_axes: Floats, motion: Trajectory) -> list[Floats]:
+    """The faces of an ellipsoid with these semi-axes (3) along the principal axes of the body."""
+    principal = motion.problem.frame.axes @ motion.problem.shown.T
+    return [face * semi_axes @ principal for face in charts.ball(1.0, FLOAT).faces()]
+
+
+def _scaled(vectors: Floats, length: float) -> Floats:
+    """Vectors (n, 3), of which the longest is as long as asked; zero vectors stay."""
+    largest = float(np.hypot.reduce(vectors, axis=1).max())
+    return vectors * (length / largest) if largest else vectors
+
+
+def _from_centre(tips: Floats) -> Floats:
+    """Arrows (n, 2, 3) from O to these tips (n, 3)."""
+    return np.stack([np.zeros_like(tips), tips], axis=1)
+
+
+def _arrow(tip: Floats, name: str) -> Mark:
+    """An axis from O, which is there for orientation."""
+    return Mark("arrow", np.array([np.zeros(3), tip]), name, quiet=True)

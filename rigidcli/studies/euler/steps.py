@@ -15,7 +15,7 @@ from rigidcli.language.text import reading
 from rigidcli.language.tree import Name, Node, bound, number
 from rigidcli.report import NOISE, Field, Step
 from rigidcli.studies.euler.motion import InitialValueProblem, Trajectory
-from rigidcli.studies.steps.writing import filled, product, total
+from rigidcli.studies.writing import filled, product, total
 
 
 def _about_axes(frame: PrincipalFrame) -> str:

@@ -26,6 +26,8 @@ from rigidcli.language.tree import Name, Negative, Node, Product, Sum, bound
 from rigidcli.mechanics.generating import Generated
 from rigidcli.mechanics.hamilton_equations import TIME, Phase, turning, velocity
 from rigidcli.report import Field, Step, Table
+from rigidcli.studies import writing
+from rigidcli.studies.axes.steps import reduced, solution
 from rigidcli.studies.hamilton import constraints, sections, steady
 from rigidcli.studies.hamilton.derivation import Derivation
 from rigidcli.studies.hamilton.findings import Findings
@@ -34,8 +36,6 @@ from rigidcli.studies.hamilton.oscillations import Oscillations
 from rigidcli.studies.hamilton.style import as_typed
 from rigidcli.studies.hamilton.system import known_values
 from rigidcli.studies.hamilton.transform import TransformedSystem, given_side
-from rigidcli.studies.steps import writing
-from rigidcli.studies.steps.axes import reduced, solution
 
 LONGEST_FORMULA = 300
 """The longest formula that is shown, in characters: a longer one teaches nothing."""

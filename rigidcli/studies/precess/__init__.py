@@ -74,7 +74,7 @@ def run(
         raise DocumentError([Problem(document.source, problem)])
     working: list[Step] = []
     if steps:
-        from rigidcli.studies.steps.precess import precess_steps
+        from rigidcli.studies.precess.steps import precess_steps
 
         working += precess_steps(document, sections)
     pictures = drawn("precess", picture, document, sections)

@@ -16,7 +16,7 @@ def run(document: Document, *, steps: bool = False, picture: str | None = None) 
     fields, (about_axis, notes) = inertia_fields(document), axis_fields(document)
     working: list[Step] = []
     if steps:
-        from rigidcli.studies.steps.inertia import inertia_steps
+        from rigidcli.studies.inertia.steps import inertia_steps
 
         working += inertia_steps(document, value_of(fields, "tensor"))
     pictures = drawn("inertia", picture, document)

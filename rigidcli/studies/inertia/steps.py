@@ -17,7 +17,7 @@ from rigidcli.core.mass_properties import MassProperties
 from rigidcli.document.document import Document
 from rigidcli.fields.environment import BoundExpression
 from rigidcli.report import NOISE, Column, Field, Step, Table, Value
-from rigidcli.studies.steps.writing import free_name
+from rigidcli.studies.writing import free_name
 
 MOST_POINTS = 20
 """The most point masses whose terms are listed, so that the table fits on a screen."""

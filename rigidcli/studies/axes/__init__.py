@@ -66,7 +66,7 @@ def run(document: Document, *, steps: bool = False, picture: str | None = None) 
     about_axis, more_notes = axis_fields(document)
     rounding = None if document.body is None else document.body.rounding
     if rounding is not None:
-        from rigidcli.studies.rotor import rotor_fields
+        from rigidcli.studies.axes.rotor import rotor_fields
 
         rotor, rotor_notes = rotor_fields(document, rounding)
         if document.about == "com":  # equal moments differ by the rounding of coordinates
@@ -77,8 +77,8 @@ def run(document: Document, *, steps: bool = False, picture: str | None = None) 
         about_axis, more_notes = (*about_axis, *rotor), (*more_notes, *rotor_notes)
     working: list[Step] = []
     if steps:
-        from rigidcli.studies.steps.axes import axes_steps, motion_step
-        from rigidcli.studies.steps.inertia import inertia_steps
+        from rigidcli.studies.axes.steps import axes_steps, motion_step
+        from rigidcli.studies.inertia.steps import inertia_steps
 
         working += inertia_steps(document, tensor)
         working += axes_steps(tensor, frame, n, frozenset(document.parameters or ()))

@@ -13,7 +13,7 @@ from rigidcli.document.motion import Tide, Top
 from rigidcli.report import Field, Step, Value
 from rigidcli.studies.body import body_frame, principal_omega
 from rigidcli.studies.results import field_of
-from rigidcli.studies.steps.writing import filled, law
+from rigidcli.studies.writing import filled, law
 
 Results: TypeAlias = Mapping[str, Value]
 """The results of a section by their keys."""

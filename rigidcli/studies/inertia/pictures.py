@@ -23,8 +23,8 @@ from rigidcli.fields.environment import Environment
 from rigidcli.picture import Mark, Panel, Picture, Ruler
 from rigidcli.studies.body import body_frame
 from rigidcli.studies.common import require_values
-from rigidcli.studies.pictures.closed import ellipsoid as lines_of
-from rigidcli.studies.pictures.closed import semi_axes
+from rigidcli.studies.ellipsoids import ellipsoid as lines_of
+from rigidcli.studies.ellipsoids import semi_axes
 
 MOST_POINTS = 2_000
 """The most point masses that are drawn, evenly chosen, so that a picture is small."""

@@ -15,7 +15,7 @@ from rigidcli.language.text import latex_name, reading
 from rigidcli.language.tree import Name, Node, Number, Product, Reciprocal
 from rigidcli.report import NOISE as ROUNDING
 from rigidcli.report import Field, Step
-from rigidcli.studies.steps.writing import formula, free_name, power, product, total
+from rigidcli.studies.writing import formula, free_name, power, product, total
 
 LONGEST = 40
 """The most characters of an entry in a matrix whose elimination is shown: longer entries hide the method."""
