@@ -1,9 +1,9 @@
 """Integrals over a unit box of functions of up to three coordinates, with an estimate of their error.
 
-The box is cut in smaller ones, which have products of Gauss's rules, and boxes are halved where the highest
-coefficients of the function in Legendre's polynomials are largest. Where it has kinks or jumps, the integral
-along one coordinate is taken first, on lines that are cut there. All is done twice with different points: the
-error is ten times the difference, or thirty times beside kinks.
+The box is cut in smaller ones, which have products of Gauss's rules. Those with the largest error indicators
+are halved, which are the highest coefficients of the function in Legendre's polynomials. Where the function
+has kinks or jumps, the integral along one coordinate is taken first, on lines that are cut there. All is done
+twice with different points: the error is ten times the difference, or thirty times beside kinks.
 """
 
 from __future__ import annotations
@@ -12,75 +12,106 @@ import math
 from collections.abc import Callable, Sequence
 from functools import partial
 from itertools import product
-from typing import TypeAlias
+from typing import NamedTuple, TypeAlias
 
 import numpy as np
+from numpy.typing import NDArray
 
 from rigidcli.bodies.charts import gauss
-from rigidcli.core.arithmetic import EPS, Floats
+from rigidcli.core.arithmetic import EPS, Floats, Mask
+
+Indices: TypeAlias = NDArray[np.intp]
 
 Function: TypeAlias = Callable[[Floats], Floats]
 """Values (n, or c by n) at points (d by n) of the unit box. A kink is where such a one changes its sign."""
 
-ENOUGH, FEW = 3e-13, 40_000
+ERROR_AT_FIRST, FIRST_POINTS = 3e-13, 40_000
 """The relative error that is small enough after so many points; it grows as the square of their number."""
 
-HOPELESS, MANY = 0.01, 600_000
-"""A relative error that is larger than this after so many points will not become small."""
+HOPELESS_ERROR, POINTS_BEFORE_GIVING_UP = 0.01, 600_000
+"""An integral with a larger relative error after so many points is given up."""
 
-MOST = 2_400_000
-"""The most points, which take some seconds."""
+MOST_POINTS = 2_400_000
+"""The most points of an integral, which take some seconds."""
 
-NODES = 8
-"""Nodes along each coordinate of a box; the second run has one more."""
+NODES_OF_SIDE = 8
+"""Gauss's nodes along each side of a box in the first run; the second run has one more."""
 
-ON_PIECE, ON_LINE = 18, 50
-"""Nodes on each piece of a line, also with one more in the second run; and points for which a line counts."""
+NODES_OF_PIECE, COST_OF_LINE = 18, 50
+"""Gauss's nodes on each piece of a line in the first run, and the number of points that a line costs."""
 
-SAMPLES = (15, 18)
-"""Places along a line where kinks are looked for: in the two runs, so that few pass by both."""
+LOOKS_ALONG_LINE = (15, 18)
+"""Places along a line at which kinks are looked for, in each run: different, so that few pass by both."""
 
-BLOCK = 30_000
+POINTS_AT_ONCE = 30_000
 """The most points worked at a time, which bounds the memory."""
 
-TINY = 1e-13
-"""Boxes and pieces below this are not cut further: they are the rounding of a place."""
+SHORTEST = 1e-13
+"""The shortest side of a box and piece of a line: below it is the rounding of a place."""
 
-UNSEEN = 1e-3
-"""The least share of a box's urgency that its halves keep, as they may have missed what it saw.
+INHERITED = 1e-3
+"""The fraction of a box's error indicator that its halves inherit, as they may miss what it saw.
 
-Where the function is smooth, its highest terms fall by 2^-8.
+Where the function is smooth, its highest coefficients fall by 2^-8.
 """
 
-NEAR, BESIDE = 1e-7, 1e-2
-"""The sides of the first boxes that hold a peak, and of those beside it: below those of peaks that count."""
+SIDE_AT_PEAK, SIDE_BESIDE_PEAK = 1e-7, 1e-2
+"""The longest sides of boxes that hold a peak, and of their neighbours: shorter than peaks that count."""
 
 AT_ONCE = 1e200
-"""The urgency of boxes at a peak, which are halved before all others."""
+"""The error indicator of boxes at a peak, which are halved before all others."""
+
+
+class Peak(NamedTuple):
+    """A place (d) at which a function is very large, as it is all along coordinates that are not `bound`."""
+
+    place: Floats
+    bound: Mask
+
+
+class Boxes(NamedTuple):
+    """Boxes, one a column: lower corner, sides and an error indicator a side (d by n); integrals (c by n)."""
+
+    low: Floats
+    size: Floats
+    indicator: Floats
+    first: Floats
+    second: Floats
+
+    def halved(self, runs: Sequence[Function], chosen: Indices, sides: Indices) -> Boxes:
+        """The boxes, the `chosen` of which (k) are halved, each along one of its `sides` (k)."""
+        column, side = np.arange(2 * chosen.size), sides.repeat(2)
+        low, size, indicator = (part[:, chosen].repeat(2, axis=1) for part in self[:3])
+        size[side, column] /= 2
+        low[side, column] += size[side, column] * (column % 2)
+        halves = _in_boxes(runs, low, size, INHERITED * indicator)
+        parts = zip(self, halves, strict=True)
+        return Boxes(*(np.hstack([np.delete(old, chosen, 1), new]) for old, new in parts))
 
 
 def integral(
     f: Function,
     kinks: Sequence[Function],
-    peaks: Sequence[Floats],
+    peaks: Sequence[Peak],
     is_seen: Callable[[Floats, Floats], bool],
     pieces: Sequence[int],
     cost: int,
 ) -> tuple[Floats, float]:
     """The integral of `f` over the unit box (c), and its error in units of the first, which is positive.
 
-    The box is first cut in so many `pieces` along each coordinate. At the `peaks` (points, d) the function
-    may be much larger than elsewhere; one that goes on along a coordinate has NaN for it. The error is
-    infinite unless all `is_seen` in the boxes with these corners and sides (d by n). A value of `f` counts as
-    `cost` points.
+    The box is first cut in so many `pieces` along each coordinate. At the `peaks` the function may be much
+    larger than elsewhere. The error is infinite unless `is_seen` says that the boxes with these corners and
+    sides (d by n) have seen all of the function. A value of `f` counts as `cost` points.
     """
     runs: tuple[Function, ...] = f, f
-    margin, enough = 10.0, ENOUGH
+    margin, enough = 10.0, ERROR_AT_FIRST
     if kinks:
         # Both runs may pass by the same edge of a kink.
-        cost, margin, enough = cost * ON_LINE, 30.0, 1e4 * ENOUGH
+        cost, margin, enough = cost * COST_OF_LINE, 30.0, 1e4 * ERROR_AT_FIRST
         lines = np.random.default_rng(1).random((len(pieces), 64))
-        cuts = [[_crossings(kink, k, lines, SAMPLES[0]) for kink in kinks] for k in range(len(pieces))]
+        cuts = [
+            [_crossings(kink, k, lines, LOOKS_ALONG_LINE[0]) for kink in kinks] for k in range(len(pieces))
+        ]
         along = int(np.argmax([(np.hstack(places) < 1).sum() for places in cuts]))  # most often crossed
         # A root of the function may come near a line without crossing it: short pieces bear that better.
         ends = np.linspace(0, 1, 1 + 4 * pieces[along])
@@ -109,62 +140,64 @@ def product_rule(rules: Sequence[tuple[Floats, Floats]]) -> tuple[Floats, Floats
     return np.array(list(nodes)).T, np.array([math.prod(factors) for factors in weights])
 
 
-# --- boxes, each a column: lower corner, sides and the urgency to halve each (3 d), both integrals (2 c)
+# --- boxes
 
 
 def _refined(
     runs: Sequence[Function],
     pieces: Sequence[int],
-    peaks: Sequence[Floats],
+    peaks: Sequence[Peak],
     is_seen: Callable[[Floats, Floats], bool],
     cost: int,
     margin: float,
     enough: float,
 ) -> tuple[Floats, float]:
-    """The integral (c) of the second of two functions, and so many times its change from the first."""
+    """The integral (c) of the second of two functions, and `margin` times its change from the first."""
     depth = len(pieces)
     sides = np.reshape([1 / number for number in pieces], (depth, 1))
     low = np.indices(tuple(pieces)).reshape(depth, math.prod(pieces)) * sides
     boxes = _in_boxes(runs, low, np.broadcast_to(sides, low.shape), np.zeros(low.shape))
-    points = cost * NODES**depth
-    used = points * boxes.shape[1]
+    points = cost * NODES_OF_SIDE**depth
+    used = points * boxes.low.shape[1]
     while True:
-        low, size, urgency = boxes[: 3 * depth].reshape(3, depth, boxes.shape[1])
-        one, two = boxes[3 * depth :].reshape(2, -1, boxes.shape[1]).sum(axis=2)
-        urgency = np.where(size > TINY, urgency, 0.0)
-        for peak in peaks:
-            bound = ~np.isnan(peak)
-            at, own = low[bound].T, size[bound].T
-            reach = np.where(own > BESIDE, own, 0.0)
-            holds = ((peak[bound] >= at - reach) & (peak[bound] <= at + own + reach)).all(axis=1)
-            sides = np.where(bound[:, None], size, 0.0)
-            urgency[(sides == sides.max(axis=0)) & (sides > NEAR) & holds] = AT_ONCE
-        worst = urgency.max(axis=0, initial=0.0)
+        one, two = boxes.first.sum(axis=1), boxes.second.sum(axis=1)
+        indicator = _with_peaks(boxes, peaks)
+        worst = indicator.max(axis=0, initial=0.0)
         with np.errstate(all="ignore"):
             error = float(np.nan_to_num(margin * np.abs(two - one).max() / abs(two[0]), nan=np.inf))
-        is_small = used > FEW and error < enough * (used / FEW) ** 2
-        is_vain = used > MOST or (used > MANY and error > HOPELESS) or worst.sum() <= TINY * abs(two[0])
+        is_small = used > FIRST_POINTS and error < enough * (used / FIRST_POINTS) ** 2
+        is_hopeless = used > POINTS_BEFORE_GIVING_UP and error > HOPELESS_ERROR
+        is_vain = used > MOST_POINTS or is_hopeless or worst.sum() <= SHORTEST * abs(two[0])
         if (is_small or is_vain) and worst.max() < AT_ONCE:
-            return two, max(error, EPS) if is_seen(low, size) else np.inf
+            return two, max(error, EPS) if is_seen(boxes.low, boxes.size) else np.inf
+        # The boxes that hold half of all that the indicators tell are halved.
         descending = np.argsort(-worst)
         half = 1 + int(np.searchsorted(worst[descending].cumsum(), worst.sum() / 2))
-        chosen = descending[: min(half, max(1, BLOCK // points))]
-        column, axes = np.arange(2 * chosen.size), urgency[:, chosen].argmax(axis=0).repeat(2)
-        low, size, kept = boxes[: 3 * depth, chosen].repeat(2, axis=1).reshape(3, depth, column.size)
-        size[axes, column] /= 2
-        low[axes, column] += size[axes, column] * (column % 2)
-        boxes = np.hstack([np.delete(boxes, chosen, 1), _in_boxes(runs, low, size, UNSEEN * kept)])
-        used += points * column.size
+        chosen = descending[: min(half, max(1, POINTS_AT_ONCE // points))]
+        boxes = boxes.halved(runs, chosen, indicator[:, chosen].argmax(axis=0))
+        used += points * 2 * chosen.size
 
 
-def _in_boxes(runs: Sequence[Function], low: Floats, size: Floats, least: Floats) -> Floats:
-    """Boxes with these corners and sides, of at `least` this urgency along each side (all d by n).
+def _with_peaks(boxes: Boxes, peaks: Sequence[Peak]) -> Floats:
+    """The indicators (d by n): zero for the shortest sides, AT_ONCE for the longest of a box at a peak."""
+    indicator = np.where(boxes.size > SHORTEST, boxes.indicator, 0.0)
+    for place, bound in peaks:
+        corner, sides = boxes.low[bound].T, boxes.size[bound].T
+        reach = np.where(sides > SIDE_BESIDE_PEAK, sides, 0.0)
+        holds = ((place[bound] >= corner - reach) & (place[bound] <= corner + sides + reach)).all(axis=1)
+        sides = np.where(bound[:, None], boxes.size, 0.0)
+        indicator[(sides == sides.max(axis=0)) & (sides > SIDE_AT_PEAK) & holds] = AT_ONCE
+    return indicator
+
+
+def _in_boxes(runs: Sequence[Function], low: Floats, size: Floats, least: Floats) -> Boxes:
+    """Boxes with these corners, sides and `least` error indicators (all d by n).
 
     Where a function is infinite it counts as zero. The second one has one node more along each side.
     """
     depth, n = low.shape
-    urgency, both = least, []
-    for count, f in enumerate(runs, NODES):
+    indicator, both = least, []
+    for count, f in enumerate(runs, NODES_OF_SIDE):
         nodes, weights = gauss(count)
         grid = nodes[np.indices((count,) * depth).reshape(depth, 1, count**depth)]
         values = f((low[:, :, None] + size[:, :, None] * grid).reshape(depth, n * count**depth))
@@ -180,11 +213,11 @@ def _in_boxes(runs: Sequence[Function], low: Floats, size: Floats, least: Floats
             for _ in range(depth - 1):
                 tail = tail @ weights
             tails[k] = tail.max(axis=0)
-        urgency = np.maximum(urgency, tails)
+        indicator = np.maximum(indicator, tails)
         for _ in range(depth):
             values = values @ weights
         both.append(values)
-    return np.vstack([low, size, urgency, *both])
+    return Boxes(low, size, indicator, *both)
 
 
 # --- lines
@@ -198,16 +231,16 @@ def _along_lines(
     The lines are cut at the places `ends` and where `kinks` change their sign.
     """
     lines = np.insert(points, k, 0.0, axis=0)
-    cuts = [_crossings(kink, k, lines, SAMPLES[which]) for kink in kinks]
+    cuts = [_crossings(kink, k, lines, LOOKS_ALONG_LINE[which]) for kink in kinks]
     places = np.sort(np.hstack([np.tile(ends, (lines.shape[1], 1)), *cuts]))
     width = np.diff(places)
-    pieces = width > TINY
+    pieces = width > SHORTEST
     start, width = places[:, :-1][pieces], width[pieces]
-    nodes, weights = gauss(ON_PIECE + which)
+    nodes, weights = gauss(NODES_OF_PIECE + which)
     # A root at an end of a piece becomes smooth in u where t = u^3 (10 - 15 u + 6 u^2).
     shares, slopes = nodes**3 * (10 + nodes * (6 * nodes - 15)), 30 * (nodes * (1 - nodes)) ** 2
     parts = []
-    for part in np.array_split(np.arange(width.size), 1 + width.size * nodes.size // BLOCK):
+    for part in np.array_split(np.arange(width.size), 1 + width.size * nodes.size // POINTS_AT_ONCE):
         at = np.repeat(lines[:, pieces.nonzero()[0][part]], nodes.size, axis=1)
         at[k] = (start[part, None] + width[part, None] * shares).ravel()
         parts.append(f(at).reshape(-1, part.size, nodes.size) @ (weights * slopes) * width[part])

@@ -11,6 +11,7 @@ import numpy as np
 
 from rigidcli.bodies import cubature
 from rigidcli.bodies.charts import Chart, gauss, right_angles, simplex
+from rigidcli.bodies.cubature import Peak
 from rigidcli.bodies.density import (
     FIRST,
     NEGATIVE,
@@ -33,25 +34,25 @@ from rigidcli.language.expression import array
 if TYPE_CHECKING:
     from rigidcli.bodies.mesh_checks import Checked
 
-NET = 13
+POINTS_OF_NET = 13
 """Points along each coordinate of a net in which a density is first looked at: 2,197 in a solid."""
 
-STARTS = 8
+SEARCHES_FROM_NET = 8
 """Points of the net from which the least value is searched for, by halved steps."""
 
-RIDGE = 100
-"""Searches from random places that look for a ridge: one of its points may be missed, hardly all."""
+SEARCHES_FOR_RIDGE = 100
+"""Searches from random places for a ridge: one may miss it, hardly all."""
 
-HIDDEN = 1.5
-"""A density this many times that at the nodes of its box has not been seen: it stands between them."""
+UNSEEN_RISE = 1.5
+"""A box has missed a ridge where the density is this many times that at the nodes of the box."""
 
-COMMON = 0.95
-"""The share of the places on a net at which a function is no higher than usual, if it has ridges."""
+USUAL_QUANTILE = 0.95
+"""The quantile of the heights on a net that counts as the usual height of a function with ridges."""
 
-PEAK = 5.0
-"""A function that rises by this factor between the points of a net is not seen well enough by others."""
+RISE_OF_PEAK = 5.0
+"""A function has a peak where it is this many times its usual height."""
 
-POLYNOMIAL = 1e-6
+LAST_STEP_OF_POLYNOMIAL = 1e-6
 """The last step of a search for the least value of a polynomial, which is then right to 1e-12."""
 
 BESIDE = 1e-6
@@ -143,7 +144,7 @@ def of_mesh(
         )
     corner = simplex(np.eye(4, 3, -1), 1 / 6, FLOAT)
     low, high = surface.box * unit
-    net = low[:, None] + (high - low)[:, None] * corner.net(NET)
+    net = low[:, None] + (high - low)[:, None] * corner.net(POINTS_OF_NET)
     vertices = (block.transpose(1, 0, 2).reshape(3, -1) * unit for block in blocks(surface.corners))
     highest = 0.0
     for points in chain(vertices, [net[:, contains(*net)]]):
@@ -228,11 +229,11 @@ class Part:
         self.formula, self.chart, self.unit, self.least = formula, chart, unit, -np.inf
         self.root = formula.expression.root
         self.names = tree.names_in(self.root)
-        net, depth = chart.net(NET), len(chart.coordinates)
+        net, depth = chart.net(POINTS_OF_NET), len(chart.coordinates)
         spot = chart.at(net)
         self.degree = degree_of(formula, *(None if part is None else 1 for part in (spot.r, spot.s)))
         at = places(spot, chart.origin, self.names)
-        grids = [np.reshape(at[name], [NET] * depth) for name in self.names & at.keys()]
+        grids = [np.reshape(at[name], [POINTS_OF_NET] * depth) for name in self.names & at.keys()]
         moving = [any(np.ptp(grid, axis=k).any() for grid in grids) for k in range(depth)]
         self.moving = np.array(moving, dtype=bool)
         self.net = net[self.moving][:, (net[~self.moving] == 0).all(axis=0)]
@@ -271,16 +272,14 @@ class Part:
     def extremes(self, node: tree.Node, sign: int) -> Floats:
         """Points at which a part of the formula is least (1) or largest (-1), by searches from the net."""
         heights = np.nan_to_num(sign * self.value(node, self.net))
-        return self._downhill(node, sign, self.net[:, np.argsort(heights, kind="stable")[:STARTS]])
+        return self._downhill(node, sign, self.net[:, np.argsort(heights, kind="stable")[:SEARCHES_FROM_NET]])
 
     def _downhill(self, node: tree.Node, sign: int, start: Floats) -> Floats:
-        """Where searches end that begin at these points."""
-
         def height(points: Floats) -> Floats:
             return np.nan_to_num(sign * self.value(node, points))
 
-        last = cubature.NEAR / 10 if self.degree is None else POLYNOMIAL
-        return cubature.downhill(height, start, 1 / (NET - 1), last)
+        last = cubature.SIDE_AT_PEAK / 10 if self.degree is None else LAST_STEP_OF_POLYNOMIAL
+        return cubature.downhill(height, start, 1 / (POINTS_OF_NET - 1), last)
 
     def moments(self, about: Floats, units: Floats) -> tuple[Floats, float]:
         """The integrals (10) of the density times products of 1, x, y, z, and their error.
@@ -307,7 +306,7 @@ class Part:
             integrals = moments(points) @ weights
             return integrals, EPS * abs(integrals[0])
         chance = np.random.default_rng(1)
-        kinks, peaks, ridges = list[cubature.Function](), list[Floats](), [self.net[:, :0]]
+        kinks, peaks, ridges = list[cubature.Function](), list[Peak](), [self.net[:, :0]]
         for function in tree.nodes([self.root]):
             node = _argument(function)
             if node is None or tree.names_in(node).isdisjoint({*VARIABLES} - self.formula.constants.keys()):
@@ -318,49 +317,52 @@ class Part:
                 kinks.append(partial(self.value, node))
             for sign, points in zip((1, -1), ends, strict=True):
                 peaks += self._peaks(function, points)
-                if self._heights(function, points).max() > PEAK * np.quantile(self._usual(function), COMMON):
-                    ridges.append(self._downhill(node, sign, chance.random((len(points), RIDGE))))
+                if self._heights(function, points).max() > RISE_OF_PEAK * np.quantile(
+                    self._usual(function), USUAL_QUANTILE
+                ):
+                    ridges.append(
+                        self._downhill(node, sign, chance.random((len(points), SEARCHES_FOR_RIDGE)))
+                    )
         kinks = [] if peaks else kinks
         is_seen = partial(self._is_seen, np.hstack(ridges[:1] if kinks else ridges))
         integrals, error = cubature.integral(moments, kinks, peaks, is_seen, self.pieces, self.weights.size)
         return integrals, error * abs(integrals[0])
 
     def _is_seen(self, ridges: Floats, low: Floats, size: Floats) -> bool:
-        """Whether boxes (d by n) have nodes where the density is about as high as at the points on ridges."""
-        nodes, _ = cubature.product_rule([gauss(cubature.NODES)] * len(low))
+        """Whether each point on a ridge is in a box (d by n) that has a node about as high."""
+        nodes, _ = cubature.product_rule([gauss(cubature.NODES_OF_SIDE)] * len(low))
         for point in ridges.T:
             box = [int(((point >= low.T) & (point <= (low + size).T)).all(axis=1).argmax())]
             height, seen = (
                 self.value(self.root, at) for at in (point[:, None], low[:, box] + size[:, box] * nodes)
             )
-            if np.isfinite(height) and height > HIDDEN * seen.max():
+            if np.isfinite(height) and height > UNSEEN_RISE * seen.max():
                 return False
         return True
 
     def _heights(self, function: tree.Node, points: Floats) -> Floats:
-        """The sizes of a part of the formula; zero where it is infinite."""
+        """The absolute values of a part of the formula; zero where it is infinite."""
         return np.nan_to_num(np.abs(self.value(function, points)), posinf=0.0)
 
     def _usual(self, function: tree.Node) -> Floats:
-        """The sizes on a net of which no point is at a place that people like."""
+        """The heights on a net that misses places such as 0, 1/2 and 1, where people put peaks."""
         return self._heights(function, 0.0137 + 0.9683 * self.net)
 
-    def _peaks(self, function: tree.Node, ends: Floats) -> list[Floats]:
-        """Those of the ends of searches at which a function in the density is much higher than is usual.
+    def _peaks(self, function: tree.Node, ends: Floats) -> list[Peak]:
+        """Those of the `ends` of searches (d by n) at which a function in the density has a peak.
 
-        A coordinate along which a peak goes on is NaN, such as the angles at the middle of a ball.
+        It is not bound to a coordinate along which it goes on, such as the angles at the middle of a ball.
         """
         self.density(ends)
         usual, highest = self._usual(function).max(), self._heights(function, ends)
-        peaks = dict[bytes, Floats]()
-        for end in ends[:, highest > max(PEAK * usual, EPS * highest.max())].T:
-            peak = end.copy()
-            for k in range(peak.size):
-                along = np.repeat(end[:, None], NET, axis=1)
-                along[k] = np.linspace(0, 1, NET)
-                if self._heights(function, along).min() > PEAK * usual:
-                    peak[k] = np.nan
-            peaks[peak.tobytes()] = peak
+        peaks = dict[bytes, Peak]()
+        for end in ends[:, highest > max(RISE_OF_PEAK * usual, EPS * highest.max())].T:
+            bound = np.ones(end.size, dtype=bool)
+            for k in range(end.size):
+                along = np.repeat(end[:, None], POINTS_OF_NET, axis=1)
+                along[k] = np.linspace(0, 1, POINTS_OF_NET)
+                bound[k] = self._heights(function, along).min() <= RISE_OF_PEAK * usual
+            peaks[np.where(bound, end, -1.0).tobytes()] = Peak(end, bound)
         return list(peaks.values())
 
 

@@ -107,7 +107,7 @@ class Leaf:
         return self.region.contains(*local)
 
     def reaches(self, points: Floats, hole: Leaf) -> Mask:
-        """Which of the points of a hole it fills or all but touches: between parts side by side is no gap."""
+        """Which of the points of a hole lie inside, to within a rounding margin at shared faces."""
         margin = Mesh.MARGIN if isinstance(self.form, Mesh) else DRAWN_IN
         size, near = 2 * max(hole.ball[1], self.ball[1]) * margin, self.contains(points)
         for direction in (*np.eye(3), *-np.eye(3)):
@@ -165,7 +165,6 @@ def densities_round(bare: Sequence[Leaf], leaves: Sequence[Leaf], n: Arithmetic)
 
 
 def _are_alike(densities: Sequence[Any], n: Arithmetic) -> bool:
-    """Whether there is one density, which does not vary."""
     if not densities or any(isinstance(density, BoundExpression) for density in densities):
         return False
     return all(n.sign(n.tidied(density - densities[0])) == 0 for density in densities)

@@ -113,9 +113,11 @@ def vertex_keys(block: Floats) -> Keys:
 def fingerprint(keys: Keys) -> int:
     """A number of triangles (keys: 3 by n) whose sum over a closed surface is zero modulo 2^64.
 
-    Each vertex is sent to a point (p, q) of a plane that follows from its key. A closed surface, wound in one
-    sense, has no signed area there, wherever its vertices are sent. An edge without a partner leaves an
-    area that is zero for a few points in 2^64 only.
+    The idea: draw the surface on a plane, each vertex at a random point (p, q) that follows from its key.
+    The signed area of a triangle is a sum of three terms, one for each edge, which changes its sign with the
+    sense of the edge. In a closed surface each edge is run once in either sense, so that all areas together
+    are zero, wherever the points are. An edge without a partner leaves its term, which is zero with a chance
+    of a few in 2^64. So one pass over blocks of triangles decides, without a table of edges in memory.
     """
     p, q = keys, _mixed(keys, _MIX[4])
     area = (p[1] - p[0]) * (q[2] - q[0]) - (p[2] - p[0]) * (q[1] - q[0])
@@ -177,7 +179,7 @@ def merged(corners: Floats, box: Floats, distance: float) -> tuple[Floats, int]:
 
 
 def components(keys: Keys) -> NDArray[np.intp]:
-    """For each triangle, by the keys (3, n) of its vertices, the least number of a vertex that hangs with it.
+    """The label of the connected component of each triangle, by the keys (3, n) of its vertices.
 
     Labels of vertices are lowered to the least one of a triangle until none changes. Each label is a vertex,
     too, so that whole parts are lowered at once (Y. Shiloach, U. Vishkin, J. Algorithms 3 (1982) 57).
@@ -334,7 +336,14 @@ def windings(corners: Floats, box: Floats, points: Floats) -> NDArray[np.intp]:
 
 
 def _counted(corners: Floats, centre: Floats, points: Floats) -> NDArray[np.intp] | None:
-    """The windings round points, in coordinates about `centre` (3); None where there are too many pairs."""
+    """The windings round points, in coordinates about `centre` (3); None where there are too many pairs.
+
+    The idea: in sheared coordinates (u, v, w) the line through a point goes along w. It meets a triangle if
+    the projection of the triangle on (u, v) holds the point, that is where all three edges turn round it in
+    one sense. A net of squares drops the triangles without a line near them; of the others, sorting the lines
+    by u gives those between the least and the largest u of a triangle as one range. All pairs of a triangle
+    and a line of its range are then worked as arrays, repeated as often as the range is long.
+    """
     order = np.argsort(_sheared(points.T, centre)[0])
     u, v, w = _sheared(points[order].T, centre)
     counts, is_spoilt, pairs = np.zeros(len(u), dtype=np.intp), np.zeros(len(u), dtype=bool), 0
@@ -384,7 +393,7 @@ class _Squares:
         self.below = table.cumsum(axis=0).cumsum(axis=1)
 
     def _places(self, points: Floats) -> NDArray[np.int32]:
-        """The squares (2, n) of points, or those at the border that are nearest to them."""
+        """The squares (2, n) of points; for points outside the net, the nearest ones at its border."""
         places: Floats = (points - self.low) * self.per_length
         return np.clip(places, 0, SQUARES - 1, out=places).astype(np.int32)
 

@@ -1,6 +1,10 @@
 """The motion of a heavy symmetric top in closed form: omega and orientation at any time.
 
-With the letters of `core.nutation`,
+    phi, theta, psi   Euler angles zxz of the axes of the body, the third along the symmetry axis
+    omega1, omega2    components of omega (rad/s) across the symmetry axis, along axes of the body
+    v                 argument of Jacobi's elliptic functions sn, cn, dn, of modulus k, k' = sqrt(1 - k^2)
+
+Further letters are those of `core.nutation`:
 
     u = u1 + (u2 - u1) sn^2 v,   v = rate t + v0
     rate = sqrt(beta (u3 - u1))/2,   k'^2 = (u3 - u2)/(u3 - u1)
@@ -93,7 +97,7 @@ class HeavyMotion:
         """
         limits, quarter = self.limits, self.limits.quarter
         v, halves = self.rate * times + self.start, np.zeros_like(times)
-        if math.isfinite(quarter):
+        if math.isfinite(quarter):  # v is taken to within a quarter period of 0
             halves = np.rint(v / (2 * quarter))
             v = v - halves * 2 * quarter
         sn, cn, dn = jacobi(v, limits.complement)
@@ -107,28 +111,40 @@ class HeavyMotion:
             difference = difference + self.difference.swing * (integral - self.difference.growth * v)
         sign = 1 - 2 * np.mod(halves, 2)
         sn, cn = sign * sn, sign * cn
-        # cos(theta/2) and sin(theta/2) in units of their largest values; they change sign at the vertical.
-        low = math.sqrt(limits.up[0] / limits.up[1]) if limits.up[1] else 0.0
-        near = math.sqrt(limits.down[1] / limits.down[0]) if limits.down[0] else 0.0
-        rising, falling = np.hypot(sn, low * cn) if low else sn, np.hypot(cn, near * sn) if near else cn
+        rising, falling = self._half_angle(sn, cn)
         across = self._across(rising, falling, sn, cn, dn) * np.exp(0.5j * (total - difference))
         cosine = math.sqrt(limits.up[1] / 2) * rising * np.exp(0.5j * total)
         sine = math.sqrt(limits.down[0] / 2) * falling * np.exp(0.5j * difference)
         return cosine, sine, across
 
+    def _half_angle(self, sn: Floats, cn: Floats) -> tuple[Floats, Floats]:
+        """cos(theta/2) and sin(theta/2), in units of their largest values.
+
+        As 1 + u = (1 + u1) cn^2 + (1 + u2) sn^2, the first is the root of sn^2 + (1 + u1)/(1 + u2) cn^2; it is
+        sn itself, with its sign, where the axis hangs at u1 = -1. So is the other one, by 1 - u.
+        """
+        (down1, down2), (up1, up2) = self.limits.down, self.limits.up
+        rising = np.hypot(sn, math.sqrt(up1 / up2) * cn) if up1 and up2 else sn
+        falling = np.hypot(cn, math.sqrt(down2 / down1) * sn) if down1 and down2 else cn
+        return rising, falling
+
     def _across(self, rising: Floats, falling: Floats, sn: Floats, cn: Floats, dn: Floats) -> Complexes:
-        """phi-dot sin(theta) + i theta-dot = (b - a u - i u-dot)/sin(theta), of quotients of zeros."""
+        """phi-dot sin(theta) + i theta-dot = (b - a u - i u-dot)/sin(theta).
+
+        The numerator is (b - a u1) cn^2 + (b - a u2) sn^2 - 2 i (u2 - u1) rate sn cn dn, and sin(theta) is
+        `rising` `falling` sqrt((1 - u1)(1 + u2)). At the vertical both vanish: there sn/rising or cn/falling
+        is 1, and b - a u is zero at that limit.
+        """
         limits = self.limits
         scale = math.sqrt(limits.down[0] * limits.up[1])
         if not scale:
             return np.zeros(len(sn), dtype=complex)
-        down, up = (cn / falling if limits.down[1] else 1.0), (sn / rising if limits.up[0] else 1.0)
-        turning: Complexes = np.zeros(len(sn), dtype=complex)
+        across, along = (cn / falling if limits.down[1] else 1.0), (sn / rising if limits.up[0] else 1.0)
+        turning: Complexes = np.asarray(-2j * limits.width * self.rate * dn * across * along)
         if limits.up[0]:
-            turning += limits.turning[0] * down * (cn / rising)
+            turning = turning + limits.turning[0] * across * (cn / rising)
         if limits.down[1]:
-            turning += limits.turning[1] * up * (sn / falling)
-        turning = turning - 2j * limits.width * self.rate * dn * down * up
+            turning = turning + limits.turning[1] * along * (sn / falling)
         return turning / scale
 
 

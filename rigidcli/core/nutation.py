@@ -1,10 +1,14 @@
 """The nutation of a heavy symmetric top: the limits between which its tilt moves, and how fast.
 
-`lambda1`, `lambda3` (kg m^2), `spin` (rad/s) and `weight_moment` M g R (N m) are as in `core.precession`.
-With u = cos(theta)
+    lambda1, lambda3   moments across and along the symmetry axis about the pivot (kg m^2)
+    spin               component of omega along that axis (rad/s)
+    M g R              the weight times the distance from the pivot to the centre of mass (N m)
+    theta, u           angle of the axis from the upward vertical (rad), and its cosine
+    L_z                vertical component of the angular momentum (kg m^2/s)
 
     a = lambda3 spin/lambda1,   b = L_z/lambda1,   beta = 2 M g R/lambda1
-    u'^2 = f(u) = (1 - u^2)(alpha - beta u) - (b - a u)^2,       u1 <= u2 <= 1 <= u3
+    alpha = theta-dot^2 + sin^2(theta) phi-dot^2 + beta u, which is constant as the energy is
+    u'^2 = f(u) = (1 - u^2)(alpha - beta u) - (b - a u)^2,       u1 <= u2 <= 1 <= u3 the roots of f
 
 Source: H. Goldstein, Classical Mechanics, 2nd edition, section 5.7. Unlike there, the roots of f are
 differences from the initial u0, which keeps the digits of a small nutation, and beside the vertical they
@@ -32,10 +36,10 @@ CUSP = 1e-12
 
 @dataclass(frozen=True, slots=True)
 class Start:
-    """The motion of the axis at u0, in units of time.
+    """The state of the axis at t = 0, with time in units of 1/unit for some unit of rates.
 
-    `poles` are b - a and b + a, zero where only rounding makes them differ from it; then a, beta, b - a u,
-    u-dot but for its sign, alpha - beta u, 1 - u and 1 + u.
+    `poles` are b - a and b + a, zero where only rounding makes them differ from it. `turning` is b - a u0,
+    `slope` u-dot but for its sign, `energy` alpha - beta u0, `down` 1 - u0 and `up` 1 + u0.
     """
 
     poles: tuple[float, float]
@@ -94,42 +98,54 @@ def swing(start: Start, slack: float = 0.0) -> Swing:
     of that slope.
     """
     a, beta, turning, down, up = start.a, start.beta, start.turning, start.down, start.up
-    pole, bottom_pole = start.poles
+    top, bottom = start.poles
+    # f(u0 + x) = c0 + c1 x + c2 x^2 + beta x^3, and c1 is the sum of three terms.
     terms = 2 * turning * a, (down - up) * start.energy, -beta * down * up
     c0, c1 = start.slope**2, sum(terms)
     c2 = (up - down) * beta - start.energy - a**2
-    lift = 2 * (a * pole - start.energy + beta * down)
     if c0 == 0 and abs(c1) <= slack * sum(map(abs, terms)):
         rise = -c2 if c2 < 0 else 1.0  # of an unstable top nothing moves, in any unit
         both = (turning, turning)
-        return Swing((0.0, 0.0), (down, down), (up, up), both, (pole, bottom_pole), beta, rise, rise, rise)
+        return Swing((0.0, 0.0), (down, down), (up, up), both, start.poles, beta, rise, rise, rise)
     low, high = _turning_points(c0, c1, c2, beta, -up)
-    farthest = down - low
-    # The roots 1 - u2 and 1 - u3 obey beta v^2 - m v = (b - a)^2/(1 - u1), and by Vieta's sums this is m. Of
-    # a top that rises nearly upright, the terms of `lift` are almost opposite.
-    m = lift / farthest + (pole / farthest) ** 2
-    gap = math.hypot(m, 2 * math.sqrt(beta / farthest) * pole)
-    nearest = 2 * pole / farthest * (pole / (gap - m)) if m < 0 else (m + gap) / (2 * beta)
-    third = (gap - m) / 2 if m < 0 else pole / farthest * (pole / nearest) if nearest else 0.0
+    down1 = down - low  # 1 - u1
+    down2, third, gap = _below_vertical(start, down1)
+    # 1 - u2 from the difference to u0 or from the vertical, whichever cancels nothing; likewise 1 + u1.
     if 2 * high <= down:
-        nearest = down - high
+        down2 = down - high
     else:
-        high = down - nearest
-    bottom = up + low if -2 * low <= up else bottom_pole / (up + high) * (bottom_pole / (third + 2 * beta))
+        high = down - down2
+    up2 = up + high
+    up1 = up + low if -2 * low <= up else bottom / up2 * (bottom / (third + 2 * beta))
+    # b - a u from its value at u0 or at the vertical.
+    turning1 = _better((turning, -a * low), (bottom, -a * up1))
+    turning2 = _better((turning, -a * high), (top, a * down2))
     return Swing(
-        (low, high),
-        (farthest, nearest),
-        (bottom, up + high),
-        (
-            _better((turning, -a * low), (bottom_pole, -a * bottom)),
-            _better((turning, -a * high), (pole, a * nearest)),
-        ),
-        (pole if nearest else 0.0, bottom_pole if bottom else 0.0),
-        beta,
-        third,
-        gap,
-        gap + beta * (high - low),
+        x=(low, high),
+        down=(down1, down2),
+        up=(up1, up2),
+        turning=(turning1, turning2),
+        poles=(top if down2 else 0.0, bottom if up1 else 0.0),
+        beta=beta,
+        third=third,
+        gap=gap,
+        rise=gap + beta * (high - low),
     )
+
+
+def _below_vertical(start: Start, down1: float) -> tuple[float, float, float]:
+    """1 - u2, beta (u3 - 1) and beta (u3 - u2), from 1 - u1 = `down1`.
+
+    By Vieta's product at u = 1, 1 - u2 and 1 - u3 are the roots v of beta v^2 - m v = (b - a)^2/(1 - u1), and
+    by Vieta's sum m is as below. The difference of the roots is gap/beta.
+    """
+    top, beta = start.poles[0], start.beta
+    m = 2 * (start.a * top - start.energy + beta * start.down) / down1 + (top / down1) ** 2
+    gap = math.hypot(m, 2 * math.sqrt(beta / down1) * top)
+    if m < 0:
+        return 2 * top / down1 * (top / (gap - m)), (gap - m) / 2, gap
+    down2 = (m + gap) / (2 * beta)
+    return down2, top / down1 * (top / down2) if down2 else 0.0, gap
 
 
 def _unless_rounding(one: float, other: float) -> float:
