@@ -62,7 +62,6 @@ def checked(path: pathlib.Path) -> Checked:
 
 @lru_cache(maxsize=4)
 def _checked(path: pathlib.Path, state: tuple[int, int, int]) -> Checked:
-    """`checked` for a file in this state."""
     surface, notes = _summed(mesh_files.corners(path), path), list[str]()
     if not surface.is_closed:
         surface = _merged(surface, path, notes)

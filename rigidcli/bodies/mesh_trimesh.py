@@ -67,7 +67,6 @@ def triangles(path: Path) -> Floats:
 
 
 def _work(path: Path) -> bytes:
-    """The answer of the process: the triangles, or a message."""
     size = path.stat().st_size
     room = min(2**30 + TIMES_THE_FILE * size, memory.available())
     confine(Limits(memory=int(room)), 1)  # standard output stays open, and nothing else

@@ -160,7 +160,6 @@ class Mesh(Form):
 
     @cached_property
     def _of_field(self) -> mass_properties.MassProperties:
-        """`local` for a density that varies; the integrals are taken once."""
         from rigidcli.bodies.density_integrals import of_mesh
 
         assert isinstance(self.density, BoundExpression)

@@ -199,7 +199,6 @@ def read_molecule(path: Path) -> Molecule:
 
 
 def _text(line: bytes) -> str:
-    """A line without its end. Raises ValueProblem where it is too long."""
     if len(line) == LINE_BYTES:
         raise ValueProblem(f"a line of more than {LINE_BYTES} bytes")
     return line.decode("utf-8-sig", "replace").strip()
@@ -216,7 +215,6 @@ def _count(text: str) -> int:
 
 
 def _coordinate(axis: str, typed: str) -> float:
-    """A coordinate (angstrom). Raises ValueProblem."""
     value = float(typed) if _NUMBER.fullmatch(typed) else math.nan
     if not math.isfinite(value):
         raise ValueProblem(f"{axis}: read {shown(typed)}, expected a number")

@@ -96,7 +96,6 @@ def _npy_blocks(file: BufferedReader, name: str) -> Iterator[Block]:
 
 
 def _npy_array(name: str) -> NDArray[Any]:
-    """The array in a file, of shape (n, 4), mapped into memory."""
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")  # about headers that Python 2 has written
@@ -263,7 +262,6 @@ def _careful_block(text: bytes, layout: _Layout, first_line: int, name: str) -> 
 
 
 def _all_point_masses(block: Block) -> bool:
-    """Whether all masses are positive and all values finite."""
     return bool(block[:, 0].min() > 0 and np.isfinite(block).all())
 
 

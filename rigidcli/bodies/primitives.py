@@ -83,7 +83,6 @@ def half_disk(n: Arithmetic, radius: Length) -> Figure:
 
 
 def _ellipse(n: Arithmetic, a: Scalar, b: Scalar) -> Figure:
-    """The section of an elliptic cylinder."""
     return Figure(
         lambda: Geometry(n.pi * a * b, ORIGIN, [a**2 / 4, b**2 / 4, 0]),
         lambda: [charts.sector(1, n, stretch=(a, b))],

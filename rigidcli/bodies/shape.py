@@ -116,7 +116,6 @@ def _sketch(annotation: object) -> str:
 
 
 def _half(value: object) -> str:
-    """Half of a length, as it is written."""
     if isinstance(value, int | float | Decimal):
         return f"{float(value) / 2:g}"
     written = split_quantity(str(value))

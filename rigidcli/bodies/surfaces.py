@@ -228,12 +228,10 @@ class Surface:
                 self._add(block)
 
     def _begin(self, origin: Floats) -> None:
-        """Begin the sums about a point (3)."""
         self.origin, self.area, self.volume = origin, 0.0, 0.0
         self._sizes, self._first, self._products = np.zeros(2), np.zeros(3), np.zeros((3, 3))
 
     def _add(self, block: Floats) -> None:
-        """Add the triangles of a block to the sums."""
         d = block - self.origin[:, None]
         a, b = d[1] - d[0], d[2] - d[0]
         x, y, z = a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]

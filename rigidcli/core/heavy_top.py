@@ -120,8 +120,8 @@ class HeavyMotion:
     def _half_angle(self, sn: Floats, cn: Floats) -> tuple[Floats, Floats]:
         """cos(theta/2) and sin(theta/2), in units of their largest values.
 
-        As 1 + u = (1 + u1) cn^2 + (1 + u2) sn^2, the first is the root of sn^2 + (1 + u1)/(1 + u2) cn^2; it is
-        sn itself, with its sign, where the axis hangs at u1 = -1. So is the other one, by 1 - u.
+        As 1 + u = (1 + u1) cn^2 + (1 + u2) sn^2, the first is the root of sn^2 + (1 + u1)/(1 + u2) cn^2. It
+        is sn itself, with its sign, where the axis hangs at u1 = -1. So is the other one, by 1 - u.
         """
         (down1, down2), (up1, up2) = self.limits.down, self.limits.up
         rising = np.hypot(sn, math.sqrt(up1 / up2) * cn) if up1 and up2 else sn

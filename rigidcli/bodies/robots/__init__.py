@@ -76,5 +76,4 @@ def one_link(path: Path, name: str | None) -> Link:
 
 
 def _as_value(problem: Problem) -> ValueProblem:
-    """The problem of a file as that of the value that names it."""
     return ValueProblem(str(replace(problem, hint=None)), hint=problem.hint)

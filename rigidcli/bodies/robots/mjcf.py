@@ -98,7 +98,6 @@ def _moments(element: Element) -> list[Any]:
 
 
 def _weight(body: Element, compiler: Mapping[str, str]) -> Weight:
-    """The mass and the tensor of a body. Raises DocumentError."""
     element = body.find("inertial")
     for other in body.all("frame") if element is None else ():
         if other.find("inertial") is not None:
