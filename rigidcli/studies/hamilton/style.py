@@ -23,7 +23,7 @@ DECIMAL = re.compile(r"\.\d|\de-")
 
 
 def style_of(document: Document) -> Style:
-    """The style in which a document is typed: decimals (unless exact results are asked for), sums, coordinates."""
+    """How a document is typed: with decimals (unless results are exact), its sums, its order of coordinates."""
     decimal = not document.exact_results and DECIMAL.search(repr(document.system)) is not None
     coordinates = () if document.system is None else document.system.coordinates
     return Style(decimal, tuple(_typed_sums(document).items()), coordinates)
