@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from functools import cache
-from typing import TypeAlias
+from typing import TypeAlias, TypeGuard
 
 from rigidcli.algebra.atoms import Applied, Atom, Group, Monomial, Pi, Symbol, key_of_atom
-from rigidcli.algebra.expressions import ONE, Expr, gathered, multiplied, number, power, product, total
+from rigidcli.algebra.expressions import ONE, ZERO, Expr, gathered, multiplied, number, power, product, total
 from rigidcli.algebra.roots import Allowance, Rational, bounded
 from rigidcli.algebra.substitution import rebuilt
 
@@ -120,3 +120,13 @@ def coefficients(e: Expr, names: Sequence[str]) -> Polynomial | None:
         )
     sums = {exponents: total(values) for exponents, values in parts.items()}
     return {exponents: value for exponents, value in sums.items() if value.terms}
+
+
+def coefficient(polynomial: Polynomial, size: int, *places: int) -> Expr:
+    """The coefficient of the product of the variables at these places, of `size` variables in all."""
+    return polynomial.get(tuple(map(places.count, range(size))), ZERO)
+
+
+def has_degrees(polynomial: Polynomial | None, *degrees: int) -> TypeGuard[Polynomial]:
+    """Whether it is a polynomial, with terms of these degrees only."""
+    return polynomial is not None and {sum(powers) for powers in polynomial} <= {*degrees}

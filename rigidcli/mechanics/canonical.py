@@ -32,7 +32,7 @@ from rigidcli.algebra.simplification import exponentials_merged, shortest, tidy
 from rigidcli.algebra.substitution import rebuilt, substitute, with_powers
 from rigidcli.algebra.values import is_zero, sample_points
 from rigidcli.errors import ComputationError, ExpressionError
-from rigidcli.mechanics.hamilton_equations import TIME, Phase, bracket, linear
+from rigidcli.mechanics.phase_space import TIME, Phase, bracket, linear
 from rigidcli.mechanics.undoing import solutions
 
 

@@ -28,7 +28,8 @@ from rigidcli.algebra.expressions import Expr, symbol, total
 from rigidcli.algebra.simplification import tidy
 from rigidcli.algebra.values import is_zero, sampled
 from rigidcli.errors import ExpressionError
-from rigidcli.mechanics.hamilton_equations import TIME, linear, velocity
+from rigidcli.mechanics.particles import velocity
+from rigidcli.mechanics.phase_space import TIME, linear
 
 NOISE = 1e-10
 """Sums below this share of their terms are rounding."""

@@ -25,7 +25,7 @@ from rigidcli.algebra.simplification import tidy
 from rigidcli.algebra.values import sample_points
 from rigidcli.errors import ComputationError
 from rigidcli.mechanics.canonical import MOST_TRIALS, Branch, solution
-from rigidcli.mechanics.hamilton_equations import TIME, Phase
+from rigidcli.mechanics.phase_space import TIME, Phase
 
 TYPES = {"F1": (0, 0), "F2": (0, 1), "F3": (1, 0), "F4": (1, 1)}
 """Whether the old, and the new arguments of a function are coordinates (0) or momenta (1)."""

@@ -29,7 +29,7 @@ import numpy as np
 from rigidcli.algebra import matrices
 from rigidcli.algebra.atoms import Applied, Atom, Group
 from rigidcli.algebra.calculus import derivative
-from rigidcli.algebra.expansion import coefficients, expand
+from rigidcli.algebra.expansion import coefficient, coefficients, expand, has_degrees
 from rigidcli.algebra.expressions import ONE, ZERO, Expr, factored, gathered, number, symbol, total
 from rigidcli.algebra.fractions import independent_rows
 from rigidcli.algebra.functions import apply
@@ -41,7 +41,7 @@ from rigidcli.core.arithmetic import Floats
 from rigidcli.core.elimination import echelon
 from rigidcli.errors import ExpressionError
 from rigidcli.language import code
-from rigidcli.mechanics.hamilton_equations import TIME, Phase, bracket, coefficient, has_degrees
+from rigidcli.mechanics.phase_space import TIME, Phase, bracket
 
 MOST_COORDINATES = 9
 """With more coordinates only sums of momenta are tried: there are n^2 products of coordinates and momenta."""

@@ -25,8 +25,8 @@ from rigidcli.algebra.expressions import ONE, ZERO, Expr, product, symbol, total
 from rigidcli.algebra.simplification import apart, over_shared_sums, tidy
 from rigidcli.algebra.substitution import substitute
 from rigidcli.algebra.values import sampled
-from rigidcli.mechanics.hamilton_equations import TIME, Phase
 from rigidcli.mechanics.legendre import Momenta
+from rigidcli.mechanics.phase_space import TIME, Phase
 
 
 @dataclass(frozen=True)

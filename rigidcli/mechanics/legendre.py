@@ -22,12 +22,11 @@ from typing import NamedTuple
 
 from rigidcli.algebra import matrices
 from rigidcli.algebra.calculus import derivative
-from rigidcli.algebra.expansion import coefficients, expand
+from rigidcli.algebra.expansion import coefficients, expand, has_degrees
 from rigidcli.algebra.expressions import ZERO, Expr, factored, product, symbol, total
 from rigidcli.algebra.simplification import over_shared_sums, shortest, tidy
 from rigidcli.algebra.substitution import substitute
 from rigidcli.errors import ExpressionError
-from rigidcli.mechanics.hamilton_equations import has_degrees
 from rigidcli.mechanics.quadratic_energy import Squares, of_blocks, typed_squares
 from rigidcli.mechanics.velocity_inversion import Branch, inverted
 

@@ -13,8 +13,10 @@ from itertools import combinations, pairwise
 
 import numpy as np
 
+from rigidcli.algebra import matrices
 from rigidcli.algebra.arithmetic import (
     common_factor,
+    polynomial_factors,
     root_of_either_sign,
     sign,
     size,
@@ -24,17 +26,21 @@ from rigidcli.algebra.arithmetic import (
     weak_sign,
 )
 from rigidcli.algebra.atoms import Surd
-from rigidcli.algebra.expressions import Expr
+from rigidcli.algebra.expressions import PI, ZERO, Expr, symbol
+from rigidcli.algebra.functions import apply
+from rigidcli.algebra.matrices import Matrix
 from rigidcli.core.arithmetic import Array
 from rigidcli.core.principal import PIVOT_TIE, PrincipalFrame
 from rigidcli.errors import ComputationError, ExpressionError
-from rigidcli.mechanics.spectrum import symmetric_roots
 
 MOST_NODES = 250
 """The most nodes of a component of an axis, along the body's own axes: a dozen lines of a terminal."""
 
 MOST_NODES_OF_MOMENT = 50
 """The most nodes of a moment: it stands several times in each component of its axis."""
+
+MOMENT = symbol("moment s")
+"""The variable of characteristic polynomials; with a blank in it, it is no document's name."""
 
 _ONE = tidy_array(np.eye(3, dtype=object))
 
@@ -61,12 +67,49 @@ def _principal_frame(tensor: Array, turn: Array) -> PrincipalFrame:
         frame = _principal_frame(rest, turn)
         return replace(frame, moments=tidy_array(factor * frame.moments))
     _require_short(tensor, "moments")
-    moments, ordered = _ascending(symmetric_roots(tensor.tolist()))
+    moments, ordered = _ascending(_symmetric_roots(tensor.tolist()))
     _require_short(np.array(moments), "moments", MOST_NODES_OF_MOMENT)
     ends = [0, *(k for k in (1, 2) if sign(moments[k] - moments[k - 1]) != 0), 3]
     groups = [tuple(range(begin, end)) for begin, end in pairwise(ends)]
     axes = _axes(tensor, moments, groups, turn)
     return PrincipalFrame(np.array(moments, dtype=object), axes, tuple(groups), ordered)
+
+
+def _symmetric_roots(matrix: Matrix) -> list[Expr]:
+    """The eigenvalues of a symmetric matrix (at most 3 by 3).
+
+    Raises:
+        ExpressionError: they are roots of an irreducible cubic with symbols.
+    """
+    roots: list[Expr] = []
+    for block in matrices.blocks(matrix):
+        shifted = [[matrix[i][j] - MOMENT if i == j else matrix[i][j] for j in block] for i in block]
+        for factor, times in polynomial_factors(matrices.determinant(shifted), str(MOMENT)):
+            roots += _real_roots(*(factor.get(k, ZERO) for k in range(4))) * times
+    return roots
+
+
+def _real_roots(d: Expr, c: Expr, b: Expr, a: Expr) -> list[Expr]:
+    """The roots of a x^3 + b x^2 + c x + d, where they are real; of a quadratic the one with -sqrt first.
+
+    Those of a cubic without symbols are -b/(3a) + 2 sqrt(p) cos((acos(q/p^(3/2)) + 2 pi j)/3), ascending for
+    j = 1, 2, 0. Source: O. K. Smith, Communications of the ACM 4 (1961) 168.
+
+    Raises:
+        ExpressionError: it is a cubic with symbols, whose roots fill pages.
+    """
+    if not a:
+        if not b:
+            return [tidy(-d / c)]
+        root = root_of_either_sign(c**2 - 4 * b * d)
+        return [tidy((-c - root) / (2 * b)), tidy((-c + root) / (2 * b))]
+    p = tidy((b**2 - 3 * a * c) / (9 * a**2))
+    b, c, d = (e / a for e in (b, c, d))
+    if p.names or (q := tidy((9 * b * c - 2 * b**3 - 27 * d) / 54)).names:
+        raise ExpressionError("they are roots of a cubic with symbols")
+    radius = sqrt(p)
+    angle = apply("acos", tidy(q / radius**3)) / 3
+    return [2 * radius * apply("cos", angle + 2 * PI * j / 3) - tidy(b) / 3 for j in (1, 2, 0)]
 
 
 def _require_short(array: Array, what: str, most: int = MOST_NODES) -> None:

@@ -21,12 +21,11 @@ import numpy as np
 
 from rigidcli.algebra import matrices
 from rigidcli.algebra.atoms import Group, Symbol
-from rigidcli.algebra.expansion import coefficients
+from rigidcli.algebra.expansion import coefficient, coefficients, has_degrees
 from rigidcli.algebra.expressions import ONE, ZERO, Expr, gathered, total
 from rigidcli.algebra.matrices import Matrix
 from rigidcli.algebra.simplification import shortest, tidy
 from rigidcli.algebra.values import sampled
-from rigidcli.mechanics.hamilton_equations import coefficient, has_degrees
 
 FEW_NODES = 70
 """Nodes of an H as a sum of squares beyond which the inverse matrix is tried, too: four lines of text."""

@@ -16,15 +16,15 @@ from __future__ import annotations
 from collections.abc import Collection, Mapping, Sequence
 from typing import NamedTuple
 
-from rigidcli.algebra.expansion import coefficients
+from rigidcli.algebra.expansion import coefficient, coefficients, has_degrees
 from rigidcli.algebra.expressions import ZERO, Expr, symbol
 from rigidcli.algebra.simplification import tidy
 from rigidcli.algebra.substitution import substitute
 from rigidcli.algebra.values import is_zero
 from rigidcli.errors import ExpressionError
-from rigidcli.mechanics.hamilton_equations import Phase, coefficient, has_degrees
 from rigidcli.mechanics.legendre import legendre_transform
-from rigidcli.mechanics.spectrum import Values, positive_root, sign_of
+from rigidcli.mechanics.phase_space import Phase
+from rigidcli.mechanics.small_oscillations import Values, positive_root, sign_of
 
 RATE = "rate'"
 """The name of the unknown rate, which no parameter can have."""

@@ -25,7 +25,7 @@ from typing import NamedTuple
 from rigidcli.algebra import arithmetic, matrices
 from rigidcli.algebra.atoms import Applied, Atom, Group, is_positive
 from rigidcli.algebra.calculus import derivative
-from rigidcli.algebra.expansion import Polynomial, coefficients, expand
+from rigidcli.algebra.expansion import Polynomial, coefficient, coefficients, expand, has_degrees
 from rigidcli.algebra.expressions import ZERO, Expr, atomic, expr, factored, gathered, symbol, total
 from rigidcli.algebra.fractions import factors
 from rigidcli.algebra.functions import apply
@@ -33,7 +33,6 @@ from rigidcli.algebra.simplification import tidy
 from rigidcli.algebra.substitution import mapped, rebuilt, substitute
 from rigidcli.algebra.values import sample_points
 from rigidcli.errors import ComputationError, ExpressionError
-from rigidcli.mechanics.hamilton_equations import coefficient, has_degrees
 from rigidcli.mechanics.undoing import solutions
 
 HALF = Fraction(1, 2)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from rigidcli.algebra.values import is_zero
-from rigidcli.mechanics.hamilton_equations import Phase, bracket
+from rigidcli.mechanics.phase_space import Phase, bracket
 from tests.trees import expression
 
 SPACE = Phase(("x", "y", "z"), ("p_x", "p_y", "p_z"))

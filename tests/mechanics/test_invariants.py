@@ -13,8 +13,8 @@ import yaml
 
 from rigidcli.algebra.expressions import Expr
 from rigidcli.language.parser import read
-from rigidcli.mechanics.hamilton_equations import Phase
 from rigidcli.mechanics.invariants import conserved_quantities
+from rigidcli.mechanics.phase_space import Phase
 from tests.trees import CONTEXT, expression, value, written
 
 FREE = "(p_x**2 + p_y**2)/(2*m)"

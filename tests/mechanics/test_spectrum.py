@@ -14,8 +14,7 @@ import rigidcli
 from rigidcli.algebra.expressions import number
 from rigidcli.language.expression import real
 from rigidcli.language.parser import read
-from rigidcli.mechanics.linear_motion import LinearMotion
-from rigidcli.mechanics.spectrum import spectrum
+from rigidcli.mechanics.small_oscillations import LinearMotion, spectrum
 from rigidcli.report import Report
 from rigidcli.studies.hamilton.linear_equations import eigenvalues, stability_of
 

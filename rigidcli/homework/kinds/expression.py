@@ -31,7 +31,7 @@ from rigidcli.language.latex import plain
 from rigidcli.language.text import text, without_doubt
 from rigidcli.language.tree import Name, Negative, Node, Number, Sum, bound, names_in
 from rigidcli.language.typed import last_member
-from rigidcli.mechanics.hamilton_equations import TIME, Phase, bracket
+from rigidcli.mechanics.phase_space import TIME, Phase, bracket
 
 ENERGIES = ("hamiltonian", "lagrangian", "energy")
 """Last names of results to which a constant may be added."""

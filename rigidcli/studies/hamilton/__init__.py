@@ -17,7 +17,7 @@ from rigidcli.core.estimate import unshared
 from rigidcli.document.document import Document
 from rigidcli.document.variables import acceleration
 from rigidcli.language.text import latex_name, reading
-from rigidcli.mechanics.hamilton_equations import TIME
+from rigidcli.mechanics.phase_space import TIME
 from rigidcli.report import NOISE, Column, Field, Report, Step, Table, yes_or_no
 from rigidcli.studies.common import if_known, noise, report, trusted
 from rigidcli.studies.hamilton import linear_equations

@@ -27,7 +27,7 @@ from rigidcli.document.variables import acceleration
 from rigidcli.language import code
 from rigidcli.language.text import latex_name
 from rigidcli.language.tree import Name
-from rigidcli.mechanics.hamilton_equations import TIME
+from rigidcli.mechanics.phase_space import TIME
 from rigidcli.report import Column, Field, Step, Table, yes_or_no
 from rigidcli.studies.hamilton.derivation import Derivation
 from rigidcli.studies.hamilton.equations_of_motion import beside_constraints, terms

@@ -25,15 +25,6 @@ from rigidcli.document.system import System
 from rigidcli.document.variables import acceleration
 from rigidcli.errors import ComputationError, ExpressionError
 from rigidcli.language import code
-from rigidcli.mechanics.hamilton_equations import (
-    TIME,
-    Phase,
-    equations,
-    is_constant_in,
-    linear,
-    squares,
-    steps,
-)
 from rigidcli.mechanics.lagrange_equations import (
     LagrangeEquations,
     lagrange_equations,
@@ -41,6 +32,8 @@ from rigidcli.mechanics.lagrange_equations import (
     rank,
 )
 from rigidcli.mechanics.legendre import Momenta, canonical_momenta, legendre_transform
+from rigidcli.mechanics.particles import squares
+from rigidcli.mechanics.phase_space import TIME, Phase, equations, is_constant_in, linear, steps
 from rigidcli.mechanics.velocity_inversion import Branch
 from rigidcli.studies.hamilton.system import SystemFunctions, known_values, system_functions
 

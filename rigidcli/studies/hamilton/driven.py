@@ -29,8 +29,8 @@ from rigidcli.algebra.values import is_zero
 from rigidcli.core.arithmetic import EPS, Floats
 from rigidcli.document.document import Document
 from rigidcli.language.text import latex_name, reading
-from rigidcli.mechanics.hamilton_equations import TIME
-from rigidcli.mechanics.linear_motion import LinearMotion
+from rigidcli.mechanics.phase_space import TIME
+from rigidcli.mechanics.small_oscillations import LinearMotion
 from rigidcli.report import Column, Field, Step, Table
 from rigidcli.studies.hamilton.derivation import Derivation
 from rigidcli.studies.hamilton.system import known_values

@@ -30,7 +30,7 @@ from rigidcli.core.solution import Flow
 from rigidcli.language import code
 from rigidcli.language.sharing import Step, solved
 from rigidcli.language.tree import Name, Node, rounding
-from rigidcli.mechanics.hamilton_equations import TIME, Phase
+from rigidcli.mechanics.phase_space import TIME, Phase
 from rigidcli.studies.hamilton.derivation import Derivation
 
 ENERGY_CHANGE = ".energy_change"

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, NamedTuple
 from rigidcli.algebra.expressions import Expr, symbol
 from rigidcli.document.document import Document
 from rigidcli.errors import ExpressionError
-from rigidcli.mechanics.hamilton_equations import TIME
+from rigidcli.mechanics.phase_space import TIME
 from rigidcli.mechanics.velocity_inversion import Branch
 from rigidcli.studies.common import require_values
 from rigidcli.studies.hamilton.derivation import Derivation, derive

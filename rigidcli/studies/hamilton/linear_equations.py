@@ -15,9 +15,8 @@ from rigidcli.algebra.substitution import substitute
 from rigidcli.algebra.values import is_zero
 from rigidcli.document.document import Document
 from rigidcli.errors import ExpressionError
-from rigidcli.mechanics.hamilton_equations import TIME
-from rigidcli.mechanics.linear_motion import LinearMotion, Root
-from rigidcli.mechanics.spectrum import spectrum
+from rigidcli.mechanics.phase_space import TIME
+from rigidcli.mechanics.small_oscillations import LinearMotion, Root, spectrum
 from rigidcli.report import Field
 from rigidcli.studies.hamilton.derivation import Derivation
 from rigidcli.studies.hamilton.system import known_values

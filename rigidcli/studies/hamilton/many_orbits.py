@@ -21,7 +21,7 @@ from rigidcli.document.orbit import Orbit
 from rigidcli.document.sampling import DEFAULT_TOLERANCE
 from rigidcli.errors import RigidError
 from rigidcli.language import code
-from rigidcli.mechanics.hamilton_equations import TIME
+from rigidcli.mechanics.phase_space import TIME
 from rigidcli.studies.common import report, trusted
 from rigidcli.studies.ensembles import Form, StartReport, may_go_in_arrays, of_start, with_start
 from rigidcli.studies.hamilton import SCHEMA, notes_on, orbit_table, run

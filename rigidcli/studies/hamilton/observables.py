@@ -35,7 +35,8 @@ from rigidcli.errors import ExpressionError
 from rigidcli.language import code
 from rigidcli.language.expression import Expression
 from rigidcli.language.text import latex_name, reading
-from rigidcli.mechanics.hamilton_equations import TIME, bracket, velocity
+from rigidcli.mechanics.particles import velocity
+from rigidcli.mechanics.phase_space import TIME, bracket
 from rigidcli.report import Field, Step
 from rigidcli.studies.common import if_known, noise
 from rigidcli.studies.hamilton.constraints import keeper

@@ -27,10 +27,17 @@ from rigidcli.document.variables import Equilibrium
 from rigidcli.errors import ComputationError, ExpressionError
 from rigidcli.language import code
 from rigidcli.language.text import latex_name, reading
-from rigidcli.mechanics import linear_motion
-from rigidcli.mechanics.hamilton_equations import TIME
-from rigidcli.mechanics.linear_motion import LinearMotion, Root, Vector
-from rigidcli.mechanics.spectrum import DIGITS_OF_RATES, ROUNDING, ROUNDING_OF_FLOATS, spectrum
+from rigidcli.mechanics import small_oscillations
+from rigidcli.mechanics.phase_space import TIME
+from rigidcli.mechanics.small_oscillations import (
+    DIGITS_OF_RATES,
+    ROUNDING,
+    ROUNDING_OF_FLOATS,
+    LinearMotion,
+    Root,
+    Vector,
+    spectrum,
+)
 from rigidcli.report import Column, Field, Table
 from rigidcli.studies.common import require_values
 from rigidcli.studies.hamilton import steady
@@ -177,10 +184,10 @@ def _forces_at_rest(document: Document, derivation: Derivation) -> tuple[list[Ex
     phase, lagrange, equations = derivation.phase, derivation.lagrange, derivation.equations
     momenta: dict[str, Expr] = {}
     if lagrange is not None:
-        forces = linear_motion.forces_at_rest(lagrange, derivation.velocity_names)
+        forces = small_oscillations.forces_at_rest(lagrange, derivation.velocity_names)
     else:
         size = len(phase.coordinates)
-        known = None if equations is None else linear_motion.momenta_at_rest(equations[:size], phase)
+        known = None if equations is None else small_oscillations.momenta_at_rest(equations[:size], phase)
         if equations is None or known is None:
             raise ComputationError("the momenta of the system at rest do not follow from H")
         momenta = known
@@ -286,9 +293,9 @@ def _require_smooth(expressions: Sequence[Expr], there: Mapping[str, Expr]) -> N
 def _motion(derivation: Derivation, there: Mapping[str, Expr]) -> LinearMotion:
     lagrange, phase = derivation.lagrange, derivation.phase
     if lagrange is not None:
-        return linear_motion.of_lagrange(lagrange, phase, derivation.velocity_names, there)
+        return small_oscillations.of_lagrange(lagrange, phase, derivation.velocity_names, there)
     assert derivation.equations is not None
-    return linear_motion.of_hamilton(derivation.equations, phase, there)
+    return small_oscillations.of_hamilton(derivation.equations, phase, there)
 
 
 def _notes(roots: Sequence[Root] | None, document: Document) -> Iterator[str]:

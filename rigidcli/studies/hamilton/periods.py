@@ -12,7 +12,7 @@ from rigidcli.core.estimate import columns
 from rigidcli.core.libration import Libration, libration
 from rigidcli.errors import ExpressionError
 from rigidcli.language import code
-from rigidcli.mechanics.hamilton_equations import TIME
+from rigidcli.mechanics.phase_space import TIME
 from rigidcli.studies.hamilton.derivation import Derivation
 from rigidcli.studies.hamilton.equations_of_motion import InitialState
 from rigidcli.studies.hamilton.orbit import OrbitSolution

@@ -17,7 +17,7 @@ from rigidcli.document.document import Document
 from rigidcli.errors import UsageError
 from rigidcli.language import code
 from rigidcli.language.text import latex_name
-from rigidcli.mechanics.hamilton_equations import TIME
+from rigidcli.mechanics.phase_space import TIME
 from rigidcli.picture import Mark, Panel, Picture, Ruler
 from rigidcli.report import Column, Table
 from rigidcli.scene import Part, Scene, Stage

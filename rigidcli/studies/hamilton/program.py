@@ -12,7 +12,7 @@ from rigidcli.document.document import Document
 from rigidcli.errors import ComputationError, ExpressionError
 from rigidcli.language import code
 from rigidcli.language.sharing import shared
-from rigidcli.mechanics.hamilton_equations import TIME
+from rigidcli.mechanics.phase_space import TIME
 from rigidcli.report import Program, Run
 from rigidcli.studies.hamilton.derivation import Derivation
 from rigidcli.studies.hamilton.equations_of_motion import InitialState, symbolic_equations

@@ -14,8 +14,8 @@ from rigidcli.document.variables import Equilibrium, momentum, velocity
 from rigidcli.errors import ComputationError, DocumentError, ExpressionError, Problem
 from rigidcli.language.expression import Expression
 from rigidcli.language.text import latex_name
-from rigidcli.mechanics.hamilton_equations import Phase
-from rigidcli.mechanics.linear_motion import momenta_at_rest
+from rigidcli.mechanics.phase_space import Phase
+from rigidcli.mechanics.small_oscillations import momenta_at_rest
 from rigidcli.mechanics.steady import routhian, steady_rates, written
 from rigidcli.report import Field, Step
 from rigidcli.studies.common import if_known

@@ -24,7 +24,8 @@ from rigidcli.language.formula import Formula
 from rigidcli.language.text import latex_name, reading
 from rigidcli.language.tree import Name, Negative, Node, Product, Sum, bound
 from rigidcli.mechanics.generating import Generated
-from rigidcli.mechanics.hamilton_equations import TIME, Phase, turning, velocity
+from rigidcli.mechanics.particles import turning, velocity
+from rigidcli.mechanics.phase_space import TIME, Phase
 from rigidcli.report import Field, Step, Table
 from rigidcli.studies import writing
 from rigidcli.studies.axes.steps import reduced, solution

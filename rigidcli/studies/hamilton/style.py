@@ -23,7 +23,7 @@ DECIMAL = re.compile(r"\.\d|\de-")
 
 
 def style_of(document: Document) -> Style:
-    """How a document is typed: decimals (unless results are exact), sums, order of coordinates."""
+    """How a document is typed: decimals (unless results are exact), sums, and the order of coordinates."""
     decimal = not document.exact_results and DECIMAL.search(repr(document.system)) is not None
     coordinates = () if document.system is None else document.system.coordinates
     return Style(decimal, tuple(_typed_sums(document).items()), coordinates)

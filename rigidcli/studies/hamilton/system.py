@@ -15,8 +15,8 @@ from rigidcli.document.system import System
 from rigidcli.errors import DocumentError, ExpressionError, Problem, shown
 from rigidcli.language.expression import Expression
 from rigidcli.language.tree import Product, Sum, nodes
-from rigidcli.mechanics import hamilton_equations as energies
-from rigidcli.mechanics.hamilton_equations import linear
+from rigidcli.mechanics.particles import Particle, kinetic, unnatural
+from rigidcli.mechanics.phase_space import TIME, linear
 
 if TYPE_CHECKING:
     from rigidcli.mechanics.constraints import Constraint
@@ -38,7 +38,7 @@ class SystemFunctions(NamedTuple):
     natural: bool | None = None
     reason: str = ""
     forces: tuple[Expr, ...] = ()
-    particles: tuple[energies.Particle, ...] = ()
+    particles: tuple[Particle, ...] = ()
     constraints: tuple[Constraint, ...] = ()
     sums: tuple[Expr, ...] = ()
 
@@ -124,11 +124,11 @@ def _energies(system: System, read: _Read) -> SystemFunctions:
         return SystemFunctions(None, hamiltonian, reason="H alone does not tell what its coordinates are")
     lagrangian, kinetic = read(system.lagrangian, "lagrangian"), read(system.kinetic, "kinetic")
     potential = read(system.potential, "potential") or ZERO
-    particles: tuple[energies.Particle, ...] = ()
+    particles: tuple[Particle, ...] = ()
     if system.particles is not None:
         particles, kinetic, potential, natural, reason = _from_particles(system, potential, read)
     elif kinetic is not None:
-        wrong = energies.unnatural(kinetic, system.velocities)
+        wrong = unnatural(kinetic, system.velocities)
         natural, reason = wrong is None, "T is homogeneous of degree 2 in the velocities, without the time"
         if wrong is not None:
             reason = f"T has {wrong}, as it has not in natural coordinates"
@@ -178,7 +178,7 @@ def known_values(document: Document) -> dict[str, Expr]:
 
 def _from_particles(
     system: System, potential: Expr, read: _Read
-) -> tuple[tuple[energies.Particle, ...], Expr, Expr, bool, str]:
+) -> tuple[tuple[Particle, ...], Expr, Expr, bool, str]:
     """The particles, T, V, whether the coordinates are natural, and why."""
     particles, potentials, driven = [], [potential], []
     for index, particle in enumerate(system.particles or ()):
@@ -193,7 +193,7 @@ def _from_particles(
             [read(e, f"{where}.{key}.{i}") or ZERO for i, e in enumerate(getattr(particle, key) or ())]
             for key in ("moments", "euler")
         )
-        particles.append(energies.Particle(mass, position, moment, angle, tuple(moments), tuple(euler)))
+        particles.append(Particle(mass, position, moment, angle, tuple(moments), tuple(euler)))
         potentials.append(read(particle.potential, f"{where}.potential") or ZERO)
         driven += [
             given.text
@@ -201,13 +201,13 @@ def _from_particles(
                 *zip((*paths.values(), particle.angle), (*position, angle), strict=True),
                 *zip(particle.euler or (), euler, strict=True),
             )
-            if given is not None and path is not None and not is_zero(derivative(path, energies.TIME))
+            if given is not None and path is not None and not is_zero(derivative(path, TIME))
         ]
     velocities = dict(zip(system.coordinates, system.velocities, strict=True))
     reason = "the positions follow from the coordinates without the time"
     if driven:
         reason = f"the time is in the position {driven[0]}"
-    return tuple(particles), energies.kinetic(particles, velocities), total(potentials), not driven, reason
+    return tuple(particles), kinetic(particles, velocities), total(potentials), not driven, reason
 
 
 def _without_magnetic_terms(potential: Expr, system: System) -> Expr:

@@ -19,7 +19,7 @@ from rigidcli.mechanics import canonical
 from rigidcli.mechanics.canonical import Change, NewHamiltonian, added_by_forces
 from rigidcli.mechanics.generating import Generated
 from rigidcli.mechanics.generating import generated as generated_by
-from rigidcli.mechanics.hamilton_equations import TIME, Phase, equations
+from rigidcli.mechanics.phase_space import TIME, Phase, equations
 from rigidcli.studies.hamilton.derivation import Derivation
 from rigidcli.studies.hamilton.system import derived_parameters, known_values
 

@@ -1,4 +1,9 @@
-"""The spectrum of linear motion M y'' + C y' + K y = 0: the rates s of exp(s t), with their vectors.
+"""Small oscillations M y'' + C y' + K y = 0: the matrices, the rates s of exp(s t), and their vectors.
+
+To first order in the displacement y from an equilibrium, M is the mass matrix there. Without forces beside L
+or H, C is antisymmetric: it comes from terms linear in the velocities, as of magnetic fields and rotating
+frames. K is the matrix of the second derivatives of the potential, with centrifugal terms. Hamilton's linear
+equations z' = A z are the case M = 0, C = 1, K = -A.
 
 Rates are the roots of det(M s^2 + C s + K). Without forces beside L or H it is a polynomial in s^2.
 It is factored: factors of degree 1 and 2 have roots in closed form. Numbers are eigenvalues to some 70
@@ -6,37 +11,185 @@ digits, so that a zero mode differs from a slow one, and what neither grows nor 
 
 Motion stays bounded if no rate has a positive real part, and a rate without a real part has as many vectors
 as its multiplicity. Where M and K are positive definite, and C is antisymmetric, all rates are imaginary.
-Freedoms that do not act on each other are worked apart. Signs, and which mode is the slower one, are those
-for the given values of parameters and positive ones of others.
-Sources: H. Goldstein, C. Poole, J. Safko, Classical Mechanics, 3rd edition, chapter 6; V. I. Arnold,
-Mathematical Methods of Classical Mechanics, appendix 6.
+Coordinates that do not act on each other are solved apart. Signs, and which mode is the slower one, are
+those for the given values of parameters and positive ones of others.
+
+Sources: H. Goldstein, C. Poole, J. Safko, Classical Mechanics, 3rd edition, sections 6.1 to 6.3, where C and
+forces are missing; V. I. Arnold, Mathematical Methods of Classical Mechanics, appendix 6.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from fractions import Fraction
-from typing import Any, TypeAlias, cast
+from typing import Any, NamedTuple, TypeAlias, cast
 
 import numpy as np
 
 from rigidcli.algebra import matrices
-from rigidcli.algebra.arithmetic import polynomial_factors, root_of_either_sign, sqrt, tidy, weak_sign
+from rigidcli.algebra.arithmetic import polynomial_factors, root_of_either_sign, tidy, weak_sign
 from rigidcli.algebra.atoms import Atom, Group
+from rigidcli.algebra.calculus import derivative
 from rigidcli.algebra.expansion import coefficients, expand
-from rigidcli.algebra.expressions import PI, ZERO, Expr, number, symbol, total
+from rigidcli.algebra.expressions import ONE, PI, ZERO, Expr, number, symbol, total
 from rigidcli.algebra.functions import apply
 from rigidcli.algebra.matrices import Matrix
 from rigidcli.algebra.roots import content
 from rigidcli.algebra.simplification import shortest
+from rigidcli.algebra.simplification import tidy as short_form
 from rigidcli.algebra.substitution import mapped, rebuilt, substitute
 from rigidcli.algebra.values import enclosed, is_zero, sampled
 from rigidcli.core.arithmetic import Array
 from rigidcli.core.elimination import echelon
 from rigidcli.errors import ExpressionError
 from rigidcli.language.formula import Style
-from rigidcli.mechanics.linear_motion import LinearMotion, Root, Vector
+from rigidcli.mechanics.lagrange_equations import LagrangeEquations
+from rigidcli.mechanics.phase_space import Phase, linear
+
+Vector: TypeAlias = "tuple[tuple[float | Expr, float | Expr], ...]"
+"""The real and imaginary parts of the components."""
+
+
+class LinearMotion(NamedTuple):
+    """The matrices M, C and K (n by n each)."""
+
+    masses: Matrix
+    rates: Matrix
+    stiffness: Matrix
+
+    @classmethod
+    def of_matrix(cls, matrix: Matrix) -> LinearMotion:
+        """The motion z' = A z of coordinates q and their momenta p, without the momenta where that can be.
+
+        With q' = A q + B p, p' = D q + E p they are p = M (q' - A q), where M = B^-1. Where B has no inverse,
+        the motion stays one of first order, with M = 0, C = 1 and K = -A.
+        """
+        size, whole = len(matrix) // 2, _array(matrix)
+        (a, b), (d, e) = (np.hsplit(rows, [size]) for rows in np.vsplit(whole, [size]))
+        masses = inverse_of(b.tolist())
+        if masses is None:
+            one = [[ONE if i == j else ZERO for j in range(2 * size)] for i in range(2 * size)]
+            return cls((0 * whole).tolist(), one, (-whole).tolist())
+        back = matrices.product(e.tolist(), masses)
+        rates = -_array(matrices.product(masses, a.tolist())) - _array(back)
+        stiffness = _array(matrices.product(back, a.tolist())) - d
+        return cls(masses, rates.tolist(), stiffness.tolist()).changed(short_form)
+
+    @property
+    def parts(self) -> tuple[Matrix, Matrix, Matrix]:
+        """M, C and K."""
+        return self.masses, self.rates, self.stiffness
+
+    @property
+    def entries(self) -> list[Expr]:
+        """All entries of the matrices."""
+        return [e for part in self.parts for row in part for e in row]
+
+    @property
+    def is_of_first_order(self) -> bool:
+        """Whether there are no second derivatives."""
+        return not any(e for row in self.masses for e in row)
+
+    def pencil(self, s: Expr, square: Expr) -> list[list[Expr]]:
+        """M s^2 + C s + K, which takes the vector of a motion y = Re(v exp(s t)) to zero."""
+        rows = zip(*self.parts, strict=True)
+        return [[m * square + c * s + k for m, c, k in zip(*row, strict=True)] for row in rows]
+
+    def changed(self, change: Callable[[Expr], Expr]) -> LinearMotion:
+        """This motion with every entry of its matrices changed."""
+        return LinearMotion(*([[change(e) for e in row] for row in part] for part in self.parts))
+
+    def blocks(self) -> list[tuple[list[int], LinearMotion]]:
+        """The places that act on each other, with their motion."""
+        blocks = matrices.connected(
+            len(self.masses), lambda i, j: any(part[i][j] or part[j][i] for part in self.parts)
+        )
+        return [(b, LinearMotion(*(matrices.part(part, b, b) for part in self.parts))) for b in blocks]
+
+
+class Root(NamedTuple):
+    """A root s = `growth` + i `angular` of the determinant, with what it stands for.
+
+    `growth` (1/s) is negative where motion decays. `is_stable` is None of a zero mode, which is displaced to
+    another equilibrium and drifts there, and where the signs of symbols decide: the root is that for a
+    positive `condition`. A root that counts several `times` has as many vectors if it `is_whole`. Of two
+    conjugate roots that with `angular` >= 0 stands for both, and where -s is a root with s (`is_paired`),
+    the one that grows.
+    """
+
+    growth: float | Expr
+    angular: float | Expr
+    is_stable: bool | None
+    condition: Expr | None = None
+    times: int = 1
+    is_whole: bool = True
+    is_paired: bool = True
+    vectors: tuple[Vector, ...] = ()
+
+    @property
+    def rate(self) -> float | Expr:
+        """The growth of an unstable mode; else the angular frequency, or the decay where it has none."""
+        if self.is_stable is False and self.growth:
+            return self.growth
+        return -self.growth if self.growth and not self.angular else self.angular
+
+
+def forces_at_rest(lagrange: LagrangeEquations, velocities: Sequence[str]) -> list[Expr]:
+    """The generalized forces on a system at rest, as functions of the coordinates."""
+    still = dict.fromkeys(velocities, ZERO)
+    return [-substitute(rest, still) for rest in lagrange.rest]
+
+
+def of_lagrange(
+    lagrange: LagrangeEquations, phase: Phase, velocities: Sequence[str], place: Mapping[str, Expr]
+) -> LinearMotion:
+    """Lagrange's equations near the equilibrium at the coordinates `place`."""
+    there = {**place, **dict.fromkeys(velocities, ZERO)}
+
+    def slopes(names: Sequence[str]) -> list[list[Expr]]:
+        return [[short_form(substitute(derivative(r, name), there)) for name in names] for r in lagrange.rest]
+
+    masses = [[short_form(substitute(entry, there)) for entry in row] for row in lagrange.matrix]
+    return LinearMotion(masses, slopes(velocities), slopes(phase.coordinates))
+
+
+def momenta_at_rest(velocities: Sequence[Expr], phase: Phase) -> dict[str, Expr] | None:
+    """The momenta of a system at rest, as functions of the coordinates; `velocities` are dH/dp.
+
+    None where the velocities are not linear in the momenta, and no momenta are not it, either.
+    """
+    parts = linear(velocities, phase.momenta)
+    if parts is not None:
+        inverse = inverse_of(parts[0])
+        if inverse is None:
+            return None
+        values = [short_form(total(-a * b for a, b in zip(row, parts[1], strict=True))) for row in inverse]
+        return dict(zip(phase.momenta, values, strict=True))
+    still = dict.fromkeys(phase.momenta, ZERO)
+    return still if all(is_zero(substitute(v, still)) for v in velocities) else None
+
+
+def of_hamilton(equations: Sequence[Expr], phase: Phase, place: Mapping[str, Expr]) -> LinearMotion:
+    """Hamilton's equations near the equilibrium at the coordinates and momenta `place`."""
+    return LinearMotion.of_matrix(
+        [[short_form(substitute(derivative(e, name), place)) for name in phase.names] for e in equations]
+    )
+
+
+def _array(matrix: Matrix) -> Any:
+    return np.array(matrix, dtype=object)
+
+
+def inverse_of(matrix: Matrix) -> Matrix | None:
+    """The inverse; None where there is none, or it is too large."""
+    try:
+        return matrices.inverse(matrix)
+    except (ExpressionError, ZeroDivisionError):
+        return None
+
+
+# --- the roots
 
 S = symbol("rate s")
 """The variable of characteristic polynomials, or its square; with a blank in it, it is no document's name."""
@@ -99,43 +252,6 @@ def spectrum(
 def _is_open(motion: LinearMotion) -> bool:
     """Whether it has symbols, or unknown functions."""
     return any(e.names or e.unknown for e in motion.entries)
-
-
-def symmetric_roots(matrix: Matrix) -> list[Expr]:
-    """The eigenvalues of a symmetric matrix (at most 3 by 3).
-
-    Raises:
-        ExpressionError: they are roots of an irreducible cubic with symbols.
-    """
-    roots: list[Expr] = []
-    for block in matrices.blocks(matrix):
-        shifted = [[matrix[i][j] - S if i == j else matrix[i][j] for j in block] for i in block]
-        for factor, times in polynomial_factors(matrices.determinant(shifted), str(S)):
-            roots += _real_roots(*(factor.get(k, ZERO) for k in range(4))) * times
-    return roots
-
-
-def _real_roots(d: Expr, c: Expr, b: Expr, a: Expr) -> list[Expr]:
-    """The roots of a x^3 + b x^2 + c x + d, where they are real; of a quadratic the one with -sqrt first.
-
-    Those of a cubic without symbols are -b/(3a) + 2 sqrt(p) cos((acos(q/p^(3/2)) + 2 pi j)/3), ascending for
-    j = 1, 2, 0. Source: O. K. Smith, Communications of the ACM 4 (1961) 168.
-
-    Raises:
-        ExpressionError: it is a cubic with symbols, whose roots fill pages.
-    """
-    if not a:
-        if not b:
-            return [tidy(-d / c)]
-        root = root_of_either_sign(c**2 - 4 * b * d)
-        return [tidy((-c - root) / (2 * b)), tidy((-c + root) / (2 * b))]
-    p = tidy((b**2 - 3 * a * c) / (9 * a**2))
-    b, c, d = (e / a for e in (b, c, d))
-    if p.names or (q := tidy((9 * b * c - 2 * b**3 - 27 * d) / 54)).names:
-        raise ExpressionError("they are roots of a cubic with symbols")
-    radius = sqrt(p)
-    angle = apply("acos", tidy(q / radius**3)) / 3
-    return [2 * radius * apply("cos", angle + 2 * PI * j / 3) - tidy(b) / 3 for j in (1, 2, 0)]
 
 
 def sign_of(e: Expr, given: Values) -> int | None:
