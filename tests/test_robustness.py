@@ -11,7 +11,7 @@ import numpy as np
 from hypothesis import HealthCheck, Phase, given, settings
 from hypothesis import strategies as st
 
-from rigidcli.bodies.bodies import Composite, KnownTensor
+from rigidcli.bodies.composites import Composite, KnownTensor
 from rigidcli.bodies.points import PointMasses
 from rigidcli.bodies.shapes import SHAPES
 from rigidcli.document.document import Document

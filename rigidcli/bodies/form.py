@@ -136,6 +136,10 @@ class Form(Section):
         """By how much the coordinates of the atoms of a molecule may be off (m); None for other bodies."""
         return None
 
+    def report(self) -> dict[str, Any]:
+        """Further results of a mesh, by their names; no other form has any."""
+        return {}
+
     @abstractmethod
     def local(self, arithmetic: Arithmetic) -> mass_properties.MassProperties:
         """Mass properties in the form's own axes and from its own origin."""

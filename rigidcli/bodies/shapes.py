@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Collection, Iterator, Mapping
 from functools import cache
-from typing import Any
+from typing import Any, TypeVar
 
 from rigidcli.bodies import primitives
 from rigidcli.bodies.shape import Anchor, Lamina, Shape, Shell, Solid, Wire, section
@@ -54,29 +54,28 @@ PRIMITIVES: dict[Callable[..., Any], tuple[type[Shape], dict[str, Anchor]]] = {
 _NAMED = {primitive.__name__: primitive for primitive in PRIMITIVES}
 
 
-@cache
-def _section(name: str) -> type[Shape]:
-    primitive = _NAMED[name]
-    return section(primitive, *PRIMITIVES[primitive])
+T = TypeVar("T")
 
 
-class _Shapes(Mapping[str, type[Shape]]):
-    """The shapes by name; the section of one is made when it is asked for, as a document has few."""
+class MadeWhenAsked(Mapping[str, T]):
+    """A mapping of these `names`, of which a document needs few: a value is made when it is asked for."""
 
-    def __getitem__(self, name: str) -> type[Shape]:
-        return _section(name)
+    def __init__(self, names: Collection[str], make: Callable[[str], T]) -> None:
+        self.names, self.make = names, cache(make)
 
-    def __contains__(self, name: object) -> bool:
-        return name in _NAMED
+    def __getitem__(self, name: str) -> T:
+        if name not in self.names:
+            raise KeyError(name)
+        return self.make(name)
 
     def __iter__(self) -> Iterator[str]:
-        return iter(_NAMED)
+        return iter(self.names)
 
     def __len__(self) -> int:
-        return len(_NAMED)
+        return len(self.names)
 
 
-SHAPES = _Shapes()
+SHAPES = MadeWhenAsked(_NAMED, lambda name: section(_NAMED[name], *PRIMITIVES[_NAMED[name]]))
 """The sections of the shapes."""
 
 

@@ -404,7 +404,7 @@ def _require_physical(document: Document) -> None:
 
 
 def _shapes(body: object) -> Iterator[Shape]:
-    from rigidcli.bodies.bodies import Composite
+    from rigidcli.bodies.composites import Composite
     from rigidcli.bodies.shape import Shape
 
     for part in body.parts if isinstance(body, Composite) else ():

@@ -64,10 +64,8 @@ def inertia_fields(document: Document) -> tuple[Field, ...]:
 
 def mesh_fields(document: Document) -> list[Field]:
     """The results for the mesh that the body consists of, if it is one."""
-    from rigidcli.bodies.meshes import Mesh
-
     fields = []
-    for key, value in document.body.report().items() if isinstance(document.body, Mesh) else ():
+    for key, value in (document.body.report() if document.body else {}).items():
         field = field_of("inertia", f"mesh.{key}", value)
         field.words = yes_or_no(value) if isinstance(value, bool) else value if isinstance(value, str) else ""
         field.diagnostic |= key in USUAL and value == USUAL[key]

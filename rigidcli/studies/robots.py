@@ -14,7 +14,7 @@ from typing import NamedTuple
 import numpy as np
 from pydantic import ValidationError
 
-from rigidcli.bodies.bodies import Composite
+from rigidcli.bodies.composites import Composite
 from rigidcli.bodies.robots.links import ENTRIES, Link, listed
 from rigidcli.core.arithmetic import FLOAT, Floats
 from rigidcli.core.mass_properties import MassProperties, combine

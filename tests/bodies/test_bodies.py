@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
 import rigidcli
-from rigidcli.bodies.bodies import Composite
+from rigidcli.bodies.composites import Composite
 from rigidcli.bodies.shape import Region
 from rigidcli.errors import DocumentError
 from tests.bodies.test_shapes import loaded, result, scaled

@@ -10,7 +10,7 @@ from dataclasses import replace
 import numpy as np
 from pydantic import ValidationError
 
-from rigidcli.bodies.bodies import Composite
+from rigidcli.bodies.composites import Composite
 from rigidcli.bodies.form import Form
 from rigidcli.bodies.holes import Leaf
 from rigidcli.bodies.meshes import Mesh

@@ -6,8 +6,8 @@ from collections.abc import Iterator, Sequence
 
 import numpy as np
 
-from rigidcli.bodies.bodies import Composite
 from rigidcli.bodies.charts import Chart, Turn
+from rigidcli.bodies.composites import Composite
 from rigidcli.bodies.form import Form
 from rigidcli.bodies.points import PointMasses
 from rigidcli.bodies.shape import Shape
