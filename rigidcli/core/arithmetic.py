@@ -1,4 +1,4 @@
-"""A kind of number: the functions that formulas need besides + - * / and powers."""
+"""The arithmetic of formulas: floats, or exact expressions."""
 
 from __future__ import annotations
 

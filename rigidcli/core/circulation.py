@@ -1,7 +1,13 @@
 """The closed form of torque-free motion in which omega circulates, seen in the body, and of the separatrix.
 
-Omega circulates about c, the axis of the largest or of the smallest moment. With principal axes
-a, b, c (right-handed), b the intermediate one, and signs such that w_a >= 0 and w_c >= 0 at t = 0:
+    a, b, c       principal axes, right-handed: omega circulates about c, the axis of the largest or of the
+                  smallest moment, and b is the intermediate one
+    Ia, Ib, Ic    moments about them (kg m^2); L angular momentum (kg m^2/s), T kinetic energy (J)
+    wa, wb, wc    components of omega at t = 0 (rad/s), along axes whose signs make wa and wc >= 0
+    a1, a2, a3    amplitudes of the components of omega (rad/s)
+    cn, sn, dn    Jacobi's elliptic functions of the modulus k, with k' = sqrt(1 - k^2)
+    u, u0, rate   their argument, its value at t = 0, and its rate of change (rad/s)
+    phi, phi'     angle by which c has turned about L (rad), and its rate
 
     d2 = Ic (Ic-Ib) wc^2 - Ia (Ib-Ia) wa^2  (= L^2 - 2 T Ib)
     a1^2 = wa^2 + Ib (Ic-Ib)/(Ia (Ic-Ia)) wb^2,   a2^2 = wb^2 + Ia (Ic-Ia)/(Ib (Ic-Ib)) wa^2

@@ -34,8 +34,8 @@ Regime: TypeAlias = Literal[
     "separatrix",
 ]
 
-BLOCK = 8192
-"""Samples that are worked at once, so that their arrays stay in the cache of a processor."""
+SAMPLES_AT_ONCE = 8192
+"""Samples that are worked at a time, so that their arrays stay in the cache of a processor."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -45,8 +45,8 @@ class Periods:
     `period` (s) is that of omega as seen in the body, None if omega is constant or the period is infinite.
     `flip_interval` (s) of an asymmetric body is half of it: the time in which the
     intermediate component of omega changes its sign. `mean_space_rate` (rad/s) is the mean rate at
-    which the body turns about L; None at rest. Moments within EQUAL_MOMENTS of each other count as equal
-    in all this, while the path is that of the moments as they are.
+    which the body turns about L; None at rest. Moments within EQUAL_MOMENTS of each other are classified as
+    equal; the path uses the moments as given.
     """
 
     regime: Regime
@@ -176,12 +176,13 @@ def motions(
     if len(constant):
         omega[constant] = omegas[constant, None]
         orientation[constant] = _turning(omegas[constant], orientations[constant], times)
-    for places, path in circulations(state, ~steady, max(1, BLOCK // max(len(times), 1))):
+    for places, path in circulations(state, ~steady, max(1, SAMPLES_AT_ONCE // max(len(times), 1))):
         _, first = path.at(np.zeros(1))
         before = compose(orientations[places], inverse(compose(first[:, 0], path.frames)))
         # The products before * q * frame are linear in q: a matrix for each motion.
         placing = compose(compose(before[:, None], np.eye(4)), path.frames[:, None])
-        for part in (slice(start, start + BLOCK) for start in range(0, len(times), BLOCK)):
+        for start in range(0, len(times), SAMPLES_AT_ONCE):
+            part = slice(start, start + SAMPLES_AT_ONCE)
             omega[places, part], turned = path.at(times[part])
             orientation[places, part] = turned @ placing
     begun = np.concatenate([orientations[:, None], orientation], axis=1)

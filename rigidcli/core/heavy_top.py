@@ -29,9 +29,9 @@ from numpy.typing import NDArray
 
 from rigidcli.core.arithmetic import EPS, Floats
 from rigidcli.core.elliptic import carlson_rf, complete, growth, jacobi, lag
-from rigidcli.core.free_body import BLOCK
+from rigidcli.core.free_body import SAMPLES_AT_ONCE
 from rigidcli.core.nutation import Start, Swing, rate_unit, swing
-from rigidcli.core.sensitivity import GROWN, representative, to_rounding
+from rigidcli.core.sensitivity import ULPS_MOVED, representative, to_rounding
 
 Complexes: TypeAlias = NDArray[np.complex128]
 
@@ -80,8 +80,8 @@ class HeavyMotion:
         """omega (n, 3; rad/s) and orientation (n, 4), in the axes of `heavy_motion`, at `times` (n, s)."""
         omega, orientation = np.empty((len(times), 3)), np.empty((len(times), 4))
         first, last = self.leads
-        for begin in range(0, len(times), BLOCK):
-            part = slice(begin, begin + BLOCK)
+        for begin in range(0, len(times), SAMPLES_AT_ONCE):
+            part = slice(begin, begin + SAMPLES_AT_ONCE)
             cosine, sine, across = self.parts(times[part] * self.unit)
             cosine, sine, across = first * cosine, last * sine, first * np.conj(last) * across
             orientation[part] = np.column_stack([cosine.real, sine.real, sine.imag, cosine.imag])
@@ -255,8 +255,8 @@ def sensitivity(
     given = motion(inputs)
     # Time at the top goes as log(1/k'). There several roundings may change k'^2 by a large part of it: what
     # they do is no measure of what one does.
-    grown = 1 if given.limits.complement < 1e-6 else GROWN
+    ulps = 1 if given.limits.complement < 1e-6 else ULPS_MOVED
     orientations = given.at(sample)[1][None]
     return float(
-        to_rounding(lambda moved: motion(moved).at(sample)[1][None], inputs, inputs, orientations, grown)[0]
+        to_rounding(lambda moved: motion(moved).at(sample)[1][None], inputs, inputs, orientations, ulps)[0]
     )

@@ -26,7 +26,7 @@ import numpy as np
 
 from rigidcli.core.arithmetic import Floats
 from rigidcli.core.elliptic import CONVERGED, beyond_first
-from rigidcli.core.precession import ROUNDING
+from rigidcli.core.precession import SAME_NUMBER
 
 NutationKind: TypeAlias = Literal["looping", "cuspidal", "wavy", "steady", "none"]
 
@@ -151,7 +151,7 @@ def _below_vertical(start: Start, down1: float) -> tuple[float, float, float]:
 def _unless_rounding(one: float, other: float) -> float:
     """The sum, and zero where it may be the rounding of its terms alone."""
     total = one + other
-    return total if abs(total) > ROUNDING * (abs(one) + abs(other)) else 0.0
+    return total if abs(total) > SAME_NUMBER * (abs(one) + abs(other)) else 0.0
 
 
 def _better(*sums: tuple[float, ...]) -> float:
@@ -253,7 +253,7 @@ def _in_units(lambda1: float, lambda3: float, given: tuple[float, ...], is_stead
     """The nutation in units of time in which no rate is far above 1."""
     spin, tilt, precession, nutation, weight_moment = given
     down, up = 2 * math.sin(tilt / 2) ** 2, 2 * math.cos(tilt / 2) ** 2
-    if abs(tilt - math.pi) <= ROUNDING:
+    if abs(tilt - math.pi) <= SAME_NUMBER:
         down, up = 2.0, 0.0
     square = down * up
     turning, slope = precession * square, nutation * math.sqrt(square)
@@ -261,7 +261,7 @@ def _in_units(lambda1: float, lambda3: float, given: tuple[float, ...], is_stead
     a, beta = lambda3 * spin / lambda1, 2 * weight_moment / lambda1
     poles = _unless_rounding(turning, -a * down), _unless_rounding(turning, a * up)
     start = Start(poles, a, beta, turning, slope, energy, down, up)
-    limits = swing(start, 2.0 if is_steady else 4 * ROUNDING)
+    limits = swing(start, 2.0 if is_steady else 4 * SAME_NUMBER)
     if not any(limits.x):
         rate = precession if square else None
         if not rate:

@@ -22,8 +22,8 @@ from typing import Literal, TypeAlias
 from rigidcli.core.arithmetic import EPS, Arithmetic, Scalar
 from rigidcli.errors import ComputationError
 
-ROUNDING = 4 * EPS
-"""The largest difference of two equal numbers, in units of either, that a few roundings leave."""
+SAME_NUMBER = 4 * EPS
+"""Relative difference below which two floats count as equal: a few roundings leave as much."""
 
 JULIAN_YEAR = 36525 * 864
 """365.25 days of 86,400 seconds (s)."""
@@ -63,13 +63,13 @@ class Sleeping:
 def cosine(angle: Scalar, n: Arithmetic) -> Scalar:
     """cos(angle), and 0 for an angle (rad) that is a right angle but for its rounding."""
     value = n.cos(angle)
-    return 0 * value if not n.exact and abs(value) <= ROUNDING else value
+    return 0 * value if not n.exact and abs(value) <= SAME_NUMBER else value
 
 
 def sine(angle: Scalar, n: Arithmetic) -> Scalar:
     """sin(angle), and 0 for an angle (rad) that is pi but for its rounding."""
     value = n.sin(angle)
-    straight = n.sign(n.pi - angle) == 0 if n.exact else abs(angle - n.pi) <= ROUNDING
+    straight = n.sign(n.pi - angle) == 0 if n.exact else abs(angle - n.pi) <= SAME_NUMBER
     return 0 * value if straight else value
 
 
@@ -179,7 +179,7 @@ def _root_of_discriminant(a: Scalar, s: Scalar, p: Scalar, n: Arithmetic) -> tup
         root = n.hypot(s, bound)
         return n.sign(root), root
     excess = abs(s) - bound
-    if abs(excess) <= ROUNDING * bound:
+    if abs(excess) <= SAME_NUMBER * bound:
         return 0, 0.0
     return n.sign(excess), n.sqrt(abs(excess)) * n.sqrt(abs(s) + bound)
 

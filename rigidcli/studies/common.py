@@ -95,8 +95,8 @@ SHOWN_DIGITS = 6
 def noise(trusted_digits: float | None) -> float:
     """The size of errors in samples with this many trusted digits, in units of the largest sample.
 
-    It is ten times as large as the last of them, as one variable may be that much smaller than others. It is
-    1e-12 at most: what is larger may be a small sample and no error, and is not shown as zero.
+    It is ten times the last trusted digit, as variables differ in size, and at most 1e-12: what is larger may
+    be a small sample and no error, and is not shown as zero.
     """
     return NOISE if trusted_digits is None else min(max(NOISE, 10 ** (1 - trusted_digits)), 1e-12)
 

@@ -174,8 +174,8 @@ def _problem(
     """The problem of a body in this `state`, with the times to show, and a note where these are not given.
 
     They are then three nutations of a top whose `nutation` has a period (s), enough to see it repeat, or ten
-    turns of a body, or a second of one that does not turn yet; nothing is noted of a body that stays at rest,
-    as no weight has `pulled` at it.
+    turns of a body, or a second of one that does not turn yet. No note is needed for a body
+    at rest that nothing has `pulled`.
     """
     rate, duration, words = FLOAT.hypot(*state["omega"]), 1.0, "1 s is"
     if nutation is not None:
