@@ -17,10 +17,10 @@ import numpy as np
 
 from rigidcli.core.arithmetic import Arithmetic, Array, Floats, Scalar
 
-FACES = 8
+FACES_OF_RIGHT_ANGLE = 8
 """Faces along a right angle: 32 round a circle look round, and make a light file."""
 
-EMPTY = 1e-12
+LEAST_FACE = 1e-12
 """A face of less than this share of the largest is an edge or a point of the shape, but for rounding."""
 
 
@@ -106,14 +106,16 @@ class Chart:
         corners = [(grid[:-1, :-1], grid[1:, :-1], grid[1:, 1:], grid[:-1, 1:]) for grid in grids]
         quads = np.vstack([np.stack(each, axis=2).reshape(-1, 4, 3) for each in corners])
         doubled = np.linalg.norm(np.cross(quads[:, 2] - quads[:, 0], quads[:, 3] - quads[:, 1]), axis=1)
-        quads = quads[doubled > EMPTY * doubled.max()]
+        quads = quads[doubled > LEAST_FACE * doubled.max()]
         # Two corners coincide where a face is a triangle, as at the middle of a disk.
         sides = np.linalg.norm(quads - np.roll(quads, 1, axis=1), axis=2)
-        return [quad[side > EMPTY * sides.max()] for quad, side in zip(quads, sides, strict=True)]
+        return [quad[side > LEAST_FACE * sides.max()] for quad, side in zip(quads, sides, strict=True)]
 
     def _grid(self, fixed: int | None = None, end: float = 0.0) -> Floats:
         """Places (by each coordinate, 3) in all of the shape, or where a `fixed` coordinate has its `end`."""
-        steps = [FACES * right_angles(turn) if turn is not None else 1 for turn in self.coordinates]
+        steps = [
+            FACES_OF_RIGHT_ANGLE * right_angles(turn) if turn is not None else 1 for turn in self.coordinates
+        ]
         axes = [np.array([end]) if k == fixed else np.linspace(0, 1, 1 + n) for k, n in enumerate(steps)]
         grids = np.meshgrid(*axes, indexing="ij")
         spot = self.at(np.array([grid.ravel() for grid in grids]))

@@ -30,7 +30,7 @@ from rigidcli.fields.environment import BoundExpression
 MAX_STEPS = 400_000
 """Steps in multiplying out all ten integrands: about two seconds."""
 
-HIGHEST = 200
+HIGHEST_POWER = 200
 """The highest power of a sine or cosine that is integrated, by as many steps."""
 
 SIDED = ("abs", "sign")
@@ -163,7 +163,7 @@ def _over_turn(turn: Turn, names: Sequence[str], factors: Factors) -> Expr:
     """The integral of powers of a cosine and a sine over a turn. Raises ExpressionError for other factors."""
     powers = dict.fromkeys(names, 0)
     for atom, exponent in factors:
-        if not isinstance(atom, Symbol) or exponent.denominator != 1 or not 0 <= exponent <= HIGHEST:
+        if not isinstance(atom, Symbol) or exponent.denominator != 1 or not 0 <= exponent <= HIGHEST_POWER:
             raise ExpressionError("a term has no integral")
         powers[atom.name] = int(exponent)
     c, s, end = (expr(part) for part in (turn.cos, turn.sin, turn.end))

@@ -55,7 +55,7 @@ RISE_OF_PEAK = 5.0
 LAST_STEP_OF_POLYNOMIAL = 1e-6
 """The last step of a search for the least value of a polynomial, which is then right to 1e-12."""
 
-BESIDE = 1e-6
+STEP_FROM_POINT = 1e-6
 """How far beside a point without a value a density is looked at, in units of the box."""
 
 HIGHEST_DEGREE = 30
@@ -67,7 +67,7 @@ MOST_POINTS = 50_000_000
 KINKED = ("abs", "sign", "atan2")
 """Functions that have a kink or a jump where their argument is zero."""
 
-WORST = 1e-4
+WORST_ERROR = 1e-4
 """The largest relative error that an answer may have."""
 
 
@@ -99,9 +99,9 @@ def _properties(
     """
     mass, centre, sums = centred(np.sum([integrals for integrals, _ in parts], axis=0))
     error = float(sum(own for _, own in parts) / mass)
-    if not error <= WORST:
+    if not error <= WORST_ERROR:
         raise ComputationError(
-            f"the density changes too much, or too suddenly, for a relative error of {WORST:g}",
+            f"the density changes too much, or too suddenly, for a relative error of {WORST_ERROR:g}",
             hint="give the body in `parts`, so that the density is smooth in each of them",
         )
     np.fill_diagonal(sums, np.maximum(sums.diagonal(), 0.0))
@@ -262,7 +262,10 @@ class Part:
         density, place = values(self.root, self.formula, at), np.array([at[axis] for axis in "xyz"])
         if np.isnan(density).any():
             # Such as 0/0: a density without a value at single points has one beside them.
-            steps = np.where(points < 0.5, BESIDE, -BESIDE) * (1 + np.arange(len(points)))[:, None]
+            steps = (
+                np.where(points < 0.5, STEP_FROM_POINT, -STEP_FROM_POINT)
+                * (1 + np.arange(len(points)))[:, None]
+            )
             beside = values(self.root, self.formula, self.at(points + steps, self.nodes)[1])
             density = np.where(np.isnan(density), beside, density)
         require_density(density, place, self.least, self.unit, "shape")

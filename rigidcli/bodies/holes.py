@@ -18,7 +18,7 @@ import numpy as np
 from rigidcli.bodies.density import at_points, place_text
 from rigidcli.bodies.form import Form
 from rigidcli.bodies.meshes import Mesh
-from rigidcli.bodies.shape import DRAWN_IN, Lamina, NoValueError, Region, Shape, floats
+from rigidcli.bodies.shape import NET_DRAWN_IN, Lamina, NoValueError, Region, Shape, floats
 from rigidcli.core.arithmetic import FLOAT, Arithmetic, Array, Floats, Mask, Scalar
 from rigidcli.errors import Path, ValueProblem
 from rigidcli.fields.environment import BoundExpression
@@ -26,7 +26,7 @@ from rigidcli.fields.environment import BoundExpression
 MOST_COMPARED = 100
 """The most shapes of a composite that are compared with each other, which takes a tenth of a second."""
 
-SLACK = 0.01
+DENSER_THAN_BODY = 0.01
 """How much denser than its body a hole may be, in units of its own density: given masses are rounded."""
 
 
@@ -108,7 +108,7 @@ class Leaf:
 
     def reaches(self, points: Floats, hole: Leaf) -> Mask:
         """Which of the points of a hole lie inside, to within a rounding margin at shared faces."""
-        margin = Mesh.MARGIN if isinstance(self.form, Mesh) else DRAWN_IN
+        margin = Mesh.MARGIN if isinstance(self.form, Mesh) else NET_DRAWN_IN
         size, near = 2 * max(hole.ball[1], self.ball[1]) * margin, self.contains(points)
         for direction in (*np.eye(3), *-np.eye(3)):
             if (far := np.flatnonzero(~near)).size:
@@ -187,7 +187,7 @@ def require_material(leaves: Sequence[Leaf], n: Arithmetic) -> None:
     for hole in placed:
         if hole.sign < 0:
             middle, radius = hole.ball
-            reach = (radii + radius) * (1 + 8 * DRAWN_IN)
+            reach = (radii + radius) * (1 + 8 * NET_DRAWN_IN)
             near = np.flatnonzero(np.linalg.norm(middles - middle, axis=1) <= reach)
             _require_material_in(hole, [placed[k] for k in near if placed[k].is_like(hole)])
 
@@ -203,8 +203,8 @@ def _require_material_in(hole: Leaf, others: Sequence[Leaf]) -> None:
             there = there + other.density_at(points, other.reaches(points, hole))
         elif other is not hole:
             taken = taken + other.density_at(points, other.contains(points))
-    worst = int(np.argmax(taken - there - SLACK * own))
-    if taken[worst] - there[worst] > SLACK * own[worst]:
+    worst = int(np.argmax(taken - there - DENSER_THAN_BODY * own))
+    if taken[worst] - there[worst] > DENSER_THAN_BODY * own[worst]:
         amounts = f"{taken[worst]:.6g} from {there[worst]:.6g} {hole.region.UNIT}"
         what = f"more is taken away than is there ({amounts})"
         where = place_text(points[:, worst], hole.ball[1])

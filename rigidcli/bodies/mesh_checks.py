@@ -15,19 +15,19 @@ from rigidcli.core.arithmetic import Floats
 from rigidcli.core.tensor import ROUNDING_OF_SUM
 from rigidcli.errors import ValueProblem
 
-MERGED = 1e-6
+SAME_VERTEX = 1e-6
 """Vertices nearer than this, in units of the size, are one: single precision moves them by a tenth of it."""
 
-COUNTED = 300_000
+MOST_TRIANGLES_COUNTED = 300_000
 """The most triangles of a mesh whose connected parts are counted, which takes a tenth of a second."""
 
-CLEARLY = 1e-9
+LEAST_VOLUME_OF_PART = 1e-9
 """A part that encloses this share of the cube of the size is not flat."""
 
 PROBES = 1024
 """About how many triangles, evenly chosen, are places where parts may overlap."""
 
-BESIDE = 1e-6
+STEP_FROM_TRIANGLE = 1e-6
 """How far from a triangle a point beside it is, in units of the size: single precision moves both."""
 
 FARTHEST = 1e50
@@ -70,7 +70,7 @@ def _checked(path: pathlib.Path, state: tuple[int, int, int]) -> Checked:
     if surface.is_flat:
         labels = surfaces.components(surfaces.vertex_keys(surface.corners))
         volumes = [Surface(surface.corners[:, :, labels == label]).volume for label in np.unique(labels)[:9]]
-        if max(volumes) > CLEARLY * surface.size**3 and min(volumes) < 0:
+        if max(volumes) > LEAST_VOLUME_OF_PART * surface.size**3 and min(volumes) < 0:
             raise ValueProblem(
                 f"{path}: its parts enclose {max(volumes):.6g} and {min(volumes):.6g} cubic units, "
                 "so that one is inside out",
@@ -83,7 +83,7 @@ def _checked(path: pathlib.Path, state: tuple[int, int, int]) -> Checked:
     is_inward = surface.volume < 0
     probes, count = np.arange(0, surface.triangles, max(1, surface.triangles // PROBES)), None
     labels = np.zeros(surface.triangles, dtype=np.intp)
-    if surface.triangles <= COUNTED:
+    if surface.triangles <= MOST_TRIANGLES_COUNTED:
         labels = surfaces.components(surfaces.vertex_keys(surface.corners))
         first = np.sort(np.unique(labels, return_index=True)[1])
         probes, count = np.append(probes, first[:: -(-len(first) // PROBES)]), len(first)
@@ -117,12 +117,14 @@ def _merged(surface: Surface, path: pathlib.Path, notes: list[str]) -> Surface:
 
     A closed surface needs none of this: its sums would change by no more than such distances.
     """
-    distance = MERGED * surface.size
+    distance = SAME_VERTEX * surface.size
     corners, count = surfaces.merged(surface.corners, surface.box, distance)
     if count == 0:
         return surface
     were = "1 vertex was" if count == 1 else f"{count:,} vertices were"
-    notes.append(f"{were} nearer than {distance:.3g} units, {MERGED:g} of its size, to others, and merged")
+    notes.append(
+        f"{were} nearer than {distance:.3g} units, {SAME_VERTEX:g} of its size, to others, and merged"
+    )
     return _summed(corners, path)
 
 
@@ -169,7 +171,9 @@ def _overlaps(
     """
     triangles = surface.some(probes)
     middles, normals = triangles.mean(axis=1), surfaces.normals(triangles)
-    points = np.concatenate([middles + side * BESIDE * surface.size * normals for side in (-1, 1)])
+    points = np.concatenate(
+        [middles + side * STEP_FROM_TRIANGLE * surface.size * normals for side in (-1, 1)]
+    )
     counts = orientation * surfaces.windings(surface.corners, surface.box, points)
     below, notes = np.flatnonzero(counts < 0), list[str]()
     for part, place in zip(*np.unique(np.tile(labels[probes], 2)[below], return_index=True), strict=True):

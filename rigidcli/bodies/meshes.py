@@ -23,13 +23,13 @@ from rigidcli.fields.section import FileName, environment
 if TYPE_CHECKING:
     from rigidcli.bodies.mesh_checks import Checked
 
-LARGE = 10.0
+LARGEST_IN_METRES = 10.0
 """A mesh without a `scale` that is larger than this (m) has probably millimetres for its unit."""
 
-SAMPLED = 500
+MOST_TRIANGLES_OF_HOLE = 500
 """The most triangles of a hole that are compared with what it is cut from."""
 
-DRAWN_IN = 1e-2
+CORNERS_DRAWN_IN = 1e-2
 """How far corners of such a triangle are drawn to its middle, as they may be at sharp edges of the hole."""
 
 
@@ -101,10 +101,10 @@ class Mesh(Form):
         from rigidcli.bodies.surfaces import normals
 
         surface = self.checked.surface
-        corners = surface.some(slice(None, None, -(-surface.triangles // SAMPLED)))
+        corners = surface.some(slice(None, None, -(-surface.triangles // MOST_TRIANGLES_OF_HOLE)))
         middles = corners.mean(axis=1, keepdims=True)
         depth = (-1 if self.checked.is_inward else 1) * self.MARGIN * surface.size
-        places = np.concatenate([middles, corners + DRAWN_IN * (middles - corners)], axis=1)
+        places = np.concatenate([middles, corners + CORNERS_DRAWN_IN * (middles - corners)], axis=1)
         points = (places - depth * normals(corners)[:, None]).reshape(-1, 3).T * self.unit
         inside: Floats = points[:, self.contains(*points)]
         return inside
@@ -183,7 +183,7 @@ class Mesh(Form):
         """The unit of the file's coordinates, as given, or as the size of the mesh lets one guess."""
         if self.scale is not None:
             return f"{self.unit:g} m"
-        return f"{'m' if self._largest <= LARGE else 'mm'}, a guess by the size"
+        return f"{'m' if self._largest <= LARGEST_IN_METRES else 'mm'}, a guess by the size"
 
     @property
     def _largest(self) -> float:
@@ -191,7 +191,7 @@ class Mesh(Form):
         return float(np.ptp(self.checked.surface.box, axis=0).max())
 
     def _doubts(self) -> Iterator[str]:
-        if self.scale is None and self._largest > LARGE:
+        if self.scale is None and self._largest > LARGEST_IN_METRES:
             yield (
                 f"the mesh is {self._largest:.6g} m long; are its coordinates millimetres? "
                 "`scale: 0.001` says so, and `scale: 1` that they are metres"

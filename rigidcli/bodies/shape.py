@@ -32,10 +32,10 @@ Anchor: TypeAlias = Callable[[Any], tuple[Any, ...]]
 """A point (x, y, z in m, own axes) of a shape, which follows from its dimensions."""
 
 
-STEPS, INSIDE = 17, 7
+STEPS_OF_NET, ONE_INSIDE_IN = 17, 7
 """Steps of a net along a straight coordinate, and nine of a right angle; inside is one point in so many."""
 
-DRAWN_IN = 1e-9
+NET_DRAWN_IN = 1e-9
 """How far the net of a shape is drawn in from its ends, in units of its size: beyond all rounding."""
 
 
@@ -297,14 +297,14 @@ def _net(primitive: Callable[..., Figure], *dimensions: Any) -> Floats:
     """The net of a figure, kept for other parts of the same size: images of points of its unit boxes."""
     parts = []
     for chart in primitive(FLOAT, *dimensions).charts():
-        steps = (STEPS if turn is None else 9 * right_angles(turn) for turn in chart.coordinates)
-        axes = (np.linspace(DRAWN_IN, 1 - DRAWN_IN, 1 + count) for count in steps)
+        steps = (STEPS_OF_NET if turn is None else 9 * right_angles(turn) for turn in chart.coordinates)
+        axes = (np.linspace(NET_DRAWN_IN, 1 - NET_DRAWN_IN, 1 + count) for count in steps)
         net = np.array([grid.ravel() for grid in np.meshgrid(*axes, indexing="ij")])
-        is_surface = ((net == DRAWN_IN) | (net == 1 - DRAWN_IN)).any(axis=0)
-        spot = chart.at(net[:, is_surface | (np.arange(net.shape[1]) % INSIDE == 0)])
+        is_surface = ((net == NET_DRAWN_IN) | (net == 1 - NET_DRAWN_IN)).any(axis=0)
+        spot = chart.at(net[:, is_surface | (np.arange(net.shape[1]) % ONE_INSIDE_IN == 0)])
         places = np.array(spot[:3]) + np.reshape(chart.origin, (3, 1))
         if not any(chart.coordinates):  # a corner of the unit box may be all of an edge: it is drawn in, too
-            places += 2 * DRAWN_IN * (places.mean(axis=1, keepdims=True) - places)
+            places += 2 * NET_DRAWN_IN * (places.mean(axis=1, keepdims=True) - places)
         parts.append(places)
     return np.hstack(parts)
 
@@ -328,7 +328,7 @@ class Lamina(Region):
 
     def contains(self, x: Floats, y: Floats, z: Floats) -> Mask:
         """Which of the points (m, own axes) lie in the shape, but for rounding across its plane."""
-        figure, thickness = self.figure(FLOAT), 2 * DRAWN_IN * self.extent()[1]
+        figure, thickness = self.figure(FLOAT), 2 * NET_DRAWN_IN * self.extent()[1]
         if figure.corners is not None:
             turn, origin = solids.plane_of(figure.corners())
             x, y, z = turn.T @ (np.array([x, y, z]) - origin[:, None])

@@ -45,10 +45,10 @@ _MIX = tuple(
 
 _HALF = np.uint64(32)
 
-FAR = 10.0
+FAR_FROM_ORIGIN_OF_SUMS = 10.0
 """Beyond this ratio of c^2 to the mean square distance from c, sums are taken anew about the centre c."""
 
-FLAT = 1e-7
+FLATTEST = 1e-7
 """A surface encloses nothing if its volume is below this, in units of its area and the diagonal of its box.
 
 Coordinates of single precision, as STL has them, leave a volume of this size between two sides of a sheet.
@@ -60,10 +60,10 @@ OBLIQUE = (0.12357, -0.07913)
 MOST_PAIRS = 5_000_000
 """The most pairs of a triangle and a line that are looked at, which takes a quarter of a second."""
 
-CHUNK = 1_000_000
+PAIRS_AT_ONCE = 1_000_000
 """About the most such pairs at once, which bounds the memory."""
 
-SQUARES = 500
+SQUARES_OF_SIDE = 500
 """Squares along a side of a net of lines: most are empty, and its table of 2 MB stays in the cache."""
 
 
@@ -222,7 +222,7 @@ class Surface:
             self.box = np.array([np.minimum(self.box[0], low), np.maximum(self.box[1], high)])
             self.residue = (self.residue + fingerprint(vertex_keys(block))) % 2**64
             self._add(block)
-        if self.centre @ self.centre > FAR * np.trace(self.second):
+        if self.centre @ self.centre > FAR_FROM_ORIGIN_OF_SUMS * np.trace(self.second):
             self._begin(self.origin + self.centre)
             for block in blocks(corners):
                 self._add(block)
@@ -287,7 +287,7 @@ class Surface:
     @property
     def is_flat(self) -> bool:
         """Whether there is no space inside."""
-        return abs(self.volume) <= FLAT * self.area * self.size
+        return abs(self.volume) <= FLATTEST * self.area * self.size
 
 
 def normals(triangles: Floats) -> Floats:
@@ -355,7 +355,7 @@ def _counted(corners: Floats, centre: Floats, points: Floats) -> NDArray[np.intp
         pairs += int(number.sum())
         if pairs > MOST_PAIRS and len(u) > 1:
             return None
-        for part in np.array_split(np.arange(len(some)), 1 + number.sum() // CHUNK):
+        for part in np.array_split(np.arange(len(some)), 1 + number.sum() // PAIRS_AT_ONCE):
             line = np.repeat(first[part] - np.cumsum(number[part]) + number[part], number[part])
             line, triangle = line + np.arange(len(line)), np.repeat(some[part], number[part])
             near = (low[1, triangle] <= v[line]) & (high[1, triangle] >= v[line])
@@ -385,15 +385,15 @@ class _Squares:
 
     def __init__(self, u: Floats, v: Floats) -> None:
         self.low = np.array([[u.min()], [v.min()]])
-        self.per_length = SQUARES / (max(float(np.ptp(u)), float(np.ptp(v))) or 1.0)
-        table = np.zeros((SQUARES + 1, SQUARES + 1), dtype=np.int32)
+        self.per_length = SQUARES_OF_SIDE / (max(float(np.ptp(u)), float(np.ptp(v))) or 1.0)
+        table = np.zeros((SQUARES_OF_SIDE + 1, SQUARES_OF_SIDE + 1), dtype=np.int32)
         np.add.at(table, tuple(self._places(np.array([u, v])) + 1), 1)
         self.below = table.cumsum(axis=0).cumsum(axis=1)
 
     def _places(self, points: Floats) -> NDArray[np.int32]:
         """The squares (2, n) of points; for points outside the net, the nearest ones at its border."""
         places: Floats = (points - self.low) * self.per_length
-        return np.clip(places, 0, SQUARES - 1, out=places).astype(np.int32)
+        return np.clip(places, 0, SQUARES_OF_SIDE - 1, out=places).astype(np.int32)
 
     def hold_lines(self, low: Floats, high: Floats) -> Mask:
         """Whether there are lines in the squares that rectangles from `low` to `high` (2, n) touch."""

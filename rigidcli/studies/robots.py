@@ -35,17 +35,17 @@ SLIPS = {1e-3: "the mass may be in g, expected kg", 1e9: "the lengths may be in 
 UNITS = {1e3: "g m^2", 1e4: "kg cm^2", 1e6: "kg mm^2", 1e7: "g cm^2", 1e9: "g mm^2"}
 """Units in which tensors are often written by mistake, by their number in 1 kg m^2."""
 
-FAR = 0.25
+FAR_OUTSIDE = 0.25
 """A centre of mass is suspicious farther outside the box of the geometry, in units of its diagonal."""
 
-FACTOR = 10.0
+FACTOR_OF_FORM = 10.0
 """Moments may differ from the moments of the uniform form by this factor: hollow links have larger ones."""
 
-NEAR = 3.0
+FACTOR_OF_CURE = 3.0
 """A unit or an edit is proposed if it brings the moments within this factor of the form's: less than ten, by
 which the nearest units differ."""
 
-ALIKE = 1.2
+FACTOR_OF_BALLS = 1.2
 """Equal moments within this factor of the form's are no placeholder: balls and cubes have equal moments."""
 
 EDITS = (-1.0, 1e-3, 1e-2, 1e-1, 1e1, 1e2, 1e3)
@@ -124,13 +124,13 @@ def _suspicions(
     Each is the key, the reason, and a hint.
     """
     moments = _moments(tensor, mass)
-    placeholder = _placeholder(mass, tensor, any(form.is_near(moments, ALIKE) for form in forms))
+    placeholder = _placeholder(mass, tensor, any(form.is_near(moments, FACTOR_OF_BALLS) for form in forms))
     if placeholder:
         yield "inertia", placeholder, None
     if not forms:
         return
     outside = [_outside(com, form.box) for form in forms]
-    if min(outside) > FAR:
+    if min(outside) > FAR_OUTSIDE:
         where = ", ".join(f"{part:.6g}" for part in com)
         hint = (
             "the position may be in mm, expected m"
@@ -144,10 +144,10 @@ def _suspicions(
         text = f"{mass:g} kg in the {form.volume:.3g} m^3 of its {form.role} would be"
         slips = [words for factor, words in SLIPS.items() if SOLID[0] <= factor * densities[0] <= SOLID[1]]
         yield "mass", f"{text} {densities[0]:.3g} kg/m^3", next(iter(slips), None)
-    if not placeholder and not any(form.is_near(moments, FACTOR) for form in forms):
+    if not placeholder and not any(form.is_near(moments, FACTOR_OF_FORM) for form in forms):
         own, uniform = (", ".join(f"{moment * mass:.3g}" for moment in m) for m in (moments, form.moments))
         text = f"the principal moments are {own}; {mass:g} kg in the form of its {form.role} have"
-        units = [unit for factor, unit in UNITS.items() if form.is_near(moments / factor, NEAR)]
+        units = [unit for factor, unit in UNITS.items() if form.is_near(moments / factor, FACTOR_OF_CURE)]
         hint = f"the tensor may be in {units[0]}, expected kg m^2" if len(units) == 1 else None
         yield "inertia", f"{text} {uniform} kg m^2", hint
 
@@ -199,7 +199,7 @@ def repair(link: Link) -> str | None:
         tensor = edited[PLACES]
         moments = _moments(tensor, mass)
         is_body = shortfall(tensor) is None and moments[0] > 0
-        if is_body and (not forms or any(form.is_near(moments, NEAR) for form in forms)):
+        if is_body and (not forms or any(form.is_near(moments, FACTOR_OF_CURE) for form in forms)):
             repairs.append(words)
     if len(repairs) != 1:
         return None

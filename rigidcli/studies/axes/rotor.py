@@ -19,7 +19,7 @@ PLANCK = 6.62607015e-34
 LIGHT = 299_792_458.0
 """The speed of light (m/s), exact."""
 
-FASTEST = 1e6
+LARGEST_CONSTANT = 1e6
 """A rotational constant (GHz) that no molecule has."""
 
 ROTORS = {
@@ -61,7 +61,7 @@ def rotor_fields(document: Document, rounding: float) -> tuple[tuple[Field, ...]
         for letter, moment in zip("ABC", moments, strict=True):
             is_known = moment > 0 and not (is_line and letter == "A")
             value = PLANCK / (8 * math.pi**2 * float(moment)) * per_hertz if is_known else None
-            if key == "ghz" and value is not None and value > FASTEST:
+            if key == "ghz" and value is not None and value > LARGEST_CONSTANT:
                 notes.append(
                     f"{letter} is {value:.3g} GHz, and that of H2 is 1,824 GHz: are the places right?"
                 )

@@ -22,7 +22,7 @@ from rigidcli.studies.ellipsoids import polhode_picture, semi_axes, trace_pictur
 from rigidcli.studies.euler.motion import Trajectory
 from rigidcli.studies.inertia.pictures import marks_of_body, moved, reach
 
-FAR = 3.0
+GAP_OF_PANELS = 3.0
 """How far apart components of omega are that have panels of their own, in units of their largest change."""
 
 
@@ -49,7 +49,7 @@ def _groups(values: Floats) -> list[list[int]]:
     changes, groups = float((high - low).max()), [order[:1]]
     for place in order[1:]:
         gap = low[place] - high[groups[-1]].max()
-        is_apart = gap > FAR * changes > ROUNDING_OF_SUM * np.abs(values).max()
+        is_apart = gap > GAP_OF_PANELS * changes > ROUNDING_OF_SUM * np.abs(values).max()
         groups = [*groups, [place]] if is_apart else [*groups[:-1], sorted([*groups[-1], place])]
     return groups
 
@@ -78,7 +78,7 @@ AXES, VECTORS, SPACE = 1.25, 1.5, 1.6
 """Lengths of the axes of the body, of omega and L where they are longest, and of the axes of space, in units
 of the distance from O to the farthest point of the body: no tip hides another."""
 
-ROUND = np.linspace(0, 2 * np.pi, 72, endpoint=False)
+CORNERS_OF_DISC = np.linspace(0, 2 * np.pi, 72, endpoint=False)
 """Directions of the corners of the polygon that stands for a plane (rad)."""
 
 
@@ -155,7 +155,11 @@ def _rolling_ellipsoid(motion: Trajectory) -> Iterator[Stage]:
         return
     along, size = momentum / length, float(axes.max())
     path = rotation.turned(motion.orientation, motion.omega)
-    disc = 1.2 * float(np.hypot.reduce(path, axis=1).max()) * np.column_stack([np.cos(ROUND), np.sin(ROUND)])
+    disc = (
+        1.2
+        * float(np.hypot.reduce(path, axis=1).max())
+        * np.column_stack([np.cos(CORNERS_OF_DISC), np.sin(CORNERS_OF_DISC)])
+    )
     turn = rotation.onto(tuple(along), FLOAT)
     plane = disc @ turn[:, :2].T + 2 * float(motion.energy[0]) / length * along
     parts = (

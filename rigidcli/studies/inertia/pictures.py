@@ -32,10 +32,10 @@ MOST_POINTS = 2_000
 MOST_FACES = 4_000
 """The most triangles of a mesh that are drawn as they are, so that viewers stay fast."""
 
-GROWN = 1.004
+HOLE_GROWN = 1.004
 """How much larger holes are drawn than they are."""
 
-REACH = 1.25
+LENGTH_OF_AXES = 1.25
 """Length of the principal axes, in units of the distance from O to the farthest point of the body."""
 
 
@@ -66,7 +66,7 @@ def body(document: Document, is_drawn: bool = True) -> Picture:
         scale, label = (0.9 * size / semi.max(), " (scaled)") if marks else (1, "")
         marks += lines_of(semi * scale, f"ellipsoid of inertia{label}", frame.axes, centre)
     for k, (axis, moment) in enumerate(zip(frame.axes, frame.moments, strict=True)):
-        ends = np.array([centre, centre + REACH * size * axis])
+        ends = np.array([centre, centre + LENGTH_OF_AXES * size * axis])
         marks.append(Mark("arrow", ends, f"e{'₁₂₃'[k]}: λ{'₁₂₃'[k]} = {moment:.4g} kg m²", style=k + 1))
     marks.append(Mark("dots", centre[None], "O", style=0))
     if np.linalg.norm(com - centre) > 1e-9 * size:
@@ -119,7 +119,7 @@ def _grown(faces: list[Floats]) -> list[Floats]:
     """The faces of a hole, a little larger about their middle, so that its ends are seen on the body."""
     points = np.vstack(faces)
     middle = (points.min(axis=0) + points.max(axis=0)) / 2
-    return [middle + GROWN * (face - middle) for face in faces]
+    return [middle + HOLE_GROWN * (face - middle) for face in faces]
 
 
 def _form(document: Document) -> Form | None:
