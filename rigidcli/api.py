@@ -62,7 +62,7 @@ def _study(name: str) -> Study:
 def _answer(
     row: Command, source: Source, exact: bool, settings: Settings, options: Mapping[str, Any]
 ) -> Result:
-    """The result of a study; that of one document can be worked again with what is only made to be seen."""
+    """The result of a study, which repeats it for pictures and a replay when these are seen."""
     run = import_module(f"rigidcli.studies.{row.name}").run
     if unknown := options.keys() - inspect.signature(run).parameters.keys():
         raise TypeError(f"{row.name}() got an unexpected keyword argument {unknown.pop()!r}")

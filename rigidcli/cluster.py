@@ -135,7 +135,7 @@ def _require_same(client: Any) -> None:
 
 
 def _in_words(error: Exception, address: str) -> Exception:
-    """The error as the user reads it; the same one where it does not come from the cluster."""
+    """The error of a cluster in words for the user; other errors are returned as they are."""
     if isinstance(error, CancelledError | TimeoutError | OSError):
         return ComputationError(
             f"the scheduler at `{address}` was lost, or has given up this work",

@@ -7,13 +7,14 @@ from typing import NamedTuple
 
 
 class Command(NamedTuple):
-    """A command: what it does, and for a study what it needs, offers and draws.
+    """A command.
 
-    `needs` are the sections of which a document has one. A study with a `section` follows a motion: that
-    section has the `samples` and `duration` that options set. It does not read the sections `ignored`, which
-    may stand in its documents for other commands. `pictures` are the kinds that it draws, the best first, and
-    the modules of `rigidcli.studies` with a function of that name. `python` is an example for its help in
-    Python. The `module` of `rigidcli.cli` has the function of its name, unless it is a study.
+    `needs`: a document of this study has at least one of these sections.
+    `ignored`: sections of its documents that are for other commands.
+    `section`: the section of a motion, with the `samples` and `duration` that options set.
+    `pictures`: the kinds that it draws, the best first, with the modules of `rigidcli.studies` for them.
+    `python`: an example for its help in Python.
+    `module`: the module of `rigidcli.cli` with its function, unless it is a study.
     """
 
     name: str

@@ -26,7 +26,7 @@ class Result(Report):
     """
 
     _again: Callable[..., Report] | None = field(default=None, repr=False, compare=False)
-    """Works the study out again, with what is only made to be seen; it stays behind when a result is sent."""
+    """Repeats the study with pictures and the replay of a motion; it is not pickled."""
 
     def __getitem__(self, key: str) -> Any:
         tree = self.tree
@@ -107,10 +107,10 @@ class Result(Report):
         Path(path).write_bytes(picture_file(seen, os.fspath(path)))
 
     def _as_seen(self) -> Report:
-        """The result with what a page has: the scene of a motion, and a picture where there is one.
+        """The result with the replay of a motion and a picture, for a page.
 
-        They are worked out when they are to be seen, as most results never are. A result whose study cannot
-        be worked again, as when a file of points is gone, is seen without them.
+        They are made when they are seen, as most results never are. A result whose study cannot be repeated,
+        for a file of points is gone, is seen without them.
         """
         from rigidcli.render.plots import has_library
         from rigidcli.studies.pictures import ANY

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from importlib import import_module
 from typing import Annotated, TypeAlias
 
@@ -41,6 +42,9 @@ class _AnyForm(SectionChoice):
         if isinstance(raw, str) and raw.strip() and with_colon(raw) is None:
             shapes = (shape_called(word.strip(",.;"), {})[0] for word in (raw, *raw.split()))
             meant = next(filter(None, shapes), SHAPES["box"])
+            if (call := re.fullmatch(r"\s*(\w+)\((.*)\)\s*", raw)) and call[1] in SHAPES:
+                hint = f"write `{{shape: {call[1]}, {re.sub(r' *= *', ': ', call[2])}}}`"
+                raise ValueProblem(f"read {shown(raw)}, expected a mapping", hint=hint)
             hint = f"write `{{shape: {meant.word()}, ...}}`: {meant.summary()}"
             raise ValueProblem(f"read {shown(raw)}, expected a mapping", hint=hint)
         if isinstance(raw, list) and all(isinstance(entry, dict) for entry in raw):

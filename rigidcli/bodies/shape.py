@@ -184,6 +184,8 @@ class Shape(Form):
 
     @classmethod
     def _unknown(cls, key: str, raw: Mapping[str, Any]) -> ValueProblem:
+        if raw[key] == "hole":
+            return ValueProblem("unknown key", hint="write `hole: true`")
         for radius in halved(key):
             if radius in cls.model_fields:
                 cure = f"write `{radius}: {_half(raw[key])}`, half of the diameter"

@@ -84,6 +84,10 @@ def shape_called(name: object, raw: Mapping[str, Any]) -> tuple[type[Shape] | No
 
     Of several the one that has most of the other keys in `raw` is meant, be it only a relative of the others.
     """
+    if isinstance(name, dict):
+        words = [word for pair in name.items() for word in pair if isinstance(word, str) and word in SHAPES]
+        hint = f"write `shape: {words[0] if words else 'box'}`, and its dimensions beside it"
+        return None, ValueProblem("read a mapping, expected the name of a shape", hint=hint)
     word = name if isinstance(name, str) else ""
     named = SHAPES.get(word)
     if named is not None and raw.keys() <= named.model_fields.keys():

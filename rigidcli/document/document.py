@@ -125,8 +125,8 @@ class Document(Section):
 
     @classmethod
     def _section_of(cls, key: str, raw: Mapping[str, Any]) -> tuple[str, str] | None:
-        """The section to which a key belongs that stands at the top by mistake, and its name there."""
-        section, *inner = re.split(r"\.|->|/", key, maxsplit=1)
+        """The section to which a key at the top belongs, and its name there."""
+        section, *inner = map(str.strip, re.split(r"\.|->|/", key, maxsplit=1))
         if inner and section in cls.model_fields:
             return section, inner[0]
         for word in (key, *keys_called(key)) if key not in cls.model_fields else ():

@@ -66,7 +66,7 @@ def _steps(key: str) -> Path:
 
 
 def is_parameter(path: Path, tree: Any) -> bool:
-    """Whether a path is the bare name of a parameter, which the document has, or uses without a value."""
+    """Whether a path is the name of a parameter that the document has, or uses and does not declare."""
     if len(path) > 1 or not isinstance(tree, dict) or path[0] in tree:
         return False
     return path[0] in (tree.get("parameters") or ()) or path[0] in names_in(tree)
@@ -83,10 +83,10 @@ def names_in(tree: Any) -> set[str]:
 
 
 def put(tree: Any, path: Path, value: object, above: Path = ()) -> tuple[Any, Path]:
-    """A tree with another value at the end of `path`, and the path with the indices of entries in lists.
+    """A copy of the tree with another value at `path`, and the path with names of entries as indices.
 
-    What is not on the way is shared with the given tree, which stays as it is; the path `above` leads to it.
-    Raises ValueProblem where there is no such place.
+    The copy shares what does not change. The path `above` leads to the tree. Raises ValueProblem if there is
+    no such place.
     """
     if not path:
         return value, ()

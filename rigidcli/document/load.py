@@ -44,7 +44,7 @@ Source: TypeAlias = Document | Mapping[str, Any] | str | os.PathLike[str]
 """A document that was read already, or a description: a mapping, a text in YAML, or the path to a file."""
 
 MAPPING = "<mapping>"
-"""What messages call a document that was given as a mapping, which has no lines."""
+"""The name of a document that was given as a mapping, in messages."""
 
 TOP_KEYS = tuple(Document.model_fields)
 """The keys at the top of a document."""
@@ -60,7 +60,7 @@ _TEXT = re.compile(r"\n|:\s|\{")
 
 
 class Drafts(NamedTuple):
-    """The drafts of all documents in a file, notes on the file as a whole, and a `cure` where it has none."""
+    """The drafts of all documents in a file, notes on the file, and a hint if it has no document."""
 
     each: Sequence[Draft]
     notes: Sequence[str]
@@ -354,8 +354,8 @@ MOST_SYMBOLS = 3
 def tried(document: Document, draft: Draft, read: Callable[[Mapping[str, Any]], Document]) -> Document:
     """The document, with notes on checks that fail for some positive values of its symbols.
 
-    `read` reads a tree with trial values, without a check that the body can exist. Notes and problems name
-    the check that fails, without the values. Raises DocumentError where all values fail.
+    `read` reads a tree with trial values, and does not check that the body can exist. Raises DocumentError if
+    all values fail. Notes and problems name the check that fails, and no values.
     """
     parameters = draft.tree["parameters"]
     symbols = [name for name, value in parameters.items() if value is None]
@@ -418,7 +418,7 @@ _TRIAL_NUMBER = re.compile(r" = -?\d[^;,]*$")
 
 
 def _check(message: str) -> str:
-    """A message without the numbers that only a trial has."""
+    """A message without the numbers of a trial."""
     expected = message.partition("expected ")[2]
     if message.startswith("read ") and expected:
         return f"expected {_TRIAL_NUMBER.sub('', expected)}"

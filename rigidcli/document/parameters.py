@@ -5,12 +5,14 @@ from __future__ import annotations
 import contextlib
 import re
 from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
+from decimal import Decimal
 from graphlib import CycleError, TopologicalSorter
 from typing import Any, TypeVar
 
 from rigidcli.errors import ExpressionError, Path, ValueProblem, at, did_you_mean, gathered, nearest, shown
 from rigidcli.fields.environment import Environment, Parameter
 from rigidcli.fields.section import refuse
+from rigidcli.fields.units import is_unit
 from rigidcli.fields.words import SYMBOLIC, bracketed, folded, mapping_meant, variable_called, with_colon
 from rigidcli.language.expression import RESERVED, Expression, parse
 from rigidcli.language.functions import CONSTANTS
@@ -88,6 +90,10 @@ def read_names(raw: Mapping[str, Any], *, has_time: bool = True) -> tuple[dict[s
     problems: list[ValueProblem] = []
     for key in raw:
         with gathered(problems, key):
+            unit = re.fullmatch(r"([^\W\d]\w*) *[(\[]([^\W\d]\w*)[)\]]", key)
+            if unit and is_unit(unit[2]) and isinstance(raw[key], int | Decimal):
+                hint = f"a unit stands behind the number: write `{unit[1]}: {raw[key]} {unit[2]}`"
+                raise ValueProblem(f"read {shown(key)}, expected a name", hint=hint)
             name = read_name(key, has_time=has_time)
             if name in spelling:
                 raise ValueProblem(f"the same name as {shown(spelling[name])}, in another spelling")

@@ -51,8 +51,8 @@ class Ensemble:
 class OrMany:
     """Marks a field of one start (`otherwise`) that also takes a list of starts, or the name of a table.
 
-    `named` turns a start into values by their names, and `heads` the heads of a table into names; `require`
-    checks a start of the table. The latter two raise ValueProblem.
+    `named` gives the values of a start by their names, and `heads` the names for the heads of a table;
+    `require` checks a start of the table. `heads` and `require` raise ValueProblem.
     """
 
     otherwise: Any

@@ -96,6 +96,8 @@ def _value_meant(key: str, read: Any, message: str) -> str | None:
     if isinstance(read, str):
         if read.startswith("-["):
             return f"[{', '.join(re.findall(r'[[][^]]*[]]', read))}]"
+        if key == "position" and "expected a list" in message and re.fullmatch(r"[^\W\d]\w*", read):
+            return f"[{read}]"
         return value_meant(key, read) or _number_meant(read, message)
     if isinstance(read, dict) and key == "lagrangian":
         energies = ("kinetic", "potential")
@@ -103,13 +105,19 @@ def _value_meant(key: str, read: Any, message: str) -> str | None:
         return ", ".join(f"{called[name][0]}: {value}" for name, value in read.items())
     if isinstance(read, dict) and all(value is None for value in read.values()):
         return f"[{', '.join(read)}]" if read and all(name[:1].isdigit() for name in read) else None
-    if isinstance(read, dict) and ({*read} == {*"xyz"} or key == "coordinates"):
+    if (
+        isinstance(read, dict)
+        and message.startswith("read")
+        and ({*read} == {*"xyz"} or key == "coordinates")
+    ):
         return f"[{', '.join(map(str, read if key == 'coordinates' else [read[axis] for axis in 'xyz']))}]"
     if isinstance(read, dict) and {*read} == {"value", "unit"}:
         return f"{read['value']} {read['unit']}"
     if isinstance(read, dict):
         for name, entries, words in lists_meant(read, [key]):
             return f"[{', '.join(map(str, entries))}]" if name == key and len(words) == len(read) else None
+    if isinstance(read, list) and len(read) == 1 and "expected a" in message and "list" not in message[17:]:
+        return str(read[0])
     if isinstance(read, list) and "expected an acceleration" in message:
         sizes = [str(entry).lstrip("-") for entry in read if entry]
         return sizes[0] if len(sizes) == 1 else None

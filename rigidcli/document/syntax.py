@@ -100,7 +100,7 @@ def read_tree(
 
 
 def _of_document(text: str, source: str) -> str:
-    """The text without the fence of Markdown round it. Raises DocumentError where more than that is there."""
+    """The text without a fence of Markdown round it. Raises DocumentError for text outside of it."""
     if _MARKUP.match(text):
         from rigidcli.document.slips import markup
 

@@ -91,9 +91,9 @@ def read_equation(raw: object, read: Callable[[object], Expression], expected: s
 
 
 def take(env: Environment, meanings: Mapping[str, str]) -> None:
-    """Give meanings to a name and to others derived from it; a parameter with such a name is refused.
+    """Log the meanings of a name and of others that follow from it; a parameter with such a name is refused.
 
-    Raises ValueProblem for a name that means something else already.
+    Raises ValueProblem for a name that has a meaning already.
     """
     taken = {"H": "the Hamiltonian", **env.names.meanings}
     for place, (name, meaning) in enumerate(meanings.items()):
@@ -138,6 +138,9 @@ def _read_equilibrium(raw: object, info: ValidationInfo) -> Equilibrium:
     """
     env = environment(info)
     names = env.names.coordinates or ()
+    if names and raw in (True, "find"):
+        hint = f"write `{{find: {{{', '.join(f'{name}: 0' for name in names)}}}}}`, with values near it"
+        raise ValueProblem(f"read {shown(raw)}, expected where to look for it", hint=hint)
     given: Any = dict(raw) if isinstance(raw, Mapping) else {}
     meant = {key: name for name, key in read_names(given)[0].items()}
     of_momenta = {momentum(name): name for name in names}
@@ -369,6 +372,8 @@ def _read_brackets(raw: object, info: ValidationInfo) -> tuple[Bracket, ...]:
             r"[{\[(]?([^,{}\[\]]+),([^,{}\[\]]+)[}\])]?", raw if isinstance(raw, str) else ""
         )
         hint = typed and f"write `[[{typed[1].strip()}, {typed[2].strip()}]]`"
+        if isinstance(raw, Mapping):
+            hint = f"write `[{', '.join(f'[{first}, {second}]' for first, second in raw.items())}]`"
         raise ValueProblem(f"read {shown(raw)}, expected a list of pairs, such as {example}", hint=hint)
     if len(raw) == 2 and all(isinstance(entry, str) and "," not in entry for entry in raw):
         raw = [raw]

@@ -67,10 +67,10 @@ class BoundExpression:
 
 @dataclass(slots=True)
 class Parameter:
-    """A parameter as it is `typed` (None for a symbol), its value and its dimension, as far as these follow.
+    """A parameter as it is `typed` (None for a symbol), with its value and dimension if they are known.
 
-    `symbols` are the parameters without a value on which it depends. While it `is_broken`, because it has a
-    problem or is not read yet, expressions in it are not reported as well.
+    `symbols` are the parameters without a value on which it depends. A parameter `is_broken` that has a
+    problem, or is not read yet: what uses it is not reported as well.
     """
 
     typed: Typed | None = None
@@ -171,7 +171,7 @@ class Environment:
         return expression
 
     def _fits(self, reading: Expression, dimension: Dimension | None, variables: tuple[str, ...]) -> bool:
-        """Whether all names in one of several readings are known, and its dimension is the one wanted."""
+        """Whether all names in a reading are known, and its dimension fits."""
         if not reading.names <= {*self.declared, *variables}:
             return False
         try:
@@ -262,7 +262,7 @@ class Environment:
         return self.written(typed)
 
     def admit(self, typed: Typed, dimension: Dimension | None, variables: tuple[str, ...] = ()) -> None:
-        """Note that parameters are used, in what stays an expression.
+        """Note the parameters that an expression uses, which keeps their names.
 
         Raises ValueProblem for names that are neither parameters nor `variables`, and for wrong dimensions.
         """
@@ -273,7 +273,7 @@ class Environment:
                 self._check_dimension(typed, dimension)
 
     def written(self, typed: Typed) -> Expression:
-        """What is typed as an expression; a quantity becomes the SI number that it is, digit by digit."""
+        """What is typed, as an expression; a quantity becomes its exact SI number."""
         if isinstance(typed, Amount):
             number = Fraction(repr(finite(typed.digits)))
             typed.unit.si(number)  # which may be beyond all floats
@@ -321,7 +321,7 @@ class Environment:
         return dimension_of(typed.root, dimensions) if dimensions else None
 
     def _without_value(self, names: Iterable[str]) -> bool:
-        """Whether one of these parameters lacks the value that a number needs; the symbols become faults."""
+        """Whether one of these parameters lacks the value that a number needs, which is then its fault."""
         if self.arithmetic.exact:
             return False
         symbols = frozenset[str]().union(*(self.declared[name].symbols for name in names))
@@ -385,7 +385,7 @@ class Environment:
 
 @lru_cache(maxsize=64)
 def words_of(names: tuple[str, ...]) -> Words:
-    """The names that a document knows, for the reader; another one is taken whole."""
+    """The names of a document, for the reader; an unknown name is taken whole."""
     return Words(names, is_open=True)
 
 

@@ -92,7 +92,7 @@ class Section(BaseModel):
     def _meant(
         cls, raw: Mapping[str, Any], env: Environment, typed: dict[Path, Path]
     ) -> tuple[dict[str, Any], list[ValueProblem]]:
-        """The mapping with the keys that are meant by others, by which all else in it can be read at once.
+        """The mapping with unknown keys replaced by those that were meant, so that the rest can be read, too.
 
         With it come the problems of the keys that the section does not have. `typed` maps the paths of such
         values, as they are read, to their paths in the document.
@@ -209,7 +209,7 @@ def optional(words: str, default: Any = None) -> Any:
 
 
 def environment(info: ValidationInfo) -> Environment:
-    """The environment in which `info` says that a document is read; a plain one outside a document."""
+    """The environment of the document that is read; an empty one outside a document."""
     return info.context if isinstance(info.context, Environment) else Environment()
 
 
@@ -219,10 +219,9 @@ def refuse(
     rest: Callable[[], Any] = lambda: None,
     typed: Mapping[Path, Path] = {},
 ) -> Any:
-    """Raise the problems of one value together, with those that reading the `rest` of it raises.
+    """Raise these problems of a value together with those of its `rest`; without any, return the rest.
 
-    Every problem has the path that leads to it, as it is `typed` where the rest has another one. Without
-    problems, this returns the value of the rest.
+    `typed` maps paths in the rest to those in the document, if they differ.
     """
     errors = [
         InitErrorDetails(type="value_error", loc=(), input=None, ctx={"error": problem})
@@ -383,7 +382,7 @@ class Elsewhere(Reader):
 
 
 def reference(section: type[Section]) -> JsonSchemaValue:
-    """A reference to the JSON Schema of a section, which the schema of the whole document has by name."""
+    """A reference to the JSON Schema of a section, which stands under `$defs`."""
     return {SECTION_REFERENCE: section.__name__}
 
 
@@ -405,4 +404,4 @@ def _read_file(raw: object, info: ValidationInfo) -> pathlib.Path:
 
 
 FileName: TypeAlias = Annotated[pathlib.Path, ReadBy(_read_file, {"type": "string"})]
-"""The path of a file that is named beside the document, which is taken note of."""
+"""The path of a file that a document names, which is logged."""

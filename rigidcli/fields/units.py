@@ -31,6 +31,7 @@ from typing import NamedTuple
 
 from rigidcli.errors import ValueProblem, shown
 from rigidcli.fields.dimensions import DIMENSIONLESS, FREQUENCY, Dimension
+from rigidcli.fields.words import UNITS_BY_WORD, folded
 from rigidcli.language.tokens import LOWERED, SUPERSCRIPT
 
 LONGEST_UNIT = 200
@@ -194,6 +195,8 @@ def _hint_for(name: str) -> str:
         return f"write a power as `{stem}^{name.removeprefix(stem)}`"
     if same := [unit for unit in known_names() if unit.lower() == name.lower()]:
         return f"case matters, did you mean {_listed(same)}?"
+    if folded(name) in UNITS_BY_WORD:
+        return f"write `{UNITS_BY_WORD[folded(name)][0]}`"
     near = get_close_matches(name, known_names(), cutoff=0.7)
     if product := re.fullmatch(r"(k?g|[km]?N)([ckm]?m)", name):  # products that are often written as one word
         near = [" ".join(product.groups())]

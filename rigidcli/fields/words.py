@@ -1,7 +1,7 @@
 """Words that people use for shapes and keys, and what a document calls these.
 
-No such word is read as if it were the document's own: an answer to it names the right word, so that a file
-looks alike whoever wrote it, and editors know its keys.
+Such a word is refused with a message that names the right one: all documents have the same keys, and editors
+know them.
 """
 
 from __future__ import annotations
@@ -57,6 +57,9 @@ LISTS = [(key, words.split(), kind == "components") for kind, key, words in _ROW
 
 HINTS = {key: words for kind, key, words in _ROWS if kind == "hint"}
 """The hints for keys that no section has."""
+
+UNITS_BY_WORD = _by_word("unit")
+"""The units for which words of other languages stand."""
 
 STARTERS = _by_word("new")
 """The kinds of starters for which a word may stand."""
@@ -131,7 +134,9 @@ def with_colon(typed: str) -> str | None:
     if pairs[0][1].startswith("{") and typed.count("{") == typed.count("}"):
         return re.sub(r"([A-Za-z_]\w*)\s*[:=：]\s*", r"\1: ", typed.strip())
     values = (value[0] + "..." if value[0] in "{[" and value[-1] not in "}]" else value for _, value in pairs)
-    return ", ".join(f"{key}: {value.rstrip(',;)} ')}" for (key, _), value in zip(pairs, values, strict=True))
+    return ", ".join(
+        f"{key}: {value.lstrip('= ').rstrip(',;)} ')}" for (key, _), value in zip(pairs, values, strict=True)
+    )
 
 
 def halved(word: str) -> tuple[str, ...]:
@@ -219,7 +224,7 @@ AS_WRITTEN = "write `{}`: a colon, and a blank after it"
 
 
 def bracketed(raw: Mapping[str, Any]) -> tuple[dict[str, Any], list[ValueProblem]]:
-    """A mapping with lists for `size: 1, 2, 3` in braces, with the problems of the keys 2 and 3."""
+    """A mapping with values joined that commas have cut, such as `{size: 1, 2, 3}`, and their problems."""
     groups: list[tuple[str, list[Any]]] = []
     for key, value in raw.items():
         last = groups[-1][1][-1] if groups else None
@@ -239,6 +244,8 @@ def bracketed(raw: Mapping[str, Any]) -> tuple[dict[str, Any], list[ValueProblem
         mended[key] = entries[0]
         if len(entries) == 1 and entries[0] is not raw[key]:
             cure = f'write `{key}: "{entries[0]}"`'
+            if diagonal := re.fullmatch(r"diag\(\[?([^()\[\]]*)\]?\)", str(entries[0])):
+                cure = f"write `moments: [{diagonal[1]}]`"
             message = "in braces a text with a comma stands in quotes"
             problems.append(ValueProblem(message, path=(key,), hint=cure, typed=str(raw[key])))
         if len(entries) > 1:
