@@ -23,11 +23,11 @@ class Ruler:
 class Mark:
     """Something drawn in a panel with d rulers (d = 2 or 3).
 
-    points: of a line or of dots (n, d), the ends of an arrow (2, d), plane faces (each k by 3), or for
+    `points`: of a line or of dots (n, d), the ends of an arrow (2, d), plane faces (each k by 3), or for
     contours the coordinates x (n), y (m) and the heights (m, n), drawn at the heights `levels`.
-    label: for the legend.
-    style: a place in the lists of colours and line styles. `quiet` marks are thin and grey.
-    normals: (n, 3) of a line on a closed surface; they tell its far side.
+    `label`: for the legend.
+    `style`: a place in the lists of colours and line styles. `quiet` marks are thin and grey.
+    `normals`: (n, 3) of a line on a closed surface; they tell its far side.
     """
 
     form: Literal["line", "dots", "arrow", "faces", "contours"]

@@ -15,11 +15,11 @@ from rigidcli.report import Report
 class Look(NamedTuple):
     """The look of the output.
 
-    digits, width, colour, verbose (diagnostics), steps (the working): for people.
-    header, unit_header: csv begins with a header; the header has units.
-    columns: the columns of rows and of tables of data that are shown; empty for all.
-    several: there are several documents; a table in csv then begins with a column of names.
-    standalone: LaTeX is a whole document.
+    `digits`, `width`, `colour`, `verbose` (diagnostics), `steps` (the working): for people.
+    `header`, `unit_header`: csv begins with a header; the header has units.
+    `columns`: the columns of rows and of tables of data that are shown; empty for all.
+    `several`: there are several documents; a table in csv then begins with a column of names.
+    `standalone`: LaTeX is a whole document.
     """
 
     digits: int = 6
@@ -61,15 +61,15 @@ class Traits(NamedTuple):
     A format for `people` has a module with `render(reports, look)`. The other formats are data: their modules
     have `piece(report, look)`, and may have `render(pieces, look)` to join the pieces.
 
-    people: it has chosen units and digits, the working, and comparisons.
-    rows: a report without a table of data is a row.
-    ensembles: what it writes of a motion with many starts.
-    studies: the only studies that write it; empty for all.
-    module: its module, if several formats share one; then `piece` is called like the format.
-    program: it is a program with the equations of one document.
-    page: it shows pictures and replays.
-    terminal: a chart of characters may follow it.
-    file: the ending of its files, if it is no text.
+    `people`: it has chosen units and digits, the working, and comparisons.
+    `rows`: a report without a table of data is a row.
+    `ensembles`: what it writes of a motion with many starts.
+    `studies`: the only studies that write it; empty for all.
+    `module`: its module, if several formats share one; then `piece` is called like the format.
+    `program`: it is a program with the equations of one document.
+    `page`: it shows pictures and replays.
+    `terminal`: a chart of characters may follow it.
+    `file`: the ending of its files, if it is no text.
     """
 
     people: bool = False
