@@ -168,7 +168,7 @@ def _piece(token: Token, bold: Mapping[str, str]) -> str:
         case "sign":
             return _SIGNS.get(text, text)
         case "blank":
-            return " "
+            return r"\,"
         case "power":
             return ""
     return text
