@@ -33,7 +33,7 @@ from rigidcli.studies.results import RESULTS
 MOST_LINES = {
     "algebra": 3087,  # sizes count nodes; conserved quantities have parameters as coefficients
     "bodies": 5774,  # digits that were typed, silences that are told, prisms, files as others write them
-    "cli": 2344,  # a gallery of the examples; orbits of a sweep together; sheets and gradebooks
+    "cli": 2345,  # a gallery of the examples; orbits of a sweep together; sheets and gradebooks
     "core": 4925,  # orbits from many starts in arrays, stiff systems, jumps at stops, motion to and fro
     "document": 3471,  # cures for people who know other tools; constraints, observables
     "fields": 2125,  # a section reads on with the key that is meant

@@ -89,9 +89,10 @@ def _cards(file: Path) -> Iterator[Card]:
     page = "".join(renderer(Format.html)([report], Look(steps=True)))
     data = file.read_bytes()
     comment = " ".join(line[1:].strip() for line in data.decode().splitlines() if line.startswith("# "))
-    sentences = re.split(r"(?<=[.;]) (?=[A-Z])", comment.partition("schema.json ")[2])
+    comment = re.sub(r"^yaml-language-server: \S+ ", "", comment)
+    (sentence, *_) = re.split(r"(?<=[.;]) (?=[A-Z])", comment)
     picture = inline_picture(report) if report.pictures else _formula(report)
-    yield Card(file.stem, study, report.heading.rpartition(":")[0], sentences[0], picture, page, data)
+    yield Card(file.stem, study, report.heading.rpartition(":")[0], sentence, picture, page, data)
 
 
 def _formula(report: Report) -> str:
