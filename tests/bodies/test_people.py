@@ -151,7 +151,7 @@ SETTINGS = [
     (["a.yaml", "--set", "parameters.zz=1"], "--set parameters.zz: no FILE has or uses this key"),
     (["a.yaml", "--sweep", "parameters.zz=1,2"], "--sweep parameters.zz: no FILE has or uses this key"),
     (["a.yaml", "b.yaml", "--set", "top.spin=1"], "--set top.spin: no FILE has or uses this key"),
-    (["water.xyz", "--sweep", "motion.omega=[0,0,1]"], "--sweep motion.omega: no FILE has this key"),
+    (["water.xyz", "--sweep", "motion.omega=[0,0,1]"], "--sweep motion.omega: no FILE has or uses this key"),
     (["a.yaml", "b.yaml", "--set", "parameters.b=2"], ""),
     (["a.yaml", "b.yaml", "--sweep", "parameters.b=2,3"], ""),
     (["corner.obj", "--set", "body.density=6000", "--set", "body.scale=mm"], ""),

@@ -268,7 +268,7 @@ def test_a_chart_of_characters_follows_the_table_and_stays_out_of_data(program: 
             ("configs/t_handle.yaml", "configs/water.yaml", "--plot", "a.png"),
             "one picture, and several FILEs",
         ),
-        (("configs/t_handle.yaml", "--plot-kind", "body"), "say with `--plot` where the picture goes"),
+        (("configs/t_handle.yaml", "--plot-kind", "body"), "it chooses a picture, and nothing asks for one"),
     ],
 )
 def test_what_cannot_be_a_picture_is_refused(
