@@ -261,7 +261,7 @@ def norms(rows: Floats, parts: Sequence[slice]) -> Floats:
     return np.array([np.hypot.reduce(rows[part], axis=0) for part in parts])
 
 
-BLOCK = 32_768
+SAMPLED_AT_ONCE = 32_768
 """Floats of the states that are sampled at once, so that the arrays of the stages stay in the cache."""
 
 
@@ -271,7 +271,7 @@ def sampler(flow: Flow, knots: Floats, states: Floats, parts: int = 1) -> Callab
     From the knot before, `parts` steps of the method go there, for many times at once.
     """
     f, ahead, count = flow(np), 1.0 if knots[-1] >= knots[0] else -1.0, states.shape[1]
-    block = max(1, BLOCK // count)
+    block = max(1, SAMPLED_AT_ONCE // count)
 
     def sample(times: Floats) -> Floats:
         result = np.empty((len(times), count))

@@ -1,8 +1,8 @@
 """Where a function of the time and the state passes zero along a solution.
 
-The function is looked at in each step, and more closely where its size is least, so that it cannot pass zero
-and come back unseen. Each pass is then narrowed down by the Illinois method. Source: M. Dowell, P. Jarratt,
-BIT 11 (1971) 168.
+The function is evaluated at several times in each step, and at more of them near minima of its size, so that
+it cannot pass zero and come back unseen. Each pass is then narrowed down by the Illinois method. Source: M.
+Dowell, P. Jarratt, BIT 11 (1971) 168.
 """
 
 from __future__ import annotations
@@ -16,14 +16,14 @@ from numpy.typing import NDArray
 from rigidcli.core.arithmetic import EPS, Floats
 from rigidcli.core.solution import Solution
 
-LOOKS = 16
-"""Places in each step at which the function is looked at."""
+LOOKS_IN_A_STEP = 16
+"""Times in each step at which the function is evaluated."""
 
-ROUNDS = 7
-"""Rounds in which a place where the size of the function is least is narrowed down, 8 times in each."""
+VALLEY_ROUNDS = 7
+"""Rounds in which a minimum of the size is narrowed down, each 8 times."""
 
-MOST_TURNS = 200
-"""Turns of the Illinois method; it takes about ten, and halves where there is a jump."""
+MOST_ILLINOIS_TURNS = 200
+"""The most turns of the Illinois method; it takes about ten, and more where there is a jump."""
 
 
 class Events(NamedTuple):
@@ -50,7 +50,7 @@ def events(function: Callable[[Floats, Floats], Floats], solution: Solution, nea
         return function(flat, solution.at(flat)).reshape(times.shape)
 
     knots = solution.knots
-    inside = knots[:-1, None] + np.diff(knots)[:, None] * np.arange(LOOKS) / LOOKS
+    inside = knots[:-1, None] + np.diff(knots)[:, None] * np.arange(LOOKS_IN_A_STEP) / LOOKS_IN_A_STEP
     grid = np.append(inside.ravel(), knots[-1])
     at = values(grid)
     finite = np.isfinite(at)
@@ -80,7 +80,7 @@ def events(function: Callable[[Floats, Floats], Floats], solution: Solution, nea
 
 
 def _signs(at: Floats) -> Floats:
-    """The sign of each value, where a zero has that of the value before it, or at the start after."""
+    """The sign of each value; a zero has that of the value before it, or at the start of the next one."""
     signs, known = np.sign(at), np.flatnonzero(at)
     if not len(known):
         return np.ones(len(at))
@@ -101,12 +101,12 @@ def _valleys(
     places = np.flatnonzero(is_low)
     low, high = grid[np.maximum(places - 1, 0)], grid[np.minimum(places + 1, len(grid) - 1)]
     every, least, depth = np.arange(len(places)), grid[places], sizes[places]
-    for _ in range(ROUNDS if len(places) else 0):
-        times = np.linspace(low, high, LOOKS + 1, axis=-1)
+    for _ in range(VALLEY_ROUNDS if len(places) else 0):
+        times = np.linspace(low, high, LOOKS_IN_A_STEP + 1, axis=-1)
         inner = np.nan_to_num(values(times) * signs[places, None], nan=np.inf)
         best = inner.argmin(axis=1)
         least, depth = times[every, best], inner[every, best]
-        low, high = times[every, np.maximum(best - 1, 0)], times[every, np.minimum(best + 1, LOOKS)]
+        low, high = times[every, np.maximum(best - 1, 0)], times[every, np.minimum(best + 1, LOOKS_IN_A_STEP)]
     return places, least, depth
 
 
@@ -114,7 +114,7 @@ def _narrowed(values: Callable[[Floats], Floats], low: Floats, high: Floats, fir
     """The times (k) between `low`, where the function has the sign `first`, and `high`, where it has not."""
     below, above = np.abs(values(low)), -np.abs(values(high))  # times the sign at first
     best, least, middle = high, -above, low
-    for turn in range(MOST_TURNS if len(low) else 0):
+    for turn in range(MOST_ILLINOIS_TURNS if len(low) else 0):
         with np.errstate(all="ignore"):
             share = below / (below - above)
         # Every third turn halves, which a function that is flat near its zero needs.

@@ -109,7 +109,7 @@ def integrate(
             return stiff.solve(problem)
         case "taylor" if like is not None:
             return _by_taylor_again(problem, sizes, stops, like)
-    pair = _Pair(problem, sizes, stops, roundings, project, None if like is None else like.sizes)
+    pair = _ExplicitRun(problem, sizes, stops, roundings, project, None if like is None else like.sizes)
     if engine == "taylor":
         return _by_taylor(pair)
     return _by_the_best(pair, starts) if engine == "auto" else pair.solution(note)
@@ -128,7 +128,7 @@ def _allowed(engine: Engine, stops: Sequence[float], is_bound: bool) -> tuple[En
     return engine, None
 
 
-class _Pair:
+class _ExplicitRun:
     """The solution of a problem by the Runge-Kutta pair, as far as it has come."""
 
     def __init__(
@@ -189,7 +189,7 @@ class _Pair:
         return taylor.solve(self.problem, taylor.scales_of(seen, self.blocks), self.blocks)
 
 
-def _by_taylor(pair: _Pair) -> Solution:
+def _by_taylor(pair: _ExplicitRun) -> Solution:
     """The solution by heyoka, or by the pair where there is no Taylor series."""
     from rigidcli.core import taylor
 
@@ -217,7 +217,7 @@ def _by_taylor_again(
     return taylor.solve(problem, np.array(like.sizes), blocks, stops, taylor.MOST_OF_SECOND)
 
 
-def _by_the_best(pair: _Pair, starts: int) -> Solution:
+def _by_the_best(pair: _ExplicitRun, starts: int) -> Solution:
     """The solution by the pair; by heyoka where many steps are left, or stiff where there are too many."""
     problem, may_change = pair.problem, not len(pair.stops) and find_spec("heyoka") is not None
     (t0, t1), trial = problem.span, TRIAL / starts if may_change else math.inf

@@ -23,32 +23,32 @@ import numpy as np
 
 from rigidcli.core.arithmetic import EPS, Floats
 
-Function = Callable[[Floats], tuple[Floats, Floats, Floats]]
+Discriminant = Callable[[Floats], tuple[Floats, Floats, Floats]]
 """D, a, and the sum of the sizes of the terms of D, at coordinates (k)."""
 
-GROWTH = 1.3
-"""By how much the stretches grow in which a turning point is looked for."""
+STRETCH_GROWTH = 1.3
+"""Ratio of the lengths of neighbouring stretches in which a turning point is sought."""
 
-LOOKS = 64
-"""Coordinates in each stretch at which D is looked at; where D is least, it is looked at more closely."""
+LOOKS_IN_A_STRETCH = 64
+"""Coordinates in each stretch at which D is evaluated; near its minima there are more."""
 
-ROUNDS = 6
-"""Rounds in which a place where D is least is narrowed down, 30 times in each."""
+BARRIER_ROUNDS = 6
+"""Rounds in which a minimum of D is narrowed down, each 30 times."""
 
-FARTHEST = 200
-"""Stretches on each side of the start: beyond, q is taken for unbounded."""
+MOST_STRETCHES = 200
+"""Stretches on each side of the start; without a turning point in them q counts as unbounded."""
 
 MOST_NODES = 1 << 16
 """The most nodes of the rule; a motion near a separatrix needs many."""
 
-ACCURATE = 1e-12
-"""The relative change from one rule to that with twice the nodes, below which no more nodes are tried."""
+CONVERGED = 1e-12
+"""Relative change between a rule and that with twice the nodes, below which the integrals have converged."""
 
-TOLD = 1e-6
-"""With a larger relative error no period is reported: near a separatrix six digits are left."""
+LARGEST_ERROR_TOLD = 1e-6
+"""The largest relative error of a period that is reported: near a separatrix six digits are left."""
 
-PASSED = 1e-8
-"""Where D passes zero, its last positive value is below this share of the largest; at a pole it is not."""
+SHARE_AT_A_ZERO = 1e-8
+"""Below this share of its largest value, D passes zero; a larger last value is beside a pole."""
 
 
 class Libration(NamedTuple):
@@ -60,7 +60,7 @@ class Libration(NamedTuple):
     error: float
 
 
-def libration(function: Function, start: float, size: float) -> Libration | None:
+def libration(function: Discriminant, start: float, size: float) -> Libration | None:
     """The motion to and fro through a coordinate `start`; `size` is a length on which D may change.
 
     None where q does not turn on both sides, or the integrals do not converge.
@@ -70,25 +70,26 @@ def libration(function: Function, start: float, size: float) -> Libration | None
         return None if first is None or last is None or first >= last else _between(function, first, last)
 
 
-def _between(function: Function, first: float, last: float) -> Libration | None:
-    """The motion between two turning points."""
+def _between(function: Discriminant, first: float, last: float) -> Libration | None:
     before, nodes, change, rounding = (math.inf, math.inf), 16, math.inf, 0.0
-    while change > max(ACCURATE, rounding) and nodes <= MOST_NODES:
+    while change > max(CONVERGED, rounding) and nodes <= MOST_NODES:
         period, action, rounding = _integrals(function, first, last, nodes)
         change = max(abs(before[0] / period - 1), abs(before[1] / action - 1))
         before, nodes = (period, action), 2 * nodes
     error = change + rounding
-    return Libration((first, last), period, action, error) if error < TOLD else None
+    return Libration((first, last), period, action, error) if error < LARGEST_ERROR_TOLD else None
 
 
-def _turning_point(function: Function, start: float, step: float) -> float | None:
+def _turning_point(function: Discriminant, start: float, step: float) -> float | None:
     """The place nearest to the start, on one side, behind which D is negative; None if none is found.
 
     A start at which D vanishes is one itself if D is negative beyond it.
     """
     near, reach, largest = start, step, 0.0
-    for _ in range(FARTHEST):
-        places = near + reach * np.arange(LOOKS + 2) / LOOKS  # the last overlaps with the next stretch
+    for _ in range(MOST_STRETCHES):
+        places = (
+            near + reach * np.arange(LOOKS_IN_A_STRETCH + 2) / LOOKS_IN_A_STRETCH
+        )  # the last overlaps with the next stretch
         places = np.sort(np.concatenate([places, *_valleys(function, places)]))[:: 1 if step > 0 else -1][1:]
         values = function(places)[0]
         beyond = np.flatnonzero(~(values > 0) | np.isinf(values))
@@ -96,28 +97,28 @@ def _turning_point(function: Function, start: float, step: float) -> float | Non
             inside = places[beyond[0] - 1] if beyond[0] else near
             largest = max(largest, values[: beyond[0]].max(initial=0.0))
             return _narrowed(function, float(inside), float(places[beyond[0]]), largest)
-        near, reach, largest = near + reach, reach * GROWTH, max(largest, values.max())
+        near, reach, largest = near + reach, reach * STRETCH_GROWTH, max(largest, values.max())
         if not math.isfinite(near + reach):
             return None
     return None
 
 
-def _valleys(function: Function, places: Floats) -> list[Floats]:
+def _valleys(function: Discriminant, places: Floats) -> list[Floats]:
     """The places near which D is least between its neighbours: a low barrier is narrow at its top."""
     values = function(places)[0]
     low = np.flatnonzero((values[1:-1] < values[:-2]) & (values[1:-1] <= values[2:])) + 1
     found = []
     for index in low.tolist():
         first, last = places[index - 1], places[index + 1]
-        for _ in range(ROUNDS):
-            nearer = np.linspace(first, last, LOOKS)
+        for _ in range(BARRIER_ROUNDS):
+            nearer = np.linspace(first, last, LOOKS_IN_A_STRETCH)
             least = int(np.argmin(function(nearer)[0]))
-            first, last = nearer[max(0, least - 1)], nearer[min(LOOKS - 1, least + 1)]
+            first, last = nearer[max(0, least - 1)], nearer[min(LOOKS_IN_A_STRETCH - 1, least + 1)]
         found.append(np.array([(first + last) / 2]))
     return found
 
 
-def _narrowed(function: Function, inside: float, outside: float, largest: float) -> float | None:
+def _narrowed(function: Discriminant, inside: float, outside: float, largest: float) -> float | None:
     """The end of the interval of positive D; None where D ends there without passing zero, as at a pole."""
     begin = inside
     while (middle := (inside + outside) / 2) not in (inside, outside):
@@ -127,10 +128,10 @@ def _narrowed(function: Function, inside: float, outside: float, largest: float)
         else:
             outside = middle
     last = function(np.array([inside]))[0][0]
-    return inside if inside == begin or last <= PASSED * largest else None
+    return inside if inside == begin or last <= SHARE_AT_A_ZERO * largest else None
 
 
-def _integrals(function: Function, first: float, last: float, nodes: int) -> tuple[float, float, float]:
+def _integrals(function: Discriminant, first: float, last: float, nodes: int) -> tuple[float, float, float]:
     """The period and the action by the midpoint rule in s, and the relative error of T by rounding of D."""
     s = (np.arange(nodes) + 0.5) * math.pi / nodes - math.pi / 2
     half = (last - first) / 2

@@ -1,9 +1,8 @@
 """The pair of Dormand and Prince for many starts at once: variables by starts, in arrays.
 
-Each start has steps of its own, so that it moves as it does alone, whatever the others are. All of them take
-their next step together; those at the end, or in trouble, are left out of the arrays. Trouble is left to the
-integration of one start: steps that get too short, or too many, or that may go over something narrow.
-The stages and the error of a step are those of `dormand_prince`, with its numbers.
+Each start has its own steps, so that it moves as it does alone, whatever the others are. All of them try
+their next step at once; those that have come to the end, or fail, leave the arrays. A start fails whose steps
+get too short, or too many, or may go over something narrow: it is left to the integration of a single start.
 """
 
 from __future__ import annotations
@@ -17,11 +16,12 @@ from numpy.typing import NDArray
 
 from rigidcli.core import dormand_prince
 from rigidcli.core.arithmetic import EPS, Floats
-from rigidcli.core.runge_kutta import LEAST, ROUND, sides
-from rigidcli.core.solution import ORIGIN, SHORTEST, Elements, Flow
+from rigidcli.core.runge_kutta import SMALLEST_SCALE, STEPS_PER_REPORT, sides
+from rigidcli.core.second_run import other_tolerance
+from rigidcli.core.solution import ORIGIN_OF_TIME, SHORTEST_STEP, Flow, columns
 
 MOST_TOGETHER = 20_000
-"""The most steps of a start among others: the few that need more are quicker alone."""
+"""The most steps of a start in arrays: the few starts that need more are quicker alone."""
 
 AT_ONCE = 16_384
 """Floats of the states that are stepped at once, so that the arrays of the stages stay in the cache."""
@@ -42,7 +42,7 @@ class Paths:
     alone: Marks
 
 
-class Problem(NamedTuple):
+class ManyStarts(NamedTuple):
     """The equations y' = f(t, y) of n variables, and how they are solved: the arguments of `integrate`.
 
     `parts` are the slices of the blocks of variables whose errors are bounded. Variables behind the last of
@@ -59,7 +59,7 @@ class Problem(NamedTuple):
     stops: Sequence[float]
 
 
-def paths(problem: Problem, starts: Floats, times: Floats) -> Paths:
+def paths(problem: ManyStarts, starts: Floats, times: Floats) -> Paths:
     """The solutions from `starts` (n by m) at t = 0, at the `times` (k), to the last of them."""
     count, size = starts.shape[1], max(256, AT_ONCE // len(starts))
     longest = np.broadcast_to(problem.longest, count)
@@ -72,10 +72,10 @@ def paths(problem: Problem, starts: Floats, times: Floats) -> Paths:
     return Paths(*(np.concatenate(each, axis=-1) for each in zip(*parts, strict=True)))
 
 
-def twice(problem: Problem, starts: Floats, times: Floats) -> tuple[Paths, Paths]:
-    """The solutions, and second ones to the other tolerance that `estimate.compared` takes."""
-    other = problem.tolerance * (100 if problem.tolerance <= 1e-5 else 0.01)
-    return paths(problem, starts, times), paths(problem._replace(tolerance=other), starts, times)
+def twice(problem: ManyStarts, starts: Floats, times: Floats) -> tuple[Paths, Paths]:
+    """The solutions, and second ones to the tolerance of a second run."""
+    other = problem._replace(tolerance=other_tolerance(problem.tolerance))
+    return paths(problem, starts, times), paths(other, starts, times)
 
 
 class _Going(NamedTuple):
@@ -105,9 +105,9 @@ class _Going(NamedTuple):
 class _Lanes:
     """Starts on their way; their number is a multiple of `dormand_prince.COLUMNS`."""
 
-    def __init__(self, problem: Problem, starts: Floats, times: Floats, most: int = MOST_TOGETHER) -> None:
+    def __init__(self, problem: ManyStarts, starts: Floats, times: Floats, most: int = MOST_TOGETHER) -> None:
         self.problem, self.times, self.most = problem, times, most
-        self.f, self.moving = problem.flow(np), problem.moving(np)
+        self.f, self.watched = problem.flow(np), columns(problem.moving)
         self.measured, count = problem.parts[-1].stop, starts.shape[1]
         self.end = float(times[-1])
         self.longest = np.minimum(problem.longest, self.end)
@@ -117,13 +117,13 @@ class _Lanes:
         self.alone = np.zeros(count, dtype=bool)
         self.wanted: list[tuple[Any, ...]] = []
         t, blocks = np.zeros(count), (len(problem.parts), count)
-        watched = np.vstack([t, _rows(self.moving, t, starts)])
+        watched = np.vstack([t, self.watched(t, *starts)])
         self.all = _Going(
             t,
             np.minimum(self.end / 1000, self.longest),
             starts.copy(),
             dormand_prince.slopes_of(self.f, t, starts),
-            np.full(blocks, LEAST),
+            np.full(blocks, SMALLEST_SCALE),
             np.zeros(blocks),
             np.abs(starts),
             np.zeros(count),
@@ -145,18 +145,20 @@ class _Lanes:
         return Paths(self.states, self.all.steps.astype(int), self.all.largest, self.alone)
 
     def _find_least(self) -> None:
-        """Give a block that begins with nothing, and at rest, a least size, as `least_sizes` does."""
+        """Find the least sizes as `runge_kutta.least_sizes` does."""
         parts, (y, k) = self.problem.parts, (self.all.y, self.all.k)
         empty = np.array([~(y[part].any(axis=0) | k[part].any(axis=0)) for part in parts])
         if empty.any() and len(parts) > 1:
             crude = self.problem._replace(
                 parts=[slice(self.measured)], tolerance=1e-6, moving=lambda _: lambda *_: ()
             )
-            largest = _Lanes(crude, y, self.times[-1:], 4 * ROUND).followed().largest
-            self.all.least[:] = np.maximum(1e-3 * dormand_prince.norms(largest, parts) * empty, LEAST)
+            largest = _Lanes(crude, y, self.times[-1:], 4 * STEPS_PER_REPORT).followed().largest
+            self.all.least[:] = np.maximum(
+                1e-3 * dormand_prince.norms(largest, parts) * empty, SMALLEST_SCALE
+            )
 
     def _cross(self, goal: float, beyond: float) -> None:
-        """Go beyond a stop, at which the slopes may jump, as `runge_kutta` does."""
+        """Go to the time just beyond a stop; at the start only where the slopes jump."""
         h, (t, _, y, k, *_) = beyond - goal, self.all
         slopes = dormand_prince.slopes_of(self.f, np.full_like(t, beyond), y + h * k)
         jumps = np.linalg.norm(slopes - k, axis=0) > 0.01 * np.maximum(*(
@@ -181,7 +183,7 @@ class _Lanes:
                 rest = np.argsort(done, kind="stable")[: len(dormand_prince.padded((~done).sum()))]
                 active = active[rest]
                 going = self.all.taken(active)
-            if not turn % ROUND:
+            if not turn % STEPS_PER_REPORT:
                 going.floors[:] = self._floors(going)
             going, bad = self._stepped(goal, active, going)
             self.alone[active[bad]] = True
@@ -205,20 +207,24 @@ class _Lanes:
         shorter = np.where(error < np.inf, np.maximum(0.1, scaled), 0.25)
         failures = np.where(good, 0, failures + is_going)
         steps += good
-        bad = (failures > 40) | (steps > self.most) | (h < SHORTEST * np.maximum(t, ORIGIN * self.end))
+        bad = (
+            (failures > 40)
+            | (steps > self.most)
+            | (h < SHORTEST_STEP * np.maximum(t, ORIGIN_OF_TIME * self.end))
+        )
         for whole, part in ((t, to), (y, after), (k, slopes)):
             np.copyto(whole, part, where=good)
         np.maximum(largest, np.abs(y), out=largest)
         h = np.minimum(h * np.where(good, longer, shorter), self.longest[active])
         if len(last) > 1:
-            now = np.vstack([t, _rows(self.moving, t, y)])
+            now = np.vstack([t, self.watched(t, *y)])
             bad |= good & _narrow(older, last, now)
             older, last = np.where(good, last, older), np.where(good, now, last)
         going = _Going(t, h, y, k, least, floors, largest, steps, failures, older, last)
         return going, bad & is_going
 
     def _floors(self, going: _Going) -> Floats:
-        """As in `runge_kutta.floors`: the size of f, for each block, below which it is rounding errors."""
+        """What `runge_kutta.floors` gives, for each start."""
         t, h, y, k, *_ = going
         noise = np.zeros_like(y)
         rows = np.arange(len(y))[:, None]
@@ -235,7 +241,7 @@ class _Lanes:
         return np.nan_to_num(2 * sizes / self.problem.tolerance, posinf=0.0)
 
     def _want(self, active: NDArray[np.int_], t: Floats, to: Floats, y: Floats, good: Marks) -> None:
-        """Remember the samples inside the steps that are good."""
+        """Note the samples that are inside the good steps, and where these steps begin."""
         first = self.next[active]
         last = np.where(good, np.searchsorted(self.times, to, side="right"), first)
         some = np.flatnonzero(last > first)
@@ -245,20 +251,15 @@ class _Lanes:
             which = np.repeat(some, count)
             place = np.arange(len(which)) - np.repeat(np.cumsum(count) - count - first[some], count)
             self.wanted.append((place, active[which], t[which], y[:, which]))
-            if sum(len(entry[0]) for entry in self.wanted) > dormand_prince.BLOCK:
+            if sum(len(entry[0]) for entry in self.wanted) > dormand_prince.SAMPLED_AT_ONCE:
                 self._sample()
 
     def _sample(self) -> None:
-        """Take a shorter step to each sample, from where the step begins in which it is."""
+        """Take a step to each sample from the beginning of the step that it is in."""
         if self.wanted:
             place, which, t, y = (np.concatenate(parts, axis=-1) for parts in zip(*self.wanted, strict=True))
             self.wanted = []
             self.states[place, :, which] = dormand_prince.array_step(self.f, t, self.times[place] - t, y).T
-
-
-def _rows(f: Elements, t: Floats, y: Floats) -> Floats:
-    rows = f(t, *y)
-    return np.array([np.broadcast_to(row, t.shape) for row in rows]).reshape(len(rows), *t.shape)
 
 
 def _narrow(first: Floats, second: Floats, third: Floats) -> Marks:

@@ -1,4 +1,4 @@
-"""How much memory can still be had, so that what needs more is refused before it is asked for."""
+"""The memory that is left: what needs more is refused before it begins."""
 
 from __future__ import annotations
 
@@ -10,17 +10,14 @@ from pathlib import Path
 from rigidcli.errors import ComputationError
 from rigidcli.sandbox import address_space
 
-A_NUMBER = 28
-"""Bytes that a number of a table takes while a study fills it: 8 for itself, the rest on the way there.
+BYTES_OF_A_NUMBER = 28
+"""Bytes (measured) of a number of a table while a study fills it: 8 for the number, the rest for copies."""
 
-This is measured, as is the next one.
-"""
-
-ITS_TEXT = 60
-"""Bytes that the text of a number takes where all is written at once: 20 digits, three times over."""
+BYTES_OF_ITS_TEXT = 60
+"""Bytes (measured) of the text of a number where all is written at once: 20 digits, three times."""
 
 
-def require(rows: int, columns: int, size: int = A_NUMBER) -> None:
+def require(rows: int, columns: int, size: int = BYTES_OF_A_NUMBER) -> None:
     """Raise ComputationError where there is too little for the samples, with numbers of `size` bytes."""
     needed, left = rows * columns * size, available()
     if needed > left:
@@ -37,7 +34,7 @@ def available() -> float:
 
 
 def _limits() -> Iterator[float]:
-    """What each limit leaves: that of the process, that of its group of processes, that of the machine."""
+    """The bytes that the limits of the process, of its group of processes and of the machine leave."""
     with suppress(ImportError, OSError, ValueError):
         import resource
 

@@ -24,8 +24,8 @@ from rigidcli.core.solution import (
     MOST_NUMBERS,
     MOST_STEPS,
     NO_VALUE,
-    ORIGIN,
-    SHORTEST,
+    ORIGIN_OF_TIME,
+    SHORTEST_STEP,
     Function,
     State,
     Stop,
@@ -37,10 +37,10 @@ from rigidcli.core.solution import (
 )
 from rigidcli.errors import ComputationError
 
-ROUND = 128
+STEPS_PER_REPORT = 128
 """Steps from one estimate of rounding errors, and one report of progress, to the next."""
 
-LEAST = 1e-280
+SMALLEST_SCALE = 1e-280
 """Smallest scale of a variable."""
 
 MOST_JUMPS = 16
@@ -110,12 +110,12 @@ class March:
                 self._reject(error)
                 continue
             self._accept(to, error, after, slope)
-            if not self.taken % ROUND:
+            if not self.taken % STEPS_PER_REPORT:
                 if hopeless(self.times, self.taken, self.end, most):
                     raise TooManySteps(self.name, self.taken, self.t, self.end, most)
                 yield self.t
             # At a stop f may jump, which must not pass for rounding errors.
-            if (not self.taken % ROUND or abs(self.h) > 4 * self.reach) and self.t != goal:
+            if (not self.taken % STEPS_PER_REPORT or abs(self.h) > 4 * self.reach) and self.t != goal:
                 self._estimate_floors()
 
     def _begin(self) -> None:
@@ -150,7 +150,7 @@ class March:
         Raises Stopped where steps are too short.
         """
         t, left, h = self.t, goal - self.t, self.h
-        self.shortest = SHORTEST * max(abs(t), ORIGIN * abs(self.span))
+        self.shortest = SHORTEST_STEP * max(abs(t), ORIGIN_OF_TIME * abs(self.span))
         if abs(h) < self.shortest:
             return self._jump(math.copysign(min(self.shortest, abs(left)), h))
         # What is left is shared by two steps, so that the last one is no mere rest.
@@ -169,9 +169,9 @@ class March:
         return to, error, after, slope
 
     def _jump(self, h: float) -> tuple[float, float, State, State]:
-        """The shortest step, where f merely jumps in it."""
+        """The shortest step, across a jump of f. Raises Stopped where there is none."""
         self.jumps, self.h, self.failures = self.jumps + 1, h, 0
-        recent, to = self.states[-ROUND * len(self.y) :], self.t + h
+        recent, to = self.states[-STEPS_PER_REPORT * len(self.y) :], self.t + h
         crossed = _crossed(self.f, to, h, self.y, self.k, recent) if self.jumps <= MOST_JUMPS else None
         if crossed is None:
             raise stopped(self.f, self.t, self.y, self.span, self.name)
@@ -208,7 +208,7 @@ def sides(start: float, stops: Sequence[float], end: float) -> Iterator[tuple[fl
     span = end - start
     before, ahead = start, math.copysign(1.0, span)
     for stop in (start, *stops):
-        reach = ahead * SHORTEST / 4 * max(abs(stop), ORIGIN * abs(span))
+        reach = ahead * SHORTEST_STEP / 4 * max(abs(stop), ORIGIN_OF_TIME * abs(span))
         low, high = (start if stop == start else stop - reach), stop + reach
         if ahead * high < ahead * end and ahead * (high - before) > 0:
             yield (low if ahead * (low - before) > 0 else before), high
@@ -217,7 +217,7 @@ def sides(start: float, stops: Sequence[float], end: float) -> Iterator[tuple[fl
 
 
 def _across(f: Function, t: float, y: State, k: State, to: float) -> tuple[State, State] | None:
-    """The state and its slope a moment later, beyond what may jump; None where f has no value there."""
+    """The state and its slope at a time just beyond a jump; None where f has no value there."""
     h = to - t
     with suppress(*NO_VALUE):
         slope = f(to, *(value + h * rate for value, rate in zip(y, k, strict=True)))
@@ -233,16 +233,16 @@ def _jumps(one: State, two: State) -> bool:
 
 
 def least_sizes(f: Function, t: float, y: State, end: float, blocks: tuple[int, ...], **steps: Any) -> State:
-    """For each block that begins with nothing, and at rest, a small part of its later size; LEAST for others.
+    """The least size of each block; for one that begins at zero, at rest, a thousandth of its later size.
 
-    Such a block grows like a power of the time, high if what moves it is itself at rest: while it does so
-    no step follows it to a relative accuracy, and none need. The `steps` may be `longest`, and have `stops`.
+    Such a block grows like a power of the time. While it is small, no step follows it to a relative accuracy,
+    and none need. The `steps` are the keywords `longest` and `stops` of a March.
     """
     k: State = f(t, *y) if finite(f, t, y) else (math.nan,) * len(y)
     parts = slices(blocks)
     empty = [not any(y[part]) and not any(k[part]) for part in parts]
     if not any(empty):
-        return (LEAST,) * len(blocks)
+        return (SMALLEST_SCALE,) * len(blocks)
     times, states = array("d", [t]), array("d", y)
     with suppress(ComputationError, *NO_VALUE):
         if len(blocks) > 1:
@@ -253,7 +253,7 @@ def least_sizes(f: Function, t: float, y: State, end: float, blocks: tuple[int, 
             states.extend(stepper(blocks)(f, t, (end - t) / 1000, y, k, (0.0,), (math.inf,), 1e-6)[1])
     path = np.abs(np.frombuffer(states).reshape(-1, len(y)))
     sizes = [float(np.hypot.reduce(path[:, part], axis=1).max()) for part in parts]
-    return tuple(max(1e-3 * size * none, LEAST) for none, size in zip(empty, sizes, strict=True))
+    return tuple(max(1e-3 * size * none, SMALLEST_SCALE) for none, size in zip(empty, sizes, strict=True))
 
 
 def _crossed(

@@ -1,4 +1,4 @@
-"""What an integration gives: a solution that may be asked at any time, or the time at which it ends."""
+"""A problem with initial values, its solution at any time, and why there may be none."""
 
 from __future__ import annotations
 
@@ -70,17 +70,17 @@ MOST_NUMBERS = 200_000_000
 MOST_STEPS = 1_000_000
 """The most steps of a solution: in Python they take half a minute."""
 
-PATIENCE = 1 << 13
-"""Steps after which, and after each power of two beyond, it is asked whether the end can be reached."""
+FIRST_OUTLOOK = 1 << 13
+"""Steps after which, and after each further power of two, it is estimated whether the end can be reached."""
 
-SHORTEST = 16 * EPS
-"""The least step, in units of the time: fewer units in the last place would be crude steps."""
+SHORTEST_STEP = 16 * EPS
+"""The least step, in units of the time: it is a few units in the last place."""
 
-GAUSS = 10
-"""Points of Gauss's rule in a step: it is exact to degree 19, beyond the order of every method."""
+GAUSS_POINTS = 10
+"""Points of Gauss's rule in a step: exact to degree 19, beyond the order of each method."""
 
-ORIGIN = 1e-9
-"""Times nearer to zero than this, in units of the span, do not allow shorter steps."""
+ORIGIN_OF_TIME = 1e-9
+"""Times below this share of the span count as that share, as steps are bounded relative to the time."""
 
 SMOOTHER = "smooth what is stiff, jumps, or sticks: tanh(x/0.001) for sign(x)"
 """Advice, for a hint, where steps get too short."""
@@ -118,21 +118,33 @@ class TooManySteps(ComputationError):  # noqa: N818 - an outcome, named for what
         )
 
 
+def columns(flow: Flow) -> Callable[..., Floats]:
+    """The values of a flow (m by k) as a function of times (k) and variables (k), NaN where there is none."""
+    f = flow(np)
+
+    def values(times: Floats, *state: Floats) -> Floats:
+        with np.errstate(all="ignore"):
+            rows = f(times, *state)
+        return np.array([np.broadcast_to(row, times.shape) for row in rows]).reshape(len(rows), *times.shape)
+
+    return values
+
+
 def stopped(f: Function, t: float, y: State, span: float, name: str) -> Stopped:
     """The stop of steps that grew too short at (t, y), a little before what stops them; `span` is signed."""
     sudden = 1e-10  # within this time, in units of t, a variable that is about to be infinite grows by itself
-    reach = math.copysign(sudden * max(abs(t), ORIGIN * abs(span)), span)
+    reach = math.copysign(sudden * max(abs(t), ORIGIN_OF_TIME * abs(span)), span)
     stop = Stop.NO_VALUE
     if finite(f, t, y):
         # Beyond 1e300, the stages of a step overflow.
         pairs = [(value, slope * reach) for value, slope in zip(y, f(t, *y), strict=True)]
         if any(abs(value) > 1e300 or (move * value > 0 and abs(move) > abs(value)) for value, move in pairs):
             # At the start of an immense span, even the least step is longer than what happens takes.
-            far = any(value and abs(move / value) > 4 * sudden / SHORTEST for value, move in pairs)
+            far = any(value and abs(move / value) > 4 * sudden / SHORTEST_STEP for value, move in pairs)
             stop = Stop.LOST if far else Stop.INFINITE
         elif finite(f, t + reach, [value + move for value, move in pairs]):
             stop = Stop.LOST
-    return Stopped(name, stop, t if abs(t) > SHORTEST * abs(span) else 0.0)
+    return Stopped(name, stop, t if abs(t) > SHORTEST_STEP * abs(span) else 0.0)
 
 
 def finite(f: Function, t: float, y: State) -> bool:
@@ -150,7 +162,7 @@ def hopeless(times: Sequence[float], taken: int, end: float, most: int) -> bool:
     """
     if taken >= most:
         return True
-    if taken < PATIENCE or taken & (taken - 1):
+    if taken < FIRST_OUTLOOK or taken & (taken - 1):
         return False
     quarter = taken // 4
     before, pace = (abs(times[-1 - k * quarter] - times[-1 - (k + 1) * quarter]) / quarter for k in (1, 0))
@@ -194,7 +206,7 @@ class Solution:
 
         Every step is smooth, so that Gauss's rule has as many digits in it as the solution.
         """
-        nodes, weights = np.polynomial.legendre.leggauss(GAUSS)
+        nodes, weights = np.polynomial.legendre.leggauss(GAUSS_POINTS)
         half = np.diff(self.knots)[:, None] / 2
         if not len(half):
             return values(self.knots, self.at(self.knots))[:, 0]

@@ -27,17 +27,17 @@ METHOD = "Radau IIA of order 5 (scipy)"
 LEAST_TOLERANCE = 1e-10
 """The least error of a step: below it, this method takes very many steps."""
 
-MOST = 100_000
-"""The most steps: each takes some milliseconds."""
+MOST_IMPLICIT_STEPS = 100_000
+"""The most steps where this method is asked for: each takes some milliseconds."""
 
 MOST_TRIED = 20_000
-"""The most steps where this method is only tried, after another one: they take seconds."""
+"""The most steps where this method is tried after another one: they take seconds."""
 
 CHECKED_AFTER = (256, 2048)
-"""Steps after which it is estimated whether MOST of them reach the end: the first of them take a second."""
+"""Steps after which it is estimated whether the most steps reach the end: these take a second."""
 
 
-def solve(problem: InitialValues, most: int = MOST) -> Solution:
+def solve(problem: InitialValues, most: int = MOST_IMPLICIT_STEPS) -> Solution:
     """The solution of a problem in at `most` so many steps.
 
     Raises:

@@ -41,44 +41,44 @@ from rigidcli.errors import ComputationError
 
 METHOD = "Gauss-Legendre 12"
 
-MOST = 3_000_000
-"""The most steps, for 1e5 turns of a planet and more: they take some minutes."""
+MOST_EQUAL_STEPS = 3_000_000
+"""The most steps: enough for 1e5 turns of a planet, and done in some minutes."""
 
-STAGES = 6
+STAGE_COUNT = 6
 """Stages of a step. The order of the method is twice as large."""
 
-POINTS, DOUBLE_WEIGHTS = leggauss(STAGES)
+POINTS, DOUBLE_WEIGHTS = leggauss(STAGE_COUNT)
 """The zeros of the Legendre polynomial of degree 6, and the weights of quadrature on [-1, 1]."""
 
 NODES, WEIGHTS = (1 + POINTS) / 2, DOUBLE_WEIGHTS / 2
 """c and b: where in the step the stages stand, and the weights of their slopes."""
 
-POLYNOMIALS = legvander(POINTS, STAGES)
+POLYNOMIALS = legvander(POINTS, STAGE_COUNT)
 """The Legendre polynomials of degrees 0 to 6 (columns) at the points (rows)."""
 
-SERIES = POLYNOMIALS[:, :-1] * (2 * np.arange(STAGES) + 1)
-"""What takes the increments h b f of the stages (a row) to the Legendre coefficients of h f in the step."""
+SERIES = POLYNOMIALS[:, :-1] * (2 * np.arange(STAGE_COUNT) + 1)
+"""The matrix from increments h b f of the stages (a row) to Legendre coefficients of h f in the step."""
 
-EXTRAPOLATION = WEIGHTS[:, None] * legvander(POINTS + 2, STAGES - 1) @ SERIES.T
-"""What takes the increments of one step (a column) to those of the next, by the polynomial of the slopes."""
+EXTRAPOLATION = WEIGHTS[:, None] * legvander(POINTS + 2, STAGE_COUNT - 1) @ SERIES.T
+"""The matrix from increments of a step (a column) to those of the next, by the polynomial of the slopes."""
 
 
 def _shares() -> Floats:
-    """a_ij / b_j: the share of the increment of stage j that stage i has.
+    """a_ij / b_j: the share of the increment of stage j in stage i.
 
-    That of i and j, and that of j and i, are 1 together: this makes the method symplectic. Those below the
-    diagonal, which are about 1, are computed, as 1 less them is free of rounding.
+    The method is symplectic as a_ij/b_j + a_ji/b_i = 1. The shares below the diagonal are about 1: they are
+    computed, and 1 minus them is free of rounding.
     """
-    integrals = (POLYNOMIALS[:, 2:] - POLYNOMIALS[:, :-2]) / (4 * np.arange(1, STAGES) + 2)
+    integrals = (POLYNOMIALS[:, 2:] - POLYNOMIALS[:, :-2]) / (4 * np.arange(1, STAGE_COUNT) + 2)
     lower = np.tril(np.column_stack([NODES, integrals]) @ SERIES.T, -1)
-    shares: Floats = lower + np.eye(STAGES) / 2 + np.tril(1 - lower, -1).T
+    shares: Floats = lower + np.eye(STAGE_COUNT) / 2 + np.tril(1 - lower, -1).T
     return shares
 
 
 SHARES = _shares()
 """The shares of stages i (rows) in the increments of stages j (columns)."""
 
-Step: TypeAlias = Callable[
+EqualStep: TypeAlias = Callable[
     [Function, float, float, State, State, State, State, State],
     tuple[State, State, State, State, float] | None,
 ]
@@ -106,11 +106,11 @@ def solve(problem: InitialValues, like: Solution | None = None) -> Solution:
 
     Raises:
         Stopped: the solution does not begin.
-        TooManySteps: it reaches t1 only after more than MOST steps.
+        TooManySteps: it reaches t1 only after more than MOST_EQUAL_STEPS steps.
         ComputationError: it needs steps so short in places that one length is not the way to take them.
     """
     f, (t0, t1), y, name = problem.function(), problem.span, tuple(problem.start.tolist()), problem.name
-    most = min(MOST, MOST_NUMBERS // len(y))
+    most = min(MOST_EQUAL_STEPS, MOST_NUMBERS // len(y))
     # The errors of a few steps add up; rounding leaves 2e-14. With 3e-12 there are more than ten steps in a
     # period: where these are few, and a whole number of them is nearly a period, errors add up for long.
     error, fewest = min(max(0.03 * problem.tolerance, 2e-14), 3e-12), math.inf
@@ -150,7 +150,7 @@ def march(
     step, states = stepper(len(y)), array("d", y)
     # In units of c^(13/6), where c is the highest Legendre coefficient of h f, the error of a step is 0.0048
     # for the exponential function, and 0.0038 for one with a pole.
-    limit = (error / 0.005) ** (STAGES / (2 * STAGES + 1))
+    limit = (error / 0.005) ** (STAGE_COUNT / (2 * STAGE_COUNT + 1))
     e: State = (0.0,) * len(y)
     sizes = e
     h = (knots[-1] - knots[0]) / max(1, len(knots) - 1)
@@ -165,7 +165,7 @@ def march(
         except NO_VALUE:
             made = None
         if made is None or made[-1] > limit:
-            raise TooLong(index, max(0.3, 0.9 * (limit / made[-1]) ** (1 / STAGES)) if made else 0.3)
+            raise TooLong(index, max(0.3, 0.9 * (limit / made[-1]) ** (1 / STAGE_COUNT)) if made else 0.3)
         y, e, guess, sizes, _ = made
         states.extend(y)
     return states
@@ -177,7 +177,7 @@ def source(count: int) -> str:
     In it, y is the state before and z after the step, l0 to l5 are the increments, o is that of the
     last stage in the sweep before, w is what is within rounding errors, and m are the sizes.
     """
-    every, stages, last = range(count), range(STAGES), STAGES - 1
+    every, stages, last = range(count), range(STAGE_COUNT), STAGE_COUNT - 1
     reach = float(1 / WEIGHTS[last])
     increments = "".join(f"l{j}_{i}, " for j in stages for i in every)
 
@@ -218,7 +218,7 @@ def source(count: int) -> str:
 
 
 @cache
-def stepper(count: int) -> Step:
+def stepper(count: int) -> EqualStep:
     """The code of `source`, ready to run."""
-    step: Step = dormand_prince.compiled(source(count))
+    step: EqualStep = dormand_prince.compiled(source(count))
     return step

@@ -41,7 +41,7 @@ from rigidcli.errors import ComputationError
 
 METHOD = "Taylor (heyoka)"
 
-ROUND = 1 << 15
+NUMBERS_PER_REPORT = 1 << 15
 """Steps times variables from one report of progress to the next: some 50 ms, and each takes heyoka 2 ms."""
 
 MOST_COEFFICIENTS = 7_000_000
@@ -76,7 +76,7 @@ def solve(
     integrator.time, integrator.state[:] = t0, start / scales
     most = min(MOST_STEPS, MOST_NUMBERS // (len(scales) * (integrator.order + 1)))
     # A power of two, as those at which it is asked whether the end can be reached.
-    at_once = 1 << max(1, ROUND // len(scales)).bit_length() - 1
+    at_once = 1 << max(1, NUMBERS_PER_REPORT // len(scales)).bit_length() - 1
     f, knots, outputs, goals = flow(np), array("d", [t0]), list[Any](), [t1, *reversed(stops)]
     begins, path, kept = [], list[Floats](), 0
     while goals:
@@ -139,7 +139,7 @@ def scales_of(seen: Floats, blocks: Sequence[int]) -> Floats:
 
 @lru_cache(maxsize=2)
 def _integrator(flow: Flow, size: int, tolerance: float, name: str) -> Any:
-    """heyoka's integrator of so many variables, which takes as long to make as to use.
+    """heyoka's integrator of so many variables. To make it takes as long as to use it.
 
     The units of the variables, and what they are divided by, are its parameters, so that it is made once for
     all starts of an ensemble.

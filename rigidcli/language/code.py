@@ -19,7 +19,7 @@ from functools import lru_cache
 from types import ModuleType
 from typing import Any, TypeAlias
 
-from rigidcli.core.estimate import Watched
+from rigidcli.core.kicks import Watched
 from rigidcli.core.solution import Flow
 from rigidcli.errors import ComputationError
 from rigidcli.language import expression

@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import orjson
 
-from rigidcli.core.memory import ITS_TEXT, require
+from rigidcli.core.memory import BYTES_OF_ITS_TEXT, require
 from rigidcli.render import Look
 from rigidcli.render.values import plain
 from rigidcli.report import Report, Table, Value
@@ -18,7 +18,7 @@ def piece(report: Report, look: Look) -> str:
     Raises ComputationError where there is too little memory for the whole text.
     """
     for table in report.tables:
-        require(len(table), sum(len(column.cells) for column in table.columns), ITS_TEXT)
+        require(len(table), sum(len(column.cells) for column in table.columns), BYTES_OF_ITS_TEXT)
     head: dict[str, Value] = {"schema": report.schema, "name": report.name, "source": report.source}
     if report.swept:
         head["swept"] = {entry.key: entry.value for entry in report.swept}

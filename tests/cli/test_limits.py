@@ -95,7 +95,7 @@ def test_the_estimate_is_no_less_than_what_is_taken() -> None:
     """Where the estimate just allows the samples, they are written."""
     samples = 150_000
     for command, document, key, columns in (("euler", FREE, "motion", 18), ("hamilton", SWING, "orbit", 4)):
-        needed = samples * columns * memory.A_NUMBER / 2**20
+        needed = samples * columns * memory.BYTES_OF_A_NUMBER / 2**20
         limit = int(250 + needed)
         words = (command, "-f", "csv", "-s", f"{key}.samples={samples}", "-")
         outcome = bounded(*words, stdin=document, megabytes=limit)

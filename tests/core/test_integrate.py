@@ -423,7 +423,7 @@ def test_too_many_steps(module: ModuleType, monkeypatch: pytest.MonkeyPatch) -> 
 def test_progress_is_told_in_fractions(
     module: ModuleType, span: tuple[float, float], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(taylor, "ROUND", 128)
+    monkeypatch.setattr(taylor, "NUMBERS_PER_REPORT", 128)
     told: list[float] = []
     ENGINES[module](same(oscillator), array_of(1, 0), span, progress=told.append)
     assert len(told) > 5

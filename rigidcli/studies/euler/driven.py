@@ -14,7 +14,8 @@ from numpy.typing import NDArray
 from rigidcli.core import integrate, many, rotation
 from rigidcli.core.arithmetic import EPS, Floats
 from rigidcli.core.dormand_prince import slices
-from rigidcli.core.estimate import MISSED, Watched, compared, foreseen, rounding, unshared
+from rigidcli.core.kicks import Watched, foreseen
+from rigidcli.core.second_run import MISSED, compared, rounding, unshared
 from rigidcli.core.solution import Flow, Solution, digits
 from rigidcli.document.document import Document
 from rigidcli.document.motion import TORQUE_VARIABLES, SpaceTorque
@@ -149,7 +150,7 @@ def together(document: Document, first: InitialValueProblem, starts: Starts) -> 
     moments, axes, turn, _, slopes, watched, _ = equations
     flow = code.function(slopes, rigid_body.STATE, {})
     longest = min(longest, motion.max_step or math.inf)
-    problem = many.Problem(
+    problem = many.ManyStarts(
         flow, None, watched.moving, slices((4, 3)), first.tolerance, longest, stops.tolist()
     )
 

@@ -13,7 +13,7 @@ import numpy as np
 from rigidcli.algebra.expressions import Expr, symbol
 from rigidcli.algebra.trees import to_tree
 from rigidcli.core.arithmetic import Floats
-from rigidcli.core.estimate import unshared
+from rigidcli.core.second_run import unshared
 from rigidcli.document.document import Document
 from rigidcli.document.variables import acceleration
 from rigidcli.language.text import latex_name, reading

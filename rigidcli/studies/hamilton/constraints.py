@@ -20,8 +20,7 @@ import numpy as np
 from rigidcli.algebra.expressions import ZERO, Expr, symbol, total
 from rigidcli.algebra.trees import to_tree
 from rigidcli.core.arithmetic import Floats
-from rigidcli.core.estimate import columns
-from rigidcli.core.solution import Function, Solution, State
+from rigidcli.core.solution import Function, Solution, State, columns
 from rigidcli.document.document import Document
 from rigidcli.document.variables import acceleration
 from rigidcli.language import code

@@ -25,8 +25,8 @@ from rigidcli.algebra.expressions import ONE, ZERO, Expr, symbol, total
 from rigidcli.algebra.substitution import substitute
 from rigidcli.algebra.trees import to_tree
 from rigidcli.core.arithmetic import Floats
-from rigidcli.core.estimate import Watched, columns
-from rigidcli.core.solution import Flow
+from rigidcli.core.kicks import Watched
+from rigidcli.core.solution import Flow, columns
 from rigidcli.language import code
 from rigidcli.language.sharing import Step, solved
 from rigidcli.language.tree import Name, Node, rounding

@@ -14,8 +14,9 @@ from rigidcli.algebra.expressions import Expr, symbol
 from rigidcli.algebra.trees import to_tree
 from rigidcli.core import dormand_prince, many
 from rigidcli.core.arithmetic import EPS, Floats
-from rigidcli.core.estimate import Watched, columns, foreseen
-from rigidcli.core.solution import Flow, digits
+from rigidcli.core.kicks import Watched, foreseen
+from rigidcli.core.second_run import NO_DIGIT_SHARED
+from rigidcli.core.solution import Flow, columns, digits
 from rigidcli.document.document import Document
 from rigidcli.document.orbit import Orbit
 from rigidcli.document.sampling import DEFAULT_TOLERANCE
@@ -43,7 +44,7 @@ MOST_REPORTS = 128
 """Starts of which whole reports are made at a time: their documents and samples take some 100 MB."""
 
 
-class _Problem(NamedTuple):
+class _ManyOrbits(NamedTuple):
     """The equations of orbits that are followed at once, at which `times` they are sampled, and how.
 
     `functions` of the state are sampled, too; the last variables are the integrals of so many `integrands`.
@@ -59,10 +60,10 @@ class _Problem(NamedTuple):
     invariants: Sequence[Expr] = ()
     integrands: int = 0
 
-    def equations(self, longest: float | Floats, stops: Sequence[float]) -> many.Problem:
+    def equations(self, longest: float | Floats, stops: Sequence[float]) -> many.ManyStarts:
         motion, orbit = self.motion, self.orbit
         measured = 2 * len(self.derivation.phase.coordinates) + self.derivation.energy_changes
-        return many.Problem(
+        return many.ManyStarts(
             motion.flow,
             motion.roundings,
             motion.watched.moving,
@@ -97,7 +98,7 @@ def together(document: Document, form: Form) -> Callable[[range], Iterator[Start
         return None
     observed = observations(document, derivation)
     functions = {f"observables.{name}": e for name, e in observed.functions.items()} if observed else {}
-    problem = _Problem(derivation, motion, orbit, times, functions)
+    problem = _ManyOrbits(derivation, motion, orbit, times, functions)
     equations, size = problem.equations(longest, stops.tolist()), len(motion.start)
 
     def samples(places: range) -> Iterator[StartReport]:
@@ -184,7 +185,7 @@ def swept(documents: Sequence[Document], fewest: int = FEWEST) -> list[OrbitSolu
     stops = limits[0][0]
     if any(other != stops for other, _ in limits):
         return found
-    problem = _Problem(
+    problem = _ManyOrbits(
         derivation,
         motions[0],
         orbit,
@@ -235,7 +236,7 @@ def _begun(document: Document) -> _Begun | None:
 
 
 def _foreseen(watched: Watched, values: Sequence[float], orbit: Orbit) -> tuple[list[float], float]:
-    """The stops and the longest step of `estimate.foreseen` for these values of swept parameters."""
+    """The stops and the longest step of `kicks.foreseen` for these values of swept parameters."""
 
     def with_values(flow: Flow) -> Flow:
         return lambda module: lambda t: flow(module)(t, *values)
@@ -246,7 +247,7 @@ def _foreseen(watched: Watched, values: Sequence[float], orbit: Orbit) -> tuple[
 
 
 def _followed(
-    problem: _Problem, equations: many.Problem, begin: Floats
+    problem: _ManyOrbits, equations: many.ManyStarts, begin: Floats
 ) -> tuple[Callable[[list[int]], OrbitSolution], list[bool]]:
     """The orbits from starts (n by m) as a function of some of their places, and which must go alone.
 
@@ -279,7 +280,7 @@ def _followed(
         slopes = roundings(every, *flat.T)[:size].reshape(size, len(places), -1).mean(axis=2)
         noise = (slopes / scale[:, places] * span / np.sqrt(steps)).max(initial=0.0)
         rounding = EPS * max(noise, math.sqrt(steps.max()) + 4 * len(equations.stops))
-        lost = times[(apart[:, places] > 0.1).any(axis=1)]
+        lost = times[(apart[:, places] > NO_DIGIT_SHARED).any(axis=1)]
         scales = {key: np.abs(function(every, flat)).sum(axis=0) for key, function in sizes.items()}
         means = states[0, -1, states.shape[-1] - integrands :] / (span or 1.0)
         return OrbitSolution(

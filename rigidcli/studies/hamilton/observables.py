@@ -28,7 +28,7 @@ from rigidcli.algebra.substitution import substitute
 from rigidcli.algebra.trees import to_tree
 from rigidcli.algebra.values import is_zero, sampled
 from rigidcli.core.arithmetic import Floats
-from rigidcli.core.estimate import columns
+from rigidcli.core.solution import columns
 from rigidcli.document.document import Document
 from rigidcli.document.variables import ENERGIES
 from rigidcli.errors import ExpressionError

@@ -14,8 +14,9 @@ from numpy.typing import NDArray
 from rigidcli.algebra.expressions import Expr, symbol
 from rigidcli.core import integrate, memory, stiff
 from rigidcli.core.arithmetic import EPS, Floats
-from rigidcli.core.estimate import columns, compared, foreseen, rounding
-from rigidcli.core.solution import Solution, digits
+from rigidcli.core.kicks import foreseen
+from rigidcli.core.second_run import compared, rounding
+from rigidcli.core.solution import Solution, columns, digits
 from rigidcli.document.orbit import Orbit
 from rigidcli.document.sampling import DEFAULT_TOLERANCE
 from rigidcli.errors import ComputationError

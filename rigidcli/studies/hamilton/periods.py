@@ -8,8 +8,8 @@ from rigidcli.algebra.expansion import coefficients
 from rigidcli.algebra.expressions import ZERO, Expr
 from rigidcli.algebra.trees import to_tree
 from rigidcli.core.arithmetic import Floats
-from rigidcli.core.estimate import columns
 from rigidcli.core.libration import Libration, libration
+from rigidcli.core.solution import columns
 from rigidcli.errors import ExpressionError
 from rigidcli.language import code
 from rigidcli.mechanics.phase_space import TIME

@@ -12,7 +12,7 @@ import numpy as np
 from rigidcli.algebra.expressions import Expr
 from rigidcli.algebra.substitution import substitute
 from rigidcli.core.arithmetic import Floats
-from rigidcli.core.estimate import columns
+from rigidcli.core.solution import columns
 from rigidcli.document.document import Document
 from rigidcli.errors import UsageError
 from rigidcli.language import code

@@ -6,8 +6,7 @@ import numpy as np
 
 from rigidcli.algebra.expressions import total
 from rigidcli.algebra.trees import to_tree
-from rigidcli.core.estimate import columns
-from rigidcli.core.solution import Flow
+from rigidcli.core.solution import Flow, columns
 from rigidcli.document.document import Document
 from rigidcli.errors import ComputationError, ExpressionError
 from rigidcli.language import code

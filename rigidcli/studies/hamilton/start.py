@@ -14,8 +14,7 @@ from rigidcli.algebra.expressions import Expr, symbol
 from rigidcli.algebra.functions import apply
 from rigidcli.algebra.trees import to_tree
 from rigidcli.core.arithmetic import Floats
-from rigidcli.core.estimate import columns
-from rigidcli.core.solution import NO_VALUE, State
+from rigidcli.core.solution import NO_VALUE, State, columns
 from rigidcli.document.document import Document
 from rigidcli.document.orbit import Orbit
 from rigidcli.errors import ComputationError, DocumentError, Problem

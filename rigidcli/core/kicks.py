@@ -1,46 +1,37 @@
-"""What an integrator may step over, and how many digits of its solution are right.
+"""Kicks: pulses, walls and jumps, which an integrator may step over.
 
-An integrator looks at the equations at a few times in a step. A pulse, a wall or a jump hides between them.
-It is where the argument of a function passes zero, as x does in tanh(x/w), or is largest or smallest, as
--(x/w)^2 in exp(-(x/w)^2). Where this argument depends on the time alone, it is looked at before the start,
-and a step ends there: its last slope shows what is sudden, and the error of the step makes the next ones
-short. Where the argument depends on the motion, a second solution has such steps, and differs from the first.
-
-This second solution has a larger tolerance, too. The digits that both share are right. Where they share few,
-a third is compared with the second, and so on, until two have found the same walls.
+An integrator looks at the equations at a few times in a step, and a kick hides between them. It is where the
+argument of a function passes zero, as x does in tanh(x/w), or is largest or smallest, as -(x/w)^2 in
+exp(-(x/w)^2). Where this argument depends on the time alone, such times are found before the start, and a
+step ends at each: its last slope shows the kick, and the error of the step makes the next ones short. Where
+the argument depends on the motion, they are found along a solution, and a second solution has steps that end
+there.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
 
-from rigidcli.core.arithmetic import EPS, Floats
-from rigidcli.core.solution import MOST_STEPS, Flow, Solution, Stopped, TooManySteps
-from rigidcli.errors import ComputationError
+from rigidcli.core.arithmetic import Floats
+from rigidcli.core.solution import MOST_STEPS, Flow, Solution, TooManySteps, columns
 
-TO_A_FLOAT = 11
-"""Rounds in which a place is narrowed down beyond the digits of a float."""
+ROUNDS_TO_A_FLOAT = 11
+"""Rounds in which a time is narrowed down beyond the digits of a float."""
 
-ENDS = (0.0, 0.02, 0.04, 0.96, 0.98, 1.0)
+ROUNDS_TO_A_SOLUTION = 7
+"""Rounds in which a time is narrowed down to the digits of a solution."""
+
+NEAR_ENDS = (0.0, 0.02, 0.04, 0.96, 0.98, 1.0)
 """Places in a step, near its ends, in units of its length."""
 
-POLYNOMIALS = np.linalg.inv(np.vander(ENDS, increasing=True))
+POLYNOMIALS = np.linalg.inv(np.vander(NEAR_ENDS, increasing=True))
 """The coefficients (rows) of Lagrange's polynomials of these places (columns)."""
-
-MISSED = 1e-5
-"""The difference of two solutions, in units of their size, from which on one may have missed a wall."""
-
-MOST_TURNS = 24
-"""The most solutions that are compared, one with the next: each may find another wall."""
-
-PROGRESS = 0.05
-"""By how much of the span two solutions must agree for longer than the two before, or no wall was missed."""
 
 Indices: TypeAlias = NDArray[np.int_]
 
@@ -87,20 +78,8 @@ def _grid(count: int, end: float) -> Floats:
     return np.concatenate([[0.0], (np.arange(count) + 0.381966) * (end / count), [end]])
 
 
-def columns(flow: Flow) -> Callable[..., Floats]:
-    """The values of a flow (m by k) as a function of times (k) and variables (k), NaN where there is none."""
-    f = flow(np)
-
-    def values(times: Floats, *state: Floats) -> Floats:
-        with np.errstate(all="ignore"):
-            rows = f(times, *state)
-        return np.array([np.broadcast_to(row, times.shape) for row in rows]).reshape(len(rows), *times.shape)
-
-    return values
-
-
 def landmarks(
-    values: Callable[[Floats], Floats], grid: Floats, most: int = MOST_STEPS, rounds: int = TO_A_FLOAT
+    values: Callable[[Floats], Floats], grid: Floats, most: int = MOST_STEPS, rounds: int = ROUNDS_TO_A_FLOAT
 ) -> Floats:
     """The times at which one of the `values` (m by k at times k) passes zero, or is largest or smallest.
 
@@ -131,7 +110,7 @@ def _narrowed(
 ) -> Floats:
     """The times (k) between `low` and `high` at which `up` times a value is largest, or its size smallest.
 
-    Beside them are times at which the value differs by about 1, as the slope of a peak is zero at its top.
+    Also the flanks of each peak, where its value has changed by 1.
     """
     every = np.arange(len(rows))
 
@@ -167,8 +146,8 @@ def walls(watched: Watched, solution: Solution) -> Floats:
     steps = np.diff(knots)
     order = np.argsort(-steps, kind="stable")
     far = np.sort(order[:16])
-    near = solution.sample((knots[far, None] + steps[far, None] * ENDS).ravel()).reshape(
-        len(far), len(ENDS), -1
+    near = solution.sample((knots[far, None] + steps[far, None] * NEAR_ENDS).ravel()).reshape(
+        len(far), len(NEAR_ENDS), -1
     )
 
     def grid(places: Indices) -> Floats:
@@ -182,80 +161,11 @@ def walls(watched: Watched, solution: Solution) -> Floats:
     def between(times: Floats) -> Floats:
         place = np.clip(np.searchsorted(knots[far], times, side="right") - 1, 0, len(far) - 1)
         share = np.minimum((times - knots[far[place]]) / steps[far[place]], 1.0)
-        powers = share[:, None] ** np.arange(len(ENDS))
+        powers = share[:, None] ** np.arange(len(NEAR_ENDS))
         return values(times, *np.einsum("ki,kij->jk", powers @ POLYNOMIALS, near[place]))
 
-    # A time is as uncertain as the solution is: fewer rounds reach its digits.
-    found = (landmarks(along, grid(np.sort(order[:256])), 32, 7), landmarks(between, grid(far), 32, 7))
-    return np.concatenate(found)
-
-
-def compared(
-    first: Solution,
-    again: Callable[[float, Sequence[float]], Solution],
-    watched: Watched,
-    stops: Floats,
-    distance: Callable[[Floats, Floats], Floats],
-    times: Floats,
-) -> tuple[Solution, float, float | None]:
-    """The `first` solution or a better one, its error at `times` (k), and when it loses its last digit.
-
-    `again` solves the problem of the `first` to a tolerance, in steps that end at given times, among which
-    are the `stops` of the first. The error is the largest difference from a second solution, to a hundred
-    times the tolerance, or a hundredth where this would be too crude. `distance` gives how far states
-    (k by n) are from each other, in units of their size or in rad: from 0.1 on they share no digit.
-
-    Where the second differs by more than MISSED, the first may have gone over a wall. Then a third solution,
-    to the first tolerance, also stops where the second has found something narrow, and takes the place of
-    the first if it is nearer to the second; and so on, wall by wall.
-    """
-    if not first.steps:
-        return first, 0.0, None
-    coarse = first.tolerance * (100 if first.tolerance <= 1e-5 else 0.01)
-    looks = np.linspace(times[0], times[-1], 257)
-    best, error, lost, reached = first, 1.0, None, 0.0
-    before, places = first, {*stops.tolist()}
-    for turn in range(MOST_TURNS):
-        more = {*walls(watched, before).tolist()} - places
-        if turn and not more:
-            break
-        places |= more
-        try:
-            after = again(first.tolerance if turn % 2 else coarse, sorted(places))
-        except ComputationError as stop:
-            if not turn:
-                lost = stop.time if isinstance(stop, Stopped) else float(times[0])
-            break
-        apart = np.nan_to_num(distance(before.at(times), after.at(times)), nan=1.0)
-        far, now = np.flatnonzero(apart > 0.1), float(apart.max(initial=0.0))
-        if turn or now > MISSED:
-            on_the_way = np.nan_to_num(distance(before.at(looks), after.at(looks)), nan=1.0)
-            until = float(looks[max(1, int(np.argmax(np.append(on_the_way, 1.0) > 0.1))) - 1])
-            if turn and not (now < error / 10 or until > reached + PROGRESS * times[-1]):
-                break
-            reached = until
-        best, error = after if turn % 2 else best, 1.0 if len(far) else now
-        lost = float(times[far[0]]) if len(far) else None
-        # Other methods have the same steps again, whatever the tolerance, and would agree with themselves.
-        if error <= MISSED or first.engine != "runge-kutta":
-            break
-        before = after
-    return best, error, lost
-
-
-def rounding(solution: Solution, stops: Floats) -> float:
-    """The error of a solution by rounding, which a second one has, too, in units of its size.
-
-    In each step it is of either sign; and at each stop, a sudden change comes a few units in the last place
-    too early or too late.
-    """
-    return EPS * (math.sqrt(solution.steps) + 4 * len(stops))
-
-
-def unshared(section: str, lost: float, may_be_chaotic: bool) -> str:
-    """The note on a solution that another one leaves at the time `lost`."""
-    reason = "the motion may be chaotic, or " if may_be_chaotic else ""
-    return (
-        f"from t = {lost:.4g} on, integrations in other steps do not agree, and no digit is certain: "
-        f"{reason}steps may go over something narrow, which a small `{section}.max_step` prevents"
+    found = (
+        landmarks(along, grid(np.sort(order[:256])), 32, ROUNDS_TO_A_SOLUTION),
+        landmarks(between, grid(far), 32, ROUNDS_TO_A_SOLUTION),
     )
+    return np.concatenate(found)
