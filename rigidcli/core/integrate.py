@@ -12,17 +12,16 @@ heyoka, an optional dependency: it pays where very many steps are wanted.
 from __future__ import annotations
 
 import math
-from array import array
 from collections.abc import Callable, Sequence
 from contextlib import suppress
 from dataclasses import replace
 from importlib.util import find_spec
-from typing import Any
 
 import numpy as np
 
-from rigidcli.core import dormand_prince, runge_kutta, stiff
+from rigidcli.core import stiff
 from rigidcli.core.arithmetic import Floats
+from rigidcli.core.runge_kutta import March
 from rigidcli.core.solution import (
     Engine,
     Flow,
@@ -32,7 +31,6 @@ from rigidcli.core.solution import (
     Stop,
     Stopped,
     TooManySteps,
-    largest,
 )
 from rigidcli.errors import ComputationError
 
@@ -109,10 +107,10 @@ def integrate(
             return stiff.solve(problem)
         case "taylor" if like is not None:
             return _by_taylor_again(problem, sizes, stops, like)
-    pair = _ExplicitRun(problem, sizes, stops, roundings, project, None if like is None else like.sizes)
+    march = March(problem, sizes, stops, roundings, project, None if like is None else like.sizes)
     if engine == "taylor":
-        return _by_taylor(pair)
-    return _by_the_best(pair, starts) if engine == "auto" else pair.solution(note)
+        return _by_taylor(march)
+    return _by_the_best(march, starts) if engine == "auto" else _to_the_end(march, note)
 
 
 def _allowed(engine: Engine, stops: Sequence[float], is_bound: bool) -> tuple[Engine, str | None]:
@@ -128,79 +126,32 @@ def _allowed(engine: Engine, stops: Sequence[float], is_bound: bool) -> tuple[En
     return engine, None
 
 
-class _ExplicitRun:
-    """The solution of a problem by the Runge-Kutta pair, as far as it has come."""
-
-    def __init__(
-        self,
-        problem: InitialValues,
-        blocks: tuple[int, ...],
-        stops: Sequence[float],
-        roundings: Flow | None,
-        project: Callable[[float, State], State] | None,
-        least: State | None,
-    ) -> None:
-        self.problem, self.blocks, self.stops = problem, blocks, stops
-        self.times, self.states = array("d", problem.span[:1]), array("d", problem.start)
-        f, errors = problem.flow(math), None if roundings is None else roundings(math)
-        if least is None:
-            t0, t1 = problem.span
-            limits: Any = {"longest": problem.longest, "stops": stops}
-            least = runge_kutta.least_sizes(f, t0, problem.start.tolist(), t1, blocks, **limits)
-        self.least = least
-        self.steps = runge_kutta.March(
-            f,
-            self.times,
-            self.states,
-            problem.span[1],
-            problem.tolerance,
-            blocks,
-            problem.name,
-            least,
-            problem.longest,
-            stops,
-            errors,
-            project,
-        ).steps()
-
-    def solution(self, note: str | None = None) -> Solution:
-        """The whole solution, after the steps that are left."""
-        for t in self.steps:
-            self.problem.tell(t)
-        knots = np.frombuffer(self.times)
-        path = np.frombuffer(self.states).reshape(len(knots), -1)
-        return Solution(
-            len(knots) - 1,
-            dormand_prince.METHOD,
-            "runge-kutta",
-            self.problem.tolerance,
-            knots,
-            dormand_prince.sampler(self.problem.flow, knots, path),
-            largest(path),
-            self.least,
-            note,
-        )
-
-    def by_taylor(self) -> Solution:
-        """The solution by heyoka, in units of the sizes that the variables have had so far."""
-        from rigidcli.core import taylor
-
-        seen = np.array(self.states).reshape(len(self.times), -1)
-        return taylor.solve(self.problem, taylor.scales_of(seen, self.blocks), self.blocks)
+def _to_the_end(march: March, note: str | None = None) -> Solution:
+    for t in march.steps:
+        march.problem.tell(t)
+    return march.solution(note)
 
 
-def _by_taylor(pair: _ExplicitRun) -> Solution:
+def _compiled(march: March) -> Solution:
+    """The solution by heyoka, in units of the sizes that the variables have had so far."""
+    from rigidcli.core import taylor
+
+    seen = np.array(march.states).reshape(len(march.times), -1)
+    return taylor.solve(march.problem, taylor.scales_of(seen, march.blocks), march.blocks)
+
+
+def _by_taylor(march: March) -> Solution:
     """The solution by heyoka, or by the pair where there is no Taylor series."""
     from rigidcli.core import taylor
 
     taylor.loaded()
-    next(pair.steps, None)  # the first of them show the sizes of the variables
+    next(march.steps, None)  # the first of them show the sizes of the variables
     try:
-        return pair.by_taylor()
+        return _compiled(march)
     except TooManySteps:
         raise
     except ComputationError as error:
-        return pair.solution(f"{error}: the method `auto` is taken")
+        return _to_the_end(march, f"{error}: the method `auto` is taken")
 
 
 def _by_taylor_again(
@@ -217,23 +168,23 @@ def _by_taylor_again(
     return taylor.solve(problem, np.array(like.sizes), blocks, stops, taylor.MOST_OF_SECOND)
 
 
-def _by_the_best(pair: _ExplicitRun, starts: int) -> Solution:
+def _by_the_best(march: March, starts: int) -> Solution:
     """The solution by the pair; by heyoka where many steps are left, or stiff where there are too many."""
-    problem, may_change = pair.problem, not len(pair.stops) and find_spec("heyoka") is not None
+    problem, may_change = march.problem, not len(march.stops) and find_spec("heyoka") is not None
     (t0, t1), trial = problem.span, TRIAL / starts if may_change else math.inf
     try:
-        for t in pair.steps:
+        for t in march.steps:
             problem.tell(t)
-            if len(pair.times) > trial:
+            if len(march.times) > trial:
                 trial = math.inf
-                left = len(pair.states) * ((t1 - t) / (t - t0))
+                left = len(march.states) * ((t1 - t) / (t - t0))
                 if starts * left > WORTH_COMPILING:
                     # Of what heyoka cannot solve, the steps at hand tell more.
                     with suppress(ComputationError):
-                        return pair.by_taylor()
-        return pair.solution()
+                        return _compiled(march)
+        return march.solution()
     except TooManySteps:
-        if len(pair.stops):
+        if len(march.stops):
             raise
         # Steps may be short because the method is unstable with longer ones, and not for their errors.
         looser = replace(problem, tolerance=max(problem.tolerance, STIFF_TOLERANCE))

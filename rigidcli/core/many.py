@@ -23,6 +23,9 @@ from rigidcli.core.solution import ORIGIN_OF_TIME, SHORTEST_STEP, Flow, columns
 MOST_TOGETHER = 20_000
 """The most steps of a start in arrays: the few starts that need more are quicker alone."""
 
+LOOKS_AHEAD = 1024
+"""Steps from one estimate of whether the most steps are enough to the next."""
+
 AT_ONCE = 16_384
 """Floats of the states that are stepped at once, so that the arrays of the stages stay in the cache."""
 
@@ -74,8 +77,11 @@ def paths(problem: ManyStarts, starts: Floats, times: Floats) -> Paths:
 
 def twice(problem: ManyStarts, starts: Floats, times: Floats) -> tuple[Paths, Paths]:
     """The solutions, and second ones to the tolerance of a second run."""
-    other = problem._replace(tolerance=other_tolerance(problem.tolerance))
-    return paths(problem, starts, times), paths(other, starts, times)
+    other, first = (
+        problem._replace(tolerance=other_tolerance(problem.tolerance)),
+        paths(problem, starts, times),
+    )
+    return first, paths(other, np.where(first.alone, np.nan, starts), times)
 
 
 class _Going(NamedTuple):
@@ -186,6 +192,8 @@ class _Lanes:
             if not turn % STEPS_PER_REPORT:
                 going.floors[:] = self._floors(going)
             going, bad = self._stepped(goal, active, going)
+            if turn and not turn % LOOKS_AHEAD:
+                bad |= self.end - going.t > (self.most - going.steps) * going.h
             self.alone[active[bad]] = True
             done = self.alone[active] | (going.t == goal)
             turn += 1
@@ -216,6 +224,7 @@ class _Lanes:
             np.copyto(whole, part, where=good)
         np.maximum(largest, np.abs(y), out=largest)
         h = np.minimum(h * np.where(good, longer, shorter), self.longest[active])
+        h = np.where(is_going, h, going.h)  # those that wait at a stop go on from there
         if len(last) > 1:
             now = np.vstack([t, self.watched(t, *y)])
             bad |= good & _narrow(older, last, now)

@@ -13,26 +13,27 @@ from array import array
 from collections import deque
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import suppress
-from dataclasses import dataclass, field
-from typing import Any
+from dataclasses import replace
 
 import numpy as np
 
 from rigidcli.core.arithmetic import EPS
-from rigidcli.core.dormand_prince import Step, slices, stepper
+from rigidcli.core.dormand_prince import METHOD, sampler, slices, stepper
 from rigidcli.core.solution import (
     MOST_NUMBERS,
     MOST_STEPS,
     NO_VALUE,
     ORIGIN_OF_TIME,
     SHORTEST_STEP,
+    Flow,
     Function,
+    InitialValues,
+    Solution,
     State,
-    Stop,
-    Stopped,
     TooManySteps,
     finite,
     hopeless,
+    largest,
     stopped,
 )
 from rigidcli.errors import ComputationError
@@ -47,56 +48,49 @@ MOST_JUMPS = 16
 """Jumps of f that are crossed before a regular step: with more, the solution would slide along the jump."""
 
 
-@dataclass(slots=True, eq=False)
 class March:
-    """Steps from the last of `times` and `states` to `end`; each is appended to them.
+    """The solution of a problem by steps of the pair, as far as it has come, in `times` and `states`.
 
-    `least` has for each of the `blocks` the size to which its error is relative at least; by default those of
-    `least_sizes`. No step is longer than `longest`, and one ends at each of the `stops`, times on the way in
-    the order in which they come. `roundings` gives the rounding errors of f, in units of those of one
-    operation: no step is short for those of small differences. `project` moves the state (n) after each step,
-    as constraints need it, by about the error of the step.
+    `least` has for each of the `blocks` the size to which its error is relative at least. A step ends at each
+    of the `stops`, times on the way in the order in which they come. `roundings` gives the rounding errors
+    of f, in units of those of one operation: no step is short for those of small differences. `project` moves
+    the state (n) after each step, as constraints need it, by about the error of the step. `steps` go on.
+
+    Raises Stopped where f has no value at the start.
     """
 
-    f: Function
-    times: array[float]
-    states: array[float]
-    end: float
-    tolerance: float
-    blocks: tuple[int, ...]
-    name: str
-    least: State | None = None
-    longest: float = math.inf
-    stops: Sequence[float] = ()
-    roundings: Function | None = None
-    project: Callable[[float, State], State] | None = None
+    def __init__(
+        self,
+        problem: InitialValues,
+        blocks: tuple[int, ...],
+        stops: Sequence[float] = (),
+        roundings: Flow | None = None,
+        project: Callable[[float, State], State] | None = None,
+        least: State | None = None,
+    ) -> None:
+        self.problem, self.blocks, self.stops, self.project = problem, blocks, stops, project
+        self.f, self.step = problem.function(), stepper(blocks)
+        self.roundings = None if roundings is None else roundings(math)
+        self.t, self.end = problem.span
+        self.span, self.tolerance = self.end - self.t, problem.tolerance
+        self.y: State = tuple(problem.start.tolist())
+        self.k: State = self.f(self.t, *self.y)
+        self.times, self.states = array("d", [self.t]), array("d", self.y)
+        self.h = math.copysign(min(abs(self.span) / 1000, problem.longest), self.span)
+        self.least = least_sizes(problem, self.f, blocks, stops) if least is None else least
+        self.landed, self.shortest = self.t, 0.0  # the end of the last crossed stop, and the shortest step
+        self.failures = self.taken = self.jumps = 0
+        self.regular = True
+        self._estimate_floors()
+        self.steps = self._steps()
 
-    t: float = field(init=False)
-    y: State = field(init=False)
-    k: State = field(init=False)
-    h: float = field(init=False)
-    span: float = field(init=False)
-    step: Step = field(init=False)
-    sizes: State = field(init=False)
-    floors: tuple[float, ...] = field(init=False)
-    shortest: float = field(init=False)
-    reach: float = field(init=False)
-    """The length of the step for which the floors were estimated."""
-    landed: float = field(init=False)
-    """The time of the last jump that was crossed at a stop."""
-    regular: bool = field(default=True, init=False)
-    failures: int = field(default=0, init=False)
-    taken: int = field(default=0, init=False)
-    jumps: int = field(default=0, init=False)
-
-    def steps(self) -> Iterator[float]:
-        """Go to the end. Every `ROUND` steps it yields the time that it has reached.
+    def _steps(self) -> Iterator[float]:
+        """Go to the end. Every `STEPS_PER_REPORT` steps it yields the time that it has reached.
 
         Raises:
-            Stopped: there is no solution as far as `end`.
+            Stopped: there is no solution as far as the end.
             TooManySteps: there are more than MOST_STEPS, or will be if the later half of them goes on.
         """
-        self._begin()
         most = min(MOST_STEPS, MOST_NUMBERS // len(self.y))
         edges = sides(self.t, self.stops, self.end)
         goal, beyond = next(edges)
@@ -112,25 +106,19 @@ class March:
             self._accept(to, error, after, slope)
             if not self.taken % STEPS_PER_REPORT:
                 if hopeless(self.times, self.taken, self.end, most):
-                    raise TooManySteps(self.name, self.taken, self.t, self.end, most)
+                    raise TooManySteps(self.problem.name, self.taken, self.t, self.end, most)
                 yield self.t
             # At a stop f may jump, which must not pass for rounding errors.
             if (not self.taken % STEPS_PER_REPORT or abs(self.h) > 4 * self.reach) and self.t != goal:
                 self._estimate_floors()
 
-    def _begin(self) -> None:
-        f, t, count = self.f, self.times[-1], sum(self.blocks)
-        y: State = tuple(self.states[-count:])
-        if not finite(f, t, y):
-            raise Stopped(self.name, Stop.AT_START, t)
-        self.t, self.y, self.k, self.landed = t, y, f(t, *y), t
-        self.span, self.step = self.end - t, stepper(self.blocks)
-        self.h = math.copysign(min(abs(self.span) / 1000, self.longest), self.span)
-        self._estimate_floors()
-        limits: Any = {"longest": self.longest, "stops": self.stops}
-        self.sizes = (
-            least_sizes(f, t, y, self.end, self.blocks, **limits) if self.least is None else self.least
-        )
+    def solution(self, note: str | None = None) -> Solution:
+        """The solution as far as it has come."""
+        knots = np.frombuffer(self.times)
+        path = np.frombuffer(self.states).reshape(len(knots), -1)
+        sample = sampler(self.problem.flow, knots, path)
+        steps, sizes = len(knots) - 1, largest(path)
+        return Solution(steps, METHOD, "runge-kutta", self.tolerance, knots, sample, sizes, self.least, note)
 
     def _cross_stop(self, beyond: float) -> None:
         """Go to the time just `beyond` a stop; at the start only where the slopes jump."""
@@ -159,7 +147,7 @@ class March:
         self.h = h = to - t
         try:
             error, after, slope = self.step(
-                self.f, t, h, self.y, self.k, self.floors, self.sizes, self.tolerance
+                self.f, t, h, self.y, self.k, self.floors, self.least, self.tolerance
             )
             if self.project is not None and error <= 1.0:
                 after = self.project(to, after)
@@ -174,7 +162,7 @@ class March:
         recent, to = self.states[-STEPS_PER_REPORT * len(self.y) :], self.t + h
         crossed = _crossed(self.f, to, h, self.y, self.k, recent) if self.jumps <= MOST_JUMPS else None
         if crossed is None:
-            raise stopped(self.f, self.t, self.y, self.span, self.name)
+            raise stopped(self.f, self.t, self.y, self.span, self.problem.name)
         return to, 0.0, *crossed
 
     def _accept(self, to: float, error: float, after: State, slope: State) -> None:
@@ -184,7 +172,7 @@ class March:
         self.jumps = 0 if self.regular else self.jumps
         # No step is more than six times as long as the last, and none grows after one that failed.
         growth = max(0.3, min(0.9 * error**-0.125 if error else 6.0, 1.0 if self.failures else 6.0))
-        self.h, self.failures = math.copysign(min(abs(h) * growth, self.longest), h), 0
+        self.h, self.failures = math.copysign(min(abs(h) * growth, self.problem.longest), h), 0
         self.taken += 1
 
     def _reject(self, error: float) -> None:
@@ -232,23 +220,26 @@ def _jumps(one: State, two: State) -> bool:
     return math.dist(one, two) > 0.01 * max(math.hypot(*one), math.hypot(*two))
 
 
-def least_sizes(f: Function, t: float, y: State, end: float, blocks: tuple[int, ...], **steps: Any) -> State:
+def least_sizes(
+    problem: InitialValues, f: Function, blocks: tuple[int, ...], stops: Sequence[float] = ()
+) -> State:
     """The least size of each block; for one that begins at zero, at rest, a thousandth of its later size.
 
     Such a block grows like a power of the time. While it is small, no step follows it to a relative accuracy,
-    and none need. The `steps` are the keywords `longest` and `stops` of a March.
+    and none need.
     """
-    k: State = f(t, *y) if finite(f, t, y) else (math.nan,) * len(y)
-    parts = slices(blocks)
+    (t, end), y, parts = problem.span, problem.start.tolist(), slices(blocks)
+    k = f(t, *y)
     empty = [not any(y[part]) and not any(k[part]) for part in parts]
     if not any(empty):
         return (SMALLEST_SCALE,) * len(blocks)
-    times, states = array("d", [t]), array("d", y)
+    states = array("d", y)
     with suppress(ComputationError, *NO_VALUE):
         if len(blocks) > 1:
-            pilot = March(f, times, states, end, 1e-6, (len(y),), "", **steps)
+            pilot = March(replace(problem, tolerance=1e-6, name=""), (len(y),), stops)
+            states = pilot.states
             # Where friction holds a body, the steps would never end.
-            deque(itertools.islice(pilot.steps(), 64), maxlen=0)
+            deque(itertools.islice(pilot.steps, 64), maxlen=0)
         else:
             states.extend(stepper(blocks)(f, t, (end - t) / 1000, y, k, (0.0,), (math.inf,), 1e-6)[1])
     path = np.abs(np.frombuffer(states).reshape(-1, len(y)))
