@@ -12,6 +12,7 @@ import yaml
 
 import rigidcli
 from rigidcli.report import Report
+from tests.conftest import Program
 
 CASES = yaml.safe_load(Path(__file__).with_name("periods.yaml").read_text(encoding="utf-8"))
 NAMES = {name: getattr(mpmath, name) for name in ("pi", "sqrt", "sin", "cos", "ellipk", "ellipe", "gamma")}
@@ -62,6 +63,17 @@ def test_period_and_action_are_known_and_the_orbit_comes_back(name: str) -> None
 )
 def test_what_does_not_move_to_and_fro_has_no_period(hamiltonian: str, start: list[float]) -> None:
     assert "period" not in followed(hamiltonian, start, 0.1)["orbit"]
+
+
+def test_turning_points_may_be_asked_for_in_an_assignment(program: Program, tmp_path: Path) -> None:
+    system = {"coordinates": ["x"], "hamiltonian": "p_x**2/2 + x**2/2"}
+    swing = {"system": system, "orbit": {"initial": {"x": 2, "p_x": 0}, "duration": 1}}
+    question = {"document": "swing.yaml", "ask": "hamilton.orbit.turning_points"}
+    for name, content in (("swing", swing), ("work", {"assignment": "A", "questions": {"1": question}})):
+        (tmp_path / f"{name}.yaml").write_text(json.dumps(content), encoding="utf-8")
+    outcome = program("check", "--selftest", str(tmp_path / "work.yaml"))
+    assert outcome.code == 0, outcome.err
+    assert "[-2, 2]" in outcome.out
 
 
 def test_near_a_separatrix_the_digits_are_told() -> None:

@@ -38,7 +38,7 @@ KIND_BY_NAME = {
 """Kinds of results by the last name of their path."""
 
 MOTIONS = ("orbit", "trajectory")
-"""Results that are tables in time."""
+"""Results that are tables in time, but for the turning points of an orbit."""
 
 OF_SYMBOLS = ("expression", "equations", "invariants", "matrix")
 """Kinds of answers with symbols, which are compared by values: unknown functions have none."""
@@ -47,7 +47,7 @@ OF_SYMBOLS = ("expression", "equations", "invariants", "matrix")
 def kind_of(path: tuple[str, ...], value: Any, unit: str) -> str | None:
     """The kind of a result; None where it is no single answer."""
     is_scalar = isinstance(value, bool | int | float | str | np.generic)
-    if path[1:2] and path[1] in MOTIONS and not is_scalar:
+    if path[1:2] and path[1] in MOTIONS and path[-1] != "turning_points" and not is_scalar:
         return "trajectory"
     if path[-1] in KIND_BY_NAME:
         return KIND_BY_NAME[path[-1]]
