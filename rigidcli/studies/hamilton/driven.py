@@ -55,7 +55,7 @@ class DrivingForce(NamedTuple):
 
 
 class Response(NamedTuple):
-    """The steady response to a force: amplitudes, phases (rad) and growth (1/s) by coordinates.
+    """The steady response to a force: amplitudes, phases (rad) and growth a second by coordinates.
 
     A coordinate that grows has no amplitude. `matrix` is K - w^2 M + i w C, its real and its imaginary part.
     The amplitude of a single coordinate is largest at the `peak`: the rate of the force, and that amplitude,
@@ -96,11 +96,11 @@ class Driven(NamedTuple):
         """What is not written in symbols, what holds for some of their values only, and motion that grows."""
         if self.grows and self.responses:
             yield "the free motion grows, and leaves the response to the force"
-        for one in self.responses:
+        for place, one in enumerate(self.responses):
             if all(e is None for part in (one.amplitude, one.growth) for e in part.values()):
                 yield (
-                    f"the response X to {one.written} is not written in letters: `response.0.matrix` times X "
-                    "is the force; with values for all parameters it is told as numbers"
+                    f"the response X to {one.written} is not written in letters: `response.{place}.matrix` "
+                    "times X is the force; with values for all parameters it is told as numbers"
                 )
             if one.peak is not None and isinstance(one.peak[0], Expr) and one.peak[1] is not None:
                 yield f"the driven amplitude has a largest value where {inequality(one.peak[0] ** 2)}"
@@ -113,7 +113,7 @@ class Driven(NamedTuple):
             parts = (
                 ("amplitude", one.amplitude, "driven amplitude", "A", ""),
                 ("phase", one.phase, f"phase behind {one.written}", r"\delta", "rad"),
-                ("growth", one.growth, "growth of the driven amplitude", r"\dot A", "1/s"),
+                ("growth", one.growth, "driven amplitude grows a second by", r"\dot A", ""),
             )
             for key, values, title, symbol, unit in parts:
                 for q, value in values.items():
@@ -144,7 +144,7 @@ class Driven(NamedTuple):
             Column("phase", [one.phase[q] for one, q in rows], ("phase (rad)",)),
         ]
         if any(one.growth[q] is not None for one, q in rows):
-            columns.append(Column("growth", [one.growth[q] for one, q in rows], ("growth (1/s)",)))
+            columns.append(Column("growth", [one.growth[q] for one, q in rows], ("growth a second",)))
         return [Table("", "steady response", tuple(columns), records=True)]
 
     def steps(self) -> Iterator[Step]:
