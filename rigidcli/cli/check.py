@@ -170,7 +170,7 @@ def check(
     require_consistent(asked)
     if asked.view == "--sheets" and format is not CheckFormat.csv:
         asked = asked._replace(format=CheckFormat.html)
-    run = {"--sheets": hand_out, "--selftest": test_keys}.get(asked.view, judge)
+    run = {"--sheets": hand_out, "--selftest": show_keys}.get(asked.view, judge)
     failures = Failures()
     with failures.of(assignment), _target(asked) as target:
         run(asked, target, failures)
@@ -231,7 +231,7 @@ def prepared_for(asked: Request, target: Output) -> "Prepared":
 # --- without answers
 
 
-def test_keys(asked: Request, target: Output, failures: Failures) -> None:
+def show_keys(asked: Request, target: Output, failures: Failures) -> None:
     """Write what each question would do, and whether its own key is right."""
     from rigidcli.homework.judge import selftest
 
@@ -295,7 +295,9 @@ def judge(asked: Request, target: Output, failures: Failures) -> None:
 
     prepared, remarks = prepared_for(asked, target), Remarks(asked.quiet)
     book = read_gradebook(asked, prepared) if asked.is_gradebook else None
-    roster = read_roster(asked.roster) if asked.roster else book.people if book else None
+    roster = read_roster(asked.roster) if asked.roster else None
+    if book and not roster:
+        roster = book.people  # a gradebook is a list of students, too
     overrides = None if asked.overrides is None else read_overrides(asked.overrides, prepared.worth, roster)
     with TemporaryDirectory(prefix="rigidcli-") as scratch:
         batch = gather(asked.answers, asked.assignment, Path(scratch))
