@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 import re
 from dataclasses import replace
 from pathlib import Path
@@ -35,14 +34,14 @@ def validate(files: Files, settings: Settings = None, exact: Exact = False, quie
     from rigidcli.bodies.robots import is_robot
     from rigidcli.document.draft import body_form
     from rigidcli.document.load import load, loads
-    from rigidcli.fields.texts import read_text
+    from rigidcli.fields.texts import read_text, safe_name
 
     failures = Failures()
     files, _ = listed(files)
     with Output(None) as target:
         for file in files:
             with failures.of(file):
-                source = os.fsencode(file).decode(errors="backslashreplace")
+                source = safe_name(file)
                 form = body_form(file)
                 text = "" if form else read_text(file, source)
                 folder = Path() if file == "-" else Path(file).parent

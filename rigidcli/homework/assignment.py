@@ -363,7 +363,7 @@ class Library:
     """The documents of an assignment and the reports on them, which several questions may share.
 
     `places` has the lines of the assignment, and `first` are the first values of its variants. Documents in
-    `documents` are as they stand in their files.
+    `documents` are as they stand in their files; those that are `refused` are told once.
     """
 
     folder: Path
@@ -372,6 +372,7 @@ class Library:
     first: Values = field(default_factory=dict)
     documents: dict[str, Document] = field(default_factory=dict)
     reports: dict[tuple[str, str, str], tuple[Document, Report]] = field(default_factory=dict)
+    refused: set[str] = field(default_factory=set)
 
     def keyed(self, id: str, question: Question, values: Values) -> tuple[Item, str, Report | None]:
         """A question with its key for these values of variants, the name of its kind, and its report.
@@ -387,7 +388,9 @@ class Library:
             if own:  # it is right as it stands in its file
                 raise DocumentError([self.refusal(str(question.document), own, error)]) from None
             problem = self.placed(("questions", id, "document"), f"{shown(question.document)} is refused")
-            raise DocumentError([problem, *error.problems]) from None
+            is_new = question.document not in self.refused
+            self.refused.add(str(question.document))
+            raise DocumentError([problem, *error.problems] if is_new else error.problems) from None
         except RigidError as error:
             message = f"{error.message}, with {words(own)}" if own else error.message
             keys: Keys = ("questions", id, *getattr(error, "path", ()))
