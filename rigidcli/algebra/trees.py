@@ -14,10 +14,10 @@ from typing import Any, Self
 
 from rigidcli.algebra.atoms import Applied, Atom, Group, Monomial, Pi, Surd, Symbol, Terms, key_of_atom
 from rigidcli.algebra.roots import Rational, content, magnitude
+from rigidcli.algebra.style import Style
 from rigidcli.errors import ExpressionError
 from rigidcli.language import tree
 from rigidcli.language.expression import SIGNS, Expression, numbers
-from rigidcli.language.formula import Style
 from rigidcli.language.text import latex, text
 from rigidcli.language.tree import Node, fold
 

@@ -26,11 +26,10 @@ from rigidcli.homework.question import RELATIVE, Tolerance
 from rigidcli.homework.reading import exactly, names_of, read_expression, read_expressions
 from rigidcli.homework.same import FormulaComparison, formulas_of
 from rigidcli.language import tree
-from rigidcli.language.decoration import undecorated
 from rigidcli.language.expression import real
 from rigidcli.language.latex import plain
 from rigidcli.language.text import text, without_doubt
-from rigidcli.language.typed import last_member
+from rigidcli.language.typed import last_member, undecorated
 
 Entry: TypeAlias = Number | tree.Node
 """An entry of an answer: a number as it was typed, or a tree."""

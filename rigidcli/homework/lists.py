@@ -14,11 +14,9 @@ from typing import Any
 from rigidcli.errors import ExpressionError, shown
 from rigidcli.homework.base import Tree, Unreadable
 from rigidcli.homework.numbers import advice
-from rigidcli.language.decoration import DECIMAL, undecorated
 from rigidcli.language.latex import matrix
 from rigidcli.language.latex import plain as without_latex
-from rigidcli.language.statements import cut, without_brackets
-from rigidcli.language.typed import unnamed
+from rigidcli.language.typed import DECIMAL, cut, undecorated, unnamed, without_brackets
 
 MOST_BRACKETS = 40
 """The most brackets of a text that are looked into for a list, as each look reads all that is inside."""

@@ -31,11 +31,19 @@ from rigidcli.fields.units import (
 )
 from rigidcli.homework.base import Tree, Unreadable
 from rigidcli.language import tree
-from rigidcli.language.decoration import DECIMAL, undecorated, without_uncertainty
 from rigidcli.language.expression import RESERVED, real
 from rigidcli.language.latex import plain
-from rigidcli.language.statements import TWO_ANSWERS, is_label, second_name
-from rigidcli.language.typed import expressions, last_member, slopes
+from rigidcli.language.typed import (
+    DECIMAL,
+    TWO_ANSWERS,
+    expressions,
+    is_label,
+    last_member,
+    second_name,
+    slopes,
+    undecorated,
+    without_uncertainty,
+)
 
 LONGEST = 400
 """The most characters of a number."""

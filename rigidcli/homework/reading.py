@@ -27,11 +27,9 @@ from rigidcli.homework.files import beside, read_file
 from rigidcli.homework.lists import is_enclosed, read_list, split
 from rigidcli.homework.numbers import advice, as_typed, read_unit, taken_back
 from rigidcli.language import typed
-from rigidcli.language.decoration import undecorated, without_labels
 from rigidcli.language.functions import FUNCTIONS
 from rigidcli.language.latex import plain as without_latex
 from rigidcli.language.parser import RATE
-from rigidcli.language.statements import cut, two_answers
 from rigidcli.language.text import without_doubt
 from rigidcli.language.tree import (
     Call,
@@ -46,6 +44,7 @@ from rigidcli.language.tree import (
     nodes,
     rebuilt,
 )
+from rigidcli.language.typed import cut, two_answers, undecorated, without_labels
 from rigidcli.language.words import Words, unknown
 
 Domain: TypeAlias = Literal["positive", "real"]

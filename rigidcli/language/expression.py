@@ -19,13 +19,12 @@ from functools import partial, reduce
 from typing import TYPE_CHECKING, Any, overload
 
 from rigidcli.errors import ExpressionError, shortened
-from rigidcli.language.decoration import QUOTES
 from rigidcli.language.functions import FUNCTIONS, RESERVED
 from rigidcli.language.latex import DOTS, plain, undotted
 from rigidcli.language.parser import of_tokens
 from rigidcli.language.tokens import GREEK_LETTERS, tokenize
 from rigidcli.language.tree import Kind, Node, Parts, UnknownFunction, fold, names_in
-from rigidcli.language.typed import POINTS
+from rigidcli.language.typed import POINTS, QUOTES
 from rigidcli.language.words import Words
 
 if TYPE_CHECKING:

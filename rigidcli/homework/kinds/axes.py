@@ -40,9 +40,8 @@ from rigidcli.homework.mistakes import of_tensor, shared_factor
 from rigidcli.homework.numbers import ROUNDING, Number
 from rigidcli.homework.question import RELATIVE, Question
 from rigidcli.language import tree
-from rigidcli.language.decoration import without_labels
 from rigidcli.language.latex import plain
-from rigidcli.language.statements import cut
+from rigidcli.language.typed import cut, without_labels
 
 MOST_PAIRS = 6
 """The most pairs of an answer: three are right, and more are surplus."""

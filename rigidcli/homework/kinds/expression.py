@@ -26,11 +26,10 @@ from rigidcli.homework.numbers import doubt
 from rigidcli.homework.question import Tolerance
 from rigidcli.homework.reading import names_of, read_expression, read_expressions
 from rigidcli.homework.same import LEAST_POINTS, Ball, FormulaComparison, formulas_of, pivots
-from rigidcli.language.decoration import undecorated
 from rigidcli.language.latex import plain
 from rigidcli.language.text import text, without_doubt
 from rigidcli.language.tree import Name, Negative, Node, Number, Sum, bound, names_in
-from rigidcli.language.typed import last_member
+from rigidcli.language.typed import last_member, undecorated
 from rigidcli.mechanics.phase_space import TIME, Phase, bracket
 
 ENERGIES = ("hamiltonian", "lagrangian", "energy")

@@ -29,8 +29,8 @@ from rigidcli.homework.numbers import (
     taken_back,
     with_hint,
 )
-from rigidcli.language.decoration import undecorated
 from rigidcli.language.latex import plain as without_latex
+from rigidcli.language.typed import undecorated
 
 
 @dataclass(frozen=True, slots=True, eq=False)
