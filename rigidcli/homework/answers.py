@@ -12,7 +12,7 @@ import re
 import unicodedata
 from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import TypeAlias
+from typing import Literal, TypeAlias
 
 from rigidcli.document.syntax import read_tree
 from rigidcli.errors import DocumentError, Problem, shown
@@ -230,28 +230,34 @@ class _Lines:
         """Read the lines, of which the first has the number `first`. Raises Unreadable for too many."""
         for number, raw in enumerate(lines, first):
             line = raw.expandtabs(8) if raw[:1] == "\t" else raw.rstrip()
-            text = line.lstrip(" ")
-            indent = len(line) - len(text)
             last = self.entries[-1] if self.entries else None
-            is_open = last is not None and last.open > 0 and not (_KEY.match(text) and last.is_list)
-            head = self._head(text, last)
-            # A question that is indented too deep, below another answer, stands by itself.
-            is_astray = head and last and last.lines[0].strip() and folded(head[0]) in self.names
-            is_deeper = last and indent > last.indent and not is_astray
-            if _SILENT.match(text) or is_open or is_deeper:
-                if last:
-                    last.add(line)
-            elif head:
-                depth = min(indent, last.indent) if last and is_astray else indent
-                entry = _Entry(head[0], number, depth, [])
-                entry.add(head[1])
-                self.entries.append(entry)
+            role = self._role(line, last)
+            if isinstance(role, tuple):
+                name, behind = role
+                depth = min(_indent(line), last.indent) if last else _indent(line)
+                self.entries.append(_Entry(name, number, depth, []))
+                self.entries[-1].add(behind)
                 if len(self.entries) > MOST_ANSWERS:
                     raise Unreadable("too_large", f"expected at most {MOST_ANSWERS:,} answers")
-            elif last and (last.is_begun or _GOES_ON.match(text)):
+            elif role == "stray":
+                self.stray.append(f"line {number} is no answer: {shown(line.strip())}")
+            elif last:
                 last.add(line)
-            else:
-                self.stray.append(f"line {number} is no answer: {shown(text)}")
+
+    def _role(self, line: str, last: _Entry | None) -> tuple[str, str] | Literal["goes on", "stray"]:
+        """Whether a line goes on with the last answer, is none, or begins one by a name and what is behind it."""
+        text = line.lstrip(" ")
+        if _SILENT.match(text):
+            return "goes on"
+        head = self._head(text, last)
+        if last is None:
+            return head or "stray"
+        if last.open > 0 and not (_KEY.match(text) and last.is_list):
+            return "goes on"
+        is_question = head and last.lines[0].strip() and folded(head[0]) in self.names
+        if _indent(line) > last.indent and not is_question:  # a question stands by itself, however deep
+            return "goes on"
+        return head or ("goes on" if last.is_begun or _GOES_ON.match(text) else "stray")
 
     def _head(self, text: str, last: _Entry | None) -> tuple[str, str] | None:
         """The name at the beginning of a line, and what is behind it."""
@@ -282,6 +288,10 @@ class _Lines:
                 spelled[key] = entry.name
                 answers[entry.name] = entry.value()
         return answers
+
+
+def _indent(line: str) -> int:
+    return len(line) - len(line.lstrip(" "))
 
 
 def capped(names: Sequence[str], note: Callable[[str], str] = str) -> list[str]:

@@ -105,43 +105,38 @@ class Names:
 def names_of(asked: Asked, used: Iterable[str] = ()) -> Names:
     """The names that an answer to a question may hold; `used` are the names in its literal key.
 
-    Parameters of a document are positive, unless their values are not; what moves is real. The `symbols` of
-    the question come first. A name of a literal key that no list has is real where it looks like a
-    coordinate, and else positive. Raises ValueProblem for a name in the question that is none.
+    What is known of a name decides its domain, the surest source last: its form in a literal key (real if it
+    looks like a coordinate, else positive), the sign of its value in the document, its motion (real), and the
+    `symbols` of the question. Raises ValueProblem for a name in the question that is none.
     """
     question, document = asked.question, asked.document
     listed = {TIME if n == TIME else read_name(n): domain for n, domain in (question.symbols or {}).items()}
-    lists = (question.coordinates, question.momenta, question.velocities)
-    coordinates, momenta, velocities = (tuple(map(read_name, names)) for names in lists)
-    domains: dict[str, Domain] = {}
+    coordinates, momenta, velocities = _moving(asked)
+    further: tuple[str, ...] = ()
     values: dict[str, Node] = {}
     derived: dict[str, Node] = {}
-    further: tuple[str, ...] = ()
+    of_document: dict[str, Domain] = {}
     if document is not None:
-        known = {name: document.arithmetic.value(value) for name, value in document.values.items()}
-        values = {name: exactly(float(value)) for name, value in known.items() if value is not None}
-        signs = {name: float(value) > 0 for name, value in known.items() if value is not None}
+        numbers = {
+            name: float(number)
+            for name, value in document.values.items()
+            if (number := document.arithmetic.value(value)) is not None
+        }
+        values = {name: exactly(number) for name, number in numbers.items()}
+        of_document = {
+            name: "positive" if numbers.get(name, 1.0) > 0 else "real" for name in document.definitions
+        }
         derived = {
             name: definition.root
             for name, definition in document.definitions.items()
             if definition is not None and definition.names and name not in listed
         }
-        domains |= {name: "positive" if signs.get(name, True) else "real" for name in document.definitions}
-        coordinates = coordinates or (document.system.coordinates if document.system else ())
         if document.transform is not None and "transform" in asked.path:
             further = document.transform.new_variables
-    for key, own in (("momenta", momenta), ("velocities", velocities)):
-        if own and len(own) != len(coordinates):
-            count = f"{len(own)} {key} and {len(coordinates)} coordinates"
-            hint = "list the `coordinates` to which they belong, in the same order: `coordinates: [x, theta]`"
-            raise ValueProblem(f"{count}, expected as many of both", path=(key,), hint=hint)
-    momenta = momenta or tuple(map(momentum, coordinates))
-    velocities = velocities or tuple(map(velocity, coordinates))
-    moving = (*coordinates, *momenta, *velocities, *further)
-    new = [name for name in sorted(used) if name not in {*domains, *listed, *moving, TIME}]
-    domains |= {name: "real" if MOVING.fullmatch(name) else "positive" for name in new}
-    domains |= dict.fromkeys((*moving, TIME), "real")
-    domains |= listed
+    moving = (*coordinates, *momenta, *velocities, *further, TIME)
+    new = sorted(set(used).difference(of_document, listed, moving))
+    by_form: dict[str, Domain] = {name: "real" if MOVING.fullmatch(name) else "positive" for name in new}
+    domains = of_document | by_form | dict.fromkeys(moving, "real") | listed
     return Names(
         {name: domain for name, domain in domains.items() if name not in derived},
         spellings(domains, coordinates, momenta, velocities),
@@ -151,6 +146,28 @@ def names_of(asked: Asked, used: Iterable[str] = ()) -> Names:
         momenta,
         velocities,
         further,
+    )
+
+
+def _moving(asked: Asked) -> tuple[tuple[str, ...], tuple[str, ...], tuple[str, ...]]:
+    """The coordinates of a question or of its document, with their momenta and velocities.
+
+    Raises ValueProblem for another number of momenta or velocities.
+    """
+    question, document = asked.question, asked.document
+    lists = (question.coordinates, question.momenta, question.velocities)
+    coordinates, momenta, velocities = (tuple(map(read_name, names)) for names in lists)
+    if document is not None and document.system is not None:
+        coordinates = coordinates or document.system.coordinates
+    for key, own in (("momenta", momenta), ("velocities", velocities)):
+        if own and len(own) != len(coordinates):
+            count = f"{len(own)} {key} and {len(coordinates)} coordinates"
+            hint = "list the `coordinates` to which they belong, in the same order: `coordinates: [x, theta]`"
+            raise ValueProblem(f"{count}, expected as many of both", path=(key,), hint=hint)
+    return (
+        coordinates,
+        momenta or tuple(map(momentum, coordinates)),
+        velocities or tuple(map(velocity, coordinates)),
     )
 
 
