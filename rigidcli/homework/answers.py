@@ -148,7 +148,7 @@ def _undressed(text: str, names: Collection[str]) -> str:
 
 
 def _literal(quoted: re.Match[str]) -> str:
-    """A text between quotation marks, whose backslashes stay where they begin commands of LaTeX."""
+    """A quoted text in which backslashes of LaTeX are doubled, so that YAML keeps them."""
     if not any(_LATEX.fullmatch(escape) for escape in _ESCAPE.findall(quoted[0])):
         return quoted[0]
     return re.sub(r"\\(.)", lambda pair: pair[0] if pair[1] in '\\"' else f"\\{pair[0]}", quoted[0])
@@ -177,7 +177,7 @@ def _unreadable(problem: Problem) -> Unreadable:
 
 @dataclass(slots=True)
 class _Entry:
-    """The lines of one answer, from the line `number` with its `name`, which is indented so deep."""
+    """One answer: its `name`, its lines, the `number` of the first one in the file, and its indentation."""
 
     name: str
     number: int
@@ -192,7 +192,7 @@ class _Entry:
 
     @property
     def is_list(self) -> bool:
-        """Whether no brace is open, in which keys may stand."""
+        """Whether no brace is open; in a brace, a key does not begin the next answer."""
         return sum(line.count("{") - line.count("}") for line in self.lines) <= 0
 
     @property
@@ -220,7 +220,7 @@ class _Entry:
 
 @dataclass(slots=True)
 class _Lines:
-    """The lines of answers, put together to entries; `names` are those of questions, the longest first."""
+    """Collects the lines of a file into answers; `names` are those of the questions, the longest first."""
 
     names: Sequence[str]
     entries: list[_Entry] = field(default_factory=list)
@@ -245,7 +245,7 @@ class _Lines:
                 last.add(line)
 
     def _role(self, line: str, last: _Entry | None) -> tuple[str, str] | Literal["goes on", "stray"]:
-        """Whether a line goes on with the last answer, is none, or begins one by a name and what is behind it."""
+        """Whether a line goes on with the last answer, belongs to none, or begins one: its name and text."""
         text = line.lstrip(" ")
         if _SILENT.match(text):
             return "goes on"
@@ -276,7 +276,7 @@ class _Lines:
         return (numbered["name"], numbered["value"]) if numbered else None
 
     def answers(self) -> Answers:
-        """The answers; one that stands twice is none."""
+        """The answers by name; a name that stands twice has no answer."""
         spelled: dict[str, str] = {}
         answers: Answers = {}
         for entry in self.entries:

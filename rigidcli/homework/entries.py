@@ -62,7 +62,7 @@ def chosen(readings: Sequence[T], same: Callable[[T], Same]) -> T:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Ruler:
-    """By what the entries of a question are read and compared.
+    """Unit, tolerance and symbols with which the entries of a question are read and compared.
 
     Numbers without a unit are in `unit`. A reference that is zero is measured by the `largest` number (SI)
     beside it, and may be off by the `noise` (SI) of rounding. `formulas` is None where all are numbers.
@@ -111,7 +111,7 @@ class Ruler:
     def margin(self, reference: float, scale: float = 1.0) -> float:
         """How far (SI) a number may be from a reference: the largest of what the tolerance allows.
 
-        A half in the last figure is of the number in the unit of the answer, which is `scale` in SI units.
+        Significant figures count in the unit of the answer, which is `scale` in SI units.
         """
         size, figures = abs(reference) or self.largest, self.tolerance.significant_figures
         allowed = max(self.relative * size, self.tolerance.absolute or 0.0, 0.0 if reference else self.noise)
@@ -121,7 +121,7 @@ class Ruler:
         return allowed * (1 + ROUNDING)
 
     def is_near(self, value: float, reference: float, scale: float = 1.0) -> bool:
-        """Whether an SI value is within the tolerance, where one of its unit is `scale`."""
+        """Whether an SI value is within the tolerance; its unit as typed is `scale` in SI units."""
         return abs(value - reference) <= self.margin(reference, scale)
 
     def too_few(self, number: Number) -> bool:
@@ -158,7 +158,7 @@ class Ruler:
         return bool(abs(first - second) > allowed)
 
     def has_value(self, right: Right, *values: int) -> bool:
-        """Whether an entry of the key is one of these whole numbers."""
+        """Whether an entry of the key is one of these numbers, but for rounding."""
         if isinstance(right, float):
             return any(abs(right - value) <= NOISE * self.largest for value in values)
         return isinstance(right, tree.Number) and right.value in values
@@ -217,7 +217,7 @@ class Ruler:
 
 
 def shown_as(entries: Iterable[Entry]) -> list[str]:
-    """How entries were read."""
+    """The entries as they were read, in words for the student."""
     return [entry.read_as if isinstance(entry, Number) else without_doubt(entry) for entry in entries]
 
 
@@ -272,7 +272,7 @@ def _with_symbols(ruler: Ruler, asked: Asked, trees: Iterable[tree.Node]) -> Rul
 
 
 def beside(asked: Asked) -> float:
-    """The largest number (SI) of the array that is asked, or from which an entry is; 0 where there is none.
+    """The largest number (SI) of the array that is asked, or whose entry is asked; 0 if there is none.
 
     A centre of mass may be at the origin, beside the radius of gyration.
     """

@@ -111,7 +111,7 @@ def _parts(text: str) -> tuple[str, str, str]:
 
 
 def split(text: str) -> list[str]:
-    """A text cut at the weakest sign that separates entries outside of brackets."""
+    """A text cut at its lines, else at semicolons, else at commas, outside of brackets."""
     for sign in ("\n", ";", ","):
         pieces = [piece.strip().rstrip(",;" * (sign == "\n")) for piece in cut(text, re.compile(sign))]
         if not pieces[-1]:
@@ -122,7 +122,7 @@ def split(text: str) -> list[str]:
 
 
 def _entries(text: str, is_square: bool = False) -> Any:
-    """The entries of a text, of rows where its pieces are lists themselves."""
+    """The entries of a text without outer brackets; rows are lists, and pairs with names a mapping."""
     pieces = [part for piece in split(text) if piece for part in _repeated(piece)]
     pairs = [pair for piece in pieces if (pair := _PAIR.match(piece))]
     if pieces and len(pairs) == len(pieces):
@@ -282,7 +282,7 @@ def _from_table(text: str) -> str:
 
 
 def _rows_of_latex(text: str) -> str:
-    """Rows of LaTeX without their environment, in which a double backslash is a new line already."""
+    """Rows of LaTeX that were typed without `\\begin{pmatrix}`: `8 & -3 \\\\ -3 & 8`."""
     if "&" not in text or "[" in text or re.search(r"[,;]\s*&", text):
         return text
     return matrix(text) if "\n" in text.strip() else text.replace("&", ";")
@@ -293,7 +293,7 @@ def _separated(text: str) -> str:
     text = _AND.sub(";" if ";" in text else ",", text)
     if re.search(r"[;\n]|,(?!\d)|(?<!\d),", text):
         return text
-    for sign, least in ((r"\|", 1), (r"<=?|[-=]>", 1), (r"/", 2)):
+    for sign, least in ((r"\|", 1), (r"<=?|[-=]?>", 1), (r"/", 2)):
         is_list = len(re.findall(sign, text)) >= least
         if sign == "/" and is_list:
             name, _, values = text.rpartition("=")

@@ -102,9 +102,12 @@ _SUM = re.compile(rf"{_TERM}(?:\s\+\s*{_TERM})+")
 
 _TAKEN_BACK = re.compile(
     r"(?i)\b(?:wrong|false|incorrect|falsch|faux|falso|not?|nicht|kein|non|pas|more|less|mehr|weniger|plus|moins"
-    r"|instead|should|or|oder|ou|maybe|perhaps|vielleicht|but|aber|mais|too|than|short|other|mistake|error)\b|\?"
+    r"|instead|should|or|oder|ou|maybe|perhaps|vielleicht|but|aber|mais|too|than|short|other|mistake|error"
+    r"|negative?|minus|opposite|half|double|twice|squared|times|per)\b|\?"
 )
 """Words behind an answer that may take it back."""
+
+_DENIED = re.compile(r"\s*(?:not|no|nicht|kein|non|pas)\b", re.IGNORECASE)
 
 _ANGLE_IN_PARTS = re.compile(
     rf"(?P<deg>[-+]?\d+)\s*(?:[°º]|deg)\s*(?P<min>{DECIMAL})\s*(?:'|′|’|arcmin|min\b)"
@@ -174,7 +177,7 @@ def read_numbers(answer: Tree, unit: Unit | None = None, place: str = "") -> lis
 
 
 def _those_read(read: Callable[[_Way], _T], ways: Iterable[_Way]) -> list[_T]:
-    """What is read in each of some ways, as far as it can be; raises the first problem where none can."""
+    """The results of `read` for the ways that it can read; the first problem is raised if it reads none."""
     found, problems = list[_T](), list[Exception]()
     for way in ways:
         try:
@@ -258,7 +261,7 @@ def _agree(one: Number, other: Number) -> bool:
 
 
 def _digits(text: str) -> list[str]:
-    """The texts that a number stands for, without separators of thousands."""
+    """The texts with plain digits that a number may stand for: `1,234` is 1.234 or 1234."""
     if doubtful := _LAST_DIGITS.match(text):  # a product, or digits that are uncertain or repeat
         behind, repeating = text[doubtful.end("last") :], 12 * doubtful["last"].strip("()")
         return [text, f"{doubtful[0]}{behind}", f"{doubtful[0]}{repeating}{behind}"]
@@ -364,6 +367,8 @@ def doubt(before: Sequence[str], read: Callable[[str], Any], is_equal: Callable[
         is_name = place == 0 and is_label(slopes(member))
         if is_name and len(member.split()) == 1:
             continue
+        if is_name and _DENIED.match(member):
+            return taken_back(member)
         own = value(member)
         second = value(second_name(member)) if place else None
         if second is not None and own in (None, second):  # the name behind it begins another answer
@@ -376,7 +381,7 @@ def doubt(before: Sequence[str], read: Callable[[str], Any], is_equal: Callable[
 
 
 def _signs_of_units(text: str) -> str:
-    """A text whose minutes of arc, micro and ohm are not read as primes and Greek letters."""
+    """A number in which signs of units, mixed fractions and powers of ten have their plain form."""
     text = re.sub(r"(?<=\d)\s*\^\s*\{?o\}?(?!\w)", "°", re.sub(r"(?<=\d)~(?=[A-Za-z\\])", " ", text))
     text = re.sub(
         r"(?<=\d)(?:\*\^|[dD])(?=[-+]?\d)", "e", text
@@ -481,7 +486,7 @@ def read_units(text: str, expected: Unit | None = None, place: str = "") -> list
 
 
 def _unit_spelled(name: str, power: str, own: set[str]) -> list[str]:
-    """The readings of a name of a unit with its power, or with the digits at its end as one."""
+    """The readings of one name in a unit: `m2` is m^2, and `ms^-1` also m s^-1."""
     stem = name.rstrip("0123456789")
     ways: list[str] = []
     for part, raised in ((name, power), (stem, power or f"^{name.removeprefix(stem)}")):
@@ -501,7 +506,7 @@ def _unit_spelled(name: str, power: str, own: set[str]) -> list[str]:
 
 
 def scale_in(unit: Unit, expected: Dimension) -> float:
-    """The size in SI units of one of the unit, where a quantity of dimension `expected` is asked.
+    """The size of a unit in SI units, where a quantity of dimension `expected` is asked.
 
     Beyond what documents accept, an angle is a pure number, a hertz is 1/s, and turns (`rev/s`, `rpm`, and
     degrees, but not radians) are what a frequency counts. Raises ValueProblem where the unit does not fit.

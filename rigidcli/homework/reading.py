@@ -78,7 +78,7 @@ class Names:
 
     @cached_property
     def states(self) -> frozenset[str]:
-        """All that changes while the system moves, but the time."""
+        """Coordinates, momenta, velocities and accelerations: all that changes in time."""
         rates = map(acceleration, self.coordinates)
         both = ({name, of(name)} for name in self.domains for of in (momentum, velocity))
         pairs = (name for pair in both if pair <= self.domains.keys() for name in pair)
@@ -86,17 +86,17 @@ class Names:
 
     @property
     def variable(self) -> frozenset[str]:
-        """All that a constant may not hold: states, the time, and what is no positive parameter."""
+        """Names that a constant may not hold: states, the time, and parameters that are not positive."""
         open_ = {name for name, domain in self.domains.items() if domain != "positive"}
         return self.states | open_ | {TIME}
 
     @cached_property
     def words(self) -> Words:
-        """The names for the reader."""
+        """The names as the reader of formulas wants them."""
         return Words((*self.domains, *self.derived), self.spellings, self.states)
 
     def without_derived(self, node: Node) -> Node:
-        """The tree in independent names."""
+        """The tree with the definitions of derived names put in."""
         for name in reversed(list(self.derived)):
             node = bound(node, {name: self.derived[name]})
         return node
@@ -182,7 +182,7 @@ def exactly(value: float) -> Node:
 def spellings(
     names: Iterable[str], coordinates: Iterable[str], momenta: Sequence[str], velocities: Sequence[str]
 ) -> dict[str, str]:
-    """Other spellings that can mean one name only, besides underscores that are left out or added.
+    """Unambiguous aliases of names, besides underscores that are left out or added.
 
     `p` of one momentum, `p_x` of the momentum of x, `p1` for `p_theta1`, `xdot1` for `x1dot`, `omega` of w.
     """
@@ -248,7 +248,7 @@ def read_expressions(
 
 
 def _worked_out(node: Node, names: Names) -> Node:
-    """A formula with the derivatives by the time worked out that stand in it: d/dt (m l^2 thetadot).
+    """A formula in which each d/dt (..) is worked out: d/dt (m l^2 thetadot) is m l^2 thetaddot.
 
     Raises ExpressionError.
     """
@@ -276,7 +276,7 @@ _SURE_UNIT = re.compile(
 
 
 def _without_tail(text: str) -> Iterator[str]:
-    """A formula without a unit, or a remark in brackets, behind it."""
+    """The formula without a unit or a remark that may stand behind it, for each blank in turn."""
     for blank in islice(_BLANK.finditer(text), 20):
         tail = text[blank.end() :].strip()
         is_remark = re.fullmatch(r"\([^()=\d]*[^\W\d_]{3}[^()=\d]*\)", tail) and not taken_back(tail)

@@ -110,7 +110,7 @@ def _number(cell: str, line: int, name: str) -> float:
 
 
 def _head(text: str) -> tuple[str, Unit | None]:
-    """The name and the unit in a head; a unit that is unknown is none."""
+    """The name and the unit in a head such as `x (cm)`; an unknown unit counts as none."""
     match = _UNIT.fullmatch(text) if len(text) <= 200 else None  # a longer one takes long
     if match is None:
         return text, None
@@ -123,7 +123,7 @@ def _head(text: str) -> tuple[str, Unit | None]:
 
 
 def _places(heads: Sequence[str], wanted: Collection[str] | None) -> dict[str, int]:
-    """Where the columns stand that are wanted. Raises Unreadable for two of the same name."""
+    """The index of each wanted column. Raises Unreadable for two columns of one name."""
     if wanted is None:
         wanted = dict.fromkeys(TIME if _usual(head) == TIME else head for head in heads)
     usual = [_usual(head) for head in heads]
@@ -178,7 +178,7 @@ def tabulated(span: Tree, texts: Tree) -> dict[str, Column]:
 
 
 def _times(span: Tree) -> Floats:
-    """At least as many times as `[start, stop, step]` asks for. Raises ValueProblem."""
+    """Times from `start` to `stop`, at least as dense as `step`. Raises ValueProblem."""
     try:
         start, stop, step = (read_number(entry, SECOND).value for entry in span)
     except (Unreadable, TypeError, ValueError):

@@ -131,7 +131,7 @@ def numbers(
     joined: Callable[[Any, str, Any], Any] = _combined,
     negative: Callable[[Any], Any] = operator.neg,
 ) -> Kind:
-    """A kind whose values are joined from left to right, two by two with one of `+-*/` between them."""
+    """The rules by which `fold` works out numbers: sums and products are joined from left to right."""
 
     def in_order(start: float, signs: str, parts: Parts) -> Any:
         return reduce(lambda left, part: joined(left, signs[part[0]], part[1]), parts, start)

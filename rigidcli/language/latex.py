@@ -118,7 +118,7 @@ def undotted(text: str) -> str:
 
 
 class _Latex:
-    """A place in a text in LaTeX, and the plain text of what follows there."""
+    """Reads LaTeX from `place` on, and writes it as plain text."""
 
     def __init__(self, text: str) -> None:
         self.text = text
@@ -132,7 +132,7 @@ class _Latex:
         return written
 
     def group(self, end: str) -> str:
-        """What stands before the closing brace, or before `\\end`; the end is passed."""
+        """The plain text up to the closing brace, or up to `\\end`; the brace is passed."""
         self.depth += 1
         if self.depth > MAX_NESTING:
             raise ExpressionError(f"nested deeper than {MAX_NESTING} levels")
@@ -228,7 +228,7 @@ class _Latex:
         return f" {name}{dots} "
 
     def environment(self) -> str:
-        """The rows of a matrix as lists, or lines."""
+        """An environment: a matrix as a list of rows, aligned equations as lines."""
         name = self.argument().strip("()*")
         if name not in _MATRICES | _LINES:
             raise ExpressionError(f"the LaTeX environment `{name[:24]}` has no meaning in an answer")
@@ -245,7 +245,7 @@ class _Latex:
 
 
 def matrix(text: str) -> str:
-    """The list of rows that lines with `&` between entries are."""
+    """Lines with `&` between their entries as a list of rows: `[[1; 2]; [3; 4]]`."""
     rows = [f"[{row.replace('&', ';')}]" for row in text.split("\n") if row.strip()]
     return f"[{'; '.join(rows)}]"
 

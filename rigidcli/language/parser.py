@@ -63,7 +63,7 @@ _HEAD = re.compile(rf"({'|'.join(sorted(CALLED - {'atan2', *SHORT}, key=len, rev
 
 
 class Reach(Enum):
-    """How far an operand without brackets reaches."""
+    """Where an operand without brackets ends: in `sin 2 x + 1`, behind x or behind 2."""
 
     ALL = "up to the next sum or function"
     RUN = "as far as no blank stands between"
@@ -164,7 +164,7 @@ class _Grammar:
             raise ExpressionError(message, column=self.token.column, code="too_large")
 
     def descend(self) -> Token:
-        """Pass a token that puts what follows one level deeper."""
+        """Pass an opening bracket, a sign or a root: what follows is nested one level deeper."""
         self.deeper()
         opening = self.passed()
         if opening.text in CLOSING:
@@ -181,13 +181,13 @@ class _Grammar:
         self.advance()
 
     def meets(self, place: str, count: int) -> int:
-        """Take note of a kind of place with so many readings, and return which one is taken."""
+        """Note that a kind of place has `count` readings; return the one that this way takes."""
         if count > 1:
             self.places[place] = max(count, self.places.get(place, 1))
         return min(self.way.get(place, 0), count - 1)
 
     def reach(self, place: str, orders: Sequence[Reach]) -> Reach:
-        """How far an operand reaches, of which these are usual here."""
+        """How far an operand reaches in this way; `orders` are the usual reaches, the most usual first."""
         reach = OTHER_WAYS[self.way.get(place, 0)]
         return reach if reach is not None and reach in orders else orders[0]
 
@@ -211,7 +211,7 @@ class _Grammar:
         return tree.Sum(tuple(terms))
 
     def product(self, reach: Reach | None = None) -> tree.Node:
-        """A product, or the one factor that it is; an operand without brackets reaches so far."""
+        """Factors side by side; those of an operand without brackets end where its `reach` does."""
         factors = self.factor()
         while self.goes_on(reach):
             operator = self.token.text
@@ -223,7 +223,7 @@ class _Grammar:
         return multiplied(factors)
 
     def divisor(self, above: tree.Node, reach: Reach | None) -> list[tree.Node]:
-        """A divisor and the factors behind it, which may belong to it."""
+        """The factors behind `/`: the first ones are below the bar, in `a/b c` either b or b c."""
         is_fraction = isinstance(above, tree.Number) and self.token.kind == "number"
         is_group = self.token.text == "("
         below = self.factor()
@@ -246,11 +246,12 @@ class _Grammar:
     def is_fraction(self) -> bool:
         """Whether a fraction of two numbers follows behind a blank, as in `M R^2 2/5`."""
         first, bar, below = [*self.tokens[self.index : self.index + 3], *[self.token] * 3][:3]
-        is_apart = not first.touches and not self.is_open and self.tokens[self.index - 1].kind != "number"
+        before, last = self.tokens[self.index - 2], self.tokens[self.index - 1]
+        is_apart = not first.touches and not self.is_open and (last.kind != "number" or before.text == "**")
         return is_apart and first.kind == below.kind == "number" and bar.text == "/"
 
     def goes_on(self, reach: Reach | None) -> bool:
-        """Whether a product, or an operand that reaches so far, goes on with what is next."""
+        """Whether the next token continues a product, or an operand of this `reach`."""
         here = self.token
         is_operator = here.text in ("*", "/")
         if reach is None or not (is_operator or self.begins_factor()):
@@ -275,7 +276,7 @@ class _Grammar:
         )
 
     def factor(self) -> list[tree.Node]:
-        """A sign and its operand, or a power; or several factors that one word is made of."""
+        """A signed operand or a power; a word such as `mgz` gives several factors."""
         sign = self.token.text
         if sign in ("-", "+"):
             self.descend()
@@ -350,7 +351,7 @@ class _Grammar:
         return exponent
 
     def atoms(self) -> list[tree.Node]:
-        """The factor before a power; or several, such as names run together, of which the last is raised."""
+        """What a power may follow: a number, a name, a bracket; of `mgz^2` three factors, the last raised."""
         kind = self.token.kind
         if kind == "number":
             digits = self.passed().text
@@ -373,7 +374,7 @@ class _Grammar:
         return [tree.Call("abs", (inner,)) if opening.text == "|" else inner]
 
     def named(self, token: Token) -> list[tree.Node]:
-        """What a word means, which has been passed already."""
+        """The factors that a word stands for; its token has been passed."""
         name, calls = token.text, self.token.text == "(" and self.token.touches
         words = self.words
         if (
@@ -443,7 +444,7 @@ class _Grammar:
         return not self.words.products(name) or self.meets("alias", 2) == 0
 
     def put(self, token: Token, *parts: str) -> None:
-        """Put the parts of a word as tokens in the place of it; the first is the next one."""
+        """Replace the word just passed by its parts, of which the first is the next token."""
         pieces = [
             Token("number" if part[0].isdigit() else "name", part, token.column, token.touches or place > 0)
             for place, part in enumerate(parts)
@@ -470,7 +471,7 @@ class _Grammar:
         return following == ["(", "t", ")"] and touches and is_moving
 
     def call(self, token: Token) -> tree.Node:
-        """A function, whose name has been passed already, perhaps with a power, and its arguments."""
+        """A function call, perhaps with a power before its argument; its name has been passed."""
         function = token.text
         power: tree.Node | None = None
         if self.token.kind == "superscript":
@@ -496,13 +497,13 @@ class _Grammar:
         return node if power is None else tree.Power(node, power)
 
     def is_half(self) -> bool:
-        """Whether a vulgar fraction stands here, with a factor behind it: `(1/2)theta`, from one sign."""
+        """Whether the next tokens are `(1/2)theta`, as `½θ` is written after its signs were replaced."""
         _, above, bar, below, end, behind = [*self.tokens[self.index : self.index + 6], *[self.token] * 6][:6]
         is_fraction = above.kind == below.kind == "number" and bar.text == "/" and end.text == ")"
         return is_fraction and behind.kind == "name" and behind.touches
 
     def operand(self, function: str, token: Token) -> tree.Node:
-        """The argument of a function, or what is under a root, without brackets."""
+        """The argument of a function, or of a root, that stands without brackets: `sin 2 x`."""
         here, following = self.token, self.tokens[self.index + 1] if self.token.kind != "end" else self.token
         place = "root" if function == "sqrt" else "argument"
         begins = here.kind == "number" or self.begins_factor()
@@ -550,7 +551,7 @@ class _Grammar:
         return tuple(arguments)
 
     def misplaced(self, hint: str | None = None) -> ExpressionError:
-        """What is wrong with the token that no rule of the grammar can use here."""
+        """The error for a token that fits no rule of the grammar here."""
         here = self.token
         before = self.tokens[self.index - 1] if self.index else None
         shown = here.text if len(here.text) <= _SHOWN else f"{here.text[:_SHOWN]}..."
@@ -574,14 +575,14 @@ class _Grammar:
 
 
 def multiplied(factors: Sequence[tree.Node]) -> tree.Node:
-    """The product of some factors, or the one that there is."""
+    """The product of the factors, or the factor if there is one only."""
     return factors[0] if len(factors) == 1 else tree.Product(tuple(factors))
 
 
 def applied(typed: Token, name: str, arguments: tuple[tree.Node, ...]) -> tree.Node:
-    """A function of some arguments, or the quotient that it is.
+    """A function call, or the quotient that stands for it: cot(x) is cos(x)/sin(x).
 
-    Raises ExpressionError for too many or too few.
+    Raises ExpressionError for too many or too few arguments.
     """
     arity = FUNCTIONS[name].arity if name in FUNCTIONS else 1
     if isinstance(name, tree.UnknownFunction):

@@ -87,7 +87,7 @@ _TAG = re.compile(r"</?(?:br|p|b|i|em|strong|div|span)\b[^<>]*>|&nbsp;")
 
 
 def undecorated(text: str) -> str:
-    """The text of an answer without what stands around it."""
+    """An answer without quotes, bold marks, `the answer is`, `about` and the like."""
     before = ""
     text = text.strip()
     if len(text) > LONGEST:
@@ -162,19 +162,19 @@ _BRACKET = re.compile(r"[()\[\]{}]")
 
 
 def two_answers() -> ExpressionError:
-    """What is wrong with a text that gives several answers where one is asked."""
+    """The error for several answers where one is asked."""
     return ExpressionError(TWO_ANSWERS, code="wrong_shape")
 
 
 def is_label(side: str) -> bool:
-    """Whether a side of an equation is a name, or words, and no formula."""
+    """Whether a side of `=` only names what follows: `H(x, p)`, `the slow rate`."""
     return _LABEL.fullmatch(side) is not None and not any(
         re.search(rf"\b{name}\b", side) for name in CALLED if name in side
     )
 
 
 def without_brackets(text: str) -> str:
-    """The text with a filler in the place of all that stands in brackets, so that places stay."""
+    """The text with `_` for each character in brackets: of the same length, so that places stay valid."""
     masked, depth, begin = "", 0, 0
     for bracket in _BRACKET.finditer(text):
         sign, place = bracket[0], bracket.start()
@@ -187,7 +187,7 @@ def without_brackets(text: str) -> str:
 
 
 def cut(text: str, between: re.Pattern[str]) -> list[str]:
-    """The pieces of a text between the places where a pattern stands outside of brackets."""
+    """The text cut where the pattern stands outside of brackets."""
     if not between.search(text):
         return [text]
     pieces, begin = [], 0
@@ -231,7 +231,7 @@ def judged_member(text: str) -> tuple[str, list[str]]:
 
 
 def second_name(member: str) -> str | None:
-    """What stands before the last name of a member between two `=`: that name may begin a second answer."""
+    """Of `3 fast`, as in `slow = 3 fast = 5`, the `3`: the name behind it may begin a second answer."""
     match = _SECOND.fullmatch(member)
     return match["value"] if match else None
 
@@ -292,7 +292,7 @@ def expressions(text: str, words: Words | None, *, leading: bool = True) -> list
             and not (words.meaning(formula.strip()) or words.products(formula.strip()))
         ):
             formula = before[-1]  # `... = E` names the result
-    formula = slopes(formula).translate(POINTS)
+    formula = slopes(formula.translate(POINTS))
     if _EITHER_SIGN.match(formula):
         raise two_answers()
     formula = _PI.sub(lambda sign: sign[0] if words and words.products(sign[0]) else "pi", formula)

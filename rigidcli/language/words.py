@@ -38,7 +38,7 @@ class Words:
 
     @cached_property
     def _meanings(self) -> dict[str, str]:
-        """What every spelling means."""
+        """The name that each spelling means."""
         if self.is_open:
             return {name: name for name in self.names}
         bare: dict[str, set[str]] = {}
@@ -80,7 +80,7 @@ class Words:
 
 
 def unknown(word: str, words: Words) -> ExpressionError:
-    """What is wrong with a name that the question does not have."""
+    """The error for a name that the question does not have."""
     near = nearest(word, words.names) if len(word) <= LONGEST_PRODUCT else None
     listed = ", ".join(f"`{name}`" for name in words.names[:MOST_LISTED]) or "none"
     more = ", ..." if len(words.names) > MOST_LISTED else ""
