@@ -193,7 +193,15 @@ def in_dimension(number: Number, unit: Unit | None) -> Number:
     """A number with its value in SI units, where a quantity like `unit` is asked. Raises ValueProblem."""
     if number.unit is None:
         return number
-    scale = scale_in(number.unit, DIMENSIONLESS if unit is None else unit.dimension)
+    expected, given = DIMENSIONLESS if unit is None else unit.dimension, number.unit.dimension
+    if unit is not None and unit.pi_power == expected.angle == given.cycle != 0 and not given.angle:
+        # A hertz is a turn in a second where the key counts turns or degrees.
+        scale = (
+            scale_in(number.unit, expected._replace(angle=0, cycle=given.cycle))
+            * (2 * math.pi) ** given.cycle
+        )
+    else:
+        scale = scale_in(number.unit, expected)
     return replace(number, value=number.typed * scale, scale=scale)
 
 
@@ -412,6 +420,7 @@ def _value(text: str) -> tuple[tree.Node, str | None]:
     for slip, advice in _SLIPS:
         if slip.match(text):
             raise ExpressionError(advice)
+    text = re.sub(r"\b(ln|exp|sin|cos|tan)(?=\d)", r"\1 ", text)
     blank = _BEHIND.search(text)
     ways: list[tuple[str, str | None]] = []
     if blank is None or re.search(r"[a-z]{2}.*\bdeg", text):
