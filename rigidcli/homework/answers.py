@@ -78,7 +78,8 @@ def read_answers(text: str, known: Collection[str] = ()) -> tuple[Answers, list[
     if _CONTROL.search(text):
         raise Unreadable("parse_error", "there are control characters in it: is it a text file?")
     names = {folded(name) for name in known}
-    text = _QUOTED.sub(_literal, _undressed(text.removeprefix("\ufeff"), names))
+    text = re.sub(r"(?im)^(\s*answers\s*)=", r"\1:", text.removeprefix("\ufeff"))
+    text = _QUOTED.sub(_literal, _undressed(_without_dashes(text, names), names))
     reader = _Lines(sorted(names, key=len, reverse=True))
     lines = text.splitlines()
     sections = ((place, _SECTION.match(line.strip())) for place, line in enumerate(lines))
@@ -108,12 +109,30 @@ def read_answers(text: str, known: Collection[str] = ()) -> tuple[Answers, list[
 
 _DRESSED = re.compile(
     r"""(?xi) (?P<indent>\s*+) (?P<marks>(?: [-*•+]\s++ | \#++\s*+ | \*\* | __ | \|\s*+ )*+)
-    (?P<word>(?:question|problem|exercise|task|aufgabe|frage|übung|exercice|ejercicio|pregunta|ex|nr|no|q)
+    (?P<word>(?:question|problem|exercise|task|aufgabe|frage|übung|exercice|ejercicio|pregunta|answer
+        |antwort|ex|nr|no|q)
         [.:]?\s*+)?
     (?P<open>\()? (?P<name>[\w.-]*\w) (?(open)\)) \s*(?:\*\*|__)?\s* [:=.)|]? \s*(?:\*\*|__)? (?=\s|\Z)
     \s* (?P<rest>.*)"""
 )
 """A line that begins with the name of a question in a bullet, a heading, bold letters or a table."""
+
+
+_DASHED = re.compile(r"(?P<head>\s*(?P<name>[\w.]+)\s+)[-–—]\s+(?=\S)")
+"""A name, and a dash before its answer: one dash alone might be a minus sign."""
+
+
+def _without_dashes(text: str, names: Collection[str]) -> str:
+    """The text with colons for dashes, if they stand behind the names of several questions, and of all."""
+    lines = text.splitlines()
+    dashed = [bool((match := _DASHED.match(line)) and folded(match["name"]) in names) for line in lines]
+    heads = [folded(line.split()[0].rstrip(":.)=")) for line in lines if line.strip()]
+    if sum(dashed) < 2 or sum(dashed) < sum(head in names for head in heads):
+        return text
+    pairs = zip(lines, dashed, strict=True)
+    return "\n".join(
+        _DASHED.sub(r"\g<head>: ", line, count=1) if is_dashed else line for line, is_dashed in pairs
+    )
 
 
 def _undressed(text: str, names: Collection[str]) -> str:
@@ -211,6 +230,8 @@ class _Entry:
                 return Unreadable(finding.code, f"line {self.number}: {finding.detail.partition(': ')[2]}")
             is_list = texts and not self.lines[0].strip() and all(text.startswith("- ") for text in texts)
             return [text[2:].strip() for text in texts] if is_list else "\n".join(texts)
+        if isinstance(tree, dict) and list(map(str.lower, tree)) == ["answer"]:
+            return next(iter(tree.values()))
         is_text = isinstance(tree, str) and texts and not texts[0].startswith(("'", '"', "|", ">"))
         # YAML would join the lines of a text, each of which may be an equation; and where semicolons separate
         # numbers, it would cut these at their decimal commas.

@@ -260,9 +260,6 @@ def in_brackets(text: str) -> str:
     text = _TRANSPOSED.sub("", text.translate(_BRACKETS)).replace(r"\langle", "(").replace(r"\rangle", ")")
     text = _MAPLE.sub(r"(\1)", _MAPLE.sub(lambda row: f"({row[1].replace('|', ';')})", text))
     text = _SHARED.sub(r"\g<name>_\g<one> = \g<name>_\g<two> = ", text)
-    lines = text.strip().splitlines()
-    if len(lines) > 1 and all(line.lstrip()[:2] in ("- ", "• ", "* ") for line in lines):  # as in YAML
-        return "\n".join(line.lstrip()[2:] for line in lines)
     return _from_table(text)
 
 

@@ -45,7 +45,7 @@ from rigidcli.language.typed import (
     without_uncertainty,
 )
 
-LONGEST = 400
+LONGEST_NUMBER = 400
 """The most characters of a number."""
 
 ROUNDING = 1e-9
@@ -218,7 +218,7 @@ def readings_of(answer: Tree, unit: Unit | None = None, place: str = "") -> list
     if isinstance(answer, list | dict) or answer is None:
         raise Unreadable("wrong_shape", f"read {shown(answer)}, expected one number", place=place)
     text = str(answer)
-    if len(text) > LONGEST:
+    if len(text) > LONGEST_NUMBER:
         raise Unreadable("too_large", f"{len(text)} characters", place=place)
     again = list(islice(_AGAIN.finditer(text), 3))
     if len(again) == 1 and (

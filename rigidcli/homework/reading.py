@@ -400,7 +400,9 @@ def _texts(answer: Tree, place: str, failed: list[Unreadable]) -> Iterator[tuple
     """
     if isinstance(answer, dict):
         for key, value in answer.items():
-            if not isinstance(value, str):
+            if value is None and "=" in str(key):  # as YAML reads `{xdot = p/m, pdot = -k x}`
+                yield from _texts(str(key), place, failed)
+            elif not isinstance(value, str):
                 message = f"read {shown(value)}, expected an expression"
                 failed.append(Unreadable("wrong_shape", message, place=str(key)))
             elif "=" in value:
@@ -411,31 +413,34 @@ def _texts(answer: Tree, place: str, failed: list[Unreadable]) -> Iterator[tuple
         for count, entry in enumerate(answer, 1):
             yield from _texts(entry, f"equation {count}", failed)
     elif isinstance(answer, str):
-        lines = [line.strip() for line in without_labels(answer.strip()).splitlines()]
-        if len(lines) > 1 and all(line[:2] in ("- ", "* ", "• ") for line in lines):
-            lines = [line[2:] for line in lines]  # a list, and no signs
-        answer = "\n".join(map(undecorated, lines))
         try:
-            if "=" in answer and is_enclosed(answer):
-                answer = answer.strip()[1:-1]
-            text = without_latex(_LAW.sub("", answer)).translate(typed.POINTS)
-            pieces = list(_equations_in(typed.slopes(text)))
+            for here, piece in _numbered(answer, place):
+                if len(sides := re.split(r"==?", piece)) > 1:
+                    yield here, sides, False
+                else:
+                    message = f"no `=` in {shown(piece.strip())}: write an equation, such as `xdot = p/m`"
+                    failed.append(Unreadable("parse_error", message, place=here))
         except ExpressionError as error:
             failed.append(Unreadable(error.code or "parse_error", advice(error), place=place))
-            return
-        for count, piece in enumerate(pieces, 1):
-            here = place or (f"equation {count}" if len(pieces) > 1 else "")
-            n = here.removeprefix("equation ") if here[-1:].isdigit() else "1"
-            piece = re.sub(rf"(?<=[\w)}}\]])\s+\({n}\)\s*\Z", "", piece)  # the number beside an equation
-            piece = re.sub(r"\A[^=]*(?::\s(?=[^=]*=)|\b(?:are|is|sind|ist|lauten|sont|son)\s)", "", piece)
-            sides = re.split(r"==?", piece)
-            if len(sides) == 1:
-                message = f"no `=` in {shown(piece.strip())}: write an equation, such as `xdot = p/m`"
-                failed.append(Unreadable("parse_error", message, place=here))
-            else:
-                yield here, sides, False
     else:
         failed.append(Unreadable("wrong_shape", f"read {shown(answer)}, expected equations", place=place))
+
+
+def _numbered(answer: str, place: str) -> Iterator[tuple[str, str]]:
+    """The equations of a text, each with its place and without words or a number beside it.
+
+    Raises ExpressionError.
+    """
+    text = "\n".join(map(undecorated, without_labels(answer).splitlines()))
+    if "=" in text and is_enclosed(text):
+        text = text.strip()[1:-1]
+    text = without_latex(_LAW.sub("", text)).translate(typed.POINTS)
+    pieces = list(_equations_in(typed.slopes(text)))
+    for count, piece in enumerate(pieces, 1):
+        here = place or (f"equation {count}" if len(pieces) > 1 else "")
+        n = here.removeprefix("equation ") if here[-1:].isdigit() else "1"
+        piece = re.sub(rf"(?<=[\w)}}\]])\s+\({n}\)\s*\Z", "", piece)
+        yield here, re.sub(r"\A[^=]*(?::\s(?=[^=]*=)|\b(?:are|is|sind|ist|lauten|sont|son)\s)", "", piece)
 
 
 _NAMED = re.compile(r"(?:(?<=\A)|(?<=[\n,;]))(\s*[^\W\d]\w*\s*)(?::|->|=>)")

@@ -24,7 +24,7 @@ from rigidcli.language.words import Words
 
 # --- decoration: what no judge reads
 
-LONGEST = 4000
+LONGEST_DECORATED = 4000
 """The most characters of an answer that anybody decorates: patterns take long for more."""
 
 DECIMAL = r"(?:\d*[.,]\d+|\d+\.?)"
@@ -90,7 +90,7 @@ def undecorated(text: str) -> str:
     """An answer without quotes, bold marks, `the answer is`, `about` and the like."""
     before = ""
     text = text.strip()
-    if len(text) > LONGEST:
+    if len(text) > LONGEST_DECORATED:
         return text
     if "<" in text or "&" in text:  # from an editor in a browser
         text = re.sub(r"<sup>(.*?)</sup>", r"^(\1)", re.sub(r"<sub>(.*?)</sub>", r"_\1", text))
@@ -115,11 +115,13 @@ def undecorated(text: str) -> str:
 
 
 def without_labels(text: str) -> str:
-    """A text without the labels before its lines, if they count these: `1) 3` and `2) 5` are `3` and `5`.
+    """A text without bullets or labels before all its lines: `1) 3` and `2) 5` are `3` and `5`.
 
-    One line alone has a label only where its bracket is open on one side, as in `a) 3`.
+    Labels count the lines. One line alone has a label only if its bracket has no partner, as in `a) 3`.
     """
-    lines = [line for line in text.splitlines() if line.strip()]
+    lines = [line.strip() for line in text.splitlines() if line.strip()]
+    if len(lines) > 1 and all(line[:2] in ("- ", "* ", "• ") for line in lines):
+        return "\n".join(line[2:].strip() for line in lines)
     matches = [match for line in lines if (match := _COUNTED.match(line))]
     labels = tuple(match["label"].lower() for match in matches)
     is_counted = any(labels == each[: len(labels)] for each in _SEQUENCES)

@@ -287,6 +287,9 @@ def test_what_no_question_reads_is_told(answer: Tree, code: str) -> None:
         "(1) {}\n(2a) {}\n",
         "| question | answer |\n|---|---|\n| 1 | {} |\n| 2a | {} |\n",
         "ANSWERS:\n  1: {}\n  2a: {}\n",
+        "1 - {}\n2a - {}\n",
+        "Answer 1: {}\nAnswer 2a: {}\n",
+        "- question: 1\n  answer: {}\n- question: 2a\n  answer: {}\n",
     ],
 )
 def test_answers_below_headings_and_behind_bullets(form: str) -> None:

@@ -297,7 +297,9 @@ def _text(answer: Tree) -> str:
 
 def _class_of(words: str) -> str:
     """The short form of a class of tops: `prolate` for a prolate symmetric top."""
-    words = re.sub(r"symmetri(?:cal|scher?)\b", "symmetric", words)
+    words = re.sub(
+        r"symmetri(?:cal|scher?)\b", "symmetric", re.sub(r"\b(prolat|oblat)(?:er)?\b", r"\1e", words)
+    )
     return re.sub(r"(?<=\w)(?: symmetric)?(?: (?:body|top|rotor|rotator|kreisel))?\Z", "", words)
 
 
