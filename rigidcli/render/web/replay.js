@@ -300,10 +300,15 @@ class Replay {
     this.share = (this.time - this.times[row]) / (this.times[row + 1] - this.times[row]);
     const shown = this.figure.querySelectorAll(".readings dd"), nearest = row + Math.round(this.share);
     this.readings.forEach(({ unit, values }, place) => {
-      shown[place].textContent = `${values[nearest].toPrecision(this.digits)} ${unit}`;
+      shown[place].textContent = `${this.rounded(values[nearest])} ${unit}`;
     });
     this.slider.value = (this.time - this.start) / this.duration * this.slider.max;
     this.slider.setAttribute("aria-valuetext", `t = ${shown[0].textContent}`);
+  }
+
+  rounded(value) {
+    const isSmall = value && Math.abs(value) < 1e-3;
+    return isSmall ? value.toExponential(this.digits - 1) : value.toPrecision(this.digits);
   }
 
   // The points of a part now, which lie between two of its samples, and the place of the earlier one.
