@@ -103,6 +103,18 @@ def test_in_resonance_the_growth_is_told_as_the_orbit_shows(
         assert late == pytest.approx(400 * (rate or 0.0), rel=0.02, abs=1e-9)
 
 
+def test_a_damping_of_zero_is_no_damping() -> None:
+    system = {
+        "coordinates": ["x"],
+        "lagrangian": "xdot**2/2 - 2*x**2",
+        "forces": {"x": "F*cos(2*t) - c*xdot"},
+    }
+    found = run({"system": system, "parameters": {"F": 3, "c": 0}})
+    assert found["response"][0]["growth"]["x"] == pytest.approx(0.75, rel=1e-12)
+    assert found["response"][0]["peak"] == {"rate": 2.0, "amplitude": None}
+    assert "quality" not in found
+
+
 @pytest.mark.parametrize(
     "system",
     [

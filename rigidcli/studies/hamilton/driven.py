@@ -28,6 +28,7 @@ from rigidcli.algebra.substitution import substitute
 from rigidcli.algebra.values import is_zero
 from rigidcli.core.arithmetic import EPS, Floats
 from rigidcli.document.document import Document
+from rigidcli.errors import ExpressionError
 from rigidcli.language.text import latex_name, reading
 from rigidcli.mechanics.phase_space import TIME
 from rigidcli.mechanics.small_oscillations import LinearMotion
@@ -79,13 +80,14 @@ class Response(NamedTuple):
 class Driven(NamedTuple):
     """The responses of a system to its forces, and the quality factor of a single damped coordinate.
 
-    The free motion beside them `grows`, if that is known.
+    The free motion beside them `grows`, if that is known; `trouble` says why there are no responses.
     """
 
     responses: tuple[Response, ...]
     quality: Quantity
     motion: LinearMotion
     grows: bool = False
+    trouble: str = ""
 
     @property
     def is_single(self) -> bool:
@@ -94,6 +96,8 @@ class Driven(NamedTuple):
 
     def notes(self) -> Iterator[str]:
         """What is not written in symbols, what holds for some of their values only, and motion that grows."""
+        if self.trouble:
+            yield f"the response to driving forces is not worked out: {self.trouble}"
         if self.grows and self.responses:
             yield "the free motion grows, and leaves the response to the force"
         for place, one in enumerate(self.responses):
@@ -172,15 +176,26 @@ def driven(document: Document, derivation: Derivation) -> Driven | None:
     if derivation.linear is None:
         return None
     matrix, offset = derivation.linear
-    names = derivation.phase.coordinates
     is_driven = any(TIME in e.names for e in offset)
-    is_damped = len(names) == 1 and not is_zero(matrix[0][0] + matrix[1][1])
+    is_damped = len(offset) == 2 and not is_zero(matrix[0][0] + matrix[1][1])
     if not (is_driven or is_damped) or any(TIME in e.names or e.unknown for row in matrix for e in row):
         return None
     motion = LinearMotion.of_matrix(matrix)
+    try:
+        return _responses(document, derivation, motion, is_driven, is_damped)
+    except ExpressionError as error:
+        return Driven((), None, motion, trouble=error.message)
+
+
+def _responses(
+    document: Document, derivation: Derivation, motion: LinearMotion, is_driven: bool, is_damped: bool
+) -> Driven | None:
+    assert derivation.linear is not None
+    matrix, offset = derivation.linear
     forces = None if motion.is_of_first_order else _forces(motion, matrix, offset)
     if forces is None:
         return None
+    names = derivation.phase.coordinates
     found = [_response(document, names, motion, force) for force in forces if is_driven]
     quality: Quantity = None
     if is_damped:
@@ -266,10 +281,11 @@ def _response(
         amplitude, phase = _without_damping(document, names, real, force)
     else:
         amplitude, phase = {**growth}, {**growth}
-    if w.is_zero and not any(e is not None for e in amplitude.values()):
+    rate = _value(document, w)
+    if not rate and all(e is None for e in amplitude.values()):
         return None
     peak = _peak(document, motion, force) if len(names) == 1 else None
-    return Response(force, _value(document, w), (real, imaginary), amplitude, phase, growth, peak)
+    return Response(force, rate, (real, imaginary), amplitude, phase, growth, peak)
 
 
 def _with_damping(
@@ -311,14 +327,16 @@ def _peak(document: Document, motion: LinearMotion, force: DrivingForce) -> tupl
     """The rate of the force with the largest amplitude, sqrt(k/m - c^2/(2 m^2)), and that amplitude."""
     (f,), ((m,), (c,), (k,)) = force.amplitudes, (row[0] for row in motion.parts)
     squared = tidy(k / m) - c**2 / (2 * m**2)
-    there = squared if document.exact_results else substitute(squared, known_values(document))
+    known = {} if document.exact_results else known_values(document)
+    there, damping = substitute(squared, known), substitute(c, known)
     # A force whose size depends on its rate, as that of an unbalanced wheel, has another peak.
     is_fixed = f.names.isdisjoint(force.rate.names) and not force.rate.is_zero
-    if not is_fixed or sign(k) != 1 or sign(there) not in (None, 1):
+    if not is_fixed or sign(k) != 1 or sign(there) not in (None, 1) or sign(damping) == -1:
         return None
-    largest = _size(f) / (c * apply("sqrt", tidy(k / m) - c**2 / (4 * m**2))) if c else None
     rate = _value(document, apply("sqrt", squared))
-    return rate, None if largest is None else _value(document, largest)
+    if is_zero(damping):
+        return rate, None
+    return rate, _value(document, _size(f) / (c * apply("sqrt", tidy(k / m) - c**2 / (4 * m**2))))
 
 
 def in_numbers(motion: LinearMotion, force: DrivingForce, values: Mapping[str, Expr]) -> tuple[Floats, ...]:

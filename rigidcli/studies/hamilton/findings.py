@@ -3,13 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from contextlib import suppress
 from functools import lru_cache
 from typing import TYPE_CHECKING, NamedTuple
 
 from rigidcli.algebra.expressions import Expr, symbol
 from rigidcli.document.document import Document
-from rigidcli.errors import ExpressionError
 from rigidcli.mechanics.phase_space import TIME
 from rigidcli.mechanics.velocity_inversion import Branch
 from rigidcli.studies.common import require_values
@@ -122,9 +120,7 @@ def _driven(document: Document, derivation: Derivation) -> Driven | None:
         return None
     from rigidcli.studies.hamilton.driven import driven
 
-    with suppress(ExpressionError):
-        return driven(document, derivation)
-    return None
+    return driven(document, derivation)
 
 
 def observations(document: Document, derivation: Derivation) -> Observed | None:
