@@ -37,8 +37,8 @@ MOST_LINES = {
     "core": 4879,  # orbits from many starts in arrays, stiff systems, jumps at stops, motion to and fro
     "document": 3489,  # cures for people who know other tools; constraints, observables
     "fields": 2134,  # a section reads on with the key that is meant
-    "homework": 9954,  # variants; one rule for whose a hand-in is; a file is what it answers
-    "language": 2836,  # one reader, with readings; one pattern of decimal numbers for all rooms
+    "homework": 9962,  # variants; one rule for whose a hand-in is; a file is what it answers
+    "language": 2839,  # one reader, with readings; one pattern of decimal numbers for all rooms
     "mechanics": 3367,  # constraints, generating functions, conserved quantities by Noether's theorem
     "reference": 576,  # examples of keys, and the words of a course
     "render": 2966,  # formulas within sentences are typeset; a slider over the values of a sweep

@@ -14,6 +14,7 @@ from typing import Any
 from rigidcli.errors import ExpressionError, shown
 from rigidcli.homework.base import Tree, Unreadable
 from rigidcli.homework.numbers import advice
+from rigidcli.language.functions import CALLED
 from rigidcli.language.latex import matrix
 from rigidcli.language.latex import plain as without_latex
 from rigidcli.language.typed import DECIMAL, cut, undecorated, unnamed, without_brackets
@@ -22,7 +23,13 @@ MOST_BRACKETS = 40
 """The most brackets of a text that are looked into for a list, as each look reads all that is inside."""
 
 _OPEN, _CLOSE = "[({", "])}"
-_UNIT_TAIL = re.compile(r"(?P<entry>.*[\d)\]])\s+(?P<unit>(?![\d+*/^)\]-])\S.*)", re.DOTALL)
+_UNIT_TAIL = re.compile(
+    rf"(?P<entry>.*[\d)\]])\s++(?P<unit>(?![\d+*/^)\]-]|(?i:{'|'.join(sorted(CALLED))})\b)"
+    r"[^()]*(?:\([^()]*\)[^()]*)*)",
+    re.DOTALL,
+)
+"""An entry with a unit behind it, which is no further factor such as `sqrt(k/m)`."""
+
 _NUMBER = re.compile(rf"[-+]?{DECIMAL}(?:[eE][-+]?\d+)?(?:/\d+)?")
 _NAMED = re.compile(r"(?<!\w)[^\W\d]\w*+\s*[=:]")
 _NEXT_NAME = re.compile(r"(?<=[\w)])\s+(?=(?:[^\W\d]|[^\W\d_]+_?\d)\s*[=:])")
@@ -251,7 +258,7 @@ _CELL = re.compile(r"\s*[-+\u2212]?[\d.,/ ]+")
 _BRACKETS = str.maketrans(
     {"⟨": "(", "⟩": ")", "〈": "(", "〉": ")", "≤": "<", **dict.fromkeys("⎡⎢⎣⎤⎥⎦⎛⎜⎝⎞⎟⎠", " ")}
 )
-_AND = re.compile(r",?\s+(?:and|und|et|&)\s+|(?<=[\d)])\s+[ye]\s+(?=[-+]?\d)")
+_AND = re.compile(r",?\s+(?:and|und|et|&)\s+|(?<=[\d)])\s+[ye]\s+(?=[-+]?(?:\d|√|sqrt))")
 _BEGINS_NUMBER = re.compile(r"\s*[-+]?\s*(?:[\d.√(]|sqrt)")
 
 

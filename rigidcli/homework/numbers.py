@@ -62,7 +62,8 @@ _SPELLINGS = {
     "Sekunden": "s", "Sekunde": "s",
     "secondes": "s", "segundos": "s",
     "Gramm": "g", "grammes": "g", "gramos": "g", "Kilogramm": "kg", "kilogrammes": "kg", "kilogramos": "kg",
-    "metros": "m", "mNm": "(mN*m)", "MNm": "(MN*m)",
+    "metros": "m", "Zentimeter": "cm", "Millimeter": "mm", "centimetros": "cm", "milimetros": "mm",
+    "seg": "s", "mNm": "(mN*m)", "MNm": "(MN*m)",
     "kgs": "kg", "Kg": "kg", "KG": "kg", "lbs": "lb", "cms": "cm", "Km": "km", "KM": "km", "hz": "Hz",
 }  # fmt: skip
 """Names of units in homework that the table of units lacks."""
@@ -474,7 +475,7 @@ def read_units(text: str, expected: Unit | None = None, place: str = "") -> list
     text = text.translate(_BRACKETS).strip()
     missing = text.count("(") - text.count(")")
     text = text + ")" * missing if missing > 0 else text.removesuffix(")" * -missing)
-    if text == PERCENT.text:
+    if re.fullmatch("%|percent|Prozent|pour ?cent|por ciento", text):
         return [PERCENT]
     if twice := re.fullmatch(r"([^\s()]+)\s*\(([^\W\d_]+)\)", text):  # as in `J (joules)`
         unit, again = (read_unit(part, expected, place) for part in twice.groups())

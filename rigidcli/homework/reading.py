@@ -266,7 +266,7 @@ def _worked_out(node: Node, names: Names) -> Node:
     return to_tree(total(parts))
 
 
-_BLANK = re.compile(r"(?<=[\w)\]}$²³])\s+(?=[\[(]?[^\W\d_])|(?<=[)\]}])(?=[\[(][^\W\d_])")
+_BLANK = re.compile(r"(?<=[\w)\]}$²³\u0307\u0308])\s+(?=[\[(]?[^\W\d_])|(?<=[)\]}])(?=[\[(][^\W\d_])")
 
 
 _SURE_UNIT = re.compile(

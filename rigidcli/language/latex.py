@@ -102,7 +102,7 @@ def plain(text: str) -> str:
     text = _OVER.sub(r"\\frac{\1}{\2}", _LABEL.sub("", _MATHEMATICA.sub(lambda name: name[1].lower(), text)))
     text = _FONTS.sub(lambda letter: unicodedata.normalize("NFKC", letter[0]), text)
     text = _MIXED.sub(r"(\1 + \2)", text)
-    text = unicodedata.normalize("NFD", undotted(text)).replace("\u0301", "")
+    text = unicodedata.normalize("NFD", undotted(text)).replace("\u0301", "").replace("\u0300", "")
     text = re.sub(SUPERSCRIPT, lambda match: f"^{match[0].translate(LOWERED)} ", text).translate(_SIGNS)
     text = re.sub("&?=&?", "=", _SYSTEM.sub(r"\\begin{cases}\1\\end{cases}", text))
     return _Latex(text).whole() if set("\\{}$").intersection(text) else text

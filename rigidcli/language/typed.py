@@ -42,15 +42,17 @@ _BEFORE = re.compile(
         (?:\s+(?:approximately|about))? \s* [:=]?
     | (?:it|this|that|that's|it's|das|es|c'est) \s+ (?:is|ist|equals)\b | it's\b | c'est\b
     | (?:[^\W\d_]+['’]?\s+){1,7} (?:is|ist|est|es|beträgt|vaut|vale|equals|be|are|sind|sont|son|gives
-        |lauten) \s+ (?=[-+~≈]?\s*[\d([{√\\.]|sqrt)
+        |lauten|è) \s+
+        (?=(?:about|approximately|roughly|etwa|ca\.?|environ|circa)?\s*[-+~≈]?\s*[\d([{√\\.]|sqrt)
     | (?:(?!in\b)[^\W\d_]+\s+){1,6} [^\W\d_]+ \s* : \s* (?=[-+~≈]?\s*[\d(]) (?=[^:=]*\Z)
     | (?:i|we) \s+ (?:get|got|find|found|obtain|have)\b
-    | (?:i\s+think|probably|wahrscheinlich|vermutlich|probablement) \s+ (?=[-+~≈]?\s*[\d.])
+    | (?:gives|yields|ergibt|donne|i\s+think|probably|wahrscheinlich|vermutlich|probablement) \s+
+        (?=[-+~≈]?\s*[\d.])
     | (?:about|approximately|approx|around|roughly|circa|ca|etwa|ungefähr|ungefaehr|rund|environ|env
         |unos|aproximadamente|aprox|nearly|almost|à\ peu\ près|más\ o\ menos|c(?=\.\s))\b \.?
     | (?:[•▪‣] | · \s | \* \s+) (?=\S)
     | \#+ \s
-    | [≈~≃≅∼∴] | => | ⇒ | -{1,2}>
+    | [≈~≃≅∼∴] | => | [⇒→⟶] | -{1,2}>
     ) \s*"""
 )
 _BEHIND = re.compile(
@@ -63,6 +65,7 @@ _BEHIND = re.compile(
     | [(\[] \s* (?: exact(?:ly)? | i\.e\.? | unrounded | [≈=] ) [^()\[\]]* [)\]]
     | \s (?:to\s+) \d \s* (?: s\.?\s*f\.? | sig\.?\s*figs?\.? | significant\s+figures | decimal\s+places? )
     | \s (?:approx(?:\.|imately)? | rounded | gerundet)
+    | [:;]-?[)D] | [\u2600-\u27bf\U0001f300-\U0001faff\ufe0f]+
     | (?<=[^\s.\\]) (?<!right) [.!]+ | (?<!\\) [,;]
     ) \s* \Z"""
 )
