@@ -135,7 +135,9 @@ def _number_meant(read: str, message: str) -> str | None:
     """The number that was meant by a text of another notation, of which the message complains."""
     if "is a force (N), expected a mass" in message and (weight := re.fullmatch(r"(\d+\.?\d*) *N", read)):
         return f"{float(weight[1]) / STANDARD_GRAVITY:.6g} kg"
-    if "unexpected `,`" in message and (decimal := re.fullmatch(r"(-?\d+),(\d+)( *[^\W\d].*)?", read)):
+    if "unexpected `,`" in message and (
+        decimal := re.fullmatch(r"(-?\d+),(?!\d{3}\b)(\d+)( *[^\W\d].*)?", read)
+    ):
         return f"{decimal[1]}.{decimal[2]}{decimal[3] or ''}"
     if "unit" in message and (power := re.fullmatch(r"(\S+?) *[xX] *10 *(?:\^|\*\*)? *([-+]?\d+)(.*)", read)):
         return f"{power[1]}e{power[2]}{power[3]}"

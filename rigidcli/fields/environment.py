@@ -153,6 +153,9 @@ class Environment:
             return raw
         if raw in ("NaN", "Infinity", "-Infinity"):
             raise ValueProblem(f"read {shown(raw)}, expected a finite number")
+        if inches := re.fullmatch(r"\s*([-+]?[\d.]+)\s*(?:\"|\u201d|'')\s*", raw):
+            hint = f"write `{inches[1]} in` for inches, `{inches[1]} arcsec` for seconds of arc"
+            raise ValueProblem(f"read {shown(raw)}, expected the name of a unit", hint=hint)
         several = without_separators(raw)
         raw = several[0] if len(several) == 1 else raw
         amount = self._amount(raw, dimension, variables)
