@@ -59,6 +59,13 @@ class Finding:
     reference: str = ""
 
 
+def verdict_of(earned: float, most: float) -> Verdict:
+    """The verdict on an answer that earns so many of the points."""
+    if earned >= most:
+        return "correct"
+    return "partial" if earned > 0 else "incorrect"
+
+
 @dataclass(frozen=True, slots=True)
 class Outcome:
     """The verdict on one answer, the share (0 to 1) of its points that it earns, and the remarks on it."""
@@ -75,8 +82,7 @@ class Outcome:
     @classmethod
     def earning(cls, share: float, *findings: Finding) -> Outcome:
         """An answer that earns this share of its points."""
-        verdict: Verdict = "correct" if share >= 1 else "partial" if share > 0 else "incorrect"
-        return cls(verdict, max(0.0, min(share, 1.0)), findings)
+        return cls(verdict_of(share, 1.0), max(0.0, min(share, 1.0)), findings)
 
     @classmethod
     def review(cls, detail: str, *findings: Finding) -> Outcome:
@@ -230,8 +236,8 @@ class Judged:
 
     def overridden(self, score: float, reason: str) -> Judged:
         """The question as a person has judged it."""
-        verdict: Verdict = "correct" if score >= self.max_score else "partial" if score > 0 else "incorrect"
-        return replace(self, verdict=verdict, score=score, findings=(Finding("overridden", detail=reason),))
+        finding, verdict = Finding("overridden", detail=reason), verdict_of(score, self.max_score)
+        return replace(self, verdict=verdict, score=score, findings=(finding,))
 
 
 @dataclass(frozen=True, slots=True)

@@ -136,7 +136,9 @@ def papers(
     said = noted(f"not found in the {listing}", unknown)
     said += noted(f"more than one student of the {listing} may be meant by", doubtful)
     given = {folded(paper.student) for paper in rows}
-    expected = [one] if one else [] if roster is None else roster.labels.values()
+    expected = [one] if one else []
+    if roster is not None:
+        expected = [*roster.labels.values()]
     rows += [Paper(name, outcome=MISSING) for name in expected if folded(name) not in given]
     return HandIns(rows, [*said, *notes], others)
 

@@ -509,8 +509,10 @@ class Steps:
 
 def _function_of(kind: str, detail: Any) -> str:
     """The function of _SIDED that a part is like: x^(1/2) is a square root, x^y like exp(y log(x))."""
+    if kind == "Power" and detail is None:
+        return "log"
     if kind == "Power":
-        return "log" if detail is None else "" if detail.denominator % 2 else "sqrt"
+        return "" if detail.denominator % 2 else "sqrt"  # odd roots have one formula for either sign
     return str(detail) if kind == "Call" else ""
 
 
