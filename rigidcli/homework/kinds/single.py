@@ -200,6 +200,9 @@ _DOUBTFUL = re.compile(
     r"\b(?:not|no|or|but|nicht|oder|aber|kein|non|pas|ou|mais|wrong|false|incorrect|falsch|faux)\b"
 )
 
+_TAKEN_BACK = re.compile(r"\b(?:not|nicht|pas|no)\Z")
+"""The end of `yes, it is not`; the reason in `yes, it does not depend on t` denies something else."""
+
 _BETWEEN = re.compile("(?<=\\w)[\\s_\\-\N{HYPHEN}\N{NON-BREAKING HYPHEN}\N{EN DASH}]+(?=\\w)")
 """Blanks and hyphens between words; a hyphen before the first word may be a minus sign."""
 
@@ -259,7 +262,9 @@ class ChoiceKind(AnswerKind):
             stands = re.search(rf"(?<!\w){re.escape(key.plain)}(?!\w)", value) is not None
             if key.plain in TRUTH.values():
                 stands = TRUTH.get(said, said) == key.plain
-                is_right = stands and not re.search(_OPPOSITE, " ".join(rest))
+                remark = " ".join(rest).rstrip(" .!")
+                is_denied = key.plain == TRUTH["yes"] and _TAKEN_BACK.search(remark)
+                is_right = stands and not (is_denied or value.endswith("?") or re.search(_OPPOSITE, remark))
             if stands and not is_right:
                 return Outcome.review("the right word stands in a longer answer")
         return Outcome.correct() if is_right else Outcome.earning(0.0, Finding("outside_tolerance"))
