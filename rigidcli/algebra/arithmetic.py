@@ -18,18 +18,19 @@ import numpy as np
 
 from rigidcli.algebra import simplification, values
 from rigidcli.algebra.atoms import Applied, Atom, Group
+from rigidcli.algebra.bounds import Rational
 from rigidcli.algebra.expansion import coefficients
 from rigidcli.algebra.expressions import ONE, PI, ZERO, Expr, expr, factored, gathered, power, symbol
 from rigidcli.algebra.fractions import factors, lowest_terms
 from rigidcli.algebra.functions import apply
 from rigidcli.algebra.reading import from_tree
-from rigidcli.algebra.roots import Rational, content, magnitude
+from rigidcli.algebra.roots import content, magnitude
 from rigidcli.core.arithmetic import Arithmetic, Array
 from rigidcli.errors import ComputationError, ExpressionError
 from rigidcli.language.text import reading
 from rigidcli.language.tree import Node
 
-MOST_NODES = 4_000
+MOST_NODES_TO_PRINT = 4_000
 """The most nodes of a result: its text would be several pages long."""
 
 _HALF = Fraction(1, 2)
@@ -46,7 +47,7 @@ def tidy(e: Expr) -> Expr:
     if simplification.is_product(short):
         return short
     shorter = simplification.shortest([short, *_fractions(short)])
-    if shorter.nodes > MOST_NODES:
+    if shorter.nodes > MOST_NODES_TO_PRINT:
         raise ComputationError("an exact result is too long to print")
     if values.is_zero(shorter):
         return ZERO
@@ -100,7 +101,6 @@ def common_factor(array: Array) -> tuple[Expr, Array]:
 
 
 def _number_sign(e: Expr) -> int:
-    """The sign of an expression without symbols."""
     for bits in values.PRECISIONS:
         ball = values.enclosed(e, {}, bits)
         if not ball.contains(0):

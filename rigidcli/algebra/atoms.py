@@ -11,15 +11,9 @@ from functools import cached_property
 from typing import Generic, TypeAlias, TypeVar, cast
 from weakref import WeakValueDictionary
 
-from rigidcli.algebra.roots import Rational
+from rigidcli.algebra.bounds import DEEPEST_NESTING, MOST_NODES_OF_ATOM, Rational
 from rigidcli.errors import ExpressionError
 from rigidcli.language.tree import UnknownFunction
-
-MOST_NODES = 20_000
-"""The most nodes of a function or a group: its text would fill some 20 pages."""
-
-MAX_DEPTH = 120
-"""Largest depth to which functions and groups may stand inside each other."""
 
 _LEADING = frozenset(["G"])
 _TIME = "t"
@@ -37,7 +31,6 @@ def _is_mass(name: str) -> bool:
 
 
 def _is_rate(name: str) -> bool:
-    """Whether it is the name of a momentum or velocity."""
     return _RATE.fullmatch(name) is not None
 
 
@@ -45,7 +38,7 @@ class Terms:
     """A sum: a mapping from monomials to their rational coefficients, in canonical form. Immutable."""
 
     def __init__(self, terms: Mapping[Monomial, Rational]) -> None:
-        """`terms` is in canonical form already; use `expressions` to make one."""
+        """Internal: terms must be canonical; `expressions` makes such sums."""
         self.terms = terms
 
     @property
@@ -171,9 +164,9 @@ class Atom:
         self.depth = 1 + max(part.depth for part in parts) if parts else 0
         self.names = names.union(*(part.names for part in parts))
         self.nodes = 1 + sum(part.nodes for part in parts)
-        if self.depth > MAX_DEPTH:
-            raise ExpressionError(f"functions and sums are nested deeper than {MAX_DEPTH} levels")
-        if self.nodes > MOST_NODES:
+        if self.depth > DEEPEST_NESTING:
+            raise ExpressionError(f"functions and sums are nested deeper than {DEEPEST_NESTING} levels")
+        if self.nodes > MOST_NODES_OF_ATOM:
             raise ExpressionError("the expression is too large")
 
     def __repr__(self) -> str:

@@ -5,11 +5,11 @@ from __future__ import annotations
 from functools import cache, lru_cache
 
 from rigidcli.algebra.atoms import Applied, Atom, Group, Symbol
+from rigidcli.algebra.bounds import Allowance, Rational, bounded
 from rigidcli.algebra.expansion import expand
 from rigidcli.algebra.expressions import ONE, ZERO, Expr, atomic, gathered, power, symbol, total
 from rigidcli.algebra.functions import apply
 from rigidcli.algebra.reading import from_tree
-from rigidcli.algebra.roots import Allowance, Rational, bounded
 from rigidcli.errors import ExpressionError
 from rigidcli.language.functions import FUNCTIONS
 from rigidcli.language.parser import read
@@ -89,7 +89,6 @@ def antiderivative(e: Expr, name: str) -> Expr | None:
 
 
 def _of_term(term: Expr, name: str) -> Expr | None:
-    """The antiderivative of one term, or None."""
     ((monomial, coefficient),) = term.terms.items()
     moving = [(atom, n) for atom, n in monomial if name in atom.names]
     rest = gathered(coefficient, {atom: n for atom, n in monomial if name not in atom.names})

@@ -7,8 +7,8 @@ from functools import cache
 from typing import TypeAlias, TypeGuard
 
 from rigidcli.algebra.atoms import Applied, Atom, Group, Monomial, Pi, Symbol, key_of_atom
+from rigidcli.algebra.bounds import Allowance, Rational, bounded
 from rigidcli.algebra.expressions import ONE, ZERO, Expr, gathered, multiplied, number, power, product, total
-from rigidcli.algebra.roots import Allowance, Rational, bounded
 from rigidcli.algebra.substitution import rebuilt
 
 
@@ -60,7 +60,6 @@ def expand(e: Expr, allowance: Allowance | None = None, holding: frozenset[str] 
 
 
 def _times(left: Expr, right: Expr, allowance: Allowance) -> Expr:
-    """The product of two sums, term by term."""
     weight = 2 + max(map(len, left.terms), default=0) + max(map(len, right.terms), default=0)
     allowance.spend(len(left.terms) * len(right.terms) * weight)
     if not (_is_settled(left) and _is_settled(right)):

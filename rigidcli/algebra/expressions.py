@@ -10,6 +10,12 @@ arguments, or a group: a sum in a product or under a power. `expansion.expand` m
 
 The algebra is real: a step is taken only where both sides are equal for all real values for which
 the first one has a value. So x*y/x is y, but sqrt(x**2) is not x.
+
+Five functions keep products canonical, and call each other: `gathered` builds a number times powers of atoms.
+It asks `_resolved` for each power, which is something simpler where a group is no plain sum, or a root is
+whole; that calls `power`, which takes a sum apart by `factored`. `factored` divides a sum by what its terms
+have in common with `divided`, term by term through `multiplied`, and `multiplied` ends in `gathered`. Each
+round has fewer groups, or smaller ones, so that the calls end.
 """
 
 from __future__ import annotations
@@ -35,20 +41,18 @@ from rigidcli.algebra.atoms import (
     is_positive,
     key_of_atom,
 )
-from rigidcli.algebra.roots import Rational, bounded, content, magnitude, root, surd
+from rigidcli.algebra.bounds import MOST_TERMS_OF_SUM, Rational, bounded
+from rigidcli.algebra.roots import content, magnitude, root, surd
 from rigidcli.algebra.trees import Exported
 from rigidcli.errors import ExpressionError
 
-MAX_TERMS = 10_000
-"""Most terms of a sum: adding so many takes a hundredth of a second."""
-
-Number: TypeAlias = "Expr | int | Fraction"
+ExactNumber: TypeAlias = "Expr | int | Fraction"
 
 
-def _operator(combine: Callable[[Expr, Expr], Expr]) -> Callable[[Expr, Number], Expr]:
+def _operator(combine: Callable[[Expr, Expr], Expr]) -> Callable[[Expr, ExactNumber], Expr]:
     """A method for an operator; what is no exact number, such as an array, is left to do it by itself."""
 
-    def method(self: Expr, other: Number) -> Expr:
+    def method(self: Expr, other: ExactNumber) -> Expr:
         if not isinstance(other, Expr):
             if not isinstance(other, Integral | Fraction):
                 return cast(Expr, NotImplemented)
@@ -94,7 +98,7 @@ class Expr(Exported):
         """|x|: without bars where the sign is known."""
         return _absolute(self)
 
-    def __pow__(self, exponent: Number) -> Expr:
+    def __pow__(self, exponent: ExactNumber) -> Expr:
         """The power; where the exponent is no rational number, `functions.apply` knows the laws."""
         exponent = expr(exponent)
         known = exponent.as_number
@@ -161,8 +165,8 @@ def total(parts: Iterable[Expr]) -> Expr:
         for monomial, coefficient in part.terms.items():
             known = terms.get(monomial)
             terms[monomial] = coefficient if known is None else bounded(known + coefficient)
-        if len(terms) > MAX_TERMS:
-            raise ExpressionError(f"the expression has more than {MAX_TERMS:,} terms")
+        if len(terms) > MOST_TERMS_OF_SUM:
+            raise ExpressionError(f"the expression has more than {MOST_TERMS_OF_SUM:,} terms")
     return Expr({monomial: coefficient for monomial, coefficient in terms.items() if coefficient})
 
 

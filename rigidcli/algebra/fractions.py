@@ -15,9 +15,10 @@ from fractions import Fraction
 from typing import Any, NamedTuple
 
 from rigidcli.algebra.atoms import Applied, Atom, Group, Surd, interned
+from rigidcli.algebra.bounds import Allowance, Rational
 from rigidcli.algebra.expansion import expand
 from rigidcli.algebra.expressions import ONE, Expr, atomic, divided, factored, gathered, product, total
-from rigidcli.algebra.roots import Allowance, Rational, magnitude
+from rigidcli.algebra.roots import magnitude
 from rigidcli.errors import ExpressionError
 
 MOST_TERMS = 250
@@ -56,7 +57,7 @@ class _Ring(NamedTuple):
 
     def reduced(self, p: Any) -> Any:
         """The remainder of a polynomial when the squares are put in, from the outermost root inwards."""
-        for place, square in self.squares.items():
+        for place, square in sorted(self.squares.items()):
             p = divmod(p, self.context.gen(place) ** 2 - square)[1]
         _require(len(p) <= MOST_TERMS)
         return p
@@ -116,7 +117,12 @@ def _ring(parts: Iterable[Expr]) -> _Ring:
         if isinstance(atom, Applied) and atom.function in _SQUARED:
             steps.setdefault(interned(Applied(_SQUARED[atom.function][0], atom.arguments)), 1)
     _require(len(steps) <= MOST_VARIABLES)
-    order = sorted(steps, key=lambda atom: (atom not in radicands, -atom.depth, _is_other(atom), atom.key))
+
+    def place_of(atom: Atom) -> tuple[bool, int, bool, str]:
+        # A root or a sine stands before the variables that its square is made of.
+        return atom not in radicands, -atom.depth, _has_no_square(atom), atom.key
+
+    order = sorted(steps, key=place_of)
     names = [f"x{place}" for place in range(len(order))]
     context = fmpq_mpoly_ctx.get(names or ["x0"], Ordering.lex)
     variables = {atom: (place, Fraction(1, steps[atom])) for place, atom in enumerate(order)}
@@ -125,12 +131,10 @@ def _ring(parts: Iterable[Expr]) -> _Ring:
         square = _square(atom, step, radicands)
         if square is not None and all(n >= 0 for monomial in square.terms for _, n in monomial):
             ring.squares[place] = ring.polynomial(square)
-    squares = dict(sorted(ring.squares.items()))
-    return _Ring(context, variables, squares)
+    return ring
 
 
-def _is_other(atom: Atom) -> bool:
-    """Whether no square of it is known: such variables come after those whose squares they make."""
+def _has_no_square(atom: Atom) -> bool:
     return not (isinstance(atom, Surd) or (isinstance(atom, Applied) and atom.function in _SQUARED))
 
 

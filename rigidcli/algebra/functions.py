@@ -9,12 +9,13 @@ from collections.abc import Callable
 from fractions import Fraction
 
 from rigidcli.algebra.atoms import Applied, Atom, is_positive
+from rigidcli.algebra.bounds import Rational
 from rigidcli.algebra.expressions import (
     ONE,
     PI,
     ZERO,
+    ExactNumber,
     Expr,
-    Number,
     atomic,
     expr,
     factored,
@@ -23,7 +24,7 @@ from rigidcli.algebra.expressions import (
     product,
     scaled,
 )
-from rigidcli.algebra.roots import Rational, magnitude
+from rigidcli.algebra.roots import magnitude
 from rigidcli.errors import ExpressionError
 from rigidcli.language.tree import UnknownFunction
 
@@ -36,7 +37,7 @@ _ODD = frozenset(["sin", "tan", "asin", "atan", "sinh", "tanh", "asinh", "atanh"
 _EVEN = frozenset(["cos", "cosh", "abs"])
 
 
-def _root(value: Number) -> Expr:
+def _root(value: ExactNumber) -> Expr:
     return power(expr(value), _HALF)
 
 
@@ -102,7 +103,7 @@ _COMPOSED: dict[tuple[str, str], Callable[[Expr], Expr]] = {
 """Functions of functions that are simpler wherever they have a value."""
 
 
-def apply(function: str, *arguments: Number) -> Expr:
+def apply(function: str, *arguments: ExactNumber) -> Expr:
     """One of `functions.FUNCTIONS`, or `pow`, or an unknown function of its arguments.
 
     Raises:

@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Mapping
 from fractions import Fraction
 
+from rigidcli.algebra.bounds import MAX_BITS, bounded
 from rigidcli.algebra.expressions import PI, Expr, number, power, product, symbol, total
 from rigidcli.algebra.functions import apply
-from rigidcli.algebra.roots import MAX_BITS, bounded
 from rigidcli.errors import ExpressionError
 from rigidcli.language import tree
 from rigidcli.language.tree import Kind, fold

@@ -11,11 +11,11 @@ from itertools import combinations_with_replacement
 from typing import NamedTuple, TypeAlias
 
 from rigidcli.algebra.atoms import Applied, Atom, Group, Monomial, Pi, Surd, Symbol, interned
+from rigidcli.algebra.bounds import Allowance, Rational
 from rigidcli.algebra.expansion import expand
 from rigidcli.algebra.expressions import Expr, atomic, expr, factored, gathered, product, total, with_squares
 from rigidcli.algebra.fractions import factors
 from rigidcli.algebra.functions import apply
-from rigidcli.algebra.roots import Allowance, Rational
 from rigidcli.algebra.substitution import mapped, rebuilt, with_powers
 from rigidcli.algebra.trees import to_tree
 from rigidcli.errors import ExpressionError
@@ -183,9 +183,22 @@ def _length(e: Expr) -> tuple[int, str]:
 def _forms(e: Expr, allowance: Allowance) -> Iterator[Expr]:
     """Forms of an expression; one that becomes too large is passed over."""
     known: set[Expr] = set()
-    for change in (lambda e, _: e, _shortened, _over_one_denominator, _over_lowest_powers):
+    expanded: list[Expr] = []  # multiplied out, which two forms begin with
+
+    def multiplied_out() -> Expr:
+        if not expanded:
+            expanded.append(expand(e, allowance))
+        return expanded[0]
+
+    changes: tuple[Callable[[], Expr], ...] = (
+        lambda: e,
+        lambda: _reduced(multiplied_out(), allowance),
+        lambda: _over_one_denominator(multiplied_out(), allowance),
+        lambda: _over_lowest_powers(e, allowance),
+    )
+    for change in changes:
         with suppress(ExpressionError):
-            form = _roots_gathered(_roots_tidied(change(e, allowance), allowance))
+            form = _roots_gathered(_roots_tidied(change(), allowance))
             if form not in known:
                 allowance.spend(_STEPS_TO_WRITE * len(form.terms))
                 known.add(form)
@@ -220,13 +233,7 @@ def _roots_tidied(e: Expr, allowance: Allowance) -> Expr:
 
 
 def _shortened(e: Expr, allowance: Allowance) -> Expr:
-    return _reduced(_expanded(e, allowance), allowance)
-
-
-@lru_cache(8)
-def _expanded(e: Expr, allowance: Allowance) -> Expr:
-    """An expression multiplied out, which two forms begin with."""
-    return expand(e, allowance)
+    return _reduced(expand(e, allowance), allowance)
 
 
 def _reduced(e: Expr, allowance: Allowance) -> Expr:
@@ -285,8 +292,7 @@ def _over_lowest_powers(e: Expr, allowance: Allowance) -> Expr:
 
 
 def _over_one_denominator(e: Expr, allowance: Allowance) -> Expr:
-    """A fraction in lowest terms and in factors, where a sum is below; else what is multiplied out."""
-    e = _expanded(e, allowance)
+    """What is multiplied out as a fraction in lowest terms and in factors, where a sum is below."""
     if not any(isinstance(atom, Group) and n < 0 for atom, n in factored(e)[1]):
         return e
     parts = [(_shortened(factor, allowance), n) for factor, n in factors(e, allowance)]
@@ -343,7 +349,7 @@ def _shorter(e: Expr, allowance: Allowance) -> Iterator[Expr]:
 
 
 _Law: TypeAlias = tuple[tuple[Atom, ...], Callable[[Rational], Expr | None]]
-"""A second product, and the sum of the first one with a number times the second."""
+"""A second product g, and a rule for f + c g, by the number c; None where there is none."""
 
 
 def _laws(f: Applied[Expr], g: Applied[Expr]) -> Iterator[_Law]:

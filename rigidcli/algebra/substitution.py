@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Callable, Collection, Mapping
 
 from rigidcli.algebra.atoms import Applied, Atom, Group, Symbol
+from rigidcli.algebra.bounds import Rational
 from rigidcli.algebra.expressions import ZERO, Expr, atomic, gathered, power, product, total
 from rigidcli.algebra.functions import apply
-from rigidcli.algebra.roots import Rational
 
 
 def substitute(e: Expr, values: Mapping[str, Expr]) -> Expr:

@@ -13,7 +13,8 @@ from functools import lru_cache
 from typing import Any, Self
 
 from rigidcli.algebra.atoms import Applied, Atom, Group, Monomial, Pi, Surd, Symbol, Terms, key_of_atom
-from rigidcli.algebra.roots import Rational, content, magnitude
+from rigidcli.algebra.bounds import Rational
+from rigidcli.algebra.roots import content, magnitude
 from rigidcli.algebra.style import Style
 from rigidcli.errors import ExpressionError
 from rigidcli.language import tree
@@ -131,7 +132,6 @@ def _degree(term: Monomial) -> Rational:
 
 
 def _multiplied(monomial: Monomial, powers: Mapping[Atom, Rational]) -> Monomial:
-    """The product of powers of atoms with further ones."""
     exponents = dict(monomial)
     for atom, n in powers.items():
         exponents[atom] = exponents.get(atom, 0) + n
@@ -139,7 +139,6 @@ def _multiplied(monomial: Monomial, powers: Mapping[Atom, Rational]) -> Monomial
 
 
 def _written(monomial: Monomial, coefficient: Rational) -> tree.Node:
-    """A term with its factors as they are."""
     monomial = _under_one_root(monomial)
     above: list[tree.Node] = []
     below: list[tree.Node] = []
@@ -208,12 +207,11 @@ def _taken_out(atom: Atom, exponent: Rational, coefficient: Rational) -> tuple[R
 
 @lru_cache(4096)
 def _share(atom: Atom, is_alone: bool) -> Rational:
-    """The factor to take out of a sum for its one momentum or velocity to stand by itself: p + q*B/2.
+    """The number taken out of a sum so that its momentum or velocity has the coefficient 1: 2 (p + q*B/2).
 
-    Of several it is the only one without a factor, as p_y in (p_y + x*p_z/2)^2, where no other number stands;
-    a sum that `is_alone`, without a power, stays 2*p_y + x*p_z.
-
-    Else it is what its terms have in common as they are written: (4 (p + q*B/2)^2 + 4 m^2) has 4.
+    With several momenta this is done only for one that has no other factor, where all other numbers are 1:
+    2 p_y + x p_z becomes p_y + x p_z/2 under a square, but not where the sum `is_alone`, without a power.
+    Otherwise it is the common number of all terms as they are written: 4 of 4 (p + q*B/2)^2 + 4 m^2.
     """
     if not isinstance(atom, Group) or not atom.has_rates:
         return 1
@@ -273,7 +271,6 @@ def _atom(atom: Atom, written: Callable[[Terms], tree.Node] = to_tree) -> tree.N
 
 
 def _power(base: tree.Node, exponent: Rational) -> tree.Node:
-    """A positive power."""
     if exponent == 1:
         return base
     if exponent == Fraction(1, 2):

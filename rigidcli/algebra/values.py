@@ -48,8 +48,8 @@ def is_zero(e: Expr) -> bool:
     Different products of powers of symbols are independent, so that a sum of these is not zero, and a product
     of powers of such sums vanishes only with one of them. Otherwise values at random points, with proved
     bounds, tell an expression from zero, or it vanishes as a fraction of polynomials in which roots and
-    functions have names. What both leave open is zero to 330 digits, and taken for zero. An expression that
-    has a value at none of the points is not zero unless that is proved.
+    functions have names. If neither decides, a value below 1e-330 counts as zero. An expression that has a
+    value at none of the points is not zero unless that is proved.
     """
     if not e.terms:
         return True

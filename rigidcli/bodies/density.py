@@ -66,10 +66,10 @@ class Density(Quantity):
 
 def _scale(formula: BoundExpression) -> set[str]:
     """The symbol that is positive, as in all trials of a density: its one factor of either sign."""
+    from rigidcli.algebra.bounds import Allowance
     from rigidcli.algebra.expressions import expr, symbol
     from rigidcli.algebra.fractions import factors
     from rigidcli.algebra.reading import from_tree
-    from rigidcli.algebra.roots import Allowance
 
     distances = {name: symbol(name, name in ("r", "s")) for name in VARIABLES}
     constants = {name: expr(value) for name, value in formula.constants.items()}

@@ -12,12 +12,12 @@ from math import comb
 from typing import Any, TypeAlias
 
 from rigidcli.algebra.atoms import Applied, Atom, Group, Symbol
+from rigidcli.algebra.bounds import Allowance, Rational
 from rigidcli.algebra.calculus import antiderivative
 from rigidcli.algebra.expansion import coefficients, expand
 from rigidcli.algebra.expressions import ONE, ZERO, Expr, expr, gathered, power, symbol, total
 from rigidcli.algebra.functions import apply
 from rigidcli.algebra.reading import from_tree
-from rigidcli.algebra.roots import Allowance, Rational
 from rigidcli.algebra.substitution import substitute
 from rigidcli.bodies.charts import Chart, Spot, Turn
 from rigidcli.bodies.density import FIRST, SECOND, centred, places

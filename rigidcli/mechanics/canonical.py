@@ -22,12 +22,12 @@ from itertools import combinations
 from rigidcli.algebra.arithmetic import root_of_either_sign
 from rigidcli.algebra.arithmetic import tidy as in_lowest_terms
 from rigidcli.algebra.atoms import Applied, Atom, Group
+from rigidcli.algebra.bounds import Allowance, Rational
 from rigidcli.algebra.calculus import antiderivative, derivative
 from rigidcli.algebra.expansion import coefficients
 from rigidcli.algebra.expressions import ONE, ZERO, Expr, power, product, symbol, total
 from rigidcli.algebra.functions import apply
 from rigidcli.algebra.reading import from_tree
-from rigidcli.algebra.roots import Allowance, Rational
 from rigidcli.algebra.simplification import exponentials_merged, shortest, tidy
 from rigidcli.algebra.substitution import rebuilt, substitute, with_powers
 from rigidcli.algebra.values import is_zero, sample_points
@@ -74,15 +74,15 @@ def positive_names(expressions: Iterable[Expr], variables: Sequence[str]) -> tup
 
 
 NEAR = 1e-6
-"""Values that differ by less than this, in units of their size, are those of the same branch."""
+"""Relative tolerance of values at the sample point: another branch has another value there."""
 
 MOST_TRIALS = 60
 """Values of unknowns that are looked at, at most, in the search for a way through the equations."""
 
 
 @dataclass(frozen=True, slots=True)
-class Branch:
-    """The signs that square roots of squares have where names have the values of `point`.
+class RootSigns:
+    """Which sign each square root takes, decided at a sample `point` (values of names).
 
     Where a root has no value there, it may have either sign.
     """
@@ -124,10 +124,10 @@ class Branch:
         return power(self.root(inner), 2 * n) if half else power(inner, n)
 
 
-def inverse(values: Mapping[str, Expr], new: Phase, old: Phase, branch: Branch) -> dict[str, Expr] | None:
+def inverse(values: Mapping[str, Expr], new: Phase, old: Phase, signs: RootSigns) -> dict[str, Expr] | None:
     """The `old` variables as functions of the `new` ones, which have canonical `values`; None if none follow.
 
-    The point of the branch has values of the old variables and of the new ones.
+    The point of the `signs` has values of the old variables and of the new ones.
     """
     with suppress(ExpressionError, ComputationError):
         parts = linear([values[name] for name in new.names], old.names)
@@ -136,16 +136,16 @@ def inverse(values: Mapping[str, Expr], new: Phase, old: Phase, branch: Branch) 
             return _of_linear(parts[0], shifted, old)
         trials = Allowance(MOST_TRIALS)
         if any(not values[Q].names.isdisjoint(old.momenta) for Q in new.coordinates):
-            return solution([symbol(n) - values[n] for n in new.names], old.names, trials, branch)
+            return solution([symbol(n) - values[n] for n in new.names], old.names, trials, signs)
         # Of a change Q(q) the momenta follow: p_i = sum_j (P_j - P_j(p = 0)) dQ_j/dq_i.
         equations = [symbol(Q) - values[Q] for Q in new.coordinates]
-        coordinates = solution(equations, old.coordinates, trials, branch)
+        coordinates = solution(equations, old.coordinates, trials, signs)
         if coordinates is not None:
             at_rest = dict.fromkeys(old.momenta, ZERO)
             shifted = [symbol(P) - substitute(values[P], at_rest) for P in new.momenta]
             pairs = [(values[Q], P) for Q, P in zip(new.coordinates, shifted, strict=True)]
             sums = (total(derivative(Q, q) * P for Q, P in pairs) for q in old.coordinates)
-            momenta = [branch.put(e, coordinates) for e in sums]
+            momenta = [signs.put(e, coordinates) for e in sums]
             return coordinates | dict(zip(old.momenta, momenta, strict=True))
     return None
 
@@ -172,7 +172,7 @@ def _values(equation: Expr, unknown: str) -> Iterator[Expr]:
 
 
 def solution(
-    equations: Sequence[Expr], unknowns: Sequence[str], trials: Allowance, branch: Branch
+    equations: Sequence[Expr], unknowns: Sequence[str], trials: Allowance, signs: RootSigns
 ) -> dict[str, Expr] | None:
     """Values of the unknowns for which the equations (expressions that vanish) hold; None where none follow.
 
@@ -184,19 +184,19 @@ def solution(
         for unknown in unknowns:
             for value in _values(equation, unknown) if unknown in equation.names else ():
                 trials.spend(1)
-                if not branch.is_at(value, branch.point[unknown]):
+                if not signs.is_at(value, signs.point[unknown]):
                     continue
                 with suppress(ExpressionError, ComputationError):
-                    here = {unknown: branch.put(value, {})}
+                    here = {unknown: signs.put(value, {})}
                     others = [
-                        branch.put(e, here) if unknown in e.names else e
+                        signs.put(e, here) if unknown in e.names else e
                         for e in equations
                         if e is not equation
                     ]
                     left = [name for name in unknowns if name != unknown]
-                    rest = solution(others, left, trials, branch)
+                    rest = solution(others, left, trials, signs)
                     if rest is not None:
-                        return rest | {unknown: branch.put(here[unknown], rest)}
+                        return rest | {unknown: signs.put(here[unknown], rest)}
     return None
 
 
@@ -213,7 +213,7 @@ class NewHamiltonian:
         e = self.hamiltonian
         positive = tidy(substitute(e, {name: symbol(name, positive=True) for name in names}))
         form = from_tree(substitute(positive, {name: symbol(name) for name in names}).tree())
-        needed = None if len(str(form)) >= len(str(e)) else positive_names([e - form], ())
+        needed = None if form.nodes >= e.nodes else positive_names([e - form], ())
         if needed is None:
             return self
         return replace(self, hamiltonian=form, positive=(*self.positive, *needed))
@@ -236,15 +236,15 @@ class Change:
 
         K is held to H for all variables, or for positive ones, as roots may have either sign.
         """
-        is_given, branch = self.values.keys() == {*self.old.names}, self._branch(hamiltonian)
-        old = self.values if is_given else inverse(self.values, self.new, self.old, branch)
+        is_given, signs = self.values.keys() == {*self.old.names}, self._signs(hamiltonian)
+        old = self.values if is_given else inverse(self.values, self.new, self.old, signs)
         if old is None:
             return None
         slopes = _added_slopes(old, self.old, self.new)
         added = _function_with(slopes, self.new.names) if self.rate is None else substitute(self.rate, old)
         if added is None:
             return None
-        k = _gathered(branch.with_roots(hamiltonian, old) + added, self.new)
+        k = _gathered(signs.with_roots(hamiltonian, old) + added, self.new)
         if is_given:
             misses = [k - added - substitute(hamiltonian, old)]
             rates = [derivative(added, name) for name in self.new.names]
@@ -261,16 +261,16 @@ class Change:
         turned = [-derivative(self.values[name], TIME) for name in self.new.momenta]
         return [*turned, *(derivative(self.values[name], TIME) for name in self.new.coordinates)]
 
-    def _branch(self, hamiltonian: Expr) -> Branch:
+    def _signs(self, hamiltonian: Expr) -> RootSigns:
         """A point at which all variables have values, positive ones on the right-hand sides."""
         exprs = (hamiltonian, *self.values.values())
         names = {name for e in exprs for name in e.names}.difference(self.values)
         for point in sample_points(sorted(names), {}):
-            here = Branch(point)
+            here = RootSigns(point)
             values = {name: here.value(e) for name, e in self.values.items()}
             if all(map(math.isfinite, values.values())):
-                return Branch({**point, **values})
-        return Branch({})
+                return RootSigns({**point, **values})
+        return RootSigns({})
 
 
 def added_by_forces(

@@ -18,13 +18,13 @@ import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
+from rigidcli.algebra.bounds import Allowance
 from rigidcli.algebra.calculus import derivative
 from rigidcli.algebra.expressions import Expr, symbol
-from rigidcli.algebra.roots import Allowance
 from rigidcli.algebra.simplification import tidy
 from rigidcli.algebra.values import sample_points
 from rigidcli.errors import ComputationError
-from rigidcli.mechanics.canonical import MOST_TRIALS, Branch, solution
+from rigidcli.mechanics.canonical import MOST_TRIALS, RootSigns, solution
 from rigidcli.mechanics.phase_space import TIME, Phase
 
 TYPES = {"F1": (0, 0), "F2": (0, 1), "F3": (1, 0), "F4": (1, 1)}
@@ -75,11 +75,11 @@ def generated(kind: str, function: Expr, old: Phase, new: Phase) -> Generated:
             f"{', '.join(befores)} and {', '.join(afters)} vanishes",
             hint=f"each old argument has to occur in a term with a new one, as in `{befores[0]}*{afters[0]}`",
         )
-    branch = Branch(point)
+    signs = RootSigns(point)
     return Generated(
         relations,
-        _solved(relations, old, befores, [_partner(b, new) for b in afters], branch),
-        _solved(relations, new, afters, [_partner(a, old) for a in befores], branch),
+        _solved(relations, old, befores, [_partner(b, new) for b in afters], signs),
+        _solved(relations, new, afters, [_partner(a, old) for a in befores], signs),
         derivative(function, TIME),
     )
 
@@ -96,7 +96,7 @@ def _point(
     """Values of all variables that agree, with positive arguments; None for a singular mixed matrix."""
     names = {name for e in (function, *relations.values()) for name in e.names}
     for sample in sample_points(sorted(names), {}):
-        here = Branch(sample)
+        here = RootSigns(sample)
         values = {name: here.value(e) for name, e in relations.items()}
         matrix = [[here.value(e) for e in row] for row in mixed]
         if all(map(math.isfinite, (*values.values(), *(x for row in matrix for x in row)))):
@@ -112,14 +112,17 @@ def _is_invertible(matrix: Sequence[Sequence[float]]) -> bool:
 
 
 def _solved(
-    relations: Mapping[str, Expr], side: Phase, unknowns: Sequence[str], given: Sequence[str], branch: Branch
+    relations: Mapping[str, Expr],
+    side: Phase,
+    unknowns: Sequence[str],
+    given: Sequence[str],
+    signs: RootSigns,
 ) -> dict[str, Expr] | None:
     """One side as functions of the other: its `unknowns` from the relations for the `given` variables."""
     equations = [symbol(name) - relations[name] for name in given]
-    found = solution(equations, unknowns, Allowance(MOST_TRIALS), branch)
+    found = solution(equations, unknowns, Allowance(MOST_TRIALS), signs)
     if found is None:
         return None
     return {
-        name: tidy(found[name] if name in found else branch.put(relations[name], found))
-        for name in side.names
+        name: tidy(found[name] if name in found else signs.put(relations[name], found)) for name in side.names
     }

@@ -152,7 +152,7 @@ def _mixed(
     values: Mapping[str, Expr],
     typed: Sequence[Expr],
 ) -> list[Branch]:
-    """The inverses of a Lagrangian, the velocities of every one of the `curved` blocks by themselves."""
+    """Invert each block of velocities in which L is not quadratic (`curved`) by itself."""
     parts = _of_groups(moving, curved, velocities) or _of_groups(expand(moving), curved, velocities)
     if parts is None:
         return []

@@ -103,7 +103,6 @@ def velocity(path: Expr, velocities: Mapping[str, str]) -> Expr:
 
 
 def _rates(velocities: Mapping[str, str]) -> list[Expr]:
-    """The rates of the coordinates and of the time."""
     return [*(symbol(v) for v in velocities.values()), ONE]
 
 

@@ -113,7 +113,6 @@ def _real_roots(d: Expr, c: Expr, b: Expr, a: Expr) -> list[Expr]:
 
 
 def _require_short(array: Array, what: str, most: int = MOST_NODES) -> None:
-    """Raise ComputationError for an entry that is too long."""
     if max(entry.nodes for entry in array.flat) > most:
         raise ComputationError(f"the exact principal {what} are too long to print")
 

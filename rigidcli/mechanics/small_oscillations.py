@@ -198,19 +198,19 @@ SIGNS = 12
 """Random points at which a root must have one sign, so that few of another sign are missed."""
 
 BITS = 256
-"""Bits of numbers: 77 digits, of which a double eigenvalue without a second vector leaves one half."""
+"""Bits of numbers: 77 digits; a defective double eigenvalue keeps half of them."""
 
 ROUNDING = 1e-22
-"""What is smaller than this, in units of the largest, is rounding; real modes are not so far apart."""
+"""Rates below this share of the largest are zero: rates of a system do not differ by so much."""
 
 ROUNDING_OF_FLOATS = 1e-6
-"""What is rounding where the equilibrium is known in floats: squares of rates have errors of some 1e-14."""
+"""The same share where the equilibrium is known in floats: squares of rates have errors of some 1e-14."""
 
 NOISE = 1e-12
-"""Rounding of floats: rates closer than this are equal, and entries of a vector below it are zero."""
+"""Relative tolerance for equal rates, and for entries of a vector that are zero, in floats."""
 
 INDEPENDENT = 1e-8
-"""Vectors of length 1 that depend on each other but for this, are parallel."""
+"""Unit vectors are dependent if their matrix has a singular value below this."""
 
 DIGITS_OF_RATES = 10
 """Significant digits of a rate that is a decimal times an expression."""
@@ -241,16 +241,15 @@ def spectrum(
         ExpressionError: an entry has no value for the given parameters.
         ZeroDivisionError: the mass matrix is singular.
     """
-    if is_exact or _is_open(motion):
+    if is_exact or _has_symbols(motion):
         try:
             return _ascending(_exact_roots(motion, given, is_free, needs_vectors), given)
         except ExpressionError:
             motion = motion.changed(lambda e: substitute(e, given))
-    return None if _is_open(motion) else _numeric_roots(motion, is_free, rounding)
+    return None if _has_symbols(motion) else _numeric_roots(motion, is_free, rounding)
 
 
-def _is_open(motion: LinearMotion) -> bool:
-    """Whether it has symbols, or unknown functions."""
+def _has_symbols(motion: LinearMotion) -> bool:
     return any(e.names or e.unknown for e in motion.entries)
 
 
@@ -361,7 +360,6 @@ def _as_sine(angular: float, motion: LinearMotion) -> Expr | None:
 
 
 def _ascending(roots: Iterator[Root], given: Values) -> list[Root]:
-    """The roots by ascending rates at some values of the symbols."""
     unordered = list(roots)
     rates = [rate for root in unordered if isinstance(rate := root.rate, Expr)]
     sizes = sampled(rates, {name: float(value) for name, value in given.items()}, count=1)
@@ -417,44 +415,55 @@ def _of_square(square: Expr, given: Values, sign: int | None = None) -> Root:
 
 
 def _of_squares(a: Expr, b: Expr, c: Expr, given: Values, bounded: bool, definite: bool) -> list[Root]:
-    """The roots of a s^4 + b s^2 + c; both s^2 are taken to be real where that is open.
+    """The roots of a s^4 + b s^2 + c = 0; both s^2 are taken to be real where that is open.
 
     They are real, and a is positive, where M is `definite` and the energy is that of coordinates at rest.
     """
     if not a:
         return [_of_square(tidy(-c / b), given, -1 if bounded else None)]
     a, b, c = map(tidy, (a, b, c))
-    middle, rest = tidy(-b / (2 * a)), tidy(b**2 - 4 * a * c)
-    # Of two squares with a positive product both have the sign of their mean, else one has either.
-    product, mean = (1, -1) if bounded else (sign_of(c / a, given), sign_of(middle, given))
-    are_real = 1 if bounded or definite or product == -1 else sign_of(rest, given)
-    if are_real == 0:
+    # s^2 = mean -+ sqrt(rest)/(2 a); the product of both is c/a. Signs are 1, -1, 0, or None where open.
+    mean, rest = tidy(-b / (2 * a)), tidy(b**2 - 4 * a * c)
+    of_product, of_mean = (1, -1) if bounded else (sign_of(c / a, given), sign_of(mean, given))
+    of_rest = 1 if bounded or definite or of_product == -1 else sign_of(rest, given)
+    if of_rest == 0:
         raise ExpressionError("it depends on symbols whether roots are equal")
-    if are_real == -1:
+    if of_rest == -1:
+        # s = growth -+ i angular, with growth^2 - angular^2 = mean and growth^2 + angular^2 = sqrt(c/a)
         size = positive_root(tidy(c / a), given)
-        growth, angular = (positive_root(tidy((size + side * middle) / 2), given) for side in (1, -1))
+        growth, angular = (positive_root(tidy((size + side * mean) / 2), given) for side in (1, -1))
         return [Root(growth, angular, False)]
-    signs = (mean, mean) if are_real and product == 1 else (1, -1) if product == -1 else (None, None)
     width = positive_root(rest, given)
-    squares = [
+    larger, smaller = (
         shortest([(-b + side * width) / (2 * a), tidy((-b + side * width) / (2 * a))]) for side in (1, -1)
-    ]
-    pair = [_of_square(square, given, sign) for square, sign in zip(squares, signs, strict=True)]
-    if definite and product is None and mean:
-        # The square whose sign is that of the mean is sure, and the other one has the sign of the product.
-        sure, open_ = (1, 0) if mean < 0 else (0, 1)
-        known = Root(ZERO, positive_root(-squares[open_], given), None, tidy(-mean * c / a))
-        pair[sure], pair[open_] = _of_square(squares[sure], given, mean), known
-    if not are_real:
+    )
+    if definite and of_product is None and of_mean:
+        # One s^2 has the sign of the mean; the other one is negative where the product has the other sign.
+        sure, open_ = (smaller, larger) if of_mean < 0 else (larger, smaller)
+        known = _of_square(sure, given, of_mean)
+        other = Root(ZERO, positive_root(-open_, given), None, tidy(-of_mean * c / a))
+        pair = [other, known] if of_mean < 0 else [known, other]
+    elif of_product == -1:
+        pair = [_of_square(larger, given, 1), _of_square(smaller, given, -1)]
+    else:
+        sign = of_mean if of_rest and of_product == 1 else None
+        pair = [_of_square(square, given, sign) for square in (larger, smaller)]
+    if not of_rest:
         condition = tidy(rest / (4 * a**2))
         pair = [r._replace(is_stable=None, condition=condition) if r.is_stable else r for r in pair]
-    if product != 1 or any(root.growth for root in pair):
-        return pair
-    # sqrt(m - d) = sqrt((m + r)/2) - sqrt((m - r)/2), where r^2 = m^2 - d^2, may be shorter, and m > r is
-    # what both oscillate for.
-    size = positive_root(tidy(c / a), given)
-    limit = None if pair[0].is_stable else tidy(-middle - size)
-    first, second = (positive_root(tidy((side * size - middle) / 2), given) for side in (1, -1))
+    both_oscillate = of_product == 1 and not any(root.growth for root in pair)
+    return _in_shorter_form(pair, mean, tidy(c / a), given) if both_oscillate else pair
+
+
+def _in_shorter_form(pair: Sequence[Root], mean: Expr, product: Expr, given: Values) -> list[Root]:
+    """Two roots that oscillate, whose squares have this mean and product, in the shorter one of two forms.
+
+    With m = -mean and r^2 = product, sqrt(m - d) = sqrt((m + r)/2) - sqrt((m - r)/2) where r^2 = m^2 - d^2.
+    Both oscillate for m > r.
+    """
+    size = positive_root(product, given)
+    limit = None if pair[0].is_stable else tidy(-mean - size)
+    first, second = (positive_root(tidy((side * size - mean) / 2), given) for side in (1, -1))
     forms = tidy(first - second), tidy(first + second)
     return [
         root._replace(angular=shortest([cast(Expr, root.angular), form]), condition=limit)

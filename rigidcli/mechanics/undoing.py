@@ -12,12 +12,12 @@ from fractions import Fraction
 
 from rigidcli.algebra import arithmetic
 from rigidcli.algebra.atoms import Applied, Atom, Group
+from rigidcli.algebra.bounds import Rational
 from rigidcli.algebra.calculus import derivative
 from rigidcli.algebra.expansion import Polynomial, coefficients, expand
 from rigidcli.algebra.expressions import ONE, PI, ZERO, Expr, gathered, power, product, total
 from rigidcli.algebra.fractions import factors
 from rigidcli.algebra.functions import apply
-from rigidcli.algebra.roots import Rational
 from rigidcli.algebra.simplification import tidy
 
 HALF = Fraction(1, 2)
@@ -117,12 +117,10 @@ def _of_several(e: Expr, v: str, r: Expr, moving: set[tuple[Atom, Rational]]) ->
 
 
 def _under_roots(e: Expr, v: str) -> set[Atom]:
-    """The sums with the name under square roots."""
     return {atom for m in e.terms for atom, n in m if n.denominator == 2 and v in atom.names}
 
 
 def _of_fraction(e: Expr, v: str) -> Iterator[_Solution]:
-    """The zeros of a fraction of polynomials."""
     above = product(f for f, n in factors(e) if n > 0 and v in f.names)
     polynomial: Polynomial | None = coefficients(expand(above), [v])
     if polynomial is not None and len(polynomial) <= 3:

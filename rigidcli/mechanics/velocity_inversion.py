@@ -38,7 +38,7 @@ from rigidcli.mechanics.undoing import solutions
 HALF = Fraction(1, 2)
 
 SAME = 1e-9
-"""Two values of a velocity are one if they differ by less than this share: floats are right to 1e-16."""
+"""Relative tolerance for equal velocities, whose floats are right to 1e-16."""
 
 
 class Branch(NamedTuple):
