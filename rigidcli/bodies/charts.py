@@ -24,7 +24,7 @@ LEAST_FACE = 1e-12
 """A face of less than this share of the largest is an edge or a point of the shape, but for rounding."""
 
 
-class Turn(NamedTuple):
+class Arc(NamedTuple):
     """A coordinate that is an angle, from 0 to its `end` (rad), which has this cosine and sine."""
 
     end: Scalar
@@ -32,7 +32,7 @@ class Turn(NamedTuple):
     sin: Scalar
 
     @classmethod
-    def quarters(cls, count: int, n: Arithmetic) -> Turn:
+    def quarters(cls, count: int, n: Arithmetic) -> Arc:
         """A right angle (1), half a circle (2), or all of it (4)."""
         return cls(count * n.pi / 2, (0, -1, 1)[count // 2], int(count == 1))
 
@@ -54,14 +54,14 @@ class Spot(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class Chart:
-    """A shape, or a part of one, as the image of coordinates from 0 to 1; angles among them have a `Turn`.
+    """A shape, or a part of one, as the image of coordinates from 0 to 1; angles among them have an `Arc`.
 
     `place` takes one argument a coordinate, of an angle the pair of its cosine and its sine. `origin` (3, m)
     is where the places are seen from, in the shape's own axes. The first `simplex` coordinates add up
     to 1 at most.
     """
 
-    coordinates: tuple[Turn | None, ...]
+    coordinates: tuple[Arc | None, ...]
     place: Callable[..., Spot]
     origin: Any = (0, 0, 0)
     simplex: int = 0
@@ -123,7 +123,7 @@ class Chart:
         return places.reshape(*(len(axis) for axis in axes if len(axis) > 1), 3)
 
 
-def right_angles(turn: Turn | None) -> int:
+def right_angles(turn: Arc | None) -> int:
     """How many right angles a coordinate goes over: at least one, also where it is no angle."""
     return 1 if turn is None else math.ceil(2 * turn.end / math.pi - 1e-9)
 
@@ -135,7 +135,7 @@ def gauss(count: int) -> tuple[Floats, Floats]:
     return (1 + nodes) / 2, weights / 2
 
 
-def _argument(turn: Turn | None, unit: Floats) -> Any:
+def _argument(turn: Arc | None, unit: Floats) -> Any:
     return unit if turn is None else (np.cos(turn.end * unit), np.sin(turn.end * unit))
 
 
@@ -183,7 +183,7 @@ def revolved(
         s_of, r_of = (flat.x, flat.r) if is_round else (None, None)
         return Spot(a * flat.x * c, b * flat.x * s, flat.z, a * b * flat.x * flat.measure, s_of, r_of)
 
-    return Chart((Turn.quarters(quarters, n), *profile.coordinates), place)
+    return Chart((Arc.quarters(quarters, n), *profile.coordinates), place)
 
 
 def ring(radius: Scalar, n: Arithmetic) -> Chart:
@@ -221,7 +221,7 @@ def ball(
         (cos, sin), rho = theta, inner + (outer - inner) * u
         return Spot(rho * sin, 0, h * rho * cos, h * (outer - inner) * rho, r=rho if h == 1 else None)
 
-    return revolved(Chart((Turn.quarters(quarters, n), None), place), n, 4, (a, b))
+    return revolved(Chart((Arc.quarters(quarters, n), None), place), n, 4, (a, b))
 
 
 def moved(chart: Chart, z: Scalar, side: int) -> Chart:
@@ -242,7 +242,7 @@ def cap(radius: Scalar, height: Scalar, n: Arithmetic) -> Chart:
         cosine, sine = alpha
         return Spot(radius * sine * v, 0, radius * cosine, radius**2 * sine**2)
 
-    return revolved(Chart((Turn(n.atan2(sin, cos), cos, sin), None), place), n)
+    return revolved(Chart((Arc(n.atan2(sin, cos), cos, sin), None), place), n)
 
 
 def torus(major: Scalar, minor: Scalar, n: Arithmetic) -> Chart:
@@ -252,7 +252,7 @@ def torus(major: Scalar, minor: Scalar, n: Arithmetic) -> Chart:
         (cos, sin), across = psi, minor * v
         return Spot(major + across * cos, 0, across * sin, minor * across)
 
-    return revolved(Chart((Turn.quarters(4, n), None), place), n)
+    return revolved(Chart((Arc.quarters(4, n), None), place), n)
 
 
 def sphere(radius: Scalar, n: Arithmetic, quarters: int = 2) -> Chart:
@@ -262,7 +262,7 @@ def sphere(radius: Scalar, n: Arithmetic, quarters: int = 2) -> Chart:
         cos, sin = theta
         return Spot(radius * sin, 0, radius * cos, radius, r=radius)
 
-    return revolved(Chart((Turn.quarters(quarters, n),), place), n)
+    return revolved(Chart((Arc.quarters(quarters, n),), place), n)
 
 
 def cone_surface(radius: Scalar, height: Scalar, n: Arithmetic) -> Chart:

@@ -19,7 +19,7 @@ from rigidcli.algebra.expressions import ONE, ZERO, Expr, expr, gathered, power,
 from rigidcli.algebra.functions import apply
 from rigidcli.algebra.reading import from_tree
 from rigidcli.algebra.substitution import substitute
-from rigidcli.bodies.charts import Chart, Spot, Turn
+from rigidcli.bodies.charts import Arc, Chart, Spot
 from rigidcli.bodies.density import FIRST, SECOND, centred, places
 from rigidcli.core.arithmetic import Arithmetic, Scalar
 from rigidcli.core.mass_properties import MassProperties
@@ -159,7 +159,7 @@ def _beside_line(term: Expr, name: str) -> Expr | None:
     )  # fmt: skip
 
 
-def _over_turn(turn: Turn, names: Sequence[str], factors: Factors) -> Expr:
+def _over_turn(turn: Arc, names: Sequence[str], factors: Factors) -> Expr:
     """The integral of powers of a cosine and a sine over a turn. Raises ExpressionError for other factors."""
     powers = dict.fromkeys(names, 0)
     for atom, exponent in factors:

@@ -200,13 +200,13 @@ def degree_of(formula: BoundExpression, r: int | None = None, s: int | None = No
     return of(formula.expression.root)
 
 
-def looked_at(density: Any, charts: Sequence[Chart], unit: str, is_searched: bool = True) -> list[Part]:
+def looked_at(density: Any, charts: Sequence[Chart], unit: str, is_searched: bool = True) -> list[ChartPart]:
     """The density over each chart.
 
     Raises ValueProblem where it is negative or has no value: at the points of a net, and where a search from
     its lowest points ends, if it `is_searched`. What is narrower than the net may escape it.
     """
-    parts = [Part(density, chart, unit) for chart in charts]
+    parts = [ChartPart(density, chart, unit) for chart in charts]
     heights = [part.value(part.root, part.net) for part in parts]
     every = np.hstack(heights)
     highest = every[np.isfinite(every)].max(initial=0.0)
@@ -219,7 +219,7 @@ def looked_at(density: Any, charts: Sequence[Chart], unit: str, is_searched: boo
     return parts
 
 
-class Part:
+class ChartPart:
     """A density over one chart, at points (d by n) of those coordinates of the unit box on which it hangs.
 
     Along the others the density stays the same, and a rule with a few nodes is exact for its moments.

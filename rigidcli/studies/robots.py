@@ -59,7 +59,7 @@ PLACES = np.array([[0, 1, 2], [1, 3, 4], [2, 4, 5]])
 """The places in `ENTRIES` of the entries of the matrix of a tensor."""
 
 
-class Form(NamedTuple):
+class LinkGeometry(NamedTuple):
     """The geometry of a link in one role: its volume (m^3), and the moments (3, m^2) of 1 kg in it.
 
     `box` holds the lowest and the highest of its coordinates (2 by 3, m), along the axes of the link.
@@ -96,7 +96,7 @@ def uncompared(links: Sequence[Link]) -> list[str]:
     return [f"not compared with their geometry, which is not read here: {listed(names)}"] if names else []
 
 
-def _forms(link: Link) -> list[Form]:
+def _forms(link: Link) -> list[LinkGeometry]:
     """The geometry of a link by role; one with a form that is no body, as an open mesh, is left out."""
     roles: dict[str, list[tuple[MassProperties, Floats] | None]] = {}
     for part in link.geometry if len(link.geometry) <= MOST_OF_LINK else ():
@@ -112,12 +112,12 @@ def _forms(link: Link) -> list[Form]:
             whole, points = combine([body for body, _ in bodies]), np.hstack([points for _, points in bodies])
             volume = float(whole.mass or 0)  # of density 1
             box = np.array([points.min(axis=1), points.max(axis=1)])
-            forms.append(Form(role, volume, _moments(whole.tensor, volume), box))
+            forms.append(LinkGeometry(role, volume, _moments(whole.tensor, volume), box))
     return forms
 
 
 def _suspicions(
-    mass: float, com: Floats, tensor: Floats, forms: Sequence[Form]
+    mass: float, com: Floats, tensor: Floats, forms: Sequence[LinkGeometry]
 ) -> Iterator[tuple[str, str, str | None]]:
     """The oddities of a mass (kg), its centre (3, m) and a central tensor (3 by 3, kg m^2).
 

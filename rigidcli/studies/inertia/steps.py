@@ -6,7 +6,7 @@ from collections.abc import Iterator, Sequence
 
 import numpy as np
 
-from rigidcli.bodies.charts import Chart, Turn
+from rigidcli.bodies.charts import Arc, Chart
 from rigidcli.bodies.composites import Composite
 from rigidcli.bodies.form import Form
 from rigidcli.bodies.points import PointMasses
@@ -206,7 +206,7 @@ def _in_coordinates(density: BoundExpression | Scalar, chart: Chart, n: Arithmet
     left, symbols, limits = [list(names) for names in COORDINATES], [], []
     taken = set(density.constants) if isinstance(density, BoundExpression) else set[str]()
     for turn in chart.coordinates:
-        is_angle = isinstance(turn, Turn)
+        is_angle = isinstance(turn, Arc)
         name = free_name([left[is_angle].pop(0)], frozenset(taken))
         unknown = n.symbol(name, False)
         symbols.append((n.cos(unknown), n.sin(unknown)) if is_angle else n.symbol(name, True))
@@ -214,9 +214,9 @@ def _in_coordinates(density: BoundExpression | Scalar, chart: Chart, n: Arithmet
     place, rho, measure = placed(density, chart, symbols)
     element = n.tidied(rho * measure)
     spans = [
-        Field("", turn.end, f"{name} from 0 to", "", "rad") for name, turn in limits if isinstance(turn, Turn)
+        Field("", turn.end, f"{name} from 0 to", "", "rad") for name, turn in limits if isinstance(turn, Arc)
     ]
-    units = [name for name, turn in limits if not isinstance(turn, Turn)]
+    units = [name for name, turn in limits if not isinstance(turn, Arc)]
     few = "" if chart.simplex == len(units) else f" {' and '.join(units[: chart.simplex])}"
     simplex = f",{few} together at most 1" if chart.simplex else ""
     ends = f"{', '.join(units)} from 0 to 1{simplex}" if units else "with an angle"
