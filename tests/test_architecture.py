@@ -31,7 +31,7 @@ from rigidcli.studies.pictures import KINDS as KINDS_OF_PICTURES
 from rigidcli.studies.results import RESULTS
 
 MOST_LINES = {
-    "algebra": 3333,  # sizes count nodes; conserved quantities have parameters as coefficients
+    "algebra": 3353,  # sizes count nodes; conserved quantities have parameters as coefficients
     "bodies": 5814,  # digits that were typed, silences that are told, prisms, files as others write them
     "cli": 2346,  # a gallery of the examples; orbits of a sweep together; sheets and gradebooks
     "core": 4879,  # orbits from many starts in arrays, stiff systems, jumps at stops, motion to and fro
@@ -39,7 +39,7 @@ MOST_LINES = {
     "fields": 2137,  # a section reads on with the key that is meant
     "homework": 9977,  # variants; one rule for whose a hand-in is; a file is what it answers
     "language": 2839,  # one reader, with readings; one pattern of decimal numbers for all rooms
-    "mechanics": 3367,  # constraints, generating functions, conserved quantities by Noether's theorem
+    "mechanics": 3375,  # constraints, generating functions, conserved quantities by Noether's theorem
     "reference": 576,  # examples of keys, and the words of a course
     "render": 2966,  # formulas within sentences are typeset; a slider over the values of a sweep
     "studies": 9118,  # constraints, observables, many orbits, periods; the response to driving forces
