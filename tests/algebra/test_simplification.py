@@ -8,7 +8,7 @@ from collections.abc import Callable
 import pytest
 from hypothesis import HealthCheck, given, settings
 
-from rigidcli.algebra.expressions import Expr
+from rigidcli.algebra.expressions import Expr, with_squares
 from rigidcli.algebra.reading import from_tree
 from rigidcli.algebra.simplification import over_shared_sums, tidy
 from rigidcli.algebra.values import is_zero
@@ -20,7 +20,7 @@ from tests.trees import TREES, expression, written
 thorough = settings(max_examples=100, suppress_health_check=[HealthCheck.filter_too_much])
 
 
-@pytest.mark.parametrize("change", [tidy, over_shared_sums])
+@pytest.mark.parametrize("change", [tidy, over_shared_sums, with_squares])
 @thorough
 @given(node=TREES)
 def test_a_shorter_form_keeps_the_value(node: Node, change: Callable[[Expr], Expr]) -> None:
