@@ -339,7 +339,7 @@ def _units_before_words(text: str, unit: Unit | None, place: str) -> tuple[Seque
     except Unreadable:
         for remark in islice(_REMARK.finditer(text), 8):
             with suppress(Unreadable):
-                return read_units(text[: remark.start()], unit, place), text[remark.end() :]
+                return read_units(text[: remark.start()], unit, place), text[remark.end() :].strip("()[] ")
         if len(re.findall(r"[^\W\d_]{3,}", text)) > 1:
             words = f"read {shown(text)}: words behind the number, give the number and its unit"
             raise Unreadable("unit_incompatible", words, place=place) from None
