@@ -30,10 +30,11 @@ def programs(tmp_path_factory: pytest.TempPathFactory) -> Path:
     (wheel,) = folder.glob("rigidcli-*.whl")
     venv.create(folder / "bare", symlinks=True)
     packages = next((folder / "bare").glob("[Ll]ib/**/site-packages"))
-    (packages / "libraries.pth").write_text(f"{Path(np.__file__).parents[1]}\n")
     scripts = folder / "bare" / ("Scripts" if sys.platform == "win32" else "bin")
     python = str(next(scripts.glob("python*")))
     subprocess.run([*pip, "--python", python, "install", "--no-deps", "--no-index", str(wheel)], check=True)
+    # Only now: among the libraries may be a rigidcli, which pip would take for the one that is asked for.
+    (packages / "libraries.pth").write_text(f"{Path(np.__file__).parents[1]}\n")
     return scripts
 
 
