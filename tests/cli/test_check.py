@@ -139,7 +139,7 @@ def test_a_folder_of_pages_is_the_same_for_any_number_of_jobs(tmp_path: Path, pr
     assert found[0] == found[1]
     assert set(found[0]) == {"index.html", *(f"{name}.html" for name in VERDICTS)}
     told = found[0]["ada.html"].decode()
-    assert "Inertia tensor about <math" in told  # O is typeset
+    assert "Inertia tensor about" in told
     assert "17/17 (100%)" in told
 
 
