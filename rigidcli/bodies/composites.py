@@ -68,7 +68,7 @@ TensorRow = Annotated[tuple[MomentOfInertia, MomentOfInertia, MomentOfInertia], 
 
 
 class KnownTensor(Form):
-    """A body of which the inertia tensor is given, or its moments along the form's own x, y and z.
+    """A body with a given inertia tensor, or with given moments along the form's own x, y and z.
 
     Without a mass the tensor cannot be shifted: it is good for the point that it is given about.
     """
@@ -235,7 +235,7 @@ class Composite(Form):
         return max(molecules) if len(molecules) == len(self.parts) else None
 
     def leaves(self, arithmetic: Arithmetic) -> Iterator[holes.Leaf]:
-        """The shapes of which the composite is made, however deep, with sign and place."""
+        """All shapes in the composite, at any depth, with sign and place."""
         for index, part in enumerate(self.parts):
             place = part.motion(arithmetic)
             inner = part.leaves(arithmetic) if isinstance(part, Composite) else [holes.Leaf(part)]

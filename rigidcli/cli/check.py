@@ -218,7 +218,7 @@ def _target(asked: Request) -> Output:
 
 
 def prepared_for(asked: Request, target: Output) -> "Prepared":
-    """The assignment with its keys; what in it does nothing is told. Raises DocumentError."""
+    """Read the assignment, work out its keys, and note settings that nothing uses. Raises DocumentError."""
     from rigidcli.homework.assignment import prepare
 
     prepared = prepare(asked.assignment, studies(asked.steps))
@@ -393,7 +393,7 @@ def filled(
     judgements: "Iterator[Judgement]",
     style: "ReportStyle",
 ) -> Iterator[str]:
-    """The text of a gradebook with the scores; those of its notes that are not told yet are told."""
+    """Fill the scores into a gradebook, and print the notes on it that are not printed yet."""
     from rigidcli.homework.reports.gradebooks import fill
 
     text, notes = fill(book, judgements, aliases)

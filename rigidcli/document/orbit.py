@@ -68,7 +68,7 @@ _OR_MANY = OrMany(_START, dict, _names, "x,p_x")
 
 
 def _read_event(raw: object, info: ValidationInfo) -> Expression:
-    """A function of the state, of which the zeros are looked for; or an equation between two."""
+    """A function of the state whose zeros are events, or an equation between two functions."""
     env = environment(info)
     variables = None if env.names.coordinates is None else of_the_state(env)
     hint = "write an equation, such as `y = 0`, or what vanishes, such as `y`"

@@ -132,7 +132,7 @@ def _value_meant(key: str, read: Any, message: str) -> str | None:
 
 
 def _number_meant(read: str, message: str) -> str | None:
-    """The number that was meant by a text of another notation, of which the message complains."""
+    """The number that a text in another notation means, such as 1,5 for 1.5."""
     if "is a force (N), expected a mass" in message and (weight := re.fullmatch(r"(\d+\.?\d*) *N", read)):
         return f"{float(weight[1]) / STANDARD_GRAVITY:.6g} kg"
     if "unexpected `,`" in message and (

@@ -358,7 +358,7 @@ def _read_observables(raw: object, info: ValidationInfo) -> dict[str, Expression
 
 
 class Bracket(NamedTuple):
-    """Two functions of the state, of which the Poisson bracket is asked for."""
+    """The two functions of the state in a Poisson bracket."""
 
     first: Expression
     second: Expression

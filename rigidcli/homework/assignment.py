@@ -363,7 +363,7 @@ class Library:
     """The documents of an assignment and the reports on them, which several questions may share.
 
     `places` has the lines of the assignment, and `first` are the first values of its variants. Documents in
-    `documents` are as they stand in their files; those that are `refused` are told once.
+    `documents` have the texts of their files. A document that is `refused` is reported once.
     """
 
     folder: Path
