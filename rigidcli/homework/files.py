@@ -143,32 +143,29 @@ def _ways(files: Sequence[str]) -> dict[str, tuple[str, ...]]:
 
 def _below(folder: Path, path: Path, root: int, scratch: Path, batch: Batch) -> list[HandedFile]:
     """The places in a folder, and in the archives there; reports call the folder `path`."""
-
-    def place_of(file: Path, way: tuple[str, ...], source: Path) -> HandedFile:
-        return HandedFile(file, safe_name(source), root, way)
-
-    found = [
-        [place_of(file, inside.parts[:-1], path / inside)]
-        for file in _walk(folder, batch)
-        for inside in [file.relative_to(folder)]
-    ]
-    packed = dict[int, int]()
-    for number, (place,) in enumerate(found):
+    found = {place: [place] for place in _listed(folder, path, root, (), batch)}
+    packed = dict[HandedFile, int]()
+    for place in found:
         if place.file.suffix.lower() == ARCHIVE and place.file.is_file() and not place.file.is_symlink():
             with suppress(*BROKEN):
-                packed[number] = size(place.file)
+                packed[place] = size(place.file)
     left = CLASS.bytes
     # The smallest come first, so that no large one takes the room of others.
-    for number in sorted(packed, key=packed.__getitem__):
-        (place,) = found[number]
+    for number, place in enumerate(sorted(packed, key=packed.__getitem__)):
         within = scratch / str(number)
         if left > 0 and _unpacked(place.file, within, HAND_IN, batch, place.source):
-            left -= min(packed[number], HAND_IN.bytes)
-            source, way = path.joinpath(*place.way, place.file.name), (*place.way, place.file.name)
-            files = [(file, file.relative_to(within)) for file in _walk(within, batch)]
-            inner = [place_of(file, (*way, *inside.parts[:-1]), source / inside) for file, inside in files]
-            found[number] = inner or [place]
-    return [place for places in found for place in places]
+            left -= min(packed[place], HAND_IN.bytes)
+            way = (*place.way, place.file.name)
+            found[place] = _listed(within, path.joinpath(*way), root, way, batch) or [place]
+    return [place for places in found.values() for place in places]
+
+
+def _listed(folder: Path, path: Path, root: int, way: tuple[str, ...], batch: Batch) -> list[HandedFile]:
+    """The places in a folder, which reports call `path`, at the end of a `way`."""
+    inside = [file.relative_to(folder) for file in _walk(folder, batch)]
+    return [
+        HandedFile(folder / each, safe_name(path / each), root, (*way, *each.parts[:-1])) for each in inside
+    ]
 
 
 def _walk(folder: Path, batch: Batch) -> Iterator[Path]:
@@ -412,33 +409,34 @@ def beside(name: Tree, answers: Path) -> Path:
         raise Unreadable("path_outside", message, place="file")
     folder = _Folder(answers.parent)
     student = folder.owner(answers.name).label
-    if folder.owner_beside(wanted, answers.name) not in ("", student):
+    if folder.owner_by_begin(wanted, answers.name) not in ("", student):
         raise Unreadable("not_allowed", "this file is another student's", place=shown(name))
-    if wanted not in folder.names:
-        owners = {each: folder.owner(each) for each in folder.names}
-        own = {each: owner.own for each, owner in owners.items() if owner.platform and owner.label == student}
-        same = [each for each in own if own[each] == wanted]
-        same = same or [each for each in own if uncounted(own[each]) == uncounted(wanted)]
-        # Of several that were handed in under one name, the last.
-        wanted = max(
-            same, key=lambda each: (len(each), each), default=folder.with_owner(wanted, answers.name)
-        )
-    return answers.parent / wanted
+    if wanted in folder.names:
+        return answers.parent / wanted
+    owners = {each: folder.owner(each) for each in folder.names}
+    own = {each: owner.own for each, owner in owners.items() if owner.platform and owner.label == student}
+    same = [each for each in own if own[each] == wanted]
+    same = same or [each for each in own if uncounted(own[each]) == uncounted(wanted)]
+    # Of several that were handed in under one name, the last.
+    last = max(same, key=lambda each: (len(each), each), default="")
+    return answers.parent / (last or folder.with_owner(wanted, answers.name))
 
 
-def is_contested(file: Path, answers: Path) -> bool:
-    """Whether a file may be another student's: by its name, or where it is nobody's, as another names it."""
+def whose_else(file: Path, answers: Path) -> str:
+    """Why a file that an answer names may be another student's; empty where it is not.
+
+    It may be so by its name, or where it is nobody's by that, because another answer names it, too.
+    """
     folder = _Folder(answers.parent)
-    if folder.owner_beside(file.name, answers.name):
-        return False
+    if folder.owner_by_begin(file.name, answers.name):
+        return ""
     if owner := folder.owner_by_words(file.name):
-        return owner != answers.name
-    for other in folder.names:
-        if may_answer(other) and other != answers.name:
-            with suppress(Unreadable):
-                if names_file(read_file(answers.parent / other), file.name):
-                    return True
-    return False
+        return "" if owner == answers.name else "by its name, this file may be another student's"
+    for other in folder.answers:
+        with suppress(Unreadable):
+            if other != answers.name and names_file(read_file(answers.parent / other), file.name):
+                return "another student's answer names this file, too"
+    return ""
 
 
 def names_file(text: str, name: str) -> bool:
@@ -447,26 +445,27 @@ def names_file(text: str, name: str) -> bool:
 
 
 class _Folder:
-    """The names in a folder, as far as it can be read, and their owners."""
+    """The names in a folder, as far as it can be read, those of `answers` among them, and their owners."""
 
     def __init__(self, folder: Path) -> None:
         self.names: list[str] = []
         with suppress(OSError):
             self.names = os.listdir(folder)[:MOST_FILES]  # noqa: PTH208 - names are all that is needed
+        self.answers = [name for name in self.names if may_answer(name)]
         self._platform = platform_of(self.names)
 
     def owner(self, name: str) -> Owner:
         return owner_of(name, self._platform)
 
-    def owner_beside(self, name: str, answers: str) -> str:
+    def owner_by_begin(self, name: str, asking: str) -> str:
         """The student, with an answer file, whose name a file begins with; empty for nobody."""
-        students = {self.owner(each).label for each in self.names if may_answer(each)}
+        students = {self.owner(each).label for each in self.answers}
         owner = self.owner(name)
-        if owner.platform and (owner.label in students or self.owner(answers).platform):
+        if owner.platform and (owner.label in students or self.owner(asking).platform):
             return owner.label
         folded = name.casefold()
-        begun = [each for each in students if folded.startswith(each.casefold())]
-        begun = [each for each in begun if not folded[len(each.casefold()) :][:1].isalnum()]
+        rests = {each: folded.removeprefix(each.casefold()) for each in students}
+        begun = [each for each, rest in rests.items() if rest != folded and not rest[:1].isalnum()]
         return max(begun, key=len, default="")
 
     def owner_by_words(self, name: str) -> str:
@@ -474,23 +473,23 @@ class _Folder:
 
         Its own are those that no other answer file has in its name.
         """
-        words = {each: _words(each) for each in self.names if may_answer(each) and not self._platform}
-        counts = Counter(word for each in words.values() for word in each)
+        words = {} if self._platform else {each: _words(each) for each in self.answers}
+        counts = Counter(word for its in words.values() for word in its)
         own = {each: {word for word in its if counts[word] == 1} for each, its in words.items()}
         owners = [each for each, its in own.items() if its and its <= _words(name)]
         return owners[0] if len(owners) == 1 else ""
 
-    def with_owner(self, wanted: str, answers: str) -> str:
+    def with_owner(self, wanted: str, asking: str) -> str:
         """The file with the name `wanted` and words of the answer file, or `wanted` where there is none.
 
         So hw3_jdoe.yaml may call jdoe_orbit.csv by the name orbit.csv.
         """
-        asked, own = _words(wanted), _words(answers)
+        asked, own = _words(wanted), _words(asking)
         alike = [
             name
             for name in self.names
             if ending(name) == ending(wanted) and asked < _words(name) <= asked | own
-            if self.owner_beside(name, answers) or self.owner_by_words(name) == answers
+            if self.owner_by_begin(name, asking) or self.owner_by_words(name) == asking
         ]
         return alike[0] if len(alike) == 1 else wanted
 

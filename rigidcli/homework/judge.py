@@ -28,7 +28,7 @@ from rigidcli.homework.base import (
     Tree,
     Unreadable,
 )
-from rigidcli.homework.files import beside, is_contested, read_file
+from rigidcli.homework.files import beside, read_file, whose_else
 from rigidcli.homework.hand_ins import Paper
 from rigidcli.homework.question import RELATIVE, Question, Tolerance
 from rigidcli.homework.variants import words
@@ -107,8 +107,8 @@ def judge(text: str, path: Path, items: Mapping[str, Item], seen: Seen | None = 
         opened = list[Path]()
         result, read_as = outcome(item, answer, path, opened)
         files |= {safe_name(file.name) for file in opened}
-        if result.share and any(is_contested(file, path) for file in opened):
-            result = Outcome.review("another student's answer names this file, too")
+        if result.share and (doubt := next(filter(None, (whose_else(file, path) for file in opened)), "")):
+            result = Outcome.review(doubt)
         typed = shortened(as_typed(answer), LONGEST_ANSWER)
         questions.append(item.judged(id, result, typed, shortened(read_as, LONGEST_ANSWER)))
         # A file lies beside one answer only, and what cannot be read may be so for want of time or memory.
