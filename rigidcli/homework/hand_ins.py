@@ -5,6 +5,7 @@ from __future__ import annotations
 import hashlib
 from collections import defaultdict
 from collections.abc import Collection, Iterable, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, field
 from functools import partial
 from itertools import takewhile
@@ -114,40 +115,34 @@ def papers(
     `known` are the names of questions. All files are those of `one` student, if that has a name. Notes call
     the list of students a `listing`.
     """
-    students = [_Student(one, files=[_File(place, Owner("", "")) for place in batch.places])] * bool(one)
-    students = students or _students(batch.places, roster)
+    students = [_Student(one, files=[_File(place, Owner("", "")) for place in batch.places])]
+    students = students if one else _students(batch.places, roster)
     looks = _looked_at([_candidates(student.files) for student in students], known, jobs)
-    rows, notes, others = list[Paper](), list[str](), list[HandedFile]()
-    unknown, doubtful = list[str](), list[str]()
+    found, unknown, doubtful = HandIns([], [], []), list[str](), list[str]()
     for student in students:
-        paper, said, left = _paper(student.name, student.files, looks)
-        notes += said
-        others += left
+        paper = _paper(student, looks, found)
         if student.meant and len(student.meant) > 1:
             detail = f"it may be that of {listed(student.meant)}"
             outcome = Unreadable("duplicate_key", detail).outcome
             paper = Paper(student.name, None, student.files[0].place.source, outcome)
             doubtful.append(student.name)
         elif paper and student.meant is not None and not student.meant:
-            is_hand_in = paper.file or any(_nature(file.place.file) for file in student.files)
-            paper = paper if is_hand_in else None  # a text about the course is none
-            unknown += [student.name] if is_hand_in else []
-        rows += [paper] if paper else []
+            if not paper.file and not any(_nature(file.place.file) for file in student.files):
+                continue  # a text about the course is no hand-in
+            unknown.append(student.name)
+        found.papers.extend(filter(None, [paper]))
+    given = {folded(paper.student) for paper in found.papers}
+    expected = [one] if one else [*roster.labels.values()] if roster else []
+    found.papers.extend(Paper(name, outcome=MISSING) for name in expected if folded(name) not in given)
     said = noted(f"not found in the {listing}", unknown)
     said += noted(f"more than one student of the {listing} may be meant by", doubtful)
-    given = {folded(paper.student) for paper in rows}
-    expected = [one] if one else []
-    if roster is not None:
-        expected = [*roster.labels.values()]
-    rows += [Paper(name, outcome=MISSING) for name in expected if folded(name) not in given]
-    return HandIns(rows, [*said, *notes], others)
+    return found._replace(notes=[*said, *found.notes])
 
 
 def _students(places: Sequence[HandedFile], roster: Roster | None) -> list[_Student]:
     """The students with their files, in the order of first files."""
-    owners = _owners(places, roster)
     students: dict[str, _Student] = {}
-    for place, (owner, common) in zip(places, owners, strict=True):
+    for place, (owner, common) in zip(places, _owners(places, roster), strict=True):
         for names in place.owners or [(owner.label,)]:
             name, meant = names[0], None
             if roster is not None:
@@ -214,7 +209,6 @@ def _of_group(group: Mapping[int, HandedFile], roster: Roster | None) -> dict[in
 
 
 def _of_names(names: dict[int, str], roster: Roster | None, *, is_folder: bool) -> dict[int, _Found]:
-    """The owners by names of folders or files that stand beside each other."""
     platform = platform_of({*names.values()})
     owners = {name: owner_of(name, platform, is_folder=is_folder) for name in {*names.values()}}
     common = set[str]()
@@ -235,7 +229,8 @@ def _level_apart(places: Collection[HandedFile]) -> int:
     that of the class.
     """
     ways = [place.way for place in places]
-    common = _shared(ways)
+    levels = zip(*filter(None, ways), strict=False)
+    common = tuple(level[0] for level in takewhile(lambda level: len({*level}) == 1, levels))
     level = len(common)
     here = [place.file.name for place in places if place.way == common]
     is_last = not any(way > common for way in ways)
@@ -259,12 +254,6 @@ def _are_sections(ways: Sequence[tuple[str, ...]], level: int) -> bool:
     return bool(within) and all(len(folders) >= LEAST_OF_CLASS for folders in within.values())
 
 
-def _shared(ways: Sequence[tuple[str, ...]]) -> tuple[str, ...]:
-    """The folders that all ways into folders begin with."""
-    levels = takewhile(lambda level: len(set(level)) == 1, zip(*filter(None, ways), strict=False))
-    return tuple(level[0] for level in levels)
-
-
 # --- which file it is
 
 
@@ -281,7 +270,7 @@ def _candidates(files: Sequence[_File]) -> list[_File]:
 
 def _looked_at(
     students: Iterable[Sequence[_File]], known: Collection[str], jobs: int | None
-) -> dict[Path, _Look]:
+) -> Mapping[Path, _Look]:
     """What is in the files of students who have several, or one without the name of an answer file."""
     tasks = list[tuple[Path, list[str]]]()
     for files in students:
@@ -293,65 +282,55 @@ def _looked_at(
     # The texts are untrusted: they are read where judging would read them.
     work = partial(_look, frozenset(map(folded, known)))
     results = each(work, tasks, jobs or usable_cores(), LIMITS, lambda share: None)
-    return {
-        path: _Look(*orjson.loads(result)) if isinstance(result, bytes) else _Look()
-        for (path, _), result in zip(tasks, results, strict=True)
-    }
+    looks = defaultdict[Path, _Look](_Look)
+    for (path, _), result in zip(tasks, results, strict=True):
+        looks[path] = _Look(*orjson.loads(result)) if isinstance(result, bytes) else _Look()
+    return looks
 
 
 def _look(known: frozenset[str], task: tuple[Path, Sequence[str]]) -> bytes:
     path, others = task
     look = _Look()
-    try:
+    with suppress(Unreadable):
         text = read_file(path)
         digest = hashlib.sha256(text.encode()).hexdigest()
         look = _Look(False, digest, [name for name in others if names_file(text, name)])
         answers, _ = read_answers(text, known)
         given = {folded(name) for name, answer in answers.items() if answer is not None}
         look = look._replace(answers=bool(given & known if known else given))
-    except Unreadable:
-        pass
     return orjson.dumps([*look])
 
 
-def _paper(
-    student: str, files: Sequence[_File], looks: dict[Path, _Look]
-) -> tuple[Paper | None, list[str], list[HandedFile]]:
-    """The hand-in of a student, if there is any, notes on it, and the files that are none."""
-    candidates = _candidates(files)
-    answering = [file for file in candidates if looks.get(file.place.file, _Look()).answers]
+def _paper(student: _Student, looks: Mapping[Path, _Look], told: HandIns) -> Paper | None:
+    """The hand-in of a student, if there is any; `told` gets notes on it, and the files that are none."""
+    candidates = _candidates(student.files)
+    answering = [file for file in candidates if looks[file.place.file].answers]
     named = {name for file in answering for name in looks[file.place.file].names}
     answering = [file for file in answering if file.place.file.name not in named] or answering
     # Where nothing can be read, what has the name of an answer file is judged, and says what is wrong.
     hand_ins = answering or [file for file in candidates if is_answer(file.place.file.name)]
     last = _last(hand_ins)
-    notes = noted(
-        f"handed in again by {printable(student)}, and the earlier left out",
-        [file.place.file.name for file in hand_ins if file not in last],
+    earlier = [file.place.file.name for file in hand_ins if file not in last]
+    told.notes.extend(
+        noted(f"handed in again by {printable(student.name)}, and the earlier left out", earlier)
     )
-    apart = {looks.get(file.place.file, _Look()).digest or file.place.source: file for file in reversed(last)}
-    others = [file.place for file in files if file not in hand_ins]
+    told.others.extend(file.place for file in student.files if file not in hand_ins)
+    apart = {looks[file.place.file].digest or file.place.source: file for file in reversed(last)}
     if len(apart) > 1:
         names = [file.place.short for file in last]
         detail = f"{len(names)} answer files are this student's: {listed(names)}"
-        notes += noted("more than one answer file, and none of them judged", [student])
-        return Paper(student, outcome=Unreadable("duplicate_key", detail).outcome), notes, others
-    for file in apart.values():
-        nature = _nature(file.place.file)
-        outcome = Outcome.review(f"read {_told(file)}") if nature else None
-        paper = Paper(student, file.place.file, file.place.source, outcome, file.owner.is_late)
-        return paper, notes, others
+        told.notes.extend(noted("more than one answer file, and none of them judged", [student.name]))
+        return Paper(student.name, outcome=Unreadable("duplicate_key", detail).outcome)
+    for place, owner in apart.values():
+        outcome = Outcome.review(f"read {_told(place)}") if _nature(place.file) else None
+        return Paper(student.name, place.file, place.source, outcome, owner.is_late)
     # A table beside answer files is one that they name; any other file is a hand-in, such as a pdf.
-    scans = [file for file in files if file.place.way or file in candidates or file.owner.platform]
+    scans = [file for file in student.files if file.place.way or file in candidates or file.owner.platform]
     if not scans:
-        return None, notes, others
-    detail = f"read {', '.join(_told(file) for file in scans[:5])}, which answers no question"
-    first = scans[0]
-    return (
-        Paper(student, None, first.place.source, Outcome.review(detail), first.owner.is_late),
-        notes,
-        others,
-    )
+        return None
+    detail = f"read {', '.join(_told(file.place) for file in scans[:5])}, which answers no question"
+    place, owner = scans[0]
+    return Paper(student.name, None, place.source, Outcome.review(detail), owner.is_late)
 
 
 def _last(files: Sequence[_File]) -> list[_File]:
@@ -366,15 +345,14 @@ def _last(files: Sequence[_File]) -> list[_File]:
     return [file for file in files if file.owner.turn == last]
 
 
-def _told(file: _File) -> str:
-    nature = _nature(file.place.file)
-    return listed([file.place.file.name]) + (f", {nature}" if nature else "")
+def _told(place: HandedFile) -> str:
+    return ", ".join(filter(None, [listed([place.file.name]), _nature(place.file)]))
 
 
 def _nature(path: Path) -> str:
     """What a file is that this program does not read, such as a PDF; empty for any other."""
     begin = first_bytes(path)
-    nature = next((nature for mark, nature in UNREAD_FILES.items() if begin.startswith(mark)), "")
     if begin[4:8] == b"ftyp":  # of HEIC and of films
         return "a picture or a film"
+    nature = next((nature for mark, nature in UNREAD_FILES.items() if begin.startswith(mark)), "")
     return OFFICE.get(ending(path.name), nature) if nature == "a zip" else nature
