@@ -147,8 +147,8 @@ def _below(folder: Path, path: Path, root: int, scratch: Path, batch: Batch) -> 
     packed = dict[HandedFile, int]()
     for place in found:
         if place.file.suffix.lower() == ARCHIVE and place.file.is_file() and not place.file.is_symlink():
-            with suppress(*BROKEN):
-                packed[place] = size(place.file)
+            with suppress(*BROKEN), zipfile.ZipFile(place.file) as archive:
+                packed[place] = sum(info.file_size for info in archive.infolist())
     left = CLASS.bytes
     # The smallest come first, so that no large one takes the room of others.
     for number, place in enumerate(sorted(packed, key=packed.__getitem__)):
@@ -203,23 +203,19 @@ def _named(places: Sequence[HandedFile]) -> Iterator[HandedFile]:
     """
     lists = sorted((each for each in places if each.file.name == GRADESCOPE), key=lambda each: len(each.way))
     depth = len(lists[0].way) if lists else 0
-    is_above = bool(lists) and len({place.way[:depth] for place in places}) == 1
-    owners = _submitters(lists[0].file) if is_above else {}
+    tree = None
+    if lists and len({place.way[:depth] for place in places}) == 1:
+        with suppress(Unreadable):
+            tree = tree_of(read_file(lists[0].file))
+    owners = dict[str, tuple[tuple[str, ...], ...]]()
+    for folder, entry in tree.items() if isinstance(tree, dict) else ():
+        with suppress(AttributeError, KeyError, TypeError):  # an entry of another form names nobody
+            keys = (":email", ":sid", ":name")
+            people = [[str(each.get(key) or "") for key in keys] for each in entry[":submitters"]]
+            owners[folder] = tuple(tuple(filter(None, each)) for each in people if any(each))
     for place in places:
         if place.file.name != GRADESCOPE:
             yield replace(place, owners=owners.get("".join(place.way[depth : depth + 1]), ()))
-
-
-def _submitters(file: Path) -> dict[str, tuple[tuple[str, ...], ...]]:
-    """The names of the students of each folder by Gradescope's list, as far as that is as expected."""
-    owners = {}
-    with suppress(Unreadable, AttributeError):
-        for name, entry in tree_of(read_file(file)).items():
-            with suppress(AttributeError, KeyError, TypeError):
-                keys = (":email", ":sid", ":name")
-                people = [[str(each.get(key) or "") for key in keys] for each in entry[":submitters"]]
-                owners[name] = tuple(tuple(filter(None, each)) for each in people if any(each))
-    return owners
 
 
 def _reason(error: Exception) -> str:
@@ -227,8 +223,7 @@ def _reason(error: Exception) -> str:
 
 
 def _spot(path: Path) -> str:
-    """The absolute path of a file; no link is followed."""
-    return os.path.normpath(path.absolute())
+    return os.path.normpath(path.absolute())  # no link is followed
 
 
 # --- archives
@@ -270,12 +265,6 @@ BROKEN = (zipfile.BadZipFile, zlib.error, lzma.LZMAError, OSError, RuntimeError,
 """What is raised for an archive, or for an entry, that is broken, encrypted, or of an unknown form."""
 
 
-def size(path: Path) -> int:
-    """The bytes that an archive says it will become. Raises one of BROKEN."""
-    with zipfile.ZipFile(path) as archive:
-        return sum(info.file_size for info in archive.infolist())
-
-
 def unpack(path: Path, folder: Path, bounds: Bounds) -> Iterator[str]:
     """Unpack an archive into a folder. Yields a message for each entry that is left out by itself.
 
@@ -299,7 +288,13 @@ def unpack(path: Path, folder: Path, bounds: Bounds) -> Iterator[str]:
                 if parts in folders or not answers.isdisjoint(_above(parts)):
                     raise ValueError("a file and a folder have one name")
                 most = bounds.bytes if parts[-1:] and parts[-1].lower().endswith(ARCHIVE) else bounds.each
-                left -= _unpack(archive, info, folder.joinpath(*_harmless(parts, info)), min(most, left))
+                file = folder.joinpath(*_harmless(parts, info))
+                with archive.open(info) as packed:
+                    data = packed.read(min(most, left))
+                file.parent.mkdir(parents=True, exist_ok=True)
+                with file.open("xb") as target:
+                    target.write(data)
+                left -= len(data)
             except BROKEN as error:
                 reason = "it is encrypted" if info.flag_bits & 1 else "it is broken, or its form is unknown"
                 if isinstance(error, OSError | ValueError):
@@ -332,15 +327,6 @@ def _harmless(parts: tuple[str, ...], info: zipfile.ZipInfo) -> tuple[str, ...]:
     if len(parts) > MOST_FOLDERS:
         raise ValueError("it lies too deep")
     return parts
-
-
-def _unpack(archive: zipfile.ZipFile, info: zipfile.ZipInfo, file: Path, most: int) -> int:
-    with archive.open(info) as packed:
-        data = packed.read(most)
-    file.parent.mkdir(parents=True, exist_ok=True)
-    with file.open("xb") as target:
-        target.write(data)
-    return len(data)
 
 
 # --- reading
