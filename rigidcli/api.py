@@ -146,9 +146,9 @@ def check(
     from rigidcli.homework.assignment import prepare
     from rigidcli.homework.files import gather
     from rigidcli.homework.hand_ins import papers
-    from rigidcli.homework.overrides import read_overrides
     from rigidcli.homework.reports.formats import ReportStyle, render
     from rigidcli.homework.roster import read_roster
+    from rigidcli.homework.spreadsheets import read_overrides
 
     levels = list(Feedback)
     if feedback not in levels:

@@ -289,9 +289,9 @@ def judge(asked: Request, target: Output, failures: Failures) -> None:
     """Write the judgements of what is handed in, in the view that the user asks for."""
     from rigidcli.homework.files import gather
     from rigidcli.homework.hand_ins import papers
-    from rigidcli.homework.overrides import read_overrides
     from rigidcli.homework.reports.formats import ReportStyle
     from rigidcli.homework.roster import read_roster
+    from rigidcli.homework.spreadsheets import read_overrides
 
     prepared, remarks = prepared_for(asked, target), Remarks(asked.quiet)
     book = read_gradebook(asked, prepared) if asked.is_gradebook else None

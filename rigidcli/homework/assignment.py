@@ -34,9 +34,9 @@ from rigidcli.homework.base import AnswerKind, Asked, Judgement, Outcome, Progre
 from rigidcli.homework.hand_ins import HandIns, unnamed
 from rigidcli.homework.judge import AcceptedKey, Item, run, text_beside
 from rigidcli.homework.kinds import KINDS, OF_SYMBOLS, kind_of
-from rigidcli.homework.overrides import Overrides
 from rigidcli.homework.question import EVERYWHERE, Assignment, Question
 from rigidcli.homework.roster import Roster
+from rigidcli.homework.spreadsheets import Overrides
 from rigidcli.homework.variants import Values, Variants, filled, in_braces, named_in, raw_value, words
 
 if TYPE_CHECKING:

@@ -1,18 +1,26 @@
-"""Tables of csv that instructors give: lists of students, gradebooks, and scores by a person."""
+"""Tables of csv that instructors give, and one kind of them: the scores that a person has given."""
 
 from __future__ import annotations
 
 import csv
 import io
 import os
-from collections import Counter
-from collections.abc import Sequence
+from collections import Counter, defaultdict
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import suppress
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from functools import partial
 from itertools import islice
+from typing import TYPE_CHECKING, NamedTuple
 
-from rigidcli.errors import DocumentError, Problem
+from rigidcli.errors import DocumentError, Problem, guess, shown
 from rigidcli.fields.texts import read_text, safe_name
+from rigidcli.homework.answers import folded
+from rigidcli.homework.base import Judgement, Tell
+from rigidcli.homework.names import listed, noted
+
+if TYPE_CHECKING:
+    from rigidcli.homework.roster import Roster
 
 MOST_BYTES = 50_000_000
 """Length of a file that an instructor gives: a gradebook of thousands of students has some 5 MB."""
@@ -89,3 +97,80 @@ def points_in(text: str) -> float | None:
         return float(text.replace(",", "."))
     except ValueError:
         return None
+
+
+# --- scores by a person
+
+COLUMNS = ("student", "question", "score", "reason")
+"""The columns of a table of scores that a person has given; the last may be missing."""
+
+
+class Score(NamedTuple):
+    """A score in points with its `reason`, and the student as the table has the name."""
+
+    points: float
+    reason: str
+    student: str
+
+
+@dataclass(frozen=True, slots=True)
+class Overrides:
+    """The scores in the file `source`, by the folded names of the student and the question."""
+
+    source: str
+    scores: Mapping[tuple[str, str], Score]
+
+    def applied(self, judgements: Iterable[Judgement], tell: Tell) -> Iterator[Judgement]:
+        """The judgements with these scores; `tell` gets a note on students who are not there."""
+        unknown = {student: score.student for (student, _), score in self.scores.items()}
+        for judgement in judgements:
+            student = folded(judgement.student)
+            unknown.pop(student, None)
+            questions = []
+            for question in judgement.questions:
+                score = self.scores.get((student, folded(question.id)))
+                questions.append(question.overridden(score.points, score.reason) if score else question)
+            yield replace(judgement, questions=tuple(questions))
+        what = "nobody of this name has a row, and the override is left out"
+        tell(self.source, noted(what, list(unknown.values())))
+
+
+def read_overrides(
+    path: str | os.PathLike[str], worth: Mapping[str, float], roster: Roster | None = None
+) -> Overrides:
+    """The overrides in a file, of questions that are `worth` points; a roster knows all names of a student.
+
+    Raises DocumentError.
+    """
+    table = read_spreadsheet(path)
+    heads = [folded(head) for row in table.rows[:1] for head in row]
+    if missing := [name for name in COLUMNS[:3] if name not in heads]:
+        message = f"the columns {', '.join(missing)} are missing, expected {','.join(COLUMNS)}"
+        raise DocumentError([Problem(table.source, message, 1)])
+    most = {folded(id): points for id, points in worth.items()}
+    scores, problems = dict[tuple[str, str], Score](), list[Problem]()
+    for line, row in enumerate(table.rows[1:], 2):
+        cells = defaultdict(str, zip(heads, map(str.strip, row), strict=False))
+        if not any(cells.values()):
+            continue
+        student, question, score, reason = (cells[name] for name in COLUMNS)
+        people = roster.called(student) if roster else []
+        student = people[0] if len(people) == 1 else student
+        place = folded(student), folded(question)
+        whole, points = most.get(place[1]), points_in(score)
+        refuse = partial(Problem, table.source, line=line)
+        if whole is None:
+            problems.append(refuse(f"there is no question {shown(question)}{guess(question, list(worth))}"))
+        elif points is None or not 0 <= points <= whole:
+            message = f"read {shown(score)}, expected points from 0 to {whole:.12g}"
+            problems.append(refuse(message, key="score"))
+        elif len(people) > 1:
+            message = f"{shown(student)} may be any of {listed(people)}"
+            problems.append(refuse(message, key="student", hint="write the student's login or number"))
+        elif place in scores:
+            problems.append(refuse(f"{shown(student)} has this question twice"))
+        else:
+            scores[place] = Score(points, reason, student)
+    if problems:
+        raise DocumentError(problems)
+    return Overrides(table.source, scores)

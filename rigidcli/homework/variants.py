@@ -45,13 +45,11 @@ _VALUE = {"type": ["number", "string"]}
 _LIST = {"type": "array", "items": _VALUE, "minItems": 1, "maxItems": MOST_VALUES, "uniqueItems": True}
 _KEYS = {key: _VALUE | {"description": about} for key, about in RANGE.items()}
 _RANGE = {"type": "object", "properties": _KEYS, "required": [*RANGE], "additionalProperties": False}
+_EACH = {"anyOf": [_LIST, _RANGE]}
 
 SCHEMA: dict[str, Any] = {
-    "type": "object",
-    "minProperties": 1,
-    "maxProperties": MOST_VARIANTS,
-    "additionalProperties": {"anyOf": [_LIST, _RANGE]},
-}
+    "type": "object", "minProperties": 1, "maxProperties": MOST_VARIANTS, "additionalProperties": _EACH,
+}  # fmt: skip
 """The JSON Schema of all variants."""
 
 EXAMPLES = "such as [1, 2, 3] or {from: 2 cm, to: 5 cm, step: 5 mm}"
@@ -92,11 +90,9 @@ class Variants:
 
     def trials(self) -> list[dict[str, str]]:
         """Three variants for a test of the keys: all first values, all last ones, and those in the middle."""
-        chosen = [
-            {name: values[place(len(values))] for name, values in self.values.items()}
-            for place in (lambda n: 0, lambda n: n - 1, lambda n: n // 2)
-        ]
-        return [each for place, each in enumerate(chosen) if each not in chosen[:place]]
+        firsts, lasts = ({name: each[end] for name, each in self.values.items()} for end in (0, -1))
+        middle = {name: values[len(values) // 2] for name, values in self.values.items()}
+        return [*{words(values): values for values in (firsts, lasts, middle)}.values()]
 
 
 # --- titles
@@ -182,15 +178,16 @@ def _spaced(raw: Mapping[str, Any]) -> tuple[str, ...]:
     start, end, by = (shown(raw[key]) for key in RANGE)
     first, unit = _amount(raw, "from", None)
     last, step = (_amount(raw, key, unit)[0] for key in ("to", "step"))
-    if step == 0:
-        raise ValueProblem(f"read {by}, expected a step that is not zero", path=("step",))
-    if (last - first) / step < 0:
-        message = f"a step of {by} leads from {start} away from {end}"
-        raise ValueProblem(message, path=("step",), hint="exchange `from` and `to`")
-    count = int((last - first) / step) + 1
-    if count > MOST_VALUES:
-        message = f"there are {count:,} values in it, expected at most {MOST_VALUES:,}"
-        raise ValueProblem(message, path=("step",), hint="write a longer step")
+    with at("step"):
+        if step == 0:
+            raise ValueProblem(f"read {by}, expected a step that is not zero")
+        if (last - first) / step < 0:
+            hint = "exchange `from` and `to`"
+            raise ValueProblem(f"a step of {by} leads from {start} away from {end}", hint=hint)
+        count = int((last - first) / step) + 1
+        if count > MOST_VALUES:
+            message = f"there are {count:,} values in it, expected at most {MOST_VALUES:,}"
+            raise ValueProblem(message, hint="write a longer step")
     numbers = ((first + place * step).normalize() for place in range(count))
     unit_text = f" {unit.text}" if unit else ""
     values = tuple(f"{n:f}{unit_text}" if abs(n.adjusted()) < 16 else f"{n:e}{unit_text}" for n in numbers)

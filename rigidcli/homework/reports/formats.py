@@ -29,9 +29,6 @@ Cell: TypeAlias = str | float | bool | tuple[str, ...] | None
 HEADER = ("student", "question", "verdict", "score", "max_score", "codes", "message", "source")
 """The columns of csv."""
 
-LATE = ("late",)
-"""The column of csv that says whether a hand-in was late, where any was."""
-
 FIELDS = ("id", "title", "answer", "read_as", "verdict", "score", "max_score")
 """The fields of a question in json, besides the feedback."""
 
@@ -89,27 +86,30 @@ def _csv(students: Students, style: ReportStyle) -> Iterator[str]:
         [
             *(student.student, question.id, question.verdict, question.score, question.max_score),
             *(question.codes, "; ".join(question.sentences), student.source),
-            *([student.late] if style.late else []),
+            *[student.late] * style.late,
         ]
         for student in students
         for question in student.questions
     )
-    return csv_rows([*HEADER, *LATE] if style.late else HEADER, rows, style)
+    return csv_rows([*HEADER, *["late"] * style.late], rows, style)
 
 
 def wide(students: Students, style: ReportStyle) -> Iterator[str]:
     """A row for each student, with the points of each question; none where a person must judge it."""
-    rows = iter(students)
-    for first in rows:
+    rest = iter(students)
+    for first in rest:
         ids = [question.id for question in first.questions]
-        head = ["student", *ids, "score", "max_score", "source", *(LATE if style.late else ())]
-        yield from csv_rows(head, (_wide(student, style) for student in chain([first], rows)), style)
-
-
-def _wide(student: Judgement, style: ReportStyle) -> list[Cell]:
-    scores = [None if question.verdict == "review" else question.score for question in student.questions]
-    late = [student.late] if style.late else []
-    return [student.student, *scores, student.score, student.max_score, student.source, *late]
+        rows: Iterator[list[Cell]] = (
+            [
+                student.student,
+                *(None if question.verdict == "review" else question.score for question in student.questions),
+                *(student.score, student.max_score, student.source),
+                *[student.late] * style.late,
+            ]
+            for student in chain([first], rest)
+        )
+        head = ["student", *ids, "score", "max_score", "source", *["late"] * style.late]
+        yield from csv_rows(head, rows, style)
 
 
 def _json(students: Students, style: ReportStyle) -> Iterator[str]:
@@ -160,9 +160,9 @@ def _gradescope(students: Students, style: ReportStyle) -> Iterator[str]:
 
 
 def _output(question: Judged) -> str:
-    lines = {"": question.title, "your answer: ": question.answer, "read as: ": question.reading}
-    given = [f"{head}{text}" for head, text in lines.items() if text]
-    return "\n".join(filter(None, [_earned(question), *given, question.message]))
+    typed = f"your answer: {question.answer}" if question.answer else ""
+    read = f"read as: {question.reading}" if question.reading else ""
+    return "\n".join(filter(None, [_earned(question), question.title, typed, read, question.message]))
 
 
 def _earned(question: Judged) -> str:
@@ -182,19 +182,14 @@ def _junit(students: Students, style: ReportStyle) -> Iterator[str]:
         for question in student.questions:
             case = ET.SubElement(suite, "testcase", name=question.id, classname=student.student)
             if question.verdict in ELEMENTS:
-                case.append(_result(question, silent=style.feedback is Feedback.none))
+                result = ET.SubElement(case, ELEMENTS[question.verdict])
+                if style.feedback is not Feedback.none:
+                    reasons = "; ".join(question.sentences)
+                    result.set("message", ": ".join(filter(None, [_earned(question), reasons])))
+                    result.text = question.message
         ET.indent(suite, level=1)
         yield f"  {ET.tostring(suite, encoding='unicode')}\n"
     yield "</testsuites>\n"
-
-
-def _result(question: Judged, *, silent: bool) -> ET.Element:
-    element = ET.Element(ELEMENTS[question.verdict])
-    if not silent:
-        reasons = "; ".join(question.sentences)
-        element.set("message", f"{_earned(question)}: {reasons}" if reasons else _earned(question))
-        element.text = question.message
-    return element
 
 
 # --- for people

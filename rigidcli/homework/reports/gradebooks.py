@@ -107,13 +107,9 @@ def moodle(table: Spreadsheet, column: str | None = None) -> Gradebook:
 def _people(table: Spreadsheet, about: Sequence[str], without: Sequence[str] = ()) -> Roster:
     """The students of a gradebook; `about` has the meaning of each column, empty for others."""
     rows = {number: row for number, row in enumerate(table.rows) if number and row is not without}
-    return Roster(
-        {
-            number: [(name, cell(row, place)) for place, name in enumerate(about) if name]
-            for number, row in rows.items()
-        },
-        rows=rows,
-    )
+    columns = [(place, name) for place, name in enumerate(about) if name]
+    cells = {number: [(name, cell(row, place)) for place, name in columns] for number, row in rows.items()}
+    return Roster(cells, rows=rows)
 
 
 def fill(

@@ -11,7 +11,7 @@ import os
 import re
 from collections import Counter
 from collections.abc import Iterable, Iterator, Sequence
-from dataclasses import dataclass, fields
+from dataclasses import asdict, dataclass, fields
 from itertools import combinations
 from statistics import correlation, fmean
 from typing import TypeAlias
@@ -103,15 +103,34 @@ class Alike:
 def tally(judgements: Iterable[Judgement]) -> tuple[Tally, ...]:
     """The statistics of each question; those with answers that wait for a person come first."""
     students = [*judgements]
-    given: dict[str, list[Judged]] = {}
-    for judgement in students:
-        for question in judgement.questions:
-            given.setdefault(question.id, []).append(question)
-    tallies = (_tally(id, answers, *_analysis(id, students)) for id, answers in given.items())
+    names = dict.fromkeys(question.id for student in students for question in student.questions)
+    tallies = (_tally(id, students) for id in names)
     return tuple(sorted(tallies, key=lambda tally: not tally.verdicts["review"]))
 
 
-def _analysis(id: str, students: Sequence[Judgement]) -> tuple[float | None, float | None]:
+def _tally(id: str, students: Sequence[Judgement]) -> Tally:
+    given = [(own, student) for student in students for own in student.questions if own.id == id]
+    counts: dict[Verdict, int] = dict.fromkeys(VERDICTS, 0)
+    counts |= Counter(each.verdict for each, _ in given)
+    # A key is not wrong because one slip is popular: it must be half as popular as the key.
+    least = max(3, counts["correct"] / 2)
+    typed, taken = dict[str, str](), Counter[tuple[str, Verdict, tuple[str, ...], str]]()
+    for each, _ in given:
+        if each.answer and each.verdict not in ("correct", "missing"):
+            answer = typed.setdefault(_same(each.answer), each.answer)
+            taken[answer, each.verdict, each.codes, words(each.values)] += 1
+    # What waits for a person, then what many have in common.
+    ranked = sorted(taken.items(), key=lambda entry: (entry[0][1] != "review", -entry[1], entry[0]))
+    answers = list[Taken]()
+    for (answer, verdict, codes, values), count in ranked:
+        # Of a trajectory only the name of a file is known here, or the first rows: it looks like others.
+        doubted = count >= least and set(codes) <= UNNAMED and not answer.startswith(TABLES)
+        answers.append(Taken(printable(answer), count, verdict, codes, doubted, printable(values)))
+    doubted = any(answer.suspicious for answer in answers)
+    return Tally(printable(id), counts, doubted, tuple(answers), *_analysis(given))
+
+
+def _analysis(given: Sequence[tuple[Judged, Judgement]]) -> tuple[float | None, float | None]:
     """The share of right answers to a question, and their correlation with the rest of the score.
 
     The latter is the point-biserial correlation of x, which is 1 for a right answer and else 0, and the score
@@ -128,10 +147,9 @@ def _analysis(id: str, students: Sequence[Judgement]) -> tuple[float | None, flo
     right answer is not right.
     """
     right, rest = list[float](), list[float]()
-    for student in students:
-        own = next((question for question in student.questions if question.id == id), None)
+    for own, student in given:
         took_part = any(each.answer or each.verdict in ("correct", "partial") for each in student.questions)
-        if own is not None and took_part and own.verdict != "review":
+        if took_part and own.verdict != "review":
             right.append(float(own.verdict == "correct"))
             rest.append(round(student.score - own.score, PLACES))
     varies = len(right) >= LEAST_CLASS and len(set(right)) > 1 and len(set(rest)) > 1
@@ -174,35 +192,6 @@ def _same(answer: str) -> str:
     return _NUMBER.sub(lambda number: f"{float(number[0]):.3g}", "".join(answer.split()))
 
 
-def _tally(id: str, given: Sequence[Judged], right: float | None, together: float | None) -> Tally:
-    counts: dict[Verdict, int] = dict.fromkeys(VERDICTS, 0)
-    counts |= Counter(each.verdict for each in given)
-    # A key is not wrong because one slip is popular: it must be half as popular as the key.
-    least = max(3, counts["correct"] / 2)
-    typed, taken = dict[str, str](), Counter[tuple[str, Verdict, tuple[str, ...], str]]()
-    for each in given:
-        if each.answer and each.verdict not in ("correct", "missing"):
-            answer = typed.setdefault(_same(each.answer), each.answer)
-            taken[answer, each.verdict, each.codes, words(each.values)] += 1
-    # What waits for a person, then what many have in common.
-    ranked = sorted(taken.items(), key=lambda entry: (entry[0][1] != "review", -entry[1], entry[0]))
-    answers = tuple(
-        # Of a trajectory only the name of a file is known here, or the first rows: it looks like others.
-        Taken(
-            printable(answer),
-            count,
-            verdict,
-            codes,
-            count >= least and set(codes) <= UNNAMED and not answer.startswith(TABLES),
-            printable(values),
-        )
-        for (answer, verdict, codes, values), count in ranked
-    )
-    return Tally(
-        printable(id), counts, any(answer.suspicious for answer in answers), answers, right, together
-    )
-
-
 def table(tallies: Sequence[Tally], style: ReportStyle, pairs: Sequence[Alike] = ()) -> Iterator[str]:
     """A block for each question: its counts, then the answers that are not right; then who is alike."""
     for tally in tallies:
@@ -221,28 +210,25 @@ def table(tallies: Sequence[Tally], style: ReportStyle, pairs: Sequence[Alike] =
         yield block((), rows, style)
         if len(tally.answers) > MOST_SHOWN:
             yield f"  and {len(tally.answers) - MOST_SHOWN} other answers\n"
-    doubted = [tally.question for tally in tallies if tally.suspicious]
-    if doubted:
+    if doubted := ", ".join(tally.question for tally in tallies if tally.suspicious):
         doubt = "the key may be wrong: several gave the same answer, and no known mistake leads to it"
-        yield "\n" + block((), [TextRow(((", ".join(doubted), ""),), doubt)], style)
+        yield "\n" + block((), [TextRow(((doubted, ""),), doubt)], style)
     for each in pairs:
         shared = f"the same rare wrong answers to {', '.join(each.questions)}: a hint to look, not a verdict"
-        yield "\n" * (each is pairs[0]) + block(
-            (), [TextRow(((", ".join(each.students), ""),), shared)], style
-        )
+        row = TextRow(((", ".join(each.students), ""),), shared)
+        yield "\n" * (each is pairs[0]) + block((), [row], style)
 
 
 def json(tallies: Sequence[Tally], style: ReportStyle, pairs: Sequence[Alike] = ()) -> Iterator[str]:
     """One compact object a question, one a line, and one for students who are alike."""
+    names = _columns(tallies)
     for tally in tallies:
-        answers = [{name: getattr(each, name) for name in _columns(tallies)} for each in tally.answers]
+        answers = [{name: getattr(each, name) for name in names} for each in tally.answers]
         entry = {"schema": "rigidcli.items/1", "question": tally.question} | tally.verdicts
         analysis = {"right": tally.right, "correlation": tally.correlation}
         yield json_line(entry | {"suspicious": tally.suspicious, "answers": answers} | analysis)
     for each in pairs:
-        yield json_line(
-            {"schema": "rigidcli.alike/1", "students": each.students, "questions": each.questions}
-        )
+        yield json_line({"schema": "rigidcli.alike/1"} | asdict(each))
 
 
 def _columns(tallies: Sequence[Tally]) -> list[str]:
@@ -264,7 +250,6 @@ def csv(tallies: Sequence[Tally], style: ReportStyle, pairs: Sequence[Alike] = (
 
 
 TEXTS = {"table": table, "json": json, "csv": csv}
-"""The formats of these tallies."""
 
 
 def render(format: str, judgements: Iterable[Judgement], style: ReportStyle) -> Iterator[str]:

@@ -10,6 +10,7 @@ import unicodedata
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cache
+from itertools import count
 from pathlib import Path
 from statistics import fmean
 from typing import NamedTuple, TypeAlias
@@ -49,8 +50,7 @@ Solutions: TypeAlias = Mapping[tuple[str, str], str]
 class Course:
     """What pages say besides judgements: the title of the assignment, and solutions that are `worked`.
 
-    Solutions stand by the names of questions and the values of variants in words. `remarks` are on files and
-    students; they may grow as long as there are judgements to come.
+    `remarks` are on files and students; they may grow as long as there are judgements to come.
     """
 
     title: str
@@ -62,7 +62,7 @@ def one_page(judgements: Iterable[Judgement], course: Course, style: ReportStyle
     """The class on one page, with the feedback for each student folded in it."""
     judged = tuple(judgements)
     links = [f"#student{number}" for number in range(1, len(judged) + 1)]
-    return _page(course.title, _class(judged, course, style, links, folded=True))
+    yield written(course.title, _class(judged, course, style, links, folded=True))
 
 
 def pages(judgements: Iterable[Judgement], course: Course, style: ReportStyle) -> Iterator[tuple[str, str]]:
@@ -82,16 +82,12 @@ def pages(judgements: Iterable[Judgement], course: Course, style: ReportStyle) -
             f'<p class="quiet">{own(Path(student.source).name)}</p>\n' if student.source else "",
         ]
         yield name, written(f"{course.title}: {student.student}", body)
-    yield "index.html", "".join(_page(course.title, _class(judged, course, style, links, folded=False)))
-
-
-def _page(title: str, body: Iterable[str]) -> Iterator[str]:
-    return page(title, body, styles=[resource("classroom.css")])
+    yield "index.html", written(course.title, _class(judged, course, style, links, folded=False))
 
 
 def written(title: str, body: Iterable[str]) -> str:
-    """A page for a student."""
-    return "".join(_page(title, body))
+    """A page with this title."""
+    return "".join(page(title, body, styles=[resource("classroom.css")]))
 
 
 def your_values(values: Values) -> str:
@@ -105,11 +101,9 @@ def file_name(student: str, taken: set[str]) -> str:
     Names that differ in capitals or forms of Unicode are the same on some systems, and so here.
     """
     words = re.findall(r"\w+", unicodedata.normalize("NFKC", student))
-    stem = name = "-".join(words)[:LONGEST_NAME] or "student"
-    count = 1
-    while name.casefold() in taken:
-        count += 1
-        name = f"{stem}-{count}"
+    stem = "-".join(words)[:LONGEST_NAME] or "student"
+    names = (f"{stem}-{number}" if number > 1 else stem for number in count(1))
+    name = next(name for name in names if name.casefold() not in taken)
     taken.add(name.casefold())
     return f"{name}.html"
 
