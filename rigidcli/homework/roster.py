@@ -8,7 +8,7 @@ from collections import Counter, defaultdict
 from collections.abc import Collection, Mapping, Sequence
 from itertools import product
 from pathlib import Path
-from typing import NamedTuple, TypeAlias
+from typing import NamedTuple
 
 from rigidcli.errors import DocumentError, Problem, printable
 from rigidcli.homework.answers import folded
@@ -49,27 +49,22 @@ _NUMBERED = re.compile(r"(?:Participante?|Teilnehmer(?:/?in)?)\s*([0-9]+)", re.I
 """What Moodle's grading worksheet calls a student: `Participant 5008`."""
 
 
-Cells: TypeAlias = Sequence[tuple[str, str]]
-"""The cells about a student, each with the name of its column; several columns may have one name."""
-
-
 def columns_of(head: Sequence[str]) -> list[str]:
     """What the columns of a list are by their names; empty for any other."""
     named = {spelling: column for column in (*NAMES, *LOGINS) for spelling in SPELLINGS[column]}
     columns = [named.get("".join(words_of(cell)), "") for cell in head]
     if columns.count("Student") > 1:  # `student,name`: the first is a login
         columns[columns.index("Student")] = "SIS Login ID"
-    if any(cell.strip() in ("Student", "LastName") for cell in head):
-        return columns
     # The `ID` of another list than that of Canvas is a number of the school.
-    return ["SIS User ID" if column == "ID" else column for column in columns]
+    is_canvas = any(cell.strip() in ("Student", "LastName") for cell in head)
+    return ["SIS User ID" if column == "ID" and not is_canvas else column for column in columns]
 
 
 def read_roster(path: str | os.PathLike[str]) -> Roster:
     """The students of a table in a file, one a row, with columns of SPELLINGS. Raises DocumentError."""
     table = read_spreadsheet(path)
-    heads = list(map(columns_of, table.rows[:HEAD_ROWS]))
-    head = next((number for number, columns in enumerate(heads) if any(columns)), None)
+    heads = dict(enumerate(map(columns_of, table.rows[:HEAD_ROWS])))
+    head = next((number for number, columns in heads.items() if any(columns)), None)
     if head is None:
         hint = "its first line names columns such as `name`, `login` and `id`"
         raise DocumentError([Problem(table.source, "read no list of students", 1, hint=hint)])
@@ -78,11 +73,7 @@ def read_roster(path: str | os.PathLike[str]) -> Roster:
         for number, row in enumerate(table.rows)
         if number > head and row and "Points Possible" not in row[0]
     }
-    students = {
-        number: [(column, text) for column, text in zip(heads[head], row, strict=False) if column]
-        for number, row in rows.items()
-    }
-    return Roster(students, table.rows[head], rows)
+    return Roster(heads[head], rows, table.rows[head])
 
 
 class Person(NamedTuple):
@@ -96,12 +87,13 @@ class Person(NamedTuple):
 class Roster:
     """The students of a list, or of a gradebook, by all that a name in a download may say of one.
 
-    Students have the numbers of their rows, from 0, as their keys. `labels` are their names in reports, and
-    `aliases`, by labels, are all names of each. `head` and `rows` are those of the list itself.
+    Students have the numbers of their `rows`, from 0, as their keys; `columns` tells what each column means,
+    and `head` what the list calls it. `labels` are the students' names in reports, and `aliases`, by labels,
+    are all names of each.
     """
 
     def __init__(
-        self, students: Mapping[int, Cells], head: Sequence[str] = (), rows: Mapping[int, Sequence[str]] = {}
+        self, columns: Sequence[str], rows: Mapping[int, Sequence[str]], head: Sequence[str] = ()
     ) -> None:
         self.head, self.rows = head, rows
         self.labels: dict[int, str] = {}
@@ -114,17 +106,16 @@ class Roster:
         self._own: dict[int, set[str]] = defaultdict(set)
         self._numbers: dict[str, dict[str, int]] = {"canvas": {}, "moodle": {}, "brightspace": {}}
         seen = set[Person]()
-        for key, cells in students.items():
-            person = _person_of(cells)
+        for key, row in rows.items():
+            person = _person_of([entry for entry in zip(columns, row, strict=False) if entry[0]])
             # A student of two sections may have two rows; without a login they may be two students.
             if person is not None and not (person.logins and person in seen):
                 seen.add(person)
+                self._people[key] = person
                 self._learn(key, person)
         self._label()
 
     def _learn(self, key: int, person: Person) -> None:
-        """Take note of all that may mean a student."""
-        self._people[key] = person
         for column, cell in person.cells:
             if numbered := _NUMBERED.fullmatch(cell):
                 self._numbers["moodle"][numbered[1]] = key
@@ -149,10 +140,8 @@ class Roster:
             self.labels[key] = name if name and alike[name] == 1 else next(iter(logins), name)
         often = Counter(map(folded, self.labels.values()))
         for key, label in self.labels.items():
-            if often[folded(label)] > 1:
-                self.labels[key] = f"{label} (row {key + 1})"
-            person = self._people[key]
-            self.aliases[self.labels[key]] = [*person.logins, person.name]
+            self.labels[key] = f"{label} (row {key + 1})" if often[folded(label)] > 1 else label
+            self.aliases[self.labels[key]] = [*self._people[key].logins, self._people[key].name]
 
     @property
     def students(self) -> dict[str, str]:
@@ -166,18 +155,15 @@ class Roster:
         somebody, only the longer ones count. A single word that is `common` to all names beside this one
         tells nobody apart. The number that a platform adds counts only if it is of the list's own kind.
         """
-        if isinstance(owner, str):
-            owner = Owner(owner, owner)
-        text = owner.name
-        words = words_of(text)
-        glued = "".join(words)
-        keys = self._meant.get(text.casefold()) or self._meant.get(" ".join(sorted(words))) or set()
+        owner = Owner(owner, owner) if isinstance(owner, str) else owner
+        words = words_of(owner.name)
+        keys = self._meant.get(owner.name.casefold()) or self._meant.get(" ".join(sorted(words)))
         keys = keys or self._within(words, common)
         numbered = self._numbers.get(owner.platform, {}).get(owner.number)
-        # A number may be another's by chance: then the names have nothing in common.
-        if numbered is None or (keys and numbered not in keys and len(keys) == 1):
+        if numbered is None or (len(keys) == 1 and numbered not in keys):
             return keys
-        shares = any(word in glued for word in words_of(self._people[numbered].name))
+        # A number may be another's by chance: then the names have nothing in common.
+        shares = any(word in "".join(words) for word in words_of(self._people[numbered].name))
         if owner.platform != "moodle" and not shares:
             return keys
         return {numbered} & keys or {numbered} | keys
@@ -256,13 +242,12 @@ class Roster:
 
 
 def _is_number(word: str) -> bool:
-    """Whether a word of a name may be the number of a student."""
     return word.isdecimal() and len(word) >= FEWEST_DIGITS
 
 
-def _person_of(raw: Cells) -> Person | None:
+def _person_of(entries: Sequence[tuple[str, str]]) -> Person | None:
     """The student of some cells; None for Canvas' test student, and where all are empty."""
-    cells = tuple((column, cell) for column, text in raw if (cell := printable(text.strip()).lstrip("#")))
+    cells = tuple((column, cell) for column, text in entries if (cell := printable(text.strip()).lstrip("#")))
     name = _full_name(dict(reversed(cells)))
     logins = dict.fromkeys(cell for kind in LOGINS for column, cell in cells if column == kind)
     return Person(name, tuple(logins), cells) if cells and name != TEST_STUDENT else None

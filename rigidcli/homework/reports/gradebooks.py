@@ -73,7 +73,7 @@ def canvas(table: Spreadsheet, column: str) -> Gradebook:
     worth = next((row for row in rows if POINTS in cell(row, 0)), [])
     about = [name if name in (*NAMES, *LOGINS) else "" for name in names]
     place = _place(names, worth, column)
-    people = _people(table, about, without=worth)
+    people = Roster(about, {n: row for n, row in enumerate(table.rows) if n and row is not worth})
     kept = frozenset(number for number in people.rows if cell(table.rows[number], place).upper() in KEPT)
     return Gradebook(table, people, place, kept, [cell(worth, place)])
 
@@ -95,21 +95,13 @@ def moodle(table: Spreadsheet, column: str | None = None) -> Gradebook:
     if len(places) != 1:
         hint = f"its columns are {listed([name.strip() for name in head])}"
         raise UsageError(f"the worksheet has no column {shown(column)}", hint=hint)
-    people = _people(table, about)
+    people = Roster(about, {n: row for n, row in enumerate(table.rows) if n})
     locked, most = (
         next((place for place, name in enumerate(heads) if name in names), len(heads))
         for names in (SPELLINGS["Grade can be changed"], SPELLINGS["Maximum Grade"])
     )
     kept = frozenset(number for number in people.rows if cell(table.rows[number], locked).casefold() in NO)
     return Gradebook(table, people, places[0], kept, [cell(row, most) for row in rows])
-
-
-def _people(table: Spreadsheet, about: Sequence[str], without: Sequence[str] = ()) -> Roster:
-    """The students of a gradebook; `about` has the meaning of each column, empty for others."""
-    rows = {number: row for number, row in enumerate(table.rows) if number and row is not without}
-    columns = [(place, name) for place, name in enumerate(about) if name]
-    cells = {number: [(name, cell(row, place)) for place, name in columns] for number, row in rows.items()}
-    return Roster(cells, rows=rows)
 
 
 def fill(
