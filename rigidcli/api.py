@@ -159,7 +159,8 @@ def check(
     prepared = prepare(os.fspath(assignment), {name: globals()[name] for name in STUDIES})
     notes = [*map(str, prepared.notes)]
     people = None if roster is None else read_roster(roster)
-    scores = None if overrides is None else read_overrides(overrides, prepared.worth, people)
+    called = None if people is None else people.called
+    scores = None if overrides is None else read_overrides(overrides, prepared.worth, called)
     with TemporaryDirectory(prefix="rigidcli-") as scratch:
         batch = gather([os.fspath(name) for name in answers], os.fspath(assignment), Path(scratch))
         if batch.problems:

@@ -298,7 +298,8 @@ def judge(asked: Request, target: Output, failures: Failures) -> None:
     roster = read_roster(asked.roster) if asked.roster else None
     if book and not roster:
         roster = book.people  # a gradebook is a list of students, too
-    overrides = None if asked.overrides is None else read_overrides(asked.overrides, prepared.worth, roster)
+    called = None if roster is None else roster.called
+    overrides = None if asked.overrides is None else read_overrides(asked.overrides, prepared.worth, called)
     with TemporaryDirectory(prefix="rigidcli-") as scratch:
         batch = gather(asked.answers, asked.assignment, Path(scratch))
         target.protect(*(place.file for place in batch.places))

@@ -6,21 +6,18 @@ import csv
 import io
 import os
 from collections import Counter, defaultdict
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
 from functools import partial
 from itertools import islice
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 from rigidcli.errors import DocumentError, Problem, guess, shown
 from rigidcli.fields.texts import read_text, safe_name
 from rigidcli.homework.answers import folded
 from rigidcli.homework.base import Judgement, Tell
 from rigidcli.homework.names import listed, noted
-
-if TYPE_CHECKING:
-    from rigidcli.homework.roster import Roster
 
 MOST_BYTES = 50_000_000
 """Length of a file that an instructor gives: a gradebook of thousands of students has some 5 MB."""
@@ -136,11 +133,13 @@ class Overrides:
 
 
 def read_overrides(
-    path: str | os.PathLike[str], worth: Mapping[str, float], roster: Roster | None = None
+    path: str | os.PathLike[str],
+    worth: Mapping[str, float],
+    called: Callable[[str], Sequence[str]] | None = None,
 ) -> Overrides:
-    """The overrides in a file, of questions that are `worth` points; a roster knows all names of a student.
+    """The overrides in a file, of questions that are `worth` points. Raises DocumentError.
 
-    Raises DocumentError.
+    Of a roster, `called` tells the students whom a name may mean.
     """
     table = read_spreadsheet(path)
     heads = [folded(head) for row in table.rows[:1] for head in row]
@@ -154,7 +153,7 @@ def read_overrides(
         if not any(cells.values()):
             continue
         student, question, score, reason = (cells[name] for name in COLUMNS)
-        people = roster.called(student) if roster else []
+        people = called(student) if called else ()
         student = people[0] if len(people) == 1 else student
         place = folded(student), folded(question)
         whole, points = most.get(place[1]), points_in(score)
