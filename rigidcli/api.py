@@ -167,7 +167,6 @@ def check(
             raise DocumentError(batch.problems)
         handed_in = papers(batch, people, prepared.questions, jobs)
         notes += handed_in.notes
-        told = prepared.judged(handed_in, people, scores, jobs, lambda source, said: notes.extend(said))
-        judged = list(told)
+        judged = [*prepared.judged(handed_in, people, scores, jobs, lambda _, said: notes.extend(said))]
     style = ReportStyle(Feedback(feedback), late=any(student.late for student in judged))
     return Judgements([json.loads(line) for line in render("json", judged, style)], notes)
