@@ -64,7 +64,6 @@ def studies(steps: bool = False) -> "dict[str, Study]":
 
 
 def _file(name: str, metavar: str, help: str) -> Any:
-    """An option that names a file or a column."""
     return typer.Option(name, metavar=metavar, help=help)
 
 
