@@ -1,19 +1,21 @@
 """Programs of the equations of motion that run by themselves and print csv: in Python with scipy, and in C99.
 
-A program holds names of a document only as identifiers, which are letters, digits and underscores, and differ
-from the words of the language. It holds other text of a document only in comments of one line. In C, names of
-the document end in an underscore, which no name of C, its libraries or the program does.
+The parts of a program stand in `python.txt` and `c.txt`. A program holds names of a document only as
+identifiers, which are letters, digits and underscores, and differ from the words of the language. It holds
+other text of a document only in comments of one line. In C, names of the document end in an underscore, which
+no name of C, its libraries or the program does.
 """
 
 from __future__ import annotations
 
 import builtins
 import keyword
+import re
 import textwrap
-from collections.abc import Callable, Iterable
-from dataclasses import dataclass
+from collections.abc import Iterable
 from pathlib import Path
 from string import Template
+from typing import NamedTuple
 
 import numpy as np
 
@@ -22,7 +24,7 @@ from rigidcli.language.sharing import Formulas
 from rigidcli.language.text import text
 from rigidcli.language.tree import Call, Constant, Name, Negative, Node, Number, Power, rebuilt
 from rigidcli.render import Look
-from rigidcli.report import Program, Report, Run
+from rigidcli.report import Report, Run
 
 WIDTH = 100
 """The width of lines in characters; longer ones are broken at blanks."""
@@ -31,19 +33,16 @@ FUNCTIONS = {"abs": "fabs"}
 """The functions that these languages call by another name than documents do."""
 
 
-@dataclass(frozen=True, slots=True)
-class Language:
-    """What differs from language to language: comments, names, powers, and the parts of a program.
+class Language(NamedTuple):
+    """What differs from language to language.
 
-    No name of a document may be one of the `words`; each gets the `suffix`. `power` is the sign of a power
-    with a whole exponent, and empty where it is a call of `pow`, as all other powers are. A `constant` is a
-    line with a name and a number, for which `missing` stands where there is no value; in functions, `local`
-    begins and `end` ends a line with a name and a formula. `rates` and `quantity` are functions. The file
-    `orbit` follows the motion from its start; without a start, `nothing` says how to. The command `usage`
-    runs the program.
+    `parts`: the file with the parts of a program. No name of a document may be one of the `words`; each gets
+    the `suffix`. `power` is the sign of a power with a whole exponent, and empty where it is a call of `pow`,
+    as all other powers are. A `constant` is a line with a name and a number, for which `missing` stands where
+    there is no value. In functions, `local` begins and `end` ends a line with a name and a formula.
     """
 
-    usage: str
+    parts: str
     comment: str
     words: frozenset[str]
     suffix: str
@@ -52,78 +51,19 @@ class Language:
     missing: str
     local: str
     end: str
-    rates: str
-    quantity: str
-    orbit: str
-    nothing: str
-    sign: str
 
 
 _OWN = "H START SIZES TIMES copysign f fabs nan np pi pow solution solve_ivp sqrt state t"
 """The names that programs in Python define or import themselves."""
 
-# Python raises an error for a fractional power of a negative number by `pow`; `**` has a complex number.
-PYTHON = Language(
-    usage="python program.py > orbit.csv",
-    comment="#",
-    words=frozenset([*_OWN.split(), *keyword.kwlist, *keyword.softkwlist, *dir(builtins)]),
-    suffix="",
-    power="**",
-    constant="{} = {}",
-    missing="nan",
-    local="",
-    end="",
-    rates='''
-def f(t, state):
-    """The derivatives of {variables} by time."""
-{locals}    return [
-{values}    ]
+_WORDS = frozenset([*_OWN.split(), *keyword.kwlist, *keyword.softkwlist, *dir(builtins)])
 
-''',
-    quantity='''
-def {function}(t, state):
-    """The value of {name}."""
-{locals}{value}
-
-''',
-    orbit="orbit.txt",
-    nothing="With scipy.integrate.solve_ivp, an orbit from the values `start` of {variables} is "
-    "solve_ivp(f, (0, duration), start, rtol=1e-10, atol=1e-10).",
-    sign='''
-def sign(x):
-    """The sign of a number: 1.0, -1.0, or 0.0 of zero."""
-    return copysign(1.0, x) if x else 0.0
-
-''',
-)
-
+# Python raises an error for a fractional power of a negative number by `pow`; `**` has a complex number. In C
+# it is not a number.
+PYTHON = Language("python.txt", "#", _WORDS, "", "**", "{} = {}", "nan", "", "")
 C = Language(
-    usage="cc -O2 program.c -o program -lm && ./program > orbit.csv",
-    comment="//",
-    words=frozenset(["H"]),
-    suffix="_",
-    power="",
-    constant="static const double {} = {};",
-    missing="NAN",
-    local="const double ",
-    end=";",
-    rates="""
-// The derivatives of {variables} by time.
-void f(double t, const double state[], double rates[])
-{{
-{locals}{values}}}
-""",
-    quantity="""
-double {function}(double t, const double state[])
-{{
-{locals}{value}
-}}
-""",
-    orbit="orbit.c",
-    nothing="f gives the rates of {variables} at a time, for any method of integration.",
-    sign="\nstatic double sign(double x) { return (x > 0) - (x < 0); }\n",
+    "c.txt", "//", frozenset(["H"]), "_", "", "static const double {} = {};", "NAN", "const double ", ";"
 )
-"""C; a fractional power of a negative number is not a number."""
 
 
 def python(report: Report, look: Look) -> str:
@@ -131,22 +71,22 @@ def python(report: Report, look: Look) -> str:
     source = _Source(report, PYTHON)
     program, run = source.program, source.program.run
     unpack = f"    {', '.join(source.names[name] for name in program.variables)} = state\n"
-    functions = source.functions(lambda formulas: unpack, lambda place, value: f"        {value},")
-    constants, main = source.constants(), source.nothing()
+    rates = [source.line("        {},", tree) for tree in program.rates.values]
+    functions = source.functions(rates, dict.fromkeys(["", *program.quantities], unpack))
+    constants, main, libraries = source.constants(), source.nothing(), ""
     if run is not None:
-        even = source.even_times()
+        even = _even_times(run)
         shown, calls = source.printed()
         times = "np.linspace(0.0, {!r}, {})".format(*even) if even else f"np.array([{_numbers(run.times)}])"
         state = "*state" if shown == len(program.variables) else f"*state[:{shown}]"
         end = "TIMES[-1]" if run.times[-1] else "1.0"
-        main = "\n" + source.orbit(run, times=times, end=end, cells=", ".join([state, *calls]))
+        main = source.orbit(run, times=times, end=end, cells=", ".join([state, *calls]))
+        libraries = "import numpy as np\nfrom scipy.integrate import solve_ivp\n\n"
     used = source.used | ({"nan"} if "nan" in constants else set())
     used = (used | {"copysign"} if "sign" in used else used) - {"sign"}
     names = sorted(FUNCTIONS.get(name, name) for name in used)
     imports = f"from math import {', '.join(names)}\n\n" if names else ""
-    if run is not None:
-        imports += "import numpy as np\nfrom scipy.integrate import solve_ivp\n\n"
-    return f"{source.heading()}\n{imports}{constants}\n{functions}{main}"
+    return f"{source.heading()}\n{imports}{libraries}{constants}\n{functions}{main}"
 
 
 def c(report: Report, look: Look) -> str:
@@ -162,14 +102,16 @@ def c(report: Report, look: Look) -> str:
                 lines.append(f"    const double {source.names[name]} = state[{place}];\n")
         return "".join(lines)
 
-    functions = source.functions(unpacked, lambda place, value: f"    rates[{place}] = {value};")
+    rates = [source.line(f"    rates[{k}] = {{}};", tree) for k, tree in enumerate(program.rates.values)]
+    every = {"": program.rates, **program.quantities}
+    functions = source.functions(rates, {name: unpacked(formulas) for name, formulas in every.items()})
     constants = "static const double pi = 3.141592653589793;\n" if "pi" in source.used else ""
     main = source.nothing()
     if run is not None:
-        even = source.even_times()
+        even = _even_times(run)
         shown, calls = source.printed()
         cells = [*(f"state[{place}]" for place in range(shown)), *calls]
-        main = "\n" + source.orbit(
+        main = source.orbit(
             run,
             times="" if even else f"static const double TIMES[SAMPLES] = {{{_numbers(run.times)}}};\n",
             next=f"sample * ({even[0]!r} / (SAMPLES - 1))" if even else "TIMES[sample]",
@@ -180,13 +122,14 @@ def c(report: Report, look: Look) -> str:
 
 
 class _Source:
-    """The names of a program in a language, and its formulas written with them."""
+    """The names of a program in a language, and its parts written with them."""
 
     def __init__(self, report: Report, language: Language) -> None:
         if report.program is None:
             raise UsageError("there are no equations of motion here", hint="`hamilton` writes programs")
-        self.program: Program = report.program
-        self.language = language
+        self.program, self.language = report.program, language
+        parts = Path(__file__).with_name(language.parts).read_text("utf-8")
+        self._parts = dict(re.findall(r"^=== (\w+)\n(.*?)(?=^===|\Z)", parts, re.DOTALL | re.MULTILINE))
         self.names: dict[str, str] = {}
         self.used: set[str] = set()
         """The functions that the written formulas call, with `pow` and `pi`, by their names in documents."""
@@ -201,6 +144,10 @@ class _Source:
             taken.add(new)
             self.names[name] = new
 
+    def _part(self, name: str, /, **words: str) -> str:
+        variables = ", ".join(self.program.variables)
+        return Template(self._parts[name]).substitute(words, variables=variables)
+
     def heading(self) -> str:
         """Comments with the command that runs the program and the remarks on the system.
 
@@ -208,19 +155,18 @@ class _Source:
         """
         mark = self.language.comment
         first = f"{mark} Equations of motion as a program, written by rigidcli. It is run by"
-        return f"{first}\n{mark}     {self.language.usage}\n{mark}\n{self._comment(*self.program.about)}"
+        return f"{first}\n{mark}     {self._part('usage')}{mark}\n{self._comment(*self.program.about)}"
 
-    def orbit(self, run: Run, **parts: str) -> str:
-        """The part that follows the orbit from its start and prints it, with `parts` of this language."""
-        parts |= {"start": _numbers(run.start), "sizes": _numbers(run.sizes)}
-        parts |= {"count": str(len(run.start)), "samples": str(len(run.times))}
-        template = Template(Path(__file__).with_name(self.language.orbit).read_text("utf-8"))
-        return template.substitute(parts, head=",".join(self.program.columns))
+    def orbit(self, run: Run, **words: str) -> str:
+        """The part that follows the orbit from its start and prints it."""
+        words |= {"start": _numbers(run.start), "sizes": _numbers(run.sizes)}
+        words |= {"count": str(len(run.start)), "samples": str(len(run.times))}
+        return self._part("orbit", head=",".join(self.program.columns), **words)
 
     def nothing(self) -> str:
         """The comment in place of an orbit."""
-        words = "The document has no orbit, so that nothing is run here. " + self.language.nothing
-        return "\n" + self._comment(words.format(variables=", ".join(self.program.variables)))
+        words = "The document has no orbit, so that nothing is run here. " + self._part("nothing")
+        return "\n" + self._comment(words.rstrip())
 
     def _comment(self, *paragraphs: str) -> str:
         """Lines of comment. None ends in a backslash, or in the trigraph of C that stands for one."""
@@ -241,21 +187,21 @@ class _Source:
             lines.append(line + (f"  {language.comment} {'; '.join(notes)}\n" if notes else "\n"))
         return "".join(lines)
 
-    def functions(self, variables: Callable[[Formulas], str], rate: Callable[[int, str], str]) -> str:
-        """The functions of the rates and the quantities; `variables` unpacks the state for formulas."""
-        language, program = self.language, self.program
-        rates = (self._line(rate(k, "{}"), tree) for k, tree in enumerate(program.rates.values))
-        written = language.rates.format(
-            variables=", ".join(program.variables),
-            locals=variables(program.rates) + self._steps(program.rates),
-            values="".join(f"{line}\n" for line in rates),
-        )
+    def functions(self, rates: Iterable[str], unpacked: dict[str, str]) -> str:
+        """The functions of the `rates`, which are lines, and of the quantities.
+
+        By its name, or "" of the rates, the state of each function is `unpacked` by lines at its beginning.
+        """
+        program, end = self.program, self.language.end
+        values, steps = "".join(f"{line}\n" for line in rates), self._steps(program.rates)
+        written = self._part("rates", steps=unpacked[""] + steps, values=values)
         for name, formulas in program.quantities.items():
-            value = self._line(f"    return {{}}{language.end}", formulas.values[0])
-            unpacked = variables(formulas) + self._steps(formulas)
-            function = self._function(name)
-            written += language.quantity.format(name=name, function=function, locals=unpacked, value=value)
-        return (language.sign if "sign" in self.used else "") + written
+            value = self.line(f"    return {{}}{end}", formulas.values[0])
+            steps = unpacked[name] + self._steps(formulas)
+            written += self._part(
+                "quantity", name=name, function=self._function(name), steps=steps, value=value
+            )
+        return (self._part("sign") if "sign" in self.used else "") + written
 
     def _function(self, quantity: str) -> str:
         """The name of the function of a quantity; that of H is H, and no parameter has this name."""
@@ -267,13 +213,13 @@ class _Source:
         return len(self.program.columns) - 1 - len(calls), calls
 
     def _steps(self, formulas: Formulas) -> str:
-        """The steps of formulas, one a line."""
-        step = f"    {self.language.local}{{}} = {{{{}}}}{self.language.end}"
+        begin, end = self.language.local, self.language.end
         return "".join(
-            self._line(step.format(self.names[name]), tree) + "\n" for name, tree in formulas.steps
+            self.line(f"    {begin}{self.names[name]} = {{}}{end}", tree) + "\n"
+            for name, tree in formulas.steps
         )
 
-    def _line(self, template: str, tree: Node) -> str:
+    def line(self, template: str, tree: Node) -> str:
         """A line with the formula of a tree; if it is too long, it is broken inside of parentheses."""
         formula = text(self._translated(tree), self.language.power or "**")
         if len(line := template.format(formula)) <= WIDTH:
@@ -304,14 +250,13 @@ class _Source:
         self.used.add(function)
         return Call(FUNCTIONS.get(function, function), arguments)
 
-    def even_times(self) -> tuple[float, int] | None:
-        """The last time and the number of times, if they are evenly spaced from zero on; else None."""
-        assert self.program.run is not None
-        times = self.program.run.times
-        even = np.linspace(0.0, times[-1], len(times))
-        if len(times) < 2 or np.abs(times - even).max() > 1e-9 * even[1]:
-            return None
-        return float(times[-1]), len(times)
+
+def _even_times(run: Run) -> tuple[float, int] | None:
+    """The last time and the number of times, if they are evenly spaced from zero on; else None."""
+    even = np.linspace(0.0, run.times[-1], len(run.times))
+    if len(even) < 2 or np.abs(run.times - even).max() > 1e-9 * even[1]:
+        return None
+    return float(even[-1]), len(even)
 
 
 def _numbers(values: Iterable[float]) -> str:
