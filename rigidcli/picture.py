@@ -28,6 +28,7 @@ class Mark:
     `label`: for the legend.
     `style`: a place in the lists of colours and line styles. `quiet` marks are thin and grey.
     `normals`: (n, 3) of a line on a closed surface; they tell its far side.
+    `is_rough`: the faces only come near the surface, so that their edges are not its edges.
     """
 
     form: Literal["line", "dots", "arrow", "faces", "contours"]
@@ -37,6 +38,7 @@ class Mark:
     quiet: bool = False
     levels: tuple[float, ...] = ()
     normals: Any = None
+    is_rough: bool = False
 
 
 @dataclass(frozen=True, slots=True)

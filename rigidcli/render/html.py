@@ -59,7 +59,6 @@ def _documents_once(reports: Iterable[Report]) -> Iterator[Report]:
 
 
 def _contents(title: str, names: Iterable[str]) -> str:
-    """The heading of several results, with links to each."""
     links = "".join(
         f'<li><a href="#result-{place}">{text(name)}</a></li>\n' for place, name in enumerate(names, 1)
     )
@@ -85,12 +84,11 @@ def _dress(body: str) -> tuple[str, list[str]]:
 
 
 def _section(report: Report, look: Look, head: str, anchor: str, *, is_cell: bool = False) -> str:
-    """A report under a heading, in an element with the class of the style."""
     name = f' id="{anchor}"' if anchor else ""
     return "".join(
         [
             f'<section class="rigidcli"{name}>\n<{head}>{text(report.heading)}</{head}>\n',
-            *_front(_figures(report, look, is_cell=is_cell), _results_of(report, look)),
+            _front("".join(_figures(report, look, is_cell=is_cell)), "".join(_results_of(report, look))),
             *_tables(report.tables, look),
             *_working(report.steps if look.steps else (), look),
             *_notes(report),
@@ -100,13 +98,10 @@ def _section(report: Report, look: Look, head: str, anchor: str, *, is_cell: boo
     )
 
 
-def _front(figures: Iterable[str], results: Iterable[str]) -> Iterator[str]:
+def _front(figures: str, results: str) -> str:
     """Figures and results, side by side on a wide page."""
-    drawn = "".join(figures)
-    yield '<div class="front">\n'
-    if drawn:
-        yield f'<div class="figures">\n{drawn}</div>\n'
-    yield f"<div>{''.join(results)}</div>\n</div>\n"
+    figures = figures and f'<div class="figures">\n{figures}</div>\n'
+    return f'<div class="front">\n{figures}<div>{results}</div>\n</div>\n'
 
 
 def _figures(report: Report, look: Look, *, is_cell: bool) -> Iterator[str]:
@@ -166,7 +161,6 @@ def _results(report: Report, look: Look) -> Iterator[str]:
 
 
 def _result(entry: Field, look: Look) -> str:
-    """The formula of a result, or its words."""
     if entry.words or entry.value is None:
         return prose(entry.words or "not known")
     found = value(entry, look.digits)
@@ -205,7 +199,6 @@ def _cells(column: Column, texts: list[str]) -> Iterator[str]:
 
 
 def _working(steps: Iterable[Step], look: Look) -> Iterator[str]:
-    """The steps of the way to the results."""
     if steps:
         yield '<div class="working"><h3>The working</h3>\n<ol>\n'
         for step in steps:
@@ -225,7 +218,6 @@ def _notes(report: Report) -> Iterator[str]:
 
 
 def _document(report: Report) -> Iterator[str]:
-    """The text of the document, folded."""
     if report.document:
         yield f"<details><summary>The document: {text(report.source)}</summary>\n"
         lines = "\n".join(map(text, report.document.splitlines()))

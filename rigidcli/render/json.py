@@ -30,7 +30,5 @@ def piece(report: Report, look: Look) -> str:
 
 def _asked(table: Table, look: Look) -> Table:
     """A table of data with those quantities of which the look shows at least one column."""
-    if not table.data:
-        return table
-    asked = (column for column in table.columns if set(column.cells) & set(look.columns))
-    return replace(table, columns=tuple(asked))
+    asked = (column for column in table.columns if {*column.cells} & {*look.columns})
+    return replace(table, columns=tuple(asked)) if table.data else table

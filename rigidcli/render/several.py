@@ -25,7 +25,6 @@ def named(reports: Iterable[Report]) -> list[Report]:
 
 
 def _distinct(names: Sequence[tuple[str, str]]) -> list[str]:
-    """The names of reports with these names and FILES."""
     sources = defaultdict[str, set[str]](set)
     for name, source in names:
         sources[name].add(source)

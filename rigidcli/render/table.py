@@ -26,7 +26,6 @@ def render(reports: Iterable[Report], look: Look) -> Iterator[str]:
 
 
 def _block(head: str, words: str, fields: Iterable[Field], tables: Iterable[Table], look: Look) -> str:
-    """A head, a sentence if there is one, results and tables."""
     page = Page(look.width, look.colour)
     page.line((printable(head), "bold"))
     if words:
@@ -56,7 +55,7 @@ def _block(head: str, words: str, fields: Iterable[Field], tables: Iterable[Tabl
 
 
 def _value(entry: Field, digits: int) -> tuple[str, str]:
-    """The value as lines of text, and its unit."""
+    """The lines of a value, and its unit."""
     if entry.words:
         return entry.words, ""
     if entry.value is None:

@@ -95,7 +95,11 @@ def _unit_for(si: Unit, units: Units) -> Unit | None:
         return None  # a unit that the name of the result promises, such as years
     if si.dimension in units:
         return units[si.dimension]
-    powers = {base: power for base in BASES if (power := _power(si.dimension, base))}
+    powers = {
+        base: power
+        for base in BASES
+        if (power := sum(a * b for a, b in zip(si.dimension, base, strict=True)))
+    }
     if not powers.keys() & units.keys():
         return None
     above: list[str] = []
@@ -105,8 +109,3 @@ def _unit_for(si: Unit, units: Units) -> Unit | None:
         (above if power > 0 else below).append(name if abs(power) == 1 else f"{name}^{abs(power)}")
     lower = f"({' '.join(below)})" if len(below) > 1 else "".join(below)
     return parse_unit(f"{' '.join(above) or '1'}/{lower}" if lower else " ".join(above))
-
-
-def _power(dimension: Dimension, base: Dimension) -> int:
-    """The power of a base in a dimension."""
-    return sum(a * b for a, b in zip(dimension, base, strict=True))

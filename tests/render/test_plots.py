@@ -226,6 +226,28 @@ def test_files_are_the_same_bytes_each_time_and_light(program: Program, tmp_path
 
 
 @pytest.mark.usefixtures("matplotlib")
+@pytest.mark.parametrize(
+    ("body", "count", "length"),
+    [
+        (f"{{mesh: {ROOT}/configs/bracket.stl, mass: 1, scale: 0.05}}", 18, 0.05 * (2 * 200 + 6 * 30)),
+        ("{shape: box, size: [1, 2, 3], mass: 1}", 12, 24.0),
+        ("{shape: cylinder, radius: 1, height: 5, mass: 1}", None, 4 * np.pi),
+        ("{shape: sphere, radius: 1, mass: 1}", 0, 0.0),
+    ],
+)
+def test_edges_are_drawn_where_a_surface_bends_and_not_in_its_sides(
+    body: str, count: int | None, length: float
+) -> None:
+    from rigidcli.render.plots.drawing import figure_of
+
+    axes = figure_of(rigidcli.axes(f"body: {body}", picture="body").pictures[0], "").axes[0]
+    lines = [each for each in axes.collections if list(each.get_linewidth()) == [0.5]]  # arrows are thicker
+    edges = [np.array(edge) for each in lines for edge in getattr(each, "_segments3d", ())]
+    assert count is None or len(edges) == count
+    assert sum(np.linalg.norm(end - start) for start, end in edges) == pytest.approx(length, rel=0.02)
+
+
+@pytest.mark.usefixtures("matplotlib")
 def test_labels_and_units_are_texts_of_an_svg(program: Program, tmp_path: Path) -> None:
     file = tmp_path / "picture.svg"
     assert program("euler", "configs/t_handle.yaml", "--plot", str(file)).code == 0

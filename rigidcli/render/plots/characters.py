@@ -8,7 +8,7 @@ import numpy as np
 import plotext
 
 from rigidcli.core.arithmetic import Floats
-from rigidcli.picture import Mark, Panel, Ruler
+from rigidcli.picture import Mark, Panel
 from rigidcli.report import Report
 
 WIDTH, HEIGHT = 72, 20
@@ -36,7 +36,7 @@ def _panel(panel: Panel, width: int) -> str:
     figure.theme("colorless")
     figure.plot_size(width, HEIGHT)
     solid = len(panel.rulers) == 3
-    names = [_name(ruler) for ruler in panel.rulers]
+    names = [f"{ruler.name} ({ruler.unit})" if ruler.unit else ruler.name for ruler in panel.rulers]
     for mark in panel.marks:
         for points in _lines(mark):
             places = points @ VIEW.T if solid else points
@@ -57,10 +57,6 @@ def _panel(panel: Panel, width: int) -> str:
 
 def _sign(mark: Mark) -> str:
     return "." if mark.quiet else SIGNS[mark.style]
-
-
-def _name(ruler: Ruler) -> str:
-    return f"{ruler.name} ({ruler.unit})" if ruler.unit else ruler.name
 
 
 def _lines(mark: Mark) -> list[Floats]:

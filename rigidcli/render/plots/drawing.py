@@ -6,14 +6,16 @@ import io
 import logging
 import math
 import re
+from collections.abc import Sequence
 from typing import Any
 
 import matplotlib as mpl
 import numpy as np
 from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
-from mpl_toolkits.mplot3d.art3d import Poly3DCollection
+from mpl_toolkits.mplot3d.art3d import Line3DCollection, Poly3DCollection
 
+from rigidcli.core.arithmetic import Floats
 from rigidcli.picture import Mark, Panel, Picture, Ruler
 from rigidcli.render.values import raised
 from rigidcli.report import Report
@@ -72,6 +74,9 @@ EDGES = (
 
 matplotlib draws twice where it looks for this room itself.
 """
+
+CREASE = math.radians(30)
+"""The least bend of a surface at an edge that is drawn: round sides are made of planes that bend by less."""
 
 HEADING = 0.2
 """Height of the title of a panel, in inches."""
@@ -231,16 +236,36 @@ def _arrow(axes: Any, mark: Mark) -> None:
 
 def _faces(axes: Any, mark: Mark) -> None:
     colour = "#FFFFFF" if mark.quiet else COLOURS[mark.style]
-    is_plain = len(mark.points) < 80  # edges of many faces would hide the colour
-    edge = GREY if mark.quiet or max(map(len, mark.points)) * len(mark.points) < 80 else colour
     faces = Poly3DCollection(list(mark.points), facecolors=colour, shade=len(mark.points) > 1, alpha=0.28)
-    faces.set_edgecolor(edge if is_plain else "none")
-    faces.set(linewidth=0.5, clip_on=False)
+    faces.set(edgecolor="none", clip_on=False)
+    if edges := [] if mark.is_rough else _creases(mark.points):
+        axes.add_collection3d(Line3DCollection(edges, color=GREY, linewidth=0.5, clip_on=False))
     if mark.label:  # in the legend in its own colour, which is not that of any face in its light
         look = {"marker": "s", "markersize": 9, "linestyle": "none", "alpha": 0.5, "mec": GREY}
         axes.plot([], [], [], **(_look(mark) | look | {"color": colour}))
     axes.add_collection3d(faces)
     axes.auto_scale_xyz(*np.vstack(list(mark.points)).T)
+
+
+def _creases(faces: Sequence[Floats]) -> list[Floats]:
+    """The edges (each 2 by 3) of plane faces where the surface ends, or bends by more than CREASE.
+
+    The diagonals that cut plane sides into triangles, and the edges of a round side, are none.
+    """
+    size = float(np.abs(np.vstack(list(faces))).max()) or 1.0
+    beside: dict[frozenset[tuple[float, ...]], list[tuple[Floats, Floats]]] = {}
+    for face in faces:
+        fan = np.cross(face[1:-1] - face[0], face[2:] - face[0]).sum(axis=0)
+        normal = fan / (np.linalg.norm(fan) or 1.0)
+        corners = list(map(tuple, np.round(face / size, 9).tolist()))  # equal but for rounding
+        for place, corner in enumerate(corners):
+            before = corners[place - 1]
+            # Two faces with the same sense of turning go along a common edge in opposite directions.
+            side = normal if before < corner else -normal
+            if before != corner and normal.any():
+                beside.setdefault(frozenset((before, corner)), []).append((face[[place - 1, place]], side))
+    least = -math.cos(CREASE)
+    return [edge for (edge, side), *others in beside.values() if not others or others[0][1] @ side > least]
 
 
 def _contours(axes: Any, mark: Mark) -> None:

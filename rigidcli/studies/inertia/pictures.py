@@ -96,6 +96,7 @@ def marks_of_body(document: Document) -> Iterator[Mark]:
     material: list[Floats] = []
     holes: list[Floats] = []
     wires: list[Floats] = []
+    is_rough = False
     for leaf in (leaf.within(place, 1, ()) for leaf in inner):
         turn, shift = leaf.rotation, leaf.displacement
         if isinstance(leaf.form, PointMasses):
@@ -105,12 +106,13 @@ def marks_of_body(document: Document) -> Iterator[Mark]:
         elif isinstance(leaf.form, Shape | Mesh):
             target = wires if isinstance(leaf.form, Wire) else holes if leaf.sign < 0 else material
             faces = leaf.form.faces(MOST_FACES, 24) if isinstance(leaf.form, Mesh) else leaf.form.faces()
+            is_rough |= isinstance(leaf.form, Mesh) and leaf.form.checked.surface.triangles > MOST_FACES
             faces = [np.asarray(face @ turn.T + shift, dtype=float) for face in faces]
             target += _grown(faces) if target is holes else faces
     if material := _outside(material):
-        yield Mark("faces", material, "the body", style=5)
+        yield Mark("faces", material, "the body", style=5, is_rough=is_rough)
     if holes:
-        yield Mark("faces", holes, "hole", quiet=True)
+        yield Mark("faces", holes, "hole", quiet=True, is_rough=is_rough)
     for number, wire in enumerate(wires):
         yield Mark("line", wire, "" if number or material else "the body", style=5)
 
