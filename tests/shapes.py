@@ -1,34 +1,7 @@
 """Dimensions for every shape, as a document has them, of numbers that are exact and unlike each other."""
 
-DIMENSIONS: dict[str, str] = {
-    "box": "size: [1, 2, 7/3]",
-    "cube": "side: 0.1",
-    "sphere": "radius: 1.5",
-    "hollow_sphere": "outer_radius: 2, inner_radius: 1.9",
-    "ellipsoid": "semi_axes: [1, 2, 0.3]",
-    "cylinder": "radius: 2, height: 5/3",
-    "tube": "outer_radius: 2, inner_radius: 1.5, height: 3",
-    "elliptic_cylinder": "semi_axes: [1, 2], height: 0.7",
-    "half_cylinder": "radius: 2, height: 3",
-    "cone": "radius: 1.1, height: 3",
-    "frustum": "bottom_radius: 2, top_radius: 0.5, height: 3",
-    "pyramid": "base: [1, 2], height: 3",
-    "hemisphere": "radius: 2",
-    "spherical_cap": "radius: 2, cap_height: 0.5",
-    "capsule": "radius: 1, height: 2.2",
-    "torus": "major_radius: 3, minor_radius: 0.7",
-    "tetrahedron": "vertices: [[1, 2, 3], [4, -1, 2], [-2, 0.5, 1], [0, 3, -2]]",
-    "prism": "vertices: [[0, 0], [3, 0], [3, 1], [1, 1], [1, 4], [0, 4]], height: 5/3",
-    "spherical_shell": "radius: 1.3",
-    "hemispherical_shell": "radius: 2",
-    "cylindrical_shell": "radius: 1, height: 1.3",
-    "conical_shell": "radius: 1, height: 2",
-    "plate": "size: [1, 2.5]",
-    "disk": "radius: 1.3",
-    "annulus": "outer_radius: 2, inner_radius: 0.3",
-    "half_disk": "radius: 2",
-    "triangle": "vertices: [[1, 2, 3], [-3, 1, 5], [0.5, -7, 2]]",
-    "polygon": "vertices: [[0, 0], [3, 0], [3, 1], [1, 1], [1, 4], [0, 4]]",
-    "rod": "length: 1.7",
-    "ring": "radius: 0.9",
-}
+from __future__ import annotations
+
+from tests.tables import rows_of
+
+DIMENSIONS: dict[str, str] = rows_of(__file__, "dimensions")

@@ -21,6 +21,7 @@ from rigidcli.document.syntax import read_tree
 from rigidcli.document.system import Particle, System
 from rigidcli.document.variables import Transform
 from rigidcli.fields.section import Section
+from tests.tables import rows_of
 
 from .conftest import ROOT, Program
 
@@ -101,14 +102,7 @@ VALUES = st.recursive(
 )
 NUMERIC = ["cone_top", "cube_corner", "flywheel", "known_tensor", "three_masses", "triangular_plate", "water"]
 MOVING = ["tennis_racket", "feynman_plate", "openstax_gyroscope", "top_looping", "top_sleeping", "earth"]
-SYSTEMS = [
-    "notes_spring",
-    "kepler_polar",
-    "magnetic_particle",
-    "taylor_13_12",
-    "taylor_13_26",
-    "bead_on_hoop",
-]
+SYSTEMS = rows_of(__file__, "systems")
 
 
 @cache

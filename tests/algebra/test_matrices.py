@@ -10,6 +10,7 @@ from rigidcli.algebra.expressions import ONE, ZERO
 from rigidcli.algebra.trees import to_tree
 from rigidcli.core.arithmetic import Floats
 from rigidcli.language.expression import real
+from tests.tables import rows_of
 from tests.trees import expression, matrix
 
 POINT = {"a": 0.7, "b": 1.3, "m": 2.1, "q": 0.4}
@@ -21,15 +22,7 @@ def numbers(entries: matrices.Matrix) -> Floats:
 
 @pytest.mark.parametrize(
     "rows",
-    [
-        ["m"],
-        ["m,0", "0,a"],
-        ["m,a*cos(q)", "a*cos(q),b"],
-        ["2,1,0", "1,2,1", "0,1,2"],
-        ["m,a,0", "a,b,q", "0,q,3"],
-        ["3,a,q,0", "a,4,0,b", "q,0,5,1", "0,b,1,6"],
-        ["2*m,m,0,0,m", "m,3*m,m,0,0", "0,m,4*m,0,0", "0,0,0,m,0", "m,0,0,0,5*m"],
-    ],
+    rows_of(__file__, "inverses"),
 )
 def test_inverses(rows: list[str]) -> None:
     entries = matrix(*rows)

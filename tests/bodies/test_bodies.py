@@ -23,6 +23,7 @@ from rigidcli.bodies.composites import Composite
 from rigidcli.bodies.shape import Region
 from rigidcli.errors import DocumentError
 from tests.bodies.test_shapes import loaded, result, scaled
+from tests.tables import rows_of
 
 Floats = NDArray[np.float64]
 Body = Mapping[str, Any]
@@ -159,15 +160,7 @@ def test_every_spelling_of_a_rotation(rotation: dict[str, Any], turn: Floats) ->
     same(result({"points": CLOUD}, frame=rotation), moved(CLOUD, turn.T, [0, 0, 0]))
 
 
-AXES: list[list[float]] = [
-    [0, 0, 2],
-    [0, 0, -2],
-    [1, 0, 0],
-    [0, -3, 0],
-    [1, 2, 3],
-    [1e-9, 0, -1],
-    [-1, 1, -1e-3],
-]
+AXES: list[list[float]] = rows_of(__file__, "axes")
 
 
 @pytest.mark.parametrize("axis", AXES)
@@ -183,19 +176,7 @@ def test_axis_turns_z_onto_it_the_short_way(axis: list[float]) -> None:
 
 @pytest.mark.parametrize(
     ("rotation", "word"),
-    [
-        ({"quaternion": [0, 0, 0, 0]}, "zero"),
-        ({"axis": [0, 0, 0], "angle": 1}, "zero"),
-        ({"matrix": [[1, 0, 0], [0, 1, 0], [0, 0, -1]]}, "reflection"),
-        ({"matrix": [[1, 0, 0], [0, 1, 0], [0, 1e-4, 1]]}, "no rotation"),
-        ({"euler": [0, 0, 0], "sequence": "zzx"}, "sequence"),
-        ({"euler": [0, 0, 0], "sequence": "ZXZ"}, "sequence"),
-        ({"euler": [0, 0]}, "euler"),
-        ({"axis": [0, 0, 1]}, "angle"),
-        ({"axis": [0, 0, 1], "angle": "1 m"}, "angle"),
-        ({"axis": [0, 0, 1], "angle": 1, "quaternion": [1, 0, 0, 0]}, "rotation"),
-        ({}, "rotation"),
-    ],
+    rows_of(__file__, "what is no rotation is refused"),
 )
 def test_what_is_no_rotation_is_refused(rotation: dict[str, Any], word: str) -> None:
     text = refusal({"points": CLOUD, "rotation": rotation})
@@ -575,17 +556,7 @@ def test_moments_lie_along_the_forms_axes() -> None:
 
 @pytest.mark.parametrize(
     ("body", "law"),
-    [
-        ({"moments": [1, 1, 2.01], "mass": 1}, "lambda3 <= lambda1 + lambda2"),
-        ({"moments": [-0.1, 1, 1], "mass": 1}, "nonnegative"),
-        ({"moments": [1, 1, 2.01]}, "lambda3 <= lambda1 + lambda2"),
-        ({"inertia": [[1, 1.5, 0], [1.5, 1, 0], [0, 0, 1]], "mass": 1}, "lambda1 >= 0"),
-        ({"inertia": [[2, 1, 0], [1, 2, 0], [0, 0, 0.5]], "mass": 1}, "lambda3 <= lambda1 + lambda2"),
-        # About the origin it is fine, about the centre of mass, 1 m from there, no body has it.
-        ({"moments": [2, 2, 2], "mass": 3, "com": [1, 0, 0], "given_about": "origin"}, "lambda1 >= 0"),
-        ({"moments": [1e-47, 1e-47, 2.01e-47], "mass": 1e-26}, "lambda3 <= lambda1 + lambda2"),
-        ({"moments": [1e37, 1e37, 2.01e37], "mass": 1e24}, "lambda3 <= lambda1 + lambda2"),
-    ],
+    rows_of(__file__, "what no body can have is refused"),
 )
 def test_what_no_body_can_have_is_refused(body: Body, law: str) -> None:
     assert law in refusal(body)
@@ -643,17 +614,7 @@ def test_without_a_mass_it_is_given_about_the_point_asked_for() -> None:
 
 @pytest.mark.parametrize(
     ("body", "about"),
-    [
-        ({"com": [0.7, 0, 0], "given_about": [-0.09, 0, 0]}, [-0.09, 0, 0]),
-        ({"com": [0.29, 0, 0], "given_about": [-0.17, 0, 0]}, [-0.17, 0, 0]),
-        ({"position": [0.1, 0, 0], "given_about": [0.2, 0, 0]}, [0.3, 0, 0]),
-        ({"position": [0.1, 0, 0], "com": [0.2, 0, 0]}, [0.3, 0, 0]),
-        (
-            {"given_about": [1, 0, 0], "rotation": {"axis": [0, 0, 1], "angle": "pi/3"}},
-            ["cos(pi/3)", "sin(pi/3)", 0],
-        ),
-        ({"given_about": [0.3, 0.4, 0], "rotation": {"axis": [0, 0, 1], "angle": "90 deg"}}, [-0.4, 0.3, 0]),
-    ],
+    rows_of(__file__, "the point is the same to rounding"),
 )
 def test_the_point_is_the_same_to_rounding(body: dict[str, Any], about: Any) -> None:
     found = result({"moments": [2, 2, 4], **body}, about=about)

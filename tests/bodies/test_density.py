@@ -19,6 +19,7 @@ from rigidcli.errors import ComputationError, DocumentError
 from tests.bodies.test_shapes import REFERENCES
 from tests.conftest import Program
 from tests.shapes import DIMENSIONS
+from tests.tables import rows_of
 
 Floats = NDArray[np.float64]
 
@@ -158,16 +159,7 @@ def test_exact_integrals_of_polynomials_are_those_of_quadrature(shape: str) -> N
 
 @pytest.mark.parametrize(
     ("body", "mass"),
-    [
-        ("{shape: sphere, radius: R, density: k*r^3}", "2*pi*k*R**6/3"),
-        ("{shape: cylinder, radius: R, height: h, density: k*s*(z + h)}", "2*pi*k*R**3*h**2/3"),
-        ("{shape: cone, radius: R, height: h, density: k*s}", "pi*k*R**3*h/6"),
-        ("{shape: rod, length: h, density: k*exp(2*z/h)}", "k*h*(exp(1) - exp(-1))/2"),
-        ("{shape: ring, radius: R, density: k*(1 + x^2/R^2)}", "3*pi*k*R"),
-        ("{shape: cylinder, radius: R, height: h, density: k*abs(z)}", "pi*k*R**2*h**2/4"),
-        ("{shape: rod, length: h, density: k*(2 + sign(z - h/4))}", "3*k*h/2"),
-        ("{shape: torus, major_radius: 2*R, minor_radius: R, density: k*s}", "pi**2*k*R**4*(8 + 1/2)"),
-    ],
+    rows_of(__file__, "symbols stay in closed forms"),
 )
 def test_symbols_stay_in_closed_forms(body: str, mass: str) -> None:
     text = f"parameters: {{R: null, h: null, k: null}}\nbody: {body}"
@@ -287,15 +279,7 @@ def test_an_infinite_integral_or_a_narrow_ridge_askew_is_refused(density: str, s
         found({**shape, "density": density})
 
 
-STEEP = [
-    ("2+tanh(z/0.02)", {"shape": "spherical_shell", "radius": 0.5}),
-    ("2+tanh(x/0.04)", {"shape": "tube", "outer_radius": 1, "inner_radius": 0.5, "height": 1}),
-    ("2-sign(r-0.9)", {"shape": "spherical_cap", "radius": 1.1, "cap_height": 0.5}),
-    ("1+sin(38.58*z)^2", {"shape": "hollow_sphere", "outer_radius": 1, "inner_radius": 0.4}),
-    ("sqrt(abs(x-0.25))", {"shape": "disk", "radius": 1}),
-    ("(1+r/0.2)^(-2)", {"shape": "tetrahedron", "vertices": [[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]]}),
-    ("2+tanh((z-0.13)/0.0237)", {"shape": "ellipsoid", "semi_axes": [1, 0.7, 0.5]}),
-]
+STEEP = rows_of(__file__, "steep")
 """Densities that are steep or have kinks; scipy's nested quadrature finds their masses below."""
 
 
@@ -474,20 +458,7 @@ def test_a_peak_of_a_moderate_width_is_as_exact_as_what_is_smooth() -> None:
     assert result["integration_error"] <= 1e-9
 
 
-ASKEW = {
-    "a fold in a frustum": (
-        {"shape": "frustum", "bottom_radius": 0.9, "top_radius": 0.4, "height": 1.5},
-        "2+abs(X+0.3*z)",
-    ),
-    "a ball in a ball": (
-        {"shape": "sphere", "radius": 1},
-        "2+sign(0.1-(X-0.3)^2-Y^2-z^2)",
-    ),
-    "a steep step in a cylinder": (
-        {"shape": "cylinder", "radius": 1, "height": 2},
-        "2+tanh((X+Y-z)/0.1)",
-    ),
-}
+ASKEW = rows_of(__file__, "askew")
 """Bodies of revolution with kinks and jumps askew to their axis; X and Y turn about it."""
 
 

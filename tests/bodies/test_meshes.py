@@ -18,6 +18,7 @@ import rigidcli
 from rigidcli import RigidError
 from tests.conftest import Program
 from tests.meshes import Triangles, box, indexed, inside_out, prism, revolved, saved, text
+from tests.tables import rows_of
 
 BOX = box((0, 0, 0), (1, 2, 3))
 VERTICES, FACES = indexed(BOX)
@@ -369,16 +370,7 @@ def test_no_exact_results_and_no_such_file(program: Program, tmp_path: Path) -> 
 
 @pytest.mark.parametrize(
     ("hole", "fits"),
-    [
-        ("{shape: cylinder, radius: 0.3, height: 3, density: 1, position: [0.5, 1, 1.5], hole: true}", True),
-        (
-            "{shape: cylinder, radius: 0.3, height: 3.1, density: 1, position: [0.5, 1, 1.5], hole: true}",
-            False,
-        ),
-        ("{shape: sphere, radius: 0.4, density: 2, position: [0.5, 1, 1.5], hole: true}", False),
-        ("{mesh: MESH, scale: 0.5, density: 1, position: [0.5, 1, 1.5], hole: true}", True),
-        ("{mesh: MESH, scale: 0.5, density: 1, position: [0.52, 1, 1.5], hole: true}", False),
-    ],
+    rows_of(__file__, "holes are where something is"),
 )
 @pytest.mark.parametrize(
     "whole", ["{mesh: MESH, density: 1}", "{shape: box, size: [1, 2, 3], anchor: corner, density: 1}"]

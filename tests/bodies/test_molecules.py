@@ -18,6 +18,7 @@ import rigidcli
 from rigidcli.bodies.molecules import LINE_BYTES, MOST_ATOMS, isotope, read_molecule, table
 from rigidcli.errors import ValueProblem
 from tests.conftest import Program
+from tests.tables import rows_of
 
 U = 1.66053906892e-27
 WATER = "3\nwater\nO 0 0 0\nH 0.757 0.586 0\nH -0.757 0.586 0\n"
@@ -43,16 +44,7 @@ def test_reads_kilograms_and_metres(path: Path) -> None:
 
 @pytest.mark.parametrize(
     "text",
-    [
-        WATER.replace("\n", "\r\n"),
-        "\ufeff" + WATER,
-        WATER.rstrip("\n"),
-        WATER + "\n \n\n",
-        WATER.replace("O ", "  8\t").replace("H ", "h   "),
-        WATER.replace(" 0.757", " +.757e0").replace(" 0\n", " 0.\n"),
-        WATER.replace("water", 'Lattice="1 0 0" Properties=species:S:1:pos:R:3:forces:R:3 energy=-1'),
-        WATER.replace("water", ""),
-    ],
+    rows_of(__file__, "reads the ways in which programs write"),
 )
 def test_reads_the_ways_in_which_programs_write(path: Path, text: str) -> None:
     np.testing.assert_array_equal(read(path, text).atoms, read(path, WATER).atoms)
@@ -60,26 +52,7 @@ def test_reads_the_ways_in_which_programs_write(path: Path, text: str) -> None:
 
 @pytest.mark.parametrize(
     ("text", "mass"),
-    [
-        # AME2020, as printed in Chinese Physics C 45 (2021) 030003, in u
-        ("C", 12.0),
-        ("6", 12.0),
-        ("13C", 13.00335483534),
-        ("13c", 13.00335483534),
-        ("14C", 14.00324198862),
-        ("H", 1.007825031898),
-        ("D", 2.014101777844),
-        ("2H", 2.014101777844),
-        ("t", 3.01604928132),
-        ("CL", 34.968852694),
-        ("37Cl", 36.965902573),
-        ("Co", 58.933193524),
-        ("CA", 39.962590850),
-        ("U", 238.050786936),
-        ("238U", 238.050786936),
-        ("Bi", 208.980398599),
-        ("99Tc", 98.906249681),
-    ],
+    rows_of(__file__, "kinds of atoms"),
 )
 def test_kinds_of_atoms(text: str, mass: float) -> None:
     kind, is_named = isotope(text)

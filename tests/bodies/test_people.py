@@ -13,6 +13,7 @@ import pytest
 import rigidcli
 from rigidcli.errors import DocumentError
 from tests.conftest import Program
+from tests.tables import rows_of
 
 BALL = 4 * math.pi / 3
 CUBE = "{shape: cube, side: 1, density: 1000}"
@@ -147,15 +148,7 @@ def test_a_symbol_is_positive_where_the_rest_of_a_density_is(density: str, kind:
     assert rigidcli.axes(text)["class"] == kind
 
 
-SETTINGS = [
-    (["a.yaml", "--set", "parameters.zz=1"], "--set parameters.zz: no FILE has or uses this key"),
-    (["a.yaml", "--sweep", "parameters.zz=1,2"], "--sweep parameters.zz: no FILE has or uses this key"),
-    (["a.yaml", "b.yaml", "--set", "top.spin=1"], "--set top.spin: no FILE has or uses this key"),
-    (["water.xyz", "--sweep", "motion.omega=[0,0,1]"], "--sweep motion.omega: no FILE has or uses this key"),
-    (["a.yaml", "b.yaml", "--set", "parameters.b=2"], ""),
-    (["a.yaml", "b.yaml", "--sweep", "parameters.b=2,3"], ""),
-    (["corner.obj", "--set", "body.density=6000", "--set", "body.scale=mm"], ""),
-]
+SETTINGS = rows_of(__file__, "settings")
 
 
 @pytest.mark.parametrize(("arguments", "message"), SETTINGS)

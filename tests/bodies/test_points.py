@@ -16,6 +16,7 @@ import rigidcli
 from rigidcli.bodies import points
 from rigidcli.bodies.points import BLOCK_ROWS, Block, blocks
 from rigidcli.errors import ValueProblem
+from tests.tables import rows_of
 
 FOUR = np.array([[1.0, 2.0, 3.0, 4.0], [0.5, -1.0, 0.0, 1e-3]])
 MAGIC = b"\x93NUMPY\x01\x00"
@@ -199,23 +200,7 @@ def test_any_bytes_are_read_or_refused(
 
 @pytest.mark.parametrize(
     "text",
-    [
-        "m,x,y,z\n1,2,3,4\n0.5,-1,0,1e-3\n",
-        "m,x,y,z\r\n1,2,3,4\r\n0.5,-1,0,1e-3\r\n",
-        "\ufeffm,x,y,z\n1,2,3,4\n0.5,-1,0,1e-3\n",
-        " m , x,\ty ,z \n 1 , 2,\t3 ,4 \n 0.5 , -1,0 , 1e-3\n",
-        "m,x,y,z\n1,2,3,4\n\n0.5,-1,0,1e-3\n\n  \n\r\n",
-        "z,x,m,y\n4,2,1,3\n1e-3,-1,0.5,0\n",
-        "m,x,y,z\n+1.,2.0,03,4e0\n.5,-1.E+0,-0,+1.e-03\n",
-        # As spreadsheets write them.
-        "m;x;y;z\n1;2;3;4\n0.5;-1;0;1e-3\n",
-        "m;x;y;z\r\n1,0;2;3;4\r\n0,5;-1;0;1,0e-3\r\n",
-        "m;x;y;z\n\n1,;2;3;4\n,5;-1;0;1e-3\n",
-        '"m","x","y [m]","z"\r\n1,2,3,4\r\n0.5,-1,0,1e-3\r\n',
-        "m\tx\ty\tz\n1\t2\t3\t4\n0.5\t-1\t0\t1e-3\n",
-        "m (kg), x (m), y(m), z ( m )\n1,2,3,4\n0.5,-1,0,1e-3\n",
-        "x (cm);y (mm);z (km);m (g)\n200;3000;0,004;1000\n-100;0;1e-6;500\n",
-    ],
+    rows_of(__file__, "csv is read"),
 )
 def test_csv_is_read(tmp_path: Path, text: str) -> None:
     found = read(table(tmp_path, text))

@@ -23,6 +23,7 @@ from rigidcli.document.load import read as read_draft
 from rigidcli.errors import RigidError
 from rigidcli.studies.robots import remarks, repair
 from tests.conftest import ROOT
+from tests.tables import rows_of
 
 ARM = (ROOT / "configs" / "arm.urdf").read_text()
 
@@ -114,18 +115,7 @@ def test_urdf_is_what_mujoco_reads(tmp_path: Path) -> None:
     agree(read(urdf(block), ".urdf", tmp_path)[0], urdf(block).replace("</robot>", f"{joint}</robot>"))
 
 
-POSES = {
-    "plain": ("", ""),
-    "quat": ("", 'quat="0.1 -2 0.3 0.7"'),
-    "degrees": ("", 'axisangle="1 2 3 40"'),
-    "radians": ('<compiler angle="radian"/>', 'axisangle="1 2 -3 0.7"'),
-    "euler": ("", 'euler="10 20 30"'),
-    "fixed axes": ('<compiler eulerseq="XYZ"/>', 'euler="10 20 30"'),
-    "some fixed": ('<compiler eulerseq="zYx"/>', 'euler="10 20 30"'),
-    "xyaxes": ("", 'xyaxes="1 1 0.2 0 1 -0.3"'),
-    "zaxis": ("", 'zaxis="1 -2 0.4"'),
-    "downwards": ("", 'zaxis="0 0 -1"'),
-}
+POSES = rows_of(__file__, "poses")
 
 
 @pytest.mark.parametrize("pose", POSES)
@@ -270,16 +260,7 @@ def test_hostile_files_are_refused(name: str) -> None:
     assert time.process_time() - began < 2
 
 
-REFUSED = {
-    'mass value="2"': ('mass value="2,5"', r"robot.urdf:1: link l: `value` of `<mass>`: read `2,5`"),
-    'ixx="0.1"': ("", "`<inertia>` has no `ixx`, expected a number"),
-    'iyy="0.2"': ('iyy="nan"', "read `nan`, expected a number"),
-    'izz="0.25"': ('izz="${1/4}"', "xacro"),
-    'xyz="1 2 3"': ('xyz="1 2"', "read `1 2`, expected 3 numbers"),
-    '<mass value="2"/>': ('<mass value="-2"/>', "link l: mass: read `-2`, expected a positive mass"),
-    'name="l"': ("", "missing, expected a `name`"),
-    "<link": ('<link name="l"/><link', "this name stands twice, first in line 1"),
-}
+REFUSED = rows_of(__file__, "refused")
 
 
 @pytest.mark.parametrize("good", REFUSED)

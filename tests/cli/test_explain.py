@@ -18,6 +18,7 @@ from rigidcli.reference.pages import ENTRIES, Entry, explain, overview
 from rigidcli.studies.results import RESULTS
 from tests.conftest import ROOT, Program
 from tests.shapes import DIMENSIONS
+from tests.tables import rows_of
 
 
 @pytest.fixture(scope="module")
@@ -35,22 +36,7 @@ def test_everything_has_a_page_that_fits(every: list[Entry]) -> None:
     assert all(len(line) <= 80 for line in overview().splitlines())
 
 
-PAGES = {
-    "body.shape.cone": ["radius  a positive length (m); needed", "base  (0, 0, height)"],
-    "body.parts.0.shape.cone.height": ["a positive length (m); needed"],
-    "axes.groups": ["indices of equal moments"],
-    "rpm": ["measures angular velocity (rad/s)", "is  0.10471975512 rad/s"],
-    "atan2": ["angle of the point (x, y), from -pi to pi"],
-    "mrad": ["is  0.001 rad"],
-    "motion.omega": ["Example:", "# rigidcli axes FILE", "motion: {omega: [0, 0, 2]}"],
-    "Poisson bracket": ["{f, g} =", "hamilton.brackets"],
-    "Principal-Axes": ["axes.axes", "conventions.principal axes"],
-    "Noether's theorem": ["hamilton.invariants"],
-    "cyclic coordinates": ["hamilton.cyclic"],
-    "sign_error": ["the sign is wrong"],
-    "assignment": ["questions.points", "questions.tolerance.significant_figures"],
-    "shape": ["box ", "cone ", "radius, height"],
-}
+PAGES = rows_of(__file__, "pages")
 
 
 @pytest.mark.parametrize("path", PAGES)

@@ -16,6 +16,7 @@ from rigidcli.bodies.shapes import SHAPES
 from rigidcli.fields import words
 from rigidcli.reference.entries import entries
 from tests.conftest import Program
+from tests.tables import rows_of
 
 LOOSE = yaml.safe_load(Path(__file__).with_name("loose.yaml").read_text(encoding="utf-8"))
 
@@ -132,14 +133,7 @@ def test_what_has_one_meaning_is_read_at_once(command: str, typed: str, meant: s
 
 @pytest.mark.parametrize(
     ("begin", "told"),
-    [
-        (b"%PDF-1.7 \xff", "a PDF"),
-        (b"PK\x03\x04", "Word"),
-        (b"{\\rtf1", "rich text"),
-        (b"\x89PNG", "a picture"),
-        (b"<robot xmlns:xacro='x'/>", "xacro arm.urdf.xacro > arm.urdf"),
-        (b"<html>", "HTML"),
-    ],
+    rows_of(__file__, "a file of another kind is told what it is"),
 )
 def test_a_file_of_another_kind_is_told_what_it_is(
     begin: bytes, told: str, tmp_path: Path, program: Program
@@ -154,14 +148,7 @@ def test_a_file_of_another_kind_is_told_what_it_is(
 
 @pytest.mark.parametrize(
     ("arguments", "told"),
-    [
-        ("new cube", "did you mean shape?); write `rigidcli new shape`, and in it `shape: cube`"),
-        ("new pendulum", "did you mean system?"),
-        ("new homework", "did you mean assignment?"),
-        ("new cube.yaml", "`rigidcli new -o cube.yaml`"),
-        ("axes - --sweep body.side=1..10", "write `body.side=1:10:10`"),
-        ("axes - --sweep a=linspace(0,1,5)", "write `a=0:1:5`"),
-    ],
+    rows_of(__file__, "a word on the command line is told what is meant"),
 )
 def test_a_word_on_the_command_line_is_told_what_is_meant(
     arguments: str, told: str, program: Program
@@ -189,16 +176,7 @@ def test_a_slip_is_shown_where_it_is(text: str, line: int, place: str, cure: str
 
 @pytest.mark.parametrize(
     ("body", "lines"),
-    [
-        (
-            "shape: sphere, radius: 1, mass: 1, position: 0, 0, 0",
-            ["stands twice", "in brackets: `[1, 2, 3]`"],
-        ),
-        (
-            "points: [[1 2 3 4]]",
-            ["no operator before `2`", "separate the entries", "expected 4", "write `[1, 2, 3, 4]`"],
-        ),
-    ],
+    rows_of(__file__, "a slip is told once"),
 )
 def test_a_slip_is_told_once(body: str, lines: list[str], program: Program) -> None:
     told = program("validate", "-", stdin=f"body: {{{body}}}").err.splitlines()

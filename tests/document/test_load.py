@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 import time
 from collections.abc import Sequence
 from pathlib import Path
@@ -12,6 +11,7 @@ import pytest
 from rigidcli.document.document import Document
 from rigidcli.document.load import load, loads
 from rigidcli.errors import DocumentError, Problem, UsageError
+from tests.tables import rows_of
 
 CUBE = "body: {shape: cube, side: 1, mass: 12}\n"
 
@@ -130,29 +130,7 @@ VALUES = "parameters: {a: 3, m: 2, g: 10, h: 0.5, x_0: 4, b: 1}\n"
 
 @pytest.mark.parametrize(
     ("value", "expected", "note"),
-    [
-        ("5 cm", 0.05, ""),
-        ("5cm", 0.05, ""),
-        ("1e2mm", 0.1, ""),
-        ("-5cm", -0.05, ""),
-        ("2e-3 km", 2.0, ""),
-        ("6*10^2 mm", 0.6, ""),
-        ("6 * 10**-2 km", 60.0, ""),
-        ("6·10⁻² km", 60.0, ""),
-        ("2.5⋅10²mm", 0.25, ""),
-        ("2pi", 2 * math.pi, ""),
-        ("½", 0.5, ""),
-        ("2 sqrt(4)", 4.0, ""),
-        ("2a", 6.0, ""),  # a year is no length
-        ("2 a", 6.0, ""),
-        ("2 x_0", 8.0, ""),
-        ("2 a h", 3.0, ""),
-        ("2 a^2", 18.0, ""),
-        ("2 (a + h)", 7.0, ""),
-        ("m a", 6.0, ""),
-        ("5 m", 5.0, "`5 m` has a unit; for the parameter write `5*m`"),
-        ("5m", 10.0, "`5m` is a product; for the unit write `5 m`"),
-    ],
+    rows_of(__file__, "a length as people write it"),
 )
 def test_a_length_as_people_write_it(value: str, expected: float, note: str) -> None:
     """A letter after a number is a unit or a parameter."""
@@ -249,15 +227,7 @@ def test_what_is_not_finite_is_refused_alike_in_exact_arithmetic(value: str) -> 
 
 @pytest.mark.parametrize(
     ("setting", "expected"),
-    [
-        ("body.mass=3", 3),
-        ("body.mass=3 g", 0.003),
-        ("body.mass='3'", 3),
-        ("body.mass=1e-3", 1e-3),
-        ("body={shape: sphere, radius: 1, mass: 7}", 7),
-        ("parameters.k=1", 12),
-        ("motion={omega: [0, 0, 1]}", 12),
-    ],
+    rows_of(__file__, "a setting replaces or adds a value"),
 )
 def test_a_setting_replaces_or_adds_a_value(setting: str, expected: float) -> None:
     assert mass(loads(CUBE, settings=[setting])) == expected

@@ -20,6 +20,7 @@ from rigidcli.document.syntax import MAX_DEPTH, MAX_INTEGER_DIGITS, read_tree
 from rigidcli.errors import DocumentError
 from rigidcli.errors import Path as Keys
 from rigidcli.fields.texts import MAX_BYTES
+from tests.tables import rows_of
 
 
 def refusal(text: str) -> tuple[int | None, str]:
@@ -36,24 +37,7 @@ def refusal(text: str) -> tuple[int | None, str]:
 
 @pytest.mark.parametrize(
     ("text", "value"),
-    [
-        ("+1", 1),
-        ("-7", -7),
-        ("012", 12),
-        ("0o14", 12),
-        ("0x1F", 31),
-        (".5", 0.5),
-        ("1.", 1.0),
-        ("1e-3", 1e-3),
-        ("2.5e+3", 2500.0),
-        ("true", True),
-        ("False", False),
-        ("TRUE", True),
-        ("null", None),
-        ("~", None),
-        (".inf", float("inf")),
-        ("-.Inf", -float("inf")),
-    ],
+    rows_of(__file__, "a plain scalar is what yaml 1 2 says"),
 )
 def test_a_plain_scalar_is_what_yaml_1_2_says(text: str, value: object) -> None:
     for document in (f"a: {text}", f"a: {text}  # comment\n", f"[{text}]", f"%YAML 1.1\n---\na: {text}"):
@@ -143,20 +127,7 @@ def test_a_key_that_is_no_text_is_refused(text: str) -> None:
 
 @pytest.mark.parametrize(
     ("text", "line", "word"),
-    [
-        ("<<: {a: 1}\nb: 2", 1, "merge"),
-        ("a: 1\nb:\n  <<: {a: 1}", 3, "merge"),
-        ("a: &x 1\nb: *x", 1, "anchors"),
-        ("&x a: 1", 1, "anchors"),
-        ("a: !!str 1", 1, "tag"),
-        ("a: ! 1", 1, "tag"),
-        ("a: !!python/object/apply:os.system ['true']", 1, "tag"),
-        ("a: !custom [1]", 1, "tag"),
-        ("!!set {a, b}", 1, "tag"),
-        ("a: 1\n---\nb: 2", 2, "second document"),
-        ("---\n---\n", 2, "second document"),
-        ("a: 1\n...\nb: 2", 3, ""),
-    ],
+    rows_of(__file__, "what goes beyond plain data is refused"),
 )
 def test_what_goes_beyond_plain_data_is_refused(text: str, line: int, word: str) -> None:
     found, message = refusal(text)
@@ -301,15 +272,7 @@ def test_a_byte_order_mark_tells_the_encoding(encoding: str, tmp_path: Path) -> 
 
 @pytest.mark.parametrize(
     ("text", "tree"),
-    [
-        ('{\n\t"a": 1,\n\t"b": [\n\t\t1,\n\t\t2\n\t]\n}\n', {"a": 1, "b": [1, 2]}),
-        ('{"a" : 1 , "b" : [ ] , "c" : { } }', {"a": 1, "b": [], "c": {}}),
-        (r'{"a": "\"\\\/\b\f\n\r\t\u00e9\u2028"}', {"a": '"\\/\b\f\n\r\té\u2028'}),
-        (r'{"a": "\u001b[31m"}', {"a": "\x1b[31m"}),
-        ('{"": 1, "a b": 2, "a: b": 3, "# x": 4}', {"": 1, "a b": 2, "a: b": 3, "# x": 4}),
-        (r'{"a": "\ud83d\ude00"}', {"a": "\U0001f600"}),
-        ('{"a": "\U0001f600"}', {"a": "\U0001f600"}),
-    ],
+    rows_of(__file__, "json"),
 )
 def test_json(text: str, tree: object) -> None:
     assert json.loads(text) == tree

@@ -16,6 +16,7 @@ from rigidcli.language.expression import parse, real
 from rigidcli.language.parser import read
 from rigidcli.report import Report
 from tests.conftest import Program
+from tests.tables import rows_of
 
 LONGEST = 1.3
 """The length of an H without blanks, in units of that of the shortest one by hand."""
@@ -118,30 +119,7 @@ def test_it_is_written_as_in_a_book(name: str) -> None:
         assert str(value) == written, path
 
 
-HANGING = {
-    # The momentum of the load in Cartesian coordinates is what the trolley loses.
-    "load on a rope that is wound up": (
-        "x y l theta phi",
-        [
-            ("M", ["x", "y"]),
-            ("m", ["x + l*sin(theta)*cos(phi)", "y + l*sin(theta)*sin(phi)", "-l*cos(theta)"]),
-        ],
-        (
-            "((p_x + p_phi*sin(phi)/(l*sin(theta)) - p_theta*cos(phi)*cos(theta)/l"
-            " - p_l*sin(theta)*cos(phi))**2 + (p_y - p_phi*cos(phi)/(l*sin(theta))"
-            " - p_theta*sin(phi)*cos(theta)/l - p_l*sin(phi)*sin(theta))**2)/(2*M)"
-            " + (p_l**2 + p_theta**2/l**2 + p_phi**2/(l**2*sin(theta)**2))/(2*m)"
-        ),
-    ),
-    "bead on a hill": (
-        "x y",
-        [("m", ["x", "y", "h*exp(-(x**2 + y**2)/2)"])],
-        (
-            "(p_x**2 + p_y**2 + h**2*(x*p_y - y*p_x)**2*exp(-x**2 - y**2))"
-            "/(2*m*(1 + h**2*(x**2 + y**2)*exp(-x**2 - y**2)))"
-        ),
-    ),
-}
+HANGING = rows_of(__file__, "hanging")
 
 
 @pytest.mark.parametrize("name", HANGING)
@@ -178,15 +156,7 @@ def test_the_momentum_without_a_factor_stands_by_itself_in_a_square(typed: str, 
 
 @pytest.mark.parametrize(
     "typed",
-    [
-        "k*(r - R)**2/2",
-        "k*(x2 - x1 - b)**2/2",
-        "k*(r + R)**4",
-        "a/sqrt(r**2 + (x2 - x1)**2)",
-        "k*exp(-(r - R)**2/s**2)",
-        "k*(r - R)**2*(sin(x) - s)**2",
-        "k*((r - R)**2 + s**2)**2",
-    ],
+    rows_of(__file__, "squares of sums stand in the order in which they are typed"),
 )
 def test_squares_of_sums_stand_in_the_order_in_which_they_are_typed(typed: str) -> None:
     text = f"m*(rdot**2 + xdot**2 + x1dot**2 + x2dot**2)/2 - {typed}"

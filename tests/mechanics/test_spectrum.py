@@ -17,6 +17,7 @@ from rigidcli.language.parser import read
 from rigidcli.mechanics.small_oscillations import LinearMotion, spectrum
 from rigidcli.report import Report
 from rigidcli.studies.hamilton.linear_equations import eigenvalues, stability_of
+from tests.tables import rows_of
 
 SPECTRA = yaml.safe_load(Path(__file__).with_name("spectra.yaml").read_text(encoding="utf-8"))
 
@@ -69,16 +70,7 @@ def test_stability_of_symbols(name: str) -> None:
 
 @pytest.mark.parametrize(
     ("matrix", "stability"),
-    [
-        ([[0, 1], [0, 0]], "marginal"),
-        ([[0, 0], [0, 0]], "stable"),
-        ([[0, 1], [4, 0]], "unstable"),
-        ([[0, 1e-30], [-4e30, 0]], "stable"),
-        ([[-1, 0], [0, -2]], "stable"),
-        ([[0, 1], [-1, -0.1]], "stable"),
-        ([[0, 1], [-1, 0.1]], "unstable"),
-        ([[0, 1], [0, -1]], "stable"),
-    ],
+    rows_of(__file__, "matrices of any kind"),
 )
 def test_matrices_of_any_kind(matrix: list[list[float]], stability: str) -> None:
     exact = [[number(Fraction(e)) for e in row] for row in matrix]

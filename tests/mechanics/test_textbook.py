@@ -18,6 +18,7 @@ from rigidcli.language.expression import parse, real
 from rigidcli.language.parser import read
 from rigidcli.report import Report
 from tests.conftest import ROOT
+from tests.tables import rows_of
 
 LONGEST = 1.5
 """The length of an H that is printed, in units of that in the book."""
@@ -74,17 +75,7 @@ def test_it_is_the_function_of_the_book_in_a_form_of_its_length(name: str) -> No
 
 @pytest.mark.parametrize(
     ("name", "parts"),
-    [
-        ("charge in a magnetic field, symmetric gauge", ["(p_x + B*e*y/(2*c))**2/(2*m)"]),
-        ("charge in a magnetic field, Landau's gauge", ["(p_x + B*e*y/c)**2/(2*m)"]),
-        ("geodesics of a torus", ["(R + r*cos(u))**2"]),
-        ("cylinder that rolls in a cylinder", ["(R - a)**2"]),
-        ("Calogero and Moser", ["g**2*(1/(x1 - x2)**2 + 1/(x1 - x3)**2 + 1/(x2 - x3)**2)"]),
-        ("asymmetric top", ["p_psi**2/(2*C)", ")**2/(2*A)", ")**2/(2*B)"]),
-        ("action and angle of an oscillator, with its spring", ["P*sqrt(k/m)"]),
-        ("Kepler, from Cartesian to polar coordinates", ["- k/r"]),
-        ("Toda's chain of two, in exponential variables", ["k*Q**2"]),
-    ],
+    rows_of(__file__, "these parts stay together"),
 )
 def test_these_parts_stay_together(name: str, parts: list[str]) -> None:
     assert all(part in hamiltonian(name) for part in parts), hamiltonian(name)

@@ -14,6 +14,7 @@ from rigidcli.render.plots import LIBRARIES
 from rigidcli.render.web.mathml import formula
 from tests.conftest import ROOT, Outcome, Program
 from tests.markup import Element, markup
+from tests.tables import rows_of
 
 CUBE, HANDLE = "configs/cube_symbolic.yaml", "configs/t_handle.yaml"
 
@@ -118,15 +119,7 @@ def test_without_the_extra_the_message_says_how_to_get_it(
 
 @pytest.mark.parametrize(
     ("latex", "text"),
-    [
-        (r"H = \frac{p_{x}^{2}}{2 m} - m g x", "H=px22m−mgx"),
-        (r"\ddot{\theta}_{1} \cos\theta", "θ¨1cosθ"),
-        (r"\begin{pmatrix}1 & -2 \\[1ex] \frac{3}{4} & 0\end{pmatrix}", "(1−2340)"),
-        (r"\operatorname{atan2}\left(y, x\right)", "atan2(y,x)"),
-        (r"5\,\mathrm{kg\,m^2/s}", "5kgm2/s"),
-        (r"\text{a < b & c}", "a < b & c"),
-        (r"1.5 \times 10^{-3}", "1.5×10−3"),
-    ],
+    rows_of(__file__, "formulas say what their latex says"),
 )
 def test_formulas_say_what_their_latex_says(latex: str, text: str) -> None:
     root = markup(formula(latex))

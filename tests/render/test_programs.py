@@ -24,6 +24,7 @@ from rigidcli.render import Format, Look, renderer
 from rigidcli.render.program import PYTHON
 from rigidcli.report import Report
 from tests.conftest import ROOT, Program
+from tests.tables import rows_of
 
 GOLDEN = Path(__file__).parent.parent / "golden"
 
@@ -171,23 +172,7 @@ FREE = "system: {coordinates: [x], lagrangian: m*xdot^2/2}"
 
 @pytest.mark.parametrize(
     ("arguments", "text", "code", "message"),
-    [
-        (["axes", "-"], "body: {shape: cube, side: 1, mass: 1}", 2, "'c' is not one of"),
-        (["hamilton", "configs/taylor_13_02.yaml", "configs/taylor_13_03.yaml"], "", 2, "2 files are given"),
-        (["hamilton", "configs/bead_on_track.yaml"], "", 3, "a program needs a formula for `h`"),
-        (
-            ["hamilton", "-"],
-            "{system: {coordinates: [x], lagrangian: xdot^2/2 - sign(x)}}",
-            4,
-            "H has a step where x = 0",
-        ),
-        (
-            ["hamilton", "-"],
-            f"{FREE}\nparameters: {{m: null}}\norbit: {{initial: {{x: 0, p_x: 1}}, duration: 1}}",
-            3,
-            "parameters.m: missing",
-        ),
-    ],
+    rows_of(__file__, "what is refused"),
 )
 def test_what_is_refused(arguments: list[str], text: str, code: int, message: str, program: Program) -> None:
     outcome = program(arguments[0], "-f", "c", *arguments[1:], stdin=text)

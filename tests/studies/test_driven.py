@@ -15,6 +15,7 @@ import rigidcli
 from rigidcli.report import Report
 from rigidcli.studies import hamilton
 from tests.conftest import ROOT
+from tests.tables import rows_of
 
 CASES = yaml.safe_load(Path(__file__).with_name("driven.yaml").read_text(encoding="utf-8"))
 
@@ -75,15 +76,7 @@ def test_the_response_in_letters_has_the_values_of_that_in_numbers(name: str) ->
 
 @pytest.mark.parametrize(
     ("lagrangian", "names", "growth"),
-    [
-        ("xdot**2/2 - 4*x**2/2 + 3*x*cos(2*t)", ["x"], {"x": 0.75}),
-        (
-            "(xdot**2 + ydot**2)/2 - 2*(x**2 + (y - x)**2 + y**2) + x*cos(2*t)",
-            ["x", "y"],
-            {"x": 0.125, "y": 0.125},
-        ),
-        ("(xdot**2 + ydot**2)/2 - 2*(x**2 + y**2) + x*cos(2*t)", ["x", "y"], {"x": 0.25, "y": None}),
-    ],
+    rows_of(__file__, "in resonance the growth is told as the orbit shows"),
 )
 def test_in_resonance_the_growth_is_told_as_the_orbit_shows(
     lagrangian: str, names: list[str], growth: dict[str, float | None]

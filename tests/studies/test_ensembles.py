@@ -22,6 +22,7 @@ from rigidcli.report import Report
 from rigidcli.studies.ensembles import reports, summaries
 from rigidcli.studies.hamilton.many_orbits import together
 from tests.conftest import Program
+from tests.tables import rows_of
 
 SAME = 1e-12
 """What a motion worked in arrays may differ by from the same motion alone, in units of the largest."""
@@ -37,19 +38,7 @@ BODIES = {
     "molecule": np.diag([1e-47, 2e-47, 2.5e-47]),
 }
 
-SPECIAL = [
-    [0, 0, 0],
-    [0, 1, 0],
-    [0, 0, -2],
-    [1e-9, 1, 0],
-    [1e-5, 1, 1e-5],
-    [3**0.5, 1, 1],
-    [3**0.5, 1, 1 + 1e-12],
-    [-(3**0.5), 0, 1],
-    [1e-160, 1e-160, 1e-160],
-    [1e120, 1e120, 3e120],
-    [-1, 2, -3],
-]
+SPECIAL = rows_of(__file__, "special")
 """Rest, principal axes, the neighbourhood of the intermediate one, separatrices, tiny and huge (rad/s)."""
 
 
@@ -89,14 +78,7 @@ def ensemble(omega: Any, **motion: Any) -> dict[str, Any]:
 
 @pytest.mark.parametrize(
     "motion",
-    [
-        {},
-        {"basis": "principal"},
-        {"orientation": {"axis": [1, 2, 3], "angle": 1}},
-        {"angles": "zxz"},
-        {"torque": {"body": ["-w1", 0, "sin(t)"]}},
-        {"torque": {"space": ["q1 - wx", "0.2*t", "exp(-((t - 2)/0.001)^2)"]}, "basis": "principal"},
-    ],
+    rows_of(__file__, "the python interface has all samples with their start"),
 )
 def test_the_python_interface_has_all_samples_with_their_start(motion: dict[str, Any]) -> None:
     given = [[1, 0.5, 2], [0, 0, 1], [0.1, 1, -0.2]]

@@ -16,6 +16,7 @@ from rigidcli.report import Report
 from rigidcli.studies.euler import run
 from tests.conftest import Program
 from tests.euler_equations import Floats, Torque, integrated, same_turn
+from tests.tables import rows_of
 
 BODY = "body: {moments: [1, 2, 2.5], mass: 1}\nabout: com\n"
 TILTED = "body: {inertia: [[2, 0.3, 0.1], [0.3, 3, -0.2], [0.1, -0.2, 4]], mass: 1}\nabout: com\n"
@@ -386,15 +387,7 @@ def test_csv_is_the_trajectory(program: Program) -> None:
 
 @pytest.mark.parametrize(
     ("arguments", "words"),
-    [
-        (["--samples", "0"], "- with --samples: motion.samples: read `0`"),
-        (["--duration", "-5"], "- with --duration: motion.duration: read `-5`"),
-        (["-s", "motion={omega: [0, 0, 1]}", "--samples", "0"], "- with --samples: motion.samples: read `0`"),
-        (["--duration", "["], "--duration:"),
-        (["-s", "motion.omega=null"], "- with --set: motion.omega: missing"),
-        (["-s", "motion.omega.2=[1]"], "expected an angular velocity (rad/s)"),
-        (["-s", "motion.torque={body: [0, 0, w3^9^9^9]}"], "- with --set: motion.torque.body.2: the value"),
-    ],
+    rows_of(__file__, "a problem names the option that gave the value"),
 )
 def test_a_problem_names_the_option_that_gave_the_value(
     arguments: list[str], words: str, program: Program

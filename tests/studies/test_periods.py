@@ -13,6 +13,7 @@ import yaml
 import rigidcli
 from rigidcli.report import Report
 from tests.conftest import Program
+from tests.tables import rows_of
 
 CASES = yaml.safe_load(Path(__file__).with_name("periods.yaml").read_text(encoding="utf-8"))
 NAMES = {name: getattr(mpmath, name) for name in ("pi", "sqrt", "sin", "cos", "ellipk", "ellipe", "gamma")}
@@ -51,15 +52,7 @@ def test_period_and_action_are_known_and_the_orbit_comes_back(name: str) -> None
 
 @pytest.mark.parametrize(
     ("hamiltonian", "start"),
-    [
-        ("p_x**2/2 - 9.81*cos(x)", [0, 7]),  # over the top
-        ("p_x**2/2 + x**2", [0, 0]),  # at rest
-        ("p_x**2/2 - 1/(1 + x**2)", [1, 3]),  # unbounded
-        ("p_x**2/2 - 1/x", [1, 0.1]),  # into the centre
-        ("p_x**2/2 + x**2*(2 + sin(t))", [1, 0]),  # H holds the time
-        ("sqrt(1 + p_x**2) + x**2", [1, 0]),  # not quadratic in p
-        ("p_x**2/2 - cos(x)", [0, 2]),  # the separatrix
-    ],
+    rows_of(__file__, "what does not move to and fro has no period"),
 )
 def test_what_does_not_move_to_and_fro_has_no_period(hamiltonian: str, start: list[float]) -> None:
     assert "period" not in followed(hamiltonian, start, 0.1)["orbit"]
