@@ -47,18 +47,9 @@ class Field:
 
     def with_value(self, value: Value, words: str = "") -> Field:
         """The field with a value, and words for it. `replace` or a frozen class takes three times as long."""
-        return Field(
-            self.key,
-            value,
-            self.title,
-            self.symbol,
-            self.unit,
-            self.cells,
-            words or self.words,
-            self.counts,
-            self.diagnostic,
-            self.means,
-        )
+        words = words or self.words
+        looks = self.cells, words, self.counts, self.diagnostic, self.means
+        return Field(self.key, value, self.title, self.symbol, self.unit, *looks)
 
 
 @dataclass(frozen=True, slots=True)
@@ -87,8 +78,8 @@ class Column:
 class Table:
     """Columns of equal length. In JSON, `key` holds a list of rows (`records`), or an object of columns.
 
-    JSON is without a table that has no key. A table that is the `data` of its report is what CSV has
-    instead of the report's fields, and people are shown a few of its rows.
+    A table without a key is not in JSON. The table of `data` stands in CSV instead of the fields of its
+    report, and people see a few of its rows.
     """
 
     key: str

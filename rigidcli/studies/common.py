@@ -36,18 +36,10 @@ def report(
     """
     if not document.arithmetic.exact:
         fields = [_representable(field) for field in fields]
-    return Report(
-        schema,
-        called(document.name, document.source),
-        document.source,
-        title,
-        tuple(fields),
-        (*document.notes, *notes),
-        tuple(map(_unsigned, tables)),
-        tuple(map(_unsigned, steps)),
-        tuple(pictures),
-        document=document.text,
-    )
+    name, every = called(document.name, document.source), (*document.notes, *notes)
+    shown = tuple(map(_unsigned, tables)), tuple(map(_unsigned, steps)), tuple(pictures)
+    text = document.text
+    return Report(schema, name, document.source, title, tuple(fields), every, *shown, document=text)
 
 
 def called(name: str | None, source: str) -> str:

@@ -55,28 +55,19 @@ def ellipsoid(
     axes: Floats, label: str, turn: Floats | None = None, centre: Floats | None = None
 ) -> list[Mark]:
     """The lines of an ellipsoid with semi-axes (3) along the rows of `turn` (3 by 3), about a centre (3)."""
+    x, y, z = np.eye(3)
     angle = np.linspace(0, 2 * np.pi, CIRCLE)
+    cosine, sine = np.cos(angle)[:, None], np.sin(angle)[:, None]
     heights = np.linspace(-1, 1, CIRCLES + 2)[1:-1]
-    circles = [
-        np.column_stack(
-            [np.cos(angle) * np.sqrt(1 - h * h), np.sin(angle) * np.sqrt(1 - h * h), np.full(CIRCLE, h)]
-        )
-        for h in heights
-    ]
-    circles += [
-        np.column_stack([np.sin(angle) * np.cos(side), np.sin(angle) * np.sin(side), np.cos(angle)])
-        for side in np.arange(CIRCLES - 1) * np.pi / (CIRCLES - 1)
-    ]
+    sides = np.arange(CIRCLES - 1) * np.pi / (CIRCLES - 1)
+    circles = [np.sqrt(1 - h * h) * (cosine * x + sine * y) + h * z for h in heights]
+    circles += [sine * (np.cos(side) * x + np.sin(side) * y) + cosine * z for side in sides]
     own, middle = np.eye(3) if turn is None else turn, np.zeros(3) if centre is None else centre
+    lines = [(circle * axes @ own + middle, circle / axes @ own) for circle in circles]
+    names = [label] + [""] * len(lines)
     return [
-        Mark(
-            "line",
-            circle * axes @ own + middle,
-            "" if place else label,
-            quiet=True,
-            normals=circle / axes @ own,
-        )
-        for place, circle in enumerate(circles)
+        Mark("line", line, name, quiet=True, normals=normals)
+        for (line, normals), name in zip(lines, names, strict=False)
     ]
 
 
