@@ -158,6 +158,9 @@ EVERYWHERE = frozenset(
 )
 """The options of every question."""
 
+OF_FORMULAS = frozenset({"symbols", "coordinates", "momenta", "velocities", "numbers"})
+"""The options of all kinds of answers that are formulas."""
+
 
 class Assignment(Section):
     """Questions by their names."""

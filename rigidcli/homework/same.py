@@ -17,7 +17,7 @@ import operator
 from collections import Counter
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import suppress
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from enum import Enum
 from fractions import Fraction
 from functools import lru_cache
@@ -57,7 +57,7 @@ LEAST_POINTS = 4
 """Points at which both must have values: at fewer, an agreement may be that of two branches only."""
 
 MOST_KEPT = 64
-"""Outcomes that are kept for formulas that are compared again."""
+"""Outcomes that are kept: a reading of an answer is chosen, and then judged."""
 
 MOST_NODES = 400
 """Nodes of two formulas that are worked out exactly: a larger normal form takes long."""
@@ -95,11 +95,6 @@ class FormulaComparison:
     relative: float | None = None
     numbers: bool = False
     within: tuple[Node, ...] = ()
-    known: dict[tuple[Any, ...], bool | str] = field(default_factory=dict)
-    """Outcomes by answer and key: a reading of an answer is chosen, and then judged."""
-
-    def __getstate__(self) -> dict[str, Any]:
-        return {**self.__dict__, "known": {}}
 
     def same(
         self, answer: Node, key: Node, *, constant: bool = False, beside: Sequence[Node] = ()
@@ -109,17 +104,7 @@ class FormulaComparison:
         A `constant` may differ, which holds positive parameters only, so neither states nor the time.
         Functions such as abs in formulas `beside` the key count as those of the key do.
         """
-        from flint import ctx
-
-        asked = self.relative, self.numbers, answer, key, constant, tuple(beside)
-        if asked not in self.known:
-            answer, key, *beside = map(self.independent, (answer, key, *beside))
-            with ctx.workprec(BITS):
-                outcome = _Comparison(self, answer, key, beside, constant).outcome()
-            if len(self.known) > MOST_KEPT:
-                self.known.clear()
-            self.known[asked] = outcome
-        return self.known[asked]
+        return _outcome(self, answer, key, tuple(beside), constant)
 
     def vanish(self, nodes: Iterable[Node]) -> bool | str:
         """Whether all formulas are zero, or why this is open."""
@@ -149,10 +134,34 @@ class FormulaComparison:
                     values.append(None)
         return values
 
+    def pivots(self, rows: Sequence[Sequence[Node]]) -> tuple[list[int], list[int]]:
+        """The rows and columns of the pivots of a matrix, at the point where it has the most of them."""
+        from flint import ctx
+
+        table = [[self.values(entry) for entry in row] for row in rows if row]
+        best: tuple[list[int], list[int]] = [], []
+        for place in range(len(RANGES) if table else 0):
+            matrix = [[values[place] for values in row] for row in table]
+            with ctx.workprec(BITS):
+                if all(ball is not None for row in matrix for ball in row):
+                    best = max(best, _pivots(matrix), key=lambda found: len(found[0]))
+            if len(best[0]) == min(len(table), len(table[0])):
+                break
+        return best
+
     def independent(self, node: Node) -> Node:
         """A formula in independent names, such as momenta in place of velocities."""
         node = self.names.without_derived(node)
         return tree.bound(node, self.names.values) if self.numbers else node
+
+    @property
+    def positive(self) -> frozenset[str]:
+        """The names that are positive."""
+        return frozenset(name for name, domain in self.names.domains.items() if domain == "positive")
+
+    def exact(self, node: Node) -> Expr:
+        """A formula in independent names as an exact expression. Raises ExpressionError."""
+        return _exact(self.independent(node), self.positive)
 
 
 def formulas_of(asked: Asked, names: Names, relative: float | None = None) -> FormulaComparison:
@@ -163,9 +172,24 @@ def formulas_of(asked: Asked, names: Names, relative: float | None = None) -> Fo
     return FormulaComparison(asked.name, names, relative, numbers, within)
 
 
-@lru_cache(64)
+@lru_cache(MOST_KEPT)
+def _outcome(
+    formulas: FormulaComparison, answer: Node, key: Node, beside: tuple[Node, ...], constant: bool
+) -> bool | str:
+    from flint import ctx
+
+    answer, key, *others = map(formulas.independent, (answer, key, *beside))
+    with ctx.workprec(BITS):
+        return _Comparison(formulas, answer, key, others, constant).outcome()
+
+
+def _exact(node: Node, positive: frozenset[str]) -> Expr:
+    return from_tree(node, {name: symbol(name, True) for name in positive})
+
+
+@lru_cache(MOST_KEPT)
 def _expanded(node: Node, positive: frozenset[str]) -> Expr:
-    return expand(from_tree(node, {name: symbol(name, True) for name in positive}))
+    return expand(_exact(node, positive))
 
 
 class _AtPoint(Enum):
@@ -192,35 +216,34 @@ class _Comparison:
         self.key = self.steps.add(key, 3 if self.relative is None else NEVER)
         self.answer = self.steps.add(answer, 1 if self.relative is None else NEVER)
         roots = [self.key] + [self.answer] * (self.relative is None)
-        self.terms = [term for root in roots for term in self.steps.terms(root)]
+        parts = [self.steps.parts[root] for root in roots]
+        self.terms = [term for kind, _, terms in parts if kind == "Sum" for term in terms]
         self.within = [self.steps.add(formulas.independent(node)) for node in formulas.within]
         used = self.steps.names
         self.domains = {name: domain for name, domain in names.domains.items() if name in used}
-        self.positive = frozenset(name for name, domain in names.domains.items() if domain == "positive")
+        self.positive = formulas.positive
         self.changing = [name for name in self.domains if name in names.variable] if constant else None
         self.seed = f"{formulas.name}\n{self.steps.parts}"
-        self.evidence = self.steps.no_evidence()
+        self.seen: Seen = set()
 
     def outcome(self) -> bool | str:
-        """Whether both agree at all points, and nothing is left untested.
-
-        Most wrong answers are seen at the first point, before the normal form of an answer is worked out.
-        """
+        """Whether both agree at all points, and nothing is left untested: cheap tests come first."""
         if self.key == self.answer:
             return True
         counts, identical = Counter[_AtPoint](), False
         for place, point in enumerate(points(self.domains, self.seed)):
             if place >= len(RANGES) and counts.total() - counts[_AtPoint.LEFT_OUT] >= LEAST_POINTS:
                 break
+            # The first point shows that most wrong answers are wrong, and costs less than the normal form.
             if place == 1 and (identical := self.identical()) and not self.steps.sided(self.answer):
                 return True
-            evidence = self.evidence.copy()
-            found = self.at(point, place, evidence)
+            seen = {*self.seen}
+            found = self.at(point, place, seen)
             if found is _AtPoint.DIFFERS:
                 return False
             counts[found] += 1
             if found not in (_AtPoint.LEFT_OUT, _AtPoint.VAGUE):  # these show as little as their values
-                self.evidence = evidence
+                self.seen = seen
         if identical and not counts[_AtPoint.LOST]:
             return self.one_sided() or True
         if counts[_AtPoint.LOST] and not counts[_AtPoint.AGREES]:
@@ -229,23 +252,22 @@ class _Comparison:
             return f"it has a value at fewer than {LEAST_POINTS} test points"
         if counts[_AtPoint.LOST] or counts[_AtPoint.UNCLEAR]:
             return "it has no value at some points where the right answer has one"
-        if self.evidence.untested:
-            hidden = self.steps.nodes[min(self.evidence.untested)[1]]
-            return f"`{shortened(reading(hidden), 60)}` is too small to be tested"
+        if untested := self.steps.untested(self.seen):
+            return f"`{shortened(reading(untested[0]), 60)}` is too small to be tested"
         return self.one_sided() or True
 
-    def at(self, point: Point, place: int, evidence: Evidence) -> _AtPoint:
-        """What both are at a point; what their values show is added to the evidence."""
+    def at(self, point: Point, place: int, seen: Seen) -> _AtPoint:
+        """What both are at a point; what their values show is added to `seen`."""
         pair = [point] if self.changing is None else [point, self.moved(point, self.changing, place)]
         try:
-            if not all(self.steps.values(e, at, evidence)[e] > 0 for e in self.within for at in pair):
+            if not all(self.steps.values(e, at, seen)[e] > 0 for e in self.within for at in pair):
                 return _AtPoint.LEFT_OUT
-            states = [self.steps.values(self.key, at, evidence) for at in pair]
+            states = [self.steps.values(self.key, at, seen) for at in pair]
         except (NoValue, Unclear):
             return _AtPoint.LEFT_OUT
         try:
             both = zip(pair, states, strict=True)
-            states = [self.steps.values(self.answer, at, evidence, state) for at, state in both]
+            states = [self.steps.values(self.answer, at, seen, state) for at, state in both]
         except NoValue:
             return _AtPoint.LOST
         except Unclear:
@@ -254,20 +276,22 @@ class _Comparison:
 
     def identical(self) -> bool:
         """Whether both have the same normal form."""
-        answer, key = self.nodes
-        if sum(1 for _ in tree.nodes(self.nodes)) > MOST_NODES:
-            return answer == key
+        gap = self.exactly(*self.nodes, lambda answer, key: expand(answer - key))
+        return gap is not None and not gap.terms
+
+    def exactly(self, one: Node, other: Node, combined: Callable[[Expr, Expr], Expr]) -> Expr | None:
+        """Two formulas combined as exact expressions; None where that fails or would take long."""
+        if sum(1 for _ in tree.nodes([one, other])) > MOST_NODES:
+            return None
         with suppress(ExpressionError, ArithmeticError, ValueError, KeyError):
-            return not expand(_expanded(answer, self.positive) - _expanded(key, self.positive)).terms
-        return False
+            return combined(_expanded(one, self.positive), _expanded(other, self.positive))
+        return None
 
     def moved(self, point: Point, changing: Sequence[str], place: int) -> Point:
         """The point with other values of some names."""
         seeds = {name: f"{self.seed}\nmoved {place}\n{name}" for name in changing}
-        return {
-            **point,
-            **{name: coordinate(seed, self.domains[name], place) for name, seed in seeds.items()},
-        }
+        others = {name: coordinate(seed, self.domains[name], place) for name, seed in seeds.items()}
+        return {**point, **others}
 
     def compared(self, states: Sequence[Sequence[Ball]]) -> _AtPoint:
         """Whether two values agree.
@@ -296,31 +320,28 @@ class _Comparison:
     def one_sided(self) -> str:
         """Why the sign inside a function leaves the outcome open; empty if it does not."""
         further = Steps()
-        sided = [part for node in self.beside for part in further.sided(further.add(node))]
+        parts = [part for node in self.beside for part in further.sided(further.add(node))]
+        beside = [(function, further.nodes[place]) for function, place in parts]
         for own, other in ((self.answer, self.key), (self.key, self.answer)):
-            for function, argument in self.steps.one_sided(own, self.domains, self.evidence):
-                shared = [self.steps.nodes[place] for f, place in self.steps.sided(other) if f == function]
-                shared += [further.nodes[place] for f, place in sided if f == function]
-                if not any(self.proportional(argument, one) for one in shared):
+            shared = [*((f, self.steps.nodes[place]) for f, place in self.steps.sided(other)), *beside]
+            for function, place in self.steps.sided(own):
+                argument = self.steps.nodes[place]
+                signs = {(function, place, sign) for sign in (True, False)} & self.seen
+                if len(signs) != 1 or not tree.names_in(argument) or is_positive(argument, self.domains):
+                    continue
+                if not any(self.proportional(argument, node) for name, node in shared if name == function):
                     words = shortened(reading(argument), 60)
                     return f"the sign of `{words}`, inside {function}, never changed in the tests"
         return ""
 
-    def has_sign_of(self, one: Node, other: Node) -> bool:
-        """Whether the quotient of two arguments is positive by its form, as 1/(1 - x^2)^2 is."""
-        if sum(1 for _ in tree.nodes([one, other])) > MOST_NODES:
-            return False
-        with suppress(ExpressionError, ArithmeticError, ValueError, KeyError):
-            quotient = tidy(_expanded(one, self.positive) / _expanded(other, self.positive))
-            return is_positive(to_tree(quotient), self.domains)
-        return False
-
     def proportional(self, one: Node, other: Node) -> bool:
-        """Whether the quotient, or the product, of two arguments depends on positive parameters only.
+        """Whether one argument is positive where the other is, or nowhere else than where it is negative.
 
-        Then one argument is positive where the other is.
+        The quotient is positive by its form, as 1/(1 - x^2)^2 is, or it, or the product, depends on positive
+        parameters only.
         """
-        if one == other or self.has_sign_of(one, other):
+        quotient = self.exactly(one, other, lambda above, below: tidy(above / below))
+        if one == other or (quotient is not None and is_positive(to_tree(quotient), self.domains)):
             return True
         steps = Steps()
         first, second = steps.add(one), steps.add(other)
@@ -373,21 +394,12 @@ def coordinate(seed: str, domain: str, place: int) -> Ball:
 _SIDED = {"abs", "sign", "sqrt", "log", "asin", "acos", "atan", "asinh", "acosh", "atanh"}
 """Functions whose formula may differ between arguments of either sign: abs(x) is x or -x."""
 
+Seen: TypeAlias = set[tuple[str, int, Any]]
+"""What the values of formulas have shown, where parts are meant by their places.
 
-@dataclass(slots=True)
-class Evidence:
-    """What the values of formulas at points have shown: parts are meant by their places.
-
-    `signs` are those of the arguments of functions. `untested` are terms of sums, and arguments of functions,
-    that were lost beside others at all points, each behind its sum or function.
-    """
-
-    signs: set[tuple[str, int, bool]]
-    untested: set[tuple[int, int]]
-
-    def copy(self) -> Evidence:
-        """The same, to which more may be added."""
-        return Evidence({*self.signs}, {*self.untested})
+The sign of an argument: (function, argument, True where it is positive). A term of a sum, or an argument of a
+function, that was not lost beside others: ("", sum or function, term or argument).
+"""
 
 
 class Steps:
@@ -423,20 +435,10 @@ class Steps:
             self.parts.append(part)
         return place
 
-    def no_evidence(self) -> Evidence:
-        """The evidence before there are any values."""
-        sums = ((place, part) for place, part in enumerate(self.parts) if part[0] in ("Sum", "Call"))
-        return Evidence(set(), {(place, operand) for place, part in sums for operand in part[2]})
-
     @property
     def names(self) -> set[str]:
         """The names in the formulas."""
         return {detail for kind, detail, _ in self.parts if kind == "Name"}
-
-    def terms(self, root: int) -> tuple[int, ...]:
-        """The places of the terms of a sum; none of another formula."""
-        kind, _, places = self.parts[root]
-        return places if kind == "Sum" else ()
 
     def sided(self, root: int) -> list[tuple[str, int]]:
         """The functions of _SIDED in a formula, with the places of their arguments."""
@@ -449,29 +451,28 @@ class Steps:
                 functions += [(function, places[0])] if function in _SIDED else []
         return functions[::-1]
 
-    def one_sided(
-        self, root: int, domains: Mapping[str, str], evidence: Evidence
-    ) -> Iterator[tuple[str, Node]]:
-        """The functions whose argument has shown one sign only, and is not positive by its form."""
-        for function, place in self.sided(root):
-            argument = self.nodes[place]
-            shown = {sign for sign in (True, False) if (function, place, sign) in evidence.signs}
-            if len(shown) == 1 and tree.names_in(argument) and not is_positive(argument, domains):
-                yield function, argument
+    def untested(self, seen: Seen) -> list[Node]:
+        """The terms of sums, and arguments of functions, that were lost beside others at all points."""
+        return [
+            self.nodes[operand]
+            for place, (kind, _, operands) in enumerate(self.parts)
+            for operand in operands
+            if kind in ("Sum", "Call") and ("", place, operand) not in seen
+        ]
 
     def values(
-        self, root: int, point: Point, evidence: Evidence | None = None, before: Sequence[Ball] = ()
+        self, root: int, point: Point, seen: Seen | None = None, before: Sequence[Ball] = ()
     ) -> list[Ball]:
         """The values of all parts up to a root, of which the first have been worked out `before`.
 
-        What they show is added to the evidence. Raises NoValue, Unclear.
+        What they show is added to `seen`. Raises NoValue, Unclear.
         """
         values = list(before)
         for place in range(len(values), root + 1):
             kind, detail, places = self.parts[place]
             inner = [values[operand] for operand in places]
-            if evidence is not None:
-                self._observe(place, inner, evidence)
+            if seen is not None:
+                self._observe(place, inner, seen)
             values.append(_value(kind, detail, inner, point))
         if not values[root].is_finite():
             raise Unclear
@@ -488,15 +489,15 @@ class Steps:
             return sizes[0] ** exponent.numerator
         return math.prod(sizes) if kind == "Product" else sum(sizes)
 
-    def _observe(self, place: int, inner: list[Ball], evidence: Evidence) -> None:
-        """Add to the evidence what the values of the operands of a part show."""
+    def _observe(self, place: int, inner: list[Ball], seen: Seen) -> None:
+        """Add what the values of the operands of a part show."""
         kind, detail, places = self.parts[place]
         function = _function_of(kind, detail)
         if kind == "Power" and detail is None and _whole(inner[1]) is not None:
             function = ""
         if function in _SIDED and inner[0].is_finite() and not inner[0].contains(0):
-            evidence.signs.add((function, places[0], bool(inner[0] > 0)))
-        if kind not in ("Sum", "Call") or not evidence.untested:
+            seen.add((function, places[0], bool(inner[0] > 0)))
+        if kind not in ("Sum", "Call") or all(("", place, operand) in seen for operand in places):
             return
         least = max(term.abs_upper() for term in inner) * UNTESTED if kind == "Sum" else UNTESTED
         for operand, value in zip(places, inner, strict=True):
@@ -504,7 +505,7 @@ class Steps:
             is_tested = size > least and size > value.rad()
             # A plain number may be zero.
             if is_tested or (value.is_zero() and not tree.names_in(self.nodes[operand])):
-                evidence.untested.discard((place, operand))
+                seen.add(("", place, operand))
 
 
 def _function_of(kind: str, detail: Any) -> str:
@@ -553,7 +554,7 @@ def _raised(exponent: Fraction | None, base: Ball, raised: Ball = None) -> Ball:
         raise NoValue
     if base.contains(0):
         raise Unclear
-    return base ** (raised if exponent is None else _exact(exponent))
+    return base ** (raised if exponent is None else _ball(exponent))
 
 
 def _whole(exponent: Ball) -> Fraction | None:
@@ -570,8 +571,7 @@ def _arb() -> Any:
     return arb
 
 
-def _exact(number: Fraction) -> Ball:
-    """A rational number as a ball."""
+def _ball(number: Fraction) -> Ball:
     return _arb()(number.numerator) / number.denominator
 
 
@@ -586,12 +586,12 @@ def _number(text: str, rounded: int) -> Ball:
     if abs(int(exponent or 0)) > MAX_POWER:
         raise Unclear
     fraction = Fraction(text)
-    value = _exact(fraction)
+    value = _ball(fraction)
     if not decimals or not fraction or len(mantissa.replace(".", "").lstrip("0")) < rounded:
         return value
     unit, most = Fraction(10) ** (int(exponent or 0) - len(decimals)), fraction * COARSEST
     below, above = min(unit / 2, most), min(unit if rounded == 1 else unit / 2, most)
-    return value + _exact((above - below) / 2) + _arb()(0, _exact((above + below) / 2))
+    return value + _ball((above - below) / 2) + _arb()(0, _ball((above + below) / 2))
 
 
 @lru_cache(1024)
@@ -677,20 +677,18 @@ def is_positive(node: Node, domains: Mapping[str, str]) -> bool:
             return False
 
 
-def pivots(matrix: Sequence[Sequence[Ball]]) -> tuple[list[int], list[int]]:
+def _pivots(matrix: Sequence[Sequence[Ball]]) -> tuple[list[int], list[int]]:
     """The rows and the columns of pivots that are certainly not zero, by elimination."""
-    rows = {place: list(row) for place, row in enumerate(matrix)}
-    chosen: list[int] = []
-    columns: list[int] = []
-    for column in range(len(matrix[0]) if matrix else 0):
-        usable = [place for place in rows if place not in chosen and not rows[place][column].contains(0)]
-        if not usable:
-            continue
-        pivot = max(usable, key=lambda place: float(rows[place][column].abs_lower()))
-        for place, row in rows.items():
-            if place != pivot and place not in chosen:
-                factor = row[column] / rows[pivot][column]
-                rows[place] = [a - factor * b for a, b in zip(row, rows[pivot], strict=True)]
-        chosen.append(pivot)
-        columns.append(column)
+    rows = dict(enumerate(matrix))
+    chosen, columns = list[int](), list[int]()
+    for column in range(len(matrix[0])):
+        usable = [place for place, row in rows.items() if not row[column].contains(0)]
+        if usable:
+            place = max(usable, key=lambda place: float(rows[place][column].abs_lower()))
+            pivot = rows.pop(place)
+            for other, row in rows.items():
+                factor = row[column] / pivot[column]
+                rows[other] = [a - factor * b for a, b in zip(row, pivot, strict=True)]
+            chosen.append(place)
+            columns.append(column)
     return sorted(chosen), columns

@@ -13,12 +13,12 @@ from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from itertools import combinations
-from typing import ClassVar, TypeAlias
+from typing import TypeAlias
 
 from rigidcli.algebra.atoms import Atom
 from rigidcli.algebra.calculus import derivative
 from rigidcli.algebra.expansion import coefficients, expand
-from rigidcli.algebra.expressions import ONE, ZERO, Expr, atomic, factored, symbol, total
+from rigidcli.algebra.expressions import ONE, ZERO, Expr, atomic, factored, total
 from rigidcli.algebra.matrices import determinant, null_vectors
 from rigidcli.algebra.reading import from_tree
 from rigidcli.algebra.trees import to_tree
@@ -26,7 +26,7 @@ from rigidcli.document.variables import acceleration, momentum, velocity
 from rigidcli.errors import ExpressionError, ValueProblem
 from rigidcli.homework.base import AnswerKind, Asked, Finding, Outcome, Reading, Tree, Unreadable
 from rigidcli.homework.numbers import CONTRADICTION
-from rigidcli.homework.question import Question
+from rigidcli.homework.question import OF_FORMULAS, Question
 from rigidcli.homework.reading import (
     Domain,
     Names,
@@ -36,7 +36,7 @@ from rigidcli.homework.reading import (
     names_of,
     read_equations,
 )
-from rigidcli.homework.same import Ball, FormulaComparison, formulas_of, pivots
+from rigidcli.homework.same import Ball, FormulaComparison, formulas_of
 from rigidcli.language.text import reading, text, without_doubt
 from rigidcli.language.tree import Name, Negative, Node, Sum, bound, names_in
 
@@ -52,11 +52,9 @@ _MOMENTUM = re.compile(r"[pP](?:[a-zA-Z]?\d*|_\w+|theta|phi|psi)")
 class EquationsKind(AnswerKind):
     """Equations of motion."""
 
-    name: ClassVar[str] = "equations"
-    has_tolerance: ClassVar[bool] = False
-    options: ClassVar[frozenset[str]] = frozenset(
-        {"symbols", "coordinates", "momenta", "velocities", "form", "numbers"}
-    )
+    name = "equations"
+    has_tolerance = False
+    options = OF_FORMULAS | {"form"}
 
     def key(self, asked: Asked) -> MotionKey:
         try:
@@ -93,29 +91,26 @@ class EquationsKind(AnswerKind):
         open_ = next((truth for _, truth in truths if isinstance(truth, str)), "")
         if open_ and not false:
             return Outcome.review(f"it is not proved that the equation is true: {open_}", *remarks)
-        systems = [_system_of(key, second, true) for second in _readings(key, true)]
-        best = max(
-            systems,
-            key=lambda system: (system.is_complete, system.right / len(system.tops), not system.unclear),
-        )
-        if best.is_complete and not false:
+        systems = [_system_of(key, second, true) for second in _orders(key, true)]
+        best = max(systems, key=lambda system: (system.share, not system.unclear))
+        if not best.missing and not false:
             return self._complete(key, systems, remarks)
         if best.unclear and not false:
             return Outcome.review(best.unclear, *remarks)
-        findings = [Finding(self._slip(key, side), side[0]) for side in false]
+        with_values = replace(key, formulas=key.formulas.with_values())
+        slips = {True: "number_for_symbol", False: "equation_wrong"}
+        findings = [
+            Finding(slips[bool(key.names.values) and with_values.is_true(left, right) is True], place)
+            for place, left, right in false
+        ]
         if len(findings) > 1 and len(kept) > len(best.tops):  # of many guesses, none is pointed out
             findings = [Finding("equation_wrong", "one or more")]
         # A wrong equation stands in the place of a missing one.
         if len(best.missing) > len(false):
             lacking = ", ".join(name for name in best.missing if name not in {side[0] for side in false})
             findings.append(Finding("missing_equation", lacking))
-        surplus = max(0, best.right + len(false) - len(best.tops))
-        return Outcome.earning((best.right - surplus) / len(best.tops), *findings, *remarks)
-
-    def _slip(self, key: MotionKey, side: Sides) -> str:
-        given = replace(key, formulas=key.formulas.with_values())
-        has_numbers = bool(key.names.values) and given.is_true(*side[1:]) is True
-        return "number_for_symbol" if has_numbers else "equation_wrong"
+        surplus = max(0, len(false) - len(best.missing)) / len(best.tops)
+        return Outcome.earning(best.share - surplus, *findings, *remarks)
 
     def is_right(self, key: MotionKey, value: Answer) -> bool:
         """Whether all equations are true, and determine the motion: most mistakes make one false."""
@@ -123,10 +118,10 @@ class EquationsKind(AnswerKind):
         return all(are_true) and super().is_right(key, value)
 
     def _complete(self, key: MotionKey, systems: Sequence[_System], remarks: list[Finding]) -> Outcome:
-        whole = [system for system in systems if system.is_complete]
+        whole = [system for system in systems if not system.missing]
         if key.first_order and not any(system.tops == tuple(key.rates) for system in whole):
             return Outcome.earning(0.0, Finding("second_order_form"), *remarks)
-        gaps = [system.gap() for system in whole]
+        gaps = [system.gap(key) for system in whole]
         if all(gaps):
             return Outcome.review(
                 f"the equations say less {gaps[0]}", Finding("extra_solutions", "", gaps[0]), *remarks
@@ -143,7 +138,7 @@ class EquationsKind(AnswerKind):
         return {rate: text(node) for rate, node in key.rates.items()}
 
 
-def _readings(key: MotionKey, sides: Sequence[Sides]) -> list[frozenset[str]]:
+def _orders(key: MotionKey, sides: Sequence[Sides]) -> list[frozenset[str]]:
     """Sets of coordinates that may be meant to have equations of second order."""
     used = names_in_all(sides)
     second = frozenset(name for name in key.coordinates if acceleration(name) in used)
@@ -152,49 +147,32 @@ def _readings(key: MotionKey, sides: Sequence[Sides]) -> list[frozenset[str]]:
 
 @dataclass(frozen=True, slots=True)
 class _System:
-    """True equations as a linear system for derivatives, the `tops`: `rows` of slopes by the `unknowns`.
+    """True equations as a linear system for derivatives, the `tops`, of which some may be `missing`.
 
-    The unknowns that single equations determine have been taken out: `given` has the slopes of each, of which
-    one that never vanishes is enough. Pivots stand in the rows `chosen` and in the `columns`. `unclear` says
-    why an equation could not be used.
+    Single equations determine some unknowns: `single` has their slopes for each, of which one that never
+    vanishes is enough. The `block` (n by n) of slopes determines the others. `unclear` says why an equation
+    could not be used.
     """
 
-    key: MotionKey
     tops: tuple[str, ...]
-    unknowns: Sequence[str]
-    rows: Sequence[Sequence[Expr]]
-    given: Sequence[Sequence[Expr]]
-    chosen: Sequence[int]
-    columns: Sequence[int]
+    missing: list[str]
+    single: Sequence[Sequence[Expr]]
+    block: Sequence[Sequence[Expr]]
     unclear: str
 
     @property
-    def missing(self) -> list[str]:
-        """The derivatives that are not determined."""
-        undetermined = {name for k, name in enumerate(self.unknowns) if k not in self.columns}
-        return [name for name in self.tops if name in undetermined]
+    def share(self) -> float:
+        """The share of the derivatives that are determined in general states."""
+        return 1 - len(self.missing) / len(self.tops)
 
-    @property
-    def right(self) -> int:
-        """How many derivatives are determined."""
-        return len(self.tops) - len(self.missing)
-
-    @property
-    def is_complete(self) -> bool:
-        """Whether all derivatives are determined, in general states."""
-        return not self.missing
-
-    def gap(self) -> str:
+    def gap(self, key: MotionKey) -> str:
         """The states at which the system becomes singular; empty if none."""
-        for slopes in self.given:
-            gaps = [_zeros(self.key, slope) for slope in slopes]
+        for slopes in self.single:
+            gaps = [_zeros(key, slope) for slope in slopes]
             if all(gaps):
                 return gaps[0]
-        if not self.unknowns:
-            return ""
         try:
-            block = [[self.rows[i][k] for k in self.columns] for i in self.chosen]
-            return _zeros(self.key, determinant(block))
+            return _zeros(key, determinant(self.block)) if self.block else ""
         except ExpressionError as error:
             return f"where it cannot be worked out: {error.message}"
 
@@ -217,15 +195,18 @@ def _system_of(key: MotionKey, second: frozenset[str], sides: Sequence[Sides]) -
     residuals = [node for node in residuals if names_in(node).isdisjoint(excluded)]
     # A derivative is determined where it is so whatever the further unknowns are: these come first.
     unknowns = list(dict.fromkeys([*further, *tops]))
-    solved = list[list[Expr]]()
+    single = list[list[Expr]]()
     while True:
         rows, unclear = _rows(key, residuals, unknowns)
         given = _given(key, rows, unknowns, together=bool(unclear))
         if not given:
-            chosen, columns = _rank(key, rows)
-            return _System(key, tops, unknowns, rows, solved, chosen, columns, unclear)
-        solved += given.values()
+            break
+        single += given.values()
         unknowns = [name for name in unknowns if name not in given]
+    chosen, columns = _pivots(key, rows)
+    undetermined = {name for k, name in enumerate(unknowns) if k not in columns}
+    block = [[rows[i][k] for k in columns] for i in chosen]
+    return _System(tops, [name for name in tops if name in undetermined], single, block, unclear)
 
 
 def _rows(key: MotionKey, residuals: Sequence[Node], unknowns: Sequence[str]) -> tuple[list[list[Expr]], str]:
@@ -242,7 +223,7 @@ def _rows(key: MotionKey, residuals: Sequence[Node], unknowns: Sequence[str]) ->
             unclear = "an equation is not linear in the derivatives"
             continue
         # What is zero for the motion but for rounding is no slope to solve by.
-        values = [_values(key, slope) if slope.terms else [] for slope in slopes]
+        values = [key.values(slope) if slope.terms else [] for slope in slopes]
         is_zero = [all(ball is None or ball.contains(0) for ball in balls) for balls in values]
         rows.append([ZERO if zero else slope for slope, zero in zip(slopes, is_zero, strict=True)])
     return rows, unclear
@@ -260,7 +241,7 @@ def _given(
     for row in rows if together and not given else ():
         block = [k for k, slope in enumerate(row) if slope.terms]
         within = [r for r in rows if not any(e.terms for k, e in enumerate(r) if k not in block)]
-        chosen, columns = _rank(key, within)
+        chosen, columns = _pivots(key, within)
         if block and columns == block:
             with suppress(ExpressionError):
                 whole = determinant([[within[i][k] for k in block] for i in chosen])
@@ -268,20 +249,8 @@ def _given(
     return given
 
 
-def _rank(key: MotionKey, rows: Sequence[list[Expr]]) -> tuple[list[int], list[int]]:
-    """The rows and columns of the pivots at the first point where all slopes have values."""
-    if not rows or not rows[0]:
-        return [], []
-    table = [[_values(key, slope) for slope in row] for row in rows]
-    for place in range(len(table[0][0])):
-        matrix = [[entry[place] for entry in row] for row in table]
-        if all(ball is not None for row in matrix for ball in row):
-            return pivots(matrix)
-    return [], []
-
-
-def _values(key: MotionKey, slope: Expr) -> list[Ball | None]:
-    return key.formulas.values(bound(to_tree(slope), key.meanings))
+def _pivots(key: MotionKey, rows: Sequence[list[Expr]]) -> tuple[list[int], list[int]]:
+    return key.formulas.pivots([[bound(to_tree(slope), key.meanings) for slope in row] for row in rows])
 
 
 def _zeros(key: MotionKey, e: Expr) -> str:
@@ -296,7 +265,7 @@ def _zeros(key: MotionKey, e: Expr) -> str:
             poles |= {atom for monomial in terms for atom, exponent in monomial if exponent < 0}
     for atom, _ in factored(expand(e))[1]:
         factor = atomic(atom)
-        balls = [ball for ball in _values(key, factor) if ball is not None]
+        balls = [ball for ball in key.values(factor) if ball is not None]
         changes = len({ball > 0 for ball in balls}) > 1 or any(ball.contains(0) for ball in balls)
         if changes and atom not in poles:
             return f"where `{reading(to_tree(factor))}` is zero"
@@ -348,8 +317,11 @@ class MotionKey:
 
     def exact(self, node: Node) -> Expr:
         """A formula as an exact expression. Raises ExpressionError."""
-        positive = (name for name, domain in self.names.domains.items() if domain == "positive")
-        return from_tree(self.names.without_derived(node), {name: symbol(name, True) for name in positive})
+        return self.formulas.exact(node)
+
+    def values(self, e: Expr) -> list[Ball | None]:
+        """The values of an expression, which may hold derivatives, at the test points."""
+        return self.formulas.values(bound(to_tree(e), self.meanings))
 
     def is_true(self, left: Node, right: Node) -> bool | str:
         """Whether an equation holds for the motion in all states."""
@@ -374,19 +346,11 @@ def of_document(asked: Asked) -> MotionKey:
     equations = asked.value
     if asked.path[-1:] != ("equations",) or not isinstance(equations, Mapping) or len(equations) % 2:
         raise ValueProblem("this result has no equations of motion, expected `hamilton.equations`")
-    states = tuple(equations)
-    half = len(states) // 2
+    states, half = tuple(equations), len(equations) // 2
     rates = {velocity(name): to_tree(rate) for name, rate in equations.items()}
-    names = names_of(asked)
-    coordinates, tolerance = states[:half], asked.question.tolerance
-    names = _with_rates(names, states, [*rates, *map(acceleration, states)])
-    return MotionKey(
-        formulas_of(asked, names, tolerance.relative),
-        rates,
-        coordinates,
-        states[half:],
-        is_hamiltonian=True,
-    )
+    names = _with_rates(names_of(asked), states, [*rates, *map(acceleration, states)])
+    formulas = formulas_of(asked, names, asked.question.tolerance.relative)
+    return MotionKey(formulas, rates, states[:half], states[half:], is_hamiltonian=True)
 
 
 def _with_rates(names: Names, states: Sequence[str], rates: Sequence[str]) -> Names:
@@ -425,14 +389,9 @@ def of_text(asked: Asked) -> MotionKey:
     names = replace(names, domains={n: d for n, d in names.domains.items() if n not in aliases or n in used})
     partners = {} if second else _partners(question, functions, rates)
     second_rates = [acceleration(name) for pair in partners.items() for name in pair]
-    derivatives = [*rates, *second_rates, *aliases, *map(velocity, functions)]
-    return MotionKey(
-        formulas_of(asked, _with_rates(names, states, derivatives), question.tolerance.relative),
-        rates,
-        tuple(partners),
-        tuple(partners.values()),
-        aliases,
-    )
+    names = _with_rates(names, states, [*rates, *second_rates, *aliases, *map(velocity, functions)])
+    formulas = formulas_of(asked, names, question.tolerance.relative)
+    return MotionKey(formulas, rates, tuple(partners), tuple(partners.values()), aliases)
 
 
 def _functions(question: Question, used: Collection[str]) -> tuple[str, ...]:

@@ -9,7 +9,6 @@ import math
 import re
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import ClassVar
 
 from rigidcli.algebra.calculus import derivative
 from rigidcli.algebra.expressions import Expr, symbol, total
@@ -18,18 +17,15 @@ from rigidcli.algebra.trees import to_tree
 from rigidcli.document.variables import velocity
 from rigidcli.errors import ExpressionError, ValueProblem
 from rigidcli.homework.base import AnswerKind, Asked, Finding, Outcome, Reading, Tree, Unreadable
-from rigidcli.homework.entries import chosen
+from rigidcli.homework.entries import Ruler, chosen
 from rigidcli.homework.kinds.arrays import MOST_ENTRIES, numbered
 from rigidcli.homework.lists import read_list
 from rigidcli.homework.mistakes import common_factor, of_energy
-from rigidcli.homework.numbers import doubt
-from rigidcli.homework.question import Tolerance
+from rigidcli.homework.question import OF_FORMULAS, Tolerance
 from rigidcli.homework.reading import names_of, read_expression, read_expressions
-from rigidcli.homework.same import LEAST_POINTS, Ball, FormulaComparison, formulas_of, pivots
-from rigidcli.language.latex import plain
+from rigidcli.homework.same import LEAST_POINTS, Ball, FormulaComparison, formulas_of
 from rigidcli.language.text import text, without_doubt
 from rigidcli.language.tree import Name, Negative, Node, Number, Sum, bound, names_in
-from rigidcli.language.typed import last_member, undecorated
 from rigidcli.mechanics.phase_space import TIME, Phase, bracket
 
 ENERGIES = ("hamiltonian", "lagrangian", "energy")
@@ -64,11 +60,9 @@ class FormulaKey:
 class ExpressionKind(AnswerKind):
     """A formula in the symbols of the question."""
 
-    name: ClassVar[str] = "expression"
-    has_tolerance: ClassVar[bool] = False
-    options: ClassVar[frozenset[str]] = frozenset(
-        {"symbols", "coordinates", "momenta", "velocities", "constant", "numbers"}
-    )
+    name = "expression"
+    has_tolerance = False
+    options = OF_FORMULAS | {"constant"}
 
     def key(self, asked: Asked) -> FormulaKey:
         tree, question, last = _tree(asked), asked.question, asked.path[-1] if asked.path else ""
@@ -90,23 +84,14 @@ class ExpressionKind(AnswerKind):
         )
 
     def read(self, key: FormulaKey, answer: Tree) -> Reading:
-        names = key.formulas.names
         if key.constant and isinstance(answer, str):
             answer = re.sub(r"\s*\+\s*(?:const(?:ant)?|konst|cst|cte)\.?\s*\Z", "", answer)
-        node = chosen(read_expressions(answer, names), lambda each: self._truth(key, each))
-        why = doubt(
-            last_member(plain(undecorated(str(answer))))[1],
-            lambda member: read_expressions(member, names),
-            lambda others: any(key.formulas.same(each, node) is not False for each in others),
-        )
+        several = read_expressions(answer, key.formulas.names)
+        node = chosen(several, lambda each: self.is_right(key, each) or key.same(each))
+        why = Ruler(Tolerance(), formulas=key.formulas).doubt(answer, node)
         return Reading(node, without_doubt(node), why)
 
-    def _truth(self, key: FormulaKey, node: Node) -> bool | str:
-        """Whether a formula is the key, perhaps up to a constant, or why that is open."""
-        return self.is_right(key, node) or key.same(node)
-
     def judge(self, key: FormulaKey, value: Node) -> Outcome:
-        """Whether the answer is the key, perhaps up to a constant."""
         truth = key.same(value)
         if truth is True:
             return Outcome.correct()
@@ -131,20 +116,21 @@ class ExpressionKind(AnswerKind):
 
 
 def _tree(asked: Asked) -> Node:
-    """The formula that is the key, if literal in the letters that the question lists. Raises ValueProblem."""
+    """The formula that is the key. Raises ValueProblem."""
     if asked.report is not None:
         if isinstance(asked.value, Expr):
             return to_tree(asked.value)
         raise ValueProblem("what is asked for is not one expression")
     names = names_of(asked)
-    code = "unknown_symbol"
-    for letters in (names if names.words.names != ("t",) else None, None):
+    try:
         try:
-            if code == "unknown_symbol":
-                return read_expression(asked.value, letters)
+            return read_expression(asked.value, names if names.words.names != ("t",) else None)
         except Unreadable as unreadable:
-            code = unreadable.findings[0].code
-    raise ValueProblem(f"the key cannot be read: {code}")
+            if unreadable.findings[0].code != "unknown_symbol":
+                raise
+            return read_expression(asked.value, None)  # with letters that the question does not list
+    except Unreadable as unreadable:
+        raise ValueProblem(f"the key cannot be read: {unreadable.findings[0].code}") from None
 
 
 def _relative(tolerance: Tolerance) -> float | None:
@@ -169,16 +155,14 @@ def _findings(key: FormulaKey, answer: Node) -> list[Finding]:
     if not key.constant and names.states & names_in(key.tree) and key.same(answer, constant=True) is True:
         return [Finding("additive_constant")]
     seed = f"{key.formulas.name} {text(answer)}"
-    both = zip(
-        *(key.formulas.values(node, seed, LEAST_POINTS + 1) for node in (answer, key.tree)), strict=True
-    )
-    pairs = [(own, right) for own, right in both if own is not None and right is not None]
+    own, right = (key.formulas.values(node, seed, LEAST_POINTS + 1) for node in (answer, key.tree))
+    pairs = [(a, b) for a, b in zip(own, right, strict=True) if a is not None and b is not None]
     if len(pairs) < LEAST_POINTS:
         return [Finding("outside_tolerance")]
     if not key.constant and names_in(key.tree) and _common([a - b for a, b in pairs]) is not None:
         return [Finding("additive_constant")]
     factor = _common([a / b for a, b in pairs if not b.contains(0)])
-    if factor is not None and math.isfinite(factor) and factor and abs(factor - 1) > FACTOR_ERROR:
+    if factor and math.isfinite(factor) and abs(factor - 1) > FACTOR_ERROR:
         return [Finding(common_factor(factor, None, (), FACTOR_ERROR) or "constant_factor")]
     lacking = f"`{min(missing)}` does not occur in it" if missing else ""
     return [Finding("term_wrong" if isinstance(key.tree, Sum) else "outside_tolerance", detail=lacking)]
@@ -230,9 +214,7 @@ class InvariantsKey:
 
     def exact(self, node: Node) -> Expr:
         """A formula in the variables and the independent parameters. Raises ExpressionError."""
-        node = self.formulas.independent(bound(node, self.velocities))
-        domains = self.formulas.names.domains.items()
-        return from_tree(node, {name: symbol(name, True) for name, d in domains if d == "positive"})
+        return self.formulas.exact(bound(node, self.velocities))
 
     def is_conserved(self, node: Node) -> bool | str:
         """Whether a quantity keeps its value, or why that is open."""
@@ -246,23 +228,15 @@ class InvariantsKey:
     def rank(self, nodes: Sequence[Node]) -> int:
         """How many quantities are independent: the largest rank of their gradients at the points."""
         slopes = [[derivative(self.exact(node), name) for name in self.phase.names] for node in nodes]
-        table = [[self.formulas.values(to_tree(slope)) for slope in row] for row in slopes]
-        ranks = [0]
-        for place in range(len(table[0][0])):
-            matrix = [[values[place] for values in row] for row in table]
-            if all(ball is not None for row in matrix for ball in row):
-                ranks.append(len(pivots(matrix)[0]))
-        return max(ranks)
+        return len(self.formulas.pivots([[to_tree(slope) for slope in row] for row in slopes])[0])
 
 
 class InvariantsKind(AnswerKind):
     """Further conserved quantities of a system, in any independent combination."""
 
-    name: ClassVar[str] = "invariants"
-    has_tolerance: ClassVar[bool] = False
-    options: ClassVar[frozenset[str]] = frozenset(
-        {"symbols", "coordinates", "momenta", "velocities", "numbers"}
-    )
+    name = "invariants"
+    has_tolerance = False
+    options = OF_FORMULAS
 
     def key(self, asked: Asked) -> InvariantsKey:
         if asked.report is None:
@@ -291,18 +265,15 @@ class InvariantsKind(AnswerKind):
         cells = list(table.values()) if isinstance(table, dict) else table
         if len(cells) > MOST_ENTRIES:
             raise Unreadable("too_large", f"expected at most {MOST_ENTRIES} formulas")
-        names = key.formulas.names
-        several = [
-            read_expressions(cell, names, place)
-            for cell, place in zip(cells, numbered("quantity", len(cells)), strict=True)
-        ]
+        places = zip(cells, numbered("quantity", len(cells)), strict=True)
+        several = [read_expressions(cell, key.formulas.names, place) for cell, place in places]
         nodes = [chosen(readings, key.is_conserved) for readings in several]
         return Reading(tuple(nodes), "; ".join(map(without_doubt, nodes)))
 
     def judge(self, key: InvariantsKey, value: Sequence[Node]) -> Outcome:
         """New conserved quantities earn their share; more formulas than the key has cost as much."""
         kept, findings, count = list(key.known), list[Finding](), len(key.quantities)
-        rank = known = key.rank(kept) if kept else 0
+        rank = known = key.rank(kept)
         for place, node in zip(numbered("quantity", len(value)), value, strict=True):
             truth = key.is_conserved(node)
             if isinstance(truth, str):
