@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from functools import partial
@@ -18,15 +18,7 @@ from rigidcli.document.load import load, read
 from rigidcli.document.parameters import read_name, read_names
 from rigidcli.document.slips import explain
 from rigidcli.document.syntax import read_tree
-from rigidcli.errors import (
-    DocumentError,
-    Problem,
-    RigidError,
-    ValueProblem,
-    guess,
-    nearest,
-    shown,
-)
+from rigidcli.errors import DocumentError, Problem, RigidError, ValueProblem, guess, shown
 from rigidcli.errors import Path as Keys
 from rigidcli.fields.texts import STDIN, read_text, safe_name
 from rigidcli.homework.answers import as_typed
@@ -48,6 +40,8 @@ if TYPE_CHECKING:
 DECIMALS = re.compile(r"[0-9]*\.(?:[0-9]{7,}|0(?![0-9]))(?:e[-+]?[0-9]+)?")
 """Decimals in a key that feedback rounds to six figures: 0.04166666667, 2.0."""
 
+LONGEST_REFERENCE = 500
+"""Characters of a key in feedback: a longer one tells nobody anything."""
 
 NO_ROSTER = (
     "without a --roster, the name of a folder or file decides which values a student has: give the list of "
@@ -95,17 +89,16 @@ class Prepared:
         the roster: a person must look. `tell` gets the notes on files and students. Raises DocumentError
         where there is no key.
         """
-        papers, names = [*handed_in.papers], dict[str, str]()
-        if self.variants is not None and roster is None:
-            names = {paper.student: paper.student for paper in papers}
-            tell(self.source, [NO_ROSTER])
-        elif self.variants is not None and roster is not None:
-            names, lost = roster.students, Outcome.review(NOT_IN_IT)
+        papers, own = [*handed_in.papers], dict[str, Mapping[str, Item]]()
+        if self.variants is not None:
+            if roster is None:
+                tell(self.source, [NO_ROSTER])
+            names = roster.students if roster else {paper.student: paper.student for paper in papers}
+            own, lost = self.own(names, progress), Outcome.review(NOT_IN_IT)
             papers = [
                 paper if paper.student in names else replace(paper, outcome=paper.outcome or lost)
                 for paper in papers
             ]
-        own = self.own(names, progress) if names else {}
         judgements = run(self.items, papers, jobs, progress, own=own)
         judgements = overrides.applied(judgements, tell) if overrides else judgements
 
@@ -132,10 +125,8 @@ class Prepared:
 
     def trials(self) -> Iterator[dict[str, Item]]:
         """The questions for a test of keys: as they are, or with three variants those that have any."""
-        if self.variants is None:
-            yield self.items
-            return
-        for number, items in enumerate(self._at(self.variants.trials(), lambda share: None)):
+        sheets = self._at(self.variants.trials(), lambda share: None) if self.variants else [self.items]
+        for number, items in enumerate(sheets):
             yield {id: item for id, item in items.items() if not number or item.values}
 
     def _at(self, every: Sequence[Values], progress: Progress) -> list[dict[str, Item]]:
@@ -147,7 +138,7 @@ class Prepared:
             progress(done / len(ordered))
             if question.document != ordered[done - 1][1].document:
                 self.library.reports.clear()  # nothing else asks the document before this one
-            keyed: dict[str, tuple[Item, str, Report | None]] = {"": (self.items[id], "", None)}
+            keyed: dict[str, tuple[Item, Report | None]] = {"": (self.items[id], None)}
             for values, sheet in zip(every, sheets, strict=True):
                 own = self.library.own(question.document, values)
                 try:
@@ -156,7 +147,7 @@ class Prepared:
                 except DocumentError as error:
                     problems |= dict.fromkeys(error.problems)
                     continue
-                item, _, report = keyed[words(own)]
+                item, report = keyed[words(own)]
                 told = named_in(question.title, values) | own.keys()
                 mine = {name: value for name, value in values.items() if name in told}
                 # An answer in letters needs no values: who has them may put them in.
@@ -180,8 +171,7 @@ def prepare(path: str, studies: Mapping[str, Study], text: str | None = None) ->
     tree, places = _tree(text, source), of_text(text, source)
     items, problems, notes = dict[str, Item](), list[Problem](), list[Problem]()
     solutions: dict[tuple[str, str], Report] = {}
-    variants = None
-
+    title, variants = "", None
     try:
         assignment = Assignment.model_validate(tree)
         title, questions = assignment.assignment, assignment.questions
@@ -189,16 +179,16 @@ def prepare(path: str, studies: Mapping[str, Study], text: str | None = None) ->
             variants = Variants(str(assignment.seed), assignment.variants)
     except ValidationError as error:
         problems += [places.problem(each) for each in explain(error)]
-        title, questions = "", _sound(tree.get("questions"))
+        questions = _sound(tree.get("questions"))
     folder = Path() if path == STDIN else Path(path).parent
     library = Library(folder, studies, places, {} if variants is None else variants.trials()[0])
     for id, question in questions.items():
         try:
-            items[id], name, report = library.keyed(id, question, library.first)
+            items[id], report = library.keyed(id, question, library.first)
         except DocumentError as error:
             problems += [each for each in error.problems if each not in problems]
             continue
-        said = [*_notes(question, items[id], name), *_braces(question, library)]
+        said = [*_idle(question, items[id].kind), *_braces(question, library)]
         notes += [library.placed(("questions", id, *keys), f"note: {what}") for keys, what in said]
         if report is not None:
             solutions[id, ""] = report
@@ -206,10 +196,10 @@ def prepare(path: str, studies: Mapping[str, Study], text: str | None = None) ->
         problems += _unfit(variants, questions, library)
     if problems:
         raise DocumentError(problems)
-    read = [Path(path), *(library.folder / name for name in library.documents)]
-    read += [file for document in library.documents.values() for file in document.files]
+    files = [Path(path), *(folder / name for name in library.documents)]
+    files += [file for document in library.documents.values() for file in document.files]
     title = title or Path(path).stem
-    return Prepared(title, source, questions, items, library, tuple(notes), tuple(read), solutions, variants)
+    return Prepared(title, source, questions, items, library, tuple(notes), tuple(files), solutions, variants)
 
 
 def _tree(text: str, source: str) -> dict[str, Any]:
@@ -218,9 +208,8 @@ def _tree(text: str, source: str) -> dict[str, Any]:
     if not isinstance(tree, dict):
         read = "an empty file" if tree is None else shown(tree)
         hint = "`rigidcli new assignment` prints one to start from"
-        raise DocumentError(
-            [Problem(source, f"read {read}, expected an assignment: a mapping", 1, hint=hint)]
-        )
+        message = f"read {read}, expected an assignment: a mapping"
+        raise DocumentError([Problem(source, message, 1, hint=hint)])
     tree |= {key: typed[key] for key in ("seed", "variants") if key in tree}
     questions = tree.get("questions")
     for id, question in questions.items() if isinstance(questions, dict) else ():
@@ -228,14 +217,13 @@ def _tree(text: str, source: str) -> dict[str, Any]:
     return tree
 
 
-def _keep_typed(question: Any, typed: Any) -> None:
-    """Put the answers of a question, and those that it accepts, as they are typed."""
-    if isinstance(question, dict):
-        if "answer" in question:
-            question["answer"] = typed["answer"]
-        if isinstance(accepted := question.get("accept"), list):
-            for other, as_it_is in zip(accepted, typed["accept"], strict=True):
-                _keep_typed(other, as_it_is)
+def _keep_typed(tree: Any, typed: Any) -> None:
+    """Put each `answer` in a question as it is typed."""
+    for key in tree if isinstance(tree, dict) else range(len(tree)) if isinstance(tree, list) else ():
+        if key == "answer":
+            tree[key] = typed[key]
+        else:
+            _keep_typed(tree[key], typed[key])
 
 
 def _sound(questions: object) -> dict[str, Question]:
@@ -247,9 +235,10 @@ def _sound(questions: object) -> dict[str, Question]:
     return sound
 
 
-def _notes(question: Question, item: Item, name: str) -> Iterator[tuple[Keys, str]]:
-    for option in sorted(question.model_fields_set - EVERYWHERE - item.kind.options):
-        yield (option,), f"this means nothing to the kind `{name}`"
+def _idle(question: Question, kind: AnswerKind) -> Iterator[tuple[Keys, str]]:
+    """What in a question does nothing, or may be meant otherwise, with its place."""
+    for option in sorted(question.model_fields_set - EVERYWHERE - kind.options):
+        yield (option,), f"this means nothing to the kind `{kind.name}`"
     if (question.tolerance.relative or 0.0) > 0.2:  # it may be meant in per cent
         share = f"{question.tolerance.relative:.0%}"
         yield ("tolerance", "relative"), f"it is {share} of the value: per cent meant?"
@@ -272,10 +261,9 @@ def _braces(question: Question, library: Library) -> Iterator[tuple[Keys, str]]:
 def _unfit(variants: Variants, questions: Mapping[str, Question], library: Library) -> Iterator[Problem]:
     """Variants that no question uses, values that a document refuses, and literal answers with braces."""
     for id, question in questions.items():
-        texts = (
-            [question.answer, *(other.answer for other in question.accept)] if question.ask is None else []
-        )
-        for name in sorted(variants.values.keys() & in_braces(" ".join(map(as_typed, texts)))):
+        answers = [question.answer, *(other.answer for other in question.accept)]
+        texts = map(as_typed, answers if question.ask is None else ())
+        for name in sorted(variants.values.keys() & in_braces(" ".join(texts))):
             message = f"`{{{name}}}` stands in a literal answer, which is the same for every student"
             hint = f"`ask` a `document` with the parameter `{name}`; the letter stands without braces"
             yield library.placed(("questions", id, "answer"), message, hint)
@@ -289,13 +277,13 @@ def _unfit(variants: Variants, questions: Mapping[str, Question], library: Libra
         if used or len(there) < len(asked):
             continue
         every = list(dict.fromkeys(each for name in there for each in library.parameters(name).values()))
-        near = nearest(parameter, every)
-        message, hint = f"no document of the questions has the parameter {shown(parameter)}", "leave it out"
+        message = f"no document of the questions has the parameter {shown(parameter)}"
+        message, hint = f"{message}{guess(parameter, every)}", f"there are {', '.join(every)}"
         if documents:
             message = f"nothing in {', '.join(map(shown, documents))} uses this parameter"
-        elif every:
-            hint = f"did you mean `{near}`? " * bool(near) + f"there are {', '.join(every)}"
-        yield library.placed(("variants", parameter), message, hint)
+        yield library.placed(
+            ("variants", parameter), message, hint if every and not documents else "leave it out"
+        )
 
 
 def _refused(parameter: str, variants: Variants, document: str, library: Library) -> Iterator[Problem]:
@@ -319,17 +307,22 @@ def _refused(parameter: str, variants: Variants, document: str, library: Library
 def _item(kind: AnswerKind, asked: Asked, folder: Path) -> Item:
     question = asked.question
     key = _key(kind, asked, folder, "ask" if asked.path else "answer")
-    accepted = []
+    accepted = list[AcceptedKey]()
     for place, other in enumerate(question.accept):
-        also = replace(asked, value=other.answer, unit="", path=(), document=None, report=None)
-        key_of_it = _key(kind, also, folder, "accept", place, "answer")
-        accepted.append(AcceptedKey(key_of_it, other.credit, other.message))
+        literal = Asked(asked.name, question, other.answer)
+        other_key = _key(kind, literal, folder, "accept", place, "answer")
+        accepted.append(AcceptedKey(other_key, other.credit, other.message))
     typed = kind.typed(key)
-    short = DECIMALS.sub(lambda number: f"{float(number[0]):.6g}", as_typed(typed))
-    reference = short if len(short) <= 500 else ""  # a longer key tells nobody anything
-    changes = tuple(_changes(kind, asked, key, typed))
+    reference = DECIMALS.sub(lambda number: f"{float(number[0]):.6g}", as_typed(typed))
     return Item(
-        kind, key, question.points, question.title, reference, question.credit, tuple(accepted), changes
+        kind,
+        key,
+        question.points,
+        question.title,
+        reference if len(reference) <= LONGEST_REFERENCE else "",
+        question.credit,
+        tuple(accepted),
+        tuple(_changes(kind, asked, key, typed)),
     )
 
 
@@ -374,16 +367,16 @@ class Library:
     reports: dict[tuple[str, str, str], tuple[Document, Report]] = field(default_factory=dict)
     refused: set[str] = field(default_factory=set)
 
-    def keyed(self, id: str, question: Question, values: Values) -> tuple[Item, str, Report | None]:
-        """A question with its key for these values of variants, the name of its kind, and its report.
+    def keyed(self, id: str, question: Question, values: Values) -> tuple[Item, Report | None]:
+        """A question with its key for these values of variants, and the report that the key is from.
 
         Raises DocumentError with what is wrong, and where in the assignment.
         """
         own: Values = {}
         try:
             own = self.own(question.document, values)
-            asked, name = self._asked(id, question, own)
-            return _item(KINDS[name], asked, self.folder), name, asked.report
+            kind, asked = self._asked(id, question, own)
+            return _item(kind, asked, self.folder), asked.report
         except DocumentError as error:
             if own:  # it is right as it stands in its file
                 raise DocumentError([self.refusal(str(question.document), own, error)]) from None
@@ -437,43 +430,35 @@ class Library:
             tree, changed[path] = put(tree, path, raw_value(value))[0], "variants"
         return read(replace(draft, tree=tree, settings=(), changed=changed))
 
-    def _report(self, name: str, study: str, values: Values) -> tuple[Document, Report]:
-        """A document with these values, and what a study finds of it. Raises DocumentError."""
-        key = name, study, words(values)
-        if key not in self.reports:
-            document = self.document(name, values)
-            self.reports[key] = document, self.studies[study](document)
-        return self.reports[key]
-
-    def _asked(self, id: str, question: Question, values: Values) -> tuple[Asked, str]:
-        if question.ask is not None:
-            return self._computed(id, question, question.ask, values)
-        if question.kind is None:
+    def _asked(self, id: str, question: Question, values: Values) -> tuple[AnswerKind, Asked]:
+        """The kind of a question and its right answer. Raises ValueProblem, DocumentError."""
+        if question.ask is None and question.kind is None:
             hint = f"a literal answer has one of {', '.join(KINDS)}"
             raise ValueProblem("missing, expected the kind of the `answer`", path=("kind",), hint=hint)
-        return Asked(id, question, question.answer), question.kind
-
-    def _computed(self, id: str, question: Question, ask: str, values: Values) -> tuple[Asked, str]:
-        path = tuple(ask.split("."))
-        study, way = path[0], path[1:]
+        if question.ask is None:
+            return KINDS[str(question.kind)], Asked(id, question, question.answer)
+        study, *way = path = tuple(question.ask.split("."))
         if study not in self.studies:
-            hint = _known(study, self.studies)
-            raise ValueProblem(f"there is no command {shown(study)}", path=("ask",), hint=hint)
+            message = f"there is no command {shown(study)}{guess(study, self.studies)}"
+            raise ValueProblem(message, path=("ask",), hint=f"there are {', '.join(self.studies)}")
         if question.document is None:
             raise ValueProblem("missing, expected the document that is asked", path=("document",))
-        document, report = self._report(question.document, study, values)
-        tree = report.tree
-        value = _value_at(study, tree, way)
+        same = question.document, study, words(values)
+        if same not in self.reports:
+            document = self.document(question.document, values)
+            self.reports[same] = document, self.studies[study](document)
+        document, report = self.reports[same]
+        value = _value_at(study, report.tree, way)
         names = ".".join(step for step in way if not step.isdecimal())  # a unit is that of all rows
         unit = next((unit for key, unit in report.units.items() if f"{names}.".startswith(f"{key}.")), "")
         name = question.kind or kind_of(path, value, unit)
         if name is None:
-            hint = f"ask for one of {', '.join(_paths(ask, value))}"
+            hint = f"ask for one of {', '.join(_paths(question.ask, value))}"
             raise ValueProblem("this result is no single answer of any kind", path=("ask",), hint=hint)
         if document.system is not None and document.system.functions and name in OF_SYMBOLS:
             hint = "write a formula for each of `system.functions` into the document of the key"
             raise ValueProblem("answers with unknown functions cannot be judged", path=("ask",), hint=hint)
-        return Asked(id, question, value, unit, path, document, report), name
+        return KINDS[name], Asked(id, question, value, unit, path, document, report)
 
 
 def _plain(name: str) -> str:
@@ -490,8 +475,9 @@ def _value_at(ask: str, tree: Any, way: Sequence[str]) -> Any:
             tree = tree[int(step)]
         else:
             paths = _paths(ask, tree)
-            hint = _known(f"{ask}.{step}", paths) if paths else f"`{ask}` is a result, and has no parts"
-            raise ValueProblem(f"there is no {shown(step)} in this result", path=("ask",), hint=hint)
+            message = f"there is no {shown(step)} in this result{guess(f'{ask}.{step}', paths)}"
+            hint = f"there are {', '.join(paths)}" if paths else f"`{ask}` is a result, and has no parts"
+            raise ValueProblem(message, path=("ask",), hint=hint)
         ask = f"{ask}.{step}"
     if tree is None:
         raise ValueProblem("this document has no such result: it is null", path=("ask",))
@@ -504,9 +490,3 @@ def _paths(ask: str, tree: Any) -> list[str]:
     if isinstance(tree, Sequence | np.ndarray) and not isinstance(tree, str):
         return [f"{ask}.{place}" for place in range(len(tree))]
     return []
-
-
-def _known(name: str, names: Iterable[str]) -> str:
-    """A hint for an unknown name: the nearest of the known ones, and all of them."""
-    near = nearest(name, list(names))
-    return f"did you mean `{near}`? " * bool(near) + f"there are {', '.join(names)}"

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Collection, Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
-from typing import Any, ClassVar, TypeAlias
+from typing import Any, ClassVar
 
 import numpy as np
 
@@ -34,9 +34,6 @@ MOST_ENTRIES = 400
 
 AXES = {name: k for names in ("xyz", "123456789") for k, name in enumerate(names)}
 """The ends of the names of components, in their order: `x`, `L_x`, `omega1`."""
-
-Triples: TypeAlias = Sequence[tuple[str, Entry, Right]]
-"""Names of places, each with the entry of an answer and the right one."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -67,13 +64,15 @@ class ArrayKey:
 
 
 class ArrayKind(AnswerKind):
-    """A kind of many numbers in `dimensions` (1 for a list, 2 for rows). `word` names an entry."""
+    """A kind of many numbers in `dimensions` (1 for a list, 2 for rows). `word` names an entry.
 
-    options: ClassVar[frozenset[str]] = frozenset({"symbols", "unit", "numbers"})
+    Entries of a key with one of the values `uncounted` earn no points, as most matrices have them.
+    """
+
+    options = frozenset({"symbols", "unit", "numbers"})
     word: ClassVar[str]
     dimensions: ClassVar[int] = 1
     uncounted: ClassVar[tuple[int, ...]] = ()
-    """Entries of a key that earn no points, as most matrices have them."""
 
     def table(self, answer: Tree) -> Array:
         """What was typed for each entry, as a list or by names. Raises Unreadable."""
@@ -92,8 +91,7 @@ class ArrayKind(AnswerKind):
             raise ValueProblem(f"this is no {self.name}: a vector is a list, a matrix a list of rows")
         labels = self.labels(entries.shape)
         key = ArrayKey(asked.question, asked.path, ruler, entries, labels, frozenset(labels))
-        counted = key.counted - key.named(*self.uncounted)
-        return replace(key, counted=counted or key.counted)
+        return replace(key, counted=key.counted - key.named(*self.uncounted) or key.counted)
 
     def read(self, key: ArrayKey, answer: Tree) -> Reading:
         table = self.table(answer)
@@ -102,13 +100,12 @@ class ArrayKind(AnswerKind):
         if table.shape == (3,) and key.entries.shape == (2,) and table[2] == "0":  # in unit vectors
             table = table[:2]
         if not self.fits(key, table.shape):
-            words = f"{shown(answer)} as one entry" if table.size == 1 else counted(table.shape)
-            raise Unreadable("wrong_shape", f"read {words}, expected {counted(key.entries.shape)}")
+            words = f"{shown(answer)} as one entry" if table.size == 1 else how_many(table.shape)
+            raise Unreadable("wrong_shape", f"read {words}, expected {how_many(key.entries.shape)}")
         cells: list[Tree] = table.ravel().tolist()
         entries = key.ruler.read(cells, self.labels(table.shape), key.right)
         doubts = filter(None, map(key.ruler.doubt, cells, entries))
-        shown_entries = _bracketed(filled(shown_as(entries), table.shape).tolist())
-        return Reading(entries, shown_entries, next(doubts, ""))
+        return Reading(entries, _bracketed(filled(shown_as(entries), table.shape).tolist()), next(doubts, ""))
 
     def fits(self, key: ArrayKey, shape: tuple[int, ...]) -> bool:
         """Whether an answer of this shape can be judged."""
@@ -117,19 +114,20 @@ class ArrayKind(AnswerKind):
     def judge(self, key: ArrayKey, value: Sequence[Entry]) -> Outcome:
         """Score: right components, minus wrong ones that are not counted, such as zeros."""
         components = compared(key, value)
-        wrong = [name for name, same in components.items() if same is False]
+        wrong = {name for name, same in components.items() if same is False}
         if not wrong:
             return settled(key, value, components.values())
         right, zero = {name for name, same in components.items() if same is True}, key.named(0)
-        earned = len(right & key.counted) - len(set(wrong) - key.counted)
+        earned = len(right & key.counted) - len(wrong - key.counted)
         if right <= zero != set(components):
             earned = 0  # where only zeros are right, nothing is
-        triples = list(zip(key.labels, value, key.right, strict=True))
-        return Outcome.earning(earned / len(key.counted), *self.said(key, triples, wrong, partly=earned > 0))
+        return Outcome.earning(earned / len(key.counted), *self.said(key, value, wrong, partly=earned > 0))
 
-    def said(self, key: ArrayKey, triples: Triples, wrong: Sequence[str], *, partly: bool) -> list[Finding]:
+    def said(
+        self, key: ArrayKey, value: Sequence[Entry], wrong: Collection[str], *, partly: bool
+    ) -> list[Finding]:
         """Feedback for the wrong places; `partly`: some points were earned."""
-        off = [(name, own, right) for name, own, right in triples if name in wrong]
+        off = [each for each in zip(key.labels, value, key.right, strict=True) if each[0] in wrong]
         if all(key.ruler.is_short(own, right) for _, own, right in off):
             return [Finding("too_few_sig_figs", listed(wrong) if partly else "")]
         plain = [name for name, own, right in off if is_constant(own) and not is_constant(right)]
@@ -137,9 +135,8 @@ class ArrayKind(AnswerKind):
             return [Finding("number_for_symbol", listed(plain))]
         if partly:
             return [Finding("component_wrong", listed(wrong))]
-        _, entries, expected = zip(*triples, strict=True)
-        own, right = key.ruler.numbers(entries), key.ruler.numbers(expected)
-        code = shared_factor(own, right, key.ruler.unit, key.path, max(key.ruler.slack, ROUNDING))
+        numbers = key.ruler.numbers(value), key.ruler.numbers(key.right)
+        code = shared_factor(*numbers, key.ruler.unit, key.path, max(key.ruler.slack, ROUNDING))
         return [Finding(code or "outside_tolerance")]
 
     def mistakes(self, asked: Asked, key: ArrayKey) -> Arrays:
@@ -179,15 +176,15 @@ def are_bare(entries: Sequence[Entry]) -> bool:
     return any(isinstance(each, Number) and each.unit is None and each.value != 0 for each in entries)
 
 
-def listed(names: Sequence[str]) -> str:
+def listed(names: Iterable[str]) -> str:
     """Places in a message: the first few, and how many more."""
     names = sorted(set(names), key=lambda name: (len(name), name))
     more = f" and {len(names) - 6} more" if len(names) > 6 else ""
     return ("; " if "," in names[0] else ", ").join(names[:6]) + more
 
 
-def counted(shape: tuple[int, ...]) -> str:
-    """How many numbers there are: `3 numbers`, `2 by 2 numbers`."""
+def how_many(shape: tuple[int, ...]) -> str:
+    """A shape in words: `3 numbers`, `2 by 2 numbers`."""
     return " by ".join(map(str, shape)) + (" number" if shape == (1,) else " numbers")
 
 
@@ -254,9 +251,9 @@ def numbered(word: str, count: int) -> tuple[str, ...]:
 class VectorKind(ArrayKind):
     """The components of a vector, or a direction alone."""
 
-    name: ClassVar[str] = "vector"
-    options: ClassVar[frozenset[str]] = ArrayKind.options | {"direction", "normalized"}
-    word: ClassVar[str] = "component"
+    name = "vector"
+    options = ArrayKind.options | {"direction", "normalized"}
+    word = "component"
 
     def key(self, asked: Asked) -> ArrayKey:
         key = super().key(asked)
@@ -313,8 +310,8 @@ def has_unit_length(ruler: Ruler, entries: Sequence[Entry]) -> bool:
 class MatrixKind(ArrayKind):
     """The entries of a matrix of any shape; zeros and ones, which stand by themselves, are not counted."""
 
-    name: ClassVar[str] = "matrix"
-    dimensions: ClassVar[int] = 2
+    name = "matrix"
+    dimensions = 2
     uncounted: ClassVar[tuple[int, ...]] = (0, 1)
 
     def table(self, answer: Tree) -> Array:
@@ -342,9 +339,9 @@ COMPONENTS = ("Ixx", "Ixy", "Ixz", "Ixy", "Iyy", "Iyz", "Ixz", "Iyz", "Izz")
 class TensorKind(MatrixKind):
     """An inertia tensor, 3 by 3 or by its six components; zeros are not counted."""
 
-    name: ClassVar[str] = "tensor"
-    options: ClassVar[frozenset[str]] = ArrayKind.options | {"products"}
-    uncounted: ClassVar[tuple[int, ...]] = (0,)
+    name = "tensor"
+    options = ArrayKind.options | {"products"}
+    uncounted = (0,)
 
     def table(self, answer: Tree) -> Array:
         entries = read_list(answer, is_square=True)
@@ -369,12 +366,14 @@ class TensorKind(MatrixKind):
         yield from ((code, tensor * signs) for code, tensor in of_tensor(asked, usual))
         yield from super().mistakes(asked, key)
 
-    def said(self, key: ArrayKey, triples: Triples, wrong: Sequence[str], *, partly: bool) -> list[Finding]:
+    def said(
+        self, key: ArrayKey, value: Sequence[Entry], wrong: Collection[str], *, partly: bool
+    ) -> list[Finding]:
         """What is said of a wrong tensor: first, that it is not symmetric."""
-        odd = _odd(key.ruler, [own for _, own, _ in triples])
-        others = [name for name in wrong if name not in odd]
+        odd = _odd(key.ruler, value)
+        others = {*wrong}.difference(odd)
         first = [Finding("not_symmetric", listed(odd))] if odd else []
-        return first + (super().said(key, triples, others, partly=partly) if others else [])
+        return first + (super().said(key, value, others, partly=partly) if others else [])
 
     def typed(self, key: ArrayKey) -> Tree:
         return {name: key.ruler.typed(each) for name, each in zip(key.labels, key.right, strict=True)}
@@ -406,17 +405,16 @@ def _components(answer: dict[str, Tree]) -> Array:
 class MomentsKind(ArrayKind):
     """Numbers in any order, or in ascending order: each stands as often as it occurs."""
 
-    name: ClassVar[str] = "moments"
-    options: ClassVar[frozenset[str]] = ArrayKind.options | {"order"}
-    word: ClassVar[str] = "moment"
+    name = "moments"
+    options = ArrayKind.options | {"order"}
+    word = "moment"
 
     def key(self, asked: Asked) -> ArrayKey:
         key = super().key(asked)
-        if key.ruler.formulas is not None:
-            if asked.question.order == "ascending":
-                raise ValueProblem("the order of moments with symbols depends on these", path=("order",))
-            return replace(key, entries=key.entries[_ranks(key.ruler, key.right)])
-        return replace(key, entries=np.sort(key.entries))
+        if key.ruler.formulas is None:
+            return replace(key, entries=np.sort(key.entries))
+        require_no_order(asked.question)
+        return replace(key, entries=key.entries[_ranks(key.ruler, key.right)])
 
     def mistakes(self, asked: Asked, key: ArrayKey) -> Arrays:
         is_report = asked.report is not None and asked.path[-1] == "moments"
@@ -438,22 +436,24 @@ class MomentsKind(ArrayKind):
             zero = {place for place, right in enumerate(key.right) if key.ruler.has_value(right, 0)}
             # Where only zeros are right, nothing is.
             share = 0 if own.keys() <= zero and len(zero) < count else len(own)
-            detail = f"read {counted((len(value),))}, expected {count}"
+            detail = f"read {how_many((len(value),))}, expected {count}"
             surplus = max(0, len(value) - count)
             return Outcome.earning((share - surplus) / count, Finding("wrong_shape", detail=detail))
         rest = (k for k in _ranks(key.ruler, value) if partners[k] is None)
         order = [own[place] if place in own else next(rest) for place in range(count)]
-        outcome = self._in_order(key, value, order)
+        labels = tuple(f"moment {k + 1}" for k in order)  # each is called by its place in the answer
+        ordered = replace(key, labels=labels, counted=frozenset(labels))
+        outcome = super().judge(ordered, [value[k] for k in order])
         in_place = [same is not False for same in compared(key, value).values()]
         if key.question.order == "free" or all(in_place) or outcome.share < 1:
             return outcome
         return Outcome.earning(sum(in_place) / count, Finding("wrong_order"))
 
-    def _in_order(self, key: ArrayKey, value: Sequence[Entry], order: Sequence[int]) -> Outcome:
-        """The outcome of the entries in an order, each called by its place in the answer."""
-        labels = tuple(f"moment {k + 1}" for k in order)
-        key = replace(key, labels=labels, counted=frozenset(labels))
-        return super().judge(key, [value[k] for k in order])
+
+def require_no_order(question: Question) -> None:
+    """Raise ValueProblem where moments with symbols must be sorted."""
+    if question.order == "ascending":
+        raise ValueProblem("the order of moments with symbols depends on these", path=("order",))
 
 
 def _ranks(ruler: Ruler, entries: Sequence[Any]) -> list[int]:

@@ -13,7 +13,7 @@ import re
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from itertools import pairwise
-from typing import Any, ClassVar, NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -27,11 +27,12 @@ from rigidcli.homework.entries import NOISE, Entry, Ruler, Same, shown_as
 from rigidcli.homework.kinds.arrays import (
     TensorKind,
     are_bare,
-    counted,
     has_unit_length,
+    how_many,
     matched,
     numbered,
     products,
+    require_no_order,
     row,
     unit_vectors,
 )
@@ -95,17 +96,15 @@ class AxesKey:
 class AxesKind(AnswerKind):
     """Principal moments with their axes, or axes alone."""
 
-    name: ClassVar[str] = "axes"
-    options: ClassVar[frozenset[str]] = frozenset(
-        {"order", "normalized", "orthogonal", "symbols", "unit", "products"}
-    )
+    name = "axes"
+    options = frozenset({"order", "normalized", "orthogonal", "symbols", "unit", "products"})
 
     def key(self, asked: Asked) -> AxesKey:
         if (asked.question.tolerance.angle or 0.0) > 0.5:
             raise ValueProblem("is in radians, expected at most 0.5", path=("tolerance", "angle"))
         ruler, usual, pairs = _literal(asked) if asked.report is None else _reported(asked)
-        if ruler.formulas is not None and asked.question.order == "ascending":
-            raise ValueProblem("the order of moments with symbols depends on these", path=("order",))
+        if ruler.formulas is not None:
+            require_no_order(asked.question)
         alone = len(asked.path) > 1 and asked.path[-1] == "axes"
         solved = _solved(ruler, ruler.entries(usual))
         typed = np.column_stack([solved["moments"], solved["axes"]]) if pairs is None else pairs
@@ -291,7 +290,7 @@ def _typed(answer: Tree) -> Array:
         raise Unreadable("wrong_shape", f"read {shown(answer)}, {expected}")
     if all(isinstance(axis, str) and not _AXIS.search(axis.strip()) for *_, axis in pairs):
         expected = "expected an axis beside each moment: `[moment, [x, y, z]]`"
-        raise Unreadable("wrong_shape", f"read {counted((len(pairs),))} and no axes, {expected}")
+        raise Unreadable("wrong_shape", f"read {how_many((len(pairs),))} and no axes, {expected}")
     cells = list[Tree]()
     for k, (*moment, axis) in enumerate(pairs, 1):
         components = row(read_list(axis))

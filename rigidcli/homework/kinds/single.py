@@ -7,7 +7,7 @@ import re
 import unicodedata
 from contextlib import suppress
 from dataclasses import dataclass
-from typing import ClassVar, get_args
+from typing import get_args
 
 import numpy as np
 
@@ -51,7 +51,7 @@ class NumberKey:
 class QuantityKind(AnswerKind):
     """A number, with a unit where it is a `quantity`."""
 
-    options: ClassVar[frozenset[str]] = frozenset({"products", "unit"})
+    options = frozenset({"products", "unit"})
 
     def __init__(self, name: str) -> None:
         self.name = name  # type: ignore[misc]  # two kinds of the same class
@@ -219,8 +219,8 @@ class ChoiceKey:
 class ChoiceKind(AnswerKind):
     """A word, yes or no, or a set of words."""
 
-    name: ClassVar[str] = "choice"
-    has_tolerance: ClassVar[bool] = False
+    name = "choice"
+    has_tolerance = False
 
     def key(self, asked: Asked) -> ChoiceKey:
         """The text, the truth value or the set that is asked for. Raises ValueProblem."""

@@ -10,7 +10,6 @@ import math
 import re
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
-from typing import ClassVar
 
 import numpy as np
 
@@ -76,8 +75,8 @@ class TrajectoryKey:
 class TrajectoryKind(AnswerKind):
     """A motion as a table in time. An answer is an array (k by 1 + m): times, and the columns of the key."""
 
-    name: ClassVar[str] = "trajectory"
-    options: ClassVar[frozenset[str]] = frozenset({"columns", "angles"})
+    name = "trajectory"
+    options = frozenset({"columns", "angles"})
 
     @np.errstate(all="ignore")
     def key(self, asked: Asked) -> TrajectoryKey:
