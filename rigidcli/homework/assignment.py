@@ -279,11 +279,11 @@ def _unfit(variants: Variants, questions: Mapping[str, Question], library: Libra
         every = list(dict.fromkeys(each for name in there for each in library.parameters(name).values()))
         message = f"no document of the questions has the parameter {shown(parameter)}"
         message, hint = f"{message}{guess(parameter, every)}", f"there are {', '.join(every)}"
+        if documents or not every:
+            hint = "leave it out"
         if documents:
             message = f"nothing in {', '.join(map(shown, documents))} uses this parameter"
-        yield library.placed(
-            ("variants", parameter), message, hint if every and not documents else "leave it out"
-        )
+        yield library.placed(("variants", parameter), message, hint)
 
 
 def _refused(parameter: str, variants: Variants, document: str, library: Library) -> Iterator[Problem]:

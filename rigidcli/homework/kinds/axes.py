@@ -118,10 +118,10 @@ class AxesKind(AnswerKind):
         moments = key.ruler.read(table[:, :-3].ravel(), numbered("moment", count * (width - 3)))
         direction = replace(key.ruler, unit=None)
         components = direction.read(table[:, -3:].ravel(), np.repeat(numbered("axis", count), 3).tolist())
-        pairs = Pairs(moments, entries.filled(components, (count, 3)).tolist())
-        names = [f"{name}: " for name in shown_as(pairs.moments)] or [""] * count
-        texts = (f"{name}[{', '.join(shown_as(axis))}]" for name, axis in zip(names, pairs.axes, strict=True))
-        return Reading(pairs, "; ".join(texts))
+        axes = entries.filled(components, (count, 3)).tolist()
+        names = [f"{name}: " for name in shown_as(moments)] or [""] * count
+        texts = [f"{name}[{', '.join(shown_as(axis))}]" for name, axis in zip(names, axes, strict=True)]
+        return Reading(Pairs(moments, axes), "; ".join(texts))
 
     def judge(self, key: AxesKey, value: Pairs) -> Outcome:
         """The outcome of pairs, one by one; one counts half where only its moment or its axis is right."""
@@ -273,15 +273,12 @@ def _typed(answer: Tree) -> Array:
     Raises Unreadable.
     """
     answer = _in_text(answer) if isinstance(answer, str) else read_list(answer)
-    if isinstance(answer, list) and list(map(_depth, answer)) == [
-        1,
-        2,
-    ]:  # as Mathematica gives an eigensystem
-        answer = dict(zip(("moments", "axes"), answer, strict=True))
+    if isinstance(answer, list) and list(map(_depth, answer)) == [1, 2]:
+        answer = {"moments": answer[0], "axes": answer[1]}  # as Mathematica gives an eigensystem
     if isinstance(answer, dict) and set(answer) == {"moments", "axes"}:
-        columns = [each for name in ("moments", "axes") if isinstance(each := read_list(answer[name]), list)]
-        are_alike = len(columns) == 2 and len(columns[0]) == len(columns[1])
-        answer = list(map(list, zip(*columns, strict=True))) if are_alike else []
+        moments, axes = read_list(answer["moments"]), read_list(answer["axes"])
+        are_lists = isinstance(moments, list) and isinstance(axes, list) and len(moments) == len(axes)
+        answer = list(map(list, zip(moments, axes, strict=True))) if are_lists else []
     elif isinstance(answer, dict):
         answer = [answer] if set(answer) == {"moment", "axis"} else list(map(list, answer.items()))
     pairs = [_pair(each) for each in answer] if isinstance(answer, list) else []
@@ -295,15 +292,13 @@ def _typed(answer: Tree) -> Array:
     for k, (*moment, axis) in enumerate(pairs, 1):
         components = row(read_list(axis))
         if components.shape != (3,):
-            raise Unreadable(
-                "wrong_shape", f"read {shown(axis)}, expected three components", place=f"axis {k}"
-            )
+            detail = f"read {shown(axis)}, expected three components"
+            raise Unreadable("wrong_shape", detail, place=f"axis {k}")
         cells += [*moment, *components]
     return entries.filled(cells, (len(pairs), -1))
 
 
 def _depth(entry: Tree) -> int:
-    """How deep lists are nested in an entry."""
     return 1 + max(map(_depth, entry), default=0) if isinstance(entry, list) else 0
 
 
@@ -335,27 +330,22 @@ def _in_line(text: str) -> Tree:
     moments = [_moment_in(each) for each in (*between, text[begin:])]
     for given, rest in ((moments[:-1], moments[-1]), (moments[1:], moments[0])):
         if len(axes) > 1 and all(re.search(r"\w", each) for each in given) and not rest:
-            return [_with_factor(moment, axis) for moment, axis in zip(given, axes, strict=True)]
+            # A factor of the axis may stand behind the moment: `3: 1/sqrt(2) (1, 1, 0)`.
+            parts = [each.partition(":" if re.match(r"[-+.\d]", each) else "\0") for each in given]
+            return [[own, f"{factor} {axis}"] for (own, _, factor), axis in zip(parts, axes, strict=True)]
     return None
 
 
 def _moment_in(text: str) -> str:
-    """The moment in what stands between two axes."""
-    opened = list[int]()
-    for place, sign in enumerate(text):  # brackets of the list are open or closed here
-        if sign in "([{":
-            opened.append(place)
-        elif sign in ")]}" and not (opened and opened.pop() is not None):
-            text = f"{text[:place]} {text[place + 1 :]}"
-    for place in opened:
-        text = f"{text[:place]} {text[place + 1 :]}"
+    """The moment in what stands between two axes, where brackets of the list are open or closed."""
+    unpaired = list[int]()
+    for place, sign in enumerate(text):
+        if sign in ")]}" and unpaired and text[unpaired[-1]] in "([{":
+            unpaired.pop()
+        elif sign in "()[]{}":
+            unpaired.append(place)
+    text = "".join(" " if place in unpaired else sign for place, sign in enumerate(text))
     return _NO_MOMENT.sub("", _NO_MOMENT.sub("", text)).strip()
-
-
-def _with_factor(moment: str, axis: str) -> list[Tree]:
-    """A pair in which a factor of the axis may stand behind the moment: `3: 1/sqrt(2)`."""
-    own, _, factor = moment.partition(":") if re.match(r"[-+.\d]", moment) else (moment, "", "")
-    return [own, f"{factor} {axis}"]
 
 
 def _pair(entry: Tree) -> list[Tree]:

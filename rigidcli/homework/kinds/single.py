@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 import re
 import unicodedata
+from collections.abc import Sequence
 from contextlib import suppress
 from dataclasses import dataclass
 from typing import get_args
@@ -57,7 +58,6 @@ class QuantityKind(AnswerKind):
         self.name = name  # type: ignore[misc]  # two kinds of the same class
 
     def key(self, asked: Asked) -> NumberKey:
-        """The number that is asked for. Raises ValueProblem."""
         question = asked.question
         if asked.report is not None:
             value, unit = value_of(asked.value), parse_unit(asked.unit) if asked.unit else PURE
@@ -96,30 +96,25 @@ class QuantityKind(AnswerKind):
         return Reading(number, read_as, self._doubt(key, number))
 
     def _is_right(self, key: NumberKey, number: Number) -> Same:
-        """Whether a number is the key; a unit that fits is better than one that does not."""
-        try:
+        with suppress(ValueProblem):
             number = in_dimension(number, key.unit)
-        except ValueProblem:
-            return False
-        return key.is_near(number.value, number.scale) or "its unit fits"
+            return key.is_near(number.value, number.scale) or "its unit fits, which is better than none"
+        return False
 
     def _doubt(self, key: NumberKey, number: Number) -> str:
         """Why a person must look at `a = b`; empty if both agree. Raises Unreadable for two answers."""
         if not number.before or number.remark:
             return taken_back(number.remark)
+
+        def is_equal(others: Sequence[Number]) -> bool:
+            return any(key.ruler.is_near(each.value, number.value, number.scale) for each in others)
+
         with suppress(ValueProblem):
             number = in_dimension(number, key.unit)
-            return doubt(
-                number.before,
-                lambda member: read_numbers(member, key.unit),
-                lambda others: any(
-                    key.ruler.is_near(each.value, number.value, number.scale) for each in others
-                ),
-            )
+            return doubt(number.before, lambda member: read_numbers(member, key.unit), is_equal)
         return ""
 
     def judge(self, key: NumberKey, value: Number) -> Outcome:
-        """The value first, then its unit and its figures."""
         try:
             number = in_dimension(value, key.unit)
         except ValueProblem as problem:
@@ -171,9 +166,9 @@ LONGEST_TEXT = 1000
 
 TRUTH = {
     **dict.fromkeys(
-        ("yes", "y", "ja", "jawohl", "oui", "si", "wahr", "vrai", "richtig", "verdadero"), "true"
+        ["yes", "y", "ja", "jawohl", "oui", "si", "wahr", "vrai", "richtig", "verdadero"], "true"
     ),
-    **dict.fromkeys(("no", "n", "nein", "non", "falsch", "faux", "falso"), "false"),
+    **dict.fromkeys(["no", "n", "nein", "non", "falsch", "faux", "falso"], "false"),
 }
 
 _BRACKETED = re.compile(r"\s*[(\[][^()\[\]]*[)\]]\s*")
@@ -195,7 +190,8 @@ _WHY = r"\b(?:because|since|as|weil|denn|car|parce|porque|with)\b"
 _REASON = re.compile(rf"\s*(?:[,;:–—]|\. |\s-\s|(?={_WHY}))")
 """What stands before a reason."""
 
-_OPPOSITE = r"\b(?:yes|no|ja|nein|oui|true|false)\b"
+_AND = re.compile(r"[,;]|\b(?:and|und|et|y)\b|&")
+_OPPOSITE = re.compile(r"\b(?:yes|no|ja|nein|oui|true|false)\b")
 _DOUBTFUL = re.compile(
     r"\b(?:not|no|or|but|nicht|oder|aber|kein|non|pas|ou|mais|wrong|false|incorrect|falsch|faux)\b"
 )
@@ -215,6 +211,15 @@ class ChoiceKey:
     plain: str | frozenset[str]
     words: str = ""
 
+    def is_met(self, value: str) -> bool:
+        """Whether an answer has the words of the key, of the table, or the key and some of these."""
+        plain, own = str(self.plain), _plain(self.words.partition(":")[0])
+        joined = re.sub(r"\A(\w) (\w+)\Z", r"\1\2", plain)  # pphi for p_phi
+        short = _class_of(value)
+        is_class = short == plain or (short in CLASSES and short == _class_of(plain))
+        is_part = set(plain.split()) <= set(value.split()) <= set(own.split())
+        return value in (plain, joined, own, _plain(self.words)) or is_class or is_part
+
 
 class ChoiceKind(AnswerKind):
     """A word, yes or no, or a set of words."""
@@ -223,7 +228,6 @@ class ChoiceKind(AnswerKind):
     has_tolerance = False
 
     def key(self, asked: Asked) -> ChoiceKey:
-        """The text, the truth value or the set that is asked for. Raises ValueProblem."""
         value, fields = asked.value, () if asked.report is None else asked.report.fields
         words = next((field.words for field in fields if field.key == ".".join(asked.path[1:])), "")
         if isinstance(value, bool | np.bool_):
@@ -240,9 +244,7 @@ class ChoiceKind(AnswerKind):
         """A text, or a set of texts where one is asked. Raises Unreadable."""
         if isinstance(key.plain, str):
             return Reading(_text(answer), _text(answer))
-        words = (
-            answer if isinstance(answer, list) else re.split(r"[,;]|\b(?:and|und|et|y)\b|&", _text(answer))
-        )
+        words = answer if isinstance(answer, list) else _AND.split(_text(answer))
         if len(words) > LONGEST_TEXT:
             raise Unreadable("too_large", f"{len(words)} words")
         nothing = {"none", _plain(key.words) if not key.plain else "none"}
@@ -250,43 +252,21 @@ class ChoiceKind(AnswerKind):
         return Reading(chosen, ", ".join(sorted(chosen)) or "none")
 
     def judge(self, key: ChoiceKey, value: str | frozenset[str]) -> Outcome:
-        """Whether the answer is the text, or the set, of the key."""
-        if not isinstance(value, str) or not isinstance(key.plain, str):
-            is_right = value == key.plain
-        else:
-            first, reason = _split(value)
-            is_right = self._is_word(key, value) or (
-                self._is_word(key, first) and not _DOUBTFUL.search(reason)
-            )
+        is_right, stands = value == key.plain, False
+        if isinstance(value, str) and key.plain in TRUTH.values():
             said, *rest = re.split(r"\W+", value, maxsplit=1)
-            stands = re.search(rf"(?<!\w){re.escape(key.plain)}(?!\w)", value) is not None
-            if key.plain in TRUTH.values():
-                stands = TRUTH.get(said, said) == key.plain
-                remark = " ".join(rest).rstrip(" .!")
-                is_denied = key.plain == TRUTH["yes"] and _TAKEN_BACK.search(remark)
-                is_right = stands and not (is_denied or value.endswith("?") or re.search(_OPPOSITE, remark))
-            if stands and not is_right:
-                return Outcome.review("the right word stands in a longer answer")
+            stands, remark = TRUTH.get(said, said) == key.plain, " ".join(rest).rstrip(" .!")
+            is_denied = key.plain == TRUTH["yes"] and _TAKEN_BACK.search(remark)
+            is_right = stands and not (is_denied or value.endswith("?") or _OPPOSITE.search(remark))
+        elif isinstance(value, str):
+            first, reason = _split(value)
+            is_right = key.is_met(value) or (key.is_met(first) and not _DOUBTFUL.search(reason))
+            stands = re.search(rf"(?<!\w){re.escape(str(key.plain))}(?!\w)", value) is not None
+        if stands and not is_right:
+            return Outcome.review("the right word stands in a longer answer")
         return Outcome.correct() if is_right else Outcome.earning(0.0, Finding("outside_tolerance"))
 
-    def _is_word(self, key: ChoiceKey, value: str) -> bool:
-        name = isinstance(key.plain, str) and re.fullmatch(r"(\w) (\w+)", key.plain)  # of p_phi
-        return (
-            value == key.plain or (name and value == name[1] + name[2]) or self._is_word_of_table(key, value)
-        )
-
-    def _is_word_of_table(self, key: ChoiceKey, value: str | frozenset[str]) -> bool:
-        """Whether the answer has the words of the table of results, or the key and some of these."""
-        if not isinstance(value, str) or not isinstance(key.plain, str):
-            return False
-        short = _class_of(value)
-        if short == key.plain or (short in CLASSES and short == _class_of(key.plain)):
-            return True
-        own, said = _plain(key.words.partition(":")[0]), set(value.split())
-        return value in (own, _plain(key.words)) or set(key.plain.split()) <= said <= set(own.split())
-
     def typed(self, key: ChoiceKey) -> Tree:
-        """The text of the key."""
         return key.text
 
 
@@ -302,9 +282,8 @@ def _text(answer: Tree) -> str:
 
 def _class_of(words: str) -> str:
     """The short form of a class of tops: `prolate` for a prolate symmetric top."""
-    words = re.sub(
-        r"symmetri(?:cal|scher?)\b", "symmetric", re.sub(r"\b(prolat|oblat)(?:er)?\b", r"\1e", words)
-    )
+    words = re.sub(r"\b(prolat|oblat)(?:er)?\b", r"\1e", words)
+    words = re.sub(r"symmetri(?:cal|scher?)\b", "symmetric", words)
     return re.sub(r"(?<=\w)(?: symmetric)?(?: (?:body|top|rotor|rotator|kreisel))?\Z", "", words)
 
 

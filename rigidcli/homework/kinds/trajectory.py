@@ -62,11 +62,6 @@ class TrajectoryKey:
     dense: bool
 
     @property
-    def start(self) -> float:
-        """When the motion begins."""
-        return float(self.times[0])
-
-    @property
     def span(self) -> float:
         """How long the motion is."""
         return float(self.times[-1] - self.times[0])
@@ -80,7 +75,6 @@ class TrajectoryKind(AnswerKind):
 
     @np.errstate(all="ignore")
     def key(self, asked: Asked) -> TrajectoryKey:
-        """The key of a trajectory. Raises ValueProblem for what is none, and for options that do not fit."""
         question = asked.question
         table, default = _of_literal(asked.value) if asked.report is None else _of_report(asked)
         columns = {name: each.in_si(SECOND if name == TIME else None) for name, each in table.items()}
@@ -123,12 +117,11 @@ class TrajectoryKind(AnswerKind):
         table = read_table(table_text(answer), (TIME, *key.columns))
         if TIME not in table:
             raise Unreadable("missing_column", "there is no column of times", place=shown(TIME))
+        units = dict(zip((TIME, *key.columns), (SECOND, *key.units), strict=True))
         missing = np.full(len(table[TIME].values), np.nan)
-        named = zip((TIME, *key.columns), (SECOND, *key.units), strict=True)
-        rows = np.column_stack(
-            [table[name].in_si(unit) if name in table else missing for name, unit in named]
-        )
-        heads = ", ".join(name for name in (TIME, *key.columns) if name in table)
+        columns = [table[name].in_si(unit) if name in table else missing for name, unit in units.items()]
+        rows = np.column_stack(columns)
+        heads = ", ".join(name for name in units if name in table)
         count = "1 row" if len(rows) == 1 else f"{len(rows)} rows"
         return Reading(rows, f"{count} of {heads}, t from {rows[0, 0]:.6g} to {rows[-1, 0]:.6g}")
 
@@ -152,21 +145,20 @@ class TrajectoryKind(AnswerKind):
         moving = ranges > key.margins
         if complete and there.all() and not wrong.any():
             seen = np.ptp(expected, axis=0) >= 0.5 * ranges  # of a swing, not only its returns
-            return (
-                Outcome.correct()
-                if (seen | ~moving).all()
-                else Outcome.review("its rows are too few to show the motion")
-            )
+            if (seen | ~moving).all():
+                return Outcome.correct()
+            return Outcome.review("its rows are too few to show the motion")
+        start = float(key.times[0])
         first = bad.argmax(axis=0) if len(bad) else np.zeros(len(there), dtype=int)
-        ends = np.minimum(until, np.where(wrong, np.append(key.start, times)[first], until))
-        ends = np.where(there, ends, key.start)
+        ends = np.minimum(until, np.where(wrong, np.append(start, times)[first], until))
+        ends = np.where(there, ends, start)
         # Columns that do not move are right without any work: they count where they are wrong.
         counted = moving | wrong | ~there | ~moving.any()
         findings = [*missing, *_said(key, *compared, wrong, first, ends)]
         if not complete:
             detail = f"it is judged until t = {until:.4g} of {key.times[-1]:.4g}"
             findings.append(Finding("time_range_short", detail=detail))
-        return Outcome.earning(float((ends[counted] - key.start).mean() / key.span), *findings)
+        return Outcome.earning(float((ends[counted] - start).mean() / key.span), *findings)
 
     def typed(self, key: TrajectoryKey) -> Tree:
         units = [1.0 if unit is None else unit.scale for unit in key.units]
@@ -183,10 +175,11 @@ def _compared(key: TrajectoryKey, rows: Floats) -> tuple[Floats, Floats, Floats]
 
     The times are those of the answer that the key has, too. A quaternion has the sign that is nearer.
     """
-    times, own, slack = rows[:, 0], rows[:, 1:], SAME_TIME * key.span
+    times, own, slack = rows[:, 0], rows[:, 1:].copy(), SAME_TIME * key.span
     if key.dense:
-        met = (times >= key.start - slack) & (times <= key.times[-1] + slack)
-        expected = _between(key.times, key.values, np.clip(times[met], key.start, key.times[-1]))
+        inside = np.clip(times, key.times[0], key.times[-1])
+        met = np.abs(times - inside) <= slack
+        expected = _between(key.times, key.values, inside[met])
     else:
         near = np.abs(times[:, None] - key.times).argmin(axis=1)
         met = np.abs(times - key.times[near]) <= slack
@@ -195,7 +188,6 @@ def _compared(key: TrajectoryKey, rows: Floats) -> tuple[Floats, Floats, Floats]
     if set(QUATERNION) <= set(key.columns):
         places = [key.columns.index(name) for name in QUATERNION]
         sign = np.where((own[:, places] * expected[:, places]).sum(axis=1) < 0, -1.0, 1.0)
-        own = own.copy()
         own[:, places] *= sign[:, None]
     return times, own, expected
 
@@ -210,17 +202,17 @@ def _wrapped(key: TrajectoryKey, differences: Floats) -> Floats:
 
 def _reach(key: TrajectoryKey, times: Floats) -> tuple[float, bool]:
     """The time until which an answer has no gap in its rows, and whether that is the end of the key."""
-    stop = float(key.times[-1])
+    start, stop = float(key.times[0]), float(key.times[-1])
     longest = max(LONGEST_GAP * key.span, float(np.diff(key.times).max())) + SAME_TIME * key.span
-    own = times[(times >= key.start - longest) & (times <= stop + longest)]
-    if not len(own) or own[0] > key.start + longest:
-        return key.start, False
+    own = times[(times >= start - longest) & (times <= stop + longest)]
+    if not len(own) or own[0] > start + longest:
+        return start, False
     steps = np.diff(own)
     gaps = np.flatnonzero(steps > longest)
     end = float(own[gaps[0]] if len(gaps) else own[-1])
     last = float(np.median(steps)) * (1 + SAME_TIME) if len(steps) else 0.0
     complete = not len(gaps) and end >= stop - max(MOST_MISSING * key.span, last)
-    return (stop if complete else max(key.start, end)), complete
+    return (stop if complete else max(start, end)), complete
 
 
 def _said(
@@ -236,11 +228,11 @@ def _said(
         return
     for k in places:
         name, row = key.columns[k], int(first[k])
+        code, said = "outside_tolerance", f"it is right until t = {ends[k]:.4g}"
+        if not row:
+            code, said = "wrong_initial_condition", ""
         reference = f"expected {name} = {expected[row, k]:.6g} at t = {times[row]:.6g}"
-        if row:
-            yield Finding("outside_tolerance", shown(name), f"it is right until t = {ends[k]:.4g}", reference)
-        else:
-            yield Finding("wrong_initial_condition", shown(name), reference=reference)
+        yield Finding(code, shown(name), said, reference)
 
 
 # --- keys
@@ -265,15 +257,14 @@ def _of_report(asked: Asked) -> tuple[dict[str, Column], Sequence[str]]:
         raise ValueProblem("this result is no trajectory", path=("ask",))
     asks = (".".join(asked.path[2:]),) if len(asked.path) > 2 else BY_DEFAULT[name]
     keys = [each.key for each in table.columns for _ in each.cells]
-    columns = {
-        each.cells[0]: Column(
-            each.cells[0], parse_unit(each.unit) if each.unit else None, np.array(each.values)
-        )
-        for each in single_cells(table)
-    }
+    columns = dict[str, Column]()
+    for each in single_cells(table):
+        unit = parse_unit(each.unit) if each.unit else None
+        columns[each.cells[0]] = Column(each.cells[0], unit, np.array(each.values))
     beginnings = tuple(f"{ask}." for ask in asks)
-    default = [cell for cell, key in zip(columns, keys, strict=True) if f"{key}.".startswith(beginnings)]
-    return columns, default
+    return columns, [
+        cell for cell, key in zip(columns, keys, strict=True) if f"{key}.".startswith(beginnings)
+    ]
 
 
 def _require_predictable(asked: Asked) -> None:
