@@ -11,7 +11,7 @@ if TYPE_CHECKING:
     import numpy as np
     from numpy.typing import NDArray
 
-    from rigidcli.language.sharing import Formulas
+    from rigidcli.language.code import Formulas
     from rigidcli.picture import Picture
 
 NOISE = 4 * 2.0**-52

@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 from rigidcli.algebra.expressions import Expr
 from rigidcli.algebra.reading import from_tree
 from rigidcli.algebra.trees import to_tree
-from rigidcli.language import functions, tree
+from rigidcli.language import tree, words
 from rigidcli.language.parser import read
 from rigidcli.language.text import text
 
@@ -160,7 +160,7 @@ def trees(
             st.lists(members, min_size=2, max_size=4).map(tuple)
             for members in (signed, st.one_of(signed, nodes.map(tree.Reciprocal)))
         )
-        unary = [name for name, function in functions.FUNCTIONS.items() if function.arity == 1]
+        unary = [name for name, function in words.FUNCTIONS.items() if function.arity == 1]
         return st.one_of(
             nodes.map(tree.Negative),
             nodes.map(tree.Reciprocal),

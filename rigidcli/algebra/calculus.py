@@ -11,9 +11,9 @@ from rigidcli.algebra.expressions import ONE, ZERO, Expr, atomic, gathered, powe
 from rigidcli.algebra.functions import apply
 from rigidcli.algebra.reading import from_tree
 from rigidcli.errors import ExpressionError
-from rigidcli.language.functions import FUNCTIONS
 from rigidcli.language.parser import read
 from rigidcli.language.tree import Node, UnknownFunction
+from rigidcli.language.words import FUNCTIONS
 
 
 def _at(formula: str, x: Expr) -> Expr:

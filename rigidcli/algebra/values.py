@@ -23,8 +23,8 @@ from rigidcli.core.solution import NO_VALUE
 from rigidcli.errors import ExpressionError
 from rigidcli.language import code
 from rigidcli.language.expression import numbers
-from rigidcli.language.functions import FUNCTIONS
 from rigidcli.language.tree import Kind, UnknownFunction, fold
+from rigidcli.language.words import FUNCTIONS
 
 POINTS = 3
 """Points at which an expression must seem to be zero. A polynomial vanishes at all of them by chance only."""

@@ -15,8 +15,8 @@ from rigidcli.fields.section import refuse
 from rigidcli.fields.units import is_unit
 from rigidcli.fields.words import SYMBOLIC, bracketed, folded, mapping_meant, variable_called, with_colon
 from rigidcli.language.expression import RESERVED, Expression, parse
-from rigidcli.language.functions import CONSTANTS
 from rigidcli.language.tree import Constant, Name
+from rigidcli.language.words import CONSTANTS
 
 _T = TypeVar("_T")
 

@@ -14,10 +14,10 @@ from typing import Any
 from rigidcli.errors import ExpressionError, shown
 from rigidcli.homework.base import Tree, Unreadable
 from rigidcli.homework.numbers import advice
-from rigidcli.language.functions import CALLED
 from rigidcli.language.latex import matrix
 from rigidcli.language.latex import plain as without_latex
 from rigidcli.language.typed import DECIMAL, cut, undecorated, unnamed, without_brackets
+from rigidcli.language.words import CALLED
 
 MOST_BRACKETS = 40
 """The most brackets of a text that are looked into for a list, as each look reads all that is inside."""

@@ -27,7 +27,6 @@ from rigidcli.homework.files import beside, read_file
 from rigidcli.homework.lists import is_enclosed, read_list, split
 from rigidcli.homework.numbers import advice, as_typed, read_unit, taken_back
 from rigidcli.language import typed
-from rigidcli.language.functions import FUNCTIONS
 from rigidcli.language.latex import plain as without_latex
 from rigidcli.language.parser import RATE
 from rigidcli.language.text import without_doubt
@@ -45,7 +44,7 @@ from rigidcli.language.tree import (
     rebuilt,
 )
 from rigidcli.language.typed import cut, two_answers, undecorated, without_labels
-from rigidcli.language.words import Words, unknown
+from rigidcli.language.words import FUNCTIONS, Words, unknown
 
 Domain: TypeAlias = Literal["positive", "real"]
 

@@ -4,7 +4,7 @@
     energy.names                                  # {'m', 'v'}
     energy.evaluate({"m": 2.0, "v": 3.0})         # 9.0
 
-`read` in `parser` holds the grammar, `tree` the nodes, `functions` what may be called. Single numbers are
+`read` in `parser` holds the grammar, `tree` the nodes, `words` what may be called. Single numbers are
 worked out with `math`, arrays with numpy, many expressions at once by the functions that `code` makes.
 """
 
@@ -19,13 +19,12 @@ from functools import partial, reduce
 from typing import TYPE_CHECKING, Any, overload
 
 from rigidcli.errors import ExpressionError, shortened
-from rigidcli.language.functions import FUNCTIONS, RESERVED
 from rigidcli.language.latex import DOTS, plain, undotted
 from rigidcli.language.parser import of_tokens
 from rigidcli.language.tokens import GREEK_LETTERS, tokenize
 from rigidcli.language.tree import Kind, Node, Parts, UnknownFunction, fold, names_in
 from rigidcli.language.typed import POINTS, QUOTES
-from rigidcli.language.words import Words
+from rigidcli.language.words import FUNCTIONS, RESERVED, Words
 
 if TYPE_CHECKING:
     import numpy as np

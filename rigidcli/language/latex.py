@@ -13,8 +13,8 @@ import re
 import unicodedata
 
 from rigidcli.errors import ExpressionError
-from rigidcli.language.functions import CALLED
 from rigidcli.language.tokens import GREEK, GREEK_LETTERS, LOWERED, MAX_TEXT, SUPERSCRIPT
+from rigidcli.language.words import CALLED
 
 MAX_NESTING = 60
 """The most braces inside each other, so that recursion never ends the program."""

@@ -24,9 +24,19 @@ from itertools import product
 
 from rigidcli.errors import ExpressionError
 from rigidcli.language import tree
-from rigidcli.language.functions import ALIASES, CALLED, CONSTANTS, FUNCTIONS, POWERS, QUOTIENTS, SHORT, TENTH
 from rigidcli.language.tokens import Token, tokenize
-from rigidcli.language.words import Words, unknown
+from rigidcli.language.words import (
+    ALIASES,
+    CALLED,
+    CONSTANTS,
+    FUNCTIONS,
+    POWERS,
+    QUOTIENTS,
+    SHORT,
+    TENTH,
+    Words,
+    unknown,
+)
 
 _NONE: Mapping[str, tree.UnknownFunction] = {}
 """The functions of a text in which none can be declared."""

@@ -17,9 +17,9 @@ from functools import lru_cache
 from typing import Any, NamedTuple
 
 from rigidcli.language import tree
-from rigidcli.language.functions import CONSTANTS, FUNCTIONS
 from rigidcli.language.tokens import GREEK
 from rigidcli.language.tree import Kind, Parts, fold
+from rigidcli.language.words import CONSTANTS, FUNCTIONS
 
 
 def text(node: tree.Node, power: str = "**") -> str:

@@ -11,9 +11,9 @@ import math
 import zlib
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any, NamedTuple, Self, TypeAlias
+from typing import Any, ClassVar, NamedTuple, Self, TypeAlias
 
-from rigidcli.language.functions import CONSTANTS
+from rigidcli.language.words import CONSTANTS
 
 
 class _Arithmetic:
@@ -61,7 +61,7 @@ class Number(_Arithmetic):
 
 @dataclass(frozen=True, slots=True)
 class Constant(_Arithmetic):
-    """A number with a name of its own, one of `functions.CONSTANTS`."""
+    """A number with a name of its own, one of `words.CONSTANTS`."""
 
     name: str
 
@@ -150,7 +150,7 @@ class UnknownFunction(str):
 
 @dataclass(frozen=True, slots=True)
 class Call(_Arithmetic):
-    """One of `functions.FUNCTIONS`, with as many arguments as its arity; or an unknown function."""
+    """One of `words.FUNCTIONS`, with as many arguments as its arity; or an unknown function."""
 
     function: str
     arguments: tuple[Node, ...]
@@ -331,3 +331,27 @@ def rounding(node: Node) -> Node:
 def size(node: Node) -> Node:
     """The absolute value of a tree."""
     return node if isinstance(node, Constant) else Call("abs", (node,))
+
+
+@dataclass(frozen=True, slots=True)
+class Formula:
+    """A tree as it is to be written; renderers round its numbers to the digits that people ask for.
+
+    The numbers of one that is `exact` stay as they are.
+    """
+
+    root: Node
+    exact: bool = False
+
+    names: ClassVar[frozenset[str]] = frozenset(("units",))
+    """Something, as the numbers in a formula have units of their own."""
+
+    def tree(self, digits: int | None = None) -> Node:
+        """The tree, its numbers rounded to so many significant digits."""
+        return self.root if digits is None or self.exact else _rounded(self.root, digits)
+
+
+def _rounded(node: Node, digits: int) -> Node:
+    if isinstance(node, Number):
+        return Number(f"{node.value:.{digits}g}", node.value)
+    return rebuilt(node, lambda operand: _rounded(operand, digits))

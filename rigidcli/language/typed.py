@@ -16,11 +16,10 @@ import re
 
 from rigidcli.errors import ExpressionError
 from rigidcli.language import tree
-from rigidcli.language.functions import CALLED
 from rigidcli.language.latex import plain
 from rigidcli.language.parser import RATE, of_tokens
 from rigidcli.language.tokens import tokenize
-from rigidcli.language.words import Words
+from rigidcli.language.words import CALLED, Words
 
 # --- decoration: what no judge reads
 

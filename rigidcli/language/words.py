@@ -1,12 +1,91 @@
-"""The names that a formula may hold, in all the ways in which people spell them."""
+"""The words of formulas: functions and constants, and the names of a question in all their spellings."""
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterable, Mapping
+import math
+from collections.abc import Callable, Collection, Iterable, Mapping
 from functools import cached_property
+from typing import NamedTuple
 
 from rigidcli.errors import ExpressionError, did_you_mean, nearest, shown
-from rigidcli.language.functions import CALLED, CONSTANTS
+
+
+def _sign(x: float) -> float:
+    return math.copysign(1.0, x) if x else 0.0
+
+
+class Function(NamedTuple):
+    """A function: for floats, by its name in numpy and its sign in LaTeX, with its derivative, and in words.
+
+    The sign in LaTeX is a command, a name in upright letters, or a pattern around the argument. The
+    derivative is one by x; those of atan2, which has two arguments, are in `algebra.calculus`.
+    """
+
+    real: Callable[..., float]
+    numpy: str
+    latex: str
+    slope: str
+    says: str
+    arity: int = 1
+
+
+FUNCTIONS: dict[str, Function] = {
+    "sin": Function(math.sin, "sin", r"\sin", "cos(x)", "sine of x (rad)"),
+    "cos": Function(math.cos, "cos", r"\cos", "-sin(x)", "cosine of x (rad)"),
+    "tan": Function(math.tan, "tan", r"\tan", "1 + tan(x)^2", "tangent of x (rad)"),
+    "asin": Function(math.asin, "arcsin", r"\arcsin", "1/sqrt(1 - x^2)", "arc sine, from -pi/2 to pi/2"),
+    "acos": Function(math.acos, "arccos", r"\arccos", "-1/sqrt(1 - x^2)", "arc cosine, from 0 to pi"),
+    "atan": Function(math.atan, "arctan", r"\arctan", "1/(1 + x^2)", "arc tangent, from -pi/2 to pi/2"),
+    "atan2": Function(math.atan2, "arctan2", "atan2", "", "angle of the point (x, y), from -pi to pi", 2),
+    "sinh": Function(math.sinh, "sinh", r"\sinh", "cosh(x)", "hyperbolic sine"),
+    "cosh": Function(math.cosh, "cosh", r"\cosh", "sinh(x)", "hyperbolic cosine"),
+    "tanh": Function(math.tanh, "tanh", r"\tanh", "1 - tanh(x)^2", "hyperbolic tangent"),
+    "asinh": Function(math.asinh, "arcsinh", "arsinh", "1/sqrt(1 + x^2)", "inverse hyperbolic sine"),
+    "acosh": Function(
+        math.acosh, "arccosh", "arcosh", "1/sqrt(x - 1)/sqrt(x + 1)", "inverse hyperbolic cosine"
+    ),
+    "atanh": Function(math.atanh, "arctanh", "artanh", "1/(1 - x^2)", "inverse hyperbolic tangent"),
+    "exp": Function(math.exp, "exp", r"\mathrm{{e}}^{{{}}}", "exp(x)", "e to the power of x"),
+    "log": Function(math.log, "log", r"\ln", "1/x", "natural logarithm"),
+    "sqrt": Function(math.sqrt, "sqrt", r"\sqrt{{{}}}", "1/(2*sqrt(x))", "square root"),
+    "abs": Function(math.fabs, "fabs", r"\left|{}\right|", "sign(x)", "absolute value"),
+    "sign": Function(_sign, "sign", "sgn", "0", "1, 0 or -1: the sign of x"),
+}
+
+WITH_CORNERS = frozenset(["abs", "sign"])
+"""Functions that heyoka does not have: a Taylor series does not see a corner ahead."""
+
+SHORT = {
+    "tg": "tan", "ctg": "cot", "cotg": "cot", "sh": "sinh", "ch": "cosh", "th": "tanh", "sgn": "sign",
+    "lg": "lg", "log10": "lg", "sen": "sin", "Abs": "abs",
+    "root": "sqrt", "Wurzel": "sqrt", "wurzel": "sqrt", "raiz": "sqrt", "racine": "sqrt",
+}  # fmt: skip
+"""Further names that books use for functions; before an argument only; elsewhere they are letters."""
+
+ALIASES = SHORT | {
+    "ln": "log", "arcsin": "asin", "arccos": "acos", "arctan": "atan", "arctg": "atan", "arcsinh": "asinh",
+    "arccosh": "acosh", "arctanh": "atanh", "arsinh": "asinh", "arcosh": "acosh", "artanh": "atanh",
+}  # fmt: skip
+"""Further names of functions, which are read and never written."""
+
+POWERS = {"pow": 0, "power": 0, "Power": 0, "POWER": 0, "POW": 0, "sqr": 2, "square": 2}
+"""Powers as programs write them: with their exponent as a second argument (0), or without."""
+
+TENTH = "lg"
+"""The tenth logarithm, which is read as log(x)/log(10)."""
+
+QUOTIENTS = {"cot": ("cos", "sin"), "sec": ("", "cos"), "csc": ("", "sin")}
+"""Functions that are read as quotients of others, and never written: cot(x) is cos(x)/sin(x)."""
+
+CONSTANTS: dict[str, float] = {"pi": math.pi}
+
+CALLED: frozenset[str] = frozenset({*FUNCTIONS, *ALIASES, *QUOTIENTS})
+"""Names that stand before arguments."""
+
+RESERVED: frozenset[str] = frozenset({*FUNCTIONS, "ln", *QUOTIENTS, *CONSTANTS, "t"})
+"""Names that a document cannot give to a parameter of its own; `t` is time."""
+
+# --- the names of a question
 
 LONGEST_PRODUCT = 40
 """The most letters of names that are run together: more is a sentence, and no product."""

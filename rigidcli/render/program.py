@@ -20,7 +20,7 @@ from typing import NamedTuple
 import numpy as np
 
 from rigidcli.errors import UsageError
-from rigidcli.language.sharing import Formulas
+from rigidcli.language.code import Formulas
 from rigidcli.language.text import text
 from rigidcli.language.tree import Call, Constant, Name, Negative, Node, Number, Power, rebuilt
 from rigidcli.render import Look

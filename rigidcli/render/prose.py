@@ -6,9 +6,9 @@ import re
 from collections.abc import Iterator, Mapping, Sequence
 from typing import TypeAlias
 
-from rigidcli.language.functions import FUNCTIONS
 from rigidcli.language.text import latex_name
 from rigidcli.language.tokens import GREEK
+from rigidcli.language.words import FUNCTIONS
 
 Token: TypeAlias = re.Match[str]
 

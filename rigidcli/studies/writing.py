@@ -5,10 +5,9 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 
 from rigidcli.core.arithmetic import Arithmetic, Scalar
-from rigidcli.language.formula import Formula
 from rigidcli.language.parser import read
 from rigidcli.language.text import latex, reading
-from rigidcli.language.tree import Negative, Node, Number, Power, Product, Sum, bound, number
+from rigidcli.language.tree import Formula, Negative, Node, Number, Power, Product, Sum, bound, number
 from rigidcli.report import Field, Value
 
 _ZERO = Number("0", 0.0)

@@ -12,7 +12,7 @@ from rigidcli.bodies.shapes import SHAPES
 from rigidcli.errors import EXIT_CODES, RigidError
 from rigidcli.fields.units import TABLE
 from rigidcli.homework.base import CODES
-from rigidcli.language.functions import FUNCTIONS
+from rigidcli.language.words import FUNCTIONS
 from rigidcli.reference.entries import entries, written
 from rigidcli.reference.pages import ENTRIES, Entry, explain, overview
 from rigidcli.studies.results import RESULTS

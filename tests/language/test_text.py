@@ -12,10 +12,10 @@ from hypothesis import strategies as st
 
 from rigidcli.errors import ExpressionError
 from rigidcli.language.expression import real
-from rigidcli.language.functions import FUNCTIONS
 from rigidcli.language.parser import MAX_DEPTH, read
 from rigidcli.language.text import latex, reading, text
 from rigidcli.language.tree import Call, Constant, Name, Node
+from rigidcli.language.words import FUNCTIONS
 from tests.tables import pairs_of, words_of
 from tests.trees import number, trees
 

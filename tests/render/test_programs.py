@@ -19,7 +19,7 @@ import yaml
 import rigidcli
 from rigidcli import Result
 from rigidcli.core.arithmetic import Floats
-from rigidcli.language.functions import RESERVED
+from rigidcli.language.words import RESERVED
 from rigidcli.render import Format, Look, renderer
 from rigidcli.render.program import PYTHON
 from rigidcli.report import Report

@@ -28,7 +28,7 @@ from rigidcli.core.arithmetic import Floats
 from rigidcli.core.kicks import Watched
 from rigidcli.core.solution import Flow, columns
 from rigidcli.language import code
-from rigidcli.language.sharing import Step, solved
+from rigidcli.language.code import Step, solved
 from rigidcli.language.tree import Name, Node, rounding
 from rigidcli.mechanics.phase_space import TIME, Phase
 from rigidcli.studies.hamilton.derivation import Derivation

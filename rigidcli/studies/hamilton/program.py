@@ -10,7 +10,7 @@ from rigidcli.core.solution import Flow, columns
 from rigidcli.document.document import Document
 from rigidcli.errors import ComputationError, ExpressionError
 from rigidcli.language import code
-from rigidcli.language.sharing import shared
+from rigidcli.language.code import shared
 from rigidcli.mechanics.phase_space import TIME
 from rigidcli.report import Program, Run
 from rigidcli.studies.hamilton.derivation import Derivation

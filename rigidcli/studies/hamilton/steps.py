@@ -20,9 +20,8 @@ from rigidcli.core.arithmetic import FLOAT
 from rigidcli.document.document import Document
 from rigidcli.document.variables import Transform
 from rigidcli.errors import ExpressionError
-from rigidcli.language.formula import Formula
 from rigidcli.language.text import latex_name, reading
-from rigidcli.language.tree import Name, Negative, Node, Product, Sum, bound
+from rigidcli.language.tree import Formula, Name, Negative, Node, Product, Sum, bound
 from rigidcli.mechanics.generating import Generated
 from rigidcli.mechanics.particles import turning, velocity
 from rigidcli.mechanics.phase_space import TIME, Phase

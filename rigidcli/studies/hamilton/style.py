@@ -14,8 +14,7 @@ from rigidcli.algebra.reading import from_tree
 from rigidcli.algebra.style import Style, is_even
 from rigidcli.algebra.trees import to_tree
 from rigidcli.document.document import Document
-from rigidcli.language.formula import Formula
-from rigidcli.language.tree import Negative, Power, Sum, nodes
+from rigidcli.language.tree import Formula, Negative, Power, Sum, nodes
 from rigidcli.report import Field
 from rigidcli.studies.hamilton.system import derived_parameters
 
