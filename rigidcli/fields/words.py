@@ -61,6 +61,9 @@ HINTS = {key: words for kind, key, words in _ROWS if kind == "hint"}
 UNITS_BY_WORD = _by_word("unit")
 """The units for which words of other languages stand."""
 
+SPELLED_UNITS = _by_word("spelled")
+"""The units that homework writes in these letters, capitals as they are."""
+
 STARTERS = _by_word("new")
 """The kinds of starters for which a word may stand."""
 

@@ -21,7 +21,7 @@ from rigidcli.errors import ExpressionError, ValueProblem
 from rigidcli.fields.dimensions import ANGLE, DIMENSIONLESS
 from rigidcli.fields.units import Unit, parse_unit
 from rigidcli.homework.base import Asked, Finding, Tree, Unreadable
-from rigidcli.homework.numbers import ROUNDING, Number, as_typed, doubt, read_numbers
+from rigidcli.homework.numbers import ROUNDING, TypedNumber, doubt, read_numbers, readings_of
 from rigidcli.homework.question import RELATIVE, Tolerance
 from rigidcli.homework.reading import exactly, names_of, read_expression, read_expressions
 from rigidcli.homework.same import FormulaComparison, formulas_of
@@ -31,7 +31,7 @@ from rigidcli.language.latex import plain
 from rigidcli.language.text import text, without_doubt
 from rigidcli.language.typed import last_member, undecorated
 
-Entry: TypeAlias = Number | tree.Node
+Entry: TypeAlias = TypedNumber | tree.Node
 """An entry of an answer: a number as it was typed, or a tree."""
 
 Right: TypeAlias = float | tree.Node
@@ -124,7 +124,7 @@ class Ruler:
         """Whether an SI value is within the tolerance; its unit as typed is `scale` in SI units."""
         return abs(value - reference) <= self.margin(reference, scale)
 
-    def too_few(self, number: Number) -> bool:
+    def too_few(self, number: TypedNumber) -> bool:
         """Whether a decimal number has fewer significant figures than are asked for; zero needs none."""
         asked = self.tolerance.significant_figures
         return asked is not None and 0 < number.figures < asked and number.value != 0
@@ -135,7 +135,7 @@ class Ruler:
             assert self.formulas is not None
             assert isinstance(entry, tree.Node)
             return self.formulas.same(entry, right)
-        assert isinstance(entry, Number)
+        assert isinstance(entry, TypedNumber)
         if self.too_few(entry):
             return False
         return self.is_near(entry.value, right, entry.scale)
@@ -146,7 +146,7 @@ class Ruler:
         fewer = self.tolerance.model_copy(
             update={"significant_figures": figures, "relative": None, "absolute": None}
         )
-        is_decimal = isinstance(entry, Number) and 0 < figures == entry.figures
+        is_decimal = isinstance(entry, TypedNumber) and 0 < figures == entry.figures
         return is_decimal and replace(self, tolerance=fewer).same(entry, right) is True
 
     def differ(self, one: Entry | Right, other: Entry | Right) -> bool:
@@ -167,8 +167,8 @@ class Ruler:
         """Entries (n) as SI numbers (n by 1), trees by their values at some points (n by k); NaN for none."""
         rows = list[list[float]]()
         for entry in entries:
-            if isinstance(entry, Number | float):
-                rows.append([entry.value if isinstance(entry, Number) else entry])
+            if isinstance(entry, TypedNumber | float):
+                rows.append([entry.value if isinstance(entry, TypedNumber) else entry])
             else:
                 balls = self.formulas.values(entry) if self.formulas else []
                 rows.append([math.nan if ball is None else float(ball.mid()) for ball in balls])
@@ -218,12 +218,12 @@ class Ruler:
 
 def shown_as(entries: Iterable[Entry]) -> list[str]:
     """The entries as they were read, in words for the student."""
-    return [entry.read_as if isinstance(entry, Number) else without_doubt(entry) for entry in entries]
+    return [entry.read_as if isinstance(entry, TypedNumber) else without_doubt(entry) for entry in entries]
 
 
 def is_constant(entry: Entry | Right) -> bool:
     """Whether an entry has no symbols."""
-    return isinstance(entry, Number | float) or not tree.names_in(entry)
+    return isinstance(entry, TypedNumber | float) or not tree.names_in(entry)
 
 
 # --- keys
@@ -234,7 +234,7 @@ def literal(asked: Asked, table: Array, places: Sequence[str]) -> tuple[Ruler, A
     cells = table.ravel().tolist()
     ruler = Ruler(asked.question.tolerance)
     try:
-        units = [each.unit for each in map(as_typed, cells) if each.unit is not None]
+        units = [each.unit for cell in cells if (each := readings_of(cell)[0]).unit is not None]
     except Unreadable:
         symbols = asked.question.symbols
         trees = (

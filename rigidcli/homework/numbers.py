@@ -1,9 +1,9 @@
 """Numbers in answers, read as they are typed, with their units and figures.
 
-    read_number("20,8 rad/s", None)      # a pure number is asked for: Unreadable
-    read_number("~22.4 rpm", unit)       # .value in SI units, .figures 3
+    read_numbers("20,8 rad/s", None)         # a pure number is asked for: Unreadable
+    read_numbers("~22.4 rpm", unit)[0]       # .value in SI units, .figures 3
 
-A comma between digits is a decimal comma. An uncertainty (`20.8 +- 0.1`) is no arithmetic, and is refused.
+A comma between digits is a decimal comma.
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ from collections.abc import Callable, Iterable, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from fractions import Fraction
-from itertools import islice
+from itertools import chain, islice
 from typing import Any, TypeVar
 
 from rigidcli.algebra.reading import from_tree
@@ -29,10 +29,12 @@ from rigidcli.fields.units import (
     unit_readings,
     without_separators,
 )
+from rigidcli.fields.words import SPELLED_UNITS, UNITS_BY_WORD, folded
 from rigidcli.homework.base import Tree, Unreadable
 from rigidcli.language import tree
 from rigidcli.language.expression import RESERVED, real
 from rigidcli.language.latex import plain
+from rigidcli.language.tokens import rewritten, rules
 from rigidcli.language.typed import (
     DECIMAL,
     TWO_ANSWERS,
@@ -54,21 +56,6 @@ ROUNDING = 1e-9
 PURE = Unit("", Fraction(1), 0, DIMENSIONLESS)
 PERCENT = Unit("%", Fraction(1, 100), 0, DIMENSIONLESS)
 
-_SPELLINGS = {
-    "sec": "s", "secs": "s", "mins": "min", "hrs": "h", "rads": "rad", "degs": "deg", "revs": "rev",
-    "sek": "s", "U": "rev", "tr": "rev", "Upm": "rpm", "Umdrehungen": "rev", "tours": "rev", "vueltas": "rev",
-    "rotation": "rev", "rotations": "rev", "Umdrehung": "rev", "r": "rev",
-    "S": "s", "Grad": "deg", "grados": "deg", "degres": "deg", "gradi": "deg", "KW": "kW",
-    "Sekunden": "s", "Sekunde": "s",
-    "secondes": "s", "segundos": "s",
-    "Gramm": "g", "grammes": "g", "gramos": "g", "Kilogramm": "kg", "kilogrammes": "kg", "kilogramos": "kg",
-    "metros": "m", "Zentimeter": "cm", "Millimeter": "mm", "centimetros": "cm", "milimetros": "mm",
-    "seg": "s", "mNm": "(mN*m)", "MNm": "(MN*m)",
-    "kgs": "kg", "Kg": "kg", "KG": "kg", "lbs": "lb", "cms": "cm", "Km": "km", "KM": "km", "hz": "Hz",
-}  # fmt: skip
-"""Names of units in homework that the table of units lacks."""
-
-_BRACKETS = str.maketrans("[]", "()")
 _KNOWN = frozenset(known_names())
 _WORDS_OF_NUMBERS = rf"(?:{'|'.join(sorted(RESERVED - {'t', 'sec'}))})(?![^\W\d])"
 _UNIT_BEGINS = rf"[(\[]*(?!{_WORDS_OF_NUMBERS})[^\W\d_]|[°%]"
@@ -82,13 +69,13 @@ _DECIMAL = re.compile(
 _LAST_DIGITS = re.compile(r"[-+]?\d+[.,]\d*(?=(?P<last>\(\d{1,2}\))\s*(?:[^\W\d]|\Z))")
 """A number with digits in brackets behind it: `12.5(2) J`, `0.91(6)`."""
 
-_REMARK = re.compile(r"\s*[,(\s]\s*(?!(?:per|pro|par|por|over)\b)(?=[^\d=/]*[^\W\d]{3}[^\d=/]*\Z)")
-"""The beginning of a remark in words."""
+_REMARK = re.compile(
+    r"\s*[,(\[\s]\s*(?!(?:per|pro|par|por|over)\b)(?=[^\d=/]*[^\W\d]{3}[^\d=/]*\Z)|\s*(?=\?\s*\Z)"
+)
+"""The beginning of a remark in words, or of doubt: `(clockwise)`, `?`."""
 
 _POWER_LOST = re.compile(rf"(?P<mantissa>[-+]?{DECIMAL})\s*[*xX]\s*10\s*-\s*(?P<power>\d\d?)(?![\d.,])")
-
-_MIXED = re.compile(r"(?<![\w.,/^*])(\d+) +(\d{1,2}) ?/ ?(\d{1,2})(?![\d/.,])")
-"""A whole number and a fraction that is added to it: `12 1/2`."""
+"""A power of ten whose exponent came down to the line: `2.47 x 10-3`."""
 
 _AGAIN = re.compile(
     r"\s*(?:[(\[]|[,;]?\s*\b(?:or|oder|ou|o|bzw\.?|i\.\s?e\.|that is|d\.\s?h\.|resp\.?)(?=\s)|[,;]\s"
@@ -110,14 +97,7 @@ _TAKEN_BACK = re.compile(
 
 _DENIED = re.compile(r"\s*(?:not|no|nicht|kein|non|pas)\b", re.IGNORECASE)
 
-_ANGLE_IN_PARTS = re.compile(
-    rf"(?P<deg>[-+]?\d+)\s*(?:[°º]|deg)\s*(?P<min>{DECIMAL})\s*(?:'|′|’|arcmin|min\b)"
-    rf"(?:\s*(?P<sec>{DECIMAL})\s*(?:\"|″|''|”|arcsec))?"
-)
-"""Degrees, minutes and seconds of arc."""
-
 _BEHIND = re.compile(rf"(?<=[\w.)])\s+(?={_UNIT_BEGINS}|1\s*/|{_PER})")
-_UNCERTAIN = re.compile(r"[\w.)°%]\s*(?:\+/?-|±|-/?\+)")
 _T = TypeVar("_T")
 _Way = TypeVar("_Way")
 _ENERGIES = re.compile(r"\s*[TVUEKLHW](?:_?\w+)?(?:\s*[-+]\s*[TVUEKLHW](?:_?\w+)?)+\s*")
@@ -132,7 +112,7 @@ _OF_ANGLES = {"asin", "acos", "atan", "atan2"}
 
 
 @dataclass(frozen=True, slots=True)
-class Number:
+class TypedNumber:
     """A number as it was typed: `value` in SI units, of which its unit is `scale`; `typed` is in that unit.
 
     `mantissa` has the digits before a power of ten; it is empty for an expression such as `2*pi`. `before`
@@ -161,12 +141,7 @@ class Number:
         return digits if self.unit is None else f"{digits} {self.unit.text}"
 
 
-def read_number(answer: Tree, unit: Unit | None = None, place: str = "") -> Number:
-    """The most usual reading of a number that fits a unit. Raises Unreadable."""
-    return read_numbers(answer, unit, place)[0]
-
-
-def read_numbers(answer: Tree, unit: Unit | None = None, place: str = "") -> list[Number]:
+def read_numbers(answer: Tree, unit: Unit | None = None, place: str = "") -> list[TypedNumber]:
     """The readings of a decimal number or an expression of numbers, in its own unit or else in `unit`.
 
     A unit must fit `unit`; where that is None, a pure number is asked for. Raises Unreadable.
@@ -190,7 +165,7 @@ def _those_read(read: Callable[[_Way], _T], ways: Iterable[_Way]) -> list[_T]:
     return found
 
 
-def in_dimension(number: Number, unit: Unit | None) -> Number:
+def in_dimension(number: TypedNumber, unit: Unit | None) -> TypedNumber:
     """A number with its value in SI units, where a quantity like `unit` is asked. Raises ValueProblem."""
     if number.unit is None:
         return number
@@ -206,34 +181,24 @@ def in_dimension(number: Number, unit: Unit | None) -> Number:
     return replace(number, value=number.typed * scale, scale=scale)
 
 
-def as_typed(answer: Tree, unit: Unit | None = None, place: str = "") -> Number:
-    """The most usual reading of a number in its own unit, whatever that measures. Raises Unreadable."""
-    return readings_of(answer, unit, place)[0]
+def readings_of(answer: Tree, unit: Unit | None = None, place: str = "") -> list[TypedNumber]:
+    """The readings of a number in its own unit, whatever that measures, the most usual first.
 
-
-def readings_of(answer: Tree, unit: Unit | None = None, place: str = "") -> list[Number]:
-    """The readings of a number, the most usual first; `unit` is that of a number without one.
-
-    Raises Unreadable.
+    A number without one is in `unit`. Raises Unreadable.
     """
     if isinstance(answer, list | dict) or answer is None:
         raise Unreadable("wrong_shape", f"read {shown(answer)}, expected one number", place=place)
     text = str(answer)
     if len(text) > LONGEST_NUMBER:
         raise Unreadable("too_large", f"{len(text)} characters", place=place)
-    again = list(islice(_AGAIN.finditer(text), 3))
-    if len(again) == 1 and (
-        equal := _told_twice(text[: again[0].start()], text[again[0].end() :], unit, place)
-    ):
+    told = _AGAIN.split(text, maxsplit=2)
+    if len(told) == 2 and (equal := _told_twice(told[0], told[1], unit, place)):
         return equal
     try:
-        last, before = last_member(plain(undecorated(_signs_of_units(text))))
-        last = without_uncertainty(undecorated(last)).strip()
-        last = re.sub(r"\A\(([^()]*\d\s*[^\W\d][^()]*)\)\Z", r"\1", last)  # a quantity in brackets
-        if _UNCERTAIN.search(last):
-            raise ExpressionError("an uncertainty is not read, give the value")
+        last, before = last_member(plain(undecorated(rewritten(text, _SIGNS))))
+        last = _IN_BRACKETS.sub(r"\1", without_uncertainty(undecorated(last)).strip())
         found = _those_read(lambda text: _numbers(text, unit, place, tuple(before)), _digits(last))
-        return [number for several in found for number in several]
+        return list(chain(*found))
     except ExpressionError as error:
         says = advice(error)
         if _GRAMMAR.match(with_hint(error)):
@@ -242,26 +207,23 @@ def readings_of(answer: Tree, unit: Unit | None = None, place: str = "") -> list
         raise Unreadable(error.code or "not_a_number", message, place=place) from None
 
 
-def _told_twice(value: str, again: str, unit: Unit | None, place: str) -> list[Number]:
+def _told_twice(value: str, again: str, unit: Unit | None, place: str) -> list[TypedNumber]:
     """The readings of a value that equal the one told behind it; none where one of the two is no value.
 
     Raises Unreadable where both are values that differ.
     """
-    first, second = list[Number](), list[Number]()
+    first, second = list[TypedNumber](), list[TypedNumber]()
     for found, text in ((first, value), (second, again.rstrip(" )]"))):
         with suppress(Unreadable, ValueProblem):
             found += [in_dimension(each, unit) for each in readings_of(text, unit)]
-    if not first or not second:
-        return []
     equal = [one for one in first if any(_agree(one, other) for other in second)]
-    if not equal and all(other.unit is None for other in second):
-        return []  # a product
-    if not equal:
+    # Behind a bracket, a number without a unit may be a factor.
+    if first and not equal and any(other.unit is not None for other in second):
         raise Unreadable("wrong_shape", TWO_ANSWERS, place=place)
     return equal
 
 
-def _agree(one: Number, other: Number) -> bool:
+def _agree(one: TypedNumber, other: TypedNumber) -> bool:
     """Whether two numbers are the same within half a unit of their last figures."""
     slack = ROUNDING + sum(
         min(0.5 * 10.0 ** (1 - each.figures), 0.005) for each in (one, other) if each.figures
@@ -277,16 +239,16 @@ def _digits(text: str) -> list[str]:
     return without_separators(text)
 
 
-def _numbers(text: str, unit: Unit | None, place: str, before: tuple[str, ...]) -> list[Number]:
+def _numbers(text: str, unit: Unit | None, place: str, before: tuple[str, ...]) -> list[TypedNumber]:
     """The readings of a number whose digits stand without separators. Raises ExpressionError, Unreadable."""
     if lost := _POWER_LOST.match(text):  # what was a superscript is a difference now
         raised = f"{lost['mantissa']}e-{lost['power']}{text[lost.end() :]}"
         with suppress(ExpressionError):
             return [*_numbers(raised, unit, place, before), *_numbers(f"1*{text}", unit, place, before)]
 
-    def number(typed: float, own: Unit | None, mantissa: str = "", power: int = 0) -> Number:
+    def number(typed: float, own: Unit | None, mantissa: str = "", power: int = 0) -> TypedNumber:
         scale = own.scale if own else 1.0 if unit is None else unit.scale
-        return Number(_finite(typed * scale), typed, scale, own, mantissa, power, before)
+        return TypedNumber(_finite(typed * scale), typed, scale, own, mantissa, power, before)
 
     if decimal := _DECIMAL.fullmatch(text):
         mantissa = decimal["mantissa"].replace(",", ".")
@@ -315,7 +277,7 @@ def _numbers(text: str, unit: Unit | None, place: str, before: tuple[str, ...]) 
     return [number(typed, None), number(typed, in_si)]
 
 
-def _sums(text: str, unit: Unit | None, place: str) -> list[Number]:
+def _sums(text: str, unit: Unit | None, place: str) -> list[TypedNumber]:
     """The sum of quantities, in the unit of the first. Raises ExpressionError, Unreadable."""
     first, *others = (_numbers(term.strip(), unit, place, ())[0] for term in text.split("+"))
     if first.unit is None or any(
@@ -328,22 +290,18 @@ def _sums(text: str, unit: Unit | None, place: str) -> list[Number]:
 
 def _units_before_words(text: str, unit: Unit | None, place: str) -> tuple[Sequence[Unit | None], str]:
     """The readings of a unit, and a remark behind it: `rad/s (clockwise)`. Raises Unreadable."""
-    if re.fullmatch(r"[(\[][^\d=/()]*[^\W\d_]{3}[^\d=/()]*[)\]]", text):
-        with suppress(Unreadable):
-            return read_units(text, unit, place), ""
-        return [None], text
-    if text.endswith("?"):
-        return read_units(text.rstrip("? "), unit, place), "?"
-    try:
-        return read_units(text, unit, place), ""
-    except Unreadable:
-        for remark in islice(_REMARK.finditer(text), 8):
-            with suppress(Unreadable):
-                return read_units(text[: remark.start()], unit, place), text[remark.end() :].strip("()[] ")
-        if len(re.findall(r"[^\W\d_]{3,}", text)) > 1:
-            words = f"read {shown(text)}: words behind the number, give the number and its unit"
-            raise Unreadable("unit_incompatible", words, place=place) from None
-        raise
+    problem: Unreadable | None = None
+    for end in (len(text), *(remark.start() for remark in islice(_REMARK.finditer(text), 8))):
+        try:
+            units = read_units(text[:end], unit, place) if end else [None]
+            return units, text[end:].strip("()[], \n")
+        except Unreadable as unreadable:
+            problem = problem or unreadable
+    if len(re.findall(r"[^\W\d_]{3,}", text)) > 1:
+        words = f"read {shown(text)}: words behind the number, give the number and its unit"
+        raise Unreadable("unit_incompatible", words, place=place)
+    assert problem is not None
+    raise problem
 
 
 def _is_angle(node: tree.Node) -> bool:
@@ -389,23 +347,9 @@ def doubt(before: Sequence[str], read: Callable[[str], Any], is_equal: Callable[
     return ""
 
 
-def _signs_of_units(text: str) -> str:
-    """A number in which signs of units, mixed fractions and powers of ten have their plain form."""
-    text = re.sub(r"(?<=\d)\s*\^\s*\{?o\}?(?!\w)", "°", re.sub(r"(?<=\d)~(?=[A-Za-z\\])", " ", text))
-    text = re.sub(
-        r"(?<=\d)(?:\*\^|[dD])(?=[-+]?\d)", "e", text
-    )  # as Mathematica and Fortran write powers of ten
-    text = re.sub(r"(\d\s*(?:h|min))\s*(?=\d+(?:\.\d+)?\s*(?:min|s|sec)\b)", r"\1 + ", text)
-    text = _ANGLE_IN_PARTS.sub(_in_degrees, re.sub(r"\A\s*minus\s+(?=[\d.])", "-", text))
-    text = re.sub(r"(?<=\d)\s*″", " arcsec", re.sub(r"(?<=\d)\s*′", " arcmin", text))
-    text = re.sub(r"\\(?:SI|qty)\s*\{([^{}]*)\}\s*\{([^{}]*)\}", _si, text)
-    text = _MIXED.sub(lambda m: f"({m[1]} + {m[2]}/{m[3]})" if int(m[2]) < int(m[3]) else m[0], text)
-    return re.sub("[Å\u212b]", "angstrom", re.sub("μ(?=[A-Za-z])", "\N{MICRO SIGN}", text))
-
-
 def _si(match: re.Match[str]) -> str:
     """A quantity of the LaTeX package siunitx: `\\SI{20.8}{\\radian\\per\\second}` or `\\SI{20.8}{rad/s}`."""
-    unit = re.sub(r"\\(squared|cubed)", lambda power: f"^{2 + (power[1] == 'cubed')}", match[2])
+    unit = rewritten(match[2], _POWERS_IN_WORDS)
     unit = re.sub(r"\\per\s*\\?(\w+)", r"/\1", re.sub(r"(?<=\w)[.~](?=\\?\w)", " ", unit)).replace("\\", " ")
     return f"{match[1]} {unit}"
 
@@ -414,6 +358,33 @@ def _in_degrees(match: re.Match[str]) -> str:
     minutes, seconds = (Fraction((match[part] or "0").replace(",", ".")) for part in ("min", "sec"))
     whole = Fraction(match["deg"].lstrip("+-")) + minutes / 60 + seconds / 3600
     return f"{'-' * match['deg'].startswith('-')}{float(whole)!r} deg"
+
+
+_POWERS_IN_WORDS = rules((r"\s*(?:\\|\b)squared\b", "^2"), (r"\s*(?:\\|\b)cubed\b", "^3"))
+
+_MINUTES = rf"(?P<min>{DECIMAL})\s*(?:'|′|’|arcmin|min\b)"
+_SECONDS = rf"(?P<sec>{DECIMAL})\s*(?:\"|″|''|”|arcsec)"
+_SIGNS = rules(
+    (r"(?<=\d)~(?=[A-Za-z\\])", " "),  # the blank of LaTeX
+    (r"(?<=\d)\s*\^\s*\{?o\}?(?!\w)", "°"),
+    (r"(?<=\d)(?:\*\^|[dD])(?=[-+]?\d)", "e"),  # 1*^3 in Mathematica, 1d3 in Fortran
+    (r"(\d\s*(?:h|min))\s*(?=\d+(?:\.\d+)?\s*(?:min|s|sec)\b)", r"\1 + "),  # 1 h 20 min
+    (r"\A\s*minus\s+(?=[\d.])", "-"),
+    (rf"(?P<deg>[-+]?\d+)\s*(?:[°º]|deg)\s*{_MINUTES}(?:\s*{_SECONDS})?", _in_degrees),
+    (r"(?<=\d)\s*′", " arcmin"),
+    (r"(?<=\d)\s*″", " arcsec"),
+    (r"\\(?:SI|qty)\s*\{([^{}]*)\}\s*\{([^{}]*)\}", _si),
+    (  # a whole number and a fraction that is added to it: 12 1/2
+        r"(?<![\w.,/^*])(\d+) +(\d{1,2}) ?/ ?(\d{1,2})(?![\d/.,])",
+        lambda m: f"({m[1]} + {m[2]}/{m[3]})" if int(m[2]) < int(m[3]) else m[0],
+    ),
+    ("[Å\u212b]", "angstrom"),
+    ("μ(?=[A-Za-z])", "\N{MICRO SIGN}"),
+)
+"""Signs of units, mixed fractions and powers of ten, and their plain forms."""
+
+_IN_BRACKETS = re.compile(r"\A\(([^()]*\d\s*[^\W\d][^()]*)\)\Z")
+"""A quantity in brackets: `(12.5 J)`."""
 
 
 def _value(text: str) -> tuple[tree.Node, str | None]:
@@ -444,6 +415,7 @@ def _worth(node: tree.Node) -> float:
 
 
 _SLIPS = (
+    (re.compile(r".*[\w.)°%]\s*(?:\+/?-|±|-/?\+)", re.DOTALL), "an uncertainty is not read, give the value"),
     (re.compile(r"[-+.0-9]+[_'][._'0-9]+"), "nothing stands between digits"),
     (re.compile(r"[-+]?\d[.,\d]*\s[.,\s]*\d(?!\s*/)"), "no blank stands between digits"),
     (re.compile(r"[-+]?0[xXoObB]"), "expected decimal digits"),
@@ -460,25 +432,18 @@ def _finite(value: float) -> float:
 # --- units
 
 
-def read_unit(text: str, expected: Unit | None = None, place: str = "") -> Unit:
-    """The most usual reading of a unit as typed in homework. Raises Unreadable."""
-    return read_units(text, expected, place)[0]
-
-
 def read_units(text: str, expected: Unit | None = None, place: str = "") -> list[Unit]:
     """The readings of a unit: `ms` is a millisecond, and a metre times a second.
 
     Names of the `expected` one may stand in it, too. Raises Unreadable.
     """
-    text = re.sub(r"^\s*/", "1/", re.sub(r"(^|\s)(?:per|pro|par|por)\s", "/", text.strip()))
-    text = re.sub(r"\s+(squared|cubed)\b", lambda power: f"^{2 + (power[1] == 'cubed')}", text)
-    text = text.translate(_BRACKETS).strip()
+    text = rewritten(text.strip(), _WRITTEN_OUT).strip()
     missing = text.count("(") - text.count(")")
     text = text + ")" * missing if missing > 0 else text.removesuffix(")" * -missing)
     if re.fullmatch("%|percent|Prozent|pour ?cent|por ciento", text):
         return [PERCENT]
     if twice := re.fullmatch(r"([^\s()]+)\s*\(([^\W\d_]+)\)", text):  # as in `J (joules)`
-        unit, again = (read_unit(part, expected, place) for part in twice.groups())
+        unit, again = (read_units(part, expected, place)[0] for part in twice.groups())
         if (unit.scale, unit.dimension) == (again.scale, again.dimension):
             return [unit]
     own = set() if expected is None else set(names_of_units(expected.text))
@@ -500,19 +465,31 @@ def _unit_spelled(name: str, power: str, own: set[str]) -> list[str]:
     stem = name.rstrip("0123456789")
     ways: list[str] = []
     for part, raised in ((name, power), (stem, power or f"^{name.removeprefix(stem)}")):
-        small = part.lower()
         if part in _KNOWN or part in own:
             ways.append(f"{part}{raised}")
-        if part not in own and (
-            meant := _SPELLINGS.get(part)
-            or (part not in _KNOWN and _SPELLINGS.get(small))
-            or (len(part) > 2 and part not in _KNOWN and small in _KNOWN and small)
-        ):
+        if part not in own and (meant := _spelled(part)):
             ways.append(f"{meant}{raised}")
         # `ms^-1` is usually a metre by a second; a unit without such a power is itself, as `mN` and `mm`
         if part not in _KNOWN or raised.startswith("^-"):
             ways += [f"({'*'.join(parts)}{raised})" for parts in run_together(part)]
     return list(dict.fromkeys(ways)) or [f"{name}{power}"]
+
+
+def _spelled(name: str) -> str:
+    """The unit that homework calls by this name; empty for none."""
+    words = SPELLED_UNITS.get(name)
+    if name not in _KNOWN and not words:
+        small = name.lower()
+        words = UNITS_BY_WORD.get(folded(name)) or SPELLED_UNITS.get(small)
+        return words[0] if words else small if len(small) > 2 and small in _KNOWN else ""
+    return words[0] if words else ""
+
+
+_WRITTEN_OUT = [
+    *rules((r"\A(?:per|pro|par|por)\s", "/"), (r"\s(?:per|pro|par|por)\s", "/"), (r"\A\s*/", "1/")),
+    *_POWERS_IN_WORDS,
+    *rules((r"\[", "("), (r"\]", ")")),
+]
 
 
 def scale_in(unit: Unit, expected: Dimension) -> float:

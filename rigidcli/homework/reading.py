@@ -25,7 +25,7 @@ from rigidcli.errors import ExpressionError, ValueProblem, shortened, shown
 from rigidcli.homework.base import Asked, Tree, Unreadable
 from rigidcli.homework.files import beside, read_file
 from rigidcli.homework.lists import is_enclosed, read_list, split
-from rigidcli.homework.numbers import advice, as_typed, read_unit, taken_back
+from rigidcli.homework.numbers import advice, read_units, readings_of, taken_back
 from rigidcli.language import typed
 from rigidcli.language.latex import plain as without_latex
 from rigidcli.language.parser import RATE
@@ -280,7 +280,7 @@ def _without_tail(text: str) -> Iterator[str]:
         tail = text[blank.end() :].strip()
         is_remark = re.fullmatch(r"\([^()=\d]*[^\W\d_]{3}[^()=\d]*\)", tail) and not taken_back(tail)
         with suppress(Unreadable):
-            if is_remark or (_SURE_UNIT.search(tail) and read_unit(without_latex(tail))):
+            if is_remark or (_SURE_UNIT.search(tail) and read_units(without_latex(tail))):
                 yield text[: blank.start()]
 
 
@@ -323,7 +323,7 @@ def describe(answer: Tree, *, is_entry: bool = False) -> str:
         return f"[{', '.join(describe(entry, is_entry=True) for entry in entries)}]"
     text = str(answer)
     with suppress(Unreadable):
-        return as_typed(text).read_as
+        return readings_of(text)[0].read_as
     if text.count("=") > 1 or _EQUATION.search(text):
         with suppress(Unreadable):
             equations = read_equations(text, None)

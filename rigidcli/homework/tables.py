@@ -18,7 +18,7 @@ from rigidcli.core.arithmetic import Floats
 from rigidcli.errors import ExpressionError, ValueProblem, shown
 from rigidcli.fields.units import Unit, parse_unit
 from rigidcli.homework.base import Tree, Unreadable
-from rigidcli.homework.numbers import read_number, read_unit, scale_in
+from rigidcli.homework.numbers import read_numbers, read_units, scale_in
 from rigidcli.language import tree
 from rigidcli.language.expression import array, parse
 from rigidcli.language.latex import plain
@@ -106,7 +106,7 @@ def _cells(line: str, separator: str | None) -> list[str]:
 def _number(cell: str, line: int, name: str) -> float:
     if _DECIMAL.fullmatch(cell):
         return float(cell)
-    return read_number(cell, None, f"line {line}, column {shown(name)}").value
+    return read_numbers(cell, None, f"line {line}, column {shown(name)}")[0].value
 
 
 def _head(text: str) -> tuple[str, Unit | None]:
@@ -117,7 +117,7 @@ def _head(text: str) -> tuple[str, Unit | None]:
     unit = (match["round"] or match["square"] or match["below"] or "").strip()
     try:
         # A column `x(t)` is a function of the time, and not in tonnes.
-        return match["name"], None if unit.casefold() in ("", TIME, "time") else read_unit(unit)
+        return match["name"], None if unit.casefold() in ("", TIME, "time") else read_units(unit)[0]
     except Unreadable:
         return match["name"], None
 
@@ -180,7 +180,7 @@ def tabulated(span: Tree, texts: Tree) -> dict[str, Column]:
 def _times(span: Tree) -> Floats:
     """Times from `start` to `stop`, at least as dense as `step`. Raises ValueProblem."""
     try:
-        start, stop, step = (read_number(entry, SECOND).value for entry in span)
+        start, stop, step = (read_numbers(entry, SECOND)[0].value for entry in span)
     except (Unreadable, TypeError, ValueError):
         start, stop, step = 0.0, 0.0, 0.0
     if not (start < stop and 0 < step <= stop - start and (stop - start) / step < 1_000_000):

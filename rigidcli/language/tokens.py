@@ -9,7 +9,8 @@ from __future__ import annotations
 
 import re
 import unicodedata
-from typing import NamedTuple
+from collections.abc import Callable, Sequence
+from typing import NamedTuple, TypeAlias
 
 from rigidcli.errors import ExpressionError
 
@@ -94,6 +95,22 @@ _HINTS = {
     **dict.fromkeys("\N{HYPHEN}\N{EN DASH}\N{EM DASH}", "write `-`"),
     "\N{DEGREE SIGN}": "angles are in radians: multiply by `pi/180`",
 }
+
+
+Rules: TypeAlias = Sequence[tuple[re.Pattern[str], str | Callable[[re.Match[str]], str]]]
+"""Notations, each a pattern with what is read in its place."""
+
+
+def rules(*notations: tuple[str, str | Callable[[re.Match[str]], str]]) -> Rules:
+    """The notations with their patterns compiled."""
+    return [(re.compile(pattern), instead) for pattern, instead in notations]
+
+
+def rewritten(text: str, notations: Rules) -> str:
+    """The text with each notation in turn replaced by what it stands for."""
+    for pattern, instead in notations:
+        text = pattern.sub(instead, text)
+    return text
 
 
 class Token(NamedTuple):

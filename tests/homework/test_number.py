@@ -16,7 +16,7 @@ from rigidcli.errors import DocumentError
 from rigidcli.fields.units import parse_unit
 from rigidcli.homework.base import Unreadable
 from rigidcli.homework.judge import Item, outcome
-from rigidcli.homework.numbers import as_typed, read_unit
+from rigidcli.homework.numbers import read_units, readings_of
 from tests.homework.asking import Asking, cases, details, judged
 
 many = settings(max_examples=100)
@@ -26,7 +26,7 @@ QUANTITY = Asking("quantity")
 
 def literal(answer: str, **options: Any) -> Item:
     """A question for a number, or for a quantity where the answer has a unit."""
-    return Asking("quantity" if as_typed(answer).unit else "number").literal(answer, **options)
+    return Asking("quantity" if readings_of(answer)[0].unit else "number").literal(answer, **options)
 
 
 def told(key: Item, answer: Any) -> str:
@@ -106,7 +106,7 @@ def told(key: Item, answer: Any) -> str:
     ],
 )
 def test_a_number_is_read_as_typed(text: str, value: float, figures: int, unit: str | None) -> None:
-    number = as_typed(text)
+    number = readings_of(text)[0]
     assert number.typed == pytest.approx(value, rel=1e-15)
     assert (number.figures, number.unit and number.unit.text) == (figures, unit)
 
@@ -173,7 +173,7 @@ def test_any_text_is_judged_or_refused(text: str) -> None:
     Hz | hz
     """)
 def test_units_of_homework(text: str, same: str) -> None:
-    one, other = as_typed(f"1 {text}").unit, parse_unit(same)
+    one, other = readings_of(f"1 {text}")[0].unit, parse_unit(same)
     assert one is not None
     assert (one.factor, one.pi_power, one.dimension) == (other.factor, other.pi_power, other.dimension)
 
@@ -183,7 +183,7 @@ def test_units_of_homework(text: str, same: str) -> None:
 )
 def test_other_units_are_unknown(text: str) -> None:
     with pytest.raises(Unreadable) as caught:
-        read_unit(text)
+        read_units(text)
     assert caught.value.findings[0].code == "unit_incompatible"
 
 

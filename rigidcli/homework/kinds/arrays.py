@@ -26,7 +26,7 @@ from rigidcli.homework.entries import (
 )
 from rigidcli.homework.lists import read_list
 from rigidcli.homework.mistakes import OTHER_PRODUCTS, Arrays, of_tensor, of_vector, shared_factor
-from rigidcli.homework.numbers import ROUNDING, Number
+from rigidcli.homework.numbers import ROUNDING, TypedNumber
 from rigidcli.homework.question import Question
 
 MOST_ENTRIES = 400
@@ -173,7 +173,7 @@ def settled(key: ArrayKey, entries: Sequence[Entry], compared: Iterable[Same] = 
 
 def are_bare(entries: Sequence[Entry]) -> bool:
     """Whether a number that is not zero lacks a unit."""
-    return any(isinstance(each, Number) and each.unit is None and each.value != 0 for each in entries)
+    return any(isinstance(each, TypedNumber) and each.unit is None and each.value != 0 for each in entries)
 
 
 def listed(names: Iterable[str]) -> str:

@@ -38,7 +38,7 @@ from rigidcli.homework.kinds.arrays import (
 )
 from rigidcli.homework.lists import MOST_BRACKETS, closings_of, in_brackets, read_list
 from rigidcli.homework.mistakes import of_tensor, shared_factor
-from rigidcli.homework.numbers import ROUNDING, Number
+from rigidcli.homework.numbers import ROUNDING, TypedNumber
 from rigidcli.homework.question import RELATIVE, Question
 from rigidcli.language import tree
 from rigidcli.language.latex import plain
@@ -169,10 +169,12 @@ class _Answer:
         self.moments = [[point.same(own, each) for each in key.moments.tolist()] for own in self._at_point()]
         self.axes = [_without_zeros(axis) for axis in pairs.axes]
 
-    def _at_point(self) -> Sequence[Number]:
+    def _at_point(self) -> Sequence[TypedNumber]:
         if self.ruler.formulas is None:
-            return [each for each in self.given.moments if isinstance(each, Number)]
-        return [Number(value, value, 1.0) for value in self.ruler.numbers(self.given.moments)[:, 0].tolist()]
+            return [each for each in self.given.moments if isinstance(each, TypedNumber)]
+        return [
+            TypedNumber(value, value, 1.0) for value in self.ruler.numbers(self.given.moments)[:, 0].tolist()
+        ]
 
     def vanish(self, k: int, residual: Callable[[Array, Array], Array]) -> Same:
         """Whether a residual of I e and e is zero in symbols; numbers have been compared already."""

@@ -21,8 +21,7 @@ from rigidcli.homework.entries import NOISE, Ruler, Same, beside, chosen, value_
 from rigidcli.homework.mistakes import TURN, common_factor
 from rigidcli.homework.numbers import (
     PURE,
-    Number,
-    as_typed,
+    TypedNumber,
     doubt,
     in_dimension,
     read_numbers,
@@ -62,7 +61,7 @@ class QuantityKind(AnswerKind):
         if asked.report is not None:
             value, unit = value_of(asked.value), parse_unit(asked.unit) if asked.unit else PURE
         else:
-            number = as_typed(asked.value)
+            number = readings_of(asked.value)[0]
             value, unit = number.typed, number.unit or PURE
             if (question.kind == "quantity") is not bool(unit.text):
                 has_unit, kind = ("has one", "quantity") if unit.text else ("has none", "number")
@@ -95,18 +94,18 @@ class QuantityKind(AnswerKind):
         read_as = f"{number.read_as} {key.unit.text}" if bare else number.read_as
         return Reading(number, read_as, self._doubt(key, number))
 
-    def _is_right(self, key: NumberKey, number: Number) -> Same:
+    def _is_right(self, key: NumberKey, number: TypedNumber) -> Same:
         with suppress(ValueProblem):
             number = in_dimension(number, key.unit)
             return key.is_near(number.value, number.scale) or "its unit fits, which is better than none"
         return False
 
-    def _doubt(self, key: NumberKey, number: Number) -> str:
+    def _doubt(self, key: NumberKey, number: TypedNumber) -> str:
         """Why a person must look at `a = b`; empty if both agree. Raises Unreadable for two answers."""
         if not number.before or number.remark:
             return taken_back(number.remark)
 
-        def is_equal(others: Sequence[Number]) -> bool:
+        def is_equal(others: Sequence[TypedNumber]) -> bool:
             return any(key.ruler.is_near(each.value, number.value, number.scale) for each in others)
 
         with suppress(ValueProblem):
@@ -114,7 +113,7 @@ class QuantityKind(AnswerKind):
             return doubt(number.before, lambda member: read_numbers(member, key.unit), is_equal)
         return ""
 
-    def judge(self, key: NumberKey, value: Number) -> Outcome:
+    def judge(self, key: NumberKey, value: TypedNumber) -> Outcome:
         try:
             number = in_dimension(value, key.unit)
         except ValueProblem as problem:
@@ -129,7 +128,7 @@ class QuantityKind(AnswerKind):
             return Outcome.earning(0.0, *unitless) if value.typed and unitless else Outcome.correct()
         return Outcome.earning(0.0, *unitless, Finding(self._slip(key, number)))
 
-    def _slip(self, key: NumberKey, number: Number) -> str:
+    def _slip(self, key: NumberKey, number: TypedNumber) -> str:
         """The code of the mistake that leads from the key to this number."""
         if key.ruler.is_short(number, key.reference):
             return "too_few_sig_figs"
@@ -147,7 +146,7 @@ class QuantityKind(AnswerKind):
         return f"{key.reference / key.unit.scale!r} {key.unit.text}".strip()
 
 
-def _of_misfit(key: NumberKey, number: Number, detail: str) -> Finding:
+def _of_misfit(key: NumberKey, number: TypedNumber, detail: str) -> Finding:
     """What is wrong with a unit of another dimension: hertz is not radians per second."""
     given, asked = number.unit.dimension if number.unit else DIMENSIONLESS, key.unit.dimension
     if given.cycle != asked.cycle and given._replace(angle=0, cycle=0) == asked._replace(angle=0, cycle=0):
