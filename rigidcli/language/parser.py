@@ -15,25 +15,23 @@ The text is read by these rules alone and is never given to anything that could 
 
 from __future__ import annotations
 
-import difflib
 import re
 from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from enum import Enum
 from itertools import product
 
-from rigidcli.errors import ExpressionError
+from rigidcli.errors import ExpressionError, nearest
 from rigidcli.language import tree
 from rigidcli.language.tokens import Token, tokenize
 from rigidcli.language.words import (
     ALIASES,
     CALLED,
     CONSTANTS,
+    DEFINED,
     FUNCTIONS,
-    POWERS,
-    QUOTIENTS,
+    PROGRAMS,
     SHORT,
-    TENTH,
     Words,
     unknown,
 )
@@ -44,13 +42,6 @@ _NONE: Mapping[str, tree.UnknownFunction] = {}
 MAX_DEPTH = 100
 """How deep parentheses, calls, signs and powers may be nested, so that recursion never ends the program."""
 
-CLOSING = {"(": ")", "|": "|"}
-"""The signs that close others."""
-
-_OPERAND = ("number", "name", "root")
-_SHOWN = 24
-"""The most characters of a name that a message repeats."""
-
 MOST_READINGS = 8
 """The most readings of one text."""
 
@@ -60,6 +51,10 @@ MOST_WAYS = 32
 RATE = "Ddt"
 """The name of d/dt before a bracket, whose derivative by the time is for others to work out."""
 
+_CLOSING = {"(": ")", "|": "|"}
+_SHOWN = 24
+"""The most characters of a name that a message repeats."""
+
 _DEGREES = frozenset(["deg", "degree", "degrees", "Grad"])
 _E = tree.Name("e")
 _ONE = tree.Number("1", 1.0)
@@ -68,7 +63,8 @@ _DEGREE = (tree.Constant("pi"), tree.Reciprocal(tree.Number("180", 180.0)))
 _ANGLE = re.compile(r"(theta|phi|psi|alpha|beta|gamma|chi|vartheta)[_0-9]*")
 """Names that are usually the whole argument of a function: `sin theta x`."""
 
-_HEAD = re.compile(rf"({'|'.join(sorted(CALLED - {'atan2', *SHORT}, key=len, reverse=True))})(\d+)(\w*)")
+_LONG = sorted(CALLED - {"atan2", *SHORT}, key=len, reverse=True)
+_HEAD = re.compile(rf"({'|'.join(_LONG)})(\d+)(\w*)")
 """A function with its argument behind it in one word: `sin2theta`."""
 
 
@@ -80,16 +76,8 @@ class Reach(Enum):
     FIRST = "its first factor"
 
 
-ARGUMENT = (Reach.ALL, Reach.RUN, Reach.FIRST)
-OF_MULTIPLE = (Reach.ALL, Reach.FIRST)
-OF_ANGLE = (Reach.FIRST, Reach.ALL)
-ROOT = (Reach.RUN, Reach.FIRST, Reach.ALL)
-ROOT_OF_NUMBER = (Reach.FIRST, Reach.ALL)
-OF_E = (Reach.ALL, Reach.RUN, Reach.FIRST)
-OF_BASE = (Reach.RUN, Reach.FIRST)
-
-
-OTHER_WAYS = (None, Reach.FIRST, Reach.RUN, Reach.ALL)
+ALL, RUN, FIRST = Reach
+OTHER_WAYS = (None, FIRST, RUN, ALL)
 """How far operands reach in the readings of a text: as is usual in each place, or alike in all."""
 
 
@@ -112,9 +100,9 @@ def of_tokens(
 
     Raises ExpressionError where the text can be read in no way.
     """
-    found: dict[tree.Node, None] = {}
     failure: ExpressionError | None = None
-    usual = _Grammar(list(tokens), functions, words, {})
+    usual = _Grammar(tokens, functions, words, {})
+    found: dict[tree.Node, None] = {}
     try:
         node = usual.whole()
         if not usual.places:  # what is hashed goes deeper into the stack
@@ -124,9 +112,10 @@ def of_tokens(
         failure = error
     ways = product(*(range(count) for count in usual.places.values()))
     rarer = sorted(ways, key=lambda way: (sum(1 for place in way if place), sum(way)))[1:MOST_WAYS]
-    for way in (dict(zip(usual.places, choice, strict=True)) for choice in rarer):
+    for way in rarer:
         with suppress(ExpressionError):
-            found.setdefault(_Grammar(list(tokens), functions, words, way).whole())
+            grammar = _Grammar(tokens, functions, words, dict(zip(usual.places, way, strict=True)))
+            found.setdefault(grammar.whole())
     if failure is not None and not found:
         raise failure
     return list(found)[:MOST_READINGS]
@@ -142,12 +131,12 @@ class _Grammar:
 
     def __init__(
         self,
-        tokens: list[Token],
+        tokens: Sequence[Token],
         functions: Mapping[str, tree.UnknownFunction],
         words: Words | None,
         way: Mapping[str, int],
     ) -> None:
-        self.tokens = tokens
+        self.tokens = list(tokens)
         self.index = 0
         self.token = self.tokens[0]
         self.depth = 0
@@ -177,14 +166,14 @@ class _Grammar:
         """Pass an opening bracket, a sign or a root: what follows is nested one level deeper."""
         self.deeper()
         opening = self.passed()
-        if opening.text in CLOSING:
+        if opening.text in _CLOSING:
             self.barred.append(opening.text == "|")
         return opening
 
     def close(self, opening: Token) -> None:
         if self.token.kind == "end":
             raise ExpressionError(f"`{opening.text}` is never closed", column=opening.column)
-        if self.token.text != CLOSING[opening.text]:
+        if self.token.text != _CLOSING[opening.text]:
             raise self.misplaced()
         self.depth -= 1
         self.barred.pop()
@@ -250,15 +239,22 @@ class _Grammar:
         return [tree.Reciprocal(multiplied(below[:end])), *below[end:]]
 
     def begins_factor(self) -> bool:
-        opens = self.token.text == "|" and not self.barred[-1]
-        return self.token.kind in ("name", "root") or self.token.text == "(" or opens or self.is_fraction()
+        here = self.token
+        opens = here.text == "(" or (here.text == "|" and not self.barred[-1])
+        return here.kind in ("name", "root") or opens or self.is_fraction()
+
+    def ahead(self, count: int) -> list[Token]:
+        """The next tokens, the last of them again and again behind the end."""
+        several = self.tokens[self.index : self.index + count]
+        return several + [self.tokens[-1]] * (count - len(several))
 
     def is_fraction(self) -> bool:
         """Whether a fraction of two numbers follows behind a blank, as in `M R^2 2/5`."""
-        first, bar, below = [*self.tokens[self.index : self.index + 3], *[self.token] * 3][:3]
+        first, bar, below = self.ahead(3)
+        if first.kind != "number" or first.touches or self.is_open:
+            return False
         before, last = self.tokens[self.index - 2], self.tokens[self.index - 1]
-        is_apart = not first.touches and not self.is_open and (last.kind != "number" or before.text == "**")
-        return is_apart and first.kind == below.kind == "number" and bar.text == "/"
+        return below.kind == "number" and bar.text == "/" and (last.kind != "number" or before.text == "**")
 
     def goes_on(self, reach: Reach | None) -> bool:
         """Whether the next token continues a product, or an operand of this `reach`."""
@@ -266,13 +262,11 @@ class _Grammar:
         is_operator = here.text in ("*", "/")
         if reach is None or not (is_operator or self.begins_factor()):
             return is_operator or self.begins_factor()
-        following = self.tokens[self.index + 1] if is_operator else here
-        ends = self.is_function(following) or (following.text == "(" and not (is_operator or here.touches))
-        if ends or reach is Reach.FIRST:
+        following = self.tokens[self.index + is_operator]
+        if self.is_function(following) or (following.text == "(" and not (is_operator or here.touches)):
             return False
-        if reach is Reach.RUN:
-            return here.touches and (not is_operator or (following.touches and here.text == "/"))
-        return True
+        is_run = here.touches and (not is_operator or (following.touches and here.text == "/"))
+        return reach is ALL or (reach is RUN and is_run)
 
     def is_function(self, token: Token) -> bool:
         """Whether a word begins with the name of a function."""
@@ -324,20 +318,19 @@ class _Grammar:
             exponent = multiplied(self.factor())
             self.depth -= 1
             return exponent
-        start = self.index
-        orders: tuple[Reach, ...] = (Reach.FIRST,)
-        place = start + (self.token.text in ("-", "+"))
-        first, second, third = (self.tokens[min(place + k, len(self.tokens) - 1)] for k in range(3))
+        first, second, third = self.ahead(4)[self.token.text in ("-", "+") :][:3]
+        orders: tuple[Reach, ...] = (FIRST,)
         if base is not None and self.is_euler(base):
-            orders = OF_E
+            orders = (ALL, RUN, FIRST)
         elif isinstance(base, tree.Number) and first.kind == "name":
             # With a sign behind it, 2^n/x has the order of all programs in a document.
-            orders = (Reach.FIRST,) if self.is_open and second.text in ("*", "/") else OF_BASE
+            orders = (FIRST,) if self.is_open and second.text in ("*", "/") else (RUN, FIRST)
         if len(orders) == 1 and first.kind == third.kind == "number" and second.text == "/":
             exponent = self.fraction(first.text, third.text, is_group)
         elif len(orders) == 1 or first.text == "(":
             exponent = multiplied(self.factor())
         else:
+            start = self.index
             exponent = self.product(self.reach("exponent", orders))
             if self.index > start + 1 or self.token.text == "/" or self.begins_factor():
                 self.meets("exponent", len(OTHER_WAYS))
@@ -376,7 +369,7 @@ class _Grammar:
             operand = self.operand("sqrt", sign)
             self.depth -= 1
             return [tree.Call("sqrt", (operand,))]
-        if self.token.text not in CLOSING:
+        if self.token.text not in _CLOSING:
             raise self.misplaced()
         opening = self.descend()
         inner = self.sum()
@@ -385,64 +378,66 @@ class _Grammar:
 
     def named(self, token: Token) -> list[tree.Node]:
         """The factors that a word stands for; its token has been passed."""
-        name, calls = token.text, self.token.text == "(" and self.token.touches
-        words = self.words
-        if (
-            words is not None
-            and (meant := words.meaning(name)) is not None
-            and not (calls and name in self.functions)
-        ):
+        name, words = token.text, self.words
+        calls = self.token.text == "(" and self.token.touches
+        meant = words.meaning(name) if words else None
+        if meant is not None and not (calls and name in self.functions):
             return self.symbol(meant, token)
-        if calls and name == RATE and words is not None and words.moving:
-            return [tree.Call(RATE, self.arguments())]
-        if calls and name in ("dot", "ddot") and self.tokens[self.index + 2].text == ")":
-            of = self.tokens[self.index + 1].text
-            self.advance(3)
-            return [tree.Name(f"{of}{name}")]
-        if calls and name in self.functions:
-            return [applied(token, self.functions[name], self.arguments())]
-        if calls and name in POWERS:
-            return [raised(token, self.arguments())]
+        if calls and (called := self.before_bracket(token)):
+            return [called]
         if name in CALLED and (name not in SHORT or self.is_called(name)):
-            is_amplitude = name[0] == "a" and name[1:] in CALLED and words is not None and not words.is_open
+            is_amplitude = name[0] == "a" and name[1:] in CALLED and not self.is_open
             if is_amplitude and words and words.meaning("a") and self.meets("inverse", 2) == 0:
-                self.put(token, "a", name[1:])
-                return self.named(self.passed())
+                return self.again(token, "a", name[1:])
             if calls and not self.is_half():  # here, and not below, for one place less on the stack
                 return [applied(token, ALIASES.get(name, name), self.arguments())]
             return [self.call(token)]
         if name in CONSTANTS:
             if calls and words is not None and words.is_open:
-                raise _no_function(token, self.functions is not _NONE)
+                raise self.no_function(token)
             return [tree.Constant(name)]
         if words is not None and (head := _HEAD.fullmatch(name)):
-            self.put(token, *filter(None, head.groups()))
-            return self.named(self.passed())
-        if name == "E" and self.token.text == "**" and self.is_euler(_E):  # as Mathematica writes it
+            return self.again(token, *filter(None, head.groups()))
+        is_power = self.token.text == "**"
+        if name == "E" and is_power and self.is_euler(_E):  # as Mathematica writes it
             return [_E]
-        if words is None or (name == _E.name and self.token.text == "**"):
+        if words is None or (name == _E.name and is_power):
             return self.symbol(name, token)
-        if name[-1] == _E.name and self.token.text == "**" and self.is_euler(_E):
-            before = name[:-1]
-            if words.meaning(before) or words.products(before):
-                self.put(token, before, _E.name)
-                return self.named(self.passed())
+        before = name[:-1]
+        is_euler = name[-1] == _E.name and is_power and self.is_euler(_E)
+        if is_euler and (words.meaning(before) or words.products(before)):
+            return self.again(token, before, _E.name)
         ways = words.products(name, self.token.kind in ("name", "number") or self.token.text == "(")
         if not ways and words.is_open:
             return self.symbol(name, token)
         if not ways:
             raise unknown(name, words)
         parts = ways[self.meets("spelling", len(ways))]
-        if any(part in CALLED for part in parts):
+        if parts[0] in CALLED:
             self.put(token, *parts)
-            return [self.call(self.passed())] if parts[0] in CALLED else self.named(self.passed())
-        constant = (
-            tree.Constant(p) if p in CONSTANTS and words.meaning(p) != p else tree.Name(p) for p in parts
-        )
-        nodes: list[tree.Node] = list(constant)
+            return [self.call(self.passed())]
+        if not CALLED.isdisjoint(parts):
+            return self.again(token, *parts)
         if self.is_of_time(parts[-1]):
             self.advance(3)
-        return nodes
+        return [tree.Constant(p) if p in CONSTANTS and words.meaning(p) != p else tree.Name(p) for p in parts]
+
+    def before_bracket(self, token: Token) -> tree.Node | None:
+        """What a word means before a bracket alone: d/dt, `dot(x)`, a declared function, `pow`."""
+        name = token.text
+        if name == RATE and self.words is not None and self.words.moving:
+            return tree.Call(RATE, self.arguments())
+        if name in ("dot", "ddot") and self.tokens[self.index + 2].text == ")":
+            of = self.tokens[self.index + 1].text
+            self.advance(3)
+            return tree.Name(f"{of}{name}")
+        function = self.functions.get(name) or PROGRAMS.get(name)
+        return applied(token, function, self.arguments()) if function else None
+
+    def again(self, token: Token, *parts: str) -> list[tree.Node]:
+        """The factors that the parts of a word stand for, which has just been passed."""
+        self.put(token, *parts)
+        return self.named(self.passed())
 
     def is_called(self, name: str) -> bool:
         """Whether a short name of a function, which may also be letters, stands before an argument."""
@@ -470,25 +465,24 @@ class _Grammar:
             if self.tokens[self.index + 1].text == "t":
                 hint = f"what depends on the time stands without it: write `{name[:_SHOWN]}`"
                 raise ExpressionError(f"`{name[:_SHOWN]}` is not a function", column=token.column, hint=hint)
-            raise _no_function(token, self.functions is not _NONE)
+            raise self.no_function(token)
         return [tree.Name(name)]
 
     def is_of_time(self, name: str) -> bool:
         """Whether `(t)` follows a name that depends on the time."""
-        following = [token.text for token in self.tokens[self.index : self.index + 3]]
+        following = [token.text for token in self.ahead(3)]
         touches = self.token.touches or name.endswith("dot")
         is_moving = self.words is None or name in self.words.moving
         return following == ["(", "t", ")"] and touches and is_moving
 
     def call(self, token: Token) -> tree.Node:
         """A function call, perhaps with a power before its argument; its name has been passed."""
-        function = token.text
         power: tree.Node | None = None
         if self.token.kind == "superscript":
             power = self.superscript()
         elif self.token.text == "**":
             power = self.exponent(None)
-        function = ALIASES.get(function, function)
+        function = ALIASES.get(token.text, token.text)
         if power == tree.Negative(_ONE):
             if f"a{function}" not in FUNCTIONS:
                 message = f"the inverse of `{function}` is not clear"
@@ -508,45 +502,45 @@ class _Grammar:
 
     def is_half(self) -> bool:
         """Whether the next tokens are `(1/2)theta`, as `½θ` is written after its signs were replaced."""
-        _, above, bar, below, end, behind = [*self.tokens[self.index : self.index + 6], *[self.token] * 6][:6]
+        _, above, bar, below, end, behind = self.ahead(6)
         is_fraction = above.kind == below.kind == "number" and bar.text == "/" and end.text == ")"
         return is_fraction and behind.kind == "name" and behind.touches
 
     def operand(self, function: str, token: Token) -> tree.Node:
         """The argument of a function, or of a root, that stands without brackets: `sin 2 x`."""
-        here, following = self.token, self.tokens[self.index + 1] if self.token.kind != "end" else self.token
-        place = "root" if function == "sqrt" else "argument"
+        here, following = self.ahead(2)
+        is_root = function == "sqrt"
+        place = "root" if is_root else "argument"
         begins = here.kind == "number" or self.begins_factor()
         if not begins and token.kind == "root":
             raise self.misplaced()
-        if not (begins or (here.text == "-" and place == "argument" and self.words is not None)):
+        if not (begins or (here.text == "-" and not is_root and self.words is not None)):
             raise ExpressionError(
                 f"`{token.text}` is a function and needs its argument in parentheses",
                 column=token.column,
                 hint=f"write `{token.text}(...)`",
             )
-        if here.text == "(" and place == "root":
+        if here.text == "(" and is_root:
             return multiplied(self.atoms())
-        orders: tuple[Reach, ...] = OF_MULTIPLE if here.kind == "number" else ARGUMENT
-        if place == "root":
-            is_next = following.kind == "name" or following.text == "("
+        is_next = following.kind == "name" or following.text == "("
+        orders: tuple[Reach, ...] = (ALL, FIRST) if here.kind == "number" else (ALL, RUN, FIRST)
+        if is_root:
             is_alone = here.kind == "number" and not (is_next and following.touches)
-            orders = ROOT_OF_NUMBER if is_alone else ROOT
-            orders = tuple(reach for reach in orders if reach is not Reach.ALL or not self.is_open)
+            orders = (FIRST, ALL) if is_alone else (RUN, FIRST, ALL)
+            orders = orders[: -1 if self.is_open else None]
         elif here.kind == "name" and _ANGLE.fullmatch(here.text) and following.kind == "name":
-            orders = OF_ANGLE if following.text != "t" else ARGUMENT
-        start = self.index
-        reach = self.reach(place, orders)
-        if reach is not Reach.FIRST:
+            orders = (FIRST, ALL) if following.text != "t" else orders
+        start, reach = self.index, self.reach(place, orders)
+        if reach is not FIRST:
             operand = self.product(reach)
         else:
             factors = list(self.factor())
-            if here.kind == "number" and place == "argument" and self.token.kind == "name":
+            if not is_root and here.kind == "number" and self.token.kind == "name":
                 factors += [] if self.is_function(self.token) else self.factor()
-            if self.token.text == "t" and self.token.kind == "name" and factors[-1] != tree.Name("t"):
-                factors += self.factor() if place == "argument" else []
+            if not is_root and self.token.text == "t" and factors[-1] != tree.Name("t"):
+                factors += self.factor()
             operand = multiplied(factors)
-        is_divided = self.token.text == "/" and place == "root" and orders[0] is Reach.RUN
+        is_divided = self.token.text == "/" and is_root and orders[0] is RUN
         if self.index > start + 1 or self.begins_factor() or is_divided:
             self.meets(place, len(OTHER_WAYS) if len(orders) > 1 else 1)
         return operand
@@ -563,12 +557,12 @@ class _Grammar:
     def misplaced(self, hint: str | None = None) -> ExpressionError:
         """The error for a token that fits no rule of the grammar here."""
         here = self.token
-        before = self.tokens[self.index - 1] if self.index else None
+        before = self.tokens[self.index - 1] if self.index else here
         shown = here.text if len(here.text) <= _SHOWN else f"{here.text[:_SHOWN]}..."
         if here.kind == "end":
             return ExpressionError("the expression ends too early", column=here.column)
-        if before is not None and (before.kind in (*_OPERAND, "superscript") or before.text == ")"):
-            if here.kind in ("number", "name"):
+        if before.kind in ("number", "name", "root", "superscript") or before.text == ")":
+            if here.kind in ("number", "name") and before is not here:
                 left = "(...)" if before.text == ")" else before.text[-_SHOWN:]
                 hint = f"write `{left}*{shown}`" if before.kind == "name" or before.text == ")" else None
                 if before.kind == here.kind == "number":
@@ -579,9 +573,22 @@ class _Grammar:
                 return ExpressionError("`)` closes nothing", column=here.column)
         if here.text == ",":
             hint = "a comma stands between arguments; the decimal sign is a point"
-        elif before is not None and before.text == here.text == "/":
+        elif before is not here and before.text == here.text == "/":
             hint = "division is one `/`"
         return ExpressionError(f"unexpected `{shown}`", column=here.column, hint=hint)
+
+    def no_function(self, token: Token) -> ExpressionError:
+        """The error for a name that is called like a function."""
+        name = token.text[:_SHOWN]
+        near = nearest(name, tuple(FUNCTIONS))
+        hint = f"a product is written `{name}*(...)`; the functions are {' '.join(FUNCTIONS)}"
+        if near:
+            hint = f"did you mean `{near}`? A product is written `{name}*(...)`"
+        elif self.functions is not _NONE:
+            slope = re.fullmatch(r"d(\w+?)(_d\w+)+", name)
+            declared = f"`functions: {{{slope[1] if slope else name}: [x]}}`"
+            hint = f"a function of x without a formula is declared in the system by {declared}; {hint}"
+        return ExpressionError(f"`{name}` is not a function", column=token.column, hint=hint)
 
 
 def multiplied(factors: Sequence[tree.Node]) -> tree.Node:
@@ -590,46 +597,18 @@ def multiplied(factors: Sequence[tree.Node]) -> tree.Node:
 
 
 def applied(typed: Token, name: str, arguments: tuple[tree.Node, ...]) -> tree.Node:
-    """A function call, or the quotient that stands for it: cot(x) is cos(x)/sin(x).
+    """A function call, or the formula that stands for it: cot(x) is cos(x)/sin(x).
 
     Raises ExpressionError for too many or too few arguments.
     """
-    arity = FUNCTIONS[name].arity if name in FUNCTIONS else 1
+    formula, *parameters = "", *("x" * FUNCTIONS[name].arity if name in FUNCTIONS else "x")
     if isinstance(name, tree.UnknownFunction):
-        arity = len(name.parameters)
-    if name == TENTH and len(arguments) == 1:
-        ten = tree.Call("log", (tree.Number("10", 10.0),))
-        return tree.Product((tree.Call("log", arguments), tree.Reciprocal(ten)))
-    if len(arguments) != arity:
-        message = f"`{typed.text}` takes {arity} argument{'s' if arity > 1 else ''}, not {len(arguments)}"
-        raise ExpressionError(message, column=typed.column)
-    if name not in QUOTIENTS or isinstance(name, tree.UnknownFunction):
+        parameters = list(name.parameters)
+    elif name in DEFINED:
+        formula, *parameters = DEFINED[name]
+    if len(arguments) != len(parameters):
+        count = f"{len(parameters)} argument{'s' * (len(parameters) > 1)}"
+        raise ExpressionError(f"`{typed.text}` takes {count}, not {len(arguments)}", column=typed.column)
+    if not formula:
         return tree.Call(name, arguments)
-    above, below = QUOTIENTS[name]
-    over = tree.Call(above, arguments) if above else tree.Number("1", 1.0)
-    return tree.Product((over, tree.Reciprocal(tree.Call(below, arguments))))
-
-
-def raised(typed: Token, arguments: tuple[tree.Node, ...]) -> tree.Node:
-    """The power `pow(x, 2)` or `square(x)`. Raises ExpressionError for too many arguments, or too few."""
-    square = POWERS[typed.text]
-    if len(arguments) != (1 if square else 2):
-        raise ExpressionError(
-            f"`{typed.text}` takes {'a base' if square else 'a base and an exponent'}", column=typed.column
-        )
-    base, exponent = (*arguments, tree.Number(str(square), float(square)))[:2]
-    return tree.Power(base, exponent)
-
-
-def _no_function(token: Token, may_be_declared: bool) -> ExpressionError:
-    name = token.text[:_SHOWN]
-    near = difflib.get_close_matches(name.lower(), FUNCTIONS, n=1)
-    if near:
-        hint = f"did you mean `{near[0]}`? A product is written `{name}*(...)`"
-    else:
-        hint = f"a product is written `{name}*(...)`; the functions are {' '.join(FUNCTIONS)}"
-    if may_be_declared and not near:
-        slope = re.fullmatch(r"d(\w+?)(_d\w+)+", name)
-        declared = f"`functions: {{{slope[1] if slope else name}: [x]}}`"
-        hint = f"a function of x without a formula is declared in the system by {declared}; {hint}"
-    return ExpressionError(f"`{name}` is not a function", column=token.column, hint=hint)
+    return tree.bound(read(formula)[0], dict(zip(parameters, arguments, strict=True)))

@@ -68,21 +68,24 @@ ALIASES = SHORT | {
 }  # fmt: skip
 """Further names of functions, which are read and never written."""
 
-POWERS = {"pow": 0, "power": 0, "Power": 0, "POWER": 0, "POW": 0, "sqr": 2, "square": 2}
-"""Powers as programs write them: with their exponent as a second argument (0), or without."""
+DEFINED = {
+    "cot": ("cos(x)/sin(x)", "x"), "sec": ("1/cos(x)", "x"), "csc": ("1/sin(x)", "x"),
+    "lg": ("log(x)/log(10)", "x"), "pow": ("x**y", "x", "y"), "square": ("x**2", "x"),
+}  # fmt: skip
+"""Functions that are read as others and never written, by their formulas and parameters."""
 
-TENTH = "lg"
-"""The tenth logarithm, which is read as log(x)/log(10)."""
+_SQUARES = dict.fromkeys(("sqr", "square"), "square")
+PROGRAMS = dict.fromkeys(("pow", "power", "Power", "POWER", "POW"), "pow") | _SQUARES
+"""Powers as programs write them, before a bracket only."""
 
-QUOTIENTS = {"cot": ("cos", "sin"), "sec": ("", "cos"), "csc": ("", "sin")}
-"""Functions that are read as quotients of others, and never written: cot(x) is cos(x)/sin(x)."""
+_QUOTIENTS = ("cot", "sec", "csc")
 
 CONSTANTS: dict[str, float] = {"pi": math.pi}
 
-CALLED: frozenset[str] = frozenset({*FUNCTIONS, *ALIASES, *QUOTIENTS})
+CALLED: frozenset[str] = frozenset({*FUNCTIONS, *ALIASES, *_QUOTIENTS})
 """Names that stand before arguments."""
 
-RESERVED: frozenset[str] = frozenset({*FUNCTIONS, "ln", *QUOTIENTS, *CONSTANTS, "t"})
+RESERVED: frozenset[str] = frozenset({*FUNCTIONS, "ln", *_QUOTIENTS, *CONSTANTS, "t"})
 """Names that a document cannot give to a parameter of its own; `t` is time."""
 
 # --- the names of a question
