@@ -14,8 +14,8 @@ from typing import Any
 from rigidcli.errors import ExpressionError, shown
 from rigidcli.homework.base import Tree, Unreadable
 from rigidcli.homework.numbers import advice
-from rigidcli.language.latex import matrix
-from rigidcli.language.latex import plain as without_latex
+from rigidcli.language.latex import matrix, plain
+from rigidcli.language.tokens import rewritten, rules
 from rigidcli.language.typed import DECIMAL, cut, undecorated, unnamed, without_brackets
 from rigidcli.language.words import CALLED
 
@@ -23,13 +23,6 @@ MOST_BRACKETS = 40
 """The most brackets of a text that are looked into for a list, as each look reads all that is inside."""
 
 _OPEN, _CLOSE = "[({", "])}"
-_UNIT_TAIL = re.compile(
-    rf"(?P<entry>.*[\d)\]])\s++(?P<unit>(?![\d+*/^)\]-]|(?i:{'|'.join(sorted(CALLED))})\b)"
-    r"[^()]*(?:\([^()]*\)[^()]*)*)",
-    re.DOTALL,
-)
-"""An entry with a unit behind it, which is no further factor such as `sqrt(k/m)`."""
-
 _NUMBER = re.compile(rf"[-+]?{DECIMAL}(?:[eE][-+]?\d+)?(?:/\d+)?")
 _NAMED = re.compile(r"(?<!\w)[^\W\d]\w*+\s*[=:]")
 _NEXT_NAME = re.compile(r"(?<=[\w)])\s+(?=(?:[^\W\d]|[^\W\d_]+_?\d)\s*[=:])")
@@ -39,7 +32,6 @@ _ARRAY = re.compile(
     r"(?:\b(?:np|numpy|sp|sympy)\.)?\b(?:array|[Mm]atrix|[Vv]ector|vec|[Tt]ranspose)\s*(?=[(\[])"
 )
 _DIAGONAL = re.compile(r"(?:\b(?:np|numpy|sp|sympy)\.)?\b(?:diag(?:onal)?|Diag(?:onal)?Matrix)\s*(?=[(\[{])")
-_PAIR = re.compile(r"\s*(?P<name>[^\W\d][\w ]*?)\s*[=:]\s*(?P<value>[^=:]+)\Z", re.DOTALL)
 
 
 def read_list(answer: Tree, *, is_square: bool = False) -> Tree:
@@ -54,7 +46,7 @@ def read_list(answer: Tree, *, is_square: bool = False) -> Tree:
     if isinstance(answer, list):
         if not any(isinstance(entry, str) and ";" in entry for entry in answer):
             several = [_repeated(entry) if isinstance(entry, str) else [entry] for entry in answer]
-            return [_entry(each) for entries in several for each in entries]
+            return [_row(each) if isinstance(each, str) else each for entries in several for each in entries]
         if any(isinstance(entry, list | dict) for entry in answer):
             raise Unreadable("wrong_shape", "`;` and `,` are mixed, separate entries with `;`")
         answer = ",".join(map(str, answer))  # YAML has cut `1,5; 2,5` at its decimal commas
@@ -64,7 +56,7 @@ def read_list(answer: Tree, *, is_square: bool = False) -> Tree:
     if not is_square and (components := _in_unit_vectors(answer)) is not None:
         return components
     try:
-        text = _separated(_ARRAY.sub("", without_latex(_rows_of_latex(answer))))
+        text = _separated(_ARRAY.sub("", plain(_rows_of_latex(answer))))
         if diagonal := _DIAGONAL.search(text):
             return _on_diagonal(read_list(text[: diagonal.start()] + text[diagonal.end() :]), is_square)
         is_mapping = len(_NAMED.findall(without_brackets(text))) > 1
@@ -103,18 +95,22 @@ def _parts(text: str) -> tuple[str, str, str]:
     """The factor before, the entries in, and the unit behind the brackets of a list."""
     for start, end in sorted(closings_of(text).items())[:MOST_BRACKETS]:
         before, within, behind = text[:start], text[start + 1 : end], text[end + 1 :]
-        is_list = max(len(split(within)), len(_blanks(within))) > 1 or within.lstrip()[:1] in ("[", "{")
-        if not is_list or (text[start] == "(" and re.search(r"\batan2\Z", before)):
+        is_list = _is_several(within) or within.lstrip()[:1] in ("[", "{")
+        if not is_list or (text[start] == "(" and before.endswith("atan2")):
             continue
         if re.search(r"[,;\n+]\s*\Z", before) or re.match(r" *(?:[,;+-]|\n\s*[\[({])", behind):
             break  # rows without brackets round them
-        factor, behind = re.sub(r"[\s*]+\Z", "", before), behind.strip()
+        factor, behind = before.rstrip(" \t\n*"), behind.strip()
         if divided := re.match(rf"/\s*((?:sqrt)?\s*\(?{DECIMAL}\)?)\s*(.*)", behind, re.DOTALL):
             return f"({factor or 1})/{divided[1]}", within, divided[2]
         if behind.startswith("/"):
             break
         return factor, within, behind.lstrip("* ")
     return "", text, ""
+
+
+def _is_several(text: str) -> bool:
+    return max(len(split(text)), len(_blanks(text))) > 1
 
 
 def split(text: str) -> list[str]:
@@ -126,6 +122,9 @@ def split(text: str) -> list[str]:
         if len(pieces) > 1:
             return pieces
     return [text.strip()]
+
+
+_PAIR = re.compile(r"\s*(?P<name>[^\W\d][\w ]*?)\s*[=:]\s*(?P<value>[^=:]+)\Z", re.DOTALL)
 
 
 def _entries(text: str, is_square: bool = False) -> Any:
@@ -146,20 +145,10 @@ def _entries(text: str, is_square: bool = False) -> Any:
     return [_row(piece) for piece in pieces]
 
 
-def _entry(entry: Tree) -> Tree:
-    """An entry of a list in YAML, which may itself be a row typed as text: `(1, 2, 3)`."""
-    if not isinstance(entry, str):
-        return entry
-    if re.fullmatch(r"\s*[\[(].*[,;].*[\])]\s*", entry, re.DOTALL) and is_enclosed(entry):
-        return read_list(entry)
-    return entry if entry.strip()[:1] in tuple(_OPEN) else _row(entry)
-
-
 def _inner(piece: str) -> Any:
+    """The entries in the brackets of a piece, or the piece: round ones may be those of a formula."""
     piece = piece.strip()
-    if is_enclosed(piece) and (
-        piece[0] != "(" or max(len(split(piece[1:-1])), len(_blanks(piece[1:-1]))) > 1
-    ):
+    if is_enclosed(piece) and (piece[0] != "(" or _is_several(piece[1:-1])):
         return _entries(piece[1:-1])
     return piece
 
@@ -176,10 +165,10 @@ def _row(piece: str) -> Any:
     return inner if len(commas) == 1 or is_decimal else [_inner(comma) for comma in commas]
 
 
-def _blanks(piece: str) -> list[Any]:
+def _blanks(piece: str) -> list[str]:
     """The numbers of a row that only blanks separate; else the piece alone."""
     numbers = piece.split()
-    return list(numbers) if len(numbers) > 1 and all(map(_NUMBER.fullmatch, numbers)) else [piece]
+    return numbers if len(numbers) > 1 and all(map(_NUMBER.fullmatch, numbers)) else [piece]
 
 
 def _formulas(row: str) -> list[str]:
@@ -188,32 +177,29 @@ def _formulas(row: str) -> list[str]:
     return cut(row, re.compile(r"\s+"))
 
 
-def _repeated(entry: str) -> list[str]:
-    """The entries that one stands for: `b = c = 11`, `11 (twice)`, and `10 ± sqrt(7)`."""
-    *names, value = entry.split("=")
-    if len(names) > 1 and all(name.strip(" \\").isidentifier() for name in names):
-        several = (
-            names[:1] if len(_repeated(value)) == len(names) else names
-        )  # `b = c = 10 ± sqrt(7)` are two
-        return [each for name in several for each in _repeated(f"{name}={value}")]
-    for count, words in _SEVERAL.items():
-        if words.search(entry):
-            return [words.sub("", entry)] * count
-    if both := _BOTH_SIGNS.fullmatch(entry):
-        return [f"{both['a']} - {both['b']}", f"{both['a']} + {both['b']}"]
-    return [entry]
-
-
-_SEVERAL = {
-    count: re.compile(rf"\s*[(\[]\s*(?:{words})\s*[)\]]", re.IGNORECASE)
+_SEVERAL = [
+    (count, re.compile(rf"\s*[(\[]\s*(?:{words})\s*[)\]]", re.IGNORECASE))
     for count, words in (
         (2, "twice|double|doppelt|zweifach|2 ?[x×]|x ?2|2 ?times|2-?fold|twofold|multiplicity 2|deux fois"),
         (3, "three times|thrice|triple|dreifach|3 ?x|x ?3|3-?fold|multiplicity 3"),
     )
-}
+]
 _BOTH_SIGNS = re.compile(
-    r"(?P<name>[^=±]*=)?\s*(?P<a>[^=±]+?)\s*(?:±|\+/?-)\s*(?P<b>.*(?:sqrt|√|[A-Za-z(]).*)", re.DOTALL
+    r"(?:[^=±]*=)?\s*(?P<a>[^=±]+?)\s*(?:±|\+/?-)\s*(?P<b>.*(?:sqrt|√|[A-Za-z(]).*)", re.DOTALL
 )
+
+
+def _repeated(entry: str) -> list[str]:
+    """The entries that one stands for: `b = c = 11`, `11 (twice)`, and `10 ± sqrt(7)`."""
+    *names, value = entry.split("=")
+    if len(names) > 1 and all(name.strip(" \\").isidentifier() for name in names):
+        is_pair = len(_repeated(value)) == len(names)  # `b = c = 10 ± sqrt(7)` are two
+        return [each for name in names[: 1 if is_pair else None] for each in _repeated(f"{name}={value}")]
+    for count, words in _SEVERAL:
+        if words.search(entry):
+            return [words.sub("", entry)] * count
+    both = _BOTH_SIGNS.fullmatch(entry)
+    return [f"{both['a']} {sign} {both['b']}" for sign in "-+"] if both else [entry]
 
 
 def _on_diagonal(entries: Tree, is_square: bool) -> Tree:
@@ -234,40 +220,49 @@ def _moved(entry: Tree, factor: str, unit: str) -> Tree:
     return f"({factor})*({entry}) {unit}".rstrip() if factor else f"{entry} {unit}"
 
 
+_UNIT_TAIL = re.compile(
+    rf"(?s)(?P<entry>.*[\d)\]])\s++(?P<unit>(?![\d+*/^)\]-]|(?i:{'|'.join(sorted(CALLED))})\b)"
+    r"[^()]*(?:\([^()]*\)[^()]*)*)"
+)
+"""An entry with a unit behind it, which is no further factor such as `sqrt(k/m)`."""
+
+
 def _with_unit_of_last(entries: Tree) -> Tree:
     """A list where the unit behind the last entry is that of all, if no other has one: `1, 2, 3 kg m^2`."""
-    if not isinstance(entries, list):
+    texts = [each for each in entries if isinstance(each, str)] if isinstance(entries, list) else []
+    tails = [_UNIT_TAIL.fullmatch(each) for each in texts]
+    if not isinstance(entries, list) or len(texts) < max(2, len(entries)) or any(tails[:-1]) or not tails[-1]:
         return entries
-    *others, last = entries or [""]
-    tail = _UNIT_TAIL.fullmatch(last) if isinstance(last, str) else None
-    if tail is None or not others or any(not isinstance(e, str) or _UNIT_TAIL.fullmatch(e) for e in others):
-        return entries
-    return _moved([*others, tail["entry"]], "", tail["unit"])
+    return _moved([*texts[:-1], tails[-1]["entry"]], "", tails[-1]["unit"])
 
 
 # --- other signs than brackets and commas
 
-_TRANSPOSED = re.compile(
-    r"(?<=[)\]}])\s*(?:\^\s*[({]?\s*(?:\\(?:mathsf|mathrm|text)\s*\{?\s*)?(?:\\top|top|⊤|T|t|tr)\s*[)}]{0,2}|ᵀ|'|\.T)(?!\w)"
-)
-_MAPLE = re.compile(r"(?s)(?<![\w)\]])<((?:[^<>=]|=>)*[,;|][^<>=]*)>")
-"""A vector, or a row of a matrix, as Maple writes it: `<1, 2, 3>`."""
-
-_SHARED = re.compile(r"(?P<name>\\?[A-Za-zλω]+)_?\{?(?P<one>[1-9₁-₉])\s*,\s*(?P<two>[1-9₁-₉])\}?\s*=")
-_CELL = re.compile(r"\s*[-+\u2212]?[\d.,/ ]+")
 _BRACKETS = str.maketrans(
     {"⟨": "(", "⟩": ")", "〈": "(", "〉": ")", "≤": "<", **dict.fromkeys("⎡⎢⎣⎤⎥⎦⎛⎜⎝⎞⎟⎠", " ")}
 )
+_TRANSPOSED = (
+    r"(?<=[)\]}])\s*(?:\^\s*[({]?\s*(?:\\(?:mathsf|mathrm|text)\s*\{?\s*)?(?:\\top|top|⊤|T|t|tr)"
+    r"\s*[)}]{0,2}|ᵀ|'|\.T)(?!\w)"
+)
+_MAPLE = r"(?s)(?<![\w)\]])<((?:[^<>=]|=>)*[,;|][^<>=]*)>"
+_SHARED = r"(?P<name>\\?[A-Za-zλω]+)_?\{?(?P<one>[1-9₁-₉])\s*,\s*(?P<two>[1-9₁-₉])\}?\s*="
+_SIGNS = rules(
+    (_TRANSPOSED, ""),
+    (r"\\langle", "("),
+    (r"\\rangle", ")"),
+    (_MAPLE, lambda row: f"({row[1].replace('|', ';')})"),  # <1, 2, 3>, a vector or a row of a matrix
+    (_MAPLE, r"(\1)"),  # the rows of a matrix
+    (_SHARED, r"\g<name>_\g<one> = \g<name>_\g<two> = "),  # lambda_{2,3} = 11
+)
+_CELL = re.compile(r"\s*[-+\u2212]?[\d.,/ ]+")
 _AND = re.compile(r",?\s+(?:and|und|et|&)\s+|(?<=[\d)])\s+[ye]\s+(?=[-+]?(?:\d|√|sqrt))")
 _BEGINS_NUMBER = re.compile(r"\s*[-+]?\s*(?:[\d.√(]|sqrt)")
 
 
 def in_brackets(text: str) -> str:
     """The text of a list with brackets, commas and lines only, before LaTeX is read."""
-    text = _TRANSPOSED.sub("", text.translate(_BRACKETS)).replace(r"\langle", "(").replace(r"\rangle", ")")
-    text = _MAPLE.sub(r"(\1)", _MAPLE.sub(lambda row: f"({row[1].replace('|', ';')})", text))
-    text = _SHARED.sub(r"\g<name>_\g<one> = \g<name>_\g<two> = ", text)
-    return _from_table(text)
+    return _from_table(rewritten(text.translate(_BRACKETS), _SIGNS))
 
 
 def _from_table(text: str) -> str:
@@ -278,10 +273,10 @@ def _from_table(text: str) -> str:
         return text
     rows = [line[1:-1].split("|") for line in lines]
     is_rule = re.compile(r"[\s:-]*-[\s:-]*").fullmatch
-    rules = [place for place, row in enumerate(rows) if all(map(is_rule, row))]
-    below = rows[rules[0] + 1 :] if rules else rows  # what stands above a rule are heads
-    if rules and len(below) + 1 == len(rows[0]) and all(map(_CELL.fullmatch, rows[0])):
-        below = [*rows[: rules[0]], *below]  # but for the first row of a matrix
+    rule = next((place for place, row in enumerate(rows) if all(map(is_rule, row))), None)
+    below = rows if rule is None else rows[rule + 1 :]  # what stands above a rule are heads
+    if rule is not None and len(below) + 1 == len(rows[0]) and all(map(_CELL.fullmatch, rows[0])):
+        below = [*rows[:rule], *below]  # but for the first row of a matrix
     return "\n".join("; ".join(cell.strip() for cell in row) for row in below or rows)
 
 
@@ -297,15 +292,13 @@ def _separated(text: str) -> str:
     text = _AND.sub(";" if ";" in text else ",", text)
     if re.search(r"[;\n]|,(?!\d)|(?<!\d),", text):
         return text
-    for sign, least in ((r"\|", 1), (r"<=?|[-=]?>", 1), (r"/", 2)):
-        is_list = len(re.findall(sign, text)) >= least
-        if sign == "/" and is_list:
-            name, _, values = text.rpartition("=")
-            pieces = re.split(sign, values.strip("()[] "))
-            is_list = all(map(_BEGINS_NUMBER.match, pieces)) and not name.strip().count(" ")
-        if is_list:
+    for sign in (r"\|", "<=?|[-=]?>"):
+        if re.search(sign, text):
             return re.sub(sign, ";", text)
-    return text
+    name, _, values = text.rpartition("=")
+    pieces = values.strip("()[] ").split("/")
+    is_list = len(pieces) > 2 and all(map(_BEGINS_NUMBER.match, pieces)) and not name.strip().count(" ")
+    return text.replace("/", ";") if is_list else text
 
 
 # --- sums of unit vectors
@@ -334,7 +327,7 @@ _NEXT_TERM = re.compile(r"(?<=[\w)\]])\s*(?=[-+])|(?<=[\ue000][012])\s*(?=[-+])"
 def _in_unit_vectors(text: str) -> list[str] | None:
     """The components of a sum such as `2 j + 12 k` or `2 \\hat{y}`, with a unit behind it; or None."""
     text = unicodedata.normalize("NFD", text.replace("\u2212", "-").replace("–", "-"))
-    text = re.sub(r"\\[,;:! ]", " ", text).rpartition("=")[2].strip().strip("$").strip()
+    text = re.sub(r"\\[,;:! ]", " ", text).rpartition("=")[2].strip(" \t\n$")
     found = text
     for pattern in _UNIT_VECTORS:
         found = found if _E in found else pattern.sub(_marked, found)
@@ -357,8 +350,7 @@ def _in_unit_vectors(text: str) -> list[str] | None:
         components[axis] += f" + ({value})" if components[axis] else value.lstrip("+ ")
     if unit.strip().startswith(("*", "/")):
         return None
-    written = [component or "0" for component in components]
-    written = [f"({factor})*({component})" for component in written] if factor else written
+    written = [f"({factor})*({each or 0})" if factor else each or "0" for each in components]
     return [f"{component} {unit}".strip() for component in written]
 
 

@@ -6,7 +6,7 @@ Everything that cannot be read is `Unreadable`, with a finding for the student.
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field
 from fractions import Fraction
@@ -26,23 +26,11 @@ from rigidcli.homework.base import Asked, Tree, Unreadable
 from rigidcli.homework.files import beside, read_file
 from rigidcli.homework.lists import is_enclosed, read_list, split
 from rigidcli.homework.numbers import advice, read_units, readings_of, taken_back
-from rigidcli.language import typed
+from rigidcli.language import tree, typed
 from rigidcli.language.latex import plain as without_latex
 from rigidcli.language.parser import RATE
 from rigidcli.language.text import without_doubt
-from rigidcli.language.tree import (
-    Call,
-    Name,
-    Negative,
-    Node,
-    Number,
-    Product,
-    Reciprocal,
-    bound,
-    names_in,
-    nodes,
-    rebuilt,
-)
+from rigidcli.language.tree import Call, Name, Node, names_in, nodes
 from rigidcli.language.typed import cut, two_answers, undecorated, without_labels
 from rigidcli.language.words import FUNCTIONS, Words, unknown
 
@@ -78,10 +66,10 @@ class Names:
     @cached_property
     def states(self) -> frozenset[str]:
         """Coordinates, momenta, velocities and accelerations: all that changes in time."""
+        pairs = ((name, of(name)) for name in self.domains for of in (momentum, velocity))
+        paired = (name for pair in pairs if self.domains.keys() >= {*pair} for name in pair)
         rates = map(acceleration, self.coordinates)
-        both = ({name, of(name)} for name in self.domains for of in (momentum, velocity))
-        pairs = (name for pair in both if pair <= self.domains.keys() for name in pair)
-        return frozenset((*self.coordinates, *self.momenta, *self.velocities, *self.further, *rates, *pairs))
+        return frozenset((*self.coordinates, *self.momenta, *self.velocities, *self.further, *rates, *paired))
 
     @property
     def variable(self) -> frozenset[str]:
@@ -97,7 +85,7 @@ class Names:
     def without_derived(self, node: Node) -> Node:
         """The tree with the definitions of derived names put in."""
         for name in reversed(list(self.derived)):
-            node = bound(node, {name: self.derived[name]})
+            node = tree.bound(node, {name: self.derived[name]})
         return node
 
 
@@ -112,24 +100,16 @@ def names_of(asked: Asked, used: Iterable[str] = ()) -> Names:
     listed = {TIME if n == TIME else read_name(n): domain for n, domain in (question.symbols or {}).items()}
     coordinates, momenta, velocities = _moving(asked)
     further: tuple[str, ...] = ()
-    values: dict[str, Node] = {}
-    derived: dict[str, Node] = {}
-    of_document: dict[str, Domain] = {}
+    values, derived, of_document = dict[str, Node](), dict[str, Node](), dict[str, Domain]()
     if document is not None:
-        numbers = {
-            name: float(number)
-            for name, value in document.values.items()
-            if (number := document.arithmetic.value(value)) is not None
-        }
-        values = {name: exactly(number) for name, number in numbers.items()}
-        of_document = {
-            name: "positive" if numbers.get(name, 1.0) > 0 else "real" for name in document.definitions
-        }
-        derived = {
-            name: definition.root
-            for name, definition in document.definitions.items()
-            if definition is not None and definition.names and name not in listed
-        }
+        for name, value in document.values.items():
+            if (number := document.arithmetic.value(value)) is not None:
+                values[name] = exactly(float(number))
+        for name, definition in document.definitions.items():
+            own = values.get(name, tree.ONE)
+            of_document[name] = "real" if isinstance(own, tree.Negative) or own == ZERO else "positive"
+            if definition is not None and definition.names and name not in listed:
+                derived[name] = definition.root
         if document.transform is not None and "transform" in asked.path:
             further = document.transform.new_variables
     moving = (*coordinates, *momenta, *velocities, *further, TIME)
@@ -173,26 +153,25 @@ def _moving(asked: Asked) -> tuple[tuple[str, ...], tuple[str, ...], tuple[str, 
 def exactly(value: float) -> Node:
     """A number as the quotient of two whole ones: a decimal would stand for all that rounds to it."""
     above, below = Fraction(repr(value)).as_integer_ratio()
-    whole, divisor = (Number(str(abs(part)), float(abs(part))) for part in (above, below))
-    node: Node = whole if below == 1 else Product((whole, Reciprocal(divisor)))
-    return Negative(node) if above < 0 else node
+    whole, divisor = (tree.Number(str(abs(part)), float(abs(part))) for part in (above, below))
+    node: Node = whole if below == 1 else tree.Product((whole, tree.Reciprocal(divisor)))
+    return tree.Negative(node) if above < 0 else node
+
+
+ZERO = exactly(0.0)
 
 
 def spellings(
-    names: Iterable[str], coordinates: Iterable[str], momenta: Sequence[str], velocities: Sequence[str]
+    names: Collection[str], coordinates: Iterable[str], momenta: Sequence[str], velocities: Sequence[str]
 ) -> dict[str, str]:
     """Unambiguous aliases of names, besides underscores that are left out or added.
 
     `p` of one momentum, `p_x` of the momentum of x, `p1` for `p_theta1`, `xdot1` for `x1dot`, `omega` of w.
     """
-    coordinates, pairs = tuple(coordinates), list[tuple[str, str]]()
-    pairs += [("p", momenta[0]), ("P", momenta[0])] if len(momenta) == 1 else []
-    pairs += in_other_letters(names)
-    pairs += [
-        (other, p)
-        for q, p in zip(coordinates, momenta, strict=False)
-        for other in (f"P_{q}", f"p_{q.capitalize()}", f"p_{q}")
-    ]
+    pairs = [*in_other_letters(names)]
+    pairs += [(other, name) for other in ("p", "P") for name in momenta if len(momenta) == 1]
+    for q, p in zip(coordinates, momenta, strict=False):
+        pairs += [(f"P_{q}", p), (f"p_{q.capitalize()}", p), (f"p_{q}", p)]
     pairs += [(f"p{digits[0]}", name) for name in momenta if (digits := re.search(r"\d+\Z", name))]
     indexed = ((re.fullmatch(r"(\w*?[A-Za-z])_?(\d+)(d?dot)", name), name) for name in velocities)
     pairs += [(f"{parts[1]}{parts[3]}_{parts[2]}", name) for parts, name in indexed if parts]
@@ -254,7 +233,7 @@ def _worked_out(node: Node, names: Names) -> Node:
     if RATE not in {part.function for part in nodes([node]) if isinstance(part, Call)}:
         return node
     if not (isinstance(node, Call) and node.function == RATE):
-        return rebuilt(node, lambda operand: _worked_out(operand, names))
+        return tree.rebuilt(node, lambda operand: _worked_out(operand, names))
     e = from_tree(names.without_derived(_worked_out(node.arguments[0], names)))
     parts = [derivative(e, TIME)]
     for state in names.states & e.names:
@@ -339,7 +318,6 @@ def describe(answer: Tree, *, is_entry: bool = False) -> str:
 
 # --- equations
 
-_LAW = re.compile(r"=[^=\n;,]*\\partial[^=\n;,]*(?==)")  # as in `xdot = dH/dp = p/m`
 Sides: TypeAlias = tuple[str, Node, Node]
 """The place of an equation in the answer, and its two sides."""
 
@@ -364,17 +342,15 @@ def read_equations(
     if len(equations) > 200:  # twice the variables of the largest system that anybody writes
         raise Unreadable("too_large", f"{len(equations)} equations")
     tops = tops or {}
-    keys = [sides[0].strip() for _, sides, label in equations if label]
+    keys = [members[0].strip() for _, members, is_key in equations if is_key]
     if names is not None:
         keys = [names.words.meaning(key) or key for key in keys]
     short = len(keys) == len(equations) and all(key in tops for key in keys)
-    sides = list[Sides]()
-    others = chained if chained is not None else []
+    sides, others = list[Sides](), chained if chained is not None else []
     for count, (place, (first, *between, last), _) in enumerate(equations):
         try:
-            above = (
-                [Name(tops[keys[count]])] if short else read_expressions(first, names, place, leading=False)
-            )
+            above: Sequence[Node] = [Name(tops[keys[count]])] if short else []
+            above = above or read_expressions(first, names, place, leading=False)
             pairs = list(product(above, read_expressions(last, names, place, leading=False)))
             left, below = next((pair for pair in pairs if is_true(*pair) is True), pairs[0])
             sides.append((place, left, below))
@@ -397,51 +373,49 @@ def _texts(answer: Tree, place: str, failed: list[Unreadable]) -> Iterator[tuple
 
     What is no equation is added to what has `failed`.
     """
+
+    def fails(code: str, detail: str) -> None:
+        failed.append(Unreadable(code, detail, place=place))
+
     if isinstance(answer, dict):
         for key, value in answer.items():
-            if value is None and "=" in str(key):  # as YAML reads `{xdot = p/m, pdot = -k x}`
-                yield from _texts(str(key), place, failed)
+            place = str(key)
+            if value is None and "=" in place:  # as YAML reads `{xdot = p/m, pdot = -k x}`
+                yield from _texts(place, "", failed)
             elif not isinstance(value, str):
-                message = f"read {shown(value)}, expected an expression"
-                failed.append(Unreadable("wrong_shape", message, place=str(key)))
+                fails("wrong_shape", f"read {shown(value)}, expected an expression")
             elif "=" in value:
-                yield from _texts(value, str(key), failed)
+                yield from _texts(value, place, failed)
             else:
-                yield str(key), [str(key), value], True
+                yield place, [place, value], True
     elif isinstance(answer, list):
         for count, entry in enumerate(answer, 1):
             yield from _texts(entry, f"equation {count}", failed)
     elif isinstance(answer, str):
+        own = place
         try:
-            for here, piece in _numbered(answer, place):
-                if len(sides := re.split(r"==?", piece)) > 1:
-                    yield here, sides, False
-                else:
-                    message = f"no `=` in {shown(piece.strip())}: write an equation, such as `xdot = p/m`"
-                    failed.append(Unreadable("parse_error", message, place=here))
+            pieces = list(_equations_in(answer))
         except ExpressionError as error:
-            failed.append(Unreadable(error.code or "parse_error", advice(error), place=place))
+            return fails(error.code or "parse_error", advice(error))
+        for count, piece in enumerate(pieces, 1):
+            place = own or (f"equation {count}" if len(pieces) > 1 else "")
+            number = place.removeprefix("equation ") if place[-1:].isdigit() else "1"
+            piece = _WORDS_AHEAD.sub("", re.sub(rf"(?<=[\w)}}\]])\s+\({number}\)\s*\Z", "", piece))
+            if len(members := re.split(r"==?", piece)) > 1:
+                yield place, members, False
+            else:
+                fails(
+                    "parse_error",
+                    f"no `=` in {shown(piece.strip())}: write an equation, such as `xdot = p/m`",
+                )
     else:
-        failed.append(Unreadable("wrong_shape", f"read {shown(answer)}, expected equations", place=place))
+        fails("wrong_shape", f"read {shown(answer)}, expected equations")
 
 
-def _numbered(answer: str, place: str) -> Iterator[tuple[str, str]]:
-    """The equations of a text, each with its place and without words or a number beside it.
+_LAW = re.compile(r"=[^=\n;,]*\\partial[^=\n;,]*(?==)")
+"""The law that an equation comes from, as in `xdot = dH/dp = p/m` in LaTeX."""
 
-    Raises ExpressionError.
-    """
-    text = "\n".join(map(undecorated, without_labels(answer).splitlines()))
-    if "=" in text and is_enclosed(text):
-        text = text.strip()[1:-1]
-    text = without_latex(_LAW.sub("", text)).translate(typed.POINTS)
-    pieces = list(_equations_in(typed.slopes(text)))
-    for count, piece in enumerate(pieces, 1):
-        here = place or (f"equation {count}" if len(pieces) > 1 else "")
-        n = here.removeprefix("equation ") if here[-1:].isdigit() else "1"
-        piece = re.sub(rf"(?<=[\w)}}\]])\s+\({n}\)\s*\Z", "", piece)
-        yield here, re.sub(r"\A[^=]*(?::\s(?=[^=]*=)|\b(?:are|is|sind|ist|lauten|sont|son)\s)", "", piece)
-
-
+_WORDS_AHEAD = re.compile(r"\A[^=]*(?::\s(?=[^=]*=)|\b(?:are|is|sind|ist|lauten|sont|son)\s)")
 _NAMED = re.compile(r"(?:(?<=\A)|(?<=[\n,;]))(\s*[^\W\d]\w*\s*)(?::|->|=>)")
 """A name with a colon or an arrow for `=`."""
 
@@ -450,25 +424,30 @@ _PART = re.compile(
 )
 """What stands before an equation to count it, where brackets have been masked: `a)` and `(1)`."""
 
-_SECOND = re.compile(r"(?<=[\w)\]}])\s+(?=[^\W\d]\w*dot(?:_?\w+)?\s*=)")
+_BETWEEN = re.compile(r"[\n;]|=>|\s\|\s|\s&\s|\b(?:and|und|et)\b|\s[y/]\s+(?=[^\W\d]\w*\s*=)")
+_RATE = re.compile(r"\s*[^\W\d]\w*dot\w*\s*=")
+_NEXT_RATE = re.compile(r"(?<=[\w)\]}])\s+(?=[^\W\d]\w*dot(?:_?\w+)?\s*=)")
 """What stands between two equations for derivatives, where nothing but a blank does."""
 
 
-def _equations_in(text: str) -> Iterator[str]:
+def _equations_in(answer: str) -> Iterator[str]:
     """The equations of a text, between lines, semicolons, `and`, and commas before another equation.
 
     Raises ExpressionError where one equation or another is given.
     """
+    text = "\n".join(map(undecorated, without_labels(answer).splitlines()))
+    if "=" in text and is_enclosed(text):
+        text = text.strip()[1:-1]
+    text = typed.slopes(without_latex(_LAW.sub("", text)).translate(typed.POINTS))
     text = "\n".join(cut(re.sub(r"\s*\n\s*(?==(?!>))", " ", text), _PART))
     if "=" not in text.replace("=>", ""):
         text = _NAMED.sub(r"\1=", text)
-    if len(re.split(r"\b(?:or|oder|ou)\b", text)) > 1:
+    if re.search(r"\b(?:or|oder|ou)\b", text):
         raise two_answers()
-    for line in re.split(r"[\n;]|=>|\s\|\s|\s&\s|\b(?:and|und|et)\b|\s[y/]\s+(?=[^\W\d]\w*\s*=)", text):
-        whole = ""
-        pieces = split(line)
-        if all(re.match(r"\s*[^\W\d]\w*dot\w*\s*=", piece) for piece in pieces):
-            pieces = [part for piece in pieces for part in _SECOND.split(piece)]
+    for line in _BETWEEN.split(text):
+        whole, pieces = "", split(line)
+        if all(map(_RATE.match, pieces)):
+            pieces = [part for piece in pieces for part in _NEXT_RATE.split(piece)]
         for piece in pieces:
             if whole and "=" in piece and "=" in whole:
                 yield whole
