@@ -33,7 +33,7 @@ _DECIMAL = re.compile(r"[-+]?(?:[0-9]{1,30}\.?[0-9]*|\.[0-9]+)(?:[eE][-+]?[0-9]{
 
 
 @dataclass(frozen=True, slots=True)
-class Column:
+class TypedColumn:
     """The numbers of a column (n) as typed, under a head with a `name` and perhaps a `unit`."""
 
     name: str
@@ -42,23 +42,24 @@ class Column:
 
     def in_si(self, unit: Unit | None) -> Floats:
         """The numbers in SI units; a column without a unit of its own is in `unit`. Raises Unreadable."""
-        if self.unit is None or unit is None:
-            own = self.unit or unit
-            return self.values * (1.0 if own is None else own.scale)
+        own = self.unit or unit
+        if own is None:
+            return self.values
         try:
-            return self.values * scale_in(self.unit, unit.dimension)
+            return self.values * scale_in(own, (unit or own).dimension)
         except ValueProblem as problem:
             raise Unreadable("unit_incompatible", problem.message, place=shown(self.name)) from None
 
 
-def read_table(text: str, wanted: Collection[str] | None = None) -> dict[str, Column]:
+def read_table(text: str, wanted: Collection[str] | None = None) -> dict[str, TypedColumn]:
     """The columns of a table by their names: those `wanted`, in any usual spelling, as far as there are any.
 
     Names are compared as typed, then without regard to capitals, underscores and Greek letters; two heads
     that come to the same name are none of them. Raises Unreadable.
     """
-    lines = _lines(text)
-    heads, separator, begin = _heads(lines)
+    text = text.removeprefix("\ufeff").translate({ord('"'): None, ord("\N{MINUS SIGN}"): "-"})
+    lines = [(n, line) for n, line in enumerate(re.split("\r\n?|\n", text), 1) if line.strip()]
+    heads, separator, begin = _heads([line for _, line in lines])
     rows = [(number, _cells(line, separator)) for number, line in lines[begin:]]
     if not rows:
         raise Unreadable("wrong_shape", "there are no rows of numbers")
@@ -72,30 +73,23 @@ def read_table(text: str, wanted: Collection[str] | None = None) -> dict[str, Co
     columns = {}
     for name, place in _places([name for name, _ in named], wanted).items():
         numbers = [_number(cells[place], line, name) for line, cells in rows]
-        columns[name] = Column(name, named[place][1], np.array(numbers))
+        columns[name] = TypedColumn(name, named[place][1], np.array(numbers))
     return columns
 
 
-def _lines(text: str) -> list[tuple[int, str]]:
-    text = text.removeprefix("\ufeff").replace("\r\n", "\n").replace("\r", "\n")
-    text = text.replace('"', "").replace("\N{MINUS SIGN}", "-")
-    return [(number, line) for number, line in enumerate(text.split("\n"), start=1) if line.strip()]
-
-
-def _heads(lines: Sequence[tuple[int, str]]) -> tuple[list[str], str | None, int]:
+def _heads(lines: Sequence[str]) -> tuple[list[str], str | None, int]:
     """The heads of columns, what separates cells (None for blanks), and the index of the first row."""
-    begin = next((k for k, (_, line) in enumerate(lines) if not line.lstrip().startswith("#")), len(lines))
-    if begin == len(lines):
+    begin = next((k for k, line in enumerate(lines) if not line.lstrip().startswith("#")), None)
+    if begin is None:
         raise Unreadable("wrong_shape", "read an empty table, expected a line of names and lines of numbers")
-    line = lines[begin][1]
-    separator = next((each for each in ";\t," if each in line), None)
-    heads = [head.strip() for head in line.split(separator)]
-    if not all(map(_DECIMAL.fullmatch, _cells(line, separator))):
-        return heads, separator, begin + 1
-    above = lines[begin - 1][1].lstrip(" #").split(separator) if begin else []
-    if len(above) != len(heads):
-        raise Unreadable("missing_column", "the first line has no names of columns", place=shown(TIME))
-    return [head.strip() for head in above], separator, begin
+    separator = next((each for each in ";\t," if each in lines[begin]), None)
+    heads = lines[begin].split(separator)
+    if all(map(_DECIMAL.fullmatch, _cells(lines[begin], separator))):
+        above = lines[begin - 1].lstrip(" #").split(separator) if begin else []
+        if len(above) != len(heads):
+            raise Unreadable("missing_column", "the first line has no names of columns", place=shown(TIME))
+        heads, begin = above, begin - 1
+    return [head.strip() for head in heads], separator, begin + 1
 
 
 def _cells(line: str, separator: str | None) -> list[str]:
@@ -115,11 +109,10 @@ def _head(text: str) -> tuple[str, Unit | None]:
     if match is None:
         return text, None
     unit = (match["round"] or match["square"] or match["below"] or "").strip()
-    try:
+    with suppress(Unreadable):
         # A column `x(t)` is a function of the time, and not in tonnes.
         return match["name"], None if unit.casefold() in ("", TIME, "time") else read_units(unit)[0]
-    except Unreadable:
-        return match["name"], None
+    return match["name"], None
 
 
 def _places(heads: Sequence[str], wanted: Collection[str] | None) -> dict[str, int]:
@@ -158,10 +151,10 @@ def table_text(answer: Tree) -> str:
     return text
 
 
-def tabulated(span: Tree, texts: Tree) -> dict[str, Column]:
+def tabulated(span: Tree, texts: Tree) -> dict[str, TypedColumn]:
     """The columns of formulas of `t`, at as many times as they ask for or more. Raises ValueProblem."""
     times = _times(span)
-    columns = {TIME: Column(TIME, None, times)}
+    columns = {TIME: TypedColumn(TIME, None, times)}
     for name, text in texts.items() if isinstance(texts, dict) else ():
         place = ("answer", "columns", name)
         try:
@@ -173,7 +166,7 @@ def tabulated(span: Tree, texts: Tree) -> dict[str, Column]:
         values = array(root, {TIME: times}) + 0 * times
         if not np.isfinite(values).all():
             raise ValueProblem("has no finite real value at some of the times", path=place)
-        columns[str(name)] = Column(str(name), None, values)
+        columns[str(name)] = TypedColumn(str(name), None, values)
     return columns
 
 

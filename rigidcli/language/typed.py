@@ -18,7 +18,7 @@ from rigidcli.errors import ExpressionError
 from rigidcli.language import tree
 from rigidcli.language.latex import plain
 from rigidcli.language.parser import RATE, of_tokens
-from rigidcli.language.tokens import tokenize
+from rigidcli.language.tokens import rewritten, rules, tokenize
 from rigidcli.language.words import CALLED, Words
 
 # --- decoration: what no judge reads
@@ -30,10 +30,7 @@ DECIMAL = r"(?:\d*[.,]\d+|\d+\.?)"
 """The pattern of a decimal number as people type it, without a sign and a power of ten."""
 
 QUOTES = '"“”„‟«»`″'
-_PAIRS = {"'": "'", "‘": "’", "‚": "‘", "‹": "›"}
-
-_BEFORE = re.compile(
-    r"""(?xi) \s* (?:
+_BEFORE = r"""(?xi) \A (?> \s* (?:
       (?:so|thus|hence|therefore|also|donc|somit|daher)\b [,:]?
     | (?:(?:my|the|our|die|das|la|le|el|final)\s+)* (?:answer|ans|result|solution|ergebnis|antwort
         |lösung|réponse|rép|résultat|respuesta|resultado|solución|risposta|risultato)\b
@@ -52,10 +49,8 @@ _BEFORE = re.compile(
     | (?:[•▪‣] | · \s | \* \s+) (?=\S)
     | \#+ \s
     | [≈~≃≅∼∴] | => | [⇒→⟶] | -{1,2}>
-    ) \s*"""
-)
-_BEHIND = re.compile(
-    r"""(?xi) \s* (?:
+    ) \s* ) (?!\Z)"""
+_BEHIND = r"""(?xi) \s* (?:
       [(\[] \s* (?: (?:to\s+|auf\s+)? \d \s* (?: s\.?\s*f\.?
         | sig\.?(?:nificant)?\s*fig(?:ure)?s?\.? | d\.?\s*p\.? | decimals?
         | decimal\s+places? | gültige\s+ziffern | stellen | c\.?\s*s\.? )
@@ -67,10 +62,9 @@ _BEHIND = re.compile(
     | [:;]-?[)D] | [\u2600-\u27bf\U0001f300-\U0001faff\ufe0f]+
     | (?<=[^\s.\\]) (?<!right) [.!]+ | (?<!\\) [,;]
     ) \s* \Z"""
-)
 _UNIT_AHEAD = re.compile(
-    r"(?:[^\d:=,;()]*\s)?in\s+(?P<unit>[^\W\d_][\w^/·*²³ -]{0,15})\s*[:=]\s*(?P<value>[^:=]*[\d)\]}])",
-    re.DOTALL,
+    r"(?s)\A(?:[^\d:=,;()]*\s)?in\s+(?P<unit>[^\W\d_][\w^/·*²³ -]{0,15}?)\s*[:=]\s*"
+    r"(?P<value>[^:=]*[\d)\]}])\Z"
 )
 """A unit in front: `E in J: 12.5`."""
 
@@ -85,34 +79,34 @@ _UNCERTAINTY = re.compile(
     rf"{DECIMAL}(?:\s*%)?(?(unit)(?:\s*{_UNIT}(?=\s*\)?\s*\Z))?)\s*(?(open)\)|(?![\w(]*\())"
 )
 
-_TAG = re.compile(r"</?(?:br|p|b|i|em|strong|div|span)\b[^<>]*>|&nbsp;")
+_OF_BROWSERS = rules(
+    (r"<sub>(.*?)</sub>", r"_\1"),
+    (r"<sup>(.*?)</sup>", r"^(\1)"),
+    (r"</?(?:br|p|b|i|em|strong|div|span)\b[^<>]*>|&nbsp;", " "),
+)
+_DRESS = rules(
+    (r"(?s)\A(\*\*|__)(.*?)\1", r"\2"),  # bold in Markdown
+    (r"(?s)\A([*_])((?:(?!\1).)+)\1\Z", r"\2"),  # italic
+    (rf"(?s)\A[{QUOTES}]+(.*?)[{QUOTES}]*\Z", r"\1"),
+    (rf"(?:(?<=[^\d\s])\s*[\"″]|(?![\"″])[{QUOTES}])+\Z", ""),  # 3" are seconds of arc
+    (r"(?s)\A(?:'(.*)'|‘(.*)’|‚(.*)‘|‹(.*)›)\Z", r"\1\2\3\4"),
+    (_BEHIND, ""),
+    (_BEFORE, ""),
+    (r"\A\s+|\s+\Z", ""),
+)
 
 
 def undecorated(text: str) -> str:
     """An answer without quotes, bold marks, `the answer is`, `about` and the like."""
-    before = ""
-    text = text.strip()
+    before, text = "", text.strip()
     if len(text) > LONGEST_DECORATED:
         return text
-    if "<" in text or "&" in text:  # from an editor in a browser
-        text = re.sub(r"<sup>(.*?)</sup>", r"^(\1)", re.sub(r"<sub>(.*?)</sub>", r"_\1", text))
-        text = _TAG.sub(" ", text).strip()
-    text = without_labels(text)
-    if ahead := _UNIT_AHEAD.fullmatch(text):
-        text = f"{ahead['value']} {ahead['unit'].strip()}"
+    if "<" in text or "&" in text:
+        text = rewritten(text, _OF_BROWSERS).strip()
+    text = _UNIT_AHEAD.sub(r"\g<value> \g<unit>", without_labels(text))
     while text != before:
         before = text
-        if text.startswith(("**", "__")) and text.count(text[:2]) > 1:
-            text = text[2:].replace(text[:2], "", 1)
-        if len(text) > 2 and text[0] == text[-1] and text[0] in "*_" and text.count(text[0]) == 2:
-            text = text[1:-1]
-        if text[:1] in QUOTES or (text[-1:] in QUOTES and not re.search(r"\d\s*[\"″]\Z", text)):
-            text = text.strip(QUOTES)
-        if len(text) > 1 and _PAIRS.get(text[0]) == text[-1]:
-            text = text[1:-1]
-        text = _BEHIND.sub("", text)
-        begun = _BEFORE.match(text)
-        text = (text if begun is None or begun.end() == len(text) else text[begun.end() :]).strip()
+        text = rewritten(text, _DRESS)
     return text
 
 
@@ -172,9 +166,7 @@ def two_answers() -> ExpressionError:
 
 def is_label(side: str) -> bool:
     """Whether a side of `=` only names what follows: `H(x, p)`, `the slow rate`."""
-    return _LABEL.fullmatch(side) is not None and not any(
-        re.search(rf"\b{name}\b", side) for name in CALLED if name in side
-    )
+    return _LABEL.fullmatch(side) is not None and CALLED.isdisjoint(re.findall(r"\w+", side))
 
 
 def without_brackets(text: str) -> str:
@@ -217,17 +209,17 @@ def judged_member(text: str) -> tuple[str, list[str]]:
     if len(cut(text, _OR)) > 1:
         raise two_answers()
     *reasons, conclusion = cut(text, _IMPLIES)
-    statements = [piece for piece in cut(conclusion, _NEXT) if piece.strip()] or [conclusion]
-    chain, name = members(statements[0]), ""
-    for statement in statements[1:]:
-        first, *others = members(statement)
-        name = name or chain[0].strip()
-        if not others or (first.strip() and first.strip() != name):
+    first, *again = [piece for piece in cut(conclusion, _NEXT) if piece.strip()] or [conclusion]
+    chain = members(first)
+    name = chain[0].strip()
+    for statement in again:
+        own, *others = members(statement)
+        if not others or own.strip() not in ("", name):
             raise two_answers()
         chain += others
     for reason in reasons:
-        first = members(reason)[0].strip()
-        if is_label(first) and "=" in reason and first != chain[0].strip():
+        own = members(reason)[0].strip()
+        if is_label(own) and "=" in reason and own != name:
             raise two_answers()
     if len(chain) > 1 and _CONSTANT.fullmatch(chain[-1]):
         chain.pop()
@@ -246,29 +238,43 @@ _COLON = re.compile(r"\s*(?!\d)[\w']+(?:\s*\([\w',\s]*\))?\s*:(?!=)|\s*[~=]")
 """A name and a colon before the answer, as in `H:` and `H(x, p):`; or the sign of `~20.8`."""
 _END = re.compile(r"(?<![\d\s])\.\s*\Z|[;,\s]+\Z")
 _NAME = r"[^\W\d]\w*+"
-_SLOPE = re.compile(
-    rf"\bd\s*(?P<second>\^\s*2|2(?=\s*[\(\w]))?\s*(?:(?P<name>{_NAME})|\(\s*(?P<inner>{_NAME})\s*\))"
-    rf"\s*/\s*(?P<open>\()?\s*d\s*(?:t|\(\s*t\s*\))\s*(?:\^?\s*2)?\s*(?(open)\))(?!\w)"
-    rf"|(?P<opened>\()?\s*\bd\s*/\s*d\s*t\b\s*(?(opened)\))\s*(?P<bracket>\()?\s*(?P<behind>{_NAME})\s*(?(bracket)\))"
+_FUNCTIONS = rules(  # as programs write them: np.sqrt(x), Cos[x], SQRT(x)
+    (r"\b(?:np|numpy|[Mm]ath|sp|sympy)\.(?=[a-zP])", ""),
+    (
+        r"\b((?:Arc|arc|ARC)?(?:Sin|Cos|Tan|SIN|COS|TAN)[hH]?|Sqrt|SQRT|Exp|EXP|Log|LOG|Ln|LN|Abs|ABS)(?=\s*[\[(])",
+        lambda call: call[1].lower().replace("arc", "a"),
+    ),
 )
-"""`dx/dt`, `d^2 x/dt^2`, `d(theta)/dt`, `d/dt x`."""
 
-_PRIMED = re.compile(rf"({_NAME})('{{1,2}}|\")(?:\(t\))?")
-_PROGRAMS = re.compile(
-    r"\b(?:np|numpy|[Mm]ath|sp|sympy)\.(?=[a-zP])|\b((?:Arc|arc|ARC)?(?:Sin|Cos|Tan|SIN|COS|TAN)[hH]?"
-    r"|Sqrt|SQRT|Exp|EXP|Log|LOG|Ln|LN|Abs|ABS)(?=\s*[\[(])"
+
+def _rate(match: re.Match[str]) -> str:
+    """The derivative by the time, as its name: `of` has what is derived, `two` what tells the second one."""
+    parts = match.groupdict()
+    name = next(part for key, part in parts.items() if key.startswith("of") and part)
+    return f" {name}{'ddot' if any(part for key, part in parts.items() if key.startswith('two')) else 'dot'} "
+
+
+_D_DT = r"\bd\s*/\s*d\s*t\b"
+_SLOPE = (
+    rf"\bd\s*(?P<two>\^\s*2|2(?=\s*[\(\w]))?\s*(?:(?P<of>{_NAME})|\(\s*(?P<of_>{_NAME})\s*\))"
+    r"\s*/\s*(?P<open>\()?\s*d\s*(?:t|\(\s*t\s*\))\s*(?:\^?\s*2)?\s*(?(open)\))(?!\w)"
+    rf"|(?P<opened>\()?\s*{_D_DT}\s*(?(opened)\))\s*(?P<bracket>\()?\s*(?P<of__>{_NAME})\s*(?(bracket)\))"
 )
-"""Functions as programs write them: `np.sqrt(x)`, `Cos[x]`, `SQRT(x)`."""
-
-_BY_TIME = r"t\s*(?:(?P<twice>,\s*[t2]|\$\s*2)\s*)?|\(t,\s*(?P<second>2)\)"
-_OF_PROGRAMS = re.compile(
-    rf"'?\b(?:[dD]iff|D|Derivative)\s*\(\s*(?P<of>{_NAME})(?:\(t\))?\s*,\s*(?:{_BY_TIME})\s*\)"
+_CALLED_D = (
+    rf"'?\b(?:[dD]iff|D|Derivative)\s*\(\s*(?P<of>{_NAME})(?:\(t\))?\s*,"
+    r"\s*(?:t\s*(?:(?P<two>,\s*[t2]|\$\s*2)\s*)?|\(t,\s*(?P<two_>2)\))\s*\)"
 )
-"""`diff(x(t), t)`, `D(x, t)` and `Derivative(x, (t, 2))`."""
-
-_ELEMENTWISE = re.compile(r"(?<=[\w)\]])\s*\.(?=[*/^])|%(?=(?:e|pi)\b)|@\([\w, ]*\)")
-"""Signs of Matlab and Maxima without a meaning here: `p.^2`, `%pi`, `@(x)`."""
-
+_RATES = rules(
+    (_SLOPE, _rate),  # dx/dt, d^2 x/dt^2, d(theta)/dt, d/dt x
+    (rf"{_D_DT}\s*(?=[(\[])", f" {RATE}"),
+    (r"(?<=[\w)\]])\s*\.(?=[*/^])|%(?=(?:e|pi)\b)|@\([\w, ]*\)", ""),  # Matlab's p.^2 and @(x), Maxima's %pi
+    (_CALLED_D, _rate),  # diff(x(t), t), D(x, t), Derivative(x, (t, 2))
+    (r"\bdouble[- ]dot\b", "ddot"),
+    (r"(?<=\w)[- ](d?dot)\b", r"\1"),
+    (r"(?<=[a-z0-9])_?(D?Dot)\b", lambda dots: dots[1].lower()),
+    (r"_?dot_?dot\b", "ddot"),
+    (rf"(?P<of>{_NAME})(?:(?P<two>''|\")|')(?:\(t\))?", _rate),
+)
 _EITHER_SIGN = re.compile(r"\s*(?:\+/?-|-\+)")
 _PI = re.compile(r"\b(?:Pi|PI)\b")
 
@@ -285,15 +291,15 @@ def expressions(text: str, words: Words | None, *, leading: bool = True) -> list
         ExpressionError: the text is no formula. Its `code` is `unknown_symbol` for a name that the question
             does not have, `too_large` beyond the bounds.
     """
-    formula = _PROGRAMS.sub(lambda call: (call[1] or "").lower().replace("arc", "a"), plain(text))
+    formula = rewritten(plain(text), _FUNCTIONS)
     if leading:
         formula, before = last_member(formula)
-        is_named = re.fullmatch(rf"\s*{_NAME}\s*", formula) and words is not None
+        name = formula.strip()
         if (
             before
-            and is_named
             and words
-            and not (words.meaning(formula.strip()) or words.products(formula.strip()))
+            and re.fullmatch(_NAME, name)
+            and not (words.meaning(name) or words.products(name))
         ):
             formula = before[-1]  # `... = E` names the result
     formula = slopes(formula.translate(POINTS))
@@ -327,19 +333,5 @@ def _begun(text: str) -> str:
 
 def slopes(text: str) -> str:
     """A plain text with `xdot` for `dx/dt` and `x'`, and with points for decimal commas."""
-    text = _SLOPE.sub(
-        lambda match: (
-            f" {match['name'] or match['inner'] or match['behind']}{'ddot' if match['second'] else 'dot'} "
-        ),
-        text,
-    )
-    text = re.sub(r"\bd\s*/\s*d\s*t\s*(?=[(\[])", f" {RATE}", text)
-    text = _OF_PROGRAMS.sub(
-        lambda match: f" {match['of']}{'ddot' if match['twice'] or match['second'] else 'dot'} ",
-        _ELEMENTWISE.sub("", text),
-    )
-    text = re.sub(r"(?<=\w)[- ](d?dot)\b", r"\1", re.sub(r"\bdouble[- ]dot\b", "ddot", text))
-    text = re.sub(r"(?<=[a-z0-9])_?(D?Dot)\b", lambda dots: dots[1].lower(), text)
-    text = re.sub(r"_?dot_?dot\b", "ddot", text)
-    text = _PRIMED.sub(lambda match: f"{match[1]}{'dot' if match[2] == chr(39) else 'ddot'} ", text)
+    text = rewritten(text, _RATES)
     return text if re.search("atan2|pow|POW|Pow", text) else re.sub(r"(?<=\d),(?=\d)", ".", text)

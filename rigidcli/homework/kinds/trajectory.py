@@ -20,7 +20,7 @@ from rigidcli.fields.units import Unit, parse_unit
 from rigidcli.homework.base import AnswerKind, Asked, Finding, Outcome, Reading, Tree, Unreadable
 from rigidcli.homework.entries import Ruler
 from rigidcli.homework.mistakes import shared_factor
-from rigidcli.homework.tables import SECOND, TIME, Column, read_table, table_text, tabulated
+from rigidcli.homework.tables import SECOND, TIME, TypedColumn, read_table, table_text, tabulated
 from rigidcli.report import single_cells
 
 BY_DEFAULT = {"orbit": ("q", "p"), "trajectory": ("omega",)}
@@ -248,7 +248,7 @@ def _between(times: Floats, values: Floats, at: Floats) -> Floats:
     return np.asarray(by_values + step * s * (1 - s) * ((1 - s) * slopes[k] - s * slopes[k + 1]))
 
 
-def _of_report(asked: Asked) -> tuple[dict[str, Column], Sequence[str]]:
+def _of_report(asked: Asked) -> tuple[dict[str, TypedColumn], Sequence[str]]:
     """The columns of a report, and those at the path that is asked. Raises ValueProblem."""
     assert asked.report is not None
     name = asked.path[1] if len(asked.path) > 1 else ""
@@ -257,10 +257,10 @@ def _of_report(asked: Asked) -> tuple[dict[str, Column], Sequence[str]]:
         raise ValueProblem("this result is no trajectory", path=("ask",))
     asks = (".".join(asked.path[2:]),) if len(asked.path) > 2 else BY_DEFAULT[name]
     keys = [each.key for each in table.columns for _ in each.cells]
-    columns = dict[str, Column]()
+    columns = dict[str, TypedColumn]()
     for each in single_cells(table):
         unit = parse_unit(each.unit) if each.unit else None
-        columns[each.cells[0]] = Column(each.cells[0], unit, np.array(each.values))
+        columns[each.cells[0]] = TypedColumn(each.cells[0], unit, np.array(each.values))
     beginnings = tuple(f"{ask}." for ask in asks)
     return columns, [
         cell for cell, key in zip(columns, keys, strict=True) if f"{key}.".startswith(beginnings)
@@ -279,7 +279,7 @@ def _require_predictable(asked: Asked) -> None:
         raise ValueProblem("only a part of this motion can be predicted", hint=hint)
 
 
-def _of_literal(value: Tree) -> tuple[dict[str, Column], Sequence[str]]:
+def _of_literal(value: Tree) -> tuple[dict[str, TypedColumn], Sequence[str]]:
     """A table, or formulas of the time, and the columns beside the time. Raises ValueProblem."""
     if isinstance(value, dict) and set(value) == {TIME, "columns"}:
         columns = tabulated(value[TIME], value["columns"])
