@@ -11,8 +11,8 @@ from __future__ import annotations
 import re
 import unicodedata
 from collections.abc import Callable, Collection, Mapping, Sequence
-from dataclasses import dataclass, field
-from typing import Literal, TypeAlias
+from dataclasses import dataclass
+from typing import TypeAlias
 
 from rigidcli.document.syntax import read_tree
 from rigidcli.errors import DocumentError, Problem, shown
@@ -44,6 +44,16 @@ _KEY = re.compile(r"[\w.()'\"-]{1,100}:\s")
 
 _NUMBERED = re.compile(r"(?P<name>[0-9][\w.]{0,20}?)(?:\s*=\s*|[.)]\s+|\s+)(?P<value>\S.*)")
 """A number that may be the name of a question, with `=`, a dot, or a blank behind it."""
+
+_DRESSED = re.compile(
+    r"""(?xi) (?P<indent>\s*+) (?P<marks>(?: [-*•+]\s++ | \#++\s*+ | \*\* | __ | \|\s*+ )*+)
+    (?P<word>(?:question|problem|exercise|task|aufgabe|frage|übung|exercice|ejercicio|pregunta|answer
+        |antwort|ex|nr|no|q)
+        [.:]?\s*+)?
+    (?P<open>\()? (?P<name>[\w.-]*\w) (?(open)\)) (?P<dash>\s+[-–—](?=\s+\S))?
+    \s*(?:\*\*|__)?\s* [:=.)|]? \s*(?:\*\*|__)? (?=\s|\Z) \s* (?P<rest>.*)"""
+)
+"""A line that begins with the name of a question in a bullet, a heading, bold letters or a table."""
 
 _CONTROL = re.compile(r"[\x00-\x08\x0b\x0e-\x1f\x7f]")
 """Characters that no text has; form feeds may stand in one."""
@@ -77,75 +87,52 @@ def read_answers(text: str, known: Collection[str] = ()) -> tuple[Answers, list[
     """
     if _CONTROL.search(text):
         raise Unreadable("parse_error", "there are control characters in it: is it a text file?")
-    names = {folded(name) for name in known}
+    names = sorted({folded(name) for name in known}, key=len, reverse=True)
     text = re.sub(r"(?im)^(\s*answers\s*)=", r"\1:", text.removeprefix("\ufeff"))
-    text = _QUOTED.sub(_literal, _undressed(_without_dashes(text, names), names))
-    reader = _Lines(sorted(names, key=len, reverse=True))
-    lines = text.splitlines()
+    text = _QUOTED.sub(_literal, _undressed(text, names))
+    lines, is_flow = text.splitlines(), text.lstrip().startswith("{")
     sections = ((place, _SECTION.match(line.strip())) for place, line in enumerate(lines))
     begin, section = next(((place, match) for place, match in sections if match), (-1, None))
-    value = (section and section["value"]) or ""
-    if value or text.lstrip().startswith("{"):
+    refused: Unreadable | None = None
+    if is_flow or (section and section["value"]):
         try:
-            whole = text if text.lstrip().startswith("{") else "\n".join(lines[begin:])
-            return _of_tree(tree_of(whole), names), []
+            return _of_tree(tree_of(text if is_flow else "\n".join(lines[begin:])), names), []
         except Unreadable as unreadable:
             if unreadable.findings[0].code in ("wrong_shape", "too_large", "not_allowed"):
                 raise
             # Brackets and commas are taken away, and what is left is read line by line.
+            refused = unreadable
             lines = [re.sub(r"[,{]\s*$|^\s*[{}][{}\s,]*", "", line) for line in lines]
-            reader.read(lines[begin + 1 :], begin + 2)
-            heads = {folded(entry.name) for entry in reader.entries}
-            if not heads & names if names else section is None:
-                raise
-    else:
-        reader.read(lines[begin + 1 :], begin + 2)
-    if section is None and text.strip():
-        heads = {folded(entry.name) for entry in reader.entries}
-        if not (heads & names if names else heads - ABOUT) and not heads & ABOUT:
-            raise Unreadable("wrong_shape", "expected `answers`, a mapping from questions to answers")
-    return reader.answers(), capped(reader.stray)
-
-
-_DRESSED = re.compile(
-    r"""(?xi) (?P<indent>\s*+) (?P<marks>(?: [-*•+]\s++ | \#++\s*+ | \*\* | __ | \|\s*+ )*+)
-    (?P<word>(?:question|problem|exercise|task|aufgabe|frage|übung|exercice|ejercicio|pregunta|answer
-        |antwort|ex|nr|no|q)
-        [.:]?\s*+)?
-    (?P<open>\()? (?P<name>[\w.-]*\w) (?(open)\)) \s*(?:\*\*|__)?\s* [:=.)|]? \s*(?:\*\*|__)? (?=\s|\Z)
-    \s* (?P<rest>.*)"""
-)
-"""A line that begins with the name of a question in a bullet, a heading, bold letters or a table."""
-
-
-_DASHED = re.compile(r"(?P<head>\s*(?P<name>[\w.]+)\s+)[-–—]\s+(?=\S)")
-"""A name, and a dash before its answer: one dash alone might be a minus sign."""
-
-
-def _without_dashes(text: str, names: Collection[str]) -> str:
-    """The text with colons for dashes, if they stand behind the names of several questions, and of all."""
-    lines = text.splitlines()
-    dashed = [bool((match := _DASHED.match(line)) and folded(match["name"]) in names) for line in lines]
-    heads = [folded(line.split()[0].rstrip(":.)=")) for line in lines if line.strip()]
-    if sum(dashed) < 2 or sum(dashed) < sum(head in names for head in heads):
-        return text
-    pairs = zip(lines, dashed, strict=True)
-    return "\n".join(
-        _DASHED.sub(r"\g<head>: ", line, count=1) if is_dashed else line for line, is_dashed in pairs
-    )
+    entries, stray = _entries(lines[begin + 1 :], begin + 2, names)
+    heads = {folded(entry.name) for entry in entries}
+    if refused and (heads.isdisjoint(names) if names else section is not None):
+        raise refused
+    is_other = not heads or (names and heads.isdisjoint(names) and heads.isdisjoint(ABOUT))
+    if section is None and text.strip() and is_other:
+        raise Unreadable("wrong_shape", "expected `answers`, a mapping from questions to answers")
+    return _by_name(entries, names), capped(stray)
 
 
 def _undressed(text: str, names: Collection[str]) -> str:
-    """The text with `name: answer` for lines that name a question in bullets, headings or bold letters."""
+    """The text with `name: answer` for lines that name a question in bullets, headings or bold letters.
+
+    So do dashes behind the names of several questions, and of all: one alone might be a minus sign.
+    """
     lines = text.splitlines()
     found: dict[int, re.Match[str]] = {}
+    plain = 0
     for place, line in enumerate(lines):
         match = _DRESSED.fullmatch(line.rstrip())
         if match is None or folded(match["name"]) not in names:
             continue
         is_comment = match["marks"].strip() == "#" and match["rest"]
-        if (match["marks"] or match["word"] or match["open"]) and not is_comment:
+        if (match["marks"] or match["word"] or match["open"] or match["dash"]) and not is_comment:
             found[place] = match
+        else:
+            plain += 1
+    dashed = [place for place, match in found.items() if match["dash"] and not match["marks"]]
+    for place in dashed if plain or len(dashed) < 2 else ():
+        del found[place]
     named = [folded(match["name"]) for match in found.values()]
     are_bullets = all(match["marks"].strip() in ("-", "*", "+", "•") for match in found.values())
     is_repeated = len(set(named)) < len(named)
@@ -159,10 +146,9 @@ def _undressed(text: str, names: Collection[str]) -> str:
             rest = match["rest"].removesuffix("|").strip() if "|" in match["marks"] else match["rest"]
             written.append(f"{match['indent']}{match['name']}: {rest}")
             is_below = True
-        else:
-            section = _SECTION.match(line.strip())
-            if not (line.lstrip().startswith("|") and is_table):
-                written.append(f"  {line}" if is_below and line.strip() and not section else line)
+        elif not (line.lstrip().startswith("|") and is_table):
+            is_deeper = is_below and line.strip() and not _SECTION.match(line.strip())
+            written.append(f"  {line}" if is_deeper else line)
     return "\n".join(written)
 
 
@@ -173,7 +159,7 @@ def _literal(quoted: re.Match[str]) -> str:
     return re.sub(r"\\(.)", lambda pair: pair[0] if pair[1] in '\\"' else f"\\{pair[0]}", quoted[0])
 
 
-def _of_tree(tree: Tree, names: set[str]) -> Answers:
+def _of_tree(tree: Tree, names: Collection[str]) -> Answers:
     """The answers of a file that is YAML as a whole. Raises Unreadable."""
     if isinstance(tree, dict):
         keys = {folded(key): key for key in tree}
@@ -183,8 +169,8 @@ def _of_tree(tree: Tree, names: set[str]) -> Answers:
                 return dict(answers)
             if answers is None:
                 return {}
-        elif not names or not names.isdisjoint(keys) or keys.keys() <= ABOUT:
-            return {key: value for key, value in tree.items() if folded(key) not in ABOUT - names}
+        elif not names or not keys.keys().isdisjoint(names) or keys.keys() <= ABOUT:
+            return {key: value for key, value in tree.items() if folded(key) not in ABOUT.difference(names)}
     raise Unreadable("wrong_shape", "expected `answers`, a mapping from questions to answers")
 
 
@@ -239,80 +225,68 @@ class _Entry:
         return "\n".join(texts) if is_text or is_cut else tree
 
 
-@dataclass(slots=True)
-class _Lines:
-    """Collects the lines of a file into answers; `names` are those of the questions, the longest first."""
+def _entries(lines: list[str], first: int, names: Sequence[str]) -> tuple[list[_Entry], list[str]]:
+    """The entries in lines, of which the first has the number `first`, and notes on lines that are in none.
 
-    names: Sequence[str]
-    entries: list[_Entry] = field(default_factory=list)
-    stray: list[str] = field(default_factory=list)
-
-    def read(self, lines: list[str], first: int) -> None:
-        """Read the lines, of which the first has the number `first`. Raises Unreadable for too many."""
-        for number, raw in enumerate(lines, first):
-            line = raw.expandtabs(8) if raw[:1] == "\t" else raw.rstrip()
-            last = self.entries[-1] if self.entries else None
-            role = self._role(line, last)
-            if isinstance(role, tuple):
-                name, behind = role
-                depth = min(_indent(line), last.indent) if last else _indent(line)
-                self.entries.append(_Entry(name, number, depth, []))
-                self.entries[-1].add(behind)
-                if len(self.entries) > MOST_ANSWERS:
-                    raise Unreadable("too_large", f"expected at most {MOST_ANSWERS:,} answers")
-            elif role == "stray":
-                self.stray.append(f"line {number} is no answer: {shown(line.strip())}")
-            elif last:
-                last.add(line)
-
-    def _role(self, line: str, last: _Entry | None) -> tuple[str, str] | Literal["goes on", "stray"]:
-        """Whether a line goes on with the last answer, belongs to none, or begins one: its name and text."""
+    `names` are those of the questions, the longest first. Raises Unreadable for too many.
+    """
+    entries, stray = list[_Entry](), list[str]()
+    for number, raw in enumerate(lines, first):
+        line = raw.expandtabs(8) if raw[:1] == "\t" else raw.rstrip()
         text = line.lstrip(" ")
-        if _SILENT.match(text):
-            return "goes on"
-        head = self._head(text, last)
-        if last is None:
-            return head or "stray"
-        if last.open > 0 and not (_KEY.match(text) and last.is_list):
-            return "goes on"
-        is_question = head and last.lines[0].strip() and folded(head[0]) in self.names
-        if _indent(line) > last.indent and not is_question:  # a question stands by itself, however deep
-            return "goes on"
-        return head or ("goes on" if last.is_begun or _GOES_ON.match(text) else "stray")
-
-    def _head(self, text: str, last: _Entry | None) -> tuple[str, str] | None:
-        """The name at the beginning of a line, and what is behind it."""
-        plain = text.lstrip("\"'")
-        for name in self.names:
-            if plain[: len(name)].casefold() == name:
-                behind = plain[len(name) :].lstrip("\"'")
-                blank = r"|\s+(?=\S)" if re.search(r"[0-9]", name) else r"|\s+(?=[-+~]?[0-9.\[({\\$])"
-                if mark := re.match(rf"\s*[:=]\s*|[.)]\s+{blank}", behind):
-                    return plain[: len(name)], behind[mark.end() :]
-        name, colon, behind = text[:100].partition(":")
-        name = name.strip().strip("\"'")
-        if colon and name and (not behind.strip() or behind[:1] == " " or _PLAIN.fullmatch(name)):
-            return name, text.partition(":")[2].strip()
-        numbered = None if self.names or (last and last.is_begun) else _NUMBERED.fullmatch(text)
-        return (numbered["name"], numbered["value"]) if numbered else None
-
-    def answers(self) -> Answers:
-        """The answers by name; a name that stands twice has no answer."""
-        spelled: dict[str, str] = {}
-        answers: Answers = {}
-        for entry in self.entries:
-            key = folded(entry.name)
-            if key in spelled:
-                message = f"line {entry.number}: the key {shown(entry.name)} stands twice"
-                answers[spelled[key]] = Unreadable("duplicate_key", message)
-            elif key not in ABOUT or key in self.names:
-                spelled[key] = entry.name
-                answers[entry.name] = entry.value()
-        return answers
+        indent = len(line) - len(text)
+        last = entries[-1] if entries else None
+        is_silent = _SILENT.match(text) is not None
+        head = None if is_silent else _head(text, names, is_below=last is not None and last.is_begun)
+        if last is not None:
+            is_inside = last.open > 0 and not (_KEY.match(text) and last.is_list)
+            # A question stands by itself, however deep.
+            is_question = head and last.lines[0].strip() and folded(head[0]) in names
+            is_lead = head is None and (last.is_begun or _GOES_ON.match(text))
+            if is_silent or is_inside or (indent > last.indent and not is_question) or is_lead:
+                last.add(line)
+                continue
+        if head is not None:
+            depth = indent if last is None else min(indent, last.indent)
+            entries.append(_Entry(head[0], number, depth, []))
+            entries[-1].add(head[1])
+            if len(entries) > MOST_ANSWERS:
+                raise Unreadable("too_large", f"expected at most {MOST_ANSWERS:,} answers")
+        elif not is_silent:
+            stray.append(f"line {number} is no answer: {shown(line.strip())}")
+    return entries, stray
 
 
-def _indent(line: str) -> int:
-    return len(line) - len(line.lstrip(" "))
+def _head(text: str, names: Sequence[str], *, is_below: bool) -> tuple[str, str] | None:
+    """The name at the beginning of a line, and what is behind it; `is_below`: a name stands alone above."""
+    plain = text.lstrip("\"'")
+    for name in names:
+        if plain[: len(name)].casefold() == name:
+            behind = plain[len(name) :].lstrip("\"'")
+            blank = r"|\s+(?=\S)" if re.search(r"[0-9]", name) else r"|\s+(?=[-+~]?[0-9.\[({\\$])"
+            if mark := re.match(rf"\s*[:=]\s*|[.)]\s+{blank}", behind):
+                return plain[: len(name)], behind[mark.end() :]
+    name, colon, behind = text[:100].partition(":")
+    name = name.strip().strip("\"'")
+    if colon and name and (not behind.strip() or behind[:1] == " " or _PLAIN.fullmatch(name)):
+        return name, text.partition(":")[2].strip()
+    numbered = None if names or is_below else _NUMBERED.fullmatch(text)
+    return (numbered["name"], numbered["value"]) if numbered else None
+
+
+def _by_name(entries: Sequence[_Entry], names: Collection[str]) -> Answers:
+    """The answers by name; a name that stands twice has no answer."""
+    spelled: dict[str, str] = {}
+    answers: Answers = {}
+    for entry in entries:
+        key = folded(entry.name)
+        if key in spelled:
+            message = f"line {entry.number}: the key {shown(entry.name)} stands twice"
+            answers[spelled[key]] = Unreadable("duplicate_key", message)
+        elif key not in ABOUT or key in names:
+            spelled[key] = entry.name
+            answers[entry.name] = entry.value()
+    return answers
 
 
 def capped(names: Sequence[str], note: Callable[[str], str] = str) -> list[str]:
