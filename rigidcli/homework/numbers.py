@@ -170,14 +170,12 @@ def in_dimension(number: TypedNumber, unit: Unit | None) -> TypedNumber:
     if number.unit is None:
         return number
     expected, given = DIMENSIONLESS if unit is None else unit.dimension, number.unit.dimension
+    scale = None
     if unit is not None and unit.pi_power == expected.angle == given.cycle != 0 and not given.angle:
         # A hertz is a turn in a second where the key counts turns or degrees.
-        scale = (
-            scale_in(number.unit, expected._replace(angle=0, cycle=given.cycle))
-            * (2 * math.pi) ** given.cycle
-        )
-    else:
-        scale = scale_in(number.unit, expected)
+        expected = expected._replace(angle=0, cycle=given.cycle)
+        scale = scale_in(number.unit, expected) * (2 * math.pi) ** given.cycle
+    scale = scale or scale_in(number.unit, expected)
     return replace(number, value=number.typed * scale, scale=scale)
 
 
@@ -197,7 +195,7 @@ def readings_of(answer: Tree, unit: Unit | None = None, place: str = "") -> list
     try:
         last, before = last_member(plain(undecorated(rewritten(text, _SIGNS))))
         last = _IN_BRACKETS.sub(r"\1", without_uncertainty(undecorated(last)).strip())
-        found = _those_read(lambda text: _numbers(text, unit, place, tuple(before)), _digits(last))
+        found = _those_read(lambda text: _numbers(text, unit, place, tuple(before)), _variants(last))
         return list(chain(*found))
     except ExpressionError as error:
         says = advice(error)
@@ -231,8 +229,10 @@ def _agree(one: TypedNumber, other: TypedNumber) -> bool:
     return abs(one.value - other.value) <= slack * max(abs(one.value), abs(other.value))
 
 
-def _digits(text: str) -> list[str]:
+def _variants(text: str) -> list[str]:
     """The texts with plain digits that a number may stand for: `1,234` is 1.234 or 1234."""
+    if lost := _POWER_LOST.match(text):  # what was a superscript is a difference now
+        return [f"{lost['mantissa']}e-{lost['power']}{text[lost.end() :]}", f"1*{text}"]
     if doubtful := _LAST_DIGITS.match(text):  # a product, or digits that are uncertain or repeat
         behind, repeating = text[doubtful.end("last") :], 12 * doubtful["last"].strip("()")
         return [text, f"{doubtful[0]}{behind}", f"{doubtful[0]}{repeating}{behind}"]
@@ -241,10 +241,6 @@ def _digits(text: str) -> list[str]:
 
 def _numbers(text: str, unit: Unit | None, place: str, before: tuple[str, ...]) -> list[TypedNumber]:
     """The readings of a number whose digits stand without separators. Raises ExpressionError, Unreadable."""
-    if lost := _POWER_LOST.match(text):  # what was a superscript is a difference now
-        raised = f"{lost['mantissa']}e-{lost['power']}{text[lost.end() :]}"
-        with suppress(ExpressionError):
-            return [*_numbers(raised, unit, place, before), *_numbers(f"1*{text}", unit, place, before)]
 
     def number(typed: float, own: Unit | None, mantissa: str = "", power: int = 0) -> TypedNumber:
         scale = own.scale if own else 1.0 if unit is None else unit.scale
@@ -265,24 +261,23 @@ def _numbers(text: str, unit: Unit | None, place: str, before: tuple[str, ...]) 
         units, remark = _units_before_words(decimal["unit"], unit, place)
         return [replace(number(typed, own, mantissa, power), remark=remark) for own in units]
     node, behind = _value(text)
-    typed = _worth(node)
+    typed = _finite(real(node, {}))
+    with suppress(ExpressionError):  # it is proved that `cos(pi/2)` is zero, which no float shows
+        typed = 0.0 if abs(typed) < ROUNDING and is_zero(from_tree(node)) else typed
     if behind is not None:
         return [number(typed, own) for own in read_units(behind, unit, place)]
     if unit is None or not unit.dimension.angle or not _is_angle(node):
         return [number(typed, None)]
-    radians = Unit("rad", Fraction(1), 0, unit.dimension)
-    if unit.dimension == ANGLE:
-        return [number(typed, radians)]
-    in_si = replace(radians, text=re.sub(r"\b(?:deg|rev|rpm)\b", "rad", unit.text))
-    return [number(typed, None), number(typed, in_si)]
+    text = "rad" if unit.dimension == ANGLE else re.sub(r"\b(?:deg|rev|rpm)\b", "rad", unit.text)
+    in_si = number(typed, Unit(text, Fraction(1), 0, unit.dimension))
+    return [in_si] if unit.dimension == ANGLE else [number(typed, None), in_si]
 
 
 def _sums(text: str, unit: Unit | None, place: str) -> list[TypedNumber]:
     """The sum of quantities, in the unit of the first. Raises ExpressionError, Unreadable."""
     first, *others = (_numbers(term.strip(), unit, place, ())[0] for term in text.split("+"))
-    if first.unit is None or any(
-        each.unit is None or each.unit.dimension != first.unit.dimension for each in others
-    ):
+    kinds = {each.unit and each.unit.dimension for each in (first, *others)}
+    if first.unit is None or len(kinds) > 1:
         raise ExpressionError("the terms of this sum have units of different kinds")
     value = sum((each.value for each in others), first.value)
     return [replace(first, value=value, typed=value / first.scale, mantissa="", power=0)]
@@ -306,9 +301,9 @@ def _units_before_words(text: str, unit: Unit | None, place: str) -> tuple[Seque
 
 def _is_angle(node: tree.Node) -> bool:
     """Whether a value is made of pi or of an inverse function, and so is in radians."""
-    parts = tree.nodes([node])
     return any(
-        isinstance(p, tree.Constant) or (isinstance(p, tree.Call) and p.function in _OF_ANGLES) for p in parts
+        isinstance(part, tree.Constant) or (isinstance(part, tree.Call) and part.function in _OF_ANGLES)
+        for part in tree.nodes([node])
     )
 
 
@@ -407,13 +402,6 @@ def _value(text: str) -> tuple[tree.Node, str | None]:
     raise ExpressionError(f"{shown(names[0])} has no value")
 
 
-def _worth(node: tree.Node) -> float:
-    value = _finite(real(node, {}))
-    with suppress(ExpressionError):  # it is proved that `cos(pi/2)` is zero, which no float shows
-        return 0.0 if abs(value) < ROUNDING and is_zero(from_tree(node)) else value
-    return value
-
-
 _SLIPS = (
     (re.compile(r".*[\w.)°%]\s*(?:\+/?-|±|-/?\+)", re.DOTALL), "an uncertainty is not read, give the value"),
     (re.compile(r"[-+.0-9]+[_'][._'0-9]+"), "nothing stands between digits"),
@@ -478,10 +466,10 @@ def _unit_spelled(name: str, power: str, own: set[str]) -> list[str]:
 def _spelled(name: str) -> str:
     """The unit that homework calls by this name; empty for none."""
     words = SPELLED_UNITS.get(name)
-    if name not in _KNOWN and not words:
-        small = name.lower()
-        words = UNITS_BY_WORD.get(folded(name)) or SPELLED_UNITS.get(small)
-        return words[0] if words else small if len(small) > 2 and small in _KNOWN else ""
+    small = name.lower()
+    if not words and name not in _KNOWN:
+        is_known = len(small) > 2 and small in _KNOWN
+        words = UNITS_BY_WORD.get(folded(name)) or SPELLED_UNITS.get(small) or (small,) * is_known
     return words[0] if words else ""
 
 
@@ -515,28 +503,21 @@ def with_hint(problem: ValueProblem) -> str:
     return problem.message if problem.hint is None else f"{problem.message} ({problem.hint})"
 
 
-_ADVICE = tuple(
-    (re.compile(pattern), advice)
-    for pattern, advice in (
-        (r"`[(\[{]` is never closed|a brace `\{` is never closed", "a bracket is open: close it"),
-        (r"`\)` closes nothing|a brace `\}` closes nothing", "a bracket is closed that was not opened"),
-        (r"the expression ends too early", "something is missing behind the last sign"),
-        (r"the expression is empty", "one side of `=` is empty"),
-        (r"no operator before `([^`]*)`.*", r"write the sign that is missing before `\1`, such as `*`"),
-        (r"unexpected `[,;]`.*", "this is more than one formula: give one, with a point in decimal numbers"),
-        (r"unexpected character U\+\w+ [\w -]+ \((.*)\)", r"\1"),
-        (r"unexpected character U\+\w+ (.*)", r"the sign `\1` cannot be read: write the formula without it"),
-        (r"unexpected `([^`]*)` \((.*)\)", r"`\1` has no place here: \2"),
-        (r"unexpected (`[^`]*`)", r"\1 has no place here: write one formula with + - * / ^ and brackets"),
-    )
+_ADVICE = rules(
+    (r"\A(?:`[(\[{]` is never closed|a brace `\{` is never closed)\Z", "a bracket is open: close it"),
+    (r"\A(?:`\)`|a brace `\}`) closes nothing\Z", "a bracket is closed that was not opened"),
+    (r"\Athe expression ends too early\Z", "something is missing behind the last sign"),
+    (r"\Athe expression is empty\Z", "one side of `=` is empty"),
+    (r"\Ano operator before `([^`]*)`.*", r"write the sign that is missing before `\1`, such as `*`"),
+    (r"\Aunexpected `[,;]`.*", "this is more than one formula: give one, with a point in decimal numbers"),
+    (r"\Aunexpected character U\+\w+ [\w -]+ \((.*)\)\Z", r"\1"),
+    (r"\Aunexpected character U\+\w+ (.*)", r"the sign `\1` cannot be read: write the formula without it"),
+    (r"\Aunexpected `([^`]*)` \((.*)\)\Z", r"`\1` has no place here: \2"),
+    (r"\Aunexpected (`[^`]*`)\Z", r"\1 has no place here: write one formula with + - * / ^ and brackets"),
 )
 """What the readers of documents say of a formula, and what a student reads instead."""
 
 
 def advice(problem: ValueProblem) -> str:
     """What a student has to write where a formula cannot be read."""
-    said = with_hint(problem).replace("`**`", "`^`")
-    for pattern, instead in _ADVICE:
-        if match := pattern.fullmatch(said):
-            return match.expand(instead)
-    return said
+    return rewritten(with_hint(problem).replace("`**`", "`^`"), _ADVICE)

@@ -63,8 +63,7 @@ def function(
     inf or NaN; that for arrays always does the latter. A module that lacks a function makes the
     flow raise a ComputationError.
 
-    Raises:
-        ExpressionError: a name has no value, or a part without arguments has no finite real value.
+    Raises ExpressionError: a name has no value, or a part without arguments has no finite real value.
     """
     writer = _Writer({name: f"v{i}" for i, name in enumerate(arguments)}, constants)
     head = f"def f({', '.join(map(str, writer.values.values()))}):"
@@ -264,8 +263,7 @@ def shared(steps: Sequence[Step], values: Sequence[tree.Node]) -> Formulas:
 
     Names of new steps begin with `.s`.
 
-    Raises:
-        ExpressionError: a number is too large for a float.
+    Raises ExpressionError: a number is too large for a float.
     """
     kept = _needed(steps, values)
     roots = [*(value for _, value in kept), *values]

@@ -53,8 +53,7 @@ class Expression:
         From floats comes a float. As soon as one of the names used is an array, all is done
         element by element, and an element without a finite real value is infinite or NaN.
 
-        Raises:
-            ExpressionError: a name has no value, or floats lead to no finite real value.
+        Raises ExpressionError: a name has no value, or floats lead to no finite real value.
         """
         missing = sorted(name for name in self.names if name not in values)
         if missing:
@@ -76,8 +75,7 @@ def parse(
     Of several readings the one that `fits` is taken. Signs of LaTeX, of print and of phones are read as plain
     ones.
 
-    Raises:
-        ExpressionError: the text is not in the language or beyond its bounds, or several readings fit.
+    Raises ExpressionError: the text is not in the language or beyond its bounds, or several readings fit.
     """
     try:
         source = undotted(text)
@@ -141,8 +139,7 @@ def numbers(
 def real(node: Node, values: Mapping[str, float]) -> float:
     """The value of a tree, a finite number.
 
-    Raises:
-        ExpressionError: there is no such value, at any step of the way.
+    Raises ExpressionError: there is no such value, at any step of the way.
     """
     return float(fold(node, lambda name: known(name, values), FLOATS))
 

@@ -90,8 +90,7 @@ _FONTS = re.compile("[\u2102-\u2138\uff01-\uff5e\U0001d400-\U0001d7ff]")
 def plain(text: str) -> str:
     """A text without LaTeX, in ASCII as far as its signs have ASCII spellings.
 
-    Raises:
-        ExpressionError: braces do not match, or a command has no meaning in a formula.
+    Raises ExpressionError: braces do not match, or a command has no meaning in a formula.
     """
     if len(text) > MAX_TEXT:
         message = f"an answer has at most {MAX_TEXT} characters, this has {len(text)}"

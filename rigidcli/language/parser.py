@@ -86,8 +86,7 @@ def read(
 ) -> tuple[tree.Node, frozenset[str]]:
     """The most usual tree of a text, and the names in it; it may call `functions` without a formula, too.
 
-    Raises:
-        ExpressionError: the text is not in the language, with the column where it stops being so.
+    Raises ExpressionError: the text is not in the language, with the column where it stops being so.
     """
     root = of_tokens(tokenize(source), functions, None)[0]
     return root, frozenset(tree.names_in(root))

@@ -127,9 +127,7 @@ class Token(NamedTuple):
 def tokenize(text: str, *, as_typed: bool = True) -> list[Token]:
     """The tokens of a text, the last of them the `end`; without columns if the text is not `as_typed`.
 
-    Raises:
-        ExpressionError: the text or one of its numbers is too long, or a character is not in the
-            language.
+    Raises ExpressionError: the text or one of its numbers is too long, or a character is not in the language.
     """
     if len(text) > MAX_TEXT:
         message = f"an expression has at most {MAX_TEXT} characters, this has {len(text)}"

@@ -287,9 +287,8 @@ def expressions(text: str, words: Words | None, *, leading: bool = True) -> list
 
     A name and `=` may be `leading`; of a chain of equalities this is the last member.
 
-    Raises:
-        ExpressionError: the text is no formula. Its `code` is `unknown_symbol` for a name that the question
-            does not have, `too_large` beyond the bounds.
+    Raises ExpressionError: the text is no formula. Its `code` is `unknown_symbol` for a name that the
+    question does not have, `too_large` beyond the bounds.
     """
     formula = rewritten(plain(text), _FUNCTIONS)
     if leading:
