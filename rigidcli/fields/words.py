@@ -58,11 +58,8 @@ LISTS = [(key, words.split(), kind == "components") for kind, key, words in _ROW
 HINTS = {key: words for kind, key, words in _ROWS if kind == "hint"}
 """The hints for keys that no section has."""
 
-UNITS_BY_WORD = _by_word("unit")
-"""The units for which words of other languages stand."""
-
-SPELLED_UNITS = _by_word("spelled")
-"""The units that homework writes in these letters, capitals as they are."""
+UNITS_BY_WORD, SPELLED_UNITS = _by_word("unit"), _by_word("spelled")
+"""Units for words, also of other languages; and for what homework writes, in these very letters."""
 
 STARTERS = _by_word("new")
 """The kinds of starters for which a word may stand."""
