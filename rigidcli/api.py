@@ -99,7 +99,7 @@ def _placed(error: DocumentError) -> list[Problem]:
 def _read(source: Source, exact: bool, settings: Settings, ignored: Sequence[str] = ()) -> Document:
     """The document of a source. Raises UsageError for a setting that nothing uses."""
     document = read_source(source, exact, _texts(settings))
-    for path in document.reading.draft.changed if settings else ():
+    for path in document.draft.changed if settings else ():
         if path[0] in ignored or (path[0] == "parameters" and path[-1] in document.unused):
             raise UsageError(f"settings: nothing uses `{'.'.join(map(str, path))}`")
     return document

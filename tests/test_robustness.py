@@ -15,11 +15,10 @@ from rigidcli.bodies.composites import Composite, KnownTensor
 from rigidcli.bodies.points import PointMasses
 from rigidcli.bodies.shapes import SHAPES
 from rigidcli.document.document import Document
+from rigidcli.document.draft import read_tree
 from rigidcli.document.motion import Motion, Tide, Top
-from rigidcli.document.orbit import Orbit
-from rigidcli.document.syntax import read_tree
-from rigidcli.document.system import Particle, System
-from rigidcli.document.variables import Transform
+from rigidcli.document.phase_space import Transform
+from rigidcli.document.system import Orbit, Particle, System
 from rigidcli.fields.section import Section
 from tests.tables import rows_of
 

@@ -1,54 +1,52 @@
-"""The model of a document: a body, its motion and precession; a system with an orbit and transformations."""
+"""The model of a document, and the numbers that its sections describe: masses, tensors, axes and tops."""
 
 from __future__ import annotations
 
 import pathlib
 import re
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
-from functools import cache, cached_property
+from functools import cache, cached_property, partial
 from importlib import import_module
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Self, get_args
 
+import numpy as np
 from pydantic import Field, model_validator
 
-from rigidcli.core.arithmetic import Arithmetic, Scalar
+from rigidcli.core import rotation
+from rigidcli.core.arithmetic import Arithmetic, Array, Scalar
+from rigidcli.core.mass_properties import MassProperties
+from rigidcli.core.tensor import IDENTITY, rotate, without_rounding
 from rigidcli.document.draft import Draft
-from rigidcli.document.physical import Physical
-from rigidcli.document.variables import EQUILIBRIUM, Brackets, Equilibrium, Observables, Transform
-from rigidcli.errors import DocumentError, Problem, ValueProblem
+from rigidcli.errors import DocumentError, Problem, ValueProblem, at
 from rigidcli.fields.dimensions import ACCELERATION
 from rigidcli.fields.environment import Environment
 from rigidcli.fields.quantities import Direction, Quantity, ReferencePoint
 from rigidcli.fields.section import Elsewhere, Section, SectionChoice, Title, optional
 from rigidcli.fields.words import keys_called, list_meant, not_one_of
-from rigidcli.language.expression import Expression
 
 if TYPE_CHECKING:
     from rigidcli.bodies.bodies import Body
     from rigidcli.bodies.form import Rotation
+    from rigidcli.bodies.tops import HeavyTop
+    from rigidcli.core.principal import PrincipalFrame
     from rigidcli.document.motion import Motion, Tide, Top
-    from rigidcli.document.orbit import Orbit
+    from rigidcli.document.phase_space import Brackets, Equilibrium, Observables, Transform
     from rigidcli.document.sampling import Ensemble
-    from rigidcli.document.system import System
+    from rigidcli.document.system import Orbit, System
+    from rigidcli.language.expression import Expression
 else:
     # Loaded when a document has the section, as no document has all of them.
     Body = Annotated[Section, Elsewhere("rigidcli.bodies.bodies", "BODY")]
     Rotation = Annotated[Section, Elsewhere("rigidcli.bodies.form", "TURN")]
-    Orbit = Annotated[Section, Elsewhere("rigidcli.document.orbit", "Orbit")]
+    Orbit = Annotated[Section, Elsewhere("rigidcli.document.system", "Orbit")]
     System = Annotated[Section, Elsewhere("rigidcli.document.system", "System")]
     Motion, Tide, Top = (
         Annotated[Section, Elsewhere("rigidcli.document.motion", name)] for name in ("Motion", "Tide", "Top")
     )
-
-
-@dataclass(slots=True)
-class ReadFrom:
-    """The draft and the environment from which a document was read; all starts of an ensemble share them."""
-
-    draft: Draft = field(default_factory=lambda: Draft("", {}))
-    environment: Environment = field(default_factory=Environment)
-    starts: int = 1
+    Observables, Brackets, Equilibrium, Transform = (
+        Annotated[Any, Elsewhere("rigidcli.document.phase_space", name)]
+        for name in ("OBSERVABLES", "BRACKETS", "EQUILIBRIUM", "Transform")
+    )
 
 
 class Document(Section):
@@ -86,7 +84,7 @@ class Document(Section):
         "Pairs of which the Poisson bracket is asked for: [[Lx, Ly], [Lx, H]]"
     )
     orbit: Orbit | None = None
-    equilibrium: Annotated[Equilibrium, EQUILIBRIUM] | None = optional(
+    equilibrium: Equilibrium | None = optional(
         "Coordinates of an equilibrium, for small oscillations; or values near it, under `find`. In a steady "
         "motion a cyclic coordinate is `steady`, or its momentum has a value"
     )
@@ -155,82 +153,83 @@ class Document(Section):
             return self.model_copy(update={"about": "com"})  # of a molecule, whose origin means nothing
         return self
 
-    @cached_property
-    def reading(self) -> ReadFrom:
-        """The draft and the environment of the document; empty ones where it was not read from a text."""
-        return ReadFrom()
+    # --- what the document was read from, and with
 
-    def came_from(self, reading: ReadFrom, rest: Document | None) -> None:
-        """Remember the draft and the environment; the body may be that of the `rest` of a sweep."""
-        reading.starts = 1 if self.ensemble is None else len(self.ensemble)
-        self.keep(reading=reading)
-        if rest is not None:
-            self.keep(physical=rest.physical.of(vars(self)))
+    @cached_property
+    def draft(self) -> Draft:
+        """The tree and the text that the document was read from; empty for a document that was not read."""
+        return Draft("", {})
+
+    @cached_property
+    def environment(self) -> Environment:
+        """The parameters and the arithmetic with which the document was read."""
+        return Environment()
+
+    @cached_property
+    def starts(self) -> int:
+        """The number of starts in the document; that of the whole ensemble for the document of one start."""
+        return 1 if self.ensemble is None else len(self.ensemble)
 
     @property
     def arithmetic(self) -> Arithmetic:
         """The arithmetic of the numbers in the document: floats or exact expressions."""
-        return self.reading.environment.arithmetic
+        return self.environment.arithmetic
 
     @property
     def exact_results(self) -> bool:
         """Whether results are exact: the user asks for it, or a parameter has no value."""
-        return self.reading.environment.exact_results
+        return self.environment.exact_results
 
     @property
     def values(self) -> Mapping[str, Scalar]:
         """The parameters that have a value, in SI units."""
-        declared = self.reading.environment.declared
+        declared = self.environment.declared
         return {name: each.value for name, each in declared.items() if each.value is not None}
 
     @property
     def symbols(self) -> tuple[str, ...]:
         """The parameters without a value that something uses."""
-        env = self.reading.environment
+        env = self.environment
         return tuple(name for name, each in env.declared.items() if each.typed is None and name in env.used)
 
     @property
     def unused(self) -> list[str]:
         """The parameters that nothing uses."""
-        env = self.reading.environment
-        return sorted(env.declared.keys() - env.used)
+        return sorted(self.environment.declared.keys() - self.environment.used)
 
     @cached_property
     def definitions(self) -> Mapping[str, Expression | None]:
         """The exact expressions of the parameters, each after those that it uses; None for a symbol."""
-        env = self.reading.environment
+        env = self.environment
         typed = ((name, parameter.typed) for name, parameter in env.declared.items())
         return {name: None if each is None else env.written(each) for name, each in typed}
 
     @property
     def files(self) -> Sequence[pathlib.Path]:
         """The files that the document names."""
-        return self.reading.environment.log.files
+        return self.environment.log.files
 
     @property
     def source(self) -> str:
         """Where the document was read from, as the user named it."""
-        return self.reading.draft.source
+        return self.draft.source
 
     @property
     def notes(self) -> tuple[str, ...]:
         """Remarks for the user on the document, each once."""
-        return tuple(dict.fromkeys(self.reading.environment.log.notes))
-
-    @property
-    def text(self) -> str:
-        """The text of the document, and below it, in comments, the values that were set by options."""
-        return self.reading.draft.whole
+        return tuple(dict.fromkeys(self.environment.log.notes))
 
     def problem(self, message: str, key: str, *, hint: str | None = None) -> Problem:
         """A problem of a document that was read, at the line of the key, or of the nearest key above it."""
         path = tuple(int(step) if step.isdecimal() else step for step in key.split("."))
-        source, line = self.reading.draft.place(path)
+        source, line = self.draft.place(path)
         return Problem(source, message, line, key, hint)
 
     def refusal(self, message: str, key: str, *, hint: str | None = None) -> DocumentError:
         """The error that refuses the document for one such problem."""
         return DocumentError([self.problem(message, key, hint=hint)])
+
+    # --- starts and numbers
 
     @property
     def ensemble(self) -> Ensemble | None:
@@ -243,7 +242,7 @@ class Document(Section):
         key = "motion" if self.motion is not None and self.motion.ensemble is not None else "orbit"
         section = getattr(self, key).at_start(place).model_copy(update=sampling)
         document = self.model_copy(update={key: section})
-        document.keep(physical=self.physical.of(vars(document)))
+        document.keep(starts=self.starts, physical=self.physical.of(vars(document)))
         return document
 
     @cached_property
@@ -257,12 +256,144 @@ def places() -> dict[str, list[str]]:
     """The sections at the top of a document, by the keys that they have; "" has the keys at the top."""
     names = {name: [""] for name in Document.model_fields}
     for name, entry in Document.model_fields.items():
-        sections: list[type[Section]] = []
-        for part in get_args(entry.annotation):
-            for mark in getattr(part, "__metadata__", (part,)):
-                choice = mark.choice if isinstance(mark, Elsewhere) else mark
-                sections += choice.options() if isinstance(choice, SectionChoice) else ()
-                sections += [mark] if isinstance(mark, type) and issubclass(mark, Section) else ()
+        marks = (mark for part in get_args(entry.annotation) for mark in getattr(part, "__metadata__", ()))
+        choices = [mark.there if isinstance(mark, Elsewhere) else mark for mark in marks]
+        sections = [
+            each for choice in choices if isinstance(choice, SectionChoice) for each in choice.options()
+        ]
         for key in dict.fromkeys(key for section in sections for key in section.model_fields):
             names.setdefault(key, []).append(name)
     return names
+
+
+SAME_POINT = 1e-12  # relative to their distance from the origin: points so close differ by rounding only
+
+
+class Physical:
+    """Masses, tensors, axes and tops of a document, each computed when it is first used.
+
+    `require` uses all of them when a document is read, so that an impossible body or top is refused at once.
+    Vectors and tensors are along the document's axes. Every property raises ValueProblem, with the path in
+    the document, for a body, a top or an axis that cannot exist.
+    """
+
+    def __init__(self, sections: Mapping[str, Any], arithmetic: Arithmetic) -> None:
+        self.sections, self.arithmetic = sections, arithmetic
+        self.body: Body | None = sections["body"]
+
+    @np.errstate(over="ignore", invalid="ignore")
+    def of(self, sections: Mapping[str, Any]) -> Physical:
+        """The numbers of other sections; results for the same body are taken over from here."""
+        other = Physical(sections, self.arithmetic)
+        if self.body is not None and other.body is self.body:
+            for name in ("properties", "tensor", *(("body_top",) if sections["top"] else ())):
+                setattr(other, name, getattr(self, name))
+        return other
+
+    @np.errstate(over="ignore", invalid="ignore")
+    def require(self) -> None:
+        """Raise ValueProblem where the document describes something impossible."""
+        _ = self.axes, self.direction, self.orientation
+        _ = self.body and self.tensor, self.sections["top"] and self.heavy_top
+
+    @cached_property
+    def properties(self) -> MassProperties:
+        """Mass, centre of mass (3, m) and the tensor of the body."""
+        if self.body is None:
+            raise ValueProblem("missing, expected a body", path=("body",))
+        with at("body"):
+            return self.body.properties(self.arithmetic)
+
+    @property
+    def point(self) -> Array:
+        """The point O about which the tensor is taken (3, m)."""
+        about = self.sections["about"]
+        if about == "com":
+            return self.properties.com
+        if isinstance(about, str) and about != "origin":
+            from rigidcli.bodies.shape import Shape
+
+            assert isinstance(self.body, Shape)
+            return self.body.point_named(about, self.arithmetic)
+        return self.arithmetic.array([0, 0, 0] if about == "origin" else about)
+
+    def _require_known(self) -> None:
+        # A tensor without a mass cannot be shifted.
+        size, properties = self.arithmetic.size, self.properties
+        off = max(abs(size(component)) for component in self.point - properties.com)
+        far = max(abs(size(component)) for component in (*self.point, *properties.com))
+        if off > SAME_POINT * far or (self.sections["about"] == "com" and not properties.at_com):
+            hint = "give `mass`, or the tensor about the point asked for in `about`"
+            message = "missing: without it the tensor cannot be shifted"
+            raise ValueProblem(message, path=("body", "mass"), hint=hint)
+
+    @cached_property
+    def tensor(self) -> Array:
+        """The inertia tensor about the point O (3 by 3, kg m^2)."""
+        body = self.properties
+        if body.mass is None:
+            self._require_known()
+            return without_rounding(body.tensor)
+        return self.arithmetic.tidy(without_rounding(body.tensor_about(self.point)))
+
+    def frame_along(self, axes: Array) -> PrincipalFrame:
+        """The principal frame about the point O, in components along these axes (columns, 3 by 3)."""
+        assert self.body is not None
+        return self.body.principal_frame(self.tensor, self.point, axes, self.arithmetic)
+
+    @cached_property
+    def direction(self) -> Array | None:
+        """The unit vector (3) along the `axis` through O; None where the document has no axis."""
+        if self.sections["axis"] is None:
+            return None
+        with at("axis"):
+            return rotation.direction(self.sections["axis"], self.arithmetic)
+
+    @cached_property
+    def heavy_top(self) -> HeavyTop:
+        """The top of the section `top`, from its own numbers or from the body held at the point O."""
+        top = self.sections["top"]
+        if top is None:
+            raise ValueProblem("missing, expected a top", path=("top",))
+        if self.body is None:
+            from rigidcli.bodies.tops import described
+
+            with at("top"):
+                return described(self.arithmetic, **top.numbers)
+        if given := [key for key, number in top.numbers.items() if number is not None]:
+            raise ValueProblem("the `body` determines this; give one or the other", path=("top", given[0]))
+        return self.body_top
+
+    @cached_property
+    def body_top(self) -> HeavyTop:
+        """The top that the body makes when it is held at the point O."""
+        from rigidcli.bodies.tops import of_body
+
+        try:
+            frame = partial(self.frame_along, self.arithmetic.array(IDENTITY))
+            return of_body(self.properties, self.point, self.tensor, frame, self.arithmetic)
+        except ValueProblem as problem:
+            if problem.path[:1] != ("body",):
+                problem.below("top")
+            raise
+
+    @cached_property
+    def axes(self) -> Array:
+        """The axes of the results, as columns (3 by 3)."""
+        return self._matrix(self.sections["frame"], "frame")
+
+    def along_axes(self, tensor: Array) -> Array:
+        """A tensor (3 by 3, along the document's axes) along the axes of the results."""
+        return without_rounding(rotate(tensor, self.axes.T))
+
+    @cached_property
+    def orientation(self) -> Array:
+        """The rotation from the document's axes to those of space at t = 0 (3 by 3)."""
+        motion = self.sections["motion"]
+        return self._matrix(None if motion is None else motion.orientation, "motion", "orientation")
+
+    def _matrix(self, rotation: Rotation | None, *path: str) -> Array:
+        if rotation is None:
+            return self.arithmetic.array(IDENTITY)
+        with at(*path):
+            return rotation.as_matrix(self.arithmetic)

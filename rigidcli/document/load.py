@@ -18,7 +18,7 @@ from pydantic import ValidationError
 
 from rigidcli.bodies.robots import is_robot
 from rigidcli.core.arithmetic import FLOAT
-from rigidcli.document.document import Document, ReadFrom, places
+from rigidcli.document.document import Document, places
 from rigidcli.document.draft import SWEEP, Draft, body_form, names_in, of_text, split_setting
 from rigidcli.document.parameters import read_parameters
 from rigidcli.errors import (
@@ -40,23 +40,16 @@ from rigidcli.fields.words import keys_called, with_colon
 if TYPE_CHECKING:
     from rigidcli.bodies.shape import Shape
 
+# A document that was read already, or a description: a mapping, a text in YAML, or the path to a file.
 Source: TypeAlias = Document | Mapping[str, Any] | str | os.PathLike[str]
-"""A document that was read already, or a description: a mapping, a text in YAML, or the path to a file."""
-
-MAPPING = "<mapping>"
-"""The name of a document that was given as a mapping, in messages."""
-
-TOP_KEYS = tuple(Document.model_fields)
-"""The keys at the top of a document."""
-
+MAPPING = "<mapping>"  # the name of a document that was given as a mapping, in messages
+TOP_KEYS = tuple(Document.model_fields)  # the keys at the top of a document
+# Keys whose sections are read without the others: if only these are swept, the rest is read once.
 SECTIONS_READ_ALONE = frozenset({"name", "description", "body", "axis", "frame", "motion", "top", "tide"})
-"""Keys whose sections are read without the others: if only these are swept, the rest is read once."""
-
+# The most links of a robot, which take two seconds to read as documents; the largest robots have 200.
 MOST_LINKS = 1000
-"""The most links of a robot, which take two seconds to read as documents; the largest robots have 200."""
-
+# A mark of the text of a document, which the path to a file does not contain.
 _TEXT = re.compile(r"\n|:\s|\{")
-"""A mark of the text of a document, which the path to a file does not contain."""
 
 
 class Drafts(NamedTuple):
@@ -202,11 +195,10 @@ def read(draft: Draft, swept: Sequence[str] = ()) -> Document:
     positive: frozenset[str] = frozenset()
     while True:
         document = _document(given, exact, positive)
-        symbols = document.reading.environment.positive
-        if symbols <= positive:
+        if document.environment.positive <= positive:
             break
         # Symbols that stand for masses and lengths are positive: with this knowledge it is read again.
-        positive |= symbols
+        positive |= document.environment.positive
     if not given.has_symbols or (document.body is None and document.top is None):
         return document
     return tried(document, given, lambda tree: _document(replace(given, tree=tree), False, is_physical=False))
@@ -214,7 +206,6 @@ def read(draft: Draft, swept: Sequence[str] = ()) -> Document:
 
 @lru_cache(maxsize=1)
 def _settled(draft: Draft) -> Draft:
-    """The draft after `--set`, which all points of a sweep have in common."""
     return draft.changed_by(draft.settings)
 
 
@@ -268,9 +259,8 @@ def _document(
 
 
 def _at_point(draft: Draft, rest: Document) -> Document:
-    """The document at a point of a sweep: the sections of the `rest` are taken as they are."""
     sections = {key: section for key, section in vars(rest).items() if isinstance(section, Section)}
-    return _validated(draft, draft.tree | sections, rest.reading.environment.copied(), [], rest)
+    return _validated(draft, draft.tree | sections, rest.environment.copied(), [], rest)
 
 
 def _validated(
@@ -285,7 +275,9 @@ def _validated(
     """The document of a tree. Raises DocumentError with the `problems` so far and all further ones."""
     try:
         document = Document.model_validate(tree, context=env)
-        document.came_from(ReadFrom(draft, env), rest)
+        document.keep(draft=draft, environment=env)
+        if rest is not None:
+            document.keep(physical=rest.physical.of(vars(document)))
         if is_physical and not problems and not env.log.faults:
             document.physical.require()
     except ValidationError as error:
@@ -344,11 +336,10 @@ def _with_strays(tree: dict[str, Any]) -> tuple[dict[str, Any], list[ValueProble
 # --- documents with symbols
 
 
+# Trials with values: a body that exists for one in ten is refused by chance in 0.9^30 = 4 % of cases.
 SETS_OF_TRIAL_VALUES = 30
-"""Trials with values: a body that exists for one in ten is refused by chance in 0.9^30 = 4 % of cases."""
-
+# With more symbols, trials may miss the values that allow a body: then a note replaces the refusal.
 MOST_SYMBOLS = 3
-"""With more symbols, trials may miss the values that allow a body: then a note replaces the refusal."""
 
 
 def tried(document: Document, draft: Draft, read: Callable[[Mapping[str, Any]], Document]) -> Document:
@@ -371,28 +362,27 @@ def tried(document: Document, draft: Draft, read: Callable[[Mapping[str, Any]], 
             failed[".".join(map(str, problem.path)), _check(problem.message)] += 1
         except ComputationError:
             continue
-    refused, noted = [], []
     used = [name for name in symbols if name not in document.unused]
     names = ", ".join(f"`{name}`" for name in used)
+    refused, noted = list[Problem](), dict[str, str]()
     for (key, check), count in failed.items():
         amount = "all" if count == SETS_OF_TRIAL_VALUES else "some"
         sentence = f"for {amount} positive values of {names} that were tried: {check}"
-        if count == SETS_OF_TRIAL_VALUES and len(used) <= MOST_SYMBOLS:
+        if amount == "all" and len(used) <= MOST_SYMBOLS:
             refused.append(document.problem(sentence, key))
-        else:
-            noted.append((key, check, sentence))
+        place = f"{key}: " if key else ""
+        noted[place + check] = place + sentence
     if refused:
         raise DocumentError(refused)
-    notes = [f"{key}: {sentence}" if key else sentence for key, _, sentence in noted]
-    if len(noted) > 1:
-        checks = "; ".join(f"{key}: {check}" if key else check for key, check, _ in noted)
-        notes = [f"for positive values of {names} that were tried: {checks}"]
-    document.reading.environment.log.note(*notes)
+    notes = [*noted.values()]
+    if len(notes) > 1:
+        notes = [f"for positive values of {names} that were tried: {'; '.join(noted)}"]
+    document.environment.log.note(*notes)
     return document
 
 
 def _require_physical(document: Document) -> None:
-    """Raise ValueProblem for an impossible body or top; densities are sampled, and not integrated."""
+    # Densities are sampled, and not integrated.
     varying = [shape for shape in _shapes(document.body) if isinstance(shape.density, BoundExpression)]
     for shape in varying:
         from rigidcli.bodies.density_integrals import looked_at
@@ -413,12 +403,10 @@ def _shapes(body: object) -> Iterator[Shape]:
         yield body
 
 
-_TRIAL_NUMBER = re.compile(r" = -?\d[^;,]*$")
-"""The value of a limit at the end of a message, with its unit."""
+_TRIAL_NUMBER = re.compile(r" = -?\d[^;,]*$")  # the value of a limit at the end of a message, with its unit
 
 
 def _check(message: str) -> str:
-    """A message without the numbers of a trial."""
     expected = message.partition("expected ")[2]
     if message.startswith("read ") and expected:
         return f"expected {_TRIAL_NUMBER.sub('', expected)}"

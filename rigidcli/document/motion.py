@@ -100,8 +100,8 @@ Torque: TypeAlias = Annotated[
 ]
 
 
+# The heads of a table of starts: the components of omega, and of the orientation, if they are there.
 RATES, QUATERNION = ("w1", "w2", "w3"), ("q0", "q1", "q2", "q3")
-"""The heads of a table of starts: the components of omega, and of the orientation, if they are there."""
 
 
 def _names(heads: Sequence[str], info: ValidationInfo) -> tuple[str, ...]:
@@ -176,7 +176,7 @@ class Motion(Sampling):
 
 
 def _with_positive_letter(value: Scalar, info: ValidationInfo) -> Scalar:
-    """A letter is positive; a number may be negative."""
+    # A letter is positive; a number may be negative.
     env = environment(info)
     if env.arithmetic.sign(value) is None:
         env.assume_positive(value)

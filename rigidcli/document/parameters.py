@@ -20,17 +20,11 @@ from rigidcli.language.words import CONSTANTS
 
 _T = TypeVar("_T")
 
-TIME = "t"
-"""The name of the time, in documents where there is one."""
-
-MOST_ENTRIES = 256
-"""The most names in a mapping: the coordinates and momenta of 128 masses."""
-
-_NAME = re.compile(r"[^\W\d]\w*")
-"""A name in a text."""
-
+TIME = "t"  # the name of the time, in documents where there is one
+MOST_ENTRIES = 256  # the most names in a mapping: the coordinates and momenta of 128 masses
+_NAME = re.compile(r"[^\W\d]\w*")  # A name in a text
+# The meanings of reserved names; any other reserved name is a function.
 _RESERVED_FOR = {TIME: "the time", **dict.fromkeys(CONSTANTS, "a constant")}
-"""The meanings of reserved names; any other reserved name is a function."""
 
 
 def read_parameters(env: Environment, raw: Any, *, has_time: bool) -> list[ValueProblem]:

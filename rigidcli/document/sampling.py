@@ -13,21 +13,19 @@ import numpy as np
 from pydantic import (
     AfterValidator,
     Field,
-    GetCoreSchemaHandler,
-    GetJsonSchemaHandler,
     ValidationError,
     ValidationInfo,
     ValidatorFunctionWrapHandler,
     model_validator,
 )
 from pydantic.json_schema import JsonSchemaValue
-from pydantic_core import CoreSchema, InitErrorDetails, core_schema
+from pydantic_core import InitErrorDetails
 
 from rigidcli.core.arithmetic import Floats, Scalar
 from rigidcli.errors import ValueProblem, shown
 from rigidcli.fields.dimensions import TIME
 from rigidcli.fields.quantities import AsList, Duration, Number, Quantity, WholeNumber, limited
-from rigidcli.fields.section import Section, details, environment, optional
+from rigidcli.fields.section import Section, WrappedReader, details, environment, optional
 from rigidcli.fields.texts import csv_rows
 from rigidcli.fields.units import finite
 
@@ -48,7 +46,7 @@ class Ensemble:
 
 
 @dataclass(frozen=True, eq=False)
-class OrMany:
+class OrMany(WrappedReader):
     """Marks a field of one start (`otherwise`) that also takes a list of starts, or the name of a table.
 
     `named` gives the values of a start by their names, and `heads` the names for the heads of a table;
@@ -61,20 +59,14 @@ class OrMany:
     example: str
     require: Callable[[Mapping[str, float]], None] = lambda start: None
 
-    def __get_pydantic_core_schema__(self, source: object, handler: GetCoreSchemaHandler) -> CoreSchema:
-        one = handler.generate_schema(self.otherwise)
-        return core_schema.with_info_wrap_validator_function(self._read, one)
-
-    def __get_pydantic_json_schema__(
-        self, schema: CoreSchema, handler: GetJsonSchemaHandler
-    ) -> JsonSchemaValue:
-        one = handler(schema)
+    def schemas(self, one: JsonSchemaValue) -> list[JsonSchemaValue]:
+        """The JSON Schemas of one start, of a list, and of a table."""
         words = f"A .csv file of starts, beside the document, with heads such as {self.example}"
         table = {"type": "string", "pattern": r"\.[cC][sS][vV]$", "description": words}
         several = {"type": "array", "items": one, "minItems": 1, "description": "A list of such starts"}
-        return {"anyOf": [one, several, table]}
+        return [one, several, table]
 
-    def _read(self, raw: Any, otherwise: ValidatorFunctionWrapHandler, info: ValidationInfo) -> object:
+    def read(self, raw: Any, otherwise: ValidatorFunctionWrapHandler, info: ValidationInfo) -> object:
         """One start, or several as an ensemble."""
         if isinstance(raw, str) and raw.lower().endswith(".csv"):
             return _table(environment(info).file(raw), lambda heads: self.heads(heads, info), self.require)
@@ -133,20 +125,14 @@ def _number(head: str, cell: str) -> float:
     raise ValueProblem(f"column {head}: read {shown(cell)}, expected a number")
 
 
-MOST_SAMPLES = 10_000_000
-"""The most samples of a motion: a trajectory of as many rows takes a gigabyte."""
-
+MOST_SAMPLES = 10_000_000  # the most samples of a motion: a trajectory of as many rows takes a gigabyte
+# Bounds of the relative error of a step: below the least is rounding, the largest is three digits.
 LEAST_TOLERANCE, LARGEST_TOLERANCE = 1e-15, 1e-3
-"""Bounds of the relative error of a step: below the least is rounding, the largest is three digits."""
-
+# Samples where a document says nothing: with both ends, they cut its duration into a thousand parts.
 DEFAULT_SAMPLES = 1001
-"""Samples where a document says nothing: with both ends, they cut its duration into a thousand parts."""
-
+# Relative error of a step where a document says nothing: smaller than most users need.
 DEFAULT_TOLERANCE = 1e-12
-"""Relative error of a step where a document says nothing: smaller than most users need."""
-
-WHOLE_STEP = 1e-9
-"""Relative to the step: a last step that ends so near to the end is meant to end there."""
+WHOLE_STEP = 1e-9  # relative to the step: a last step that ends so near to the end is meant to end there
 
 
 def _ascending(times: tuple[Scalar, ...], info: ValidationInfo) -> tuple[Scalar, ...]:

@@ -45,14 +45,10 @@ _FLAT = {
 }
 """The cure for a list of numbers under these keys, which expect a list of lists."""
 
-_ENTRIES = ("Ixx", "Iyy", "Izz", "Ixy", "Ixz", "Iyz")
-"""The entries of a tensor of inertia."""
-
-_OF_MAPPINGS = ("parts", "perturbers", "particles")
-"""Keys that hold lists of mappings."""
-
+_ENTRIES = ("Ixx", "Iyy", "Izz", "Ixy", "Ixz", "Iyz")  # the entries of a tensor of inertia
+_OF_MAPPINGS = ("parts", "perturbers", "particles")  # keys that hold lists of mappings
+# Two entries of a list that come from the decimal comma of `0,5`.
 _DECIMAL_COMMA = re.compile(r"(?<![\w.])(-?\d+), (\d*[1-9]\d*)(?![\w.])")
-"""Two entries of a list that come from the decimal comma of `0,5`."""
 
 
 def explain(error: ValidationError) -> list[ValueProblem]:
@@ -226,24 +222,20 @@ class Slip(NamedTuple):
     hint: str | None = None
 
 
+# The beginning of a line with a key, for which KEY stands in the table.
 _KEY = r" *(?:- +)*(?P<key>[A-Za-z_]\w*)"
-"""The beginning of a line with a key, for which KEY stands in the table."""
-
-STANDARD_GRAVITY = 9.80665
-"""The acceleration (m/s^2) by which a weight is divided for a mass."""
-
+STANDARD_GRAVITY = 9.80665  # the acceleration (m/s^2) by which a weight is divided for a mass
+# Characters of a line in which a slip is sought: patterns take long on lines that no person types.
 LONGEST_LINE = 500
-"""Characters of a line in which a slip is sought: patterns take long on lines that no person types."""
 
 _TABLE = resources.files("rigidcli.document").joinpath("slips.tsv").read_text("utf-8").splitlines()[1:]
+# Slips in a line by name: a pattern, whose group `at` is the place, a message and a hint.
 _RULES = {name: rule for name, *rule in (line.split("\t") for line in _TABLE)}
-"""Slips in a line by name: a pattern, whose group `at` is the place, a message and a hint."""
 
 _QUOTED = re.compile(r"\"(?:[^\"\\]|\\.)*\"|'[^']*'|(?<!\S)#.*")
 """Quoted texts and comments, in which brackets mean nothing."""
 
-_PAIRS = {"{": "}", "[": "]"}
-"""Opening brackets, each with the bracket that closes it."""
+_PAIRS = {"{": "}", "[": "]"}  # opening brackets, each with the bracket that closes it
 
 
 def find_slip(text: str, error: Any) -> Slip | None:

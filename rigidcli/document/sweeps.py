@@ -15,8 +15,7 @@ from decimal import Context
 from fractions import Fraction
 from typing import Any, NamedTuple
 
-from rigidcli.document.draft import SWEEP, split_setting
-from rigidcli.document.syntax import read_value
+from rigidcli.document.draft import SWEEP, read_value, split_setting
 from rigidcli.errors import DocumentError, UsageError, ValueProblem, guess, shown
 from rigidcli.fields.environment import Amount, Environment, arithmetic_for
 from rigidcli.fields.texts import csv_rows
@@ -24,14 +23,11 @@ from rigidcli.fields.units import exact_text, finite
 from rigidcli.language.expression import Expression
 from rigidcli.language.tree import Number
 
+# The ways to write values, for messages.
 FORMS_OF_VALUES = "START:STOP:COUNT, log:START:STOP:COUNT, 1,2,5 or @table.csv:column"
-"""The ways to write values, for messages."""
-
-MOST_VALUES = 10**15
-"""The most values of a range: more than any machine works out."""
-
+MOST_VALUES = 10**15  # the most values of a range: more than any machine works out
+# Logarithmic steps are worked with 40 digits, so that 1 to 1000 in four steps has 10 and 100 in it.
 FORTY_DIGITS = Context(prec=40)
-"""Logarithmic steps are worked with 40 digits, so that 1 to 1000 in four steps has 10 and 100 in it."""
 
 
 @dataclass(frozen=True)
@@ -153,8 +149,8 @@ def _read_key(text: str) -> SweptKey:
     return SweptKey(name, texts)
 
 
+# A range as it is written elsewhere: `1..10`, `1-10`, `1 to 10`.
 _SPAN = re.compile(r"\s*(-?[\d.]*?\d)\s*(?:\.\.+|…|to|-)\s*(-?\d[\d.]*)\s*")
-"""A range as it is written elsewhere: `1..10`, `1-10`, `1 to 10`."""
 
 
 def _colons_meant(typed: str) -> str | None:
@@ -201,8 +197,7 @@ def _range(name: str, typed: str, parts: Sequence[str]) -> Range:
     raise UsageError(f"`{name}`: read {shown(last)}, expected a COUNT from 1 to {MOST_VALUES:.0e}")
 
 
-_PIECES = re.compile(r'"(?:[^"\\]|\\.)*"|\'[^\']*\'|.', re.DOTALL)
-"""A text in quotes, or one character."""
+_PIECES = re.compile(r'"(?:[^"\\]|\\.)*"|\'[^\']*\'|.', re.DOTALL)  # A text in quotes, or one character
 
 
 def split_outside(text: str, mark: str) -> tuple[str, ...]:

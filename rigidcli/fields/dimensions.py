@@ -137,8 +137,8 @@ def number_of(dimension: Dimension | None, sign: str | None = None) -> str:
     return with_article(thing if sign is None else f"{sign} {thing}")
 
 
+# The dimension of a part of an expression, or None where it may be any; a pure number is a float, or NaN.
 _Value: TypeAlias = Dimension | float | None
-"""The dimension of a part of an expression, or None where it may be any; a pure number is a float, or NaN."""
 
 
 def dimension_of(root: Node, dimensions: Mapping[str, Dimension]) -> Dimension | None:
@@ -194,5 +194,5 @@ def _negative(value: _Value) -> _Value:
     return -value if isinstance(value, float) else value
 
 
+# Dimensions as a kind of values of expressions.
 _KIND = Kind(lambda text, value: value, _negative, _sum, _product, _power, _call)
-"""Dimensions as a kind of values of expressions."""

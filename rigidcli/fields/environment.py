@@ -38,12 +38,11 @@ from rigidcli.language.expression import Expression, parse
 from rigidcli.language.tree import UnknownFunction
 from rigidcli.language.words import Words
 
-LONGEST_LIST = 20
-"""The most names that a message lists: two lines of them."""
+LONGEST_LIST = 20  # the most names that a message lists: two lines of them
 
 
+# Words that people write for the value of a parameter that has none.
 WITHOUT_VALUE = frozenset(["symbol", "symbolic", "sym", "unknown", "free", "none", "None"])
-"""Words that people write for the value of a parameter that has none."""
 
 
 class Amount(NamedTuple):
@@ -53,8 +52,8 @@ class Amount(NamedTuple):
     unit: Unit
 
 
+# A number, a quantity or an expression, as it is typed in a document.
 Typed: TypeAlias = float | int | Decimal | Amount | Expression
-"""A number, a quantity or an expression, as it is typed in a document."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -174,7 +173,6 @@ class Environment:
         return expression
 
     def _fits(self, reading: Expression, dimension: Dimension | None, variables: tuple[str, ...]) -> bool:
-        """Whether all names in a reading are known, and its dimension fits."""
         if not reading.names <= {*self.declared, *variables}:
             return False
         try:
@@ -453,6 +451,5 @@ def _exact(digits: str) -> Any:
 
 
 def _listed(names: Sequence[str], show: Callable[[str], str] = shown) -> str:
-    """At most LONGEST_LIST names, for a message."""
     more = f" and {len(names) - LONGEST_LIST} more" if len(names) > LONGEST_LIST else ""
     return (", ".join(map(show, names[:LONGEST_LIST])) or "none") + more

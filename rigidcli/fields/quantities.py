@@ -35,11 +35,9 @@ LARGEST_SIZES: dict[Dimension | None, float] = {
 }
 """The largest number of a dimension, in SI units; its inverse is the least. No formula goes beyond floats."""
 
-DEFAULT_LIMIT = 1e160
-"""The limit of numbers of other dimensions."""
-
+DEFAULT_LIMIT = 1e160  # the limit of numbers of other dimensions
+# A bare number beyond this (rad) is probably an angle in degrees; 2 pi, as it is typed, is not beyond it.
 FULL_TURN = 6.2832
-"""A bare number beyond this (rad) is probably an angle in degrees; 2 pi, as it is typed, is not beyond it."""
 
 
 @dataclass(frozen=True)
@@ -105,7 +103,6 @@ class UnitOfLength(Quantity):
 
 
 def _read_whole(raw: object, info: ValidationInfo) -> int:
-    """A whole number, be it written as one, as 3.0 or as an expression."""
     env = environment(info)
     value = env.arithmetic.value(env.read(raw, DIMENSIONLESS))
     if value is None or not value.is_integer():

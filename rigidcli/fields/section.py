@@ -45,15 +45,13 @@ from rigidcli.fields.words import (
     with_colon,
 )
 
-GUESS = re.compile(r"^unknown (?:key|name) \(did you mean (\w+)")
-"""The key that was meant by an unknown key."""
+# A problem tells which key was meant, and these find it there, so that its value is read as well.
+_GUESSED = re.compile(r"^unknown (?:key|name) \(did you mean (\w+)")
+_INSIDE = re.compile(r"^belongs inside `(\w+)`")
+_WORD_INSIDE = re.compile(r"write `\w+: \{(\w+): ")
 
-INSIDE = re.compile(r"^belongs inside `(\w+)`")
-_WORD = re.compile(r"write `\w+: \{(\w+): ")
-"""The section in which a key was meant to stand, and its name there."""
-
+# A key with a unit behind it: `side_cm`, `side (cm)`.
 _WITH_UNIT = re.compile(r"(\w+?)[ _]?[(\[ _]([^\W\d]\w*)[)\]]?")
-"""A key with a unit behind it: `side_cm`, `side (cm)`."""
 
 
 class Section(BaseModel):
@@ -75,7 +73,6 @@ class Section(BaseModel):
     def _report_keys(
         cls, raw: object, validate: ModelWrapValidatorHandler[Self], info: ValidationInfo
     ) -> Self:
-        """Refuse unknown, missing and contradicting keys here, together with all other errors."""
         if not isinstance(raw, dict):
             return validate(raw)
         fields = cls.__pydantic_fields__  # `model_fields` is the same, and looks it up in a roundabout way
@@ -98,43 +95,35 @@ class Section(BaseModel):
         values, as they are read, to their paths in the document.
         """
         fields = cls.model_fields.keys()
-        raw, problems = bracketed(raw)
+        raw, cut = bracketed(raw)
+        problems = list[ValueProblem]()
         for key, entries, words in list(lists_meant(raw, fields)):
-            written = (
-                f"`{key}: [{', '.join(map(str, entries))}]` for {', '.join(f'`{word}`' for word in words)}"
-            )
-            message = f"unknown key{did_you_mean(key)}"
-            problems.append(
-                ValueProblem(message, path=(words[0],), hint=f"write {written}", code=UNKNOWN_KEY)
-            )
+            names = ", ".join(f"`{word}`" for word in words)
+            hint = f"write `{key}: [{', '.join(map(str, entries))}]` for {names}"
+            problems.append(ValueProblem(f"unknown key{did_you_mean(key)}", path=(words[0],), hint=hint))
             raw = {name: value for name, value in raw.items() if name not in words} | {key: entries}
             typed[key,] = (words[0],)
         meant = {key: value for key, value in raw.items() if key in fields}
         for key in [key for key in raw if key not in fields]:
             problem, value = cls._stranger(key, raw, env).below(key), raw[key]
             if isinstance(value, dict) and value and value.keys() <= fields - meant.keys():
-                problem = ValueProblem(
-                    "unknown key", path=(key,), hint=f"leave out `{key}:`: its keys stand here"
-                )
+                hint = f"leave out `{key}:`: its keys stand here"
+                problem = ValueProblem("unknown key", path=(key,), hint=hint)
                 meant |= value
                 typed |= {(name,): (key, name) for name in value}
-            problem.code = UNKNOWN_KEY
             problems.append(problem)
-            guess = GUESS.search(problem.message)
-            if guess is not None and guess[1] in fields and meant.get(guess[1]) is None:
-                meant[guess[1]], typed[guess[1],] = value, (key,)
-            inside = INSIDE.search(problem.message)
-            if (
-                inside is not None
-                and inside[1] in fields
-                and isinstance(meant.get(inside[1], {}) or {}, dict)
-            ):
-                word = _WORD.search(problem.hint or "")
+            guessed, inside = _GUESSED.search(problem.message), _INSIDE.search(problem.message)
+            if guessed and guessed[1] in fields and meant.get(guessed[1]) is None:
+                meant[guessed[1]], typed[guessed[1],] = value, (key,)
+            if inside and inside[1] in fields and isinstance(meant.get(inside[1]), dict | None):
+                word = _WORD_INSIDE.search(problem.hint or "")
                 place = (inside[1], word[1] if word else key)
-                meant[inside[1]] = {**(meant.get(inside[1]) or {})}
-                meant[inside[1]].setdefault(place[1], value)
+                meant[place[0]] = {**(meant.get(place[0]) or {})}
+                meant[place[0]].setdefault(place[1], value)
                 typed[place] = (key,)
-        return meant, problems
+        for problem in problems:
+            problem.code = UNKNOWN_KEY
+        return meant, [*cut, *problems]
 
     @classmethod
     def _contradictions(cls, raw: Mapping[str, Any]) -> Iterator[ValueProblem]:
@@ -152,12 +141,8 @@ class Section(BaseModel):
     @classmethod
     def _stranger(cls, key: str, raw: Mapping[str, Any], env: Environment) -> ValueProblem:
         unit = _WITH_UNIT.fullmatch(key) if len(key) <= LONGEST_SHOWN else None
-        if (
-            unit
-            and is_unit(unit[2])
-            and (name := cls.called(unit[1], raw))
-            and isinstance(raw[key], int | Decimal)
-        ):
+        name = cls.called(unit[1], raw) if unit and is_unit(unit[2]) else None
+        if unit and name and isinstance(raw[key], int | Decimal):
             hint = f"a unit stands behind the number: write `{name}: {raw[key]} {unit[2]}`"
             return ValueProblem(f"unknown key{did_you_mean(name)}", hint=hint)
         if (slip := key_slip(key, cls.model_fields)) is not None:
@@ -167,7 +152,6 @@ class Section(BaseModel):
 
     @classmethod
     def _elsewhere(cls, key: str, raw: Mapping[str, Any], env: Environment) -> ValueProblem | None:
-        """The problem of a key that belongs elsewhere in the document; None for others."""
         sections = env.places()
         if "" in sections.get(key, ()):
             return ValueProblem("belongs at the top of the document")
@@ -249,11 +233,9 @@ def details(error: ValidationError, *path: str | int) -> Iterator[InitErrorDetai
 
 # --- marks on fields: how an entry becomes the value of a field, and its JSON Schema
 
+# Placeholder for `$ref` in the JSON Schema of one section, because bodies are recursive.
 SECTION_REFERENCE = "x-section"
-"""Placeholder for `$ref` in the JSON Schema of one section, because bodies are recursive."""
-
-SHARED_SCHEMA = "x-shared"
-"""Key with the name of the schema beside it, which is written once under `$defs`."""
+SHARED_SCHEMA = "x-shared"  # key with the name of the schema beside it, which is written once under `$defs`
 
 
 class Reader:
@@ -282,30 +264,44 @@ class ReadBy(Reader):
         self.read, self.json_schema = read, lambda: schema
 
 
-@dataclass(frozen=True, eq=False)
-class Alternative:
-    """Marks a field of the type `otherwise` that also takes an entry of another type, `kind`.
+class WrappedReader:
+    """Marks a field of the type `otherwise` that also takes other entries.
 
-    `read` makes the value of the field from such an entry, of which `schema` is the JSON Schema.
+    `read` gets the entry and the validator of the type; `schemas` makes all schemas from that of the type.
     """
 
-    kind: type | UnionType
-    read: Callable[[Any, Environment], object]
     otherwise: Any
-    schema: JsonSchemaValue
-
-    def wrapped(self, raw: Any, otherwise: ValidatorFunctionWrapHandler, info: ValidationInfo) -> object:
-        """The value of the field, which `read` makes from an entry of the other type."""
-        return self.read(raw, environment(info)) if isinstance(raw, self.kind) else otherwise(raw)
+    read: Callable[[Any, ValidatorFunctionWrapHandler, ValidationInfo], object]
+    schemas: Callable[[JsonSchemaValue], list[JsonSchemaValue]]
 
     def __get_pydantic_core_schema__(self, source: object, handler: GetCoreSchemaHandler) -> CoreSchema:
-        schema = handler.generate_schema(self.otherwise)
-        return core_schema.with_info_wrap_validator_function(self.wrapped, schema)
+        return core_schema.with_info_wrap_validator_function(
+            self.read, handler.generate_schema(self.otherwise)
+        )
 
     def __get_pydantic_json_schema__(
         self, schema: CoreSchema, handler: GetJsonSchemaHandler
     ) -> JsonSchemaValue:
-        return {"anyOf": [deepcopy(self.schema), handler(schema)]}
+        return {"anyOf": deepcopy(self.schemas(handler(schema)))}
+
+
+class Alternative(WrappedReader):
+    """Marks a field of the type `otherwise` that also takes an entry of another type, `kind`.
+
+    `value` makes the value of the field from such an entry, of which `schema` is the JSON Schema.
+    """
+
+    def __init__(
+        self,
+        kind: type | UnionType,
+        value: Callable[[Any, Environment], object],
+        otherwise: Any,
+        schema: JsonSchemaValue,
+    ) -> None:
+        self.otherwise, self.schemas = otherwise, lambda other: [schema, other]
+        self.read = lambda raw, rest, info: (
+            value(raw, environment(info)) if isinstance(raw, kind) else rest(raw)
+        )
 
 
 @dataclass(frozen=True)
@@ -314,8 +310,7 @@ class SectionChoice(Reader):
 
     choose: Callable[[Mapping[str, Any]], type[Section]]
     options: Callable[[], Sequence[type[Section]]]
-    example: str = ""
-    """A mapping that may stand there, for messages."""
+    example: str = ""  # a mapping that may stand there, for messages
 
     def json_schema(self) -> JsonSchemaValue:
         """The JSON Schema of a mapping that is one of the sections."""
@@ -357,28 +352,26 @@ def by_key(forms: Mapping[str, type[Section]], example: str = "") -> SectionChoi
 
 @dataclass(frozen=True)
 class Elsewhere(Reader):
-    """Marks a field for a section, or a choice, of a module that is loaded when there is one to read."""
+    """Marks a field that a section or a mark of another module reads, which is loaded when it is needed."""
 
     module: str
     name: str
 
     @cached_property
-    def choice(self) -> SectionChoice:
-        """The choice in the other module; a single section is a choice, too."""
-        there = getattr(import_module(self.module), self.name)
-        return (
-            there
-            if isinstance(there, SectionChoice)
-            else SectionChoice(lambda raw: there, lambda: (there,), there.EXAMPLE)
-        )
+    def there(self) -> Reader:
+        """The mark in the other module; a single section is a choice, too."""
+        there: Any = getattr(import_module(self.module), self.name)
+        if isinstance(there, Reader):
+            return there
+        return SectionChoice(lambda raw: there, lambda: (there,), there.EXAMPLE)
 
     def json_schema(self) -> JsonSchemaValue:
-        """The JSON Schema of the choice."""
-        return self.choice.json_schema()
+        """The JSON Schema of what the mark reads."""
+        return self.there.json_schema()
 
-    def read(self, raw: object, info: ValidationInfo) -> Section:
-        """The mapping, read as the section that `choose` picks."""
-        return self.choice.read(raw, info)
+    def read(self, raw: object, info: ValidationInfo) -> object:
+        """The value that the mark reads."""
+        return self.there.read(raw, info)
 
 
 def reference(section: type[Section]) -> JsonSchemaValue:
@@ -387,14 +380,14 @@ def reference(section: type[Section]) -> JsonSchemaValue:
 
 
 def _read_title(raw: object, info: ValidationInfo) -> str:
-    """A text; a number is one, too, as `13.2` may name a problem."""
+    # A number is a text, too, as `13.2` may name a problem.
     if isinstance(raw, bool) or not isinstance(raw, str | int | float | Decimal):
         raise ValueProblem(f"read {shown(raw)}, expected a text")
     return str(raw)
 
 
+# A text that may look like a number.
 Title = Annotated[str, ReadBy(_read_title, {"type": ["string", "number"]})]
-"""A text that may look like a number."""
 
 
 def _read_file(raw: object, info: ValidationInfo) -> pathlib.Path:
@@ -403,5 +396,5 @@ def _read_file(raw: object, info: ValidationInfo) -> pathlib.Path:
     return environment(info).file(raw)
 
 
+# The path of a file that a document names, which is logged.
 FileName: TypeAlias = Annotated[pathlib.Path, ReadBy(_read_file, {"type": "string"})]
-"""The path of a file that a document names, which is logged."""

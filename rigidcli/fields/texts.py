@@ -16,17 +16,12 @@ from pathlib import Path
 from rigidcli.errors import DocumentError, Problem, ValueProblem, printable
 from rigidcli.fields.words import BINARY_FILES
 
-MAX_BYTES = 2_000_000
-"""The longest text in UTF-8, which takes about half a second to read."""
-
+MAX_BYTES = 2_000_000  # the longest text in UTF-8, which takes about half a second to read
+# How a file begins that Git LFS has put in place of a large one.
 LFS_POINTER = b"version https://git-lfs.github.com/spec/"
-"""How a file begins that Git LFS has put in place of a large one."""
-
+# What is said of such a file, and the cure.
 LFS_PROBLEM = "a pointer of Git LFS, expected the file itself", "`git lfs pull` fetches it"
-"""What is said of such a file, and the cure."""
-
-STDIN = "-"
-"""The name of a file that stands for standard input."""
+STDIN = "-"  # the name of a file that stands for standard input
 
 NOT_READ = {
     ".3ds",
@@ -44,8 +39,8 @@ NOT_READ = {
 }
 """The endings of meshes and solids that are not read; a file with one of them is refused."""
 
+# The hint for a mesh or solid in a format that is not read.
 CONVERT_HINT = "save it as STL in the program that made it, or in one that converts meshes"
-"""The hint for a mesh or solid in a format that is not read."""
 
 
 PLAIN_TEXT_HINT = (
@@ -53,8 +48,8 @@ PLAIN_TEXT_HINT = (
 )
 """The hint for a file that is no plain text."""
 
+# The bytes with which a text in UTF-16 begins, as `>` of PowerShell writes it.
 _UTF_16 = (b"\xff\xfe", b"\xfe\xff")
-"""The bytes with which a text in UTF-16 begins, as `>` of PowerShell writes it."""
 
 
 def ending(name: str) -> str:

@@ -34,17 +34,12 @@ from rigidcli.fields.dimensions import DIMENSIONLESS, FREQUENCY, Dimension
 from rigidcli.fields.words import UNITS_BY_WORD, folded
 from rigidcli.language.tokens import LOWERED, SUPERSCRIPT
 
-LONGEST_UNIT = 200
-"""The most characters of a unit: far more than any has, and read at once."""
-
-HIGHEST_POWER = 12
-"""The largest power in a unit: no law of mechanics has one beyond it."""
-
+LONGEST_UNIT = 200  # the most characters of a unit: far more than any has, and read at once
+HIGHEST_POWER = 12  # the largest power in a unit: no law of mechanics has one beyond it
+# The most bits of a factor's numerator or denominator: far beyond any float, and still worked at once.
 MOST_BITS_OF_FACTOR = 4096
-"""The most bits of a factor's numerator or denominator: far beyond any float, and still worked at once."""
-
+# Pi to 60 digits, so that a factor is rounded only when it becomes a float.
 _PI = Fraction("3.14159265358979323846264338327950288419716939937510582097494")
-"""Pi to 60 digits, so that a factor is rounded only when it becomes a float."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -91,8 +86,8 @@ PREFIXES = {prefix: power for power, prefixes in {
 # fmt: on
 """SI prefixes with their powers of ten; up to two letters stand before symbols, the others before words."""
 
+# The dimensions of units that no other units define, by the word in place of a definition.
 _BASE = {name: Dimension(**{name: 1}) for name in Dimension._fields} | {"frequency": FREQUENCY}
-"""The dimensions of units that no other units define, by the word in place of a definition."""
 
 
 class UnitRow(NamedTuple):
@@ -108,8 +103,7 @@ class UnitRow(NamedTuple):
 
 _LINES = Path(__file__).with_name("units.csv").read_text("utf-8").splitlines()
 
-TABLE = tuple(UnitRow(*line.split(",")) for line in _LINES[1:])
-"""The units of mechanics courses."""
+TABLE = tuple(UnitRow(*line.split(",")) for line in _LINES[1:])  # the units of mechanics courses
 
 _REFUSED = {
     "degC": ("has its zero elsewhere than the kelvin", "write a temperature in `K`"),
@@ -126,12 +120,12 @@ _REFUSED = {
 
 _ONE = Unit("1", Fraction(1), 0, DIMENSIONLESS)
 
+# The number in a definition, if there is one, its divisor, and the units.
 _DEFINITION = re.compile(r"(?:(pi|[0-9][^ /]*)(?:/(pi|[^ ]+))? )?(.+)")
-"""The number in a definition, if there is one, its divisor, and the units."""
 
 
+# The rows of the table by each of their names.
 _ROWS = {name: row for row in TABLE for name in row.names.split()}
-"""The rows of the table by each of their names."""
 
 
 def _may_follow(name: str, prefix: str) -> bool:
@@ -217,11 +211,9 @@ _SPELLINGS = str.maketrans(
 )
 """Characters for which ASCII, or another character of the same look, is read."""
 
-_JOINED = re.compile(r"(?<=[^\W_])[.-](?=[^\W\d_])")
-"""The point of `kg.m^2` and the hyphen of `N-m`."""
-
+_JOINED = re.compile(r"(?<=[^\W_])[.-](?=[^\W\d_])")  # the point of `kg.m^2` and the hyphen of `N-m`
+# A name, a power, or any other character, which is a sign or an error.
 _TOKEN = re.compile(r"[^\W\d_]\w*|1(?=\s*/)|(?:\^|\*\*)\s*[-+]?[0-9]+|\S")
-"""A name, a power, or any other character, which is a sign or an error."""
 
 
 @lru_cache(maxsize=1024)
@@ -254,7 +246,6 @@ def _product(tokens: deque[str]) -> Unit:
 
 
 def _factor(tokens: deque[str]) -> Unit:
-    """A name or a parenthesis, with its power."""
     head = tokens.popleft()
     if head == "(":
         unit = _product(tokens)
@@ -279,11 +270,9 @@ def _unexpected(head: str) -> ValueProblem:
 
 # --- units in one word
 
+# Units that people run together; a power belongs to the last, as in `kgm^2` and `rads^-1`.
 _SYMBOLS = ("rad", "rev", "deg", "min", "kg", "km", "cm", "mm", "kN", "N", "J", "W", "m", "s", "g", "h")
-"""Units that people run together; a power belongs to the last, as in `kgm^2` and `rads^-1`."""
-
-MOST_READINGS_OF_UNIT = 8
-"""The most readings of one unit."""
+MOST_READINGS_OF_UNIT = 8  # the most readings of one unit
 
 _UNIT_NAME = re.compile(
     r"(?P<name>[^\W\d]\w*)(?P<power>-\d+|\s*(?:\^|\*\*)\s*(?:\(\s*[-+]?\d+\s*\)|[-+]?\d+))?"
@@ -415,8 +404,8 @@ def split_quantity(text: str) -> Written | None:
     return Written(number.replace("−", "-"), match["unit"].rstrip(), not match["gap"])
 
 
+# A quotient of two numbers, and a text that may be a unit.
 _QUOTIENT = re.compile(r"\s*(\d+(?:\.\d*)?)\s*/\s*(\d+(?:\.\d*)?)\s+(\S.*)")
-"""A quotient of two numbers, and a text that may be a unit."""
 
 
 def quantity_meant(text: str) -> str | None:

@@ -23,12 +23,11 @@ OTHER_FORMS = {
 
 _LINES = resources.files("rigidcli.fields").joinpath("words.csv").read_text("utf-8").splitlines()
 
+# The kind of a row, a name of the documents, and words that may stand for it.
 _ROWS = [line.split(",", 2) for line in _LINES[1:]]
-"""The kind of a row, a name of the documents, and words that may stand for it."""
 
 
-_OF_LISTS = ("entries", "components")
-"""The kinds of rows with the keys that may stand for a list."""
+_OF_LISTS = ("entries", "components")  # the kinds of rows with the keys that may stand for a list
 
 
 def _by_word(kind: str) -> dict[str, tuple[str, ...]]:
@@ -40,44 +39,30 @@ def _by_word(kind: str) -> dict[str, tuple[str, ...]]:
     return names
 
 
+# The shapes for which a word may stand; of several the one that has the other keys is meant.
 SHAPES_BY_WORD = _by_word("shape")
-"""The shapes for which a word may stand; of several the one that has the other keys is meant."""
-
+# Shapes that are easily confused with another shape; the given keys decide.
 RELATIVES = {name: words for row, name, words in _ROWS if row == "relative"}
-"""Shapes that are easily confused with another shape; the given keys decide."""
-
+# The keys for which a word may stand; the first that a section has, and that is not there yet, is meant.
 KEYS_BY_WORD = _by_word("key")
-"""The keys for which a word may stand; the first that a section has, and that is not there yet, is meant."""
-
+# The keys of half the quantity that a word names, such as the radius for a diameter.
 HALVED = _by_word("half")
-"""The keys of half the quantity that a word names, such as the radius for a diameter."""
-
+# Keys with a list for which several keys may stand; components that are not given are zero.
 LISTS = [(key, words.split(), kind == "components") for kind, key, words in _ROWS if kind in _OF_LISTS]
-"""Keys with a list for which several keys may stand; components that are not given are zero."""
-
-HINTS = {key: words for kind, key, words in _ROWS if kind == "hint"}
-"""The hints for keys that no section has."""
-
+HINTS = {key: words for kind, key, words in _ROWS if kind == "hint"}  # the hints for keys that no section has
+# Units for words, also of other languages; and for what homework writes, in these very letters.
 UNITS_BY_WORD, SPELLED_UNITS = _by_word("unit"), _by_word("spelled")
-"""Units for words, also of other languages; and for what homework writes, in these very letters."""
-
-STARTERS = _by_word("new")
-"""The kinds of starters for which a word may stand."""
-
+STARTERS = _by_word("new")  # the kinds of starters for which a word may stand
+# The kinds of binary files, by the bytes (hexadecimal) with which they begin.
 BINARY_FILES = {name: words for kind, name, words in _ROWS if kind == "bytes"}
-"""The kinds of binary files, by the bytes (hexadecimal) with which they begin."""
-
+# Words for the velocity and the momentum of a coordinate {0}, and for the coordinate under `forces`.
 _VARIABLES = {kind: words for kind, _, words in _ROWS if "{0}" in words}
-"""Words for the velocity and the momentum of a coordinate {0}, and for the coordinate under `forces`."""
-
+# The key of a mapping for which a bare list stands, by the key above and the number of entries.
 FORMS_OF_LISTS = _by_word("whole")
-"""The key of a mapping for which a bare list stands, by the key above and the number of entries."""
-
+# Words that stand for the value of a parameter that has none; a document says `null`.
 SYMBOLIC = _by_word("symbol")
-"""Words that stand for the value of a parameter that has none; a document says `null`."""
-
+# Adjectives before the name of a shape that do not make it another shape.
 _ADJECTIVES = re.compile(r"^(solid|uniform|homogeneous|thin|full|round|circular|straight|flat)_")
-"""Adjectives before the name of a shape that do not make it another shape."""
 
 
 def folded(word: str) -> str:
@@ -122,8 +107,8 @@ def other_form(word: str) -> str | None:
     return next((form for form, words in OTHER_FORMS.items() if folded(word) in words.split()), None)
 
 
+# A key and its value in a text that is no mapping by mistake.
 _PAIR = re.compile(r"([A-Za-z_]\w*)\s*[:=：]\s*(.+?)(?=[,;\s]\s*[A-Za-z_]\w*\s*[:=：]|\s*$)", re.DOTALL)
-"""A key and its value in a text that is no mapping by mistake."""
 
 
 def with_colon(typed: str) -> str | None:
@@ -144,8 +129,7 @@ def halved(word: str) -> tuple[str, ...]:
     return HALVED.get(folded(word), ())
 
 
-_DIGITS = re.compile(r"-?\.?\d")
-"""The beginning of a number."""
+_DIGITS = re.compile(r"-?\.?\d")  # the beginning of a number
 
 
 def list_meant(typed: str) -> str | None:
@@ -219,8 +203,8 @@ def keys_called(word: str) -> tuple[str, ...]:
     )
 
 
+# The hint for a key and its value that have become one text.
 AS_WRITTEN = "write `{}`: a colon, and a blank after it"
-"""The hint for a key and its value that have become one text."""
 
 
 def bracketed(raw: Mapping[str, Any]) -> tuple[dict[str, Any], list[ValueProblem]]:

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from pydantic import ValidationError
 
-from rigidcli.document.draft import Draft, of_text, put
+from rigidcli.document.draft import Draft, of_text, put, read_tree
 from rigidcli.document.load import load, read
 from rigidcli.document.parameters import read_name, read_names
 from rigidcli.document.slips import explain
@@ -410,7 +410,7 @@ class Library:
 
     def parameters(self, name: str) -> dict[str, str]:
         """The parameters of a document, each with its key as it is typed. Raises DocumentError."""
-        tree = self.document(name, {}).reading.draft.tree
+        tree = self.document(name, {}).draft.tree
         return read_names(tree.get("parameters") or {}, has_time=False)[0]
 
     def uses(self, name: str, parameter: str) -> bool:
@@ -423,7 +423,7 @@ class Library:
             self.documents[name] = load(self.folder / name)
         if not values:
             return self.documents[name]
-        draft, spelling = self.documents[name].reading.draft, self.parameters(name)
+        draft, spelling = self.documents[name].draft, self.parameters(name)
         tree, changed = draft.tree, dict(draft.changed)
         for parameter, value in values.items():
             path = ("parameters", spelling[_plain(parameter)])

@@ -20,7 +20,7 @@ from rigidcli.algebra.expressions import symbol, total
 from rigidcli.algebra.reading import from_tree
 from rigidcli.algebra.trees import to_tree
 from rigidcli.document.parameters import read_name
-from rigidcli.document.variables import acceleration, momentum, velocity
+from rigidcli.document.phase_space import acceleration, momentum, velocity
 from rigidcli.errors import ExpressionError, ValueProblem, shortened, shown
 from rigidcli.homework.base import Asked, Tree, Unreadable
 from rigidcli.homework.files import beside, read_file

@@ -38,7 +38,7 @@ def report(
         fields = [_representable(field) for field in fields]
     name, every = called(document.name, document.source), (*document.notes, *notes)
     shown = tuple(map(_unsigned, tables)), tuple(map(_unsigned, steps)), tuple(pictures)
-    text = document.text
+    text = document.draft.whole
     return Report(schema, name, document.source, title, tuple(fields), every, *shown, document=text)
 
 

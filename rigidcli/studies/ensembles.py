@@ -19,7 +19,7 @@ from rigidcli.studies.results import field_of
 
 if TYPE_CHECKING:
     from rigidcli.document.motion import Motion
-    from rigidcli.document.orbit import Orbit
+    from rigidcli.document.system import Orbit
     from rigidcli.picture import Picture
 
 Form: TypeAlias = Literal["rows", "starts", "few"]

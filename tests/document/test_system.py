@@ -9,8 +9,7 @@ import pytest
 
 from rigidcli.document.document import Document
 from rigidcli.document.load import loads
-from rigidcli.document.orbit import Orbit
-from rigidcli.document.system import System
+from rigidcli.document.system import Orbit, System
 from rigidcli.errors import DocumentError, UsageError
 from rigidcli.language.expression import Expression
 from rigidcli.studies.common import require_values

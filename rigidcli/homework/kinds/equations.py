@@ -22,7 +22,7 @@ from rigidcli.algebra.expressions import ONE, ZERO, Expr, atomic, factored, tota
 from rigidcli.algebra.matrices import determinant, null_vectors
 from rigidcli.algebra.reading import from_tree
 from rigidcli.algebra.trees import to_tree
-from rigidcli.document.variables import acceleration, momentum, velocity
+from rigidcli.document.phase_space import acceleration, momentum, velocity
 from rigidcli.errors import ExpressionError, ValueProblem
 from rigidcli.homework.base import AnswerKind, Asked, Finding, Outcome, Reading, Tree, Unreadable
 from rigidcli.homework.numbers import CONTRADICTION

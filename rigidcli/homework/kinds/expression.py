@@ -14,7 +14,7 @@ from rigidcli.algebra.calculus import derivative
 from rigidcli.algebra.expressions import Expr, symbol, total
 from rigidcli.algebra.reading import from_tree
 from rigidcli.algebra.trees import to_tree
-from rigidcli.document.variables import velocity
+from rigidcli.document.phase_space import velocity
 from rigidcli.errors import ExpressionError, ValueProblem
 from rigidcli.homework.base import AnswerKind, Asked, Finding, Outcome, Reading, Tree, Unreadable
 from rigidcli.homework.entries import Ruler, chosen

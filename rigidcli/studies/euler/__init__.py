@@ -92,7 +92,7 @@ def follow(document: Document, progress: Callable[[float], None] | None = None) 
 
     try:
         method, max_step = ("auto", None) if motion is None else (motion.method, motion.max_step)
-        return driven_trajectory(problem, method, max_step or math.inf, progress, document.reading.starts)
+        return driven_trajectory(problem, method, max_step or math.inf, progress, document.starts)
     except ValueProblem as wrong:
         raise document.refusal(
             wrong.message, ".".join(map(str, ("motion", *wrong.path))), hint=wrong.hint

@@ -15,7 +15,7 @@ from rigidcli.algebra.trees import to_tree
 from rigidcli.core.arithmetic import Floats
 from rigidcli.core.second_run import unshared
 from rigidcli.document.document import Document
-from rigidcli.document.variables import acceleration
+from rigidcli.document.phase_space import acceleration
 from rigidcli.language.text import latex_name, reading
 from rigidcli.mechanics.phase_space import TIME
 from rigidcli.report import NOISE, Column, Field, Report, Step, Table, yes_or_no

@@ -22,7 +22,7 @@ from rigidcli.algebra.trees import to_tree
 from rigidcli.core.arithmetic import Floats
 from rigidcli.core.solution import Function, Solution, State, columns
 from rigidcli.document.document import Document
-from rigidcli.document.variables import acceleration
+from rigidcli.document.phase_space import acceleration
 from rigidcli.language import code
 from rigidcli.language.text import latex_name
 from rigidcli.language.tree import Name

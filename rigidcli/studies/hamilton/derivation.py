@@ -21,8 +21,8 @@ from rigidcli.algebra.values import is_zero, sample_points
 from rigidcli.core.arithmetic import Floats
 from rigidcli.core.solution import NO_VALUE
 from rigidcli.document.document import Document
+from rigidcli.document.phase_space import acceleration
 from rigidcli.document.system import System
-from rigidcli.document.variables import acceleration
 from rigidcli.errors import ComputationError, ExpressionError
 from rigidcli.language import code
 from rigidcli.mechanics.lagrange_equations import (

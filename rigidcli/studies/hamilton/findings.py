@@ -71,7 +71,7 @@ def find(
             initial,
             invariants or (),
             progress,
-            document.reading.starts,
+            document.starts,
             functions,
             observed.events if observed else {},
         )

@@ -18,8 +18,8 @@ from rigidcli.core.kicks import Watched, foreseen
 from rigidcli.core.second_run import NO_DIGIT_SHARED
 from rigidcli.core.solution import Flow, columns, digits
 from rigidcli.document.document import Document
-from rigidcli.document.orbit import Orbit
 from rigidcli.document.sampling import DEFAULT_TOLERANCE
+from rigidcli.document.system import Orbit
 from rigidcli.errors import RigidError
 from rigidcli.language import code
 from rigidcli.mechanics.phase_space import TIME

@@ -30,7 +30,7 @@ from rigidcli.algebra.values import is_zero, sampled
 from rigidcli.core.arithmetic import Floats
 from rigidcli.core.solution import columns
 from rigidcli.document.document import Document
-from rigidcli.document.variables import ENERGIES
+from rigidcli.document.phase_space import ENERGIES
 from rigidcli.errors import ExpressionError
 from rigidcli.language import code
 from rigidcli.language.expression import Expression

@@ -17,8 +17,8 @@ from rigidcli.core.arithmetic import EPS, Floats
 from rigidcli.core.kicks import foreseen
 from rigidcli.core.second_run import compared, rounding
 from rigidcli.core.solution import Solution, columns, digits
-from rigidcli.document.orbit import Orbit
 from rigidcli.document.sampling import DEFAULT_TOLERANCE
+from rigidcli.document.system import Orbit
 from rigidcli.errors import ComputationError
 from rigidcli.mechanics import linear_flow
 from rigidcli.mechanics.phase_space import TIME

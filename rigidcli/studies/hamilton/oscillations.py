@@ -23,7 +23,7 @@ from rigidcli.algebra.values import is_zero
 from rigidcli.core.arithmetic import Floats
 from rigidcli.core.solution import NO_VALUE
 from rigidcli.document.document import Document
-from rigidcli.document.variables import Equilibrium
+from rigidcli.document.phase_space import Equilibrium
 from rigidcli.errors import ComputationError, ExpressionError
 from rigidcli.language import code
 from rigidcli.language.text import latex_name, reading

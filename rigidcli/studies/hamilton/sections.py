@@ -9,7 +9,7 @@ import numpy as np
 from rigidcli.core.arithmetic import Floats
 from rigidcli.core.events import Events, events
 from rigidcli.core.solution import Solution, Stopped
-from rigidcli.document.orbit import Orbit
+from rigidcli.document.system import Orbit
 from rigidcli.errors import ComputationError
 from rigidcli.report import Field, Step
 

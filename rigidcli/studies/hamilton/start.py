@@ -16,7 +16,7 @@ from rigidcli.algebra.trees import to_tree
 from rigidcli.core.arithmetic import Floats
 from rigidcli.core.solution import NO_VALUE, State, columns
 from rigidcli.document.document import Document
-from rigidcli.document.orbit import Orbit
+from rigidcli.document.system import Orbit
 from rigidcli.errors import ComputationError, DocumentError, Problem
 from rigidcli.language import code
 from rigidcli.mechanics.legendre import Momenta

@@ -10,7 +10,7 @@ from rigidcli.algebra.reading import from_tree
 from rigidcli.algebra.simplification import tidy
 from rigidcli.algebra.substitution import substitute
 from rigidcli.document.document import Document
-from rigidcli.document.variables import Equilibrium, momentum, velocity
+from rigidcli.document.phase_space import Equilibrium, momentum, velocity
 from rigidcli.errors import ComputationError, DocumentError, ExpressionError, Problem
 from rigidcli.language.expression import Expression
 from rigidcli.language.text import latex_name

@@ -18,7 +18,7 @@ from rigidcli.algebra.simplification import tidy
 from rigidcli.algebra.substitution import substitute
 from rigidcli.core.arithmetic import FLOAT
 from rigidcli.document.document import Document
-from rigidcli.document.variables import Transform
+from rigidcli.document.phase_space import Transform
 from rigidcli.errors import ExpressionError
 from rigidcli.language.text import latex_name, reading
 from rigidcli.language.tree import Formula, Name, Negative, Node, Product, Sum, bound

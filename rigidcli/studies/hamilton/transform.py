@@ -13,7 +13,7 @@ from rigidcli.algebra.simplification import tidy
 from rigidcli.algebra.substitution import substitute
 from rigidcli.algebra.values import is_zero
 from rigidcli.document.document import Document
-from rigidcli.document.variables import Transform
+from rigidcli.document.phase_space import Transform
 from rigidcli.errors import ComputationError, ExpressionError
 from rigidcli.mechanics import canonical
 from rigidcli.mechanics.canonical import Change, NewHamiltonian, added_by_forces

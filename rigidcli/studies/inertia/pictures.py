@@ -126,7 +126,7 @@ def _grown(faces: list[Floats]) -> list[Floats]:
 
 def _form(document: Document) -> Form | None:
     """The body; for a robot's link, the geometry in the first role, if there is any that can be read."""
-    link = document.reading.draft.link
+    link = document.draft.link
     if link is None:
         return document.body
     parts = [part.body for part in link.geometry if part.body and part.role == link.geometry[0].role]

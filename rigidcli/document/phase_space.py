@@ -1,4 +1,4 @@
-"""Variables of phase space: names, expressions, an equilibrium, `transform`, observables and brackets."""
+"""Phase space in a document: names, an equilibrium, new variables, observables and Poisson brackets."""
 
 from __future__ import annotations
 
@@ -16,11 +16,8 @@ from rigidcli.fields.environment import Environment
 from rigidcli.fields.section import ReadBy, Section, environment, optional, refuse
 from rigidcli.language.expression import Expression
 
-MOST_COORDINATES = MOST_ENTRIES // 2
-"""The most coordinates of a system, which have as many momenta."""
-
-EXPRESSION_SCHEMA: JsonSchemaValue = {"type": ["number", "string"]}
-"""JSON Schema of an expression."""
+MOST_COORDINATES = MOST_ENTRIES // 2  # the most coordinates of a system, which have as many momenta
+EXPRESSION_SCHEMA: JsonSchemaValue = {"type": ["number", "string"]}  # JSON Schema of an expression
 
 
 def names_schema(least: int, most: int) -> JsonSchemaValue:
@@ -30,11 +27,9 @@ def names_schema(least: int, most: int) -> JsonSchemaValue:
     return {"anyOf": [names, {"type": "string", "description": "Names with commas between them"}]}
 
 
-MULTIPLIER = "the multiplier of a constraint"
-"""The meaning of a name, in messages."""
-
+MULTIPLIER = "the multiplier of a constraint"  # the meaning of a name, in messages
+# The names of a coordinate's velocity, of its momentum, and of its second derivative.
 velocity, momentum, acceleration = "{}dot".format, "p_{}".format, "{}ddot".format
-"""The names of a coordinate's velocity, of its momentum, and of its second derivative."""
 
 
 def derived_names(coordinate: str) -> dict[str, str]:
@@ -108,8 +103,7 @@ def take(env: Environment, meanings: Mapping[str, str]) -> None:
     env.names.meanings |= meanings
 
 
-STEADY = "steady"
-"""The value of a cyclic coordinate that turns at a constant rate."""
+STEADY = "steady"  # the value of a cyclic coordinate that turns at a constant rate
 
 
 @dataclass(frozen=True, slots=True)
@@ -313,15 +307,12 @@ class Transform(Section):
 
 # --- observables and Poisson brackets
 
+# The energies of the system in observables. A parameter or a function may be called T or V, too.
 ENERGIES = ("H", "T", "V")
-"""The energies of the system in observables. A parameter or a function may be called T or V, too."""
-
-OBSERVABLE = "one of the observables"
-"""The meaning of a name, in messages."""
+OBSERVABLE = "one of the observables"  # the meaning of a name, in messages
 
 
 def _variables(env: Environment) -> tuple[str, ...]:
-    """What observables may be made of, besides parameters and each other."""
     names = env.names.coordinates or ()
     limits = [name for name, meaning in env.names.meanings.items() if meaning == MULTIPLIER]
     taken = {
@@ -391,11 +382,8 @@ def _read_brackets(raw: object, info: ValidationInfo) -> tuple[Bracket, ...]:
     return tuple(brackets)
 
 
-Observables: TypeAlias = Annotated[
-    dict[str, Expression],
-    ReadBy(_read_observables, {"type": "object", "additionalProperties": EXPRESSION_SCHEMA}),
-]
+Observables: TypeAlias = dict[str, Expression]
+Brackets: TypeAlias = tuple[Bracket, ...]
+OBSERVABLES = ReadBy(_read_observables, {"type": "object", "additionalProperties": EXPRESSION_SCHEMA})
 _PAIR = {"type": "array", "items": EXPRESSION_SCHEMA, "minItems": 2, "maxItems": 2}
-Brackets: TypeAlias = Annotated[
-    tuple[Bracket, ...], ReadBy(_read_brackets, {"type": "array", "items": _PAIR, "minItems": 1})
-]
+BRACKETS = ReadBy(_read_brackets, {"type": "array", "items": _PAIR, "minItems": 1})
