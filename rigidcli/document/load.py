@@ -20,7 +20,6 @@ from rigidcli.bodies.robots import is_robot
 from rigidcli.core.arithmetic import FLOAT
 from rigidcli.document.document import Document, places
 from rigidcli.document.draft import SWEEP, Draft, body_form, names_in, of_text, split_setting
-from rigidcli.document.parameters import read_parameters
 from rigidcli.errors import (
     UNSETTLED,
     ComputationError,
@@ -35,7 +34,6 @@ from rigidcli.errors import (
 from rigidcli.fields.environment import BoundExpression, Environment, arithmetic_for
 from rigidcli.fields.section import Section
 from rigidcli.fields.texts import STDIN, read_text
-from rigidcli.fields.words import keys_called, with_colon
 
 if TYPE_CHECKING:
     from rigidcli.bodies.shape import Shape
@@ -225,6 +223,8 @@ def _without(draft: Draft, *paths: str) -> Document | None:
 
 
 def _no_mapping(tree: object) -> ValueProblem:
+    from rigidcli.fields.words import with_colon
+
     if tree is None:
         hint: str | None = "`rigidcli new` prints a document to start from"
         return ValueProblem("read an empty document, expected a mapping", hint=hint)
@@ -250,12 +250,23 @@ def _document(
     )
     n = arithmetic_for(exact and not is_system)
     env = Environment(n, folder=draft.folder, exact_results=exact, places=places, positive={*positive})
-    others_called = (key for key in tree if key not in TOP_KEYS and "parameters" in keys_called(key))
-    if (parameters := tree.get("parameters", tree.get(next(others_called, "")))) is not None:
+    if (parameters := tree.get("parameters", tree.get(_called_parameters(tree)))) is not None:
+        from rigidcli.document.parameters import read_parameters
+
         torque = isinstance(motion := tree.get("motion"), dict) and motion.get("torque") is not None
         has_time = torque or any(tree.get(key) is not None for key in ("system", "orbit", "transform"))
         problems += read_parameters(env, parameters, has_time=has_time)
     return _validated(draft, tree, env, problems, is_physical=is_physical)
+
+
+def _called_parameters(tree: Mapping[str, Any]) -> str:
+    """The unknown key that stands for `parameters`, such as `constants`; empty without one."""
+    others = [key for key in tree if key not in TOP_KEYS]
+    if not others:
+        return ""
+    from rigidcli.fields.words import keys_called
+
+    return next((key for key in others if "parameters" in keys_called(key)), "")
 
 
 def _at_point(draft: Draft, rest: Document) -> Document:

@@ -24,10 +24,10 @@ from pydantic_core import InitErrorDetails
 from rigidcli.core.arithmetic import Floats, Scalar
 from rigidcli.errors import ValueProblem, shown
 from rigidcli.fields.dimensions import TIME
+from rigidcli.fields.environment import finite
 from rigidcli.fields.quantities import AsList, Duration, Number, Quantity, WholeNumber, limited
 from rigidcli.fields.section import Section, WrappedReader, details, environment, optional
 from rigidcli.fields.texts import csv_rows
-from rigidcli.fields.units import finite
 
 
 @dataclass(frozen=True, slots=True, eq=False)

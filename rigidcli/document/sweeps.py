@@ -17,9 +17,9 @@ from typing import Any, NamedTuple
 
 from rigidcli.document.draft import SWEEP, read_value, split_setting
 from rigidcli.errors import DocumentError, UsageError, ValueProblem, guess, shown
-from rigidcli.fields.environment import Amount, Environment, arithmetic_for
+from rigidcli.fields.environment import Amount, Environment, arithmetic_for, finite
 from rigidcli.fields.texts import csv_rows
-from rigidcli.fields.units import exact_text, finite
+from rigidcli.fields.units import exact_text
 from rigidcli.language.expression import Expression
 from rigidcli.language.tree import Number
 

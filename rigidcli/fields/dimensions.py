@@ -9,10 +9,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from typing import NamedTuple, TypeAlias
+from functools import cache
+from typing import TYPE_CHECKING, NamedTuple, TypeAlias
 
 from rigidcli.errors import ValueProblem, shown, with_article
-from rigidcli.language.tree import Kind, Node, Parts, UnknownFunction, fold
+
+if TYPE_CHECKING:
+    from rigidcli.language.tree import Kind, Node, Parts
 
 
 class Dimension(NamedTuple):
@@ -56,55 +59,35 @@ class Dimension(NamedTuple):
         return (text.partition(" (")[2][:-1] or text) if any(self) else ""
 
 
-DIMENSIONLESS = Dimension()
-MASS = Dimension(mass=1)
-LENGTH = Dimension(length=1)
-TIME = Dimension(time=1)
-ANGLE = Dimension(angle=1)
-ANGULAR_VELOCITY = Dimension(angle=1, time=-1)
-FREQUENCY = Dimension(cycle=1, time=-1)
-AREA = Dimension(length=2)
-VOLUME = Dimension(length=3)
-ACCELERATION = Dimension(length=1, time=-2)
-LINE_DENSITY = Dimension(mass=1, length=-1)
-AREA_DENSITY = Dimension(mass=1, length=-2)
-DENSITY = Dimension(mass=1, length=-3)
-MOMENT_OF_INERTIA = Dimension(mass=1, length=2)
-ENERGY = Dimension(mass=1, length=2, time=-2)  # a torque, too
-POWER = Dimension(mass=1, length=2, time=-3)
-GRAVITATIONAL_PARAMETER = Dimension(length=3, time=-2)  # G m
-CURRENT = Dimension(current=1)
-TEMPERATURE = Dimension(temperature=1)
-
+# The usual names of dimensions, each with its SI unit.
 NAMES = {
-    DIMENSIONLESS: "pure number",
-    MASS: "mass (kg)",
-    LENGTH: "length (m)",
-    TIME: "time (s)",
-    ANGLE: "angle (rad)",
-    ANGULAR_VELOCITY: "angular velocity (rad/s)",
+    (DIMENSIONLESS := Dimension()): "pure number",
+    (MASS := Dimension(mass=1)): "mass (kg)",
+    (LENGTH := Dimension(length=1)): "length (m)",
+    (TIME := Dimension(time=1)): "time (s)",
+    (ANGLE := Dimension(angle=1)): "angle (rad)",
+    (ANGULAR_VELOCITY := Dimension(angle=1, time=-1)): "angular velocity (rad/s)",
     Dimension(angle=1, time=-2): "angular acceleration (rad/s^2)",
-    FREQUENCY: "frequency (Hz)",
-    AREA: "area (m^2)",
-    VOLUME: "volume (m^3)",
+    (FREQUENCY := Dimension(cycle=1, time=-1)): "frequency (Hz)",
+    (AREA := Dimension(length=2)): "area (m^2)",
+    (VOLUME := Dimension(length=3)): "volume (m^3)",
     Dimension(length=1, time=-1): "velocity (m/s)",
-    ACCELERATION: "acceleration (m/s^2)",
-    LINE_DENSITY: "mass per length (kg/m)",
-    AREA_DENSITY: "mass per area (kg/m^2)",
-    DENSITY: "density (kg/m^3)",
-    MOMENT_OF_INERTIA: "moment of inertia (kg m^2)",
+    (ACCELERATION := Dimension(length=1, time=-2)): "acceleration (m/s^2)",
+    (LINE_DENSITY := Dimension(mass=1, length=-1)): "mass per length (kg/m)",
+    (AREA_DENSITY := Dimension(mass=1, length=-2)): "mass per area (kg/m^2)",
+    (DENSITY := Dimension(mass=1, length=-3)): "density (kg/m^3)",
+    (MOMENT_OF_INERTIA := Dimension(mass=1, length=2)): "moment of inertia (kg m^2)",
     Dimension(mass=1, length=1, time=-1): "momentum (kg m/s)",
     Dimension(mass=1, length=2, time=-1): "angular momentum (kg m^2/s)",
     Dimension(mass=1, time=-2): "stiffness (N/m)",
     Dimension(mass=1, length=1, time=-2): "force (N)",
-    ENERGY: "torque or energy (N m)",
-    POWER: "power (W)",
+    (ENERGY := Dimension(mass=1, length=2, time=-2)): "torque or energy (N m)",
+    (POWER := Dimension(mass=1, length=2, time=-3)): "power (W)",
     Dimension(mass=1, length=-1, time=-2): "pressure (Pa)",
-    GRAVITATIONAL_PARAMETER: "gravitational parameter (m^3/s^2)",
-    CURRENT: "electric current (A)",
-    TEMPERATURE: "temperature (K)",
+    (GRAVITATIONAL_PARAMETER := Dimension(length=3, time=-2)): "gravitational parameter (m^3/s^2)",
+    Dimension(current=1): "electric current (A)",
+    Dimension(temperature=1): "temperature (K)",
 }
-"""The usual names of dimensions, each with its SI unit."""
 
 
 def check_dimension(text: str, given: Dimension, expected: Dimension) -> None:
@@ -146,7 +129,9 @@ def dimension_of(root: Node, dimensions: Mapping[str, Dimension]) -> Dimension |
 
     Raises ValueProblem for a sum of different dimensions, and for a function of no pure number.
     """
-    value = fold(root, dimensions.get, _KIND)
+    from rigidcli.language.tree import fold
+
+    value = fold(root, dimensions.get, _kind())
     return value if isinstance(value, Dimension) else None
 
 
@@ -180,6 +165,8 @@ def _power(base: _Value, exponent: _Value) -> _Value:
 
 
 def _call(function: str, arguments: list[_Value]) -> _Value:
+    from rigidcli.language.tree import UnknownFunction
+
     if isinstance(function, UnknownFunction):
         return None
     if function in ("sqrt", "abs"):
@@ -195,4 +182,8 @@ def _negative(value: _Value) -> _Value:
 
 
 # Dimensions as a kind of values of expressions.
-_KIND = Kind(lambda text, value: value, _negative, _sum, _product, _power, _call)
+@cache
+def _kind() -> Kind:
+    from rigidcli.language.tree import Kind
+
+    return Kind(lambda text, value: value, _negative, _sum, _product, _power, _call)

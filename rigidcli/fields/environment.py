@@ -1,15 +1,19 @@
-"""The environment in which numbers are read: parameters, and the kind of arithmetic to use."""
+"""The environment in which numbers are read: parameters, and the kind of arithmetic to use.
+
+A document of plain numbers loads neither the units nor the reader of expressions.
+"""
 
 from __future__ import annotations
 
+import math
 import pathlib
 import re
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from decimal import Decimal
 from fractions import Fraction
-from functools import cached_property, lru_cache
-from typing import Any, NamedTuple, TypeAlias
+from functools import lru_cache
+from typing import TYPE_CHECKING, Any, NamedTuple, TypeAlias, Union
 
 from rigidcli.core.arithmetic import FLOAT, Arithmetic, Scalar
 from rigidcli.errors import (
@@ -22,24 +26,14 @@ from rigidcli.errors import (
     shown,
 )
 from rigidcli.fields.dimensions import Dimension, check_dimension, dimension_of, number_of
-from rigidcli.fields.units import (
-    Unit,
-    exact_text,
-    finite,
-    is_unit,
-    parse_unit,
-    quantity_meant,
-    split_quantity,
-    unit_in_one_word,
-    without_separators,
-)
-from rigidcli.fields.words import variable_called
-from rigidcli.language.expression import Expression, parse
-from rigidcli.language.tree import UnknownFunction
-from rigidcli.language.words import Words
+
+if TYPE_CHECKING:
+    from rigidcli.fields.units import Unit
+    from rigidcli.language.expression import Expression
+    from rigidcli.language.tree import UnknownFunction
+    from rigidcli.language.words import Words
 
 LONGEST_LIST = 20  # the most names that a message lists: two lines of them
-
 
 # Words that people write for the value of a parameter that has none.
 WITHOUT_VALUE = frozenset(["symbol", "symbolic", "sym", "unknown", "free", "none", "None"])
@@ -52,8 +46,8 @@ class Amount(NamedTuple):
     unit: Unit
 
 
-# A number, a quantity or an expression, as it is typed in a document.
-Typed: TypeAlias = float | int | Decimal | Amount | Expression
+Typed: TypeAlias = Union[float, int, Decimal, Amount, "Expression"]
+"""A number, a quantity or an expression, as it is typed in a document."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -108,7 +102,11 @@ class Environment:
     """What the numbers of a document are read with: the parameters and the arithmetic; `names` and a `log`.
 
     `places` returns the sections that have a key, "" being the top of the document. Exact results may be
-    wanted while numbers are floats. SystemNames of files are relative to the `folder`.
+    wanted while numbers are floats. Names of files are relative to the `folder`.
+
+    `declared` are the parameters, each after those that it uses, and `nameless` keys of parameters that are
+    no names. Something uses the parameters in `used`. The symbols in `positive` stand where only a positive
+    number makes sense.
     """
 
     arithmetic: Arithmetic = FLOAT
@@ -116,13 +114,9 @@ class Environment:
     exact_results: bool = False
     places: Callable[[], Mapping[str, Sequence[str]]] = dict
     declared: dict[str, Parameter] = field(default_factory=dict)
-    """The parameters, each after those that it uses."""
     nameless: set[str] = field(default_factory=set)
-    """The keys of parameters that are no names."""
     used: set[str] = field(default_factory=set)
-    """The parameters that something uses."""
     positive: set[str] = field(default_factory=set)
-    """The symbols in places where only a positive number makes sense."""
     names: SystemNames = field(default_factory=SystemNames)
     log: Log = field(default_factory=Log)
 
@@ -137,6 +131,8 @@ class Environment:
         self.log.files.append(path)
         return path
 
+    # --- what is typed
+
     def typed(
         self, raw: object, dimension: Dimension | None = None, variables: tuple[str, ...] = ()
     ) -> Typed:
@@ -144,42 +140,45 @@ class Environment:
 
         A unit must fit `dimension`; any unit fits if that is None. Raises ValueProblem.
         """
-        if isinstance(raw, bool) or not isinstance(raw, float | int | str | Decimal):
+        if isinstance(raw, str):
+            return self._of_text(raw, dimension, variables)
+        if isinstance(raw, bool) or not isinstance(raw, float | int | Decimal):
             expected = "a number or an expression" if variables else number_of(dimension)
             raise ValueProblem(f"read {shown(raw)}, expected {expected}")
-        if not isinstance(raw, str):
-            finite(raw)
-            return raw
-        if raw in ("NaN", "Infinity", "-Infinity"):
-            raise ValueProblem(f"read {shown(raw)}, expected a finite number")
-        if inches := re.fullmatch(r"\s*([-+]?[\d.]+)\s*(?:\"|\u201d|'')\s*", raw):
+        finite(raw)
+        return raw
+
+    def _of_text(self, text: str, dimension: Dimension | None, variables: tuple[str, ...]) -> Typed:
+        from rigidcli.fields.units import quantity_meant, without_separators
+        from rigidcli.language.expression import parse
+
+        if text in ("NaN", "Infinity", "-Infinity"):
+            raise ValueProblem(f"read {shown(text)}, expected a finite number")
+        if inches := re.fullmatch(r"\s*([-+]?[\d.]+)\s*(?:\"|\u201d|'')\s*", text):
             hint = f"write `{inches[1]} in` for inches, `{inches[1]} arcsec` for seconds of arc"
-            raise ValueProblem(f"read {shown(raw)}, expected the name of a unit", hint=hint)
-        several = without_separators(raw)
-        raw = several[0] if len(several) == 1 else raw
-        amount = self._amount(raw, dimension, variables)
+            raise ValueProblem(f"read {shown(text)}, expected the name of a unit", hint=hint)
+        several = without_separators(text)
+        text = several[0] if len(several) == 1 else text
+        amount = self._amount(text, dimension, variables)
         if amount is not None:
             return amount
-        words = words_of((*self.declared, *variables))
-        expression = parse(
-            raw, self.names.functions, words, lambda each: self._fits(each, dimension, variables)
-        )
-        unknown = expression.names.difference(self.declared, variables)
-        cure = quantity_meant(raw) if unknown else None
-        if cure is not None and self.declared.keys().isdisjoint(cure.partition(" ")[2].split("^")):
-            raise ExpressionError(
-                f"read {shown(raw)}, expected a decimal number and a unit", hint=f"write `{cure}`"
-            )
-        return expression
+        names = (*self.declared, *variables)
 
-    def _fits(self, reading: Expression, dimension: Dimension | None, variables: tuple[str, ...]) -> bool:
-        if not reading.names <= {*self.declared, *variables}:
+        def fits(reading: Expression) -> bool:
+            try:
+                if reading.names.issubset(names):
+                    self._check_dimension(reading, dimension)
+                    return True
+            except ValueProblem:
+                pass
             return False
-        try:
-            self._check_dimension(reading, dimension)
-        except ValueProblem:
-            return False
-        return True
+
+        expression = parse(text, self.names.functions, words_of(names), fits)
+        cure = None if expression.names.issubset(names) else quantity_meant(text)
+        if cure is not None and self.declared.keys().isdisjoint(cure.partition(" ")[2].split("^")):
+            hint = f"write `{cure}`"
+            raise ExpressionError(f"read {shown(text)}, expected a decimal number and a unit", hint=hint)
+        return expression
 
     def _amount(self, text: str, dimension: Dimension | None, variables: tuple[str, ...]) -> Amount | None:
         """The number and the unit of a text such as `5 cm`; None for an expression.
@@ -197,6 +196,8 @@ class Environment:
 
         Raises ValueProblem for what is read as a unit, and is none or does not fit.
         """
+        from rigidcli.fields.units import is_unit, split_quantity, unit_of
+
         if any(re.search(rf"(?<!\w){re.escape(key)}(?!\w)", text) for key in self.nameless):
             raise ValueProblem("it uses a parameter that is no name", code=UNSETTLED)
         written = split_quantity(text)
@@ -209,7 +210,7 @@ class Environment:
         if names is not None and not (names and (unknown == names or all(map(is_unit, names)))):
             return None
         try:
-            unit = _unit(letters, dimension)
+            unit = unit_of(letters, dimension)
         except ValueProblem:
             if unknown or (names is None and known.isdisjoint(re.findall(r"[^\W\d]\w*", letters))):
                 raise
@@ -224,6 +225,8 @@ class Environment:
         self.log.note(note)
         return None if touches else Amount(digits, unit)
 
+    # --- its value
+
     def read(self, raw: object, dimension: Dimension | None) -> Any:
         """The SI value of a number, a quantity, or an expression in the parameters. Raises ValueProblem."""
         return self.worked(self.typed(raw, dimension), dimension)
@@ -231,13 +234,13 @@ class Environment:
     def worked(self, typed: Typed, dimension: Dimension | None) -> Any:
         """The SI value of what is typed: a float, or an exact expression. Raises ValueProblem."""
         exact = self.arithmetic.exact
+        if isinstance(typed, float | int | Decimal):
+            return _exact(str(typed)) if exact else float(typed)
         if isinstance(typed, Amount):
             digits, unit = typed
             if not exact:
                 return _in_si(digits, unit)
             return _exact(digits) * unit.factor * self.arithmetic.pi**unit.pi_power
-        if not isinstance(typed, Expression):
-            return _exact(str(typed)) if exact else float(typed)
         names = typed.names
         self._use(names)
         if any(self.declared[name].is_broken for name in names) or self._without_value(names):
@@ -267,19 +270,21 @@ class Environment:
 
         Raises ValueProblem for names that are neither parameters nor `variables`, and for wrong dimensions.
         """
-        if isinstance(typed, Expression):
-            parameters = typed.names.difference(variables)
-            self._use(parameters, variables)
-            if not any(self.declared[name].is_broken for name in parameters):
-                self._check_dimension(typed, dimension)
+        parameters = names_of(typed).difference(variables)
+        self._use(parameters, variables)
+        if not any(self.declared[name].is_broken for name in parameters):
+            self._check_dimension(typed, dimension)
 
     def written(self, typed: Typed) -> Expression:
         """What is typed, as an expression; a quantity becomes its exact SI number."""
+        from rigidcli.fields.units import exact_text
+        from rigidcli.language.expression import parse
+
         if isinstance(typed, Amount):
             number = Fraction(repr(finite(typed.digits)))
             typed.unit.si(number)  # which may be beyond all floats
             return parse(exact_text(number * typed.unit.factor, typed.unit.pi_power))
-        return typed if isinstance(typed, Expression) else parse(str(typed))
+        return parse(str(typed)) if isinstance(typed, float | int | Decimal) else typed
 
     def value(self, expression: Expression) -> float | None:
         """The value of a symbolic expression, if it follows from the parameters. Raises ValueProblem."""
@@ -291,51 +296,34 @@ class Environment:
     def formula(self, raw: object, dimension: Dimension, variables: tuple[str, ...]) -> BoundExpression:
         """A number, a quantity, or an expression in `variables` and the parameters. Raises ValueProblem."""
         typed = self.typed(raw, dimension, variables)
-        names = typed.names if isinstance(typed, Expression) else frozenset[str]()
-        inside = names & {*variables}
+        inside = names_of(typed) & {*variables}
+        parameters = names_of(typed) - inside
         for name in sorted(inside & self.declared.keys()):
             raise ExpressionError(
                 f"`{name}` is a parameter, and a variable of the motion", hint="rename the parameter"
             )
-        self._use(names - inside, variables)
-        if not isinstance(typed, Expression) or not inside:
+        self._use(parameters, variables)
+        if not inside:
+            from rigidcli.language.expression import parse
+
             return BoundExpression(parse("value"), {"value": self.worked(typed, dimension)})
-        self._without_value(names - inside)
-        return BoundExpression(typed, {name: self.declared[name].value for name in sorted(names - inside)})
+        self._without_value(parameters)
+        constants = {name: self.declared[name].value for name in sorted(parameters)}
+        return BoundExpression(self.written(typed), constants)
 
     def names_in(self, raw: object, variables: tuple[str, ...] = ()) -> frozenset[str]:
         """The names that a value uses as it is written; `variables` are no units. Raises ValueProblem."""
-        typed = self.typed(raw, None, variables)
-        return typed.names if isinstance(typed, Expression) else frozenset()
-
-    def _check_dimension(self, expression: Expression, dimension: Dimension | None) -> None:
-        given = self.dimension(expression)
-        if dimension is not None and given is not None and any(given):
-            check_dimension(expression.text, given, dimension)
+        return names_of(self.typed(raw, None, variables))
 
     def dimension(self, typed: Typed) -> Dimension | None:
         """The dimension of what is typed; None where it may be any. Raises ValueProblem."""
-        if not isinstance(typed, Expression):
-            return typed.unit.dimension if isinstance(typed, Amount) else None
-        declared = {name: self.declared[name].dimension for name in typed.names & self.declared.keys()}
+        if isinstance(typed, Amount):
+            return typed.unit.dimension
+        declared = {name: self.declared[name].dimension for name in names_of(typed) & self.declared.keys()}
         dimensions = {name: dimension for name, dimension in declared.items() if dimension is not None}
-        return dimension_of(typed.root, dimensions) if dimensions else None
-
-    def _without_value(self, names: Iterable[str]) -> bool:
-        """Whether one of these parameters lacks the value that a number needs, which is then its fault."""
-        if self.arithmetic.exact:
-            return False
-        symbols = frozenset[str]().union(*(self.declared[name].symbols for name in names))
-        for symbol in symbols:
-            self.log.faults[symbol] = ValueProblem("missing: a number in the document needs its value")
-        return bool(symbols)
-
-    def _use(self, names: Iterable[str], variables: tuple[str, ...] = ()) -> None:
-        """Note that parameters are used. Raises ExpressionError, which lists `variables`, for other names."""
-        unknown = sorted(set(names).difference(self.declared))
-        if unknown:
-            raise self._undeclared(unknown, variables)
-        self.used.update(names)
+        if not dimensions or isinstance(typed, float | int | Decimal):
+            return None
+        return dimension_of(typed.root, dimensions)
 
     def assume_positive(self, value: Any) -> None:
         """Note that the document makes sense only if `value` is positive; of 2*m the mass m is."""
@@ -347,11 +335,32 @@ class Environment:
         if number > 0 and len(open_) == 1 and isinstance(open_[0], Symbol):
             self.positive.add(open_[0].name)
 
-    @cached_property
-    def _declared_in_order(self) -> list[str]:
-        return sorted(self.declared)
+    def _check_dimension(self, typed: Typed, dimension: Dimension | None) -> None:
+        if isinstance(typed, float | int | Decimal | Amount):
+            return
+        given = self.dimension(typed)
+        if dimension is not None and given is not None and any(given):
+            check_dimension(typed.text, given, dimension)
+
+    def _without_value(self, names: Iterable[str]) -> bool:
+        """Whether one of these parameters lacks the value that a number needs, which is then its fault."""
+        if self.arithmetic.exact:
+            return False
+        symbols = frozenset[str]().union(*(self.declared[name].symbols for name in names))
+        for symbol in symbols:
+            self.log.faults[symbol] = ValueProblem("missing: a number in the document needs its value")
+        return bool(symbols)
+
+    def _use(self, names: Iterable[str], variables: tuple[str, ...] = ()) -> None:
+        unknown = sorted(set(names).difference(self.declared))
+        if unknown:
+            raise self._undeclared(unknown, variables)
+        self.used.update(names)
 
     def _undeclared(self, names: list[str], variables: tuple[str, ...]) -> ValueProblem:
+        from rigidcli.fields.units import is_unit
+        from rigidcli.fields.words import variable_called
+
         for name in names:
             if name in self.names.functions:
                 return ExpressionError(f"`{name}` is a function, and needs its argument: `{name}(...)`")
@@ -360,33 +369,50 @@ class Environment:
                 return ExpressionError(
                     f"`{name}` is {self.names.meanings[name]}, which cannot stand here", hint=hint
                 )
+        declared = sorted(self.declared)
         spelled = {name: meant for name in names if (meant := variable_called(name, variables))}
-        near = spelled.get(names[0])
-        if not spelled:
-            near = nearest(names[0], [*variables, *self._declared_in_order])
-        also = f"; variables here: {_listed(variables, str)}" if variables else ""
+        near = spelled.get(names[0]) if spelled else nearest(names[0], [*variables, *declared])
+        also = [f"variables here: {_listed(variables, str)}"] if variables else []
         if len(names) > 1:
-            also += "".join(f"; `{name}` is spelled `{meant}`" for name, meant in spelled.items())
+            also += [f"`{name}` is spelled `{meant}`" for name, meant in spelled.items()]
         no_names = (*spelled, "dt", "e", *WITHOUT_VALUE)
         new = [name for name in names if name not in no_names and len(name) <= LONGEST_SHOWN]
-        values = ", ".join(f"{name}: null" for name in new[:LONGEST_LIST])
-        if values and near is None:
-            also += f"; a symbol, or a name for a value, is declared by `parameters: {{{values}}}`"
+        if new and near is None:
+            values = ", ".join(f"{name}: null" for name in new[:LONGEST_LIST])
+            also.append(f"a symbol, or a name for a value, is declared by `parameters: {{{values}}}`")
         if {"e", "E"} & set(names):
-            also += "; e to a power is written `exp(...)`"
+            also.append("e to a power is written `exp(...)`")
         if not WITHOUT_VALUE.isdisjoint(names):
-            also += "; a parameter without a value is `null`: `m: null`"
+            also.append("a parameter without a value is `null`: `m: null`")
         if is_unit(names[0]):
-            also += f"; a quantity in {shown(names[0])} stands alone, or is a parameter"
+            also.append(f"a quantity in {shown(names[0])} stands alone, or is a parameter")
         return ExpressionError(
             f"undeclared name{'s' if len(names) > 1 else ''} {_listed(names)}{did_you_mean(near)}",
-            hint=f"declared parameters: {_listed(self._declared_in_order)}{also}",
+            hint="; ".join([f"declared parameters: {_listed(declared)}", *also]),
         )
+
+
+def finite(raw: float | int | str | Decimal) -> float:
+    """A number as a float. Raises ValueProblem for a text that is no number, and beyond all floats."""
+    try:
+        value = float(raw)
+    except OverflowError:
+        value = math.inf
+    if not math.isfinite(value):
+        raise ValueProblem(f"read {shown(raw)}, expected a finite number")
+    return value
+
+
+def names_of(typed: Typed) -> frozenset[str]:
+    """The names in what is typed."""
+    return frozenset() if isinstance(typed, float | int | Decimal | Amount) else typed.names
 
 
 @lru_cache(maxsize=64)
 def words_of(names: tuple[str, ...]) -> Words:
     """The names of a document, for the reader; an unknown name is taken whole."""
+    from rigidcli.language.words import Words
+
     return Words(names, is_open=True)
 
 
@@ -401,43 +427,15 @@ def arithmetic_for(exact: bool) -> Arithmetic:
 
 @lru_cache(maxsize=4096)
 def _in_si(digits: str, unit: Unit) -> float:
-    """The float nearest to a quantity: through the shortest decimal, so that 120 g cm^2 is 1.2e-5 kg m^2."""
+    # Through the shortest decimal, so that 120 g cm^2 is 1.2e-5 kg m^2.
     return unit.si(Fraction(repr(finite(digits))))
-
-
-@lru_cache(maxsize=1024)
-def _unit(text: str, dimension: Dimension | None) -> Unit:
-    """The unit of this text, which must fit the dimension. Raises ValueProblem.
-
-    A unit in one word, such as `rads^-1`, is the product that fits. Without a dimension, as in a parameter,
-    it needs a negative power and one reading: `ms^-2` may be `m/s^2`, and `1/ms^2`.
-    """
-    has_negative_power = re.search("[-⁻−]", text) is not None
-    try:
-        unit = parse_unit(text)
-        if dimension is not None:
-            check_dimension(unit.text, unit.dimension, dimension)
-    except ValueProblem:
-        if dimension is None and not has_negative_power:
-            raise
-        product = unit_in_one_word(text, lambda each: dimension in (None, each.dimension))
-        if product is None:
-            raise
-        return product
-    own = unit.dimension
-    if (
-        dimension is None
-        and has_negative_power
-        and unit_in_one_word(text, lambda each: each.dimension != own)
-    ):
-        hint = "a blank separates units, as in `m s^-2`; milliseconds stand below a bar, as in `1/ms^2`"
-        raise ValueProblem(f"{shown(text)} can be read in two ways", hint=hint)
-    return unit
 
 
 @lru_cache(maxsize=1024)
 def _names_in(text: str, functions: tuple[UnknownFunction, ...]) -> frozenset[str] | None:
     """The names in a text that may be a unit, read as an expression; None where it is no expression."""
+    from rigidcli.language.expression import parse
+
     try:
         return parse(text, {str(function): function for function in functions}).names
     except ExpressionError:
@@ -446,6 +444,7 @@ def _names_in(text: str, functions: tuple[UnknownFunction, ...]) -> frozenset[st
 
 def _exact(digits: str) -> Any:
     from rigidcli.algebra.arithmetic import worked_out
+    from rigidcli.language.expression import parse
 
     return worked_out(parse(digits).root, {})
 

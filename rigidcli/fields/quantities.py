@@ -25,8 +25,6 @@ from rigidcli.fields.dimensions import (
 )
 from rigidcli.fields.environment import Environment
 from rigidcli.fields.section import SHARED_SCHEMA, Alternative, ReadBy, Reader, environment
-from rigidcli.fields.units import is_unit
-from rigidcli.fields.words import list_meant, not_one_of
 
 LARGEST_SIZES: dict[Dimension | None, float] = {
     LENGTH: 1e50,
@@ -97,8 +95,10 @@ class UnitOfLength(Quantity):
 
     def read(self, raw: object, info: ValidationInfo) -> Scalar:
         """The length (m)."""
-        if isinstance(raw, str) and is_unit(raw.strip()) and raw.strip() not in environment(info).declared:
-            raw = f"1 {raw}"
+        if isinstance(raw, str) and raw.strip() not in environment(info).declared:
+            from rigidcli.fields.units import is_unit
+
+            raw = f"1 {raw}" if is_unit(raw.strip()) else raw
         return super().read(raw, info)
 
 
@@ -153,6 +153,8 @@ def _list_along(axes: str) -> BeforeValidator:
 
     def check(raw: object) -> object:
         if not isinstance(raw, list | tuple):
+            from rigidcli.fields.words import list_meant
+
             meant = list_meant(raw) if isinstance(raw, str) else None
             message = f"read {shown(raw)}, expected a list, such as [{axes}]"
             raise ValueProblem(message, hint=meant and f"write `{meant}`", typed=meant and str(raw))
@@ -167,6 +169,8 @@ Size3 = Annotated[tuple[Length, Length, Length], AsList, _list_along("x, y, z")]
 
 def _read_point(raw: str, env: Environment) -> str:
     if raw not in ("origin", "com"):
+        from rigidcli.fields.words import not_one_of
+
         raise ValueProblem(not_one_of(raw, ("origin", "com")))
     return raw
 

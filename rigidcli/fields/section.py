@@ -33,17 +33,6 @@ from pydantic_core.core_schema import ValidatorFunctionWrapHandler
 
 from rigidcli.errors import LONGEST_SHOWN, UNKNOWN_KEY, Path, ValueProblem, did_you_mean, nearest, shown
 from rigidcli.fields.environment import Environment
-from rigidcli.fields.units import is_unit
-from rigidcli.fields.words import (
-    AS_WRITTEN,
-    HINTS,
-    bracketed,
-    folded,
-    key_slip,
-    keys_called,
-    lists_meant,
-    with_colon,
-)
 
 # A problem tells which key was meant, and these find it there, so that its value is read as well.
 _GUESSED = re.compile(r"^unknown (?:key|name) \(did you mean (\w+)")
@@ -94,6 +83,8 @@ class Section(BaseModel):
         With it come the problems of the keys that the section does not have. `typed` maps the paths of such
         values, as they are read, to their paths in the document.
         """
+        from rigidcli.fields.words import bracketed, lists_meant
+
         fields = cls.model_fields.keys()
         raw, cut = bracketed(raw)
         problems = list[ValueProblem]()
@@ -140,6 +131,9 @@ class Section(BaseModel):
 
     @classmethod
     def _stranger(cls, key: str, raw: Mapping[str, Any], env: Environment) -> ValueProblem:
+        from rigidcli.fields.units import is_unit
+        from rigidcli.fields.words import key_slip
+
         unit = _WITH_UNIT.fullmatch(key) if len(key) <= LONGEST_SHOWN else None
         name = cls.called(unit[1], raw) if unit and is_unit(unit[2]) else None
         if unit and name and isinstance(raw[key], int | Decimal):
@@ -165,6 +159,8 @@ class Section(BaseModel):
 
     @classmethod
     def _unknown(cls, key: str, raw: Mapping[str, Any]) -> ValueProblem:
+        from rigidcli.fields.words import HINTS, folded
+
         keys = list(cls.model_fields)
         near = cls.called(key, raw)
         if near is None and (hint := HINTS.get(folded(key))) is not None:
@@ -178,6 +174,8 @@ class Section(BaseModel):
     @classmethod
     def called(cls, word: str, raw: Mapping[str, Any]) -> str | None:
         """The missing key that `word` is a synonym of."""
+        from rigidcli.fields.words import keys_called
+
         free = (key for key in keys_called(word) if key in cls.model_fields and raw.get(key) is None)
         return next(free, None)
 
@@ -321,6 +319,8 @@ class SectionChoice(Reader):
         if isinstance(raw, Section):
             return raw
         if not isinstance(raw, Mapping):
+            from rigidcli.fields.words import AS_WRITTEN, with_colon
+
             message = f"read {shown(raw)}, expected a mapping{self.example and f', such as {self.example}'}"
             cure = with_colon(raw) if isinstance(raw, str) else None
             raise ValueProblem(message, hint=cure and AS_WRITTEN.format(cure), typed=cure and str(raw))
@@ -334,6 +334,8 @@ def by_key(forms: Mapping[str, type[Section]], example: str = "") -> SectionChoi
         present = [key for key in forms if key in raw]
         if len({forms[key] for key in present}) == 1:
             return forms[present[0]]
+        from rigidcli.fields.words import HINTS, folded, key_slip, keys_called, lists_meant
+
         read = " and ".join(f"`{key}`" for key in present) or "none of them"
         if slips := [slip.below(key) for key in raw if (slip := key_slip(key, forms)) is not None]:
             raise slips[0]

@@ -14,7 +14,6 @@ from io import BufferedReader
 from pathlib import Path
 
 from rigidcli.errors import DocumentError, Problem, ValueProblem, printable
-from rigidcli.fields.words import BINARY_FILES
 
 MAX_BYTES = 2_000_000  # the longest text in UTF-8, which takes about half a second to read
 # How a file begins that Git LFS has put in place of a large one.
@@ -23,33 +22,26 @@ LFS_POINTER = b"version https://git-lfs.github.com/spec/"
 LFS_PROBLEM = "a pointer of Git LFS, expected the file itself", "`git lfs pull` fetches it"
 STDIN = "-"  # the name of a file that stands for standard input
 
-NOT_READ = {
-    ".3ds",
-    ".3mf",
-    ".amf",
-    ".blend",
-    ".dae",
-    ".fbx",
-    ".gltf",
-    ".iges",
-    ".igs",
-    ".step",
-    ".stp",
-    ".wrl",
-}
-"""The endings of meshes and solids that are not read; a file with one of them is refused."""
-
-# The hint for a mesh or solid in a format that is not read.
+# The endings of meshes and solids that are not read; a file with one of them is refused.
+NOT_READ = frozenset(
+    [".3ds", ".3mf", ".amf", ".blend", ".dae", ".fbx", ".gltf", ".iges", ".igs", ".step", ".stp", ".wrl"]
+)
 CONVERT_HINT = "save it as STL in the program that made it, or in one that converts meshes"
 
+BINARY_FILES = {
+    b"%PDF": "a PDF",
+    b"PK\x03\x04": "a document of Word or another office program, or an archive (zip)",
+    b"\xd0\xcf\x11\xe0": "a document of an old office program",
+    b"{\\rtf": "rich text (RTF)",
+    b"\x1f\x8b": "a compressed file (gzip)",
+    **dict.fromkeys((b"\x89PNG", b"\xff\xd8\xff", b"GIF8"), "a picture"),
+}
+"""The kinds of binary files, by the bytes with which they begin."""
 
 PLAIN_TEXT_HINT = (
     "copy the text into a plain text file, such as cube.yaml; `rigidcli new` prints one to start from"
 )
-"""The hint for a file that is no plain text."""
-
-# The bytes with which a text in UTF-16 begins, as `>` of PowerShell writes it.
-_UTF_16 = (b"\xff\xfe", b"\xfe\xff")
+_UTF_16 = (b"\xff\xfe", b"\xfe\xff")  # how a text in UTF-16 begins, as `>` of PowerShell writes it
 
 
 def ending(name: str) -> str:
@@ -89,7 +81,7 @@ def read_text(name: str, source: str, most: int = MAX_BYTES, fallback: str | Non
         if data.startswith(LFS_POINTER):
             raise DocumentError([Problem(source, LFS_PROBLEM[0], hint=LFS_PROBLEM[1])])
         for begin, kind in BINARY_FILES.items():
-            if data.startswith(bytes.fromhex(begin)):
+            if data.startswith(begin):
                 raise DocumentError(
                     [Problem(source, f"this is {kind}, expected plain text", hint=PLAIN_TEXT_HINT)]
                 )

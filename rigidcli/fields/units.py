@@ -15,13 +15,11 @@ Write `kg/(m s)` for several names below the line. Case matters: `Mm` is not `mm
 
 from __future__ import annotations
 
-import math
 import re
 from collections import deque
 from collections.abc import Callable
 from contextlib import suppress
 from dataclasses import dataclass, replace
-from decimal import Decimal
 from difflib import get_close_matches
 from fractions import Fraction
 from functools import lru_cache
@@ -30,7 +28,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 from rigidcli.errors import ValueProblem, shown
-from rigidcli.fields.dimensions import DIMENSIONLESS, FREQUENCY, Dimension
+from rigidcli.fields.dimensions import DIMENSIONLESS, FREQUENCY, Dimension, check_dimension
 from rigidcli.fields.words import UNITS_BY_WORD, folded
 from rigidcli.language.tokens import LOWERED, SUPERSCRIPT
 
@@ -329,6 +327,34 @@ def run_together(word: str, most: int = 4) -> list[tuple[str, ...]]:
     return found
 
 
+@lru_cache(maxsize=1024)
+def unit_of(text: str, dimension: Dimension | None) -> Unit:
+    """The unit of this text, which must fit the dimension. Raises ValueProblem.
+
+    A unit in one word, such as `rads^-1`, is the product that fits. Without a dimension, as in a parameter,
+    it needs a negative power and one reading: `ms^-2` may be `m/s^2`, and `1/ms^2`.
+    """
+    has_negative_power = re.search("[-⁻−]", text) is not None
+    try:
+        unit = parse_unit(text)
+        if dimension is not None:
+            check_dimension(unit.text, unit.dimension, dimension)
+    except ValueProblem:
+        is_doubtful = dimension is None and not has_negative_power
+        product = (
+            None if is_doubtful else unit_in_one_word(text, lambda each: dimension in (None, each.dimension))
+        )
+        if product is None:
+            raise
+        return product
+    own = unit.dimension
+    may_be_product = dimension is None and has_negative_power
+    if may_be_product and unit_in_one_word(text, lambda each: each.dimension != own):
+        hint = "a blank separates units, as in `m s^-2`; milliseconds stand below a bar, as in `1/ms^2`"
+        raise ValueProblem(f"{shown(text)} can be read in two ways", hint=hint)
+    return unit
+
+
 def unit_in_one_word(text: str, fits: Callable[[Unit], bool]) -> Unit | None:
     """The unit `rad s^-1` for `rads^-1`, where one product alone fits; None for other texts."""
 
@@ -347,17 +373,6 @@ def unit_in_one_word(text: str, fits: Callable[[Unit], bool]) -> Unit | None:
 
 
 # --- quantities as they are typed
-
-
-def finite(raw: float | int | str | Decimal) -> float:
-    """A number as a float. Raises ValueProblem for a text that is no number, and beyond all floats."""
-    try:
-        value = float(raw)
-    except OverflowError:
-        value = math.inf
-    if not math.isfinite(value):
-        raise ValueProblem(f"read {shown(raw)}, expected a finite number")
-    return value
 
 
 def exact_text(number: Fraction, pi_power: int) -> str:

@@ -53,8 +53,6 @@ HINTS = {key: words for kind, key, words in _ROWS if kind == "hint"}  # the hint
 # Units for words, also of other languages; and for what homework writes, in these very letters.
 UNITS_BY_WORD, SPELLED_UNITS = _by_word("unit"), _by_word("spelled")
 STARTERS = _by_word("new")  # the kinds of starters for which a word may stand
-# The kinds of binary files, by the bytes (hexadecimal) with which they begin.
-BINARY_FILES = {name: words for kind, name, words in _ROWS if kind == "bytes"}
 # Words for the velocity and the momentum of a coordinate {0}, and for the coordinate under `forces`.
 _VARIABLES = {kind: words for kind, _, words in _ROWS if "{0}" in words}
 # The key of a mapping for which a bare list stands, by the key above and the number of entries.
