@@ -39,6 +39,10 @@ class _AnyForm(SectionChoice):
 
     def read(self, raw: object, info: ValidationInfo) -> Section:
         """The form. All problems of a shape come at once, also where it is called by another word."""
+        if isinstance(raw, dict) and not raw.keys() & FORMS.keys():
+            name = raw.get("shape")
+            if isinstance(name, str) and name in SHAPES:
+                return SHAPES[name].model_validate(raw, context=info.context)
         if isinstance(raw, str) and raw.strip() and with_colon(raw) is None:
             shapes = (shape_called(word.strip(",.;"), {})[0] for word in (raw, *raw.split()))
             meant = next(filter(None, shapes), SHAPES["box"])

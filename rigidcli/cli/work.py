@@ -258,13 +258,14 @@ def _of_sweep(task: Task, sweep: Sweep, work: Work) -> Iterator[Answer]:
     for place in range(task.place, min(task.place + task.size, sweep.count)):
         settings = list[str]()
         try:
-            settings = sweep.settings(sweep.point(place))
-            points.append((sweep.point(place), read(task.draft, settings)))
+            values = sweep.point(place)
+            settings = sweep.settings(values)
+            points.append((values, read(task.draft, settings)))
         except (RigidError, MemoryError) as error:
             points.append(((), failure(error, task.source)._replace(place=", ".join(settings))))
     documents = [one for _, one in points if not isinstance(one, Failure)]
     orbits: Sequence[OrbitSolution | None] = [None] * len(documents)
-    if task.size > 1:
+    if task.size > 1 and work.command.name == "hamilton":
         from rigidcli.studies.hamilton.many_orbits import swept
 
         orbits = swept(documents)
