@@ -32,8 +32,8 @@ from rigidcli.studies.results import RESULTS
 
 MOST_LINES = {
     "algebra": 3353,  # sizes count nodes; conserved quantities have parameters as coefficients
-    "bodies": 5814,  # digits that were typed, silences that are told, prisms, files as others write them
-    "cli": 2346,  # a gallery of the examples; orbits of a sweep together; sheets and gradebooks
+    "bodies": 5815,  # digits that were typed, silences that are told, prisms, files as others write them
+    "cli": 2347,  # a gallery of the examples; orbits of a sweep together; sheets and gradebooks
     "core": 4879,  # orbits from many starts in arrays, stiff systems, jumps at stops, motion to and fro
     "document": 3491,  # cures for people who know other tools; constraints, observables
     "fields": 2137,  # a section reads on with the key that is meant

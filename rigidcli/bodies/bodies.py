@@ -39,10 +39,6 @@ class _AnyForm(SectionChoice):
 
     def read(self, raw: object, info: ValidationInfo) -> Section:
         """The form. All problems of a shape come at once, also where it is called by another word."""
-        if isinstance(raw, dict) and not raw.keys() & FORMS.keys():
-            name = raw.get("shape")
-            if isinstance(name, str) and name in SHAPES:
-                return SHAPES[name].model_validate(raw, context=info.context)
         if isinstance(raw, str) and raw.strip() and with_colon(raw) is None:
             shapes = (shape_called(word.strip(",.;"), {})[0] for word in (raw, *raw.split()))
             meant = next(filter(None, shapes), SHAPES["box"])
@@ -60,14 +56,15 @@ class _AnyForm(SectionChoice):
         if not isinstance(raw, dict) or raw.keys() & FORMS.keys():
             return super().read(raw, info)
         words = (word for word in ("shape", *raw) if word in raw and "shape" in (word, *keys_called(word)))
-        others = [
-            word
-            for word in raw
-            if word not in Form.model_fields
-            and FORMS.keys().isdisjoint(keys_called(word))
-            and not with_colon(word)
-        ]
-        key = next(words, None) or next((word for word in others if nearest(word, ["shape"])), None)
+        key, others = next(words, None), list[str]()
+        if key is None:
+            known = {*Form.model_fields}
+            others = [
+                word
+                for word in raw
+                if word not in known and FORMS.keys().isdisjoint(keys_called(word)) and not with_colon(word)
+            ]
+            key = next((word for word in others if nearest(word, ["shape"])), None)
         for word in others if key is None else ():
             named = next((SHAPES[name] for name in shapes_called(word) if name in SHAPES), None)
             if isinstance(raw[word], dict) and named is not None:
