@@ -17,7 +17,6 @@ from rigidcli.document.draft import Draft, of_text, put, read_tree
 from rigidcli.document.load import load, read
 from rigidcli.document.parameters import read_name, read_names
 from rigidcli.document.slips import explain
-from rigidcli.document.syntax import read_tree
 from rigidcli.errors import DocumentError, Problem, RigidError, ValueProblem, guess, shown
 from rigidcli.errors import Path as Keys
 from rigidcli.fields.texts import STDIN, read_text, safe_name
