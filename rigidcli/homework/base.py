@@ -8,7 +8,7 @@ from dataclasses import dataclass, field, replace
 from decimal import ROUND_HALF_UP, Decimal
 from functools import cache
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, ClassVar, Literal, NamedTuple, TypeAlias, get_args
+from typing import TYPE_CHECKING, Any, ClassVar, Literal, NamedTuple, TypeAlias, TypeVar, get_args
 
 import orjson
 from pydantic import TypeAdapter
@@ -299,27 +299,22 @@ def reported(judgement: Judgement, feedback: Feedback) -> Judgement:
 
     All texts are safe to print, and only the level `full` has references.
     """
-    waiting_first = sorted(judgement.questions, key=lambda question: question.verdict != "review")
-    return replace(
-        judgement,
-        student=printable(judgement.student),
-        source=printable(judgement.source),
-        questions=tuple(_reported(question, feedback) for question in waiting_first),
-    )
+    questions = list[Judged]()
+    for question in sorted(judgement.questions, key=lambda question: question.verdict != "review"):
+        findings = question.findings if feedback.reasons else ()
+        if feedback is not Feedback.full:
+            findings = tuple(replace(finding, reference="") for finding in findings)
+        safe = _printable(question, "id", "title", "answer", "read_as")
+        questions.append(replace(safe, findings=findings))
+    return replace(_printable(judgement, "student", "source"), questions=tuple(questions))
 
 
-def _reported(question: Judged, feedback: Feedback) -> Judged:
-    findings = question.findings if feedback.reasons else ()
-    if feedback is not Feedback.full:
-        findings = tuple(replace(finding, reference="") for finding in findings)
-    return replace(
-        question,
-        id=printable(question.id),
-        title=printable(question.title),
-        answer=printable(question.answer),
-        read_as=printable(question.read_as),
-        findings=findings,
-    )
+T = TypeVar("T", Judged, Judgement)
+
+
+def _printable(record: T, *names: str) -> T:
+    texts: dict[str, Any] = {name: printable(getattr(record, name)) for name in names}
+    return replace(record, **texts)
 
 
 def sentence(finding: Finding) -> str:

@@ -25,6 +25,7 @@ from rigidcli.homework.base import (
     Judgement,
     Outcome,
     Progress,
+    Reading,
     Tree,
     Unreadable,
 )
@@ -160,32 +161,31 @@ def text_beside(path: Path, opened: list[Path] | None, name: Tree) -> str:
 
 
 def _judged(item: Item, answer: Tree) -> tuple[Outcome, str]:
-    outcome, value, read_as = _by_key(item.kind, item.key, answer)
+    outcome, read = _by_key(item.kind, item.key, answer)
     if outcome.verdict in ("partial", "incorrect"):
-        outcome = _explained(item, outcome, value)
+        outcome = _explained(item, outcome, read.value)
     outcome = _credited(item, outcome)
-    if outcome.verdict != "correct":
-        for other in item.accepted:
-            by_other, _, _ = _by_key(item.kind, other.key, answer)
-            if by_other.verdict == "correct" and other.credit >= outcome.share:
-                outcome = Outcome.earning(other.credit, Finding("accepted", detail=other.message))
-    return outcome, read_as
+    for other in item.accepted if outcome.verdict != "correct" else ():
+        is_it = _by_key(item.kind, other.key, answer)[0].verdict == "correct"
+        if is_it and other.credit >= outcome.share:
+            outcome = Outcome.earning(other.credit, Finding("accepted", detail=other.message))
+    return outcome, read.read_as
 
 
-def _by_key(kind: AnswerKind, key: Any, answer: Tree) -> tuple[Outcome, Any, str]:
-    """The outcome by a key, the value of the answer, and how it was read."""
-    value, read_as = None, ""
+def _by_key(kind: AnswerKind, key: Any, answer: Tree) -> tuple[Outcome, Reading]:
+    """The outcome by a key, and the answer as it was read."""
+    read = Reading(None, "")
     try:
-        value, read_as, doubt = kind.read(key, answer)
-        return Outcome.review(doubt) if doubt else kind.judge(key, value), value, read_as
+        read = kind.read(key, answer)
+        return Outcome.review(read.doubt) if read.doubt else kind.judge(key, read.value), read
     except Unreadable as unreadable:
-        return unreadable.outcome, value, read_as
+        return unreadable.outcome, read
     except (MemoryError, RecursionError):
-        return Unreadable("too_large", "it takes too much memory").outcome, value, read_as
+        return Unreadable("too_large", "it takes too much memory").outcome, read
     except ForbiddenError:
-        return Unreadable("not_allowed").outcome, value, read_as
+        return Unreadable("not_allowed").outcome, read
     except Exception as error:  # noqa: BLE001 - one answer on which a kind fails is no harm to the others
-        return Outcome.review(f"it cannot be judged ({type(error).__name__})"), value, read_as
+        return Outcome.review(f"it cannot be judged ({type(error).__name__})"), read
 
 
 def _explained(item: Item, outcome: Outcome, value: Any) -> Outcome:
@@ -235,43 +235,34 @@ def run(
     `own` are the questions of students who have others than `items`, by the names of the students.
     `progress` gets the share that is done. Raises ComputationError where no process can be started.
     """
-    own = own or {}
-    sheets = [dict(items), *own.values()]
-    number = {student: number for number, student in enumerate(own, 1)}
+    sheets = {"": items, **(own or {})}
     tasks = [
-        (number.get(paper.student, 0), paper.file)
+        (paper.student if paper.student in sheets else "", paper.file)
         for paper in papers
         if paper.file is not None and paper.outcome is None
     ]
-    _warm_up(items)
+    for item in items.values():  # forked workers find modules loaded and caches filled
+        with suppress(Exception):  # what is wrong with a key, its own test says
+            item.kind.judge(item.key, item.kind.read(item.key, item.kind.typed(item.key)).value)
     results = each(partial(judge_file, sheets, {}), tasks, jobs or usable_cores(), limits, progress)
     for paper in papers:
         result = paper.outcome or next(results)
-        if isinstance(result, Unreadable):
-            result = result.outcome
-        graded = (
-            same_for_all(own.get(paper.student, items), result)
-            if isinstance(result, Outcome)
-            else Judgement.from_bytes(result)
-        )
-        yield replace(graded, student=safe_name(paper.student), source=paper.source, late=paper.is_late)
+        if isinstance(result, bytes):
+            judgement = Judgement.from_bytes(result)
+        else:
+            result = result.outcome if isinstance(result, Unreadable) else result
+            judgement = same_for_all(sheets.get(paper.student, items), result)
+        yield replace(judgement, student=safe_name(paper.student), source=paper.source, late=paper.is_late)
 
 
-def judge_file(sheets: Sequence[Mapping[str, Item]], seen: Seen, task: tuple[int, Path]) -> bytes:
-    """The judgement of an answer file, by the number of its `sheet` of questions and its path."""
-    number, path = task
-    items = sheets[number]
+def judge_file(sheets: Mapping[str, Mapping[str, Item]], seen: Seen, task: tuple[str, Path]) -> bytes:
+    """The judgement of an answer file, by the student whose questions it answers (or "") and its path."""
+    student, path = task
+    items = sheets[student]
     try:
         return judge(read_file(path), path, items, seen).to_bytes()
     except Unreadable as unreadable:
         return same_for_all(items, unreadable.outcome).to_bytes()
-
-
-def _warm_up(items: Mapping[str, Item]) -> None:
-    """Judge the keys, so that forked workers find modules loaded and caches filled."""
-    for item in items.values():
-        with suppress(Exception):  # what is wrong with a key, its own test says
-            item.kind.judge(item.key, item.kind.read(item.key, item.kind.typed(item.key)).value)
 
 
 # --- an assignment held against itself

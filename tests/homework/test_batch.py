@@ -494,12 +494,13 @@ sys.path.insert(0, {str(Path(__file__).parents[2])!r})
 from pathlib import Path
 from rigidcli.homework.judge import run
 from rigidcli.homework.judge import Item
+from rigidcli.homework.base import Reading
 from rigidcli.homework.hand_ins import Paper
 class Loop:
     def loaded(self, answer, text_of):
         return answer
     def read(self, key, answer):
-        return answer, "", ""
+        return Reading(answer, "")
     def judge(self, key, value):
         while True: pass
     def typed(self, key):

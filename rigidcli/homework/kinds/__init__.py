@@ -11,8 +11,8 @@ from rigidcli.algebra.expressions import Expr
 from rigidcli.homework.base import AnswerKind
 from rigidcli.homework.kinds.arrays import MatrixKind, MomentsKind, TensorKind, VectorKind
 from rigidcli.homework.kinds.axes import AxesKind
-from rigidcli.homework.kinds.equations import EquationsKind
-from rigidcli.homework.kinds.expression import ExpressionKind, InvariantsKind
+from rigidcli.homework.kinds.equations import EquationsKind, InvariantsKind
+from rigidcli.homework.kinds.expression import ExpressionKind
 from rigidcli.homework.kinds.single import ChoiceKind, QuantityKind
 from rigidcli.homework.kinds.trajectory import TrajectoryKind
 

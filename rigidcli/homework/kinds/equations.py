@@ -1,4 +1,4 @@
-"""Equations of motion: a set is right if each is true of the motion, and together they determine it.
+"""Equations of motion, and what is conserved: a set is right if each is true, and all determine the motion.
 
 They may be Hamilton's or any others of first order, or of second order; solved for derivatives or not. To
 determine the motion is to leave one motion only through every state: `p p' = -k x p` says nothing where
@@ -18,13 +18,16 @@ from typing import TypeAlias
 from rigidcli.algebra.atoms import Atom
 from rigidcli.algebra.calculus import derivative
 from rigidcli.algebra.expansion import coefficients, expand
-from rigidcli.algebra.expressions import ONE, ZERO, Expr, atomic, factored, total
+from rigidcli.algebra.expressions import ONE, ZERO, Expr, atomic, factored, symbol, total
 from rigidcli.algebra.matrices import determinant, null_vectors
 from rigidcli.algebra.reading import from_tree
 from rigidcli.algebra.trees import to_tree
 from rigidcli.document.phase_space import acceleration, momentum, velocity
 from rigidcli.errors import ExpressionError, ValueProblem
 from rigidcli.homework.base import AnswerKind, Asked, Finding, Outcome, Reading, Tree, Unreadable
+from rigidcli.homework.entries import chosen
+from rigidcli.homework.kinds.arrays import MOST_ENTRIES, numbered
+from rigidcli.homework.lists import read_list
 from rigidcli.homework.numbers import CONTRADICTION
 from rigidcli.homework.question import OF_FORMULAS, Question
 from rigidcli.homework.reading import (
@@ -35,6 +38,7 @@ from rigidcli.homework.reading import (
     names_in_all,
     names_of,
     read_equations,
+    read_expressions,
 )
 from rigidcli.homework.same import Ball, FormulaComparison, formulas_of
 from rigidcli.language.text import reading, text, without_doubt
@@ -302,10 +306,10 @@ class MotionKey:
         rates = dict(self.rates)
         with suppress(ExpressionError):
             for name in (*self.coordinates, *self.momenta):
-                rates.setdefault(acceleration(name), self._change(rates[velocity(name)]))
+                rates.setdefault(acceleration(name), self.change(rates[velocity(name)]))
         return {**{alias: bound(node, rates) for alias, node in self.aliases.items()}, **rates}
 
-    def _change(self, node: Node) -> Node:
+    def change(self, node: Node) -> Node:
         """The time derivative of a formula in the states, by the chain rule."""
         e = self.exact(node)
         parts = [derivative(e, "t")]
@@ -487,3 +491,94 @@ def _other_cross_terms(key: MotionKey) -> dict[str, Node]:
             return {}
         turned[rate] = to_tree(e - total(crossed) - total(crossed))
     return turned
+
+
+# --- conserved quantities: as many as the key has, none of them a function of H and the others
+
+# A quantity F(q, p, t) is conserved if its time derivative by the chain rule, {F, H} + dF/dt, vanishes.
+# Quantities are independent if their gradients are, so that a multiple of the key, a sum or a product of two
+# is as right.
+# Source: H. Goldstein, C. Poole, J. Safko, Classical Mechanics, 3rd edition, section 9.6.
+
+NOTHING_NEW = "it is a function of H, of the momenta that are conserved, or of the other quantities"
+
+
+@dataclass(frozen=True, eq=False)
+class InvariantsKey:
+    """The right quantities, and the motion in which others must keep their values.
+
+    None may be a function of the `known` quantities alone: H and the momenta that are conserved anyway.
+    """
+
+    quantities: tuple[Node, ...]
+    known: tuple[Node, ...]
+    motion: MotionKey
+
+    def is_conserved(self, node: Node) -> bool | str:
+        """Whether a quantity keeps its value, or why that is open."""
+        try:
+            return self.motion.formulas.vanish([self.motion.change(bound(node, self.motion.meanings))])
+        except ExpressionError as error:
+            return f"its rate of change cannot be worked out: {error.message}"
+
+    def rank(self, nodes: Sequence[Node]) -> int:
+        """How many quantities are independent: the largest rank of their gradients at the points."""
+        exact = [self.motion.exact(bound(node, self.motion.meanings)) for node in nodes]
+        states = list(map(state_of, self.motion.rates))
+        slopes = [[to_tree(derivative(e, name)) for name in states] for e in exact]
+        return len(self.motion.formulas.pivots(slopes)[0])
+
+
+class InvariantsKind(AnswerKind):
+    """Further conserved quantities of a system, in any independent combination."""
+
+    name = "invariants"
+    has_tolerance = False
+    options = OF_FORMULAS
+
+    def key(self, asked: Asked) -> InvariantsKey:
+        if asked.report is None:
+            hint = "ask a document for `hamilton.invariants`, or give one formula of kind `expression`"
+            raise ValueProblem("what is conserved follows from a document", hint=hint)
+        results = asked.report.tree
+        if asked.path[-1] != "invariants" or not asked.value:
+            hint = "there are `hamilton.cyclic` and `hamilton.conserved`, too"
+            raise ValueProblem("this result has no conserved quantities", hint=hint)
+        motion = of_document(replace(asked, value=results["equations"], path=("hamilton", "equations")))
+        motion = replace(motion, formulas=replace(motion.formulas, relative=None))
+        known = [results["hamiltonian"] if name == "H" else symbol(name) for name in results["conserved"]]
+        return InvariantsKey(tuple(map(to_tree, asked.value)), tuple(map(to_tree, known)), motion)
+
+    def read(self, key: InvariantsKey, answer: Tree) -> Reading:
+        """A list of formulas, perhaps named; of several readings one that is conserved. Raises Unreadable."""
+        table = read_list(answer, is_square=True)  # so that the y of `y p_x` is no unit vector
+        cells = list(table.values()) if isinstance(table, dict) else table
+        if len(cells) > MOST_ENTRIES:
+            raise Unreadable("too_large", f"expected at most {MOST_ENTRIES} formulas")
+        places = zip(cells, numbered("quantity", len(cells)), strict=True)
+        several = [read_expressions(cell, key.motion.names, place) for cell, place in places]
+        nodes = [chosen(readings, key.is_conserved) for readings in several]
+        return Reading(tuple(nodes), "; ".join(map(without_doubt, nodes)))
+
+    def judge(self, key: InvariantsKey, value: Sequence[Node]) -> Outcome:
+        """New conserved quantities earn their share; more formulas than the key has cost as much."""
+        kept, findings, count = list(key.known), list[Finding](), len(key.quantities)
+        rank = known = key.rank(kept)
+        for place, node in zip(numbered("quantity", len(value)), value, strict=True):
+            truth = key.is_conserved(node)
+            if isinstance(truth, str):
+                return Outcome.review(truth)
+            if not truth:
+                findings.append(Finding("component_wrong", place, "it is not conserved"))
+            elif (more := key.rank([*kept, node])) > rank:
+                kept, rank = [*kept, node], more
+            else:
+                findings.append(Finding("component_wrong", place, NOTHING_NEW))
+        if len(value) < count:
+            findings.append(Finding("wrong_shape", detail=f"read {len(value)}, expected {count}"))
+        new = rank - known
+        surplus = len(value) - max(new, count)
+        return Outcome.earning((min(new, count) - max(surplus, 0)) / count, *findings)
+
+    def typed(self, key: InvariantsKey) -> Tree:
+        return list(map(text, key.quantities))
