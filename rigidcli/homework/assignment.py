@@ -92,11 +92,11 @@ class Prepared:
         if self.variants is not None:
             if roster is None:
                 tell(self.source, [NO_ROSTER])
-            names = roster.students if roster else {paper.student: paper.student for paper in papers}
+            names = {each.student: each.student for each in papers} if roster is None else roster.students
             own, lost = self.own(names, progress), Outcome.review(NOT_IN_IT)
             papers = [
-                paper if paper.student in names else replace(paper, outcome=paper.outcome or lost)
-                for paper in papers
+                each if each.student in names else replace(each, outcome=each.outcome or lost)
+                for each in papers
             ]
         judgements = run(self.items, papers, jobs, progress, own=own)
         judgements = overrides.applied(judgements, tell) if overrides else judgements

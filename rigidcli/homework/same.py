@@ -123,11 +123,9 @@ class FormulaComparison:
 
         steps = Steps()
         root = steps.add(self.names.without_derived(node))
-        used = steps.names
-        domains = {name: domain for name, domain in self.names.domains.items() if name in used}
         values: list[Ball | None] = []
         with ctx.workprec(BITS):
-            for point in islice(points(domains, seed or self.name), most):
+            for point in islice(points(steps.used(self.names.domains), seed or self.name), most):
                 try:
                     values.append(steps.values(root, point)[root])
                 except (NoValue, Unclear):
@@ -155,13 +153,13 @@ class FormulaComparison:
         return tree.bound(node, self.names.values) if self.numbers else node
 
     @property
-    def positive(self) -> frozenset[str]:
+    def positive(self) -> tuple[str, ...]:
         """The names that are positive."""
-        return frozenset(name for name, domain in self.names.domains.items() if domain == "positive")
+        return tuple(name for name, domain in self.names.domains.items() if domain == "positive")
 
     def exact(self, node: Node) -> Expr:
         """A formula in independent names as an exact expression. Raises ExpressionError."""
-        return _exact(self.independent(node), self.positive)
+        return from_tree(self.independent(node), {name: symbol(name, True) for name in self.positive})
 
 
 def formulas_of(asked: Asked, names: Names, relative: float | None = None) -> FormulaComparison:
@@ -183,13 +181,9 @@ def _outcome(
         return _Comparison(formulas, answer, key, others, constant).outcome()
 
 
-def _exact(node: Node, positive: frozenset[str]) -> Expr:
-    return from_tree(node, {name: symbol(name, True) for name in positive})
-
-
 @lru_cache(MOST_KEPT)
-def _expanded(node: Node, positive: frozenset[str]) -> Expr:
-    return expand(_exact(node, positive))
+def _expanded(node: Node, positive: Sequence[str]) -> Expr:
+    return expand(from_tree(node, {name: symbol(name, True) for name in positive}))
 
 
 class _AtPoint(Enum):
@@ -209,9 +203,8 @@ class _Comparison:
     def __init__(
         self, formulas: FormulaComparison, answer: Node, key: Node, beside: Sequence[Node], constant: bool
     ) -> None:
-        names, self.relative, self.beside = formulas.names, formulas.relative, beside
-        self.nodes = answer, key
-        self.steps = Steps()
+        self.formulas, self.beside, self.nodes = formulas, beside, (answer, key)
+        names, self.relative, self.steps = formulas.names, formulas.relative, Steps()
         # In a key 0.5 is a half, and 0.333 may be a third.
         self.key = self.steps.add(key, 3 if self.relative is None else NEVER)
         self.answer = self.steps.add(answer, 1 if self.relative is None else NEVER)
@@ -219,9 +212,7 @@ class _Comparison:
         parts = [self.steps.parts[root] for root in roots]
         self.terms = [term for kind, _, terms in parts if kind == "Sum" for term in terms]
         self.within = [self.steps.add(formulas.independent(node)) for node in formulas.within]
-        used = self.steps.names
-        self.domains = {name: domain for name, domain in names.domains.items() if name in used}
-        self.positive = formulas.positive
+        self.domains = self.steps.used(names.domains)
         self.changing = [name for name in self.domains if name in names.variable] if constant else None
         self.seed = f"{formulas.name}\n{self.steps.parts}"
         self.seen: Seen = set()
@@ -284,7 +275,7 @@ class _Comparison:
         if sum(1 for _ in tree.nodes([one, other])) > MOST_NODES:
             return None
         with suppress(ExpressionError, ArithmeticError, ValueError, KeyError):
-            return combined(_expanded(one, self.positive), _expanded(other, self.positive))
+            return combined(*(_expanded(node, self.formulas.positive) for node in (one, other)))
         return None
 
     def moved(self, point: Point, changing: Sequence[str], place: int) -> Point:
@@ -435,10 +426,10 @@ class Steps:
             self.parts.append(part)
         return place
 
-    @property
-    def names(self) -> set[str]:
-        """The names in the formulas."""
-        return {detail for kind, detail, _ in self.parts if kind == "Name"}
+    def used(self, domains: Mapping[str, str]) -> dict[str, str]:
+        """The domains of the names in the formulas."""
+        names = {detail for kind, detail, _ in self.parts if kind == "Name"}
+        return {name: domain for name, domain in domains.items() if name in names}
 
     def sided(self, root: int) -> list[tuple[str, int]]:
         """The functions of _SIDED in a formula, with the places of their arguments."""

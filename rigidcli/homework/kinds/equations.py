@@ -127,9 +127,8 @@ class EquationsKind(AnswerKind):
             return Outcome.earning(0.0, Finding("second_order_form"), *remarks)
         gaps = [system.gap(key) for system in whole]
         if all(gaps):
-            return Outcome.review(
-                f"the equations say less {gaps[0]}", Finding("extra_solutions", "", gaps[0]), *remarks
-            )
+            lost = Finding("extra_solutions", "", gaps[0])
+            return Outcome.review(f"the equations say less {gaps[0]}", lost, *remarks)
         is_second = all(len(system.tops) == len(key.coordinates) for system in whole)
         form = [Finding("second_order_form")] if is_second and key.is_hamiltonian else []
         return Outcome.correct(*form, *remarks)
