@@ -21,7 +21,16 @@ from rigidcli.errors import DocumentError, Problem, RigidError, ValueProblem, gu
 from rigidcli.errors import Path as Keys
 from rigidcli.fields.texts import STDIN, read_text, safe_name
 from rigidcli.homework.answers import as_typed
-from rigidcli.homework.base import AnswerKind, Asked, Judgement, Outcome, Progress, Tell, Unreadable, sentence
+from rigidcli.homework.base import (
+    AnswerKind,
+    Judgement,
+    KeySource,
+    Outcome,
+    Progress,
+    Tell,
+    Unreadable,
+    sentence,
+)
 from rigidcli.homework.hand_ins import HandIns, unnamed
 from rigidcli.homework.judge import AcceptedKey, Item, run, text_beside
 from rigidcli.homework.kinds import KINDS, OF_SYMBOLS, kind_of
@@ -266,14 +275,14 @@ def _unfit(variants: Variants, questions: Mapping[str, Question], library: Libra
             message = f"`{{{name}}}` stands in a literal answer, which is the same for every student"
             hint = f"`ask` a `document` with the parameter `{name}`; the letter stands without braces"
             yield library.placed(("questions", id, "answer"), message, hint)
-    asked = {each.document: None for each in questions.values() if each.document}
-    there = [name for name in asked if name in library.documents]  # the others are refused by themselves
+    named = {each.document: None for each in questions.values() if each.document}
+    there = [name for name in named if name in library.documents]  # the others are refused by themselves
     for parameter in variants.values:
         documents = [name for name in there if library.own(name, {parameter: ""})]
         used = [name for name in documents if library.uses(name, parameter)]
         for name in used:
             yield from _refused(parameter, variants, name, library)
-        if used or len(there) < len(asked):
+        if used or len(there) < len(named):
             continue
         every = list(dict.fromkeys(each for name in there for each in library.parameters(name).values()))
         message = f"no document of the questions has the parameter {shown(parameter)}"
@@ -303,12 +312,12 @@ def _refused(parameter: str, variants: Variants, document: str, library: Library
 # --- keys
 
 
-def _item(kind: AnswerKind, asked: Asked, folder: Path) -> Item:
-    question = asked.question
-    key = _key(kind, asked, folder, "ask" if asked.path else "answer")
+def _item(kind: AnswerKind, source: KeySource, folder: Path) -> Item:
+    question = source.question
+    key = _key(kind, source, folder, "ask" if source.path else "answer")
     accepted = list[AcceptedKey]()
     for place, other in enumerate(question.accept):
-        literal = Asked(asked.name, question, other.answer)
+        literal = KeySource(source.name, question, other.answer)
         other_key = _key(kind, literal, folder, "accept", place, "answer")
         accepted.append(AcceptedKey(other_key, other.credit, other.message))
     typed = kind.typed(key)
@@ -321,24 +330,24 @@ def _item(kind: AnswerKind, asked: Asked, folder: Path) -> Item:
         reference if len(reference) <= LONGEST_REFERENCE else "",
         question.credit,
         tuple(accepted),
-        tuple(_changes(kind, asked, key, typed)),
+        tuple(_changes(kind, source, key, typed)),
     )
 
 
-def _changes(kind: AnswerKind, asked: Asked, key: Any, typed: Any) -> Iterator[tuple[str, Any]]:
+def _changes(kind: AnswerKind, source: KeySource, key: Any, typed: Any) -> Iterator[tuple[str, Any]]:
     """The keys of mistaken problems, but those by which the right answer is right, too."""
     right = kind.read(key, typed).value
-    for code, changed in kind.mistaken(asked, key):
+    for code, changed in kind.mistaken(source, key):
         with suppress(Unreadable, ArithmeticError, ValueError):
             if not kind.is_right(changed, right):
                 yield code, changed
 
 
-def _key(kind: AnswerKind, asked: Asked, folder: Path, *place: str | int) -> Any:
+def _key(kind: AnswerKind, source: KeySource, folder: Path, *place: str | int) -> Any:
     try:
         text_of = partial(text_beside, folder / "assignment", None)
-        value = asked.value if asked.path else kind.loaded(asked.value, text_of)
-        return kind.key(replace(asked, value=value))
+        value = source.value if source.path else kind.loaded(source.value, text_of)
+        return kind.key(replace(source, value=value))
     except ValueProblem as problem:
         raise problem if problem.path else problem.below(*place) from None
     except Unreadable as unreadable:
@@ -374,8 +383,8 @@ class Library:
         own: Values = {}
         try:
             own = self.own(question.document, values)
-            kind, asked = self._asked(id, question, own)
-            return _item(kind, asked, self.folder), asked.report
+            kind, source = self._source(id, question, own)
+            return _item(kind, source, self.folder), source.report
         except DocumentError as error:
             if own:  # it is right as it stands in its file
                 raise DocumentError([self.refusal(str(question.document), own, error)]) from None
@@ -429,13 +438,13 @@ class Library:
             tree, changed[path] = put(tree, path, raw_value(value))[0], "variants"
         return read(replace(draft, tree=tree, settings=(), changed=changed))
 
-    def _asked(self, id: str, question: Question, values: Values) -> tuple[AnswerKind, Asked]:
-        """The kind of a question and its right answer. Raises ValueProblem, DocumentError."""
+    def _source(self, id: str, question: Question, values: Values) -> tuple[AnswerKind, KeySource]:
+        """The kind of a question, and where its key comes from. Raises ValueProblem, DocumentError."""
         if question.ask is None and question.kind is None:
             hint = f"a literal answer has one of {', '.join(KINDS)}"
             raise ValueProblem("missing, expected the kind of the `answer`", path=("kind",), hint=hint)
         if question.ask is None:
-            return KINDS[str(question.kind)], Asked(id, question, question.answer)
+            return KINDS[str(question.kind)], KeySource(id, question, question.answer)
         study, *way = path = tuple(question.ask.split("."))
         if study not in self.studies:
             message = f"there is no command {shown(study)}{guess(study, self.studies)}"
@@ -457,7 +466,7 @@ class Library:
         if document.system is not None and document.system.functions and name in OF_SYMBOLS:
             hint = "write a formula for each of `system.functions` into the document of the key"
             raise ValueProblem("answers with unknown functions cannot be judged", path=("ask",), hint=hint)
-        return KINDS[name], Asked(id, question, value, unit, path, document, report)
+        return KINDS[name], KeySource(id, question, value, unit, path, document, report)
 
 
 def _plain(name: str) -> str:

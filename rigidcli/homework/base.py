@@ -106,7 +106,7 @@ class Unreadable(Exception):  # noqa: N818 - it carries findings to their outcom
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Asked:
+class KeySource:
     """The right answer of the question called `name`, and where it comes from.
 
     A literal key (`answer` of a question) is a `Tree` in `value`, read by the rules of a student's answer.
@@ -124,7 +124,7 @@ class Asked:
     report: Report | None = None
 
 
-class Reading(NamedTuple):
+class ReadAnswer(NamedTuple):
     """An answer as it was read: the `value` for the judge, and `read_as`, the text that students see.
 
     A `doubt` says why a person must look at it, whatever the value is.
@@ -147,7 +147,7 @@ class AnswerKind(ABC):
     has_tolerance: ClassVar[bool] = True
 
     @abstractmethod
-    def key(self, asked: Asked) -> Any:
+    def key(self, source: KeySource) -> Any:
         """The key of a question. Raises ValueProblem where what is asked is not of this kind."""
 
     def loaded(self, answer: Tree, text_of: Callable[[Tree], str]) -> Tree:
@@ -155,7 +155,7 @@ class AnswerKind(ABC):
         return answer
 
     @abstractmethod
-    def read(self, key: Any, answer: Tree) -> Reading:
+    def read(self, key: Any, answer: Tree) -> ReadAnswer:
         """An answer to the question of this key. Raises Unreadable."""
 
     @abstractmethod
@@ -166,7 +166,7 @@ class AnswerKind(ABC):
         """Whether the outcome would be `correct`; a kind may say so sooner than it finds what is wrong."""
         return self.judge(key, value).verdict == "correct"
 
-    def mistaken(self, asked: Asked, key: Any) -> Iterator[tuple[str, Any]]:
+    def mistaken(self, source: KeySource, key: Any) -> Iterator[tuple[str, Any]]:
         """The codes of mistakes, and the keys of the problems that they lead to.
 
         The key about the centre of mass, with the products of inertia flipped, or with T - V for T + V: an

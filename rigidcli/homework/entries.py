@@ -20,7 +20,7 @@ from rigidcli.core.arithmetic import Array, Floats
 from rigidcli.errors import ExpressionError, ValueProblem
 from rigidcli.fields.dimensions import ANGLE, DIMENSIONLESS
 from rigidcli.fields.units import Unit, parse_unit
-from rigidcli.homework.base import Asked, Finding, Tree, Unreadable
+from rigidcli.homework.base import Finding, KeySource, Tree, Unreadable
 from rigidcli.homework.numbers import ROUNDING, TypedNumber, doubt, read_numbers, readings_of
 from rigidcli.homework.question import RELATIVE, Tolerance
 from rigidcli.homework.reading import exactly, names_of, read_expression, read_expressions
@@ -229,33 +229,33 @@ def is_constant(entry: Entry | Right) -> bool:
 # --- keys
 
 
-def literal(asked: Asked, table: Array, places: Sequence[str]) -> tuple[Ruler, Array]:
+def literal(source: KeySource, table: Array, places: Sequence[str]) -> tuple[Ruler, Array]:
     """The ruler and the entries of a literal key, of a table of what is typed. Raises Unreadable."""
     cells = table.ravel().tolist()
-    ruler = Ruler(asked.question.tolerance)
+    ruler = Ruler(source.question.tolerance)
     try:
         units = [each.unit for cell in cells if (each := readings_of(cell)[0]).unit is not None]
     except Unreadable:
-        symbols = asked.question.symbols
+        symbols = source.question.symbols
         trees = (
             []
             if symbols
             else [read_expression(cell, None, place) for cell, place in zip(cells, places, strict=True)]
         )
-        ruler = _with_symbols(ruler, asked, trees)
+        ruler = _with_symbols(ruler, source, trees)
         return ruler, filled(ruler.read(cells, places), table.shape)
     ruler = replace(ruler, unit=units[0] if units else None)
     return _measured(ruler, ruler.numbers(ruler.read(cells, places))[:, 0].tolist(), table.shape)
 
 
-def computed(asked: Asked, value: Any) -> tuple[Ruler, Array]:
+def computed(source: KeySource, value: Any) -> tuple[Ruler, Array]:
     """The ruler and the entries of a result. Raises ValueProblem."""
     array = np.asarray(value, dtype=object)
-    ruler, entries = Ruler(asked.question.tolerance), [_entry(each) for each in array.flat]
+    ruler, entries = Ruler(source.question.tolerance), [_entry(each) for each in array.flat]
     if not all(map(is_constant, entries)):
-        ruler = _with_symbols(ruler, asked, [each for each in entries if isinstance(each, tree.Node)])
+        ruler = _with_symbols(ruler, source, [each for each in entries if isinstance(each, tree.Node)])
         return ruler, ruler.entries(value)
-    ruler = replace(ruler, unit=parse_unit(asked.unit) if asked.unit else None, largest=beside(asked))
+    ruler = replace(ruler, unit=parse_unit(source.unit) if source.unit else None, largest=beside(source))
     return _measured(ruler, list(map(value_of, entries)), array.shape)
 
 
@@ -265,22 +265,22 @@ def _measured(ruler: Ruler, numbers: Sequence[float], shape: tuple[int, ...]) ->
     return ruler, ruler.entries(np.reshape(numbers, shape))
 
 
-def _with_symbols(ruler: Ruler, asked: Asked, trees: Iterable[tree.Node]) -> Ruler:
+def _with_symbols(ruler: Ruler, source: KeySource, trees: Iterable[tree.Node]) -> Ruler:
     """The ruler for entries with symbols, those of the question or of the key."""
     used = {name for node in trees for name in tree.names_in(node)}
-    return replace(ruler, formulas=formulas_of(asked, names_of(asked, used)))
+    return replace(ruler, formulas=formulas_of(source, names_of(source, used)))
 
 
-def beside(asked: Asked) -> float:
+def beside(source: KeySource) -> float:
     """The largest number (SI) of the array that is asked, or whose entry is asked; 0 if there is none.
 
     A centre of mass may be at the origin, beside the radius of gyration.
     """
-    result: Any = None if asked.report is None else asked.report.tree
+    result: Any = None if source.report is None else source.report.tree
     with suppress(TypeError, ValueError, KeyError, IndexError, ZeroDivisionError):  # it has no numbers
-        if "center_of_mass" in asked.path:
+        if "center_of_mass" in source.path:
             return math.sqrt(np.abs(np.array(result["tensor"], dtype=float)).max() / float(result["mass"]))
-        for step in asked.path[1:]:
+        for step in source.path[1:]:
             result = result[int(step)] if step.isdecimal() else result[step]
             if isinstance(result, list | np.ndarray):
                 return float(np.abs(np.array(result, dtype=float)).max(initial=0.0))

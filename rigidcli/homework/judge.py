@@ -25,7 +25,7 @@ from rigidcli.homework.base import (
     Judgement,
     Outcome,
     Progress,
-    Reading,
+    ReadAnswer,
     Tree,
     Unreadable,
 )
@@ -172,9 +172,9 @@ def _judged(item: Item, answer: Tree) -> tuple[Outcome, str]:
     return outcome, read.read_as
 
 
-def _by_key(kind: AnswerKind, key: Any, answer: Tree) -> tuple[Outcome, Reading]:
+def _by_key(kind: AnswerKind, key: Any, answer: Tree) -> tuple[Outcome, ReadAnswer]:
     """The outcome by a key, and the answer as it was read."""
-    read = Reading(None, "")
+    read = ReadAnswer(None, "")
     try:
         read = kind.read(key, answer)
         return Outcome.review(read.doubt) if read.doubt else kind.judge(key, read.value), read

@@ -16,7 +16,7 @@ from rigidcli.core.arithmetic import Array, Floats
 from rigidcli.core.tensor import point_tensor, rotate
 from rigidcli.fields.dimensions import DIMENSIONLESS
 from rigidcli.fields.units import Unit
-from rigidcli.homework.base import Asked
+from rigidcli.homework.base import KeySource
 from rigidcli.homework.entries import NOISE
 from rigidcli.language.tree import Negative, Node, Number, Product, Sum
 
@@ -45,10 +45,10 @@ TURN = 2 * math.pi
 # --- vectors and tensors
 
 
-def of_vector(asked: Asked, vector: Array) -> Arrays:
+def of_vector(source: KeySource, vector: Array) -> Arrays:
     """The vector along the axes of the document, turned the wrong way, and with components exchanged."""
-    if asked.document is not None and asked.document.frame is not None and vector.size == 3:
-        axes, own = asked.document.physical.axes, np.asarray(asked.value)
+    if source.document is not None and source.document.frame is not None and vector.size == 3:
+        axes, own = source.document.physical.axes, np.asarray(source.value)
         yield "other_frame", axes @ own
         yield "other_frame", axes.T @ own
     if vector.size <= 4:
@@ -56,7 +56,7 @@ def of_vector(asked: Asked, vector: Array) -> Arrays:
         yield from (("components_permuted", vector[list(order)]) for order in orders)
 
 
-def of_tensor(asked: Asked, tensor: Array) -> Arrays:
+def of_tensor(source: KeySource, tensor: Array) -> Arrays:
     """What mistakes make of a tensor of inertia; the formulas take floats, exact numbers and trees."""
     yield "products_of_inertia_sign", tensor * OTHER_PRODUCTS
     yield "products_of_inertia_missing", tensor * EYE
@@ -66,23 +66,23 @@ def of_tensor(asked: Asked, tensor: Array) -> Arrays:
     if tensor.dtype == float:
         moments = np.linalg.eigvalsh(tensor)
         yield from (("other_frame", np.diag(moments[order])) for order in orders)
-    if asked.document is not None and asked.report is not None:
-        tidy = asked.document.arithmetic.tidy
-        yield from ((code, tidy(each)) for code, each in _of_document(asked, asked.document, tensor))
+    if source.document is not None and source.report is not None:
+        tidy = source.document.arithmetic.tidy
+        yield from ((code, tidy(each)) for code, each in _of_document(source, source.document, tensor))
 
 
-def _of_document(asked: Asked, document: Document, tensor: Array) -> Arrays:
+def _of_document(source: KeySource, document: Document, tensor: Array) -> Arrays:
     """The tensor along the document's axes, or turned the wrong way; the parallel-axis theorem misused."""
     if document.frame is not None:
         axes = document.physical.axes
         yield "other_frame", rotate(tensor, axes)
         yield "other_frame", rotate(tensor, axes @ axes)
-    results = {} if asked.report is None else asked.report.tree
+    results = {} if source.report is None else source.report.tree
     needed = [results.get(name) for name in ("mass", "center_of_mass", "about", "tensor", "tensor_com")]
     if all(each is not None for each in needed):
         mass, com, about, here, central = map(np.asarray, needed)
         term = mass * point_tensor(about - com)
-        about_com = asked.path[-1:] == ("tensor_com",)
+        about_com = source.path[-1:] == ("tensor_com",)
         yield "parallel_axis_missing", here if about_com else central
         yield "parallel_axis_sign", here + term if about_com else central - term
 

@@ -22,7 +22,7 @@ from rigidcli.algebra.trees import to_tree
 from rigidcli.document.parameters import read_name
 from rigidcli.document.phase_space import acceleration, momentum, velocity
 from rigidcli.errors import ExpressionError, ValueProblem, shortened, shown
-from rigidcli.homework.base import Asked, Tree, Unreadable
+from rigidcli.homework.base import KeySource, Tree, Unreadable
 from rigidcli.homework.files import beside, read_file
 from rigidcli.homework.lists import is_enclosed, read_list, split
 from rigidcli.homework.numbers import advice, read_units, readings_of, taken_back
@@ -89,16 +89,16 @@ class Names:
         return node
 
 
-def names_of(asked: Asked, used: Iterable[str] = ()) -> Names:
+def names_of(source: KeySource, used: Iterable[str] = ()) -> Names:
     """The names that an answer to a question may hold; `used` are the names in its literal key.
 
     What is known of a name decides its domain, the surest source last: its form in a literal key (real if it
     looks like a coordinate, else positive), the sign of its value in the document, its motion (real), and the
     `symbols` of the question. Raises ValueProblem for a name in the question that is none.
     """
-    question, document = asked.question, asked.document
+    question, document = source.question, source.document
     listed = {TIME if n == TIME else read_name(n): domain for n, domain in (question.symbols or {}).items()}
-    coordinates, momenta, velocities = _moving(asked)
+    coordinates, momenta, velocities = _moving(source)
     further: tuple[str, ...] = ()
     values, derived, of_document = dict[str, Node](), dict[str, Node](), dict[str, Domain]()
     if document is not None:
@@ -110,7 +110,7 @@ def names_of(asked: Asked, used: Iterable[str] = ()) -> Names:
             of_document[name] = "real" if isinstance(own, tree.Negative) or own == ZERO else "positive"
             if definition is not None and definition.names and name not in listed:
                 derived[name] = definition.root
-        if document.transform is not None and "transform" in asked.path:
+        if document.transform is not None and "transform" in source.path:
             further = document.transform.new_variables
     moving = (*coordinates, *momenta, *velocities, *further, TIME)
     new = sorted(set(used).difference(of_document, listed, moving))
@@ -128,12 +128,12 @@ def names_of(asked: Asked, used: Iterable[str] = ()) -> Names:
     )
 
 
-def _moving(asked: Asked) -> tuple[tuple[str, ...], tuple[str, ...], tuple[str, ...]]:
+def _moving(source: KeySource) -> tuple[tuple[str, ...], tuple[str, ...], tuple[str, ...]]:
     """The coordinates of a question or of its document, with their momenta and velocities.
 
     Raises ValueProblem for another number of momenta or velocities.
     """
-    question, document = asked.question, asked.document
+    question, document = source.question, source.document
     lists = (question.coordinates, question.momenta, question.velocities)
     coordinates, momenta, velocities = (tuple(map(read_name, names)) for names in lists)
     if document is not None and document.system is not None:

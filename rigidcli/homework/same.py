@@ -36,7 +36,7 @@ from rigidcli.language.text import reading
 from rigidcli.language.tree import Node
 
 if TYPE_CHECKING:
-    from rigidcli.homework.base import Asked
+    from rigidcli.homework.base import KeySource
     from rigidcli.homework.reading import Names
 
 Ball: TypeAlias = Any
@@ -162,12 +162,12 @@ class FormulaComparison:
         return from_tree(self.independent(node), {name: symbol(name, True) for name in self.positive})
 
 
-def formulas_of(asked: Asked, names: Names, relative: float | None = None) -> FormulaComparison:
+def formulas_of(source: KeySource, names: Names, relative: float | None = None) -> FormulaComparison:
     """The comparison for a question with these `names`."""
-    numbers = asked.question.numbers == "allowed" and bool(names.values)
-    conditions = asked.report.get("conditions") if asked.report is not None else None
+    numbers = source.question.numbers == "allowed" and bool(names.values)
+    conditions = source.report.get("conditions") if source.report is not None else None
     within = tuple(read(condition.removesuffix(" > 0"))[0] for condition in conditions or ())
-    return FormulaComparison(asked.name, names, relative, numbers, within)
+    return FormulaComparison(source.name, names, relative, numbers, within)
 
 
 @lru_cache(MOST_KEPT)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from rigidcli.homework.base import AnswerKind, Asked, Finding, Judged, Outcome, Reading, Tree, Verdict
+from rigidcli.homework.base import AnswerKind, Finding, Judged, KeySource, Outcome, ReadAnswer, Tree, Verdict
 
 
 class Same(AnswerKind):
@@ -12,11 +12,11 @@ class Same(AnswerKind):
 
     name = "same"
 
-    def key(self, asked: Asked) -> Any:
-        return asked.value
+    def key(self, source: KeySource) -> Any:
+        return source.value
 
-    def read(self, key: Any, answer: Tree) -> Reading:
-        return Reading(answer, f"read {answer}")
+    def read(self, key: Any, answer: Tree) -> ReadAnswer:
+        return ReadAnswer(answer, f"read {answer}")
 
     def judge(self, key: Any, value: Any) -> Outcome:
         return (

@@ -448,11 +448,11 @@ from pathlib import Path
 from rigidcli.homework.judge import run
 from rigidcli.homework.judge import Item
 from rigidcli.homework.kinds import KINDS
-from rigidcli.homework.base import Asked
+from rigidcli.homework.base import KeySource
 from rigidcli.homework.question import Question
 from rigidcli.homework.hand_ins import Paper
 question = Question.model_validate({{"answer": "1", "kind": "number"}})
-items = {{"a": Item(KINDS["number"], KINDS["number"].key(Asked("a", question, "1")), 1.0)}}
+items = {{"a": Item(KINDS["number"], KINDS["number"].key(KeySource("a", question, "1")), 1.0)}}
 judgements = list(run(items, [Paper("a", Path({str(tmp_path / "a.yaml")!r}))] * 3))
 sys.exit(len([j for j in judgements if j.score == 1]))
 """
@@ -494,13 +494,13 @@ sys.path.insert(0, {str(Path(__file__).parents[2])!r})
 from pathlib import Path
 from rigidcli.homework.judge import run
 from rigidcli.homework.judge import Item
-from rigidcli.homework.base import Reading
+from rigidcli.homework.base import ReadAnswer
 from rigidcli.homework.hand_ins import Paper
 class Loop:
     def loaded(self, answer, text_of):
         return answer
     def read(self, key, answer):
-        return Reading(answer, "")
+        return ReadAnswer(answer, "")
     def judge(self, key, value):
         while True: pass
     def typed(self, key):

@@ -12,7 +12,7 @@ import numpy as np
 
 from rigidcli.core.arithmetic import Array, Floats
 from rigidcli.errors import ValueProblem, shown
-from rigidcli.homework.base import AnswerKind, Asked, Finding, Outcome, Reading, Tree, Unreadable
+from rigidcli.homework.base import AnswerKind, Finding, KeySource, Outcome, ReadAnswer, Tree, Unreadable
 from rigidcli.homework.entries import (
     Entry,
     Right,
@@ -81,19 +81,19 @@ class ArrayKind(AnswerKind):
     def labels(self, shape: tuple[int, ...]) -> tuple[str, ...]:
         return numbered(self.word, shape[0])
 
-    def key(self, asked: Asked) -> ArrayKey:
-        if asked.report is None:
-            table = self.table(asked.value)
-            ruler, entries = literal(asked, table, self.labels(table.shape))
+    def key(self, source: KeySource) -> ArrayKey:
+        if source.report is None:
+            table = self.table(source.value)
+            ruler, entries = literal(source, table, self.labels(table.shape))
         else:
-            ruler, entries = computed(asked, asked.value)
+            ruler, entries = computed(source, source.value)
         if entries.ndim != self.dimensions or not entries.size:
             raise ValueProblem(f"this is no {self.name}: a vector is a list, a matrix a list of rows")
         labels = self.labels(entries.shape)
-        key = ArrayKey(asked.question, asked.path, ruler, entries, labels, frozenset(labels))
+        key = ArrayKey(source.question, source.path, ruler, entries, labels, frozenset(labels))
         return replace(key, counted=key.counted - key.named(*self.uncounted) or key.counted)
 
-    def read(self, key: ArrayKey, answer: Tree) -> Reading:
+    def read(self, key: ArrayKey, answer: Tree) -> ReadAnswer:
         table = self.table(answer)
         if self.dimensions == 2 and len(table) == 1 and table.size == key.entries.size:  # row after row
             table = table.reshape(key.entries.shape)
@@ -105,7 +105,8 @@ class ArrayKind(AnswerKind):
         cells: list[Tree] = table.ravel().tolist()
         entries = key.ruler.read(cells, self.labels(table.shape), key.right)
         doubts = filter(None, map(key.ruler.doubt, cells, entries))
-        return Reading(entries, _bracketed(filled(shown_as(entries), table.shape).tolist()), next(doubts, ""))
+        read_as = _bracketed(filled(shown_as(entries), table.shape).tolist())
+        return ReadAnswer(entries, read_as, next(doubts, ""))
 
     def fits(self, key: ArrayKey, shape: tuple[int, ...]) -> bool:
         """Whether an answer of this shape can be judged."""
@@ -139,12 +140,12 @@ class ArrayKind(AnswerKind):
         code = shared_factor(*numbers, key.ruler.unit, key.path, max(key.ruler.slack, ROUNDING))
         return [Finding(code or "outside_tolerance")]
 
-    def mistakes(self, asked: Asked, key: ArrayKey) -> Arrays:
+    def mistakes(self, source: KeySource, key: ArrayKey) -> Arrays:
         """The entries that come out under a mistake."""
         return iter(())
 
-    def mistaken(self, asked: Asked, key: ArrayKey) -> Iterator[tuple[str, ArrayKey]]:
-        for code, entries in self.mistakes(asked, key):
+    def mistaken(self, source: KeySource, key: ArrayKey) -> Iterator[tuple[str, ArrayKey]]:
+        for code, entries in self.mistakes(source, key):
             yield code, replace(key, entries=key.ruler.entries(entries))
 
     def typed(self, key: ArrayKey) -> Tree:
@@ -255,14 +256,14 @@ class VectorKind(ArrayKind):
     options = ArrayKind.options | {"direction", "normalized"}
     word = "component"
 
-    def key(self, asked: Asked) -> ArrayKey:
-        key = super().key(asked)
-        if asked.question.direction in ("sense", "parallel") and key.named(0) == set(key.labels):
+    def key(self, source: KeySource) -> ArrayKey:
+        key = super().key(source)
+        if source.question.direction in ("sense", "parallel") and key.named(0) == set(key.labels):
             raise ValueProblem("a vector of length zero has no direction", path=("direction",))
         return key
 
-    def mistakes(self, asked: Asked, key: ArrayKey) -> Arrays:
-        return of_vector(asked, key.entries)
+    def mistakes(self, source: KeySource, key: ArrayKey) -> Arrays:
+        return of_vector(source, key.entries)
 
     def judge(self, key: ArrayKey, value: Sequence[Entry]) -> Outcome:
         """The outcome of a vector; a direction is right as a whole."""
@@ -324,7 +325,7 @@ class MatrixKind(ArrayKind):
         """Whether all entries are right: a mistake makes many keys, and the first wrong entry is enough."""
         return all(key.ruler.same(*both) is True for both in zip(value, key.right, strict=True))
 
-    def mistakes(self, asked: Asked, key: ArrayKey) -> Arrays:
+    def mistakes(self, source: KeySource, key: ArrayKey) -> Arrays:
         """Where it is square, the matrix with rows and columns exchanged."""
         if key.entries.shape[0] == key.entries.shape[-1]:
             yield "transposed", key.entries.T
@@ -352,19 +353,19 @@ class TensorKind(MatrixKind):
             raise ValueProblem("this is not a tensor, which has 3 rows of 3")
         return COMPONENTS
 
-    def key(self, asked: Asked) -> ArrayKey:
-        key = super().key(asked)
-        if asked.report is not None:
-            key = replace(key, entries=key.ruler.entries(np.asarray(asked.value) * products(asked)))
+    def key(self, source: KeySource) -> ArrayKey:
+        key = super().key(source)
+        if source.report is not None:
+            key = replace(key, entries=key.ruler.entries(np.asarray(source.value) * products(source)))
         if _odd(key.ruler, key.right):
             raise ValueProblem("this tensor is not symmetric")
         return key
 
-    def mistakes(self, asked: Asked, key: ArrayKey) -> Arrays:
-        signs = products(asked)
-        usual = key.entries * signs if asked.report is None else np.asarray(asked.value)
-        yield from ((code, tensor * signs) for code, tensor in of_tensor(asked, usual))
-        yield from super().mistakes(asked, key)
+    def mistakes(self, source: KeySource, key: ArrayKey) -> Arrays:
+        signs = products(source)
+        usual = key.entries * signs if source.report is None else np.asarray(source.value)
+        yield from ((code, tensor * signs) for code, tensor in of_tensor(source, usual))
+        yield from super().mistakes(source, key)
 
     def said(
         self, key: ArrayKey, value: Sequence[Entry], wrong: Collection[str], *, partly: bool
@@ -379,9 +380,9 @@ class TensorKind(MatrixKind):
         return {name: key.ruler.typed(each) for name, each in zip(key.labels, key.right, strict=True)}
 
 
-def products(asked: Asked) -> Array:
+def products(source: KeySource) -> Array:
     """The signs (3 by 3) that products of inertia have in a question, beside the usual ones."""
-    return OTHER_PRODUCTS if asked.question.products == "plus" else OTHER_PRODUCTS**2
+    return OTHER_PRODUCTS if source.question.products == "plus" else OTHER_PRODUCTS**2
 
 
 def _odd(ruler: Ruler, entries: Sequence[Any]) -> list[str]:
@@ -409,18 +410,18 @@ class MomentsKind(ArrayKind):
     options = ArrayKind.options | {"order"}
     word = "moment"
 
-    def key(self, asked: Asked) -> ArrayKey:
-        key = super().key(asked)
+    def key(self, source: KeySource) -> ArrayKey:
+        key = super().key(source)
         if key.ruler.formulas is None:
             return replace(key, entries=np.sort(key.entries))
-        require_no_order(asked.question)
+        require_no_order(source.question)
         return replace(key, entries=key.entries[_ranks(key.ruler, key.right)])
 
-    def mistakes(self, asked: Asked, key: ArrayKey) -> Arrays:
-        is_report = asked.report is not None and asked.path[-1] == "moments"
-        tensor = asked.report.get("tensor") if asked.report is not None and is_report else None
+    def mistakes(self, source: KeySource, key: ArrayKey) -> Arrays:
+        is_report = source.report is not None and source.path[-1] == "moments"
+        tensor = source.report.get("tensor") if source.report is not None and is_report else None
         if tensor is not None and key.ruler.formulas is None:
-            others = of_tensor(asked, np.asarray(tensor, dtype=float))
+            others = of_tensor(source, np.asarray(tensor, dtype=float))
             yield from ((code, np.linalg.eigvalsh(np.asarray(each, dtype=float))) for code, each in others)
 
     def fits(self, key: ArrayKey, shape: tuple[int, ...]) -> bool:

@@ -22,7 +22,7 @@ from rigidcli.core.arithmetic import Array, Floats, Mask
 from rigidcli.errors import ExpressionError, ValueProblem, shown
 from rigidcli.fields.units import parse_unit
 from rigidcli.homework import entries
-from rigidcli.homework.base import AnswerKind, Asked, Finding, Outcome, Reading, Tree, Unreadable
+from rigidcli.homework.base import AnswerKind, Finding, KeySource, Outcome, ReadAnswer, Tree, Unreadable
 from rigidcli.homework.entries import NOISE, Entry, Ruler, Same, shown_as
 from rigidcli.homework.kinds.arrays import (
     TensorKind,
@@ -99,18 +99,18 @@ class AxesKind(AnswerKind):
     name = "axes"
     options = frozenset({"order", "normalized", "orthogonal", "symbols", "unit", "products"})
 
-    def key(self, asked: Asked) -> AxesKey:
-        if (asked.question.tolerance.angle or 0.0) > 0.5:
+    def key(self, source: KeySource) -> AxesKey:
+        if (source.question.tolerance.angle or 0.0) > 0.5:
             raise ValueProblem("is in radians, expected at most 0.5", path=("tolerance", "angle"))
-        ruler, usual, pairs = _literal(asked) if asked.report is None else _reported(asked)
+        ruler, usual, pairs = _literal(source) if source.report is None else _reported(source)
         if ruler.formulas is not None:
-            require_no_order(asked.question)
-        alone = len(asked.path) > 1 and asked.path[-1] == "axes"
+            require_no_order(source.question)
+        alone = len(source.path) > 1 and source.path[-1] == "axes"
         solved = _solved(ruler, ruler.entries(usual))
         typed = np.column_stack([solved["moments"], solved["axes"]]) if pairs is None else pairs
-        return AxesKey(asked.question, asked.path, **solved, usual=usual, typed=typed, alone=alone)
+        return AxesKey(source.question, source.path, **solved, usual=usual, typed=typed, alone=alone)
 
-    def read(self, key: AxesKey, answer: Tree) -> Reading:
+    def read(self, key: AxesKey, answer: Tree) -> ReadAnswer:
         table = _typed(answer)
         count, width = table.shape
         if not key.alone and width == 3:
@@ -121,7 +121,7 @@ class AxesKind(AnswerKind):
         axes = entries.filled(components, (count, 3)).tolist()
         names = [f"{name}: " for name in shown_as(moments)] or [""] * count
         texts = [f"{name}[{', '.join(shown_as(axis))}]" for name, axis in zip(names, axes, strict=True)]
-        return Reading(Pairs(moments, axes), "; ".join(texts))
+        return ReadAnswer(Pairs(moments, axes), "; ".join(texts))
 
     def judge(self, key: AxesKey, value: Pairs) -> Outcome:
         """The outcome of pairs, one by one; one counts half where only its moment or its axis is right."""
@@ -138,9 +138,9 @@ class AxesKind(AnswerKind):
             findings = findings if code is None else [Finding(code)]
         return Outcome.earning((worth - max(0, count - 3)) / 3, *findings)
 
-    def mistaken(self, asked: Asked, key: AxesKey) -> Iterator[tuple[str, AxesKey]]:
+    def mistaken(self, source: KeySource, key: AxesKey) -> Iterator[tuple[str, AxesKey]]:
         """The keys whose tensor comes out under a mistake, and that for axes which stand in columns."""
-        for code, tensor in of_tensor(asked, key.usual):
+        for code, tensor in of_tensor(source, key.usual):
             yield code, replace(key, **_solved(key.ruler, key.ruler.entries(tensor)))
         yield "transposed", replace(key, columns=True)
 
@@ -378,34 +378,34 @@ def _solved(ruler: Ruler, tensor: Array) -> dict[str, Any]:
     return {"ruler": ruler, "tensor": tensor, "moments": moments * scale, "axes": vectors.T, "equal": equal}
 
 
-def _reported(asked: Asked) -> tuple[Ruler, Array, Array | None]:
+def _reported(source: KeySource) -> tuple[Ruler, Array, Array | None]:
     """The ruler, the tensor of a report, and where there are symbols the pairs. Raises ValueProblem."""
-    assert asked.report is not None
-    tensor = asked.value if asked.path[-1] in ("tensor", "tensor_com") else asked.report.get("tensor")
+    assert source.report is not None
+    tensor = source.value if source.path[-1] in ("tensor", "tensor_com") else source.report.get("tensor")
     if tensor is None:
         raise ValueProblem("this document has no principal axes")
-    ruler, _ = entries.computed(replace(asked, unit="kg m^2"), tensor)
+    ruler, _ = entries.computed(replace(source, unit="kg m^2"), tensor)
     if ruler.formulas is None:
         return ruler, np.asarray(tensor), None
-    moments, axes = asked.report.get("moments"), asked.report.get("axes")
-    if moments is None or axes is None or tensor is not asked.report["tensor"]:
+    moments, axes = source.report.get("moments"), source.report.get("axes")
+    if moments is None or axes is None or tensor is not source.report["tensor"]:
         raise ValueProblem("the axes of this tensor cannot be written in its symbols")
     return ruler, np.asarray(tensor), ruler.entries(np.column_stack([moments, axes]))
 
 
-def _literal(asked: Asked) -> tuple[Ruler, Array, Array | None]:
+def _literal(source: KeySource) -> tuple[Ruler, Array, Array | None]:
     """The ruler, the tensor and perhaps the pairs of a literal key. Raises ValueProblem."""
-    if isinstance(asked.value, dict) and set(asked.value) == {"tensor"}:
-        key = TensorKind().key(replace(asked, value=asked.value["tensor"]))
+    if isinstance(source.value, dict) and set(source.value) == {"tensor"}:
+        key = TensorKind().key(replace(source, value=source.value["tensor"]))
         if key.ruler.formulas is not None:
             raise ValueProblem("a tensor with symbols is no key", hint="write pairs: `[moment, [x, y, z]]`")
-        ruler, tensor, pairs = key.ruler, key.entries * products(asked), None
+        ruler, tensor, pairs = key.ruler, key.entries * products(source), None
     else:
-        table = _typed(asked.value)
+        table = _typed(source.value)
         if table.shape != (3, 4):
             expected = "expected three pairs of a moment and an axis, or `{tensor: [[..]]}`"
             raise Unreadable("wrong_shape", expected)
-        ruler, typed = entries.literal(asked, table, np.repeat(numbered("pair", 3), 4).tolist())
+        ruler, typed = entries.literal(source, table, np.repeat(numbered("pair", 3), 4).tolist())
         tensor = _tensor_of_pairs(ruler, typed)
         pairs = None if ruler.formulas is None else typed
     if ruler.unit is not None and ruler.unit.dimension != KG_M2.dimension:

@@ -24,7 +24,7 @@ from rigidcli.algebra.reading import from_tree
 from rigidcli.algebra.trees import to_tree
 from rigidcli.document.phase_space import acceleration, momentum, velocity
 from rigidcli.errors import ExpressionError, ValueProblem
-from rigidcli.homework.base import AnswerKind, Asked, Finding, Outcome, Reading, Tree, Unreadable
+from rigidcli.homework.base import AnswerKind, Finding, KeySource, Outcome, ReadAnswer, Tree, Unreadable
 from rigidcli.homework.entries import chosen
 from rigidcli.homework.kinds.arrays import MOST_ENTRIES, numbered
 from rigidcli.homework.lists import read_list
@@ -60,21 +60,21 @@ class EquationsKind(AnswerKind):
     has_tolerance = False
     options = OF_FORMULAS | {"form"}
 
-    def key(self, asked: Asked) -> MotionKey:
+    def key(self, source: KeySource) -> MotionKey:
         try:
-            key = of_text(asked) if asked.report is None else of_document(asked)
+            key = of_text(source) if source.report is None else of_document(source)
         except Unreadable as unreadable:
             code = unreadable.findings[0].code
             raise ValueProblem(f"the equations of the key cannot be read: {code}") from None
         except ExpressionError as error:
             raise ValueProblem(f"the equations of the key cannot be worked with: {error.message}") from None
-        if asked.question.form == "first_order" and any(rate.endswith("ddot") for rate in key.rates):
+        if source.question.form == "first_order" and any(rate.endswith("ddot") for rate in key.rates):
             raise ValueProblem("the equations are of second order, and first order is asked for")
         if any(all(v is None for v in key.formulas.values(rate)) for rate in key.rates.values()):
             raise ValueProblem("the equations have no values at most states")
-        return replace(key, first_order=asked.question.form == "first_order")
+        return replace(key, first_order=source.question.form == "first_order")
 
-    def read(self, key: MotionKey, answer: Tree) -> Reading:
+    def read(self, key: MotionKey, answer: Tree) -> ReadAnswer:
         """The equations of an answer; one that cannot be read costs only itself. Raises Unreadable."""
         unread: list[Unreadable] = []
         chained: list[Sides] = []
@@ -82,7 +82,7 @@ class EquationsKind(AnswerKind):
         shown = "; ".join(f"{without_doubt(left)} = {without_doubt(right)}" for _, left, right in sides)
         differ = any(key.is_true(member, last) is False for _, member, last in chained)
         findings = [finding for each in unread for finding in each.findings]
-        return Reading((sides, findings), shown, CONTRADICTION if differ else "")
+        return ReadAnswer((sides, findings), shown, CONTRADICTION if differ else "")
 
     def judge(self, key: MotionKey, value: Answer) -> Outcome:
         sides, unread = value
@@ -133,7 +133,7 @@ class EquationsKind(AnswerKind):
         form = [Finding("second_order_form")] if is_second and key.is_hamiltonian else []
         return Outcome.correct(*form, *remarks)
 
-    def mistaken(self, asked: Asked, key: MotionKey) -> Iterator[tuple[str, MotionKey]]:
+    def mistaken(self, source: KeySource, key: MotionKey) -> Iterator[tuple[str, MotionKey]]:
         for code, rates in of_motion(key):
             yield code, replace(key, rates={**key.rates, **rates})
 
@@ -344,15 +344,15 @@ def state_of(rate: str) -> str:
     return f"{rate.removesuffix('ddot')}dot" if rate.endswith("ddot") else rate.removesuffix("dot")
 
 
-def of_document(asked: Asked) -> MotionKey:
+def of_document(source: KeySource) -> MotionKey:
     """The motion by the equations in a report. Raises ValueProblem."""
-    equations = asked.value
-    if asked.path[-1:] != ("equations",) or not isinstance(equations, Mapping) or len(equations) % 2:
+    equations = source.value
+    if source.path[-1:] != ("equations",) or not isinstance(equations, Mapping) or len(equations) % 2:
         raise ValueProblem("this result has no equations of motion, expected `hamilton.equations`")
     states, half = tuple(equations), len(equations) // 2
     rates = {velocity(name): to_tree(rate) for name, rate in equations.items()}
-    names = _with_rates(names_of(asked), states, [*rates, *map(acceleration, states)])
-    formulas = formulas_of(asked, names, asked.question.tolerance.relative)
+    names = _with_rates(names_of(source), states, [*rates, *map(acceleration, states)])
+    formulas = formulas_of(source, names, source.question.tolerance.relative)
     return MotionKey(formulas, rates, states[:half], states[half:], is_hamiltonian=True)
 
 
@@ -372,12 +372,12 @@ def _with_rates(names: Names, states: Sequence[str], rates: Sequence[str]) -> Na
     return replace(names, domains=domains, spellings=spelled, further=further)
 
 
-def of_text(asked: Asked) -> MotionKey:
+def of_text(source: KeySource) -> MotionKey:
     """The motion by equations as they are typed. Raises ValueProblem."""
-    question = asked.question
-    keys = [key.strip() for key in asked.value] if isinstance(asked.value, dict) else []
+    question = source.question
+    keys = [key.strip() for key in source.value] if isinstance(source.value, dict) else []
     tops_of = {key: velocity(key) for key in keys if key.isidentifier() and not _DERIVATIVE.fullmatch(key)}
-    sides = read_equations(asked.value, None, tops_of)
+    sides = read_equations(source.value, None, tops_of)
     used = names_in_all(sides)
     functions = _functions(question, used)
     second = tuple(name for name in functions if acceleration(name) in used)
@@ -388,12 +388,12 @@ def of_text(asked: Asked) -> MotionKey:
     tops = [acceleration(name) if name in second else velocity(name) for name in functions]
     rates = _solved([(bound(left, aliases), bound(right, aliases)) for _, left, right in sides], tops)
     states = [*functions, *map(velocity, second)]
-    names = names_of(asked, used - {*tops, *states, *aliases})
+    names = names_of(source, used - {*tops, *states, *aliases})
     names = replace(names, domains={n: d for n, d in names.domains.items() if n not in aliases or n in used})
     partners = {} if second else _partners(question, functions, rates)
     second_rates = [acceleration(name) for pair in partners.items() for name in pair]
     names = _with_rates(names, states, [*rates, *second_rates, *aliases, *map(velocity, functions)])
-    formulas = formulas_of(asked, names, question.tolerance.relative)
+    formulas = formulas_of(source, names, question.tolerance.relative)
     return MotionKey(formulas, rates, tuple(partners), tuple(partners.values()), aliases)
 
 
@@ -535,20 +535,20 @@ class InvariantsKind(AnswerKind):
     has_tolerance = False
     options = OF_FORMULAS
 
-    def key(self, asked: Asked) -> InvariantsKey:
-        if asked.report is None:
+    def key(self, source: KeySource) -> InvariantsKey:
+        if source.report is None:
             hint = "ask a document for `hamilton.invariants`, or give one formula of kind `expression`"
             raise ValueProblem("what is conserved follows from a document", hint=hint)
-        results = asked.report.tree
-        if asked.path[-1] != "invariants" or not asked.value:
+        results = source.report.tree
+        if source.path[-1] != "invariants" or not source.value:
             hint = "there are `hamilton.cyclic` and `hamilton.conserved`, too"
             raise ValueProblem("this result has no conserved quantities", hint=hint)
-        motion = of_document(replace(asked, value=results["equations"], path=("hamilton", "equations")))
+        motion = of_document(replace(source, value=results["equations"], path=("hamilton", "equations")))
         motion = replace(motion, formulas=replace(motion.formulas, relative=None))
         known = [results["hamiltonian"] if name == "H" else symbol(name) for name in results["conserved"]]
-        return InvariantsKey(tuple(map(to_tree, asked.value)), tuple(map(to_tree, known)), motion)
+        return InvariantsKey(tuple(map(to_tree, source.value)), tuple(map(to_tree, known)), motion)
 
-    def read(self, key: InvariantsKey, answer: Tree) -> Reading:
+    def read(self, key: InvariantsKey, answer: Tree) -> ReadAnswer:
         """A list of formulas, perhaps named; of several readings one that is conserved. Raises Unreadable."""
         table = read_list(answer, is_square=True)  # so that the y of `y p_x` is no unit vector
         cells = list(table.values()) if isinstance(table, dict) else table
@@ -557,7 +557,7 @@ class InvariantsKind(AnswerKind):
         places = zip(cells, numbered("quantity", len(cells)), strict=True)
         several = [read_expressions(cell, key.motion.names, place) for cell, place in places]
         nodes = [chosen(readings, key.is_conserved) for readings in several]
-        return Reading(tuple(nodes), "; ".join(map(without_doubt, nodes)))
+        return ReadAnswer(tuple(nodes), "; ".join(map(without_doubt, nodes)))
 
     def judge(self, key: InvariantsKey, value: Sequence[Node]) -> Outcome:
         """New conserved quantities earn their share; more formulas than the key has cost as much."""

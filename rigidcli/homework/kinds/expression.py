@@ -14,7 +14,7 @@ from rigidcli.algebra.expressions import Expr
 from rigidcli.algebra.reading import from_tree
 from rigidcli.algebra.trees import to_tree
 from rigidcli.errors import ValueProblem
-from rigidcli.homework.base import AnswerKind, Asked, Finding, Outcome, Reading, Tree, Unreadable
+from rigidcli.homework.base import AnswerKind, Finding, KeySource, Outcome, ReadAnswer, Tree, Unreadable
 from rigidcli.homework.entries import Ruler, chosen
 from rigidcli.homework.mistakes import common_factor, of_energy
 from rigidcli.homework.question import OF_FORMULAS, Tolerance
@@ -59,14 +59,14 @@ class ExpressionKind(AnswerKind):
     has_tolerance = False
     options = OF_FORMULAS | {"constant"}
 
-    def key(self, asked: Asked) -> FormulaKey:
-        tree, question, last = _tree(asked), asked.question, asked.path[-1] if asked.path else ""
+    def key(self, source: KeySource) -> FormulaKey:
+        tree, question, last = _tree(source), source.question, source.path[-1] if source.path else ""
         used = names_in(tree)
-        names = names_of(asked, used)
+        names = names_of(source, used)
         rates = names.velocities if used & set(names.velocities) else names.momenta
-        is_energy = last in ENERGIES if asked.report is not None else not used.isdisjoint(rates)
+        is_energy = last in ENERGIES if source.report is not None else not used.isdisjoint(rates)
         in_momenta = last == "hamiltonian" or not used.isdisjoint(names.momenta)
-        formulas = formulas_of(asked, names, _relative(question.tolerance))
+        formulas = formulas_of(source, names, _relative(question.tolerance))
         if all(value is None for value in formulas.values(tree)):
             raise ValueProblem("the key has no value")
         return FormulaKey(
@@ -78,13 +78,13 @@ class ExpressionKind(AnswerKind):
             frozenset(names.velocities) - used if in_momenta and rates == names.momenta else frozenset(),
         )
 
-    def read(self, key: FormulaKey, answer: Tree) -> Reading:
+    def read(self, key: FormulaKey, answer: Tree) -> ReadAnswer:
         if key.constant and isinstance(answer, str):
             answer = re.sub(r"\s*\+\s*(?:const(?:ant)?|konst|cst|cte)\.?\s*\Z", "", answer)
         several = read_expressions(answer, key.formulas.names)
         node = chosen(several, lambda each: self.is_right(key, each) or key.same(each))
         why = Ruler(Tolerance(), formulas=key.formulas).doubt(answer, node)
-        return Reading(node, without_doubt(node), why)
+        return ReadAnswer(node, without_doubt(node), why)
 
     def judge(self, key: FormulaKey, value: Node) -> Outcome:
         truth = key.same(value)
@@ -99,7 +99,7 @@ class ExpressionKind(AnswerKind):
     def is_right(self, key: FormulaKey, value: Node) -> bool:
         return key.same(value, constant=key.constant) is True
 
-    def mistaken(self, asked: Asked, key: FormulaKey) -> Iterator[tuple[str, FormulaKey]]:
+    def mistaken(self, source: KeySource, key: FormulaKey) -> Iterator[tuple[str, FormulaKey]]:
         """The key of the other sign, and an energy with mistakes in its parts."""
         yield "sign_error", replace(key, tree=Negative(key.tree))
         if parts := _energies(key):
@@ -110,20 +110,20 @@ class ExpressionKind(AnswerKind):
         return text(key.tree)
 
 
-def _tree(asked: Asked) -> Node:
+def _tree(source: KeySource) -> Node:
     """The formula that is the key. Raises ValueProblem."""
-    if asked.report is not None:
-        if isinstance(asked.value, Expr):
-            return to_tree(asked.value)
+    if source.report is not None:
+        if isinstance(source.value, Expr):
+            return to_tree(source.value)
         raise ValueProblem("what is asked for is not one expression")
-    names = names_of(asked)
+    names = names_of(source)
     try:
         try:
-            return read_expression(asked.value, names if names.words.names != ("t",) else None)
+            return read_expression(source.value, names if names.words.names != ("t",) else None)
         except Unreadable as unreadable:
             if unreadable.findings[0].code != "unknown_symbol":
                 raise
-            return read_expression(asked.value, None)  # with letters that the question does not list
+            return read_expression(source.value, None)  # with letters that the question does not list
     except Unreadable as unreadable:
         raise ValueProblem(f"the key cannot be read: {unreadable.findings[0].code}") from None
 

@@ -16,7 +16,7 @@ from rigidcli.core.principal import BodyClass
 from rigidcli.errors import ValueProblem, shown
 from rigidcli.fields.dimensions import ANGLE, DIMENSIONLESS
 from rigidcli.fields.units import Unit, parse_unit
-from rigidcli.homework.base import AnswerKind, Asked, Finding, Outcome, Reading, Tree, Unreadable
+from rigidcli.homework.base import AnswerKind, Finding, KeySource, Outcome, ReadAnswer, Tree, Unreadable
 from rigidcli.homework.entries import NOISE, Ruler, Same, beside, chosen, value_of
 from rigidcli.homework.mistakes import TURN, common_factor
 from rigidcli.homework.numbers import (
@@ -56,33 +56,33 @@ class QuantityKind(AnswerKind):
     def __init__(self, name: str) -> None:
         self.name = name  # type: ignore[misc]  # two kinds of the same class
 
-    def key(self, asked: Asked) -> NumberKey:
-        question = asked.question
-        if asked.report is not None:
-            value, unit = value_of(asked.value), parse_unit(asked.unit) if asked.unit else PURE
+    def key(self, source: KeySource) -> NumberKey:
+        question = source.question
+        if source.report is not None:
+            value, unit = value_of(source.value), parse_unit(source.unit) if source.unit else PURE
         else:
-            number = readings_of(asked.value)[0]
+            number = readings_of(source.value)[0]
             value, unit = number.typed, number.unit or PURE
             if (question.kind == "quantity") is not bool(unit.text):
                 has_unit, kind = ("has one", "quantity") if unit.text else ("has none", "number")
                 message = f"a quantity has a unit, a number has no unit, and this {has_unit}"
                 raise ValueProblem(message, hint=f"make it of kind `{kind}`")
-        is_product = (
-            len(asked.path) > 2 and asked.path[-3].startswith("tensor") and asked.path[-2] != asked.path[-1]
-        )
+        *way, row, column = ["", "", "", *source.path]
+        is_product = way[-1].startswith("tensor") and row != column
         reference = value * unit.scale * (-1 if question.products == "plus" and is_product else 1)
         if not math.isfinite(reference) or (value and not reference):
             raise ValueProblem("the number is beyond the range of SI units")
-        noise = NOISE * max(beside(asked) * unit.scale, asked.report is not None and unit.dimension == ANGLE)
+        is_angle = source.report is not None and unit.dimension == ANGLE
+        noise = NOISE * max(beside(source) * unit.scale, is_angle)
         return NumberKey(
             0.0 if abs(reference) <= noise else reference,
             unit,
             Ruler(question.tolerance, unit, noise=noise),
             question.unit == "required" and unit.dimension not in (DIMENSIONLESS, ANGLE),
-            asked.path,
+            source.path,
         )
 
-    def read(self, key: NumberKey, answer: Tree) -> Reading:
+    def read(self, key: NumberKey, answer: Tree) -> ReadAnswer:
         """A number in its own unit, or else in that of the key. Raises Unreadable."""
         several = readings_of(answer, key.unit)
         if key.ruler.tolerance.significant_figures is not None:
@@ -92,7 +92,7 @@ class QuantityKind(AnswerKind):
         number = chosen(several, lambda each: self._is_right(key, each))
         bare = number.unit is None and key.unit.text and not key.needs_unit
         read_as = f"{number.read_as} {key.unit.text}" if bare else number.read_as
-        return Reading(number, read_as, self._doubt(key, number))
+        return ReadAnswer(number, read_as, self._doubt(key, number))
 
     def _is_right(self, key: NumberKey, number: TypedNumber) -> Same:
         with suppress(ValueProblem):
@@ -226,9 +226,9 @@ class ChoiceKind(AnswerKind):
     name = "choice"
     has_tolerance = False
 
-    def key(self, asked: Asked) -> ChoiceKey:
-        value, fields = asked.value, () if asked.report is None else asked.report.fields
-        words = next((field.words for field in fields if field.key == ".".join(asked.path[1:])), "")
+    def key(self, source: KeySource) -> ChoiceKey:
+        value, fields = source.value, () if source.report is None else source.report.fields
+        words = next((field.words for field in fields if field.key == ".".join(source.path[1:])), "")
         if isinstance(value, bool | np.bool_):
             value = "true" if value else "false"
         if isinstance(value, list | tuple) and all(isinstance(word, str) for word in value):
@@ -239,16 +239,16 @@ class ChoiceKind(AnswerKind):
             raise ValueProblem(f"the text of a choice has 1 to {LONGEST_TEXT} characters")
         return ChoiceKey(value, _plain(value), words)
 
-    def read(self, key: ChoiceKey, answer: Tree) -> Reading:
+    def read(self, key: ChoiceKey, answer: Tree) -> ReadAnswer:
         """A text, or a set of texts where one is asked. Raises Unreadable."""
         if isinstance(key.plain, str):
-            return Reading(_text(answer), _text(answer))
+            return ReadAnswer(_text(answer), _text(answer))
         words = answer if isinstance(answer, list) else _AND.split(_text(answer))
         if len(words) > LONGEST_TEXT:
             raise Unreadable("too_large", f"{len(words)} words")
         nothing = {"none", _plain(key.words) if not key.plain else "none"}
         chosen = frozenset(map(_text, words)) - nothing
-        return Reading(chosen, ", ".join(sorted(chosen)) or "none")
+        return ReadAnswer(chosen, ", ".join(sorted(chosen)) or "none")
 
     def judge(self, key: ChoiceKey, value: str | frozenset[str]) -> Outcome:
         is_right, stands = value == key.plain, False

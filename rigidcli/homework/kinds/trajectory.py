@@ -17,7 +17,7 @@ from rigidcli.core.arithmetic import Floats, Mask
 from rigidcli.document.sampling import DEFAULT_TOLERANCE
 from rigidcli.errors import ValueProblem, shown
 from rigidcli.fields.units import Unit, parse_unit
-from rigidcli.homework.base import AnswerKind, Asked, Finding, Outcome, Reading, Tree, Unreadable
+from rigidcli.homework.base import AnswerKind, Finding, KeySource, Outcome, ReadAnswer, Tree, Unreadable
 from rigidcli.homework.entries import Ruler
 from rigidcli.homework.mistakes import shared_factor
 from rigidcli.homework.tables import SECOND, TIME, TypedColumn, read_table, table_text, tabulated
@@ -74,9 +74,9 @@ class TrajectoryKind(AnswerKind):
     options = frozenset({"columns", "angles"})
 
     @np.errstate(all="ignore")
-    def key(self, asked: Asked) -> TrajectoryKey:
-        question = asked.question
-        table, default = _of_literal(asked.value) if asked.report is None else _of_report(asked)
+    def key(self, source: KeySource) -> TrajectoryKey:
+        question = source.question
+        table, default = _of_literal(source.value) if source.report is None else _of_report(source)
         columns = {name: each.in_si(SECOND if name == TIME else None) for name, each in table.items()}
         times = columns.pop(TIME)
         names = question.columns or tuple(default)
@@ -87,7 +87,7 @@ class TrajectoryKind(AnswerKind):
                     raise ValueProblem(f"the key has no column {shown(name)}", path=(option,), hint=hint)
         if not names or len(set(names)) < len(names):
             raise ValueProblem("expected columns to judge, each once", path=("columns",))
-        _require_predictable(asked)
+        _require_predictable(source)
         if len(times) < LEAST_SAMPLES or not (np.diff(times) > 0).all():
             raise ValueProblem(f"expected a key of at least {LEAST_SAMPLES} rows at ascending times")
         is_angle = [name in question.angles or ANGLES.fullmatch(name) is not None for name in names]
@@ -112,7 +112,7 @@ class TrajectoryKind(AnswerKind):
         others = {key: value for key, value in answer.items() if key != "file"}
         return others | {"csv": text_of(answer["file"])}
 
-    def read(self, key: TrajectoryKey, answer: Tree) -> Reading:
+    def read(self, key: TrajectoryKey, answer: Tree) -> ReadAnswer:
         """The table of an answer, in SI units; a column that is missing is NaN. Raises Unreadable."""
         table = read_table(table_text(answer), (TIME, *key.columns))
         if TIME not in table:
@@ -123,7 +123,7 @@ class TrajectoryKind(AnswerKind):
         rows = np.column_stack(columns)
         heads = ", ".join(name for name in units if name in table)
         count = "1 row" if len(rows) == 1 else f"{len(rows)} rows"
-        return Reading(rows, f"{count} of {heads}, t from {rows[0, 0]:.6g} to {rows[-1, 0]:.6g}")
+        return ReadAnswer(rows, f"{count} of {heads}, t from {rows[0, 0]:.6g} to {rows[-1, 0]:.6g}")
 
     @np.errstate(all="ignore")
     def judge(self, key: TrajectoryKey, value: Floats) -> Outcome:
@@ -248,14 +248,14 @@ def _between(times: Floats, values: Floats, at: Floats) -> Floats:
     return np.asarray(by_values + step * s * (1 - s) * ((1 - s) * slopes[k] - s * slopes[k + 1]))
 
 
-def _of_report(asked: Asked) -> tuple[dict[str, TypedColumn], Sequence[str]]:
+def _of_report(source: KeySource) -> tuple[dict[str, TypedColumn], Sequence[str]]:
     """The columns of a report, and those at the path that is asked. Raises ValueProblem."""
-    assert asked.report is not None
-    name = asked.path[1] if len(asked.path) > 1 else ""
-    table = next((each for each in asked.report.tables if each.key == name and name in BY_DEFAULT), None)
-    if table is None or asked.path[2:] == (TIME,):
+    assert source.report is not None
+    name = source.path[1] if len(source.path) > 1 else ""
+    table = next((each for each in source.report.tables if each.key == name and name in BY_DEFAULT), None)
+    if table is None or source.path[2:] == (TIME,):
         raise ValueProblem("this result is no trajectory", path=("ask",))
-    asks = (".".join(asked.path[2:]),) if len(asked.path) > 2 else BY_DEFAULT[name]
+    asks = (".".join(source.path[2:]),) if len(source.path) > 2 else BY_DEFAULT[name]
     keys = [each.key for each in table.columns for _ in each.cells]
     columns = dict[str, TypedColumn]()
     for each in single_cells(table):
@@ -267,11 +267,11 @@ def _of_report(asked: Asked) -> tuple[dict[str, TypedColumn], Sequence[str]]:
     ]
 
 
-def _require_predictable(asked: Asked) -> None:
+def _require_predictable(source: KeySource) -> None:
     """Raise ValueProblem for a chaotic motion, whose end an ordinary integration gets wrong."""
-    results = {} if asked.report is None else asked.report.tree
+    results = {} if source.report is None else source.report.tree
     digits = results.get("trusted_digits", results.get("orbit", {}).get("trusted_digits"))
-    section = getattr(asked.document, "orbit", None) or getattr(asked.document, "motion", None)
+    section = getattr(source.document, "orbit", None) or getattr(source.document, "motion", None)
     tolerance = float(getattr(section, "tolerance", None) or DEFAULT_TOLERANCE)
     if digits is not None and -math.log10(tolerance) - float(digits) > 3:
         # An ordinary integration, with an error of 1e-6, may be off by 0.001.
