@@ -67,8 +67,8 @@ class QuantityKind(AnswerKind):
                 has_unit, kind = ("has one", "quantity") if unit.text else ("has none", "number")
                 message = f"a quantity has a unit, a number has no unit, and this {has_unit}"
                 raise ValueProblem(message, hint=f"make it of kind `{kind}`")
-        *way, row, column = ["", "", "", *source.path]
-        is_product = way[-1].startswith("tensor") and row != column
+        path = source.path
+        is_product = len(path) > 2 and path[-3].startswith("tensor") and path[-2] != path[-1]
         reference = value * unit.scale * (-1 if question.products == "plus" and is_product else 1)
         if not math.isfinite(reference) or (value and not reference):
             raise ValueProblem("the number is beyond the range of SI units")
