@@ -48,12 +48,18 @@ _NUMBERED = re.compile(r"(?P<name>[0-9][\w.]{0,20}?)(?:\s*=\s*|[.)]\s+|\s+)(?P<v
 _DRESSED = re.compile(
     r"""(?xi) (?P<indent>\s*+) (?P<marks>(?: [-*•+]\s++ | \#++\s*+ | \*\* | __ | \|\s*+ )*+)
     (?P<word>(?:question|problem|exercise|task|aufgabe|frage|übung|exercice|ejercicio|pregunta|answer
-        |antwort|ex|nr|no|q)
+        |antwort|ex|nr|no|id|q)
         [.:]?\s*+)?
     (?P<open>\()? (?P<name>[\w.-]*\w) (?(open)\)) (?P<dash>\s+[-–—](?=\s+\S))?
     \s*(?:\*\*|__)?\s* [:=.)|]? \s*(?:\*\*|__)? (?=\s|\Z) \s* (?P<rest>.*)"""
 )
 """A line that begins with the name of a question in a bullet, a heading, bold letters or a table."""
+
+_HEADS = re.compile(
+    r"(?i)\s*[\"']?(?:question|problem|exercise|task|aufgabe|frage|pregunta|id|nr)[\"']?\s*([,;\t])"
+    r"\s*[\"']?(?:answer|antwort|réponse|respuesta|result|value)s?[\"']?[ \t]*(?=\r?\n)"
+)
+"""The heads of a table of csv that has a question and its answer in each line."""
 
 _CONTROL = re.compile(r"[\x00-\x08\x0b\x0e-\x1f\x7f]")
 """Characters that no text has; form feeds may stand in one."""
@@ -89,6 +95,8 @@ def read_answers(text: str, known: Collection[str] = ()) -> tuple[Answers, list[
         raise Unreadable("parse_error", "there are control characters in it: is it a text file?")
     names = sorted({folded(name) for name in known}, key=len, reverse=True)
     text = re.sub(r"(?im)^(\s*answers\s*)=", r"\1:", text.removeprefix("\ufeff"))
+    if table := _HEADS.match(text):
+        text = "answers:" + re.sub(rf"(?m)^([^{table[1]}\n]*){table[1]}", r"\1: ", text[table.end() :])
     text = _QUOTED.sub(_literal, _undressed(text, names))
     lines, is_flow = text.splitlines(), text.lstrip().startswith("{")
     sections = ((place, _SECTION.match(line.strip())) for place, line in enumerate(lines))

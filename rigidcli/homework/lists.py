@@ -52,7 +52,10 @@ def read_list(answer: Tree, *, is_square: bool = False) -> Tree:
         answer = ",".join(map(str, answer))  # YAML has cut `1,5; 2,5` at its decimal commas
     if not isinstance(answer, str):
         raise Unreadable("wrong_shape", f"read {shown(answer)}, expected a list")
-    answer = in_brackets(undecorated(answer))
+    answer = undecorated(answer)
+    if re.fullmatch(r"(?s)(?:[^|]*=)?\s*\|+\s*[(\[{][^|]*[)\]}]\s*\|+[^|]*", answer):
+        raise Unreadable("parse_error", "bars mean a length: give the components")
+    answer = in_brackets(answer)
     if not is_square and (components := _in_unit_vectors(answer)) is not None:
         return components
     try:

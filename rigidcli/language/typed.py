@@ -45,7 +45,8 @@ _BEFORE = r"""(?xi) \A (?> \s* (?:
     | (?:gives|yields|ergibt|donne|i\s+think|probably|wahrscheinlich|vermutlich|probablement) \s+
         (?=[-+~≈]?\s*[\d.])
     | (?:about|approximately|approx|around|roughly|circa|ca|etwa|ungefähr|ungefaehr|rund|environ|env
-        |unos|aproximadamente|aprox|nearly|almost|à\ peu\ près|más\ o\ menos|c(?=\.\s))\b \.?
+        |unos|aproximadamente|aprox|à\ peu\ près|más\ o\ menos|c(?=\.\s)
+        |(?:nearly|almost|presque|casi)(?=\s+[-+~]?(?:[\d.(√\\]|sqrt)))\b \.?
     | (?:[•▪‣] | · \s | \* \s+) (?=\S)
     | \#+ \s
     | [≈~≃≅∼∴] | => | [⇒→⟶] | -{1,2}>

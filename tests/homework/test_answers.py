@@ -290,6 +290,9 @@ def test_what_no_question_reads_is_told(answer: Tree, code: str) -> None:
         "1 - {}\n2a - {}\n",
         "Answer 1: {}\nAnswer 2a: {}\n",
         "- question: 1\n  answer: {}\n- question: 2a\n  answer: {}\n",
+        "- id: 1\n  answer: {}\n- id: 2a\n  answer: {}\n",
+        "question,answer\n1,{}\n2a,{}\n",
+        'id;Answer\n"1";"{}"\n"2a";"{}"\n',
     ],
 )
 def test_answers_below_headings_and_behind_bullets(form: str) -> None:
