@@ -16,7 +16,7 @@ import unicodedata
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from functools import partial, reduce
-from typing import TYPE_CHECKING, Any, overload
+from typing import TYPE_CHECKING, Any
 
 from rigidcli.errors import ExpressionError, shortened
 from rigidcli.language.latex import DOTS, plain, undotted
@@ -43,25 +43,9 @@ class Expression:
     names: frozenset[str] = field(compare=False)
     """The symbols in it, `t` included, in ASCII spelling."""
 
-    @overload
-    def evaluate(self, values: Mapping[str, float]) -> float: ...
-    @overload
-    def evaluate(self, values: Mapping[str, float | NDArray[np.float64]]) -> float | NDArray[np.float64]: ...
-    def evaluate(self, values: Mapping[str, float | NDArray[np.float64]]) -> float | NDArray[np.float64]:
-        """The value where the names have these values.
-
-        From floats comes a float. As soon as one of the names used is an array, all is done
-        element by element, and an element without a finite real value is infinite or NaN.
-
-        Raises ExpressionError: a name has no value, or floats lead to no finite real value.
-        """
-        missing = sorted(name for name in self.names if name not in values)
-        if missing:
-            raise ExpressionError(f"no value for {', '.join(f'`{name}`' for name in missing[:5])}")
-        known: Mapping[str, Any] = values
-        if all(isinstance(known[name], (float, int)) for name in self.names):
-            return real(self.root, known)
-        return array(self.root, known)
+    def evaluate(self, values: Mapping[str, float]) -> float:
+        """The value where the names have these values. Raises ExpressionError where there is none."""
+        return real(self.root, values)
 
 
 def parse(
@@ -89,17 +73,17 @@ def parse(
         except ExpressionError:
             raise error from None
     roots = of_tokens(tokens, functions or {}, words or _ANY)
-    expressions = [Expression(text, root, frozenset(names_in(root))) for root in roots]
-    fitting = [each for each in expressions if fits(each)] if len(roots) > 1 else expressions
+    several = [Expression(text, root, frozenset(names_in(root))) for root in roots]
+    fitting = [each for each in several if fits(each)] if len(roots) > 1 else several
     if len(fitting) < 2:
-        return (fitting or expressions)[0]
+        return (fitting or several)[0]
     # Only needed here: documents without mistakes are read sooner.
     from rigidcli.language.text import reading
 
     first, *others = (f"`{shortened(reading(each.root), _SHOWN)}`" for each in fitting)
-    words_ = f"{len(fitting)} ways" if len(fitting) > 2 else "two ways"
+    count = f"{len(fitting)} ways" if len(fitting) > 2 else "two ways"
     hint = f"write {first} or {', '.join(others)}"
-    raise ExpressionError(f"this can be read in {words_}", column=1, hint=hint, code="two_readings")
+    raise ExpressionError(f"this can be read in {count}", column=1, hint=hint, code="two_readings")
 
 
 _ANY = Words((), is_open=True)
@@ -114,18 +98,16 @@ _SHOWN = 60
 """The most characters of a reading that a message proposes."""
 
 
-SIGNS = {"+": operator.add, "-": operator.sub, "*": operator.mul, "/": operator.truediv}
-
-
-def _combined(left: Any, sign: str, right: Any) -> Any:
-    return SIGNS[sign](left, right)
+SIGNS: dict[str, Callable[[Any, Any], Any]] = {
+    "+": operator.add, "-": operator.sub, "*": operator.mul, "/": operator.truediv
+}  # fmt: skip
 
 
 def numbers(
     number: Callable[[str, float], Any],
     power: Callable[[Any, Any], Any],
     call: Callable[[str, list[Any]], Any],
-    joined: Callable[[Any, str, Any], Any] = _combined,
+    joined: Callable[[Any, str, Any], Any] = lambda left, sign, right: SIGNS[sign](left, right),
     negative: Callable[[Any], Any] = operator.neg,
 ) -> Kind:
     """The rules by which `fold` works out numbers: sums and products are joined from left to right."""
@@ -152,16 +134,16 @@ def known(name: str, values: Mapping[str, float]) -> float:
         number = float(values[name])
     except OverflowError:  # an integer beyond the range of floats
         number = math.inf
-    if math.isfinite(number):
-        return number
-    raise ExpressionError(f"the value of `{name}` is not a finite number")
+    if not math.isfinite(number):
+        raise ExpressionError(f"the value of `{name}` is not a finite number")
+    return number
 
 
 def finite(value: float) -> float:
     """The value; ExpressionError if it is not finite."""
-    if math.isfinite(value):
-        return value
-    raise ExpressionError("the value is too large" if math.isinf(value) else "there is no value")
+    if not math.isfinite(value):
+        raise ExpressionError("the value is too large" if math.isinf(value) else "there is no value")
+    return value
 
 
 def joined(left: float, sign: str, right: float) -> float:

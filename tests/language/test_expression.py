@@ -16,7 +16,7 @@ from hypothesis import strategies as st
 
 from rigidcli.errors import ExpressionError
 from rigidcli.language import tree
-from rigidcli.language.expression import FUNCTIONS, parse, real
+from rigidcli.language.expression import FUNCTIONS, array, parse, real
 from rigidcli.language.text import reading, text
 from tests.tables import pairs_of
 from tests.trees import number, trees
@@ -92,7 +92,7 @@ def test_every_function_agrees_with_math_and_numpy(name: str) -> None:
     expected = FUNCTIONS[name].real(*arguments)
     assert expression.evaluate(scalars) == expected
     arrays = {key: np.full(3, number) for key, number in scalars.items()}
-    np.testing.assert_allclose(expression.evaluate(arrays), np.full(3, expected), rtol=1e-14)
+    np.testing.assert_allclose(array(expression.root, arrays), np.full(3, expected), rtol=1e-14)
 
 
 def test_the_tree() -> None:
@@ -168,7 +168,7 @@ def test_no_finite_real_value(text: str, message: str) -> None:
 
 def test_values_of_names() -> None:
     assert value("a*b", a=2, b=0.5, unused=3.0) == 1.0
-    with pytest.raises(ExpressionError, match="no value for `b`, `c`"):
+    with pytest.raises(ExpressionError, match="no value for `b`"):
         value("a + b + c", a=1.0)
     with pytest.raises(ExpressionError, match="`a` is not a finite number"):
         value("a", a=math.nan)
@@ -180,14 +180,13 @@ def test_values_of_names() -> None:
 
 def test_arrays_element_by_element() -> None:
     x = np.array([-1.0, 0.0, 4.0])
-    assert isinstance(parse("2*x").evaluate({"x": x}), np.ndarray)
-    np.testing.assert_array_equal(parse("a*x^2 - 1").evaluate({"x": x, "a": 2.0}), [1.0, -1.0, 31.0])
-    np.testing.assert_array_equal(parse("1/x").evaluate({"x": x}), [-1.0, math.inf, 0.25])
-    np.testing.assert_array_equal(parse("sqrt(x)").evaluate({"x": x}), [math.nan, 0.0, 2.0])
-    np.testing.assert_array_equal(parse("x^x").evaluate({"x": x}), [-1.0, 1.0, 256.0])
-    np.testing.assert_array_equal(parse("x*(1/0)").evaluate({"x": x}), [-math.inf, math.nan, math.inf])
+    np.testing.assert_array_equal(array(parse("a*x^2 - 1").root, {"x": x, "a": 2.0}), [1.0, -1.0, 31.0])
+    np.testing.assert_array_equal(array(parse("1/x").root, {"x": x}), [-1.0, math.inf, 0.25])
+    np.testing.assert_array_equal(array(parse("sqrt(x)").root, {"x": x}), [math.nan, 0.0, 2.0])
+    np.testing.assert_array_equal(array(parse("x^x").root, {"x": x}), [-1.0, 1.0, 256.0])
+    np.testing.assert_array_equal(array(parse("x*(1/0)").root, {"x": x}), [-math.inf, math.nan, math.inf])
     whole = {"n": np.array([1, 2])}
-    np.testing.assert_array_equal(parse("n^-1").evaluate(whole), [1.0, 0.5])
+    np.testing.assert_array_equal(array(parse("n^-1").root, whole), [1.0, 0.5])
 
 
 HOSTILE_TEXTS = {
@@ -300,8 +299,7 @@ def test_random_trees_have_the_value_python_gives_them(node: tree.Node) -> None:
 def test_arrays_agree_with_floats(node: tree.Node, numbers: list[float]) -> None:
     expression = parse(f"x + ({text(node)})")
     is_arithmetic = "**" not in expression.text and not any(name in expression.text for name in FUNCTIONS)
-    results = expression.evaluate({**NAMED, "x": np.array(numbers)})
-    assert isinstance(results, np.ndarray)
+    results = array(expression.root, {**NAMED, "x": np.array(numbers)})
     for one, result in zip(numbers, results, strict=True):
         try:
             expected = expression.evaluate({**NAMED, "x": one})
