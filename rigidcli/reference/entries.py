@@ -23,8 +23,7 @@ from rigidcli.fields.section import Section
 from rigidcli.fields.units import PREFIXES, TABLE, parse_unit
 from rigidcli.homework.base import CODES
 from rigidcli.homework.question import AnswerFile, Assignment
-from rigidcli.language.notation import NOTATION, QUANTITIES
-from rigidcli.language.words import ALIASES, CONSTANTS, FUNCTIONS
+from rigidcli.language.words import ALIASES, CONSTANTS, FUNCTIONS, NOTATION, QUANTITIES
 from rigidcli.reference.pages import ENTRIES, Entry
 from rigidcli.reference.schema import json_schema
 from rigidcli.studies.results import RESULTS

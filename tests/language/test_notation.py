@@ -11,10 +11,9 @@ import yaml
 from rigidcli.errors import ExpressionError
 from rigidcli.fields.environment import Environment, Parameter
 from rigidcli.language.expression import parse, real
-from rigidcli.language.notation import NOTATION, Notation
 from rigidcli.language.text import without_doubt
 from rigidcli.language.typed import expressions
-from rigidcli.language.words import Words
+from rigidcli.language.words import NOTATION, Notation, Words
 
 NAMES = [*"mMgzlkxpabcARwtn", "omega", "theta", "phi", "xdot", "thetadot", "phidot"]
 MOVING = ("x", "theta")

@@ -19,8 +19,8 @@ from rigidcli.errors import ValueProblem, shown
 from rigidcli.fields.units import Unit, parse_unit
 from rigidcli.homework.base import AnswerKind, Finding, KeySource, Outcome, ReadAnswer, Tree, Unreadable
 from rigidcli.homework.entries import Ruler
+from rigidcli.homework.lists import SECOND, TIME, TypedColumn, read_table, table_text, tabulated
 from rigidcli.homework.mistakes import shared_factor
-from rigidcli.homework.tables import SECOND, TIME, TypedColumn, read_table, table_text, tabulated
 from rigidcli.report import single_cells
 
 BY_DEFAULT = {"orbit": ("q", "p"), "trajectory": ("omega",)}
