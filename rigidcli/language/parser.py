@@ -19,6 +19,7 @@ import re
 from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from enum import Enum
+from functools import cache
 from itertools import product
 
 from rigidcli.errors import ExpressionError, nearest
@@ -610,4 +611,9 @@ def applied(typed: Token, name: str, arguments: tuple[tree.Node, ...]) -> tree.N
         raise ExpressionError(f"`{typed.text}` takes {count}, not {len(arguments)}", column=typed.column)
     if not formula:
         return tree.Call(name, arguments)
-    return tree.bound(read(formula)[0], dict(zip(parameters, arguments, strict=True)))
+    return tree.bound(_formula(formula), dict(zip(parameters, arguments, strict=True)))
+
+
+@cache
+def _formula(text: str) -> tree.Node:
+    return read(text)[0]

@@ -60,6 +60,7 @@ _BEHIND = r"""(?xi) \s* (?:
     | [(\[] \s* (?: exact(?:ly)? | i\.e\.? | unrounded | [≈=] ) [^()\[\]]* [)\]]
     | \s (?:to\s+) \d \s* (?: s\.?\s*f\.? | sig\.?\s*figs?\.? | significant\s+figures | decimal\s+places? )
     | \s (?:approx(?:\.|imately)? | rounded | gerundet)
+    | [“”„‟«»`] | (?<=[^\s\d]) \s* ["″]  # 3" are seconds of arc
     | [:;]-?[)D] | [\u2600-\u27bf\U0001f300-\U0001faff\ufe0f]+
     | (?<=[^\s.\\]) (?<!right) [.!]+ | (?<!\\) [,;]
     ) \s* \Z"""
@@ -89,11 +90,9 @@ _DRESS = rules(
     (r"(?s)\A(\*\*|__)(.*?)\1", r"\2"),  # bold in Markdown
     (r"(?s)\A([*_])((?:(?!\1).)+)\1\Z", r"\2"),  # italic
     (rf"(?s)\A[{QUOTES}]+(.*?)[{QUOTES}]*\Z", r"\1"),
-    (rf"(?:(?<=[^\d\s])\s*[\"″]|(?![\"″])[{QUOTES}])+\Z", ""),  # 3" are seconds of arc
     (r"(?s)\A(?:'(.*)'|‘(.*)’|‚(.*)‘|‹(.*)›)\Z", r"\1\2\3\4"),
     (_BEHIND, ""),
     (_BEFORE, ""),
-    (r"\A\s+|\s+\Z", ""),
 )
 
 
@@ -107,7 +106,7 @@ def undecorated(text: str) -> str:
     text = _UNIT_AHEAD.sub(r"\g<value> \g<unit>", without_labels(text))
     while text != before:
         before = text
-        text = rewritten(text, _DRESS)
+        text = rewritten(text, _DRESS).strip()
     return text
 
 
