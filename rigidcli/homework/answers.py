@@ -21,8 +21,7 @@ from rigidcli.homework.base import Tree, Unreadable
 Answers: TypeAlias = dict[str, Tree | Unreadable]
 """Answers by the names of questions; one that cannot be read is what is wrong with it."""
 
-MOST_ANSWERS = 1000
-"""Entries of a file that are read."""
+MOST_ANSWERS = 1000  # in a file
 
 ABOUT = frozenset(["student", "name"])
 """Keys beside the answers that say who the student is, which nobody believes."""

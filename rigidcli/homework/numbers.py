@@ -47,8 +47,7 @@ from rigidcli.language.typed import (
     without_uncertainty,
 )
 
-LONGEST_NUMBER = 400
-"""The most characters of a number."""
+LONGEST_NUMBER = 400  # characters
 
 ROUNDING = 1e-9
 """The share of a number that rounding may change: a value on the very limit of a tolerance is accepted."""
@@ -455,7 +454,7 @@ def _unit_spelled(name: str, power: str, own: set[str]) -> list[str]:
     for part, raised in ((name, power), (stem, power or f"^{name.removeprefix(stem)}")):
         if part in _KNOWN or part in own:
             ways.append(f"{part}{raised}")
-        if part not in own and (meant := _spelled(part)):
+        if part not in own and (meant := _unit_called(part)):
             ways.append(f"{meant}{raised}")
         # `ms^-1` is usually a metre by a second; a unit without such a power is itself, as `mN` and `mm`
         if part not in _KNOWN or raised.startswith("^-"):
@@ -463,8 +462,7 @@ def _unit_spelled(name: str, power: str, own: set[str]) -> list[str]:
     return list(dict.fromkeys(ways)) or [f"{name}{power}"]
 
 
-def _spelled(name: str) -> str:
-    """The unit that homework calls by this name; empty for none."""
+def _unit_called(name: str) -> str:
     words = SPELLED_UNITS.get(name)
     small = name.lower()
     if not words and name not in _KNOWN:

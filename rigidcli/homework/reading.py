@@ -246,7 +246,6 @@ def _worked_out(node: Node, names: Names) -> Node:
 
 _BLANK = re.compile(r"(?<=[\w)\]}$²³\u0307\u0308])\s+(?=[\[(]?[^\W\d_])|(?<=[)\]}])(?=[\[(][^\W\d_])")
 
-
 _SURE_UNIT = re.compile(
     r"\b(?:rad(?:ian)?s?|kg|deg|rpm|Hz|rev|(?:joule|newton|second|meter|metre|degree)s?)\b|\A[\[(]|[/^]"
 )
@@ -264,7 +263,6 @@ def _without_tail(text: str) -> Iterator[str]:
 
 
 # --- without a question
-
 
 _WORDS = re.compile(r"[\w\s,.;'<>-]*[^\W\d_]{3}[\w\s,.;'<>-]*")
 """Words, which may be the answer to a question with a choice."""

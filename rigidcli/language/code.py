@@ -265,7 +265,7 @@ def shared(steps: Sequence[Step], values: Sequence[tree.Node]) -> Formulas:
 
     Raises ExpressionError: a number is too large for a float.
     """
-    kept = _needed(steps, values)
+    kept = _needed_steps(steps, values)
     roots = [*(value for _, value in kept), *values]
     parts = dict.fromkeys(tree.nodes(roots))
     for part in parts:
@@ -293,8 +293,7 @@ def shared(steps: Sequence[Step], values: Sequence[tree.Node]) -> Formulas:
     return Formulas(tuple(made), written)
 
 
-def _needed(steps: Sequence[Step], values: Iterable[tree.Node]) -> list[Step]:
-    """The steps that the values need."""
+def _needed_steps(steps: Sequence[Step], values: Iterable[tree.Node]) -> list[Step]:
     needed = set[str]().union(*map(tree.names_in, values))
     kept: list[Step] = []
     for name, value in reversed(steps):

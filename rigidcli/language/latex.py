@@ -75,7 +75,6 @@ _TOKEN = re.compile(r"\\([A-Za-z]+\*?|.)|(\{)|(\})|([_^])|\$+|[^\\{}_^$]", re.DO
 _DERIVATIVE = re.compile(r"\s*d\s*(?:\^\s*(2)\s*)?(?P<name>[^\W\d]\w*'*)?\s*")
 _BY_TIME = re.compile(r"\s*d\s*t\s*(?:\^\s*2\s*)?")
 
-
 _WORD = re.compile("〖([^〖〗]*)〗")
 """The brackets that Word writes around what belongs together."""
 
@@ -104,7 +103,7 @@ def plain(text: str) -> str:
     text = unicodedata.normalize("NFD", undotted(text)).replace("\u0301", "").replace("\u0300", "")
     text = re.sub(SUPERSCRIPT, lambda match: f"^{match[0].translate(LOWERED)} ", text).translate(_SIGNS)
     text = re.sub("&?=&?", "=", _SYSTEM.sub(r"\\begin{cases}\1\\end{cases}", text))
-    return _Latex(text).whole() if set("\\{}$").intersection(text) else text
+    return _LatexToPlain(text).whole() if set("\\{}$").intersection(text) else text
 
 
 def undotted(text: str) -> str:
@@ -116,9 +115,7 @@ def undotted(text: str) -> str:
     return _DOTTED.sub(lambda m: f"{m[1]}{m[3] or ''}{'dot' if m[2] == DOTS[0] else 'ddot'}", letters)
 
 
-class _Latex:
-    """Reads LaTeX from `place` on, and writes it as plain text."""
-
+class _LatexToPlain:
     def __init__(self, text: str) -> None:
         self.text = text
         self.place = 0

@@ -43,11 +43,8 @@ _NONE: Mapping[str, tree.UnknownFunction] = {}
 MAX_DEPTH = 100
 """How deep parentheses, calls, signs and powers may be nested, so that recursion never ends the program."""
 
-MOST_READINGS = 8
-"""The most readings of one text."""
-
-MOST_WAYS = 32
-"""The most ways in which a text is read to find them."""
+MOST_READINGS, MOST_WAYS = 8, 32
+"""The most readings of one text, and the most ways in which it is read to find them."""
 
 RATE = "Ddt"
 """The name of d/dt before a bracket, whose derivative by the time is for others to work out."""

@@ -17,11 +17,8 @@ from rigidcli.errors import ExpressionError
 MAX_TEXT = 20_000
 """The most characters of an expression, so that it is read in well under a second."""
 
-MAX_DIGITS = 400
-"""The most digits of one number, before its power of ten, so that its exact fraction stays small."""
-
-MAX_EXPONENT_DIGITS = 4
-"""The most digits of the power of ten of one number, for the same reason."""
+MAX_DIGITS, MAX_EXPONENT_DIGITS = 400, 4
+"""The most digits of one number and of its power of ten, so that its exact fraction stays small."""
 
 GREEK = [
     "alpha", "beta", "gamma", "delta", "epsilon", "zeta", "eta", "theta", "iota", "kappa", "lambda", "mu",
@@ -34,7 +31,6 @@ GREEK_LETTERS = (
     | dict(zip("ΑΒΓΔΕΖΗΘΙΚΛΜΝΞΟΠΡΣΤΥΦΧΨΩ", map(str.capitalize, GREEK), strict=True))
     | {"ϑ": "theta", "ϕ": "phi", "ϵ": "epsilon", "ϱ": "rho", "ς": "sigma"}
 )
-"""The names of Greek letters by the letters."""
 
 _GREEK = str.maketrans(GREEK_LETTERS | {"\N{MICRO SIGN}": "mu"})
 _LETTER = "A-Za-z_" + "".join(map(chr, _GREEK))

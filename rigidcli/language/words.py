@@ -93,8 +93,7 @@ RESERVED: frozenset[str] = frozenset({*FUNCTIONS, "ln", *_QUOTIENTS, *CONSTANTS,
 LONGEST_PRODUCT = 40
 """The most letters of names that are run together: more is a sentence, and no product."""
 
-MOST_LISTED = 40
-"""The most names that a message lists."""
+MOST_LISTED = 40  # names in a message
 
 
 class Words:
@@ -120,7 +119,6 @@ class Words:
 
     @cached_property
     def _meanings(self) -> dict[str, str]:
-        """The name that each spelling means."""
         if self.is_open:
             return {name: name for name in self.names}
         bare: dict[str, set[str]] = {}
@@ -209,7 +207,6 @@ NOTATION = (
     Notation("dot(x)", ("xdot",)),
     Notation(r"\frac{p^2}{2m}", ("p^2/(2 m)",)),
 )
-"""Formulas."""
 
 QUANTITIES = (
     Notation("1,234", ("1.234", "1234"), "answers only"),
