@@ -100,7 +100,7 @@ def test_every_format_is_a_module_and_every_module_a_format() -> None:
 def test_every_study_and_command_is_listed_and_has_its_modules() -> None:
     helpers = {"body", "common", "ensembles", "pictures", "results", "robots", "writing", "ellipsoids"}
     assert _names("rigidcli.studies") - helpers == set(STUDIES)
-    parts = {"app", "computing", "failures", "folder", "gallery", "options", "output", "work"}
+    parts = {"app", "computing", "folder", "options", "output", "work"}
     others = {row.module for row in COMMANDS.values() if not row.needs}
     assert _names("rigidcli.cli") - parts == others
     program = typer.main.get_command(app.app)

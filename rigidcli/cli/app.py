@@ -12,7 +12,7 @@ import typer
 from typer.core import TyperArgument, TyperCommand, TyperGroup, TyperOption
 
 from rigidcli import __version__
-from rigidcli.cli.failures import LESS, complain
+from rigidcli.cli.output import LESS, complain
 from rigidcli.commands import COMMANDS
 from rigidcli.errors import ComputationError, Problem, printable, shown
 

@@ -9,13 +9,12 @@ from functools import partial
 from importlib import import_module
 from pathlib import Path
 from tempfile import TemporaryDirectory
-from typing import TYPE_CHECKING, Annotated, Any, NamedTuple, TypeAlias
+from typing import TYPE_CHECKING, Annotated, NamedTuple, TypeAlias
 
 import typer
 
-from rigidcli.cli.failures import Failures, complain, progress, tell_notes
-from rigidcli.cli.options import NoHeader, OutputPath, Quiet, format_option, listed, whole
-from rigidcli.cli.output import Folder, Output, is_folder
+from rigidcli.cli.options import NoHeader, OutputPath, Quiet, command, format_option, listed, option, whole
+from rigidcli.cli.output import Failures, Folder, Output, complain, is_folder, progress, tell_notes
 from rigidcli.commands import STUDIES
 from rigidcli.errors import UsageError
 from rigidcli.homework import Feedback
@@ -63,135 +62,93 @@ def studies(steps: bool = False) -> "dict[str, Study]":
     return {name: partial(study, name) for name in STUDIES}
 
 
-def _file(name: str, metavar: str, help: str) -> Any:
-    return typer.Option(name, metavar=metavar, help=help)
-
-
-LEVELS = "How much students read; reference values only in full."
-ITEMS = "What the class made of each question, instead of each student."
-OLD = "What changes in a run that `-f json` has written."
-MOODLE = "Fill a grading worksheet that Moodle has exported."
-COLUMN = "The column of the gradebook, if not named like the assignment."
-WIDE = "A row of csv for each student, with a column for each question."
-OVERRIDES = "A person's scores over these: student,question,score,reason."
-KEYS = "Show each key, judge it, and list the mistakes that are named."
-
-Form = Annotated[CheckFormat, format_option(CheckFormat)]
-Level = Annotated[Feedback, typer.Option("--feedback", help=LEVELS)]
-Jobs = Annotated[int | None, typer.Option("-j", "--jobs", parser=whole, metavar="N", help="Processes.")]
-Items = Annotated[bool, typer.Option("--items", help=ITEMS)]
-Regrade = Annotated[str | None, _file("--regrade", "OLD.json", OLD)]
-Canvas = Annotated[
-    str | None, _file("--canvas", "EXPORTED.csv", "Fill a gradebook that Canvas has exported.")
-]
-Moodle = Annotated[str | None, _file("--moodle", "WORKSHEET.csv", MOODLE)]
-Wide = Annotated[bool, typer.Option("--wide", help=WIDE)]
-Column = Annotated[str | None, _file("--column", "NAME", COLUMN)]
-Roster = Annotated[str | None, _file("--roster", "FILE.csv", "Who the students are; all of them get a row.")]
-Overrides = Annotated[str | None, _file("--overrides", "FILE.csv", OVERRIDES)]
-SHEETS = "What each student gets to solve: a page each in -o FOLDER/, or -f csv."
-Sheets = Annotated[bool, typer.Option("--sheets", help=SHEETS)]
-Selftest = Annotated[bool, typer.Option("--selftest", help=KEYS)]
-Steps = Annotated[bool, typer.Option("--steps", help="Solutions on the pages, too; with --feedback full.")]
-
-
 class Request(NamedTuple):
-    """What the user asks of `check`: its options, and `view`, the one that asks for more than judgements.
+    """What the user asks of `check`: its arguments and options, in the order of the help.
 
-    `file` is the old run of --regrade, or the gradebook.
+    The last field is no option: it has the lists in which ANSWERS were named.
     """
 
-    assignment: str
-    answers: Sequence[str]
-    lists: Sequence[str]
-    view: str
-    file: str | None
-    format: CheckFormat
-    output: str | None
-    feedback: Feedback
-    jobs: int | None
-    column: str | None
-    roster: str | None
-    overrides: str | None
-    steps: bool
-    header: bool
-    quiet: bool
+    assignment: Annotated[str, typer.Argument(metavar="ASSIGNMENT", help="The questions and their keys.")]
+    answers: Annotated[
+        list[str] | None,
+        typer.Argument(metavar="ANSWERS", help="Answer files, folders, or a zip; `@files.txt` lists names."),
+    ] = None
+    format: Annotated[CheckFormat, format_option(CheckFormat)] = CheckFormat.table
+    output: OutputPath = None
+    feedback: Annotated[Feedback, option("feedback")] = Feedback.hint
+    jobs: Annotated[int | None, option("check.jobs", parser=whole)] = None
+    items: Annotated[bool, option("items")] = False
+    regrade: Annotated[str | None, option("regrade")] = None
+    canvas: Annotated[str | None, option("canvas")] = None
+    moodle: Annotated[str | None, option("moodle")] = None
+    wide: Annotated[bool, option("wide")] = False
+    column: Annotated[str | None, option("column")] = None
+    roster: Annotated[str | None, option("roster")] = None
+    overrides: Annotated[str | None, option("overrides")] = None
+    selftest: Annotated[bool, option("selftest")] = False
+    sheets: Annotated[bool, option("sheets")] = False
+    steps: Annotated[bool, option("check.steps")] = False
+    no_header: NoHeader = False
+    quiet: Quiet = False
+    lists: Sequence[str] = ()
 
     @property
-    def is_gradebook(self) -> bool:
-        """Whether a gradebook is filled."""
-        return self.view in ("--canvas", "--moodle")
+    def view(self) -> str:
+        """The option that asks for something else than judgements, or several with `and` between them."""
+        options = [option for option in FORMATS_OF_VIEWS if getattr(self, option.removeprefix("--"))]
+        return " and ".join(options)
+
+    @property
+    def gradebook(self) -> str | None:
+        """The gradebook that is filled."""
+        return self.canvas or self.moodle
 
     @property
     def files(self) -> Sequence[str]:
         """The files that are read besides the assignment and the answers."""
-        return [*filter(None, (self.file, self.roster, self.overrides)), *self.lists]
+        return [*filter(None, (self.regrade, self.gradebook, self.roster, self.overrides)), *self.lists]
 
 
-def check(
-    assignment: Annotated[str, typer.Argument(metavar="ASSIGNMENT", help="The questions and their keys.")],
-    answers: Annotated[
-        list[str] | None,
-        typer.Argument(metavar="ANSWERS", help="Answer files, folders, or a zip; `@files.txt` lists names."),
-    ] = None,
-    format: Form = CheckFormat.table,
-    output: OutputPath = None,
-    feedback: Level = Feedback.hint,
-    jobs: Jobs = None,
-    items: Items = False,
-    regrade: Regrade = None,
-    canvas: Canvas = None,
-    moodle: Moodle = None,
-    wide: Wide = False,
-    column: Column = None,
-    roster: Roster = None,
-    overrides: Overrides = None,
-    selftest: Selftest = False,
-    sheets: Sheets = False,
-    steps: Steps = False,
-    no_header: NoHeader = False,
-    quiet: Quiet = False,
-) -> None:
-    """Judge answer files (homework).
-
-    Example: rigidcli check homework.yaml answers/ -f csv -o scores.csv
-    """
-    given, lists = listed(answers or ())
-    chosen = {"--items": items, "--regrade": regrade, "--canvas": canvas, "--moodle": moodle, "--wide": wide}
-    chosen |= {"--selftest": selftest, "--sheets": sheets}
-    views = [option for option, value in chosen.items() if value]
-    if len(views) > 1:
-        raise typer.BadParameter(f"{' and '.join(views)} exclude each other")
-    asked = Request(
-        *(assignment, given, lists, "".join(views), regrade or canvas or moodle, format, output, feedback),
-        *(jobs, column, roster, overrides, steps, not no_header, quiet),
-    )
+def run(asked: Request) -> int:
+    """Do what is asked of `check`, and return the exit code."""
+    answers, lists = listed(asked.answers or ())
+    asked = asked._replace(answers=answers, lists=lists)
     require_consistent(asked)
-    if asked.view == "--sheets" and format is not CheckFormat.csv:
+    if asked.sheets and asked.format is not CheckFormat.csv:
         asked = asked._replace(format=CheckFormat.html)
-    run = {"--sheets": hand_out, "--selftest": show_keys}.get(asked.view, judge)
+    work = hand_out if asked.sheets else show_keys if asked.selftest else judge
     failures = Failures()
-    with failures.of(assignment), _target(asked) as target:
-        run(asked, target, failures)
-    raise typer.Exit(failures.code)
+    with failures.of(asked.assignment), _target(asked) as target:
+        work(asked, target, failures)
+    return failures.code
+
+
+HELP = """Judge answer files (homework).
+
+Example: rigidcli check homework.yaml answers/ -f csv -o scores.csv
+"""
+
+check = command("check", HELP, Request, run)
+"""The command of typer."""
 
 
 def require_consistent(asked: Request) -> None:
     """Raise BadParameter for options that do not go together."""
     view, formats = asked.view, FORMATS_OF_VIEWS.get(asked.view, tuple(CheckFormat))
-    needs_answers = view not in ("--selftest", "--sheets")
-    is_folder_missing = asked.format is not CheckFormat.csv and not is_folder(asked.output)
+    needs_answers = not (asked.selftest or asked.sheets)
+    is_csv, is_html = (asked.format is each for each in (CheckFormat.csv, CheckFormat.html))
     wrong = {
+        f"{view} exclude each other": " and " in view,
         f"{view} takes no ANSWERS": asked.answers and not needs_answers,
         "expected ANSWERS: files, or folders of them": needs_answers and not asked.answers,
         f"{view} has no other format than {', '.join(formats)}": asked.format not in formats,
         "--steps shows the keys: it is for html with --feedback full": asked.steps
-        and (asked.feedback is not Feedback.full or asked.format is not CheckFormat.html),
-        "--sheets are for the students of a --roster": view == "--sheets" and asked.roster is None,
-        "--selftest takes no --roster": view == "--selftest" and asked.roster is not None,
-        "--sheets are pages: name a folder for them, as in `-o sheets/`; or -f csv": view == "--sheets"
-        and is_folder_missing,
-        "--column is for --canvas and --moodle": asked.column is not None and not asked.is_gradebook,
+        and (asked.feedback is not Feedback.full or not is_html),
+        "--sheets are for the students of a --roster": asked.sheets and asked.roster is None,
+        "--selftest takes no --roster": asked.selftest and asked.roster is not None,
+        "--sheets are pages: name a folder for them, as in `-o sheets/`; or -f csv": asked.sheets
+        and not (is_csv or is_folder(asked.output)),
+        "--column is for --canvas and --moodle": asked.column is not None and not asked.gradebook,
     }
     for message, is_wrong in wrong.items():
         if is_wrong:
@@ -210,7 +167,7 @@ def _target(asked: Request) -> Output:
         raise UsageError(f"`{path}` may be a file or a folder", hint=hint)
     if not (named or place.is_dir()):
         return Output(path)
-    if asked.feedback is Feedback.none and asked.view != "--sheets":
+    if asked.feedback is Feedback.none and not asked.sheets:
         hint = f"`--feedback verdict` tells them more; `-o {place}.html` writes the class on one page"
         raise UsageError("`--feedback none` leaves nothing to say on the pages of students", hint=hint)
     return Folder(path)
@@ -254,13 +211,13 @@ def hand_out(asked: Request, target: Output, failures: Failures) -> None:
     people = read_roster(str(asked.roster))
     with progress() as show:
         questions = prepared.own(people.students, show)
+    values = {label: prepared.variants.of(name) for label, name in people.students.items()}
     sheets = [
-        pages.Sheet(label, prepared.variants.of(name), questions[label], people.rows[number])
+        pages.Sheet(label, values[label], questions[label], people.rows[number])
         for number, label in people.labels.items()
-        for name in [people.students[label]]
     ]
     if not isinstance(target, Folder):
-        for piece in pages.sheet_rows(sheets, people.head, ReportStyle(header=asked.header)):
+        for piece in pages.sheet_rows(sheets, people.head, ReportStyle(header=not asked.no_header)):
             target.write(piece)
         return
     for name, content in pages.sheet_pages(sheets, prepared.title):
@@ -293,14 +250,13 @@ def judge(asked: Request, target: Output, failures: Failures) -> None:
     from rigidcli.homework.spreadsheets import read_overrides
 
     prepared, remarks = prepared_for(asked, target), Remarks(asked.quiet)
-    book = read_gradebook(asked, prepared) if asked.is_gradebook else None
-    roster = read_roster(asked.roster) if asked.roster else None
-    if book and not roster:
-        roster = book.people  # a gradebook is a list of students, too
+    book = read_gradebook(asked, prepared) if asked.gradebook else None
+    # A gradebook is a list of students, too.
+    roster = read_roster(asked.roster) if asked.roster else book.people if book else None
     called = None if roster is None else roster.called
     overrides = None if asked.overrides is None else read_overrides(asked.overrides, prepared.worth, called)
     with TemporaryDirectory(prefix="rigidcli-") as scratch:
-        batch = gather(asked.answers, asked.assignment, Path(scratch))
+        batch = gather(asked.answers or (), asked.assignment, Path(scratch))
         target.protect(*(place.file for place in batch.places))
         for problem in batch.problems:
             complain(str(problem))
@@ -309,7 +265,8 @@ def judge(asked: Request, target: Output, failures: Failures) -> None:
             failures.code = max(failures.code, UsageError.exit_code)
             raise UsageError("not all of ANSWERS can be read, and the gradebook is not filled")
         # Gradescope runs this for one student, and waits for a result also of those who hand in nothing.
-        one = Path(asked.answers[0]).absolute().stem if asked.format is CheckFormat.gradescope else ""
+        is_one = asked.answers and asked.format is CheckFormat.gradescope
+        one = Path(asked.answers[0]).absolute().stem if asked.answers and is_one else ""
         listing = "gradebook" if book and not asked.roster else "roster"
         handed_in = papers(
             batch, None if one else roster, prepared.questions, asked.jobs, one=one, listing=listing
@@ -319,13 +276,15 @@ def judge(asked: Request, target: Output, failures: Failures) -> None:
             failures.code = max(failures.code, NOT_CORRECT if is_small else UsageError.exit_code)
         elif not handed_in.papers:
             raise UsageError("there is no hand-in in ANSWERS", hint="; ".join(handed_in.notes) or None)
-        remarks.tell(asked.roster or (book and asked.file) or prepared.source, handed_in.notes)
+        remarks.tell(asked.roster or asked.gradebook or prepared.source, handed_in.notes)
         is_late = any(paper.is_late for paper in handed_in.papers)
-        style = ReportStyle(asked.feedback, asked.header, *target.terminal(), is_late)
-        fill = partial(filled, book, roster.aliases, handed_in.notes, remarks) if book and roster else None
+        style = ReportStyle(asked.feedback, not asked.no_header, *target.terminal(), is_late)
         with progress() as show:
             judged = prepared.judged(handed_in, roster, overrides, asked.jobs, remarks.tell, show)
-            view = fill or view_of(asked, prepared, target, remarks)
+            if book and roster:
+                view = filling(book, roster.aliases, handed_in.notes, remarks)
+            else:
+                view = view_of(asked, prepared, target, remarks)
             for piece in view(watched(judged, failures, target), style):
                 target.write(piece)
 
@@ -341,25 +300,18 @@ def watched(judged: "Iterator[Judgement]", failures: Failures, target: Output) -
 
 def view_of(asked: Request, prepared: "Prepared", target: Output, remarks: Remarks) -> "View":
     """The function that turns judgements into text; an old run is read at once. Raises DocumentError."""
-    from rigidcli.homework.reports import formats, items
+    from rigidcli.homework.reports import formats, items, pages
 
-    if asked.view == "--items":
+    if asked.items:
         return partial(items.render, asked.format)
-    if asked.view == "--regrade":
-        return partial(items.changes, items.run_of(str(asked.file)))
-    if asked.view == "--wide":
+    if asked.regrade:
+        return partial(items.changes, items.run_of(asked.regrade))
+    if asked.wide:
         return formats.wide
-    if asked.format is CheckFormat.html:
-        return pages_of(prepared, remarks.kept, target, steps=asked.steps)
-    return partial(formats.render, asked.format)
-
-
-def pages_of(prepared: "Prepared", remarks: Sequence[str], target: Output, *, steps: bool) -> "View":
-    """The function that turns judgements into the page of a class, or into those of a folder."""
-    from rigidcli.homework.reports import pages
-
-    solutions = pages.worked(prepared.solutions) if steps else {}
-    course = pages.Course(prepared.title, remarks, solutions)
+    if asked.format is not CheckFormat.html:
+        return partial(formats.render, asked.format)
+    solutions = pages.worked(prepared.solutions) if asked.steps else {}
+    course = pages.Course(prepared.title, remarks.kept, solutions)
     if not isinstance(target, Folder):
         return lambda judgements, style: pages.one_page(judgements, course, style)
 
@@ -379,23 +331,21 @@ def read_gradebook(asked: Request, prepared: "Prepared") -> "Gradebook":
     if prepared.variants is not None and not asked.roster:
         hint = "`--roster FILE.csv` is the list of students with which the sheets were made"
         raise UsageError("the values of a student follow from the name in the roster", hint=hint)
-    table = read_spreadsheet(str(asked.file))
-    if asked.view == "--moodle":
+    table = read_spreadsheet(str(asked.gradebook))
+    if asked.moodle:
         return gradebooks.moodle(table, asked.column)
     return gradebooks.canvas(table, asked.column or prepared.title)
 
 
-def filled(
-    book: "Gradebook",
-    aliases: "Mapping[str, Sequence[str]]",
-    told: Sequence[str],
-    remarks: Remarks,
-    judgements: "Iterator[Judgement]",
-    style: "ReportStyle",
-) -> Iterator[str]:
-    """Fill the scores into a gradebook, and print the notes on it that are not printed yet."""
+def filling(
+    book: "Gradebook", aliases: "Mapping[str, Sequence[str]]", told: Sequence[str], remarks: Remarks
+) -> "View":
+    """The function that fills scores into a gradebook; it tells the notes that are not `told` yet."""
     from rigidcli.homework.reports.gradebooks import fill
 
-    text, notes = fill(book, judgements, aliases)
-    remarks.tell(book.table.source, [note for note in notes if note not in told])
-    yield text
+    def filled(judgements: "Iterator[Judgement]", style: "ReportStyle") -> Iterator[str]:
+        text, notes = fill(book, judgements, aliases)
+        remarks.tell(book.table.source, [note for note in notes if note not in told])
+        yield text
+
+    return filled

@@ -2,9 +2,8 @@
 
 # Annotations here are objects, not texts: typer reads them.
 
-import inspect
 from collections import defaultdict
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from enum import StrEnum
 from functools import partial
 from pathlib import Path
@@ -13,19 +12,22 @@ from typing import TYPE_CHECKING, Annotated, Any, NamedTuple
 import typer
 
 from rigidcli.cli import options as shared
-from rigidcli.cli.failures import (
+from rigidcli.cli.options import option
+from rigidcli.cli.output import (
     Failure,
     Failures,
+    Output,
     bad_parameter,
+    check_path,
     complain,
     counted,
     forecast,
     fresh,
+    is_folder,
     progress,
     tell_notes,
 )
-from rigidcli.cli.output import Output, is_folder
-from rigidcli.cli.work import Answer, Work, answers, lost, require_used, tasks
+from rigidcli.cli.work import Work, answers, lost, require_used, tasks
 from rigidcli.commands import COMMANDS, Command
 from rigidcli.errors import UsageError
 from rigidcli.processes import Jobs, each
@@ -34,7 +36,6 @@ from rigidcli.sandbox import usable_cores
 
 if TYPE_CHECKING:
     from rigidcli.document.sweeps import Sweep
-    from rigidcli.render.units import Units
     from rigidcli.report import Report
 
 LEAST_FOR_PROCESSES = 500
@@ -50,23 +51,42 @@ PULSE = 2.0
 """Seconds after which a terminal shows the time that the work has taken."""
 
 
-class CommandLine(NamedTuple):
-    """The command line besides the study: FILES, their sweep or comparison, and the places of the output."""
+class Asked(NamedTuple):
+    """The command line of a study: its FILES and options, in the order of the help.
 
-    files: Sequence[str]
-    tables: Sequence[str]
-    sweep: "Sweep | None"
-    jobs: Jobs | None
-    compare: bool
-    units: "Units"
-    output: str | None
-    plot: str | None
-    quiet: bool
+    The types of `format` and `plot_kind` differ from study to study. The last two fields are no options: the
+    `tables` are files that name FILES or hold values, and `swept` is the sweep that was read.
+    """
+
+    files: shared.Files
+    format: Any = None
+    output: shared.OutputPath = None
+    settings: shared.Settings = None
+    sweep: Annotated[list[str] | None, option("sweep")] = None
+    pair: Annotated[bool, option("pair")] = False
+    jobs: Annotated[str | None, option("jobs", callback=shared.read_jobs)] = None
+    compare: Annotated[bool, option("compare")] = False
+    digits: Annotated[int, option("digits", parser=lambda text: shared.whole(text, 17))] = 6
+    exact: shared.Exact = False
+    units: Annotated[Any, option("units", parser=shared.read_units)] = None
+    unit_header: Annotated[bool, option("unit_header")] = False
+    no_header: shared.NoHeader = False
+    columns: Annotated[str | None, option("columns", callback=shared.split)] = None
+    verbose: Annotated[bool, option("verbose")] = False
+    steps: Annotated[bool, option("steps")] = False
+    standalone: Annotated[bool, option("standalone")] = False
+    plot: Annotated[str | None, option("plot", callback=check_path)] = None
+    plot_kind: Any = None
+    quiet: shared.Quiet = False
+    samples: Annotated[int | None, option("samples")] = None
+    duration: Annotated[str | None, option("duration")] = None
+    tables: Sequence[str] = ()
+    swept: "Sweep | None" = None
 
     @property
     def total(self) -> int:
         """The number of answers, without further links of robots and starts of ensembles."""
-        return len(self.files) * (1 if self.sweep is None else self.sweep.count)
+        return len(self.files) * (1 if self.swept is None else self.swept.count)
 
     @property
     def hands(self) -> Jobs:
@@ -74,135 +94,92 @@ class CommandLine(NamedTuple):
         return self.jobs or (usable_cores() if self.total >= LEAST_FOR_PROCESSES else 1)
 
 
-OPTIONS: dict[str, tuple[Any, Any]] = {
-    "files": (shared.Files, inspect.Parameter.empty),
-    "format": (None, None),
-    "output": (shared.OutputPath, None),
-    "settings": (shared.Settings, None),
-    "sweep": (shared.Sweeps, None),
-    "pair": (shared.Pair, False),
-    "jobs": (shared.Jobs, None),
-    "compare": (shared.Compare, False),
-    "digits": (shared.Digits, 6),
-    "exact": (shared.Exact, False),
-    "units": (shared.UnitList, None),
-    "unit_header": (shared.UnitHeader, False),
-    "no_header": (shared.NoHeader, False),
-    "columns": (shared.Columns, None),
-    "verbose": (shared.Verbose, False),
-    "steps": (shared.Steps, False),
-    "standalone": (shared.Standalone, False),
-    "plot": (shared.PlotPath, None),
-    "plot_kind": (None, None),
-    "quiet": (shared.Quiet, False),
-    "samples": (shared.Samples, None),
-    "duration": (shared.Duration, None),
-}
-"""The arguments and options of the studies with their defaults, in the order of the help.
-
-The formats and the kinds of pictures differ from study to study.
-"""
-
-
 def command_of(name: str) -> Callable[..., None]:
     """The study of this name as a command, with its formats, and the options that apply to it."""
     row = COMMANDS[name]
     named = [(format.value, format.value) for format in formats_of(name)]
     formats: Any = StrEnum("Format", named)  # type: ignore[misc]  # it is known at run time
-    options = OPTIONS | {
+    kinds = f"Choose the picture: {', '.join(row.pictures)}. By default it is the first that the result has."
+    picture = typer.Option("--plot-kind", metavar="NAME", help=kinds, rich_help_panel=shared.MORE)
+    changed = {
         "format": (Annotated[formats, shared.format_option(formats)], formats("table")),
-        "plot_kind": (shared.plot_kind(row.pictures), None),
+        "plot_kind": (Annotated[str | None, picture], None),
+        **dict.fromkeys(("compare",) if row.section else ("samples", "duration")),
     }
-    for key in ("compare",) if row.section else ("samples", "duration"):
-        del options[key]
-
-    def command(**given: Any) -> None:
-        raise typer.Exit(_compute(row, {key: given.get(key) for key in OPTIONS}))
-
-    command.__name__, command.__doc__ = name, row.help
-    command.__signature__ = inspect.Signature(  # type: ignore[attr-defined]
-        [
-            inspect.Parameter(key, inspect.Parameter.KEYWORD_ONLY, default=default, annotation=kind)
-            for key, (kind, default) in options.items()
-        ]
-    )
-    return command
+    return shared.command(name, row.help, Asked, partial(_compute, row), changed)
 
 
-def _compute(command: Command, given: Mapping[str, Any]) -> int:
-    """Do what is asked for with the `given` options, and return the exit code."""
-    form = Format(given["format"])
-    traits = TRAITS[form]
-    files, lists = shared.listed(given["files"])
-    sweep, units = shared.read_sweep(given["sweep"], given["pair"]), shared.read_units(given["units"])
-    tables = [*lists, *(() if sweep is None else sweep.files)]
-    places = given["output"], given["plot"], given["quiet"]
-    asked = CommandLine(files, tables, sweep, given["jobs"], bool(given["compare"]), units, *places)
-    single = {f"--{key.replace('_', '-')}": bool(given[key]) for key in ("steps", "plot", "plot_kind")}
-    _require_compatible(asked, form, traits, single)
+def _compute(command: Command, asked: Asked) -> int:
+    """Do what is asked for, and return the exit code."""
+    form = Format(asked.format)
+    traits, sweep = TRAITS[form], shared.read_sweep(asked.sweep, asked.pair)
+    files, lists = shared.listed(asked.files)
+    asked = asked._replace(files=files, tables=[*lists, *(sweep.files if sweep else ())], swept=sweep)
+    _require_compatible(asked, form, traits)
     is_alone = sweep is None and not asked.compare
-    picture = _picture_kind(command.name, traits, asked, given["plot_kind"]) if is_alone else None
-    _tell_unheeded(asked, form, given["steps"], picture)
-    options: dict[str, Any] = {"steps": given["steps"] and traits.people}
+    picture = _picture_kind(command.name, traits, asked) if is_alone else None
+    _tell_unheeded(asked, form, picture)
+    options: dict[str, Any] = {"steps": asked.steps and traits.people}
     if picture:
         options["picture"] = picture
     if traits.program:
         options["program"] = True
     if traits.page and command.has_replay and not asked.compare and asked.total <= MOST_MOTIONS:
         options["scene"] = True
-    of_motion = {key: given[key] for key in ("samples", "duration") if given[key] is not None}
-    named = {f"{command.section}.{key}": f"--{key}" for key in of_motion}
-    changes = [f"{command.section}.{key}={value}" for key, value in of_motion.items()]
+    motion = {"samples": asked.samples, "duration": asked.duration}
+    of_motion = {f"{command.section}.{key}": key for key in motion if motion[key] is not None}
+    settings = [*(asked.settings or ()), *(f"{path}={motion[key]}" for path, key in of_motion.items())]
+    named = {path: f"--{key}" for path, key in of_motion.items()}
     look = Look(
-        given["digits"],
-        not given["no_header"],
-        columns=tuple(given["columns"] or ()),
-        **{key: given[key] for key in ("unit_header", "verbose", "steps", "standalone")},
+        asked.digits,
+        not asked.no_header,
+        columns=tuple(asked.columns or ()),
+        unit_header=asked.unit_header,
+        verbose=asked.verbose,
+        steps=asked.steps,
+        standalone=asked.standalone,
     )
-    settings = [*(given["settings"] or ()), *changes]
-    return _run(asked, Work(command, form, look, options, given["exact"], settings, named, given["plot"]))
+    return _run(asked, Work(command, form, look, options, asked.exact, settings, named, asked.plot))
 
 
-def _tell_unheeded(asked: CommandLine, form: Format, steps: bool, picture: str | None) -> None:
+def _tell_unheeded(asked: Asked, form: Format, picture: str | None) -> None:
     """Note options that have no effect on the output, or on a part of it."""
     is_data = not TRAITS[form].people
-    if steps and is_data:
+    if asked.steps and is_data:
         tell_notes("--steps", [f"{form} has no working: use table, latex or html"], asked.quiet)
-    if asked.units and (steps or is_data):
+    if asked.units and (asked.steps or is_data):
         other = form if is_data else "the working"
         tell_notes("--units", [f"{other} has SI units, whatever `--units` says"], asked.quiet)
     if asked.units and picture:
         tell_notes("--units", ["the picture has SI units, whatever `--units` says"], asked.quiet)
 
 
-def _require_compatible(asked: CommandLine, form: Format, traits: Traits, single: dict[str, bool]) -> None:
-    """Raise BadParameter where options exclude each other; the `single` ones are for one document."""
-    files, sweep, output = asked.files, asked.sweep, asked.output
+def _require_compatible(asked: Asked, form: Format, traits: Traits) -> None:
+    """Raise BadParameter where options exclude each other, or are for one document and there are several."""
+    files, sweep, output = asked.files, asked.swept, asked.output
     several = "a comparison" if asked.compare else "a sweep" if sweep is not None else ""
+    single = {"--steps": asked.steps, "--plot": asked.plot, "--plot-kind": asked.plot_kind}
     alone = next((name for name in single if single[name] and several), "")
     program = f"a program in {form} has the equations of one document"
     is_long = sweep is not None and sweep.count > MOST_SHOWN and traits.people
-    for wrong, option, problem in (
+    people = f"{form} has no comparison: use table, latex or html"
+    for wrong, where, problem in (
         (traits.program and len(files) > 1, "--format", f"{program}; {len(files)} files are given"),
         (traits.program and several, "--sweep", f"{program}, not of {several}"),
         (traits.file and output in (None, "-"), "--format", f"{form} is no text: `-o table{traits.file}`"),
         (alone, alone, f"{alone} is for one document, not for {several}"),
         (is_long, "--sweep", f"a table of {asked.total:,} rows is too long to read: `-f csv` streams them"),
         (asked.compare and sweep is not None, "--compare", "a sweep stands in rows already"),
-        (
-            asked.compare and not traits.people,
-            "--compare",
-            f"{form} has no comparison: use table, latex or html",
-        ),
+        (asked.compare and not traits.people, "--compare", people),
         (asked.compare and len(files) < 2, "--compare", "expected several FILEs"),
     ):
         if wrong:
-            raise typer.BadParameter(problem, param_hint=f"'{option}'")
+            raise typer.BadParameter(problem, param_hint=f"'{where}'")
 
 
-def _picture_kind(command: str, traits: Traits, asked: CommandLine, kind: str | None) -> str | None:
+def _picture_kind(command: str, traits: Traits, asked: Asked) -> str | None:
     """The kind of the picture, if one is drawn. Raises BadParameter where it cannot be drawn or written."""
-    path, output = asked.plot, asked.output
+    path, output, kind = asked.plot, asked.output, asked.plot_kind
     if path is None and kind is None and not traits.page:
         return None
     from rigidcli.render.plots import CHARACTERS, require_ending, require_library
@@ -226,7 +203,7 @@ def _picture_kind(command: str, traits: Traits, asked: CommandLine, kind: str | 
     return kind or BEST
 
 
-def _run(asked: CommandLine, work: Work) -> int:
+def _run(asked: Asked, work: Work) -> int:
     """Do the work, write the output, and return the exit code."""
     from rigidcli.bodies.robots import is_robot
 
@@ -237,14 +214,13 @@ def _run(asked: CommandLine, work: Work) -> int:
             output.protect(*(file for file in (*asked.files, *asked.tables) if file != "-"))
         width, colour = target.terminal()
         several = len(asked.files) > 1 or any(map(is_robot, asked.files))
-        look = work.look._replace(width=width, colour=colour, several=several)
-        work = work._replace(look=look)
-        if work.settings or asked.sweep is not None:
-            require_used(work, asked.files, asked.sweep)
+        work = work._replace(look=work.look._replace(width=width, colour=colour, several=several))
+        if work.settings or asked.swept is not None:
+            require_used(work, asked.files, asked.swept)
         if traits.file and is_folder(asked.output):
             from rigidcli.cli.folder import write_folder
 
-            write_folder(str(asked.output), asked.files, asked.sweep, asked.hands, work, failures)
+            write_folder(str(asked.output), asked.files, asked.swept, asked.hands, work, failures)
             return failures.code
         pieces = _pieces(asked, work, failures, opened, pictures)
         reports = _for_people(pieces, asked, work) if traits.people else pieces
@@ -261,49 +237,42 @@ def _run(asked: CommandLine, work: Work) -> int:
 
 
 def _pieces(
-    asked: CommandLine, work: Work, failures: Failures, opened: Sequence[Output], pictures: list[str | bytes]
+    asked: Asked, work: Work, failures: Failures, opened: Sequence[Output], pictures: list[str | bytes]
 ) -> Iterator[Any]:
-    """The pieces of the output, one after the other; pictures are put into the list `pictures`."""
-    first = None
-    for answer in _good_answers(asked, work, failures, opened):
-        with failures.of(answer.source):
-            if answer.picture is not None and pictures:
-                problem = "`--plot` draws one picture, and this FILE has several bodies"
-                raise UsageError(problem, hint="leave out `--plot`")
-            pictures += [] if answer.picture is None else [answer.picture]
-            if asked.sweep is not None:
-                first = answer.outcome if first is None else first
-                require_fit(work.format, answer.outcome, first)
-            yield answer.outcome
+    """The pieces of the output, one after the other; pictures are put into the list `pictures`.
 
-
-def _good_answers(
-    asked: CommandLine, work: Work, failures: Failures, opened: Sequence[Output]
-) -> Iterator[Answer]:
-    """The answers that are no failures. Notes and failures are printed as the work goes on."""
-    printed = defaultdict[str, set[str]](set)
-    here = asked.hands == 1 and asked.sweep is None
+    Notes and failures are printed as the work goes on.
+    """
+    first, printed = None, defaultdict[str, set[str]](set)
+    here = asked.hands == 1 and asked.swept is None
     do = partial(answers, work=work, watch=partial(progress, pulse=PULSE) if here else None)
     # On a terminal, rows that stream show the progress themselves.
     streams = work.look.width is not None and not TRAITS[work.format].people
     foretell = forecast()
     with counted(0 if here or streams else asked.total) as done:
-        for answer in each(do, tasks(work, asked.files, asked.sweep, asked.hands), asked.hands, lost):
+        for answer in each(do, tasks(work, asked.files, asked.swept, asked.hands), asked.hands, lost):
             with failures.of(answer.source):
                 for output in opened:
                     output.protect(*answer.files)
                 tell_notes(answer.source, fresh(answer.notes, printed[answer.source]), asked.quiet)
                 if len(asked.files) == 1 and answer.starts[0] and not streams and not asked.quiet:
                     foretell(*answer.starts)
+                if answer.picture is not None and pictures:
+                    problem = "`--plot` draws one picture, and this FILE has several bodies"
+                    raise UsageError(problem, hint="leave out `--plot`")
+                pictures += [] if answer.picture is None else [answer.picture]
                 if isinstance(answer.outcome, Failure):
                     failures.tell(answer.outcome)
                 else:
-                    yield answer
+                    if asked.swept is not None:
+                        first = answer.outcome if first is None else first
+                        require_fit(work.format, answer.outcome, first)
+                    yield answer.outcome
             done()
     failures.end()
 
 
-def _for_people(reports: "Iterable[Report]", asked: CommandLine, work: Work) -> "Iterable[Report]":
+def _for_people(reports: "Iterable[Report]", asked: Asked, work: Work) -> "Iterable[Report]":
     """The reports for people: with summaries of ensembles, in the chosen units, or as one table."""
     if work.command.section:
         from rigidcli.studies.ensembles import summaries
@@ -313,7 +282,7 @@ def _for_people(reports: "Iterable[Report]", asked: CommandLine, work: Work) -> 
         from rigidcli.render.units import in_units
 
         reports = map(partial(in_units, units=asked.units), reports)
-    if asked.sweep is not None:
+    if asked.swept is not None:
         from rigidcli.render.several import gathered
 
         return gathered(reports, work.look, lambda note: tell_notes("--sweep", [note], asked.quiet))

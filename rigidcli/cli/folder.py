@@ -8,7 +8,7 @@ from itertools import islice
 from pathlib import Path
 from typing import TYPE_CHECKING, TypeAlias
 
-from rigidcli.cli.failures import Failure, Failures
+from rigidcli.cli.output import Failure, Failures
 from rigidcli.cli.work import Task, Work, answers, documents, lost
 from rigidcli.errors import ComputationError, UsageError
 from rigidcli.processes import Jobs, each

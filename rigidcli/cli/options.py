@@ -2,20 +2,26 @@
 
 # Annotations here are objects, not texts: commands are made of them.
 
+import csv
+import inspect
 import os
 import sys
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated, Any, get_origin
 
 import typer
 
-from rigidcli.cli.failures import bad_parameter
-from rigidcli.cli.output import check_path
+from rigidcli.cli.output import bad_parameter, check_path
 from rigidcli.errors import UsageError, shown
 
 MORE = "More options"
 """The head of the help above the options that few users need."""
+
+_LINES = Path(__file__).with_name("options.csv").read_text("utf-8").splitlines()
+
+_ROWS = {key: row for key, *row in csv.reader(_LINES)}
+"""How options are spelled, whether few users need them, and their help."""
 
 
 def listed(files: Sequence[str]) -> tuple[list[str], list[str]]:
@@ -56,14 +62,13 @@ def _check_settings(settings: list[str] | None) -> list[str]:
     return settings or []
 
 
-def _split(text: str | None) -> list[str]:
+def split(text: str | None) -> list[str]:
+    """The names between commas."""
     return [name.strip() for name in text.split(",")] if text else []
 
 
-def read_units(text: str | None) -> Any:
+def read_units(text: str) -> Any:
     """The units in `g,cm,deg`. Raises BadParameter."""
-    if text is None:
-        return {}
     from rigidcli.render import units
 
     with bad_parameter("--units"):
@@ -80,7 +85,7 @@ def read_sweep(texts: Sequence[str] | None, pair: bool) -> Any:
         return sweeps.read_sweep(texts or (), pair)
 
 
-def _read_jobs(text: str | None) -> int | str | None:
+def read_jobs(text: str | None) -> int | str | None:
     """The number of processes, or the address of a scheduler. Raises BadParameter."""
     if text is None or (text.startswith(("tcp://", "tls://")) and text.rpartition(":")[2].isdecimal()):
         return text
@@ -94,115 +99,56 @@ def whole(text: str, most: int = 1024, other: str = "") -> int:
     raise typer.BadParameter(f"read {shown(text)}, expected a number from 1 to {most}{other}")
 
 
-def _option(help: str, *names: str, more: bool = False, **settings: Any) -> Any:
-    """An option of typer; one that few users need stands under `More options`."""
+# --- commands and their options
+
+
+def command(
+    name: str, help: str, kind: Any, run: Callable[[Any], int], changed: Mapping[str, Any] | None = None
+) -> Callable[..., None]:
+    """A command whose options are the annotated fields of a `kind` of tuple; `run` returns the exit code.
+
+    Fields that are `changed` have another type and default, or None where the command has no such option.
+    """
+    changed = changed or {}
+    options = {
+        key: changed.get(key, (type, kind._field_defaults.get(key, inspect.Parameter.empty)))
+        for key, type in kind.__annotations__.items()
+        if get_origin(type) is Annotated or key in changed
+    }
+
+    def function(**given: Any) -> None:
+        raise typer.Exit(run(kind(**given)))
+
+    function.__name__, function.__doc__ = name, help
+    function.__signature__ = inspect.Signature(  # type: ignore[attr-defined]  # typer reads it
+        [
+            inspect.Parameter(key, inspect.Parameter.KEYWORD_ONLY, default=option[1], annotation=option[0])
+            for key, option in options.items()
+            if option is not None
+        ]
+    )
+    return function
+
+
+def option(key: str, **settings: Any) -> Any:
+    """The option in this row of options.csv; one that few users need stands under `More options`."""
+    spelled, more, help = _ROWS[key]
+    names = [word for word in spelled.split() if word.startswith("-")]
+    settings["metavar"] = next((word for word in spelled.split() if word not in names), None)
     return typer.Option(*names, help=help, rich_help_panel=MORE if more else None, **settings)
-
-
-Files = Annotated[
-    list[str],
-    typer.Argument(
-        metavar="FILE",
-        help="Documents, robots or bodies (.stl ...). `-` is standard input, `@files.txt` a list of names.",
-    ),
-]
-OutputPath = Annotated[
-    str | None,
-    _option(
-        "Write to PATH. After an error it is as it was before.",
-        "-o",
-        "--output",
-        metavar="PATH",
-        callback=check_path,
-    ),
-]
-Settings = Annotated[
-    list[str] | None,
-    _option(
-        "Set a value, such as body.mass=3. Repeat it for several.",
-        *("-s", "--set"),
-        metavar="KEY=VALUE",
-        callback=_check_settings,
-    ),
-]
-Sweeps = Annotated[
-    list[str] | None,
-    _option(
-        "Make a row for each value: START:STOP:COUNT, log:START:STOP:COUNT, 1,2,5 or @table.csv:column. "
-        "Two sweeps make a grid.",
-        "--sweep",
-        metavar="KEY=VALUES",
-    ),
-]
-Pair = Annotated[bool, _option("Pair the values of several sweeps, instead of a grid.", "--zip", more=True)]
-Jobs = Annotated[
-    str | None,
-    _option(
-        "Number of processes (by default one for each core, if that saves time); or a Dask cluster "
-        "that you trust, tcp://host:8786.",
-        *("-j", "--jobs"),
-        metavar="N|ADDRESS",
-        callback=_read_jobs,
-        more=True,
-    ),
-]
-Compare = Annotated[
-    bool,
-    _option("Show the FILEs side by side, with differences to the first in percent.", "--compare", more=True),
-]
-Digits = Annotated[
-    int,
-    _option(
-        "Significant digits in table, latex and html, 1 to 17.",
-        metavar="N",
-        parser=lambda text: whole(text, 17),
-    ),
-]
-Exact = Annotated[
-    bool, _option("Exact arithmetic: decimals become fractions, and parameters may stay letters.", "--exact")
-]
-UnitList = Annotated[
-    str | None,
-    _option(
-        "Units in table, latex and html, such as g,cm,deg,rpm. json and csv keep SI units.",
-        metavar="LIST",
-    ),
-]
-UnitHeader = Annotated[bool, _option("Write units into the header of csv.", "--unit-header", more=True)]
-NoHeader = Annotated[bool, _option("Write csv without its header.", "--no-header", more=True)]
-Columns = Annotated[
-    str | None,
-    _option("Show only these columns, such as t,w1.", metavar="NAMES", callback=_split, more=True),
-]
-Verbose = Annotated[
-    bool, _option("Also show residuals, drifts, trusted digits and the method.", "-v", "--verbose")
-]
-Steps = Annotated[bool, _option("Show the working, in table, latex and html.", "--steps")]
-Standalone = Annotated[bool, _option("Write LaTeX that compiles by itself.", "--standalone", more=True)]
-PlotPath = Annotated[
-    str | None,
-    _option(
-        "Write a picture: .png, .svg or .pdf. `-` draws it in the terminal. It needs the extra `show`.",
-        "--plot",
-        metavar="PATH",
-        callback=check_path,
-    ),
-]
-Quiet = Annotated[bool, _option("Print no notes.", "-q", "--quiet")]
-
-
-Samples = Annotated[int | None, _option("Number of samples (default 1001).", metavar="N")]
-Duration = Annotated[str | None, _option('End of the motion, as in "5 min".', metavar="TIME")]
 
 
 def format_option(formats: Any) -> Any:
     """The option that chooses one of the members of an enum of formats."""
-    listed = ", ".join(formats)
-    help = f"What to print: {listed}."
+    help = f"What to print: {', '.join(formats)}."
     return typer.Option("-f", "--format", metavar="FORMAT", help=help, case_sensitive=False)
 
 
-def plot_kind(kinds: Iterable[str]) -> Any:
-    """The option that chooses one of these kinds of pictures."""
-    help = f"Choose the picture: {', '.join(kinds)}. By default it is the first that the result has."
-    return Annotated[str | None, _option(help, "--plot-kind", metavar="NAME", more=True)]
+FILES = "Documents, robots or bodies (.stl ...). `-` is standard input, `@files.txt` a list of names."
+
+Files = Annotated[list[str], typer.Argument(metavar="FILE", help=FILES)]
+OutputPath = Annotated[str | None, option("output", callback=check_path)]
+Settings = Annotated[list[str] | None, option("settings", callback=_check_settings)]
+Exact = Annotated[bool, option("exact")]
+NoHeader = Annotated[bool, option("no_header")]
+Quiet = Annotated[bool, option("quiet")]

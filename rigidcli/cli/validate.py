@@ -10,9 +10,8 @@ from typing import Any
 import typer
 
 from rigidcli.cli.check import studies
-from rigidcli.cli.failures import Failures, complain, tell_notes
 from rigidcli.cli.options import Exact, Files, Quiet, Settings, listed
-from rigidcli.cli.output import Output
+from rigidcli.cli.output import Failures, Output, complain, tell_notes
 from rigidcli.errors import DocumentError, Problem, printable, shortened
 
 HOMEWORK = re.compile(r"^[ {]*[\"']?(questions|answers|student)[\"']?\s*:", re.MULTILINE | re.IGNORECASE)

@@ -10,7 +10,7 @@ from dataclasses import replace
 from importlib import import_module
 from typing import TYPE_CHECKING, Any, NamedTuple, TypeAlias
 
-from rigidcli.cli.failures import Failure, failure
+from rigidcli.cli.output import Failure, failure
 from rigidcli.commands import COMMANDS, STUDIES, Command
 from rigidcli.errors import UNKNOWN_KEY, ComputationError, DocumentError, RigidError, UsageError
 from rigidcli.processes import Jobs
@@ -40,6 +40,7 @@ WIDE = 2000
 
 SWEPT, SWEPT_SAMPLES = 128, 500_000
 """The most points of a sweep whose orbits are followed at once, and their samples: these take some 100 MB."""
+
 CLUSTER = 32
 """Processes that a cluster is taken to have."""
 

@@ -165,7 +165,8 @@ def read_overrides(
             problems.append(refuse(message, key="score"))
         elif len(people) > 1:
             message = f"{shown(student)} may be any of {listed(people)}"
-            problems.append(refuse(message, key="student", hint="write the student's login or number"))
+            hint = "write the login, or the number, of the student"
+            problems.append(refuse(message, key="student", hint=hint))
         elif place in scores:
             problems.append(refuse(f"{shown(student)} has this question twice"))
         else:

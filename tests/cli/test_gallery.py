@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from rigidcli.cli import gallery
+from rigidcli.cli import printing
 from tests.conftest import ROOT, Program
 from tests.markup import markup
 
@@ -26,7 +26,7 @@ def test_each_example_has_a_page_and_its_document(
 ) -> None:
     for name in SOME:
         shutil.copy(ROOT / "configs" / name, tmp_path)
-    monkeypatch.setattr(gallery, "EXAMPLES", tmp_path)
+    monkeypatch.setattr(printing, "EXAMPLES", tmp_path)
     folder = tmp_path / "pages"
     outcome = program("new", "gallery", "-o", f"{folder}/")
     assert (outcome.code, outcome.out) == (0, "")

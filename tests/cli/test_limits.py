@@ -12,7 +12,7 @@ from importlib.util import find_spec
 
 import pytest
 
-from rigidcli.cli.failures import forecast, progress
+from rigidcli.cli.output import forecast, progress
 from rigidcli.core import memory
 from tests.conftest import ROOT, Outcome, Program
 
