@@ -22,7 +22,6 @@ from rigidcli.cli.output import (
     complain,
     counted,
     forecast,
-    fresh,
     is_folder,
     progress,
     tell_notes,
@@ -254,7 +253,9 @@ def _pieces(
             with failures.of(answer.source):
                 for output in opened:
                     output.protect(*answer.files)
-                tell_notes(answer.source, fresh(answer.notes, printed[answer.source]), asked.quiet)
+                told = printed[answer.source]  # a sweep repeats its notes
+                tell_notes(answer.source, [note for note in answer.notes if note not in told], asked.quiet)
+                told.update(answer.notes)
                 if len(asked.files) == 1 and answer.starts[0] and not streams and not asked.quiet:
                     foretell(*answer.starts)
                 if answer.picture is not None and pictures:

@@ -104,13 +104,6 @@ class Failures:
             self.tell(failure(error, source))
 
 
-def fresh(notes: Sequence[str], printed: set[str]) -> list[str]:
-    """The notes that were not printed yet, which are added to the printed ones: a sweep repeats its notes."""
-    new = [note for note in notes if note not in printed]
-    printed.update(new)
-    return new
-
-
 @contextlib.contextmanager
 def progress(pulse: float | None = None) -> Iterator[Callable[[float], None]]:
     """A context in which long work shows the share that is done, on standard error if that is a terminal.

@@ -31,8 +31,10 @@ Kind = StrEnum(
 )
 """The starters: files of that name in `rigidcli/starters`, mostly with the ending `.yaml`."""
 
-GALLERY = "gallery"
-"""The word for pages of all examples, in place of a starter."""
+NAMES = (*Kind, "gallery")
+"""The words for `new`: the starters, and pages of all examples."""
+
+ONE_OF = f"One of {', '.join(NAMES)}."
 
 ENDINGS = {Kind.molecule: ".xyz", Kind.robot: ".urdf", Kind.gradescope: ".sh"}
 """The endings of the starters that are no YAML."""
@@ -40,7 +42,7 @@ ENDINGS = {Kind.molecule: ".xyz", Kind.robot: ".urdf", Kind.gradescope: ".sh"}
 
 def _kind(typed: str) -> str:
     """The kind of this name. Raises BadParameter for another word, with the kind that is meant."""
-    if typed in (*Kind, GALLERY):
+    if typed in NAMES:
         return typed
     from rigidcli.bodies.shapes import SHAPES
     from rigidcli.errors import did_you_mean, nearest
@@ -49,7 +51,7 @@ def _kind(typed: str) -> str:
     word = folded(typed)
     shape = word if word in SHAPES else SHAPES_BY_WORD.get(word, (None,))[0]
     near = STARTERS.get(word, ("shape" if shape else nearest(word, list(Kind)),))[0]
-    message = f"read {shown(typed)}, expected one of {', '.join((*Kind, GALLERY))}{did_you_mean(near)}"
+    message = f"read {shown(typed)}, expected one of {', '.join(NAMES)}{did_you_mean(near)}"
     if shape is not None and near == "shape":
         message += f"; write `rigidcli new shape`, and in it `shape: {shape}`"
     if ending(typed) in (".yaml", ".yml", ".urdf", ".xyz"):
@@ -60,12 +62,7 @@ def _kind(typed: str) -> str:
 def new(
     kind: Annotated[
         str,
-        typer.Argument(
-            metavar="KIND",
-            help=f"One of {', '.join((*Kind, GALLERY))}.",
-            parser=_kind,
-            autocompletion=lambda: [*Kind, GALLERY],
-        ),
+        typer.Argument(metavar="KIND", help=ONE_OF, parser=_kind, autocompletion=lambda: [*NAMES]),
     ] = Kind.shape,
     output: OutputPath = None,
     force: Annotated[bool, option("force")] = False,
@@ -77,7 +74,7 @@ def new(
 
     Example: rigidcli new top -o top.yaml
     """
-    if kind == GALLERY:
+    if kind == "gallery":
         failures = Failures()
         with failures.of("new gallery"):
             if output is None:
@@ -108,13 +105,13 @@ _FILE = re.compile("FILE[.a-z]*")
 SchemaKind = StrEnum("SchemaKind", "document assignment answers")
 """The kinds of files that have a schema."""
 
+_SchemaKind = Annotated[SchemaKind, typer.Argument(metavar="KIND", help=f"One of {', '.join(SchemaKind)}.")]
+ABOUT = "A key, shape, unit, function, result or mistake."
 
-def schema(
-    kind: Annotated[
-        SchemaKind, typer.Argument(metavar="KIND", help=f"One of {', '.join(SchemaKind)}.")
-    ] = SchemaKind.document,
-    output: OutputPath = None,
-) -> None:
+_Path = Annotated[str | None, typer.Argument(metavar="PATH", help=ABOUT, show_default=False)]
+
+
+def schema(kind: _SchemaKind = SchemaKind.document, output: OutputPath = None) -> None:
     """Print the JSON Schema of a kind of file, for editors.
 
     Example: rigidcli schema -o .rigidcli.schema.json
@@ -129,14 +126,7 @@ def schema(
         target.write(orjson.dumps(json_schema(root), option=orjson.OPT_INDENT_2).decode() + "\n")
 
 
-def explain(
-    path: Annotated[
-        str | None,
-        typer.Argument(
-            metavar="PATH", help="A key, shape, unit, function, result or mistake.", show_default=False
-        ),
-    ] = None,
-) -> None:
+def explain(path: _Path = None) -> None:
     """Explain a key, shape, unit, function, result or mistake.
 
     Example: rigidcli explain body.shape.cone

@@ -35,16 +35,15 @@ def validate(files: Files, settings: Settings = None, exact: Exact = False, quie
     from rigidcli.document.load import load, loads
     from rigidcli.fields.texts import read_text, safe_name
 
-    failures = Failures()
+    failures, settings = Failures(), settings or []
     files, _ = listed(files)
     with Output(None) as target:
         for file in files:
             with failures.of(file):
-                source = safe_name(file)
-                form = body_form(file)
+                source, form = safe_name(file), body_form(file)
                 text = "" if form else read_text(file, source)
                 folder = Path() if file == "-" else Path(file).parent
-                options: dict[str, Any] = {"exact": exact, "settings": settings or ()}
+                options: dict[str, Any] = {"exact": exact, "settings": settings}
                 kind = "links" if is_robot(file) else _kind(text)
                 if kind == "links":
                     lines = _robot(text, source, folder, failures, quiet, options)
@@ -53,9 +52,9 @@ def validate(files: Files, settings: Settings = None, exact: Exact = False, quie
                 elif kind == "answers":
                     lines = _answers(text, folder / Path(file).name, failures)
                 else:
-                    weighed = any(text.startswith(("body.mass=", "body.density=")) for text in settings or ())
+                    weighed = any(text.startswith(("body.mass=", "body.density=")) for text in settings)
                     if form == "mesh" and not weighed:  # only the surface is judged
-                        options["settings"] = [*(settings or ()), "body.density=1"]
+                        options["settings"] = [*settings, "body.density=1"]
                     if form:
                         document = load(file, **options)
                     else:
@@ -103,11 +102,9 @@ def _robot(
             valid += 1
             for note in () if quiet else (*document.notes, *remarks(link, document)):
                 complain(str(note))
-    return (
-        ["valid", f"  links: {len(links)} with a mass"]
-        if valid == len(links)
-        else [f"{valid} valid of {len(links)} links with a mass"]
-    )
+    if valid < len(links):
+        return [f"{valid} valid of {len(links)} links with a mass"]
+    return ["valid", f"  links: {len(links)} with a mass"]
 
 
 def _assignment(file: str, text: str, quiet: bool) -> list[str]:
@@ -122,8 +119,8 @@ def _assignment(file: str, text: str, quiet: bool) -> list[str]:
         for id, item in prepared.items.items()
     ]
     values = prepared.variants.values if prepared.variants else {}
-    drawn = [f"  {printable(name)}: {printable(shortened(', '.join(each)))}" for name, each in values.items()]
-    return ["valid", *asked, *["  variants:"] * bool(drawn), *(f"  {line}" for line in drawn)]
+    drawn = [f"    {printable(name)}: {printable(shortened(', '.join(all)))}" for name, all in values.items()]
+    return ["valid", *asked, *["  variants:"] * bool(drawn), *drawn]
 
 
 def _answers(text: str, path: Path, failures: Failures) -> list[str]:
