@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import hashlib
-from collections import defaultdict
+from collections import Counter, defaultdict
 from collections.abc import Collection, Iterable, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field
@@ -45,13 +45,8 @@ MOST_OPENED = 30
 
 UNREAD_FILES = {
     b"%PDF": "a PDF",
-    b"\x89PNG": "a picture",
-    b"\xff\xd8\xff": "a picture",
-    b"GIF8": "a picture",
-    b"II*\0": "a picture",
-    b"MM\0*": "a picture",
-    b"{\\rtf": "a Word file",
-    b"\xd0\xcf\x11\xe0": "a Word file",
+    **dict.fromkeys([b"\x89PNG", b"\xff\xd8\xff", b"GIF8", b"II*\0", b"MM\0*"], "a picture"),
+    **dict.fromkeys([b"{\\rtf", b"\xd0\xcf\x11\xe0"], "a Word file"),
     b"PK": "a zip",
 }
 """Files that people hand in and this program does not read, by their first bytes."""
@@ -142,7 +137,9 @@ def papers(
 def _students(places: Sequence[HandedFile], roster: Roster | None) -> list[_Student]:
     """The students with their files, in the order of first files."""
     students: dict[str, _Student] = {}
-    for place, (owner, common) in zip(places, _owners(places, roster), strict=True):
+    owners = _owners(places, roster)
+    for place in places:
+        owner, common = owners[place]
         for names in place.owners or [(owner.label,)]:
             name, meant = names[0], None
             if roster is not None:
@@ -166,49 +163,44 @@ _Found = tuple[Owner, Collection[str]]
 """The owner of a file, and words of its name that are common to all names beside it."""
 
 
-def _owners(places: Sequence[HandedFile], roster: Roster | None) -> list[_Found]:
+def _owners(places: Sequence[HandedFile], roster: Roster | None) -> Mapping[HandedFile, _Found]:
     """The owner of each file, by the first level of folders that tells students apart, or by its own name.
 
     Names further down are chosen by students, who could pose as others by them.
     """
-    found: dict[int, _Found] = {}
-    groups = defaultdict[int, dict[int, HandedFile]](dict)
-    for number, place in enumerate(places):
-        groups[-3 if roster and place.given else place.root][number] = place
-    for group in groups.values():
-        found |= _of_group(group, roster)
-    return [found[number] for number in range(len(places))]
+    groups = defaultdict[int, list[HandedFile]](list)
+    for place in places:
+        groups[-3 if roster and place.given else place.root].append(place)
+    return {place: owner for group in groups.values() for place, owner in _of_group(group, roster).items()}
 
 
-def _of_group(group: Mapping[int, HandedFile], roster: Roster | None) -> dict[int, _Found]:
+def _of_group(group: Sequence[HandedFile], roster: Roster | None) -> dict[HandedFile, _Found]:
     """The owners of the files below one of ANSWERS.
 
     The level that decides is the first with the form of a platform, or with names of students of the roster;
     without a roster it is the first that tells hand-ins apart.
     """
-    ways = {
-        number: (place.given, *place.way) if roster and place.given else place.way
-        for number, place in group.items()
-    }
-    apart = _level_apart(group.values()) if roster is None else -1
-    found: dict[int, _Found] = {}
+    ways = {place: (place.given, *place.way) if roster and place.given else place.way for place in group}
+    apart = _level_apart(group) if roster is None else -1
+    found: dict[HandedFile, _Found] = {}
     for level in range(max(map(len, ways.values()))):
-        names = {number: way[level] for number, way in ways.items() if len(way) > level}
+        names = {place: way[level] for place, way in ways.items() if len(way) > level}
         owners = _of_names(names, roster, is_folder=True)
-        named = (
+        if level == apart or any(
             owner.platform or (roster and roster.find(owner, common)) for owner, common in owners.values()
-        )
-        if level == apart or any(named):
+        ):
             found = owners
             break
-    direct = {number: place.file.name for number, place in group.items() if number not in found}
+    direct = {place: place.file.name for place in group if place not in found}
     by_file = _of_names(direct, roster, is_folder=False)
     if roster and not found and not any(roster.find(*each) for each in by_file.values()):
         return _of_group(group, None)  # the list is no help
     return found | by_file
 
 
-def _of_names(names: dict[int, str], roster: Roster | None, *, is_folder: bool) -> dict[int, _Found]:
+def _of_names(
+    names: Mapping[HandedFile, str], roster: Roster | None, *, is_folder: bool
+) -> dict[HandedFile, _Found]:
     platform = platform_of({*names.values()})
     owners = {name: owner_of(name, platform, is_folder=is_folder) for name in {*names.values()}}
     common = set[str]()
@@ -219,7 +211,7 @@ def _of_names(names: dict[int, str], roster: Roster | None, *, is_folder: bool) 
         if len({min(each) for each in keys if len(each) == 1}) < 2:
             common = set()  # they may be the files of one student
         common |= roster.strange_numbers([*owners.values()], common)
-    return {number: (owners[name], common) for number, name in names.items()}
+    return {place: (owners[name], common) for place, name in names.items()}
 
 
 def _level_apart(places: Collection[HandedFile]) -> int:
@@ -246,12 +238,8 @@ def _level_apart(places: Collection[HandedFile]) -> int:
 
 def _are_sections(ways: Sequence[tuple[str, ...]], level: int) -> bool:
     """Whether all folders of a level hold many folders, and no files."""
-    within: dict[tuple[str, ...], set[str]] = defaultdict(set)
-    for way in ways:
-        if len(way) < level + 2:
-            return False
-        within[way[: level + 1]].add(way[level + 1])
-    return bool(within) and all(len(folders) >= LEAST_OF_CLASS for folders in within.values())
+    within = Counter(way[:-1] for way in {way[: level + 2] for way in ways})
+    return min(map(len, ways)) >= level + 2 and min(within.values()) >= LEAST_OF_CLASS
 
 
 # --- which file it is
@@ -259,13 +247,9 @@ def _are_sections(ways: Sequence[tuple[str, ...]], level: int) -> bool:
 
 def _candidates(files: Sequence[_File]) -> list[_File]:
     """The files of a student that may be the answer file, those of the right names first."""
-    texts = [file for file in files if ending(file.place.file.name) not in TABLES]
-
-    def order(file: _File) -> tuple[bool, int, int]:
-        name = file.place.file.name
-        return not is_answer(name), len(file.place.way), len(name)
-
-    return sorted(texts, key=order)
+    texts = {file: file.place.file.name for file in files if ending(file.place.file.name) not in TABLES}
+    order = {file: (not is_answer(name), len(file.place.way), len(name)) for file, name in texts.items()}
+    return sorted(texts, key=order.__getitem__)
 
 
 def _looked_at(
@@ -337,9 +321,8 @@ def _last(files: Sequence[_File]) -> list[_File]:
     """The last of copies that a platform's number or time tells apart, or all files."""
     platforms = {file.owner.platform for file in files}
     names = {uncounted(file.owner.own) for file in files}
-    if not platforms or len(platforms) > 1 or not all(file.owner.when for file in files):
-        return list(files)
-    if platforms == {"canvas"} and len(names) > 1:
+    is_told = len(platforms) == 1 and all(file.owner.when for file in files)
+    if not is_told or (platforms == {"canvas"} and len(names) > 1):
         return list(files)
     last = max(file.owner.turn for file in files)
     return [file for file in files if file.owner.turn == last]

@@ -33,7 +33,6 @@ START_METHOD = "fork" if sys.platform == "linux" else "spawn"
 GRACE = {"fork": 0.5, "spawn": 60.0}
 """Grace period (s) beyond the limit before a worker is killed: one that is spawned loads the program, too."""
 
-
 OUT_OF_MEMORY, TOO_LONG = 103, 104
 """Exit codes of a worker without memory, and of one whose result is too long; nothing else has them."""
 
@@ -113,7 +112,6 @@ class _Worker:
                 self._process.start()
 
     def give(self, index: int, task: object, limits: Limits) -> None:
-        """Give it the task of this index."""
         self.index, self.deadline = index, time.monotonic() + limits.seconds + GRACE[START_METHOD]
         with contextlib.suppress(OSError):  # it has ended, which is seen when it is read from
             self.line.send(task)
@@ -133,7 +131,6 @@ class _Worker:
             return ENDS.get(name, _STOPPED), False
 
     def end(self) -> None:
-        """End the process, and leave nothing of it behind."""
         self._process.kill()
         self._process.join()
         self._process.close()
