@@ -17,7 +17,16 @@ from rigidcli.document.draft import Draft, of_text, put, read_tree
 from rigidcli.document.load import load, read
 from rigidcli.document.parameters import read_name, read_names
 from rigidcli.document.slips import explain
-from rigidcli.errors import DocumentError, Problem, RigidError, ValueProblem, guess, shown
+from rigidcli.errors import (
+    DocumentError,
+    Problem,
+    RigidError,
+    ValueProblem,
+    did_you_mean,
+    guess,
+    nearest,
+    shown,
+)
 from rigidcli.errors import Path as Keys
 from rigidcli.fields.texts import STDIN, read_text, safe_name
 from rigidcli.homework.answers import as_typed
@@ -438,6 +447,14 @@ class Library:
             tree, changed[path] = put(tree, path, raw_value(value))[0], "variants"
         return read(replace(draft, tree=tree, settings=(), changed=changed))
 
+    def _with_result(self, document: str | None, key: str, values: Values) -> str | None:
+        """The way to the first result of a document that has this key."""
+        for study, report_on in self.studies.items():
+            with suppress(RigidError):
+                if document and key in report_on(self.document(document, values)).tree:
+                    return f"{study}.{key}"
+        return None
+
     def _source(self, id: str, question: Question, values: Values) -> tuple[AnswerKind, KeySource]:
         """The kind of a question, and where its key comes from. Raises ValueProblem, DocumentError."""
         if question.ask is None and question.kind is None:
@@ -447,7 +464,8 @@ class Library:
             return KINDS[str(question.kind)], KeySource(id, question, question.answer)
         study, *way = path = tuple(question.ask.split("."))
         if study not in self.studies:
-            message = f"there is no command {shown(study)}{guess(study, self.studies)}"
+            near = self._with_result(question.document, study, values) or nearest(study, list(self.studies))
+            message = f"there is no command {shown(study)}{did_you_mean(near)}"
             raise ValueProblem(message, path=("ask",), hint=f"there are {', '.join(self.studies)}")
         if question.document is None:
             raise ValueProblem("missing, expected the document that is asked", path=("document",))
@@ -456,7 +474,8 @@ class Library:
             document = self.document(question.document, values)
             self.reports[same] = document, self.studies[study](document)
         document, report = self.reports[same]
-        value = _value_at(study, report.tree, way)
+        symbols = {field.symbol: f"{study}.{field.key}" for field in report.fields}
+        value = _value_at(study, report.tree, way, symbols)
         names = ".".join(step for step in way if not step.isdecimal())  # a unit is that of all rows
         unit = next((unit for key, unit in report.units.items() if f"{names}.".startswith(f"{key}.")), "")
         name = question.kind or kind_of(path, value, unit)
@@ -474,8 +493,11 @@ def _plain(name: str) -> str:
     return read_name(name, has_time=False)
 
 
-def _value_at(ask: str, tree: Any, way: Sequence[str]) -> Any:
-    """The value at the end of a way in a tree of results. Raises ValueProblem, which lists the ways."""
+def _value_at(ask: str, tree: Any, way: Sequence[str], symbols: Mapping[str, str]) -> Any:
+    """The value at the end of a way in a tree of results. Raises ValueProblem, which lists the ways.
+
+    `symbols` has the ways to results by their symbols, such as H.
+    """
     for step in way:
         if isinstance(tree, Mapping) and step in tree:
             tree = tree[step]
@@ -483,7 +505,8 @@ def _value_at(ask: str, tree: Any, way: Sequence[str]) -> Any:
             tree = tree[int(step)]
         else:
             paths = _paths(ask, tree)
-            message = f"there is no {shown(step)} in this result{guess(f'{ask}.{step}', paths)}"
+            near = symbols.get(step) or nearest(f"{ask}.{step}", paths)
+            message = f"there is no {shown(step)} in this result{did_you_mean(near)}"
             hint = f"there are {', '.join(paths)}" if paths else f"`{ask}` is a result, and has no parts"
             raise ValueProblem(message, path=("ask",), hint=hint)
         ask = f"{ask}.{step}"

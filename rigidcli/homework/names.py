@@ -20,7 +20,6 @@ TEXTS = frozenset([*SUFFIXES, "", ".txt", ".text", ".md", ".markdown"])
 """Ends of the names of files that may be answers, too, if they answer a question."""
 
 ARCHIVE = ".zip"
-"""The ending of archives, in small letters."""
 
 
 def is_answer(name: str) -> bool:

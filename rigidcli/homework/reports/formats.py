@@ -24,10 +24,8 @@ Students: TypeAlias = Iterable[Judgement]
 """Hand-ins as the level of feedback allows to show them."""
 
 Cell: TypeAlias = str | float | bool | tuple[str, ...] | None
-"""A cell of csv: a text, a number, a truth, several words, or nothing."""
 
 HEADER = ("student", "question", "verdict", "score", "max_score", "codes", "message", "source")
-"""The columns of csv."""
 
 FIELDS = ("id", "title", "answer", "read_as", "verdict", "score", "max_score")
 """The fields of a question in json, besides the feedback."""
@@ -346,7 +344,6 @@ FORMATS: dict[str, Callable[[Students, ReportStyle], Iterator[str]]] = {
     "junit": _junit,
     "gradescope": _gradescope,
 }
-"""The output formats of judgements."""
 
 
 def render(name: str, judgements: Iterable[Judgement], style: ReportStyle) -> Iterator[str]:
