@@ -1,18 +1,28 @@
-"""The choice of a form of body: a shape by its name, others by the key that tells them."""
+"""Which form of body is meant: a shape by its name or a word for it, others by the key that tells them."""
 
 from __future__ import annotations
 
 import re
+from collections.abc import Mapping
 from importlib import import_module
-from typing import Annotated, TypeAlias
+from typing import Annotated, Any, TypeAlias
 
 from pydantic import ValidationInfo
 
 from rigidcli.bodies.form import Form
-from rigidcli.bodies.shapes import SHAPES, MadeWhenAsked, shape_called
+from rigidcli.bodies.shapes import SHAPES, MadeWhenAsked, Shape
 from rigidcli.errors import ValueProblem, did_you_mean, nearest, shown
 from rigidcli.fields.section import Section, SectionChoice, by_key, refuse
-from rigidcli.fields.words import bracketed, keys_called, shapes_called, with_colon
+from rigidcli.fields.words import (
+    RELATIVES,
+    bracketed,
+    keys_called,
+    lists_meant,
+    not_one_of,
+    other_form,
+    shapes_called,
+    with_colon,
+)
 
 _CLASSES = {
     "points": "points.PointMasses",
@@ -32,6 +42,43 @@ def _loaded(key: str) -> type[Form]:
 
 FORMS = MadeWhenAsked(tuple(_CLASSES), _loaded)
 """The forms besides the shapes, by the key that tells them."""
+
+
+def shape_called(name: object, raw: Mapping[str, Any]) -> tuple[type[Shape] | None, ValueProblem | None]:
+    """The shape of a name, or that for which it is a word; and its problem, unless it is that name.
+
+    Of several the one that has most of the other keys in `raw` is meant, be it only a relative of the others.
+    """
+    if isinstance(name, dict):
+        words = [word for pair in name.items() for word in pair if isinstance(word, str) and word in SHAPES]
+        hint = f"write `shape: {words[0] if words else 'box'}`, and its dimensions beside it"
+        return None, ValueProblem("read a mapping, expected the name of a shape", hint=hint)
+    word = name if isinstance(name, str) else ""
+    named = SHAPES.get(word)
+    if named is not None and raw.keys() <= named.model_fields.keys():
+        lists = (key for key, value in raw.items() if isinstance(value, list) and key in named.dimensions())
+        if all(named.holds(key, raw[key]) for key in lists):
+            return named, None
+    form = other_form(word)
+    if word not in SHAPES and form is not None:
+        return None, ValueProblem(f"{shown(name)} is no shape", hint=f"write `{form}` instead of `shape`")
+    called = [word] if word in SHAPES else [shape for shape in shapes_called(word) if shape in SHAPES]
+    if not called:
+        near = nearest(word, list(SHAPES))
+        return SHAPES[near] if near else None, ValueProblem(not_one_of(name, list(SHAPES)))
+    called += [relative for shape in called for relative in RELATIVES.get(shape, "").split()]
+    best = max((SHAPES[shape] for shape in called), key=lambda shape: _likeness(shape, raw))
+    if best.word() in (word, word.replace("disc", "disk")):  # both spellings are English
+        return best, None
+    return best, ValueProblem(f"read {shown(name)}{did_you_mean(best.word())}", hint=best.summary())
+
+
+def _likeness(shape: type[Shape], raw: Mapping[str, Any]) -> int:
+    """How many of the keys in `raw` are dimensions of the shape in some word: twice where the value fits."""
+    keys = {key: shape.key_for(key, value) for key, value in raw.items()}
+    lists = [words for _, _, words in lists_meant(raw, shape.model_fields)]
+    called = sum(1 + shape.holds(name, raw[key]) for key, name in keys.items() if name is not None)
+    return called + 2 * sum(map(len, lists))
 
 
 class _AnyForm(SectionChoice):

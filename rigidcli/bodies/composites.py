@@ -15,7 +15,7 @@ from rigidcli.bodies.bodies import Body
 from rigidcli.bodies.form import Form
 from rigidcli.bodies.meshes import Mesh
 from rigidcli.bodies.robots import one_link
-from rigidcli.bodies.shape import Shape
+from rigidcli.bodies.shapes import Shape
 from rigidcli.core import mass_properties, tensor
 from rigidcli.core.arithmetic import Arithmetic, Array, Floats, Scalar, half_unit
 from rigidcli.errors import Path, ValueProblem, at

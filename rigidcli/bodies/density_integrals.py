@@ -32,7 +32,7 @@ from rigidcli.language import tree
 from rigidcli.language.expression import array
 
 if TYPE_CHECKING:
-    from rigidcli.bodies.mesh_checks import Checked
+    from rigidcli.bodies.mesh_files import Checked
 
 POINTS_OF_NET = 13
 """Points along each coordinate of a net in which a density is first looked at: 2,197 in a solid."""

@@ -18,7 +18,7 @@ import numpy as np
 from rigidcli.bodies.density import at_points, place_text
 from rigidcli.bodies.form import Form
 from rigidcli.bodies.meshes import Mesh
-from rigidcli.bodies.shape import NET_DRAWN_IN, Lamina, NoValueError, Region, Shape, floats
+from rigidcli.bodies.shapes import NET_DRAWN_IN, Lamina, NoValueError, Region, Shape, floats
 from rigidcli.core.arithmetic import FLOAT, Arithmetic, Array, Floats, Mask, Scalar
 from rigidcli.errors import Path, ValueProblem
 from rigidcli.fields.environment import BoundExpression

@@ -21,7 +21,7 @@ from rigidcli.fields.quantities import Mass, Scale
 from rigidcli.fields.section import FileName, environment
 
 if TYPE_CHECKING:
-    from rigidcli.bodies.mesh_checks import Checked
+    from rigidcli.bodies.mesh_files import Checked
 
 LARGEST_IN_METRES = 10.0
 """A mesh without a `scale` that is larger than this (m) has probably millimetres for its unit."""
@@ -35,7 +35,7 @@ CORNERS_DRAWN_IN = 1e-2
 
 def _enclosing(path: pathlib.Path) -> pathlib.Path:
     """The path of a mesh. Raises ValueProblem, beside other problems of the section, for one of no body."""
-    from rigidcli.bodies.mesh_checks import checked  # with all that reads meshes
+    from rigidcli.bodies.mesh_files import checked  # with all that reads meshes
 
     checked(path)
     return path
@@ -74,7 +74,7 @@ class Mesh(Form):
     @cached_property
     def checked(self) -> Checked:
         """What the file holds. Raises ValueProblem, with its path, for what encloses no body."""
-        from rigidcli.bodies.mesh_checks import checked  # with all that reads meshes
+        from rigidcli.bodies.mesh_files import checked  # with all that reads meshes
 
         with at("mesh"):
             return checked(self.mesh)

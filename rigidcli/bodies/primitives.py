@@ -11,15 +11,42 @@ shapes; frustum, cap and capsule are integrated. Tests hold every formula agains
 
 # Annotations here are objects, not texts: the dimensions of a section are made of them.
 
-from typing import Any
+from collections.abc import Callable, Sequence
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from rigidcli.bodies import charts, solids
-from rigidcli.bodies.shape import Figure, Geometry
 from rigidcli.core.arithmetic import Arithmetic, Floats, Mask, Scalar
 from rigidcli.errors import ValueProblem
 from rigidcli.fields.quantities import Length, OptionalLength, Size2, Size3
+
+
+class Geometry(NamedTuple):
+    """The measure, the centre of mass and the spread of a shape with a uniform density, in its own axes.
+
+    `measure` is the volume (m^3), area (m^2) or length (m); `centre` is (x, y, z) in m from the natural
+    origin; `second` holds the means of x^2, y^2, z^2 about the centre (m^2), or of all of r r^T
+    (3 by 3) where local axes are not principal.
+    """
+
+    measure: Scalar
+    centre: Any
+    second: Any
+
+
+class Figure(NamedTuple):
+    """A shape of given dimensions, as functions that are called when their values are needed.
+
+    `contains` says which points (x, y, z in m, floats) a solid or flat shape fills, its surface included.
+    `corners` (k by 3, m) are given for a flat shape in a plane of its own, which is z = 0 to `contains`.
+    """
+
+    geometry: Callable[[], Geometry]
+    charts: Callable[[], Sequence[charts.Chart]]
+    contains: Callable[[Floats, Floats, Floats], Mask] | None = None
+    corners: Callable[[], Floats] | None = None
+
 
 ORIGIN = (0, 0, 0)
 """The centre of a shape that is symmetric about its natural origin."""

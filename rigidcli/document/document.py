@@ -314,7 +314,7 @@ class Physical:
         if about == "com":
             return self.properties.com
         if isinstance(about, str) and about != "origin":
-            from rigidcli.bodies.shape import Shape
+            from rigidcli.bodies.shapes import Shape
 
             assert isinstance(self.body, Shape)
             return self.body.point_named(about, self.arithmetic)

@@ -34,7 +34,7 @@ from rigidcli.fields.texts import ending, require_bounded
 from rigidcli.language.tokens import NUMERAL
 
 if TYPE_CHECKING:
-    from rigidcli.bodies.robots.links import Link
+    from rigidcli.bodies.robots import Link
 
 # The deepest nesting of lists and mappings: documents have ten levels, and Python's stack has a thousand.
 MAX_DEPTH = 50

@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple, TypeAlias
 
 from pydantic import ValidationError
 
-from rigidcli.bodies.robots import is_robot
+from rigidcli.bodies.robots import is_robot, listed, read_robot
 from rigidcli.core.arithmetic import FLOAT
 from rigidcli.document.document import Document, places
 from rigidcli.document.draft import SWEEP, Draft, body_form, names_in, of_text, split_setting
@@ -36,7 +36,7 @@ from rigidcli.fields.section import Section
 from rigidcli.fields.texts import STDIN, read_text
 
 if TYPE_CHECKING:
-    from rigidcli.bodies.shape import Shape
+    from rigidcli.bodies.shapes import Shape
 
 # A document that was read already, or a description: a mapping, a text in YAML, or the path to a file.
 Source: TypeAlias = Document | Mapping[str, Any] | str | os.PathLike[str]
@@ -83,9 +83,6 @@ def drafts(path: str | os.PathLike[str], **options: Any) -> Drafts:
 
 def robot_drafts(text: str, source: str, folder: str, **options: Any) -> Drafts:
     """Drafts of the links that have a mass or a problem. Raises DocumentError where `text` is not a robot."""
-    from rigidcli.bodies.robots import read_robot
-    from rigidcli.bodies.robots.links import listed
-
     robot = read_robot(text, source, pathlib.Path(folder))
     if len(robot.links) > MOST_LINKS:
         problem = f"there are {len(robot.links):,} links, expected at most {MOST_LINKS:,}"
@@ -406,7 +403,7 @@ def _require_physical(document: Document) -> None:
 
 def _shapes(body: object) -> Iterator[Shape]:
     from rigidcli.bodies.composites import Composite
-    from rigidcli.bodies.shape import Shape
+    from rigidcli.bodies.shapes import Shape
 
     for part in body.parts if isinstance(body, Composite) else ():
         yield from _shapes(part)

@@ -15,7 +15,7 @@ import numpy as np
 from pydantic import ValidationError
 
 from rigidcli.bodies.composites import Composite
-from rigidcli.bodies.robots.links import ENTRIES, Link, listed
+from rigidcli.bodies.robots import ENTRIES, Link, listed
 from rigidcli.core.arithmetic import FLOAT, Floats
 from rigidcli.core.mass_properties import MassProperties, combine
 from rigidcli.core.tensor import shortfall

@@ -20,7 +20,7 @@ from scipy.spatial.transform import Rotation
 
 import rigidcli
 from rigidcli.bodies.composites import Composite
-from rigidcli.bodies.shape import Region
+from rigidcli.bodies.shapes import Region
 from rigidcli.errors import DocumentError
 from tests.bodies.test_shapes import loaded, result, scaled
 from tests.tables import rows_of

@@ -24,8 +24,7 @@ from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
 import rigidcli
-from rigidcli.bodies.shape import Lamina, Region
-from rigidcli.bodies.shapes import SHAPES
+from rigidcli.bodies.shapes import SHAPES, Lamina, Region
 from rigidcli.errors import DocumentError
 from tests.bodies.test_solids import OUTLINES
 from tests.tables import rows_of

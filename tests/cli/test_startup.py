@@ -94,7 +94,6 @@ print(json.dumps(after))
     start, *shapes, benzene, bracket, _, motion = loaded(script, *words.split(), "hamilton", "notes_spring")
     assert heavy(start) == set()
     files = {
-        "mesh_checks",
         "mesh_files",
         "molecules",
         "robots.elements",
@@ -116,7 +115,7 @@ def test_a_plate_needs_no_other_shapes() -> None:
     script = """
 import json, sys, rigidcli
 rigidcli.loads(sys.argv[1])
-from rigidcli.bodies.shape import Lamina, Shell, Solid, Wire
+from rigidcli.bodies.shapes import Lamina, Shell, Solid, Wire
 made = [section.__name__ for kind in (Lamina, Shell, Solid, Wire) for section in kind.__subclasses__()]
 print(json.dumps([made]))
 """

@@ -9,8 +9,7 @@ import numpy as np
 import pytest
 
 import rigidcli
-from rigidcli.bodies.shape import Region, Shape, Solid
-from rigidcli.bodies.shapes import SHAPES
+from rigidcli.bodies.shapes import SHAPES, Region, Shape, Solid
 from rigidcli.core.arithmetic import FLOAT, Floats
 from rigidcli.core.nutation import effective_potential
 from rigidcli.document.load import loads

@@ -16,8 +16,8 @@ from typing import Any
 
 import numpy as np
 
+from rigidcli.bodies.robots import ENTRIES, NO_MASS, Body, Link, Robot, Weight, placed
 from rigidcli.bodies.robots.elements import Element
-from rigidcli.bodies.robots.links import ENTRIES, NO_MASS, Body, Link, Robot, Weight, placed
 from rigidcli.errors import shown
 
 INFERRED = "no `<inertial>`: MuJoCo infers mass and tensor from the geoms, if there are any"
@@ -39,7 +39,7 @@ WAYS = {"quat": 4, "axisangle": 4, "euler": 3, "xyaxes": 6, "zaxis": 3}
 """The attributes that turn a frame, at most one of which may stand, and how many numbers they have."""
 
 
-def read(root: Element, folder: Path) -> Robot:
+def read_mjcf(root: Element, folder: Path) -> Robot:
     """The bodies, without the world. Raises DocumentError where MuJoCo changes what is written."""
     compiler, notes = dict[str, str](), list[str]()
     for element in root.below():

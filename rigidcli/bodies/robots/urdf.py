@@ -1,33 +1,24 @@
-"""Robots in URDF, of ROS: an `<origin>` has a position, and roll, pitch and yaw about fixed axes.
+"""Robots in URDF, of ROS, and in SDF, of Gazebo.
 
-The tensor of an `<inertial>` is about its origin, which is the centre of mass, along the axes of that origin.
-Its products of inertia are entries of the tensor, -sum m x y.
+The tensor of an `<inertial>` is about its frame, whose origin is the centre of mass, along the axes of that
+frame; products of inertia are entries of the tensor, -sum m x y. A frame, `<origin>` in URDF and `<pose>` in SDF,
+has a position, and roll, pitch and yaw about fixed axes. In SDF values stand in elements.
 """
 
 from __future__ import annotations
 
 import re
+from collections.abc import Iterator
 from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, ClassVar
 
+from rigidcli.bodies.robots import ENTRIES, NO_MASS, Body, Link, LinkPart, Robot, Weight, placed, turned
 from rigidcli.bodies.robots.elements import TEMPLATE, Element
-from rigidcli.bodies.robots.links import (
-    ENTRIES,
-    NO_MASS,
-    Body,
-    Geometry,
-    Link,
-    Robot,
-    Weight,
-    placed,
-    turned,
-)
-from rigidcli.errors import DocumentError
+from rigidcli.errors import DocumentError, shown
 
 ROUND = {"radius": ("radius", 1), "height": ("length", 1)}
-
 SHAPES = {
     "box": {"size": ("size", 3)},
     "ellipsoid": {"semi_axes": ("radii", 3)},
@@ -40,17 +31,23 @@ SHAPES = {
 LARGEST_MESH = 20_000_000
 """The largest file (bytes) of a mesh that is compared with its link: one of 400,000 triangles."""
 
+NOT_GIVEN = dict(zip(ENTRIES, "100101", strict=True))
+"""The entries of a tensor (kg m^2) that SDF takes where they are not given."""
 
-def read(root: Element, folder: Path) -> Robot:
+INFERRED = "no mass that is written: its simulator infers it from the collisions"
+"""Why a link with `auto` has no mass properties here."""
+
+
+def read_urdf(root: Element, folder: Path) -> Robot:
     """The links of the robot. Macros are not filled in, which is noted."""
     macro = next((child for child in root.children if child.tag.startswith("xacro:")), None)
     notes = [] if macro is None else [f"`<{macro.tag[:40]}>` in line {macro.line}: {TEMPLATE}"]
-    urdf = Urdf(folder)
+    urdf = _Urdf(folder)
     return Robot([urdf.link(link, link.attributes.get("name", "")) for link in root.all("link")], notes)
 
 
 @dataclass(frozen=True)
-class Urdf:
+class _Urdf:
     """How the parts of a link are written; files of meshes are below a `folder`.
 
     `PLACE` is the tag of a frame, and `NOTHING` the reason why a link without `<inertial>` has no mass.
@@ -62,36 +59,28 @@ class Urdf:
     folder: Path
 
     def frame(self, part: Element, link: Element) -> Body:
-        """The frame of a part of a link, as seen from the link. Raises DocumentError."""
         origin = part.find("origin")
         if origin is None:
             return {}
         return placed(origin.numbers("xyz", 3, "0 0 0"), **turned(origin.numbers("rpy", 3, "0 0 0")))
 
     def mass(self, inertial: Element) -> Any:
-        """The mass (kg). Raises DocumentError."""
         mass = inertial.find("mass")
         return 0 if mass is None else mass.numbers("value", 1)[0]
 
     def moments(self, inertial: Element) -> list[Any]:
-        """The `ENTRIES` of the tensor (kg m^2). Raises DocumentError."""
         entries = inertial.find("inertia")
         if entries is None:
             raise inertial.refusal("there is a mass and no `<inertia>`, expected its tensor")
         moments = [entries.numbers(key.lower(), 1)[0] for key in ENTRIES]
         for key, number in zip(ENTRIES, moments, strict=True):
             other = f"i{key[2]}{key[1]}"
-            if (
-                key[1] != key[2]
-                and entries.value(other) is not None
-                and entries.numbers(other, 1)[0] != number
-            ):
+            if entries.numbers(other, 1, str(number))[0] != number:
                 read = f"`{key.lower()}` is {number} and `{other}` is {entries.value(other)}"
                 raise entries.refusal(f"{read}, expected one number, as a tensor is symmetric")
         return moments
 
     def weight(self, link: Element) -> Weight:
-        """The mass and the tensor of a link. Raises DocumentError."""
         inertial = link.find("inertial")
         if inertial is None:
             return self.NOTHING
@@ -111,9 +100,8 @@ class Urdf:
             body = None
             with suppress(DocumentError):
                 body = self._form(part, element)
-            parts.append(Geometry(part.tag, body))
-        bare = Link(name, element.source, element.line, geometry=parts)
-        return bare.weighed(lambda: self.weight(element))
+            parts.append(LinkPart(part.tag, body))
+        return Link(name, element.source, element.line, geometry=parts).weighed(lambda: self.weight(element))
 
     def _form(self, part: Element, link: Element) -> Body | None:
         """The geometry of a part: a shape or a mesh of density 1, or None. Raises DocumentError."""
@@ -147,3 +135,66 @@ class Urdf:
                 if inside and path.is_file() and path.stat().st_size <= LARGEST_MESH and len(set(scale)) == 1:
                     return {"mesh": str(path.resolve()), "density": 1, "scale": scale[0], **frame}
         return None
+
+
+def read_sdf(root: Element, folder: Path) -> Robot:
+    """The links of all models; where there are several models, with the names of these before them."""
+    elements = list(_in_models(root, (), "link"))
+    several, form = len({scope for scope, _ in elements}) > 1, _Sdf(folder)
+    links = [form.link(link, _full_name(link, scope if several else ())) for scope, link in elements]
+    notes = [f"`<include>` in line {one.line} is not followed" for _, one in _in_models(root, (), "include")]
+    notes += [
+        f"link {link.name} (line {link.line}) is without `<mass>` or `<inertia>`: 1 kg and 1 kg m^2 are taken"
+        for link in links
+        if link.body is not None and not {"mass", "inertia"} <= link.lines.keys()
+    ]
+    return Robot(links, notes)
+
+
+def _in_models(
+    parent: Element, scope: tuple[str, ...], tag: str
+) -> Iterator[tuple[tuple[str, ...], Element]]:
+    """The elements of this tag in all models, with the names of the models about them."""
+    for child in parent.children:
+        if child.tag == tag:
+            yield scope, child
+        elif child.tag == "world":
+            yield from _in_models(child, scope, tag)
+        elif child.tag == "model":
+            yield from _in_models(child, (*scope, child.attributes.get("name", "")), tag)
+
+
+def _full_name(link: Element, scope: tuple[str, ...]) -> str:
+    name = link.attributes.get("name", "")
+    return "::".join([*scope, name]) if name else ""
+
+
+class _Sdf(_Urdf):
+    """The parts of a link in SDF: the same, with the numbers of a frame in one line."""
+
+    PLACE = "pose"
+    NOTHING = "no `<inertial>`, for which simulators take 1 kg and 1 kg m^2"
+
+    def frame(self, part: Element, link: Element) -> Body:
+        pose = part.find("pose")
+        if pose is None:
+            return {}
+        seen_from = pose.attributes.get("relative_to", pose.attributes.get("frame", ""))  # in older files
+        if seen_from not in ("", link.attributes.get("name")):
+            raise pose.refusal(f"`relative_to` is {shown(seen_from)}, expected the frame of the link")
+        if pose.attributes.get("rotation_format", "euler_rpy") == "quat_xyzw":
+            *position, x, y, z, w = part.numbers("pose", 7, "0 0 0 0 0 0 1")
+            return placed(position, rotation={"quaternion": [w, x, y, z]})
+        values = part.numbers("pose", 6, "0 0 0 0 0 0")
+        return placed(values[:3], **turned(values[3:], " deg" if pose.is_true("degrees") else ""))
+
+    def mass(self, inertial: Element) -> Any:
+        return inertial.numbers("mass", 1, "1")[0]
+
+    def moments(self, inertial: Element) -> list[Any]:
+        entries = inertial.find("inertia") or inertial
+        return [entries.numbers(key.lower(), 1, default)[0] for key, default in NOT_GIVEN.items()]
+
+    def weight(self, link: Element) -> Weight:
+        inertial = link.find("inertial")
+        return INFERRED if inertial is not None and inertial.is_true("auto") else super().weight(link)

@@ -15,7 +15,7 @@ from rigidcli.bodies.form import Form
 from rigidcli.bodies.holes import Leaf
 from rigidcli.bodies.meshes import Mesh
 from rigidcli.bodies.points import PointMasses
-from rigidcli.bodies.shape import Shape, Wire
+from rigidcli.bodies.shapes import Shape, Wire
 from rigidcli.core.arithmetic import FLOAT, Floats
 from rigidcli.document.document import Document
 from rigidcli.errors import RigidError, UsageError

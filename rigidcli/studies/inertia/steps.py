@@ -10,7 +10,7 @@ from rigidcli.bodies.charts import Arc, Chart
 from rigidcli.bodies.composites import Composite
 from rigidcli.bodies.form import Form
 from rigidcli.bodies.points import PointMasses
-from rigidcli.bodies.shape import Shape
+from rigidcli.bodies.shapes import Shape
 from rigidcli.core import tensor
 from rigidcli.core.arithmetic import Arithmetic, Array, Scalar
 from rigidcli.core.mass_properties import MassProperties
