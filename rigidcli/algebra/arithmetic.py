@@ -38,12 +38,14 @@ _HALF = Fraction(1, 2)
 
 @lru_cache(maxsize=4096)
 def tidy(e: Expr) -> Expr:
-    """The shortest of the forms that cheap rearrangements find; 0 for a hidden zero.
+    """The shortest of the forms that cheap rearrangements find, over and over; 0 for a hidden zero.
 
     Raises:
         ComputationError: all forms are too long for anybody to read.
     """
-    short = simplification.tidy(e)
+    short = e
+    while (form := simplification.tidy(short)) != short:  # the parts of a new form may have shorter forms
+        short = form
     if simplification.is_product(short):
         return short
     shorter = simplification.shortest([short, *_fractions(short)])
@@ -51,7 +53,7 @@ def tidy(e: Expr) -> Expr:
         raise ComputationError("an exact result is too long to print")
     if values.is_zero(shorter):
         return ZERO
-    return shorter if shorter == short else simplification.tidy(shorter)
+    return short if shorter == short else tidy(shorter)
 
 
 def _fractions(e: Expr) -> Sequence[Expr]:

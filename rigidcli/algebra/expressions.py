@@ -24,7 +24,6 @@ import math
 from collections.abc import Callable, Iterable, Mapping
 from fractions import Fraction
 from functools import lru_cache
-from itertools import combinations_with_replacement
 from numbers import Integral
 from typing import Any, TypeAlias, cast
 
@@ -345,19 +344,20 @@ def with_squares(e: Expr) -> Expr:
         monomials.sort(key=lambda monomial: [(atom.key, n) for atom, n in monomial])
         while len(monomials) > 1:
             first, *monomials = monomials
-            c, chosen = left.get(first, 0), {first: Fraction(1)}
-            # c (r_1 + x_2 r_2 + ...)^2 has the terms c x_i^2 r_i^2 and 2 c x_i x_j r_i r_j.
+            c, chosen, used = left.get(first, 0), {first: Fraction(1)}, {first}
+            # c (r_1 + x_2 r_2 + ...)^2 has the terms c x_i^2 r_i^2 and 2 c x_i x_j r_i r_j, each once.
             for other in monomials if c else ():
                 x = Fraction(left.get(_mean(first, other), 0)) / (2 * c)
-                if x and left.get(other) == c * x**2:
-                    crossing = (left.get(_mean(other, m)) == 2 * c * x * y for m, y in chosen.items())
-                    if all(crossing):
-                        chosen[other] = x
+                terms = {_mean(other, m): 2 * c * x * y for m, y in chosen.items()} | {other: c * x**2}
+                is_new = len(terms) > len(chosen) and used.isdisjoint(terms)
+                if x and is_new and all(left.get(m) == size for m, size in terms.items()):
+                    chosen[other] = x
+                    used |= terms.keys()
             if len(chosen) > 1:
                 roots = [(x, {a: (n - n % 2) / Fraction(2) for a, n in m}) for m, x in chosen.items()]
                 squares.append(gathered(c, dict(odd)) * total(gathered(x, r) for x, r in roots) ** 2)
-                for a, b in combinations_with_replacement(chosen, 2):
-                    del left[a if a is b else _mean(a, b)]
+                for monomial in used:
+                    del left[monomial]
     return total([Expr(left), *squares]) if squares else e
 
 

@@ -97,7 +97,7 @@ def corners(path: Path) -> Floats:
 
 @contextmanager
 def _sized(path: Path, times: int) -> Iterator[BufferedReader]:
-    """A regular file that is not empty, and needs so many times its size of memory. Raises ValueProblem."""
+    """A regular file that is not empty; reading takes so many `times` its size of memory."""
     with opened(path) as file:
         size = os.fstat(file.fileno()).st_size
         if size == 0:
@@ -138,10 +138,7 @@ def _stl(path: Path) -> Floats:
 
 
 def _text(text: bytes, path: Path) -> Floats:
-    """The triangles of an STL file of text, in small letters: a normal and three vertices for each facet.
-
-    The normal may be anything: it follows from the vertices. Raises ValueProblem.
-    """
+    """The triangles of an STL file of text, in small letters. Normals are not used."""
     numbers = text = _NORMAL.sub(b"facet normal 0 0 0", _SOLID.sub(b"", text))
     for word in WORDS_OF_FACETS:
         numbers = numbers.replace(word, b" ")
@@ -162,20 +159,11 @@ def _wrong_word(word: bytes, line: int, expected: str, path: Path) -> ValueProbl
 # --- OBJ and OFF
 
 
-def _polygons(path: Path) -> Floats:
+def _of_text(path: Path) -> Floats:
     with _sized(path, WORDS) as file:
-        polygons = WHOLE[path.suffix.lower()](file.read(), path)
-    return _in_rows(polygons.vertices[_fans(polygons, path)])
-
-
-def _in_rows(triangles: Floats) -> Floats:
-    """The corners (3, 3, n) of triangles (n, 3, 3): triangle, vertex, coordinate."""
-    return np.ascontiguousarray(triangles.transpose(1, 2, 0))
-
-
-def _fans(polygons: Polygons, path: Path) -> Numbers:
-    """The faces cut into fans of triangles (m, 3), by the numbers of their vertices. Raises ValueProblem."""
-    vertices, counts, corners = polygons
+        text = file.read()
+    vertices, counts, corners = (_obj if path.suffix.lower() == ".obj" else _off)(text, path)
+    # Each face becomes a fan of triangles.
     if counts.size and counts.min() < 3:
         raise ValueProblem(
             f"{path}: face {int(np.argmin(counts)):,} (counted from 0) has {counts.min()} vertices"
@@ -184,7 +172,13 @@ def _fans(polygons: Polygons, path: Path) -> Numbers:
     cuts = counts - 2
     start = np.repeat(np.cumsum(counts) - counts, cuts)
     step = np.arange(cuts.sum()) - np.repeat(np.cumsum(cuts) - cuts, cuts)
-    return np.stack([corners[start], corners[start + step + 1], corners[start + step + 2]], axis=1)
+    fans = np.stack([corners[start], corners[start + step + 1], corners[start + step + 2]], axis=1)
+    return _in_rows(vertices[fans])
+
+
+def _in_rows(triangles: Floats) -> Floats:
+    """The corners (3, 3, n) of triangles (n, 3, 3): triangle, vertex, coordinate."""
+    return np.ascontiguousarray(triangles.transpose(1, 2, 0))
 
 
 def _obj(data: bytes, path: Path) -> Polygons:
@@ -234,7 +228,7 @@ def _off(data: bytes, path: Path) -> Polygons:
 
 
 def _numbers(lines: Sequence[Line], path: Path) -> tuple[Floats, Numbers]:
-    """All numbers of lines of text, and how many stand in a line. Raises ValueProblem."""
+    """All numbers of lines of text, and how many stand in each line."""
     counts = np.array([len(line.split()) for _, line in lines], dtype=np.intp)
     values = parsed(b" ".join(line for _, line in lines), int(counts.sum()))
     if values is None:
@@ -256,7 +250,7 @@ def parsed(text: bytes, count: int) -> Floats | None:
 
 
 def _points(lines: Sequence[Line], path: Path) -> Floats:
-    """The first three numbers of every line (n, 3), a vertex. Raises ValueProblem."""
+    """The first three numbers of each line (n, 3), a vertex."""
     values, counts = _numbers(lines, path)
     for short in np.flatnonzero(counts < 3)[:1]:
         raise ValueProblem(
@@ -267,7 +261,6 @@ def _points(lines: Sequence[Line], path: Path) -> Floats:
 
 
 def _indices(values: Floats, path: Path) -> Numbers:
-    """Numbers of vertices, which are whole and not beyond all bounds. Raises ValueProblem."""
     for wrong in values[(values != np.rint(values)) | (np.abs(values) >= 2**53)][:1]:
         raise ValueProblem(f"{path}: read {wrong:.17g}, expected the number of a vertex")
     return values.astype(np.intp)
@@ -280,10 +273,7 @@ def _by_trimesh(path: Path) -> Floats:
         return _in_rows(triangles(path))
 
 
-WHOLE = {".obj": _obj, ".off": _off}
-"""The readers of formats in which vertices and faces stand apart, by the ending of the file's name."""
-
-OWN: dict[str, Callable[[Path], Floats]] = {".stl": _stl, **dict.fromkeys(WHOLE, _polygons)}
+OWN: dict[str, Callable[[Path], Floats]] = {".stl": _stl, ".obj": _of_text, ".off": _of_text}
 """The readers that need no other library, by the ending of the file's name."""
 
 READERS = OWN | dict.fromkeys((".ply", ".glb"), _by_trimesh)
@@ -371,7 +361,6 @@ def _checked(path: Path, state: tuple[int, int, int]) -> Checked:
 
 
 def _summed(corners: Floats, path: Path) -> Surface:
-    """The surface with these corners. Raises ValueProblem where there are none that are finite."""
     surface = Surface(corners)
     if surface.triangles == 0:
         raise ValueProblem(f"{path}: no triangles")
@@ -390,10 +379,7 @@ def _summed(corners: Floats, path: Path) -> Surface:
 
 
 def _merged(surface: Surface, path: Path, notes: list[str]) -> Surface:
-    """An open surface with near vertices made one.
-
-    A closed surface needs none of this: its sums would change by no more than such distances.
-    """
+    """An open surface with near vertices made one, of which `notes` tell."""
     distance = SAME_VERTEX * surface.size
     corners, count = surfaces.merged(surface.corners, surface.box, distance)
     if count == 0:
@@ -415,22 +401,15 @@ def _gap(gap: surfaces.Unpaired | None, path: Path) -> ValueProblem:
     belong = "1 edge belongs" if gap.number == 1 else f"{gap.number:,} edges belong"
     start, end = map(_place_text, gap.edge)
     holes = "1 hole" if gap.holes == 1 else f"{gap.holes:,} holes"
-    what, hint = {
-        1: (
-            f"open: {belong} to one triangle only",
-            f"{holes}: close it in the program that made the file, or by Close Holes of MeshLab",
-        ),
-        2: (
-            f"wound inconsistently: {belong} to triangles that do not agree where outside is",
-            "let the program that made the file orient its faces (or recalculate its normals)",
-        ),
-    }.get(
-        gap.uses,
-        (
-            f"not the surface of a body: {gap.uses} triangles meet in an edge",
-            "inside and outside alternate round an edge, so that an even number of triangles meet there",
-        ),
-    )
+    if gap.uses == 1:
+        what = f"open: {belong} to one triangle only"
+        hint = f"{holes}: close it in the program that made the file, or by Close Holes of MeshLab"
+    elif gap.uses == 2:
+        what = f"wound inconsistently: {belong} to triangles that do not agree where outside is"
+        hint = "let the program that made the file orient its faces (or recalculate its normals)"
+    else:
+        what = f"not the surface of a body: {gap.uses} triangles meet in an edge"
+        hint = "inside and outside alternate round an edge, so that an even number of triangles meet there"
     return ValueProblem(f"{path}: {what}, such as that from {start} to {end}", hint=hint)
 
 
@@ -467,8 +446,7 @@ def _overlaps(path: Path, surface: Surface, probes: Numbers, labels: Numbers, or
         raise ValueProblem(f"{path}: overlaps itself: no body has the moments that come out")
     most = int(np.argmax(counts))
     if counts[most] > 1:
-        text = (
-            f"parts overlap: {_place_text(points[most])} is inside {counts[most]} times, and counts as often"
-        )
-        notes.append(f"{text}; to count it once, unite the parts in the program that made the file")
+        where = f"{_place_text(points[most])} is inside {counts[most]} times, and counts as often"
+        cure = "to count it once, unite the parts in the program that made the file"
+        notes.append(f"parts overlap: {where}; {cure}")
     return notes
