@@ -21,6 +21,7 @@ round has fewer groups, or smaller ones, so that the calls end.
 from __future__ import annotations
 
 import math
+import operator
 from collections.abc import Callable, Iterable, Mapping
 from fractions import Fraction
 from functools import lru_cache
@@ -35,6 +36,7 @@ from rigidcli.algebra.atoms import (
     Pi,
     Surd,
     Symbol,
+    Terms,
     interned,
     is_nonnegative,
     is_positive,
@@ -42,8 +44,11 @@ from rigidcli.algebra.atoms import (
 )
 from rigidcli.algebra.bounds import MOST_TERMS_OF_SUM, Rational, bounded
 from rigidcli.algebra.roots import content, magnitude, root, surd
-from rigidcli.algebra.trees import Exported
+from rigidcli.algebra.trees import Style, to_tree
 from rigidcli.errors import ExpressionError
+from rigidcli.language import tree
+from rigidcli.language.expression import SIGNS, Expression, numbers
+from rigidcli.language.text import latex, text
 
 ExactNumber: TypeAlias = "Expr | int | Fraction"
 
@@ -61,13 +66,78 @@ def _operator(combine: Callable[[Expr, Expr], Expr]) -> Callable[[Expr, ExactNum
     return method
 
 
-class Expr(Exported):
+class Expr(Terms):
     """An immutable exact expression, and the type in which results are exact.
 
     H = rigidcli.hamilton(document)["hamiltonian"]
     str(H)                          # 'p_x**2/(2*m) + k*x**2/2', in the expression language
     H.evaluate(m=1, k=4, p_x=0, x=[0.0, 0.5])
     """
+
+    style: Style = Style()
+    """How it is written. Equal expressions may have different styles."""
+
+    def __str__(self) -> str:
+        return _text(self, self.style)
+
+    __repr__ = __str__
+
+    def _repr_latex_(self) -> str:
+        return f"${latex(self.tree())}$"
+
+    def tree(self, digits: int | None = None) -> tree.Node:
+        """The tree in which it is written, exact for any number of digits."""
+        return self.style.of(to_tree(self))
+
+    def styled(self, style: Style) -> Expr:
+        """The same expression, written in a style."""
+        written = Expr(self.terms)
+        written.style = style
+        return written
+
+    def __float__(self) -> float:
+        """Raises ExpressionError where a symbol is in it, or the value is too large."""
+        known = self.as_number
+        try:
+            return float(self.evaluate() if known is None else known)
+        except OverflowError as error:
+            raise ExpressionError("the value is too large") from error
+
+    def evaluate(self, **values: Any) -> Any:
+        """The value where the symbols have these values: a float, or an array as soon as one of these is.
+
+        Raises:
+            ExpressionError: a symbol has no value, or numbers lead to no finite real value.
+        """
+        import numpy as np
+
+        arrays = {name: np.asarray(value) if np.ndim(value) else value for name, value in values.items()}
+        return Expression("", to_tree(self), self.names).evaluate(arrays)
+
+    def to_sympy(self) -> Any:
+        """The same as an expression of sympy, which must be installed. Its symbols are real or positive."""
+        import sympy
+
+        positive = {atom.name for atom in self.everywhere() if isinstance(atom, Symbol) and atom.positive}
+
+        def called(function: str, values: list[Any]) -> Any:
+            if not isinstance(function, tree.UnknownFunction):
+                return getattr(sympy, "Abs" if function == "abs" else function)(*values)
+            places = sympy.symbols(f"x:{len(values)}", cls=sympy.Dummy)
+            slope = sympy.Function(function.base)(*places).diff(*(places[k] for k in function.by))
+            return sympy.Subs(slope, places, values).doit()
+
+        kind = numbers(
+            number=lambda text, value: sympy.pi if text == "pi" else sympy.Rational(text),
+            power=operator.pow,
+            call=called,
+            joined=lambda left, sign, right: SIGNS[sign](int(left) if left in (0.0, 1.0) else left, right),
+        )
+        return tree.fold(
+            to_tree(self), lambda n: sympy.Symbol(n, real=True, positive=n in positive or None), kind
+        )
+
+    _sympy_ = to_sympy  # by this name sympy's own functions take it
 
     _factored: tuple[Rational, Monomial] | None = None
 
@@ -76,7 +146,7 @@ class Expr(Exported):
             return self.terms == other.terms
         return self.as_number == other if isinstance(other, Integral | Fraction) else NotImplemented
 
-    __hash__ = Exported.__hash__
+    __hash__ = Terms.__hash__
 
     def __bool__(self) -> bool:
         return bool(self.terms)
@@ -106,6 +176,15 @@ class Expr(Exported):
         if self == 1:
             return ONE
         return atomic(Applied("pow", (self, exponent)))
+
+
+@lru_cache
+def _text(e: Expr, style: Style) -> str:
+    """The text of an expression, kept: results of one system at many values of its parameters are alike.
+
+    The `style` tells apart equal ones that are written in two ways.
+    """
+    return text(e.tree())
 
 
 ZERO = Expr({})

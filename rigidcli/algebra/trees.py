@@ -1,68 +1,79 @@
 """Exact expressions as trees of the expression language, in the order in which people write them.
 
-Trees lead to all else that expressions become outside of the algebra: text, LaTeX, numbers, those of sympy.
+Trees lead to all else that expressions become outside of the algebra: text, LaTeX, numbers, those of sympy. A
+`Style` writes the order of terms, sums as they were typed, and decimals for fractions.
 """
 
 from __future__ import annotations
 
 import math
-import operator
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Callable, Collection, Iterator, Mapping
+from dataclasses import dataclass
+from decimal import Decimal
 from fractions import Fraction
 from functools import lru_cache
-from typing import Any, Self
+from typing import TypeAlias
 
 from rigidcli.algebra.atoms import Applied, Atom, Group, Monomial, Pi, Surd, Symbol, Terms, key_of_atom
 from rigidcli.algebra.bounds import Rational
 from rigidcli.algebra.roots import content, magnitude
-from rigidcli.algebra.style import Style
-from rigidcli.errors import ExpressionError
 from rigidcli.language import tree
-from rigidcli.language.expression import SIGNS, Expression, numbers
-from rigidcli.language.text import latex, text
-from rigidcli.language.tree import Node, fold
+from rigidcli.language.text import text
+from rigidcli.language.tree import (
+    Call,
+    Name,
+    Negative,
+    Node,
+    Number,
+    Power,
+    Product,
+    Reciprocal,
+    Sum,
+    operands,
+    rebuilt,
+)
 
 
-def to_tree(e: Terms) -> tree.Node:
+def to_tree(e: Terms) -> Node:
     """The tree of an expression: positive terms first, denominators gathered in one."""
     if not e.terms:
         return _number(0)
     terms = _in_one_sign([_term(monomial, coefficient) for monomial, coefficient in e.ordered], e)
     for place, term in enumerate(terms):
-        if not isinstance(term, tree.Negative):
+        if not isinstance(term, Negative):
             terms.insert(0, terms.pop(place))
             break
-    flat = [inner for term in terms for inner in (term.terms if isinstance(term, tree.Sum) else [term])]
-    return flat[0] if len(flat) == 1 else tree.Sum(tuple(flat))
+    flat = [inner for term in terms for inner in (term.terms if isinstance(term, Sum) else [term])]
+    return flat[0] if len(flat) == 1 else Sum(tuple(flat))
 
 
-def _in_one_sign(terms: list[tree.Node], e: Terms) -> list[tree.Node]:
+def _in_one_sign(terms: list[Node], e: Terms) -> list[Node]:
     """The terms of a sum, no sum beside its negative: a/(p - q) + b/(q - p) is a/(p - q) - b/(p - q)."""
-    turned = [k for k, (_, c) in enumerate(e.ordered) if c < 0 and not isinstance(terms[k], tree.Negative)]
+    turned = [k for k, (_, c) in enumerate(e.ordered) if c < 0 and not isinstance(terms[k], Negative)]
     if turned and any(c > 0 for _, c in e.ordered):
-        sums = [{part for part in tree.nodes([term]) if isinstance(part, tree.Sum)} for term in terms]
+        sums = [{part for part in tree.nodes([term]) if isinstance(part, Sum)} for term in terms]
         for k in turned:
             monomial, coefficient = e.ordered[k]
             opposite = _term(monomial, -coefficient)
-            beside = set[tree.Node]().union(*sums[:k], *sums[k + 1 :])
+            beside = set[Node]().union(*sums[:k], *sums[k + 1 :])
             if not beside.isdisjoint({*tree.nodes([opposite])} - sums[k]):
                 terms[k] = -opposite
     return terms
 
 
 @lru_cache(4096)
-def plain_tree(e: Terms) -> tree.Node:
+def plain_tree(e: Terms) -> Node:
     """The tree of an expression term by term, for values alone: it looks for no shorter way to write it."""
-    terms: list[tree.Node] = []
+    terms: list[Node] = []
     for monomial, coefficient in e.terms.items():
-        sides: tuple[list[tree.Node], list[tree.Node]] = ([], [])
+        sides: tuple[list[Node], list[Node]] = ([], [])
         for atom, exponent in monomial:
             sides[exponent < 0].append(_power(_atom(atom, plain_tree), magnitude(exponent)))
         terms.append(_fraction(coefficient, *sides))
-    return tree.Sum(tuple(terms)) if len(terms) > 1 else terms[0] if terms else _number(0)
+    return Sum(tuple(terms)) if len(terms) > 1 else terms[0] if terms else _number(0)
 
 
-def _fraction(coefficient: Rational, above: list[tree.Node], below: list[tree.Node]) -> tree.Node:
+def _fraction(coefficient: Rational, above: list[Node], below: list[Node]) -> Node:
     """A number times factors above and below the bar."""
     numerator, denominator = abs(coefficient.numerator), coefficient.denominator
     if numerator != 1 or not above:
@@ -70,21 +81,21 @@ def _fraction(coefficient: Rational, above: list[tree.Node], below: list[tree.No
     if denominator != 1:
         below.insert(0, _number(denominator))
     if below:
-        above.append(tree.Reciprocal(_product(below)))
+        above.append(Reciprocal(_product(below)))
     term = _product(above)
-    return tree.Negative(term) if coefficient < 0 else term
+    return Negative(term) if coefficient < 0 else term
 
 
-def _number(value: int) -> tree.Number:
+def _number(value: int) -> Number:
     try:
         near = float(value)
     except OverflowError:
         near = math.inf
-    return tree.Number(str(value), near)
+    return Number(str(value), near)
 
 
 @lru_cache(4096)
-def _term(monomial: Monomial, coefficient: Rational) -> tree.Node:
+def _term(monomial: Monomial, coefficient: Rational) -> Node:
     """A term; what divides a sum is written inside it where that is shorter."""
     best = _written(monomial, coefficient)
     for way in _moved_inside(monomial):
@@ -138,10 +149,10 @@ def _multiplied(monomial: Monomial, powers: Mapping[Atom, Rational]) -> Monomial
     return tuple(sorted(((atom, n) for atom, n in exponents.items() if n), key=key_of_atom))
 
 
-def _written(monomial: Monomial, coefficient: Rational) -> tree.Node:
+def _written(monomial: Monomial, coefficient: Rational) -> Node:
     monomial = _under_one_root(monomial)
-    above: list[tree.Node] = []
-    below: list[tree.Node] = []
+    above: list[Node] = []
+    below: list[Node] = []
     negative = coefficient < 0
     surds: dict[Rational, int] = {}
     turned = _turned(monomial) if negative else None
@@ -247,112 +258,255 @@ def _turned(monomial: Monomial) -> Atom | None:
     return next((atom for atom, n in mixed.items() if n > 0), next(iter(mixed), None))
 
 
-def _product(factors: Iterable[tree.Node]) -> tree.Node:
-    factors = tuple(factors)
-    return factors[0] if len(factors) == 1 else tree.Product(factors)
+def _product(factors: list[Node]) -> Node:
+    return factors[0] if len(factors) == 1 else Product(tuple(factors))
 
 
-def _atom(atom: Atom, written: Callable[[Terms], tree.Node] = to_tree) -> tree.Node:
+def _atom(atom: Atom, written: Callable[[Terms], Node] = to_tree) -> Node:
     match atom:
         case Symbol(name=name):
-            return tree.Name(name)
+            return Name(name)
         case Surd(value=value):
             return _number(value)
         case Group(inner=inner):
             return written(inner)
         case Applied(function="pow", arguments=(base, exponent)):
-            return tree.Power(written(base), written(exponent))
+            return Power(written(base), written(exponent))
         case Applied(function=function, arguments=arguments):
-            return tree.Call(function, tuple(map(written, arguments)))
+            return Call(function, tuple(map(written, arguments)))
         case Pi():
             return tree.Constant("pi")
         case _:
             raise AssertionError(atom)
 
 
-def _power(base: tree.Node, exponent: Rational) -> tree.Node:
+def _power(base: Node, exponent: Rational) -> Node:
     if exponent == 1:
         return base
     if exponent == Fraction(1, 2):
-        return tree.Call("sqrt", (base,))
-    return tree.Power(base, _term((), exponent))
+        return Call("sqrt", (base,))
+    return Power(base, _term((), exponent))
 
 
-PLAIN = Style()
-"""Expressions as the algebra orders them, with fractions."""
+# --- the style in which people have typed
 
 
-class Exported(Terms):
-    """A sum with its ways out. `expressions.Expr` adds the arithmetic."""
+@dataclass(frozen=True, slots=True)
+class Style:
+    """How trees of exact arithmetic are written.
 
-    style: Style = PLAIN
-    """How it is written. Equal expressions may have different styles."""
-
-    def __str__(self) -> str:
-        return _text(self, self.style)
-
-    __repr__ = __str__
-
-    def _repr_latex_(self) -> str:
-        return f"${latex(self.tree())}$"
-
-    def tree(self, digits: int | None = None) -> Node:
-        """The tree in which it is written, exact for any number of digits."""
-        return self.style.of(to_tree(self))
-
-    def styled(self, style: Style) -> Self:
-        """The same expression, written in a style."""
-        written = type(self)(self.terms)
-        written.style = style
-        return written
-
-    def __float__(self) -> float:
-        """Raises ExpressionError where a symbol is in it, or the value is too large."""
-        known = self.as_number
-        try:
-            return float(self.evaluate() if known is None else known)
-        except OverflowError as error:
-            raise ExpressionError("the value is too large") from error
-
-    def evaluate(self, **values: Any) -> Any:
-        """The value where the symbols have these values: a float, or an array as soon as one of these is.
-
-        Raises:
-            ExpressionError: a symbol has no value, or numbers lead to no finite real value.
-        """
-        import numpy as np
-
-        arrays = {name: np.asarray(value) if np.ndim(value) else value for name, value in values.items()}
-        return Expression("", to_tree(self), self.names).evaluate(arrays)
-
-    def to_sympy(self) -> Any:
-        """The same as an expression of sympy, which must be installed. Its symbols are real or positive."""
-        import sympy
-
-        positive = {atom.name for atom in self.everywhere() if isinstance(atom, Symbol) and atom.positive}
-
-        def called(function: str, values: list[Any]) -> Any:
-            if not isinstance(function, tree.UnknownFunction):
-                return getattr(sympy, "Abs" if function == "abs" else function)(*values)
-            places = sympy.symbols(f"x:{len(values)}", cls=sympy.Dummy)
-            slope = sympy.Function(function.base)(*places).diff(*(places[k] for k in function.by))
-            return sympy.Subs(slope, places, values).doit()
-
-        kind = numbers(
-            number=lambda text, value: sympy.pi if text == "pi" else sympy.Rational(text),
-            power=operator.pow,
-            call=called,
-            joined=lambda left, sign, right: SIGNS[sign](int(left) if left in (0.0, 1.0) else left, right),
-        )
-        return fold(to_tree(self), lambda n: sympy.Symbol(n, real=True, positive=n in positive or None), kind)
-
-    _sympy_ = to_sympy  # by this name sympy's own functions take it
-
-
-@lru_cache
-def _text(e: Exported, style: Style) -> str:
-    """The text of an expression; the style tells apart equal ones that are written in two ways.
-
-    Results of one system at many values of its parameters have the same texts.
+    With `decimal`, fractions that end are decimals. A sum that stands first in a pair of `sums` is written as
+    the second, R + r as r + R. Where this has the other sign, that is done under even powers only:
+    (R - r)**2 is written (r - R)**2. Other sums are written in the order of the `coordinates`.
     """
-    return text(e.tree())
+
+    decimal: bool = False
+    sums: tuple[tuple[Sum, Sum], ...] = ()
+    coordinates: tuple[str, ...] = ()
+
+    def of(self, node: Node) -> Node:
+        """The tree as it is to be written."""
+        if self.sums:
+            typed = {frozenset(sum_.terms): sum_ for _, sum_ in self.sums}
+            node = _ordered(node, dict(self.sums), typed)
+        if self.coordinates:
+            variables, kept = _variables(self.coordinates), {sum_ for _, sum_ in self.sums}
+            node = _by_coordinates(node, variables, kept)
+            node = _from_coordinates(node, variables, kept.union(_without_even_power(node)))
+        return _in_decimals(node) if self.decimal else node
+
+
+def _ordered(node: Node, squared: Mapping[Sum, Sum], typed: Mapping[frozenset[Node], Sum]) -> Node:
+    """A tree with the sums as they are `typed`, by their terms; under even powers by their squares, too."""
+    match node:
+        case Power(Sum() as base, exponent) if is_even(exponent):
+            node = Power(squared.get(base, base), exponent)
+        case Sum(terms):
+            node = typed.get(frozenset(terms), node)
+    return rebuilt(node, lambda operand: _ordered(operand, squared, typed))
+
+
+def is_even(exponent: Node) -> bool:
+    """Whether it is an even number."""
+    return isinstance(exponent, Number) and exponent.value % 2 == 0
+
+
+_Variables: TypeAlias = Mapping[str, tuple[int, float]]
+"""The place of the coordinate of each variable, and the degree of it."""
+
+OF_COORDINATE, OF_VELOCITY, OF_ACCELERATION = 0.001, 1, 100
+"""The degrees of variables: products of coordinates are below a velocity, and those of velocities below an
+acceleration."""
+
+
+@lru_cache(1)
+def _variables(coordinates: tuple[str, ...]) -> _Variables:
+    degrees = {"{}": OF_COORDINATE, "p_{}": OF_VELOCITY, "{}dot": OF_VELOCITY, "{}ddot": OF_ACCELERATION}
+    return {form.format(q): (k, n) for form, n in degrees.items() for k, q in enumerate(coordinates)}
+
+
+def _by_coordinates(node: Node, variables: _Variables, typed: Collection[Sum]) -> Node:
+    """A tree with the terms of its sums by falling degree in the variables; `typed` sums stay.
+
+    Of one degree, terms without functions come first, then those of earlier coordinates. A sum does not begin
+    with a minus sign if a term is positive, but for that of an acceleration. Velocities and momenta in a
+    product stand in the order of their coordinates.
+    """
+    node = rebuilt(node, lambda operand: _by_coordinates(operand, variables, typed))
+    match node:
+        case Sum(terms) if node not in typed:
+            ordered = sorted(terms, key=lambda term: _place(term, variables))
+            has_acceleration = _degree_in(ordered[0], variables)[0] >= OF_ACCELERATION
+            return Sum(tuple(ordered)) if has_acceleration else _from_positive(ordered)
+        case Product(factors):
+            places = [_rate(factor, variables) for factor in factors]
+            moving = [k for k, place in enumerate(places) if place is not None]
+            following = iter(sorted(moving, key=lambda k: places[k] or ()))
+            return Product(
+                tuple(factors[next(following)] if k in moving else f for k, f in enumerate(factors))
+            )
+    return node
+
+
+def _from_positive(terms: list[Node]) -> Sum:
+    """A sum whose first positive term is moved to its head."""
+    first = next((k for k, term in enumerate(terms) if not isinstance(term, Negative)), 0)
+    return Sum((terms.pop(first), *terms))
+
+
+def _from_coordinates(
+    node: Node, variables: _Variables, kept: Collection[Sum], around: Collection[Node] = ()
+) -> Node:
+    """A tree with (x - d)^2 for (d - x)^2, where x is a coordinate; sums that are `kept` stay.
+
+    A square whose negative terms stand in the sum around it takes their signs: a - b - sqrt((a - b)^2 - c).
+    """
+    match node:
+        case Power(Sum(terms) as base, exponent) if is_even(exponent) and base not in kept:
+            ordered = sorted(terms, key=lambda term: _place(term, variables))
+            is_turned = isinstance(ordered[0], Negative) and _degree_in(base, variables)[0] < OF_VELOCITY
+            if is_turned or all(-term in around for term in terms):
+                return Power(_from_positive([-term for term in ordered]), exponent)
+        case Sum(terms):
+            around = {*around, *terms}
+    return rebuilt(node, lambda operand: _from_coordinates(operand, variables, kept, around))
+
+
+def _without_even_power(node: Node) -> Iterator[Sum]:
+    """The sums in a tree that do not stand right under an even power."""
+    if isinstance(node, Power) and is_even(node.exponent):
+        node = node.base
+    elif isinstance(node, Sum):
+        yield node
+    for operand in operands(node):
+        yield from _without_even_power(operand)
+
+
+def _rate(factor: Node, variables: _Variables) -> tuple[float, int] | None:
+    """Where a factor stands that is a power of a velocity, momentum or acceleration; None of others."""
+    base = factor.base if isinstance(factor, Power) else factor
+    place, degree = variables.get(base.name, (0, 0)) if isinstance(base, Name) else (0, 0)
+    return (-degree, place) if degree >= OF_VELOCITY else None
+
+
+def _place(term: Node, variables: _Variables) -> tuple[float, bool, float, float]:
+    degree, first, last = _degree_in(term, variables)
+    return -degree, _has_function(term), first, last
+
+
+def _degree_in(node: Node, variables: _Variables) -> tuple[float, float, float]:
+    """The degree of a tree in velocities and momenta, and the first and last of their coordinates.
+
+    They are those of coordinates where there is no velocity or momentum. Divisors do not count, nor do
+    coordinates beside velocities.
+    """
+    match node:
+        case Name(name) if name in variables:
+            place, weight = variables[name]
+            return weight, place, place
+        case Negative(operand):
+            return _degree_in(operand, variables)
+        case Call("sqrt", (operand,)):
+            degree, first, last = _degree_in(operand, variables)
+            return degree / 2, first, last
+        case Power(base, Number(value=exponent)):
+            degree, first, last = _degree_in(base, variables)
+            return degree * exponent, first, last
+        case Sum(members) | Product(members):
+            parts = [_degree_in(member, variables) for member in members]
+            moving = [part for part in parts if part[0] >= OF_VELOCITY / 2] or parts
+            degrees, firsts, lasts = zip(*moving, strict=True)
+            return (max if isinstance(node, Sum) else sum)(degrees), min(firsts), max(lasts)
+    return 0, math.inf, -math.inf
+
+
+def _has_function(node: Node) -> bool:
+    """Whether a factor of a term is a function other than a root."""
+    match node:
+        case Negative(inner) | Reciprocal(inner) | Power(inner, _):
+            return _has_function(inner)
+        case Product(factors):
+            return any(map(_has_function, factors))
+        case Call(function, _):
+            return function != "sqrt"
+    return False
+
+
+MOST_DIGITS = 15
+"""The most digits of a coefficient: a float holds so many, and nobody types more."""
+
+
+def _in_decimals(node: Node) -> Node:
+    """A tree of exact arithmetic with decimals for its fractions, where these end: x/0.74 for 50 x/37.
+
+    Halves, quarters and the like with numerator one stay fractions, and so do 2/3, 4/3, and exponents.
+    """
+    match node:
+        case Power(base, exponent):
+            return Power(_in_decimals(base), exponent)
+        case Product(factors):
+            return _product_in_decimals([_in_decimals(factor) for factor in factors])
+        case _:
+            return rebuilt(node, _in_decimals)
+
+
+def _product_in_decimals(factors: list[Node]) -> Node:
+    """A product with its number, which stands first, and its denominator, which stands last, in decimals."""
+    above, below = list(factors), list[Node]()
+    if isinstance(last := above[-1], Reciprocal):
+        above.pop()
+        below = list(last.operand.factors if isinstance(last.operand, Product) else [last.operand])
+    ratio = _taken(above) / _taken(below)
+    if decimal := _digits(ratio):
+        over, under = decimal, "1"
+    elif ratio.numerator % 5 == 0 and (decimal := _digits(1 / ratio)):
+        over, under = "1", decimal
+    else:
+        over, under = str(ratio.numerator), str(ratio.denominator)
+    if over != "1" or not above:
+        above.insert(0, Number(over, float(over)))
+    if under != "1":
+        below.insert(0, Number(under, float(under)))
+    if below:
+        above.append(Reciprocal(_product(below)))
+    return _product(above)
+
+
+def _taken(factors: list[Node]) -> Fraction:
+    """The number at the head of the factors, which is taken off."""
+    if not factors or not isinstance(first := factors[0], Number):
+        return Fraction(1)
+    del factors[0]
+    return Fraction(first.text)
+
+
+def _digits(ratio: Fraction) -> str | None:
+    """The ratio as a decimal; None where it has no end, or is better read as a fraction."""
+    denominator = ratio.denominator
+    if ratio.numerator == 1 and denominator & (denominator - 1) == 0 and denominator > 1:
+        return None
+    value = Decimal(ratio.numerator) / Decimal(denominator)
+    if len(value.as_tuple().digits) > MOST_DIGITS:
+        value = value.normalize()  # without the zeros at the end
+    ends = Fraction(value) == ratio and len(value.as_tuple().digits) <= MOST_DIGITS
+    return str(value).lower().replace("e+", "e") if ends else None

@@ -38,8 +38,8 @@ from rigidcli.algebra.matrices import Matrix
 from rigidcli.algebra.roots import content
 from rigidcli.algebra.simplification import shortest
 from rigidcli.algebra.simplification import tidy as short_form
-from rigidcli.algebra.style import Style
 from rigidcli.algebra.substitution import mapped, rebuilt, substitute
+from rigidcli.algebra.trees import Style
 from rigidcli.algebra.values import enclosed, is_zero, sampled
 from rigidcli.core.arithmetic import Array
 from rigidcli.core.elimination import echelon

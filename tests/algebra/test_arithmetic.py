@@ -42,6 +42,7 @@ def to_sympy(text: str) -> Any:
 @pytest.mark.parametrize(("source", "expected"), FORMS["tidy"])
 def test_tidy_finds_the_form_a_person_would_write(source: str, expected: str) -> None:
     assert str(tidy(exact(source))) == expected
+    assert tidy(tidy(exact(source))) == tidy(exact(source))
 
 
 @pytest.mark.parametrize(

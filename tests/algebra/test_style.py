@@ -10,7 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from rigidcli.algebra.expressions import number, symbol
-from rigidcli.algebra.style import Style
+from rigidcli.algebra.trees import Style
 from rigidcli.language.expression import parse
 from tests.conftest import Program
 from tests.tables import pairs_of

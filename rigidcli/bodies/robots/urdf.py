@@ -1,7 +1,7 @@
 """Robots in URDF, of ROS, and in SDF, of Gazebo.
 
 The tensor of an `<inertial>` is about its frame, whose origin is the centre of mass, along the axes of that
-frame; products of inertia are entries of the tensor, -sum m x y. A frame (`<origin>` in URDF, `<pose>` in SDF)
+frame; products of inertia are entries of the tensor, -sum m x y. A frame, `<origin>` or `<pose>` (in SDF),
 has a position, and roll, pitch and yaw about fixed axes. In SDF values stand in elements.
 """
 

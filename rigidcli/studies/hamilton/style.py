@@ -11,8 +11,7 @@ import numpy as np
 
 from rigidcli.algebra.expressions import Expr, total
 from rigidcli.algebra.reading import from_tree
-from rigidcli.algebra.style import Style, is_even
-from rigidcli.algebra.trees import to_tree
+from rigidcli.algebra.trees import Style, is_even, to_tree
 from rigidcli.document.document import Document
 from rigidcli.language.tree import Formula, Negative, Power, Sum, nodes
 from rigidcli.report import Field
