@@ -57,7 +57,6 @@ def tidy(e: Expr) -> Expr:
 
 
 def _fractions(e: Expr) -> Sequence[Expr]:
-    """The fraction in lowest terms that it is, multiplied out and in factors; none if it is too large."""
     with suppress(ExpressionError):
         return lowest_terms(e)
     return ()

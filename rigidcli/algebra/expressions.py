@@ -306,7 +306,7 @@ def multiplied(left: Monomial, right: Iterable[tuple[Atom, Rational]], coefficie
 
 
 def _resolved(atom: Atom, exponent: Rational) -> Expr | None:
-    """A power of an atom where it is not canonical."""
+    """A power of an atom in a simpler form; None where it is canonical already."""
     if isinstance(atom, Surd) and not 0 < exponent < 1:
         return _root_of_number(atom.value, exponent)
     if isinstance(atom, Group) and not atom.plain and exponent.denominator == 1:
@@ -469,7 +469,6 @@ def _rooted(base: Expr, exponent: Fraction) -> Expr:
 
 
 def _root_of_number(value: Rational, exponent: Rational) -> Expr:
-    """A power of a positive number, in powers of integers."""
     coefficient, surds = root(Fraction(value), Fraction(exponent))
     return gathered(coefficient, {interned(Surd(base)): part for base, part in surds.items()})
 

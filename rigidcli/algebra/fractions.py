@@ -139,7 +139,7 @@ def _has_no_square(atom: Atom) -> bool:
 
 
 def _square(atom: Atom, step: Fraction, radicands: dict[Atom, Expr]) -> Expr | None:
-    """What the square of a variable is, in the variables after it."""
+    """The square of a variable, in terms of later variables; None where it has none."""
     if isinstance(atom, Applied) and atom.function in _SQUARED and step == 1:
         other, sign = _SQUARED[atom.function]
         return sign * Expr({((interned(Applied(other, atom.arguments)), 2),): 1}) - sign
@@ -190,7 +190,7 @@ def _quotient(e: Expr, allowance: Allowance | None) -> _Quotient:
 
 
 def _lowest(parts: Sequence[Expr]) -> dict[Atom, Rational]:
-    """The negative exponents, by which a fraction is to be expanded: the lowest of each atom."""
+    """The lowest negative exponent of each atom, by which both parts of a fraction are multiplied."""
     lowest: dict[Atom, Rational] = {}
     for part in parts:
         for monomial in part.terms:

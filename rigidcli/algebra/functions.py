@@ -127,7 +127,6 @@ def apply(function: str, *arguments: ExactNumber) -> Expr:
 
 
 def _applied(function: str, argument: Expr) -> Expr:
-    """A function of one argument, whose sign is canonical."""
     rational = argument.as_number
     if rational is not None:
         _require_value(function, rational)
@@ -185,7 +184,6 @@ def _of_angle(function: str, argument: Expr) -> Expr | None:
 
 
 def _only_atom(e: Expr) -> Atom | None:
-    """The atom, where an expression is one and nothing else."""
     if len(e.terms) == 1:
         ((monomial, coefficient),) = e.terms.items()
         if coefficient == 1 and len(monomial) == 1 and monomial[0][1] == 1:

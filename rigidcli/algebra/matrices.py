@@ -80,7 +80,6 @@ def inverse(matrix: Matrix, most_terms: int = MOST_TERMS) -> list[list[Expr]] | 
 
 
 def _terms(e: Expr) -> float:
-    """How many terms it has, multiplied out."""
     try:
         return len(expand(e).terms)
     except ExpressionError:

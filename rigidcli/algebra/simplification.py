@@ -257,7 +257,6 @@ def _roots_above(e: Expr) -> Expr:
 
 
 def _with_factors(e: Expr) -> Expr:
-    """One product: what all terms have in common, times a group of the rest."""
     coefficient, monomial = factored(e)
     return gathered(coefficient, dict(monomial))
 
@@ -318,7 +317,6 @@ _PAIR_OF = {function: pair for pair in _PAIRS for function in (pair.odd, pair.ev
 
 
 def _functions(e: Expr | Monomial) -> list[Applied[Expr]]:
-    """The sines and cosines in a sum or a monomial, each once."""
     atoms = e.atoms if isinstance(e, Expr) else [atom for atom, _ in e]
     return [atom for atom in atoms if isinstance(atom, Applied) and atom.function in _PAIR_OF]
 

@@ -48,7 +48,7 @@ def to_tree(e: Terms) -> Node:
 
 
 def _in_one_sign(terms: list[Node], e: Terms) -> list[Node]:
-    """The terms of a sum, no sum beside its negative: a/(p - q) + b/(q - p) is a/(p - q) - b/(p - q)."""
+    """The terms with p - q in place of q - p beside it: a/(p - q) + b/(q - p) is a/(p - q) - b/(p - q)."""
     turned = [k for k, (_, c) in enumerate(e.ordered) if c < 0 and not isinstance(terms[k], Negative)]
     if turned and any(c > 0 for _, c in e.ordered):
         sums = [{part for part in tree.nodes([term]) if isinstance(part, Sum)} for term in terms]
@@ -74,7 +74,6 @@ def plain_tree(e: Terms) -> Node:
 
 
 def _fraction(coefficient: Rational, above: list[Node], below: list[Node]) -> Node:
-    """A number times factors above and below the bar."""
     numerator, denominator = abs(coefficient.numerator), coefficient.denominator
     if numerator != 1 or not above:
         above.insert(0, _number(numerator))
@@ -137,7 +136,6 @@ def _power_inside(group: Group[Terms], n: Rational, divisor: Atom, k: Rational) 
 
 
 def _degree(term: Monomial) -> Rational:
-    """The degree of a term in momenta and velocities."""
     rates = (n for atom, n in term if isinstance(atom, Symbol) and atom.is_rate)
     return sum(rates) + sum(2 for atom, _ in term if isinstance(atom, Group) and atom.has_rates)
 
@@ -239,7 +237,7 @@ def _share(atom: Atom, is_alone: bool) -> Rational:
 
 
 def _as_written(monomial: Monomial, coefficient: Rational) -> Rational:
-    """The coefficient of a term as it is written, with what its sums leave to it."""
+    """The coefficient that a term shows after numbers have been taken out of its sums."""
     for atom, exponent in monomial:
         coefficient = _taken_out(atom, exponent, coefficient)[1]
     return coefficient
@@ -369,7 +367,6 @@ def _by_coordinates(node: Node, variables: _Variables, typed: Collection[Sum]) -
 
 
 def _from_positive(terms: list[Node]) -> Sum:
-    """A sum whose first positive term is moved to its head."""
     first = next((k for k, term in enumerate(terms) if not isinstance(term, Negative)), 0)
     return Sum((terms.pop(first), *terms))
 
@@ -493,7 +490,6 @@ def _product_in_decimals(factors: list[Node]) -> Node:
 
 
 def _taken(factors: list[Node]) -> Fraction:
-    """The number at the head of the factors, which is taken off."""
     if not factors or not isinstance(first := factors[0], Number):
         return Fraction(1)
     del factors[0]
@@ -501,7 +497,7 @@ def _taken(factors: list[Node]) -> Fraction:
 
 
 def _digits(ratio: Fraction) -> str | None:
-    """The ratio as a decimal; None where it has no end, or is better read as a fraction."""
+    """The ratio as a decimal; None where that has no end, and for 1/2, 1/4 and the like."""
     denominator = ratio.denominator
     if ratio.numerator == 1 and denominator & (denominator - 1) == 0 and denominator > 1:
         return None

@@ -192,7 +192,7 @@ class Composite(Form):
         }
         leaves = list(self.leaves(n)) if bare else []
         holes_of = [leaf for leaf in leaves if leaf.path in bare]
-        for hole, density in zip(holes_of, holes.densities_round(holes_of, leaves, n), strict=True):
+        for hole, density in zip(holes_of, holes.densities_around(holes_of, leaves, n), strict=True):
             parts[bare[hole.path]] = hole.form.model_copy(update={"density": density})
         filled = self.model_copy(update={"parts": tuple(parts)}) if bare else self
         environment(info).log.note(*filled._counted_twice(n))

@@ -65,7 +65,7 @@ class Density(Quantity):
 
 
 def _scale(formula: BoundExpression) -> set[str]:
-    """The symbol that is positive, as in all trials of a density: its one factor of either sign."""
+    """The symbol that must be positive for the density to be so: its only factor whose sign is open."""
     from rigidcli.algebra.bounds import Allowance
     from rigidcli.algebra.expressions import expr, symbol
     from rigidcli.algebra.fractions import factors

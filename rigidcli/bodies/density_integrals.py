@@ -344,7 +344,6 @@ class ChartPart:
         return True
 
     def _heights(self, function: tree.Node, points: Floats) -> Floats:
-        """The absolute values of a part of the formula; zero where it is infinite."""
         return np.nan_to_num(np.abs(self.value(function, points)), posinf=0.0)
 
     def _usual(self, function: tree.Node) -> Floats:

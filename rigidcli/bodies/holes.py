@@ -139,8 +139,8 @@ def counted_twice(leaves: Sequence[Leaf], n: Arithmetic) -> Iterator[str]:
                 break
 
 
-def densities_round(bare: Sequence[Leaf], leaves: Sequence[Leaf], n: Arithmetic) -> list[Scalar]:
-    """For each of the `bare` holes the density that all parts have, or else the part in which it lies wholly.
+def densities_around(bare: Sequence[Leaf], leaves: Sequence[Leaf], n: Arithmetic) -> list[Scalar]:
+    """The density of each `bare` hole: that of all parts if they agree, else of the part in which it lies.
 
     Raises ValueProblem where there is no such part, or its density varies.
     """
@@ -195,7 +195,7 @@ def require_material(leaves: Sequence[Leaf], n: Arithmetic) -> None:
 def _require_material_in(hole: Leaf, others: Sequence[Leaf]) -> None:
     points = hole.points()
     if not points.size:
-        raise ValueProblem("the hole is too thin for its place to be seen", path=hole.path)
+        raise ValueProblem(f"the hole is thinner than {Mesh.MARGIN:g} of its size", path=hole.path)
     own = hole.density_at(points, np.ones(points.shape[1], dtype=bool))
     there, taken = np.zeros_like(own), own
     for other in others:

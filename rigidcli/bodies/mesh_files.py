@@ -18,7 +18,7 @@ from dataclasses import dataclass
 from functools import lru_cache
 from io import BufferedReader
 from pathlib import Path
-from typing import NamedTuple, TypeAlias
+from typing import TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
@@ -72,12 +72,8 @@ Line: TypeAlias = tuple[int, bytes]
 """A line of a text with its number."""
 
 
-class Polygons(NamedTuple):
-    """Vertices (n, 3), and faces: how many vertices they have (k), and the numbers of these, from 0."""
-
-    vertices: Floats
-    counts: Numbers
-    corners: Numbers
+Polygons: TypeAlias = tuple[Floats, Numbers, Numbers]
+"""Vertices (n, 3), and faces: how many vertices they have (k), and the numbers of these, from 0."""
 
 
 def corners(path: Path) -> Floats:
@@ -89,9 +85,8 @@ def corners(path: Path) -> Floats:
     made = READERS.get(path.suffix.lower())
     if made is None:
         endings = ", ".join(f"`{ending}`" for ending in READERS)
-        raise ValueProblem(
-            f"{path}: expected the name of a mesh, which ends in one of {endings}", hint="save it as STL"
-        )
+        message = f"{path}: expected the name of a mesh, which ends in one of {endings}"
+        raise ValueProblem(message, hint="save it as STL")
     return made(path)
 
 
@@ -165,9 +160,8 @@ def _of_text(path: Path) -> Floats:
     vertices, counts, corners = (_obj if path.suffix.lower() == ".obj" else _off)(text, path)
     # Each face becomes a fan of triangles.
     if counts.size and counts.min() < 3:
-        raise ValueProblem(
-            f"{path}: face {int(np.argmin(counts)):,} (counted from 0) has {counts.min()} vertices"
-        )
+        face = f"face {np.argmin(counts):,} (counted from 0)"
+        raise ValueProblem(f"{path}: {face} has {counts.min()} vertices")
     require_indices(corners, len(vertices), path)
     cuts = counts - 2
     start = np.repeat(np.cumsum(counts) - counts, cuts)
@@ -196,7 +190,7 @@ def _obj(data: bytes, path: Path) -> Polygons:
     corners = _indices(values, path)
     so_far = np.repeat(np.array(before, dtype=np.intp), counts)
     corners = np.where(corners < 0, corners + so_far, corners - 1)
-    return Polygons(_points(vertices, path), counts, corners)
+    return _points(vertices, path), counts, corners
 
 
 def _off(data: bytes, path: Path) -> Polygons:
@@ -224,7 +218,7 @@ def _off(data: bytes, path: Path) -> Polygons:
         read = f"read {lengths[wrong] - 1} vertices of a face"
         raise ValueProblem(f"{path}:{rows[wrong][0]}: {read}, expected {counts[wrong]}")
     places = np.repeat(starts + 1 - np.cumsum(counts) + counts, counts) + np.arange(counts.sum())
-    return Polygons(_points(lines[1 : 1 + vertices], path), counts, _indices(values[places], path))
+    return _points(lines[1 : 1 + vertices], path), counts, _indices(values[places], path)
 
 
 def _numbers(lines: Sequence[Line], path: Path) -> tuple[Floats, Numbers]:
@@ -250,12 +244,10 @@ def parsed(text: bytes, count: int) -> Floats | None:
 
 
 def _points(lines: Sequence[Line], path: Path) -> Floats:
-    """The first three numbers of each line (n, 3), a vertex."""
     values, counts = _numbers(lines, path)
     for short in np.flatnonzero(counts < 3)[:1]:
-        raise ValueProblem(
-            f"{path}:{lines[short][0]}: read {counts[short]} numbers, expected the 3 of a vertex"
-        )
+        read = f"read {counts[short]} numbers, expected the 3 of a vertex"
+        raise ValueProblem(f"{path}:{lines[short][0]}: {read}")
     points: Floats = values[(np.cumsum(counts) - counts)[:, None] + np.arange(3)]
     return points
 
@@ -343,10 +335,8 @@ def _checked(path: Path, state: tuple[int, int, int]) -> Checked:
                 "so that one is inside out",
                 hint="let the program that made the file orient its faces",
             )
-        raise ValueProblem(
-            f"{path}: flat: it encloses {abs(surface.volume):.3g} cubic units, and has an area of "
-            f"{surface.area:.6g} square units"
-        )
+        encloses = f"flat: it encloses {abs(surface.volume):.3g} cubic units"
+        raise ValueProblem(f"{path}: {encloses}, and has an area of {surface.area:.6g} square units")
     is_inward = surface.volume < 0
     probes, count = np.arange(0, surface.triangles, max(1, surface.triangles // PROBES)), None
     labels = np.zeros(surface.triangles, dtype=np.intp)
@@ -365,14 +355,10 @@ def _summed(corners: Floats, path: Path) -> Surface:
     if surface.triangles == 0:
         raise ValueProblem(f"{path}: no triangles")
     if not np.isfinite(surface.box).all():
-        wrong = int(np.argmin(np.isfinite(corners).all(axis=(0, 1))))
-        raise ValueProblem(
-            f"{path}: triangle {wrong:,} (counted from 0) has a coordinate that is no finite number"
-        )
-    if np.abs(surface.box).max() > FARTHEST:
-        raise ValueProblem(
-            f"{path}: a coordinate of {np.abs(surface.box).max():.3g}, expected at most {FARTHEST:g}"
-        )
+        wrong = f"triangle {np.argmin(np.isfinite(corners).all(axis=(0, 1))):,} (counted from 0)"
+        raise ValueProblem(f"{path}: {wrong} has a coordinate that is no finite number")
+    if (farthest := np.abs(surface.box).max()) > FARTHEST:
+        raise ValueProblem(f"{path}: a coordinate of {farthest:.3g}, expected at most {FARTHEST:g}")
     if not np.isfinite(surface.area) or surface.area <= 0:
         raise ValueProblem(f"{path}: the triangles have no area")
     return surface
@@ -385,9 +371,8 @@ def _merged(surface: Surface, path: Path, notes: list[str]) -> Surface:
     if count == 0:
         return surface
     were = "1 vertex was" if count == 1 else f"{count:,} vertices were"
-    notes.append(
-        f"{were} nearer than {distance:.3g} units, {SAME_VERTEX:g} of its size, to others, and merged"
-    )
+    limit = f"{distance:.3g} units, {SAME_VERTEX:g} of its size"
+    notes.append(f"{were} nearer than {limit}, to others, and merged")
     return _summed(corners, path)
 
 

@@ -107,7 +107,6 @@ def _passed_over(data: bytes) -> Iterator[str]:
 
 
 def _entries(value: Any) -> Iterator[tuple[str, Any]]:
-    """The keys of mappings at any depth, with their values."""
     for entry in value if isinstance(value, list) else ():
         yield from _entries(entry)
     for key, entry in value.items() if isinstance(value, dict) else ():

@@ -130,13 +130,10 @@ class Mesh(Form):
 
     def mean_density(self, n: Arithmetic) -> Scalar:
         """The density as given, or as it follows from the mass."""
-        if self.density is None:
-            return (self.mass or 0) / self.volume
-        return (
-            (self.local(n).mass or 0) / self.volume
-            if isinstance(self.density, BoundExpression)
-            else self.density
-        )
+        if self.density is not None and not isinstance(self.density, BoundExpression):
+            return self.density
+        mass = self.mass if self.density is None else self.local(n).mass
+        return (mass or 0) / self.volume
 
     def pivot(self, arithmetic: Arithmetic) -> Array:
         """The point that is put at `position`: the origin of the file, or the centre of mass."""
@@ -180,14 +177,12 @@ class Mesh(Form):
         }
 
     def _unit_guess(self) -> str:
-        """The unit of the file's coordinates, as given, or as the size of the mesh lets one guess."""
         if self.scale is not None:
             return f"{self.unit:g} m"
         return f"{'m' if self._largest <= LARGEST_IN_METRES else 'mm'}, a guess by the size"
 
     @property
     def _largest(self) -> float:
-        """The longest side of the bounding box, in the unit of the file."""
         return float(np.ptp(self.checked.surface.box, axis=0).max())
 
     def _doubts(self) -> Iterator[str]:

@@ -205,7 +205,6 @@ def _text(line: bytes) -> str:
 
 
 def _count(text: str) -> int:
-    """The number of atoms, in the first line. Raises ValueProblem."""
     if not _COUNT.fullmatch(text):
         hint = "an .xyz file has the number of atoms, a line of comment, and then a line for each atom"
         raise ValueProblem(f"read {shown(text)}, expected the number of atoms", hint=hint)

@@ -134,21 +134,7 @@ _NUMBER = re.compile(NUMERAL.encode())
 _HEAD = re.compile(r'(")?(m|mass|x|y|z)\s*(?:[(\[]\s*(.+?)\s*[)\]])?(?(1)")', re.IGNORECASE)
 """The head of a column: its name, and perhaps its unit, as in `x (cm)`, also in quotes as R writes them."""
 
-LABELS = {
-    "",
-    "#",
-    "body",
-    "comment",
-    "description",
-    "id",
-    "index",
-    "item",
-    "label",
-    "material",
-    "name",
-    "no",
-    "part",
-}
+_LABEL = re.compile(r"|#|body|comment|description|id|index|item|label|material|name|no|part")
 """The heads of columns that say which point it is, and are not read."""
 
 _PLAIN = {b",": None, b"\t": bytes.maketrans(b"\t", b","), b";": bytes.maketrans(b";,", b",.")}
@@ -176,13 +162,9 @@ def _csv_blocks(file: BufferedReader, name: str) -> Iterator[Block]:
         rest = file.readline(LINE_BYTES)  # of the last line
         if len(rest) == LINE_BYTES:
             raise ValueProblem(f"{name}:{last_line}: a line of more than {LINE_BYTES} bytes")
-        text = chunk + rest
-        is_quick = layout.columns == len(COLUMNS)
-        block = (
-            _quick_block(text if plain is None else text.translate(plain), layout.places)
-            if is_quick
-            else None
-        )
+        text, block = chunk + rest, None
+        if layout.columns == len(COLUMNS):
+            block = _quick_block(text if plain is None else text.translate(plain), layout.places)
         if block is None:
             block = _careful_block(text, layout, line, name)
         if len(block):
@@ -191,19 +173,16 @@ def _csv_blocks(file: BufferedReader, name: str) -> Iterator[Block]:
 
 
 def _layout(header: bytes, name: str) -> _Layout:
-    """What a header such as `m,x,y,z` or `x (cm); y (cm); z (cm); m (g)` says."""
     text = header.decode("utf-8-sig", "replace").strip()
     separator = next((sign for sign in ";,\t" if sign in text), ",")
     heads = [_HEAD.fullmatch(head.strip()) for head in text.split(separator)]
     found = {k: head for k, head in enumerate(heads) if head is not None}
     names = [head[2].lower()[0] for head in found.values()]
     others = {head.strip('" ').lower() for k, head in enumerate(text.split(separator)) if k not in found}
-    if sorted(names) != sorted(COLUMNS) or not others <= LABELS:
-        hint = (
-            "columns are separated by `,`, `;` or tabs, and may have units: `m (g), x (cm), y (cm), z (cm)`"
-        )
+    if sorted(names) != sorted(COLUMNS) or not all(map(_LABEL.fullmatch, others)):
         message = f"{name}:1: header {shown(text)}, expected `m,x,y,z` in any order"
-        raise ValueProblem(message, hint=hint)
+        cure = "columns are separated by `,`, `;` or tabs, and may have units"
+        raise ValueProblem(message, hint=f"{cure}: `m (g), x (cm), y (cm), z (cm)`")
     units = np.ones(len(COLUMNS))
     for column, head in zip(map(COLUMNS.index, names), found.values(), strict=True):
         if head[3]:
@@ -211,9 +190,8 @@ def _layout(header: bytes, name: str) -> _Layout:
                 unit = parse_unit(head[3])
                 check_dimension(unit.text, unit.dimension, LENGTH if column else MASS)
             except ValueProblem as problem:
-                raise ValueProblem(
-                    f"{name}:1: column {head[2]}: {problem.message}", hint=problem.hint
-                ) from None
+                message = f"{name}:1: column {head[2]}: {problem.message}"
+                raise ValueProblem(message, hint=problem.hint) from None
             units[column] = unit.si(Fraction(1))
     places = dict(zip(names, found, strict=True))
     return _Layout(separator.encode(), [places[column] for column in COLUMNS], units, len(heads))
@@ -251,9 +229,8 @@ def _careful_block(text: bytes, layout: _Layout, first_line: int, name: str) -> 
             number = typed.replace(b",", b".") if layout.separator == b";" else typed
             value = float(number) if _NUMBER.fullmatch(number) else None
             if value is None or not math.isfinite(value) or (column == 0 and value <= 0):
-                raise ValueProblem(
-                    f"{name}:{line}: {_fault(column, typed.decode('utf-8', 'replace'), value)}"
-                )
+                fault = _fault(column, typed.decode("utf-8", "replace"), value)
+                raise ValueProblem(f"{name}:{line}: {fault}")
             rows.append(value)
     return np.array(rows, dtype=np.float64).reshape(-1, len(COLUMNS))
 

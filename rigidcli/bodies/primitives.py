@@ -58,7 +58,6 @@ def _powers(a: Scalar, b: Scalar, degree: int) -> Scalar:
 
 
 def _require_material(n: Arithmetic, outer: Scalar, inner: Scalar) -> None:
-    """Raise ValueProblem unless a round hole leaves something."""
     if n.sign(outer - inner) in (0, -1):
         message = f"read {n.size(inner):.6g} m, expected less than outer_radius"
         raise ValueProblem(message, path=("inner_radius",))
@@ -146,8 +145,6 @@ def polygon(n: Arithmetic, vertices: solids.Outline) -> Figure:
 
 
 def _simplex(n: Arithmetic, vertices: Any) -> dict[str, Any]:
-    """The geometry and the chart of a triangle or tetrahedron."""
-
     def geometry() -> Geometry:
         corners = n.array(vertices)
         return Geometry(solids.simplex_measure(corners, n), *solids.simplex_moments(corners))

@@ -86,12 +86,10 @@ def _is_list(field: FieldInfo) -> bool:
 def _sketch(annotation: object) -> str:
     """How a list of dimensions is written: `[x, y]`, or `[[x, y, z], ...]` for vertices."""
     entries = get_args(annotation)
-    corner = get_args(entries[0])[0]
-    if get_origin(corner) is tuple:
-        return (
-            f"[[x, y{'' if len(get_args(corner)) == 2 and Ellipsis not in get_args(corner) else ', z'}], ...]"
-        )
-    return f"[{', '.join('xyz'[: len(entries)])}]"
+    corner = get_args(get_args(entries[0])[0])
+    if not corner:
+        return f"[{', '.join('xyz'[: len(entries)])}]"
+    return "[[x, y], ...]" if len(corner) == 2 and Ellipsis not in corner else "[[x, y, z], ...]"
 
 
 def _half(value: object) -> str:
@@ -211,12 +209,11 @@ class Shape(Form):
         """The point that `anchor` names; without one, the natural origin."""
         if self.anchor is None:
             return arithmetic.array([0, 0, 0])
-        if self.anchor == "com":
-            varies = isinstance(self.density, BoundExpression)
-            return arithmetic.array(
-                self.local(arithmetic).com if varies else self.geometry(arithmetic).centre
-            )
-        return arithmetic.array(self.ANCHORS[self.anchor](self))
+        if self.anchor != "com":
+            return arithmetic.array(self.ANCHORS[self.anchor](self))
+        if isinstance(self.density, BoundExpression):
+            return self.local(arithmetic).com
+        return arithmetic.array(self.geometry(arithmetic).centre)
 
     def point_named(self, anchor: str, arithmetic: Arithmetic) -> Array:
         """An anchor (3, m) where the shape is placed."""
@@ -243,7 +240,6 @@ class Shape(Form):
         return mass_properties.MassProperties(mass, centre, tensor.from_second_moments(mass, second))
 
     def _of_field(self, density: BoundExpression, n: Arithmetic) -> mass_properties.MassProperties:
-        """The same for a density that varies; the integrals are taken once."""
         if self._integrated is None:
             from rigidcli.bodies.density_integrals import integrated, looked_at
 

@@ -87,12 +87,11 @@ def triangles(vertices: Array, n: Arithmetic) -> tuple[Array, Array]:
 
 
 def _fan(vertices: Array) -> list[tuple[int, int, int]]:
-    """Triangles, by their vertices, that have the first vertex of a polygon in common."""
     return [(0, k, k + 1) for k in range(1, len(vertices) - 1)]
 
 
 def _shares(vertices: Array, corners: Sequence[Sequence[int]], n: Arithmetic) -> tuple[Scalar, Array]:
-    """The area of a plane polygon (m^2) and the shares of triangles in it, negative of those turned over."""
+    """The area of a plane polygon (m^2), and each triangle's share of it, negative if wound the other way."""
     a, b, c = vertices[np.array(corners).T]
     areas = np.cross(b - a, c - a)
     normal = areas.sum(axis=0)
@@ -100,7 +99,7 @@ def _shares(vertices: Array, corners: Sequence[Sequence[int]], n: Arithmetic) ->
 
 
 def _ears(outline: Floats) -> list[tuple[int, int, int]]:
-    """The triangles, by their vertices, into which cutting ears takes a simple polygon (k by 2)."""
+    """The triangles, by their vertices, that are cut off a simple polygon (k by 2) one after another."""
     left, ears = list(range(len(outline))), []
     turning = np.sign(_sides(outline[:-1], outline[1:], outline[0]).sum())
     small = DEGENERATE * np.ptp(outline, axis=0).max() ** 2
@@ -115,14 +114,14 @@ def _ears(outline: Floats) -> list[tuple[int, int, int]]:
     while len(left) > 3:
         place = next((k for k in range(len(left)) if is_ear(k)), None)
         if place is None:
-            raise ComputationError("rounding hides how the polygon can be cut into triangles")
+            raise ComputationError("the polygon has nearly coincident edges")
         ears.append((left[place - 1], left[place], left[(place + 1) % len(left)]))
         del left[place]
     return [*ears, (left[0], left[1], left[2])]
 
 
 def _sides(a: Floats, b: Floats, points: Floats) -> Floats:
-    """Twice the areas of the triangles that the way from a to b makes with points, positive to its left."""
+    """Twice the signed areas of the triangles (a, b, point), positive for points to the left of a to b."""
     along, away = b - a, points - a
     across: Floats = along[..., 0] * away[..., 1] - along[..., 1] * away[..., 0]
     return across
@@ -219,7 +218,6 @@ def _opened(vertices: tuple[Any, ...]) -> tuple[Any, ...]:
 
 
 def _not_flat(vertices: tuple[Any, ...], info: ValidationInfo) -> tuple[Any, ...]:
-    """The vertices of a simplex. Raises ValueProblem where it has no measure."""
     n = environment(info).arithmetic
     if n.sign(simplex_measure(n.array(vertices), n)) == 0:
         raise ValueProblem(f"the vertices lie {'on a line' if len(vertices) == 3 else 'in a plane'}")
@@ -227,7 +225,6 @@ def _not_flat(vertices: tuple[Any, ...], info: ValidationInfo) -> tuple[Any, ...
 
 
 def _simple(vertices: tuple[Any, ...], info: ValidationInfo) -> tuple[Any, ...]:
-    """The vertices of a polygon. Raises ValueProblem unless it is plane and without crossings."""
     n = environment(info).arithmetic
     require_simple_polygon(n.array(vertices), n)
     return vertices

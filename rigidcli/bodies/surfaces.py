@@ -31,15 +31,9 @@ BLOCK_TRIANGLES = 4_000
 SIDES = ((0, 1), (1, 2), (2, 0))
 """The edges of a triangle, by its vertices, in the sense in which it is wound."""
 
-_MIX = tuple(
-    np.uint64(odd)
-    for odd in (
-        0x9E3779B97F4A7C15,
-        0xC2B2AE3D27D4EB4F,
-        0x165667B19E3779F9,
-        0xD6E8FEB86659FD93,
-        0xA0761D6478BD642F,
-    )
+_MIX = np.array(
+    [0x9E3779B97F4A7C15, 0xC2B2AE3D27D4EB4F, 0x165667B19E3779F9, 0xD6E8FEB86659FD93, 0xA0761D6478BD642F],
+    dtype=np.uint64,
 )
 """Odd numbers whose bits look random: multiplication by them modulo 2^64 spreads every bit upwards."""
 
@@ -72,11 +66,9 @@ SQUARES_OF_SIDE = 500
 
 def require_indices(corners: NDArray[np.intp], count: int, path: Path) -> None:
     """Raise ValueProblem where a face has a vertex that is none of so many."""
-    wrong = corners[(corners < 0) | (corners >= count)]
-    if wrong.size:
-        raise ValueProblem(
-            f"{path}: a face has the vertex {wrong[0]:,} (counted from 0), and there are {count:,}"
-        )
+    for wrong in corners[(corners < 0) | (corners >= count)][:1]:
+        read = f"a face has the vertex {wrong:,} (counted from 0)"
+        raise ValueProblem(f"{path}: {read}, and there are {count:,}")
 
 
 def blocks(corners: Floats) -> Iterator[Floats]:
@@ -281,7 +273,7 @@ class Surface:
 
     @property
     def is_closed(self) -> bool:
-        """Whether each edge has triangles on both sides that agree about inside and outside."""
+        """Whether each edge has a partner."""
         return self.residue == 0
 
     @property
@@ -391,7 +383,6 @@ class _Squares:
         self.below = table.cumsum(axis=0).cumsum(axis=1)
 
     def _places(self, points: Floats) -> NDArray[np.int32]:
-        """The squares (2, n) of points; for points outside the net, the nearest ones at its border."""
         places: Floats = (points - self.low) * self.per_length
         return np.clip(places, 0, SQUARES_OF_SIDE - 1, out=places).astype(np.int32)
 

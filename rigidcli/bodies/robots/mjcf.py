@@ -116,7 +116,6 @@ def _weight(body: Element, compiler: Mapping[str, str]) -> Weight:
 
 
 def _turn(element: Element, compiler: Mapping[str, str]) -> Body:
-    """The orientation of an element, as a `rotation` or an `axis` of a document. Raises DocumentError."""
     ways = [way for way in WAYS if way in element.attributes]
     if len(ways) > 1:
         message = f"`{ways[0]}` and `{ways[1]}` both turn `<{element.tag}>`, expected one of them"

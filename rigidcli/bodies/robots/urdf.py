@@ -104,7 +104,6 @@ class _Urdf:
         return Link(name, element.source, element.line, geometry=parts).weighed(lambda: self.weight(element))
 
     def _form(self, part: Element, link: Element) -> Body | None:
-        """The geometry of a part: a shape or a mesh of density 1, or None. Raises DocumentError."""
         frame, geometry = self.frame(part, link), part.find("geometry")
         if geometry is None or not geometry.children:
             return None
