@@ -19,82 +19,69 @@ from rigidcli.algebra.bounds import Rational
 from rigidcli.algebra.roots import content, magnitude
 from rigidcli.language import tree
 from rigidcli.language.text import text
-from rigidcli.language.tree import (
-    Call,
-    Name,
-    Negative,
-    Node,
-    Number,
-    Power,
-    Product,
-    Reciprocal,
-    Sum,
-    operands,
-    rebuilt,
-)
 
 
-def to_tree(e: Terms) -> Node:
+def to_tree(e: Terms) -> tree.Node:
     """The tree of an expression: positive terms first, denominators gathered in one."""
     if not e.terms:
         return _number(0)
     terms = _in_one_sign([_term(monomial, coefficient) for monomial, coefficient in e.ordered], e)
     for place, term in enumerate(terms):
-        if not isinstance(term, Negative):
+        if not isinstance(term, tree.Negative):
             terms.insert(0, terms.pop(place))
             break
-    flat = [inner for term in terms for inner in (term.terms if isinstance(term, Sum) else [term])]
-    return flat[0] if len(flat) == 1 else Sum(tuple(flat))
+    flat = [inner for term in terms for inner in (term.terms if isinstance(term, tree.Sum) else [term])]
+    return flat[0] if len(flat) == 1 else tree.Sum(tuple(flat))
 
 
-def _in_one_sign(terms: list[Node], e: Terms) -> list[Node]:
+def _in_one_sign(terms: list[tree.Node], e: Terms) -> list[tree.Node]:
     """The terms with p - q in place of q - p beside it: a/(p - q) + b/(q - p) is a/(p - q) - b/(p - q)."""
-    turned = [k for k, (_, c) in enumerate(e.ordered) if c < 0 and not isinstance(terms[k], Negative)]
+    turned = [k for k, (_, c) in enumerate(e.ordered) if c < 0 and not isinstance(terms[k], tree.Negative)]
     if turned and any(c > 0 for _, c in e.ordered):
-        sums = [{part for part in tree.nodes([term]) if isinstance(part, Sum)} for term in terms]
+        sums = [{part for part in tree.nodes([term]) if isinstance(part, tree.Sum)} for term in terms]
         for k in turned:
             monomial, coefficient = e.ordered[k]
             opposite = _term(monomial, -coefficient)
-            beside = set[Node]().union(*sums[:k], *sums[k + 1 :])
+            beside = set[tree.Node]().union(*sums[:k], *sums[k + 1 :])
             if not beside.isdisjoint({*tree.nodes([opposite])} - sums[k]):
                 terms[k] = -opposite
     return terms
 
 
 @lru_cache(4096)
-def plain_tree(e: Terms) -> Node:
+def plain_tree(e: Terms) -> tree.Node:
     """The tree of an expression term by term, for values alone: it looks for no shorter way to write it."""
-    terms: list[Node] = []
+    terms: list[tree.Node] = []
     for monomial, coefficient in e.terms.items():
-        sides: tuple[list[Node], list[Node]] = ([], [])
+        sides: tuple[list[tree.Node], list[tree.Node]] = ([], [])
         for atom, exponent in monomial:
             sides[exponent < 0].append(_power(_atom(atom, plain_tree), magnitude(exponent)))
         terms.append(_fraction(coefficient, *sides))
-    return Sum(tuple(terms)) if len(terms) > 1 else terms[0] if terms else _number(0)
+    return tree.Sum(tuple(terms)) if len(terms) > 1 else terms[0] if terms else _number(0)
 
 
-def _fraction(coefficient: Rational, above: list[Node], below: list[Node]) -> Node:
+def _fraction(coefficient: Rational, above: list[tree.Node], below: list[tree.Node]) -> tree.Node:
     numerator, denominator = abs(coefficient.numerator), coefficient.denominator
     if numerator != 1 or not above:
         above.insert(0, _number(numerator))
     if denominator != 1:
         below.insert(0, _number(denominator))
     if below:
-        above.append(Reciprocal(_product(below)))
+        above.append(tree.Reciprocal(_product(below)))
     term = _product(above)
-    return Negative(term) if coefficient < 0 else term
+    return tree.Negative(term) if coefficient < 0 else term
 
 
-def _number(value: int) -> Number:
+def _number(value: int) -> tree.Number:
     try:
         near = float(value)
     except OverflowError:
         near = math.inf
-    return Number(str(value), near)
+    return tree.Number(str(value), near)
 
 
 @lru_cache(4096)
-def _term(monomial: Monomial, coefficient: Rational) -> Node:
+def _term(monomial: Monomial, coefficient: Rational) -> tree.Node:
     """A term; what divides a sum is written inside it where that is shorter."""
     best = _written(monomial, coefficient)
     for way in _moved_inside(monomial):
@@ -147,10 +134,10 @@ def _multiplied(monomial: Monomial, powers: Mapping[Atom, Rational]) -> Monomial
     return tuple(sorted(((atom, n) for atom, n in exponents.items() if n), key=key_of_atom))
 
 
-def _written(monomial: Monomial, coefficient: Rational) -> Node:
+def _written(monomial: Monomial, coefficient: Rational) -> tree.Node:
     monomial = _under_one_root(monomial)
-    above: list[Node] = []
-    below: list[Node] = []
+    above: list[tree.Node] = []
+    below: list[tree.Node] = []
     negative = coefficient < 0
     surds: dict[Rational, int] = {}
     turned = _turned(monomial) if negative else None
@@ -256,34 +243,34 @@ def _turned(monomial: Monomial) -> Atom | None:
     return next((atom for atom, n in mixed.items() if n > 0), next(iter(mixed), None))
 
 
-def _product(factors: list[Node]) -> Node:
-    return factors[0] if len(factors) == 1 else Product(tuple(factors))
+def _product(factors: list[tree.Node]) -> tree.Node:
+    return factors[0] if len(factors) == 1 else tree.Product(tuple(factors))
 
 
-def _atom(atom: Atom, written: Callable[[Terms], Node] = to_tree) -> Node:
+def _atom(atom: Atom, written: Callable[[Terms], tree.Node] = to_tree) -> tree.Node:
     match atom:
         case Symbol(name=name):
-            return Name(name)
+            return tree.Name(name)
         case Surd(value=value):
             return _number(value)
         case Group(inner=inner):
             return written(inner)
         case Applied(function="pow", arguments=(base, exponent)):
-            return Power(written(base), written(exponent))
+            return tree.Power(written(base), written(exponent))
         case Applied(function=function, arguments=arguments):
-            return Call(function, tuple(map(written, arguments)))
+            return tree.Call(function, tuple(map(written, arguments)))
         case Pi():
             return tree.Constant("pi")
         case _:
             raise AssertionError(atom)
 
 
-def _power(base: Node, exponent: Rational) -> Node:
+def _power(base: tree.Node, exponent: Rational) -> tree.Node:
     if exponent == 1:
         return base
     if exponent == Fraction(1, 2):
-        return Call("sqrt", (base,))
-    return Power(base, _term((), exponent))
+        return tree.Call("sqrt", (base,))
+    return tree.Power(base, _term((), exponent))
 
 
 # --- the style in which people have typed
@@ -299,10 +286,10 @@ class Style:
     """
 
     decimal: bool = False
-    sums: tuple[tuple[Sum, Sum], ...] = ()
+    sums: tuple[tuple[tree.Sum, tree.Sum], ...] = ()
     coordinates: tuple[str, ...] = ()
 
-    def of(self, node: Node) -> Node:
+    def of(self, node: tree.Node) -> tree.Node:
         """The tree as it is to be written."""
         if self.sums:
             typed = {frozenset(sum_.terms): sum_ for _, sum_ in self.sums}
@@ -314,19 +301,21 @@ class Style:
         return _in_decimals(node) if self.decimal else node
 
 
-def _ordered(node: Node, squared: Mapping[Sum, Sum], typed: Mapping[frozenset[Node], Sum]) -> Node:
+def _ordered(
+    node: tree.Node, squared: Mapping[tree.Sum, tree.Sum], typed: Mapping[frozenset[tree.Node], tree.Sum]
+) -> tree.Node:
     """A tree with the sums as they are `typed`, by their terms; under even powers by their squares, too."""
     match node:
-        case Power(Sum() as base, exponent) if is_even(exponent):
-            node = Power(squared.get(base, base), exponent)
-        case Sum(terms):
+        case tree.Power(tree.Sum() as base, exponent) if is_even(exponent):
+            node = tree.Power(squared.get(base, base), exponent)
+        case tree.Sum(terms):
             node = typed.get(frozenset(terms), node)
-    return rebuilt(node, lambda operand: _ordered(operand, squared, typed))
+    return tree.rebuilt(node, lambda operand: _ordered(operand, squared, typed))
 
 
-def is_even(exponent: Node) -> bool:
+def is_even(exponent: tree.Node) -> bool:
     """Whether it is an even number."""
-    return isinstance(exponent, Number) and exponent.value % 2 == 0
+    return isinstance(exponent, tree.Number) and exponent.value % 2 == 0
 
 
 _Variables: TypeAlias = Mapping[str, tuple[int, float]]
@@ -343,108 +332,108 @@ def _variables(coordinates: tuple[str, ...]) -> _Variables:
     return {form.format(q): (k, n) for form, n in degrees.items() for k, q in enumerate(coordinates)}
 
 
-def _by_coordinates(node: Node, variables: _Variables, typed: Collection[Sum]) -> Node:
+def _by_coordinates(node: tree.Node, variables: _Variables, typed: Collection[tree.Sum]) -> tree.Node:
     """A tree with the terms of its sums by falling degree in the variables; `typed` sums stay.
 
     Of one degree, terms without functions come first, then those of earlier coordinates. A sum does not begin
     with a minus sign if a term is positive, but for that of an acceleration. Velocities and momenta in a
     product stand in the order of their coordinates.
     """
-    node = rebuilt(node, lambda operand: _by_coordinates(operand, variables, typed))
+    node = tree.rebuilt(node, lambda operand: _by_coordinates(operand, variables, typed))
     match node:
-        case Sum(terms) if node not in typed:
+        case tree.Sum(terms) if node not in typed:
             ordered = sorted(terms, key=lambda term: _place(term, variables))
             has_acceleration = _degree_in(ordered[0], variables)[0] >= OF_ACCELERATION
-            return Sum(tuple(ordered)) if has_acceleration else _from_positive(ordered)
-        case Product(factors):
+            return tree.Sum(tuple(ordered)) if has_acceleration else _from_positive(ordered)
+        case tree.Product(factors):
             places = [_rate(factor, variables) for factor in factors]
             moving = [k for k, place in enumerate(places) if place is not None]
             following = iter(sorted(moving, key=lambda k: places[k] or ()))
-            return Product(
+            return tree.Product(
                 tuple(factors[next(following)] if k in moving else f for k, f in enumerate(factors))
             )
     return node
 
 
-def _from_positive(terms: list[Node]) -> Sum:
-    first = next((k for k, term in enumerate(terms) if not isinstance(term, Negative)), 0)
-    return Sum((terms.pop(first), *terms))
+def _from_positive(terms: list[tree.Node]) -> tree.Sum:
+    first = next((k for k, term in enumerate(terms) if not isinstance(term, tree.Negative)), 0)
+    return tree.Sum((terms.pop(first), *terms))
 
 
 def _from_coordinates(
-    node: Node, variables: _Variables, kept: Collection[Sum], around: Collection[Node] = ()
-) -> Node:
+    node: tree.Node, variables: _Variables, kept: Collection[tree.Sum], around: Collection[tree.Node] = ()
+) -> tree.Node:
     """A tree with (x - d)^2 for (d - x)^2, where x is a coordinate; sums that are `kept` stay.
 
     A square whose negative terms stand in the sum around it takes their signs: a - b - sqrt((a - b)^2 - c).
     """
     match node:
-        case Power(Sum(terms) as base, exponent) if is_even(exponent) and base not in kept:
+        case tree.Power(tree.Sum(terms) as base, exponent) if is_even(exponent) and base not in kept:
             ordered = sorted(terms, key=lambda term: _place(term, variables))
-            is_turned = isinstance(ordered[0], Negative) and _degree_in(base, variables)[0] < OF_VELOCITY
+            is_turned = isinstance(ordered[0], tree.Negative) and _degree_in(base, variables)[0] < OF_VELOCITY
             if is_turned or all(-term in around for term in terms):
-                return Power(_from_positive([-term for term in ordered]), exponent)
-        case Sum(terms):
+                return tree.Power(_from_positive([-term for term in ordered]), exponent)
+        case tree.Sum(terms):
             around = {*around, *terms}
-    return rebuilt(node, lambda operand: _from_coordinates(operand, variables, kept, around))
+    return tree.rebuilt(node, lambda operand: _from_coordinates(operand, variables, kept, around))
 
 
-def _without_even_power(node: Node) -> Iterator[Sum]:
+def _without_even_power(node: tree.Node) -> Iterator[tree.Sum]:
     """The sums in a tree that do not stand right under an even power."""
-    if isinstance(node, Power) and is_even(node.exponent):
+    if isinstance(node, tree.Power) and is_even(node.exponent):
         node = node.base
-    elif isinstance(node, Sum):
+    elif isinstance(node, tree.Sum):
         yield node
-    for operand in operands(node):
+    for operand in tree.operands(node):
         yield from _without_even_power(operand)
 
 
-def _rate(factor: Node, variables: _Variables) -> tuple[float, int] | None:
+def _rate(factor: tree.Node, variables: _Variables) -> tuple[float, int] | None:
     """Where a factor stands that is a power of a velocity, momentum or acceleration; None of others."""
-    base = factor.base if isinstance(factor, Power) else factor
-    place, degree = variables.get(base.name, (0, 0)) if isinstance(base, Name) else (0, 0)
+    base = factor.base if isinstance(factor, tree.Power) else factor
+    place, degree = variables.get(base.name, (0, 0)) if isinstance(base, tree.Name) else (0, 0)
     return (-degree, place) if degree >= OF_VELOCITY else None
 
 
-def _place(term: Node, variables: _Variables) -> tuple[float, bool, float, float]:
+def _place(term: tree.Node, variables: _Variables) -> tuple[float, bool, float, float]:
     degree, first, last = _degree_in(term, variables)
     return -degree, _has_function(term), first, last
 
 
-def _degree_in(node: Node, variables: _Variables) -> tuple[float, float, float]:
+def _degree_in(node: tree.Node, variables: _Variables) -> tuple[float, float, float]:
     """The degree of a tree in velocities and momenta, and the first and last of their coordinates.
 
     They are those of coordinates where there is no velocity or momentum. Divisors do not count, nor do
     coordinates beside velocities.
     """
     match node:
-        case Name(name) if name in variables:
+        case tree.Name(name) if name in variables:
             place, weight = variables[name]
             return weight, place, place
-        case Negative(operand):
+        case tree.Negative(operand):
             return _degree_in(operand, variables)
-        case Call("sqrt", (operand,)):
+        case tree.Call("sqrt", (operand,)):
             degree, first, last = _degree_in(operand, variables)
             return degree / 2, first, last
-        case Power(base, Number(value=exponent)):
+        case tree.Power(base, tree.Number(value=exponent)):
             degree, first, last = _degree_in(base, variables)
             return degree * exponent, first, last
-        case Sum(members) | Product(members):
+        case tree.Sum(members) | tree.Product(members):
             parts = [_degree_in(member, variables) for member in members]
             moving = [part for part in parts if part[0] >= OF_VELOCITY / 2] or parts
             degrees, firsts, lasts = zip(*moving, strict=True)
-            return (max if isinstance(node, Sum) else sum)(degrees), min(firsts), max(lasts)
+            return (max if isinstance(node, tree.Sum) else sum)(degrees), min(firsts), max(lasts)
     return 0, math.inf, -math.inf
 
 
-def _has_function(node: Node) -> bool:
+def _has_function(node: tree.Node) -> bool:
     """Whether a factor of a term is a function other than a root."""
     match node:
-        case Negative(inner) | Reciprocal(inner) | Power(inner, _):
+        case tree.Negative(inner) | tree.Reciprocal(inner) | tree.Power(inner, _):
             return _has_function(inner)
-        case Product(factors):
+        case tree.Product(factors):
             return any(map(_has_function, factors))
-        case Call(function, _):
+        case tree.Call(function, _):
             return function != "sqrt"
     return False
 
@@ -453,26 +442,26 @@ MOST_DIGITS = 15
 """The most digits of a coefficient: a float holds so many, and nobody types more."""
 
 
-def _in_decimals(node: Node) -> Node:
+def _in_decimals(node: tree.Node) -> tree.Node:
     """A tree of exact arithmetic with decimals for its fractions, where these end: x/0.74 for 50 x/37.
 
     Halves, quarters and the like with numerator one stay fractions, and so do 2/3, 4/3, and exponents.
     """
     match node:
-        case Power(base, exponent):
-            return Power(_in_decimals(base), exponent)
-        case Product(factors):
+        case tree.Power(base, exponent):
+            return tree.Power(_in_decimals(base), exponent)
+        case tree.Product(factors):
             return _product_in_decimals([_in_decimals(factor) for factor in factors])
         case _:
-            return rebuilt(node, _in_decimals)
+            return tree.rebuilt(node, _in_decimals)
 
 
-def _product_in_decimals(factors: list[Node]) -> Node:
+def _product_in_decimals(factors: list[tree.Node]) -> tree.Node:
     """A product with its number, which stands first, and its denominator, which stands last, in decimals."""
-    above, below = list(factors), list[Node]()
-    if isinstance(last := above[-1], Reciprocal):
+    above, below = list(factors), list[tree.Node]()
+    if isinstance(last := above[-1], tree.Reciprocal):
         above.pop()
-        below = list(last.operand.factors if isinstance(last.operand, Product) else [last.operand])
+        below = list(last.operand.factors if isinstance(last.operand, tree.Product) else [last.operand])
     ratio = _taken(above) / _taken(below)
     if decimal := _digits(ratio):
         over, under = decimal, "1"
@@ -481,16 +470,16 @@ def _product_in_decimals(factors: list[Node]) -> Node:
     else:
         over, under = str(ratio.numerator), str(ratio.denominator)
     if over != "1" or not above:
-        above.insert(0, Number(over, float(over)))
+        above.insert(0, tree.Number(over, float(over)))
     if under != "1":
-        below.insert(0, Number(under, float(under)))
+        below.insert(0, tree.Number(under, float(under)))
     if below:
-        above.append(Reciprocal(_product(below)))
+        above.append(tree.Reciprocal(_product(below)))
     return _product(above)
 
 
-def _taken(factors: list[Node]) -> Fraction:
-    if not factors or not isinstance(first := factors[0], Number):
+def _taken(factors: list[tree.Node]) -> Fraction:
+    if not factors or not isinstance(first := factors[0], tree.Number):
         return Fraction(1)
     del factors[0]
     return Fraction(first.text)

@@ -96,13 +96,9 @@ def annulus(n: Arithmetic, outer_radius: Length, inner_radius: OptionalLength) -
 def half_disk(n: Arithmetic, radius: Length) -> Figure:
     """The half y >= 0 of a thin disk, normal along z; origin at the centre of the straight edge."""
     R = radius
-
-    def geometry() -> Geometry:
-        along = R**2 * (9 * n.pi**2 - 64) / (36 * n.pi**2)
-        return Geometry(n.pi * R**2 / 2, (0, 4 * R / (3 * n.pi), 0), [R**2 / 4, along, 0])
-
+    along = R**2 * (9 * n.pi**2 - 64) / (36 * n.pi**2)
     return Figure(
-        geometry,
+        lambda: Geometry(n.pi * R**2 / 2, (0, 4 * R / (3 * n.pi), 0), [R**2 / 4, along, 0]),
         lambda: [charts.sector(R, n, quarters=2)],
         lambda x, y, z: (x**2 + y**2 <= R**2) & (y >= 0),
     )
@@ -217,13 +213,9 @@ def hollow_sphere(n: Arithmetic, outer_radius: Length, inner_radius: OptionalLen
     """A ball with a concentric spherical hole; origin at its centre."""
     R, r = outer_radius, inner_radius
     _require_material(n, R, r)
-
-    def geometry() -> Geometry:
-        volume = 4 * n.pi * (R - r) * _powers(R, r, 2) / 3
-        return Geometry(volume, ORIGIN, 3 * [_powers(R, r, 4) / (5 * _powers(R, r, 2))])
-
+    s = _powers(R, r, 2)
     return Figure(
-        geometry,
+        lambda: Geometry(4 * n.pi * (R - r) * s / 3, ORIGIN, 3 * [_powers(R, r, 4) / (5 * s)]),
         lambda: [charts.ball(R, n, r)],
         lambda x, y, z: (x**2 + y**2 + z**2 <= R**2) & (x**2 + y**2 + z**2 >= r**2),
     )
@@ -246,16 +238,12 @@ def frustum(
     a, b, h = bottom_radius, top_radius, height
     if n.sign(a + b) == 0:
         raise ValueProblem("`bottom_radius` and `top_radius` are both zero")
-
-    def geometry() -> Geometry:
-        s = _powers(a, b, 2)
-        centre = h * (a**2 + 2 * a * b + 3 * b**2) / (4 * s)
-        across = 3 * _powers(a, b, 4) / (20 * s)
-        along = 3 * h**2 * (a**4 + 4 * a**3 * b + 10 * a**2 * b**2 + 4 * a * b**3 + b**4) / (80 * s**2)
-        return Geometry(n.pi * h * s / 3, (0, 0, centre), [across, across, along])
-
+    s = _powers(a, b, 2)
+    centre = h * (a**2 + 2 * a * b + 3 * b**2) / (4 * s)
+    across = 3 * _powers(a, b, 4) / (20 * s)
+    along = 3 * h**2 * (a**4 + 4 * a**3 * b + 10 * a**2 * b**2 + 4 * a * b**3 + b**4) / (80 * s**2)
     return Figure(
-        geometry,
+        lambda: Geometry(n.pi * h * s / 3, (0, 0, centre), [across, across, along]),
         lambda: [charts.tapered(charts.sector(1, n), h, a, b)],
         lambda x, y, z: (x**2 + y**2 <= (a + (b - a) * z / h) ** 2) & (z >= 0) & (z <= h),
     )
@@ -297,16 +285,12 @@ def spherical_cap(n: Arithmetic, radius: Length, cap_height: Length) -> Figure:
     if n.sign(2 * R - h) == -1:
         message = f"read {n.size(h):.6g} m, expected at most twice the radius"
         raise ValueProblem(message, path=("cap_height",))
-
-    def geometry() -> Geometry:
-        rest = 3 * R - h
-        across = h * (20 * R**2 - 15 * R * h + 3 * h**2) / (20 * rest)
-        along = h**2 * (40 * R**2 - 24 * R * h + 3 * h**2) / (80 * rest**2)
-        centre = 3 * (2 * R - h) ** 2 / (4 * rest)
-        return Geometry(n.pi * h**2 * rest / 3, (0, 0, centre), [across, across, along])
-
+    rest = 3 * R - h
+    centre = 3 * (2 * R - h) ** 2 / (4 * rest)
+    across = h * (20 * R**2 - 15 * R * h + 3 * h**2) / (20 * rest)
+    along = h**2 * (40 * R**2 - 24 * R * h + 3 * h**2) / (80 * rest**2)
     return Figure(
-        geometry,
+        lambda: Geometry(n.pi * h**2 * rest / 3, (0, 0, centre), [across, across, along]),
         lambda: [charts.cap(R, h, n)],
         lambda x, y, z: (x**2 + y**2 + z**2 <= R**2) & (z >= R - h),
     )
@@ -315,12 +299,9 @@ def spherical_cap(n: Arithmetic, radius: Length, cap_height: Length) -> Figure:
 def capsule(n: Arithmetic, radius: Length, height: OptionalLength) -> Figure:
     """A cylinder along z of the given height with half balls on both ends; origin at its centre."""
     R, h = radius, height
-
-    def geometry() -> Geometry:
-        cylinder, balls = 3 * h / (3 * h + 4 * R), 4 * R / (3 * h + 4 * R)
-        across = cylinder * R**2 / 4 + balls * R**2 / 5
-        along = cylinder * h**2 / 12 + balls * (R**2 / 5 + 3 * R * h / 8 + h**2 / 4)
-        return Geometry(n.pi * R**2 * (3 * h + 4 * R) / 3, ORIGIN, [across, across, along])
+    cylinder, balls = 3 * h / (3 * h + 4 * R), 4 * R / (3 * h + 4 * R)  # shares of the volume
+    across = cylinder * R**2 / 4 + balls * R**2 / 5
+    along = cylinder * h**2 / 12 + balls * (R**2 / 5 + 3 * R * h / 8 + h**2 / 4)
 
     def parts() -> list[charts.Chart]:
         half = charts.ball(R, n, quarters=1)
@@ -328,7 +309,7 @@ def capsule(n: Arithmetic, radius: Length, height: OptionalLength) -> Figure:
         return [charts.prism(charts.sector(R, n), h), *ends]
 
     return Figure(
-        geometry,
+        lambda: Geometry(n.pi * R**2 * (3 * h + 4 * R) / 3, ORIGIN, [across, across, along]),
         parts,
         lambda x, y, z: x**2 + y**2 + np.maximum(abs(z) - h / 2, 0) ** 2 <= R**2,
     )
