@@ -18,13 +18,12 @@ import numpy as np
 
 from rigidcli.algebra import simplification, values
 from rigidcli.algebra.atoms import Applied, Atom, Group
-from rigidcli.algebra.bounds import Rational
+from rigidcli.algebra.bounds import Rational, content, magnitude
 from rigidcli.algebra.expansion import coefficients
 from rigidcli.algebra.expressions import ONE, PI, ZERO, Expr, expr, factored, gathered, power, symbol
 from rigidcli.algebra.fractions import factors, lowest_terms
 from rigidcli.algebra.functions import apply
 from rigidcli.algebra.reading import from_tree
-from rigidcli.algebra.roots import content, magnitude
 from rigidcli.core.arithmetic import Arithmetic, Array
 from rigidcli.errors import ComputationError, ExpressionError
 from rigidcli.language.text import reading

@@ -42,8 +42,7 @@ from rigidcli.algebra.atoms import (
     is_positive,
     key_of_atom,
 )
-from rigidcli.algebra.bounds import MOST_TERMS_OF_SUM, Rational, bounded
-from rigidcli.algebra.roots import content, magnitude, root, surd
+from rigidcli.algebra.bounds import MOST_TERMS_OF_SUM, Rational, bounded, content, magnitude, root, surd
 from rigidcli.algebra.trees import Style, to_tree
 from rigidcli.errors import ExpressionError
 from rigidcli.language import tree

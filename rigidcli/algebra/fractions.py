@@ -15,10 +15,9 @@ from fractions import Fraction
 from typing import Any, NamedTuple
 
 from rigidcli.algebra.atoms import Applied, Atom, Group, Surd, interned
-from rigidcli.algebra.bounds import Allowance, Rational
+from rigidcli.algebra.bounds import Allowance, Rational, magnitude
 from rigidcli.algebra.expansion import expand
 from rigidcli.algebra.expressions import ONE, Expr, atomic, divided, factored, gathered, product, total
-from rigidcli.algebra.roots import magnitude
 from rigidcli.errors import ExpressionError
 
 MOST_TERMS = 250

@@ -9,7 +9,7 @@ from collections.abc import Callable
 from fractions import Fraction
 
 from rigidcli.algebra.atoms import Applied, Atom, is_positive
-from rigidcli.algebra.bounds import Rational
+from rigidcli.algebra.bounds import Rational, magnitude
 from rigidcli.algebra.expressions import (
     ONE,
     PI,
@@ -24,7 +24,6 @@ from rigidcli.algebra.expressions import (
     product,
     scaled,
 )
-from rigidcli.algebra.roots import magnitude
 from rigidcli.errors import ExpressionError
 from rigidcli.language.tree import UnknownFunction
 

@@ -15,8 +15,7 @@ from functools import lru_cache
 from typing import TypeAlias
 
 from rigidcli.algebra.atoms import Applied, Atom, Group, Monomial, Pi, Surd, Symbol, Terms, key_of_atom
-from rigidcli.algebra.bounds import Rational
-from rigidcli.algebra.roots import content, magnitude
+from rigidcli.algebra.bounds import Rational, content, magnitude
 from rigidcli.language import tree
 from rigidcli.language.text import text
 

@@ -30,12 +30,12 @@ import numpy as np
 from rigidcli.algebra import matrices
 from rigidcli.algebra.arithmetic import polynomial_factors, root_of_either_sign, tidy, weak_sign
 from rigidcli.algebra.atoms import Atom, Group
+from rigidcli.algebra.bounds import content
 from rigidcli.algebra.calculus import derivative
 from rigidcli.algebra.expansion import coefficients, expand
 from rigidcli.algebra.expressions import ONE, PI, ZERO, Expr, number, symbol, total
 from rigidcli.algebra.functions import apply
 from rigidcli.algebra.matrices import Matrix
-from rigidcli.algebra.roots import content
 from rigidcli.algebra.simplification import shortest
 from rigidcli.algebra.simplification import tidy as short_form
 from rigidcli.algebra.substitution import mapped, rebuilt, substitute
