@@ -46,7 +46,7 @@ from rigidcli.algebra.bounds import MOST_TERMS_OF_SUM, Rational, bounded, conten
 from rigidcli.algebra.trees import Style, to_tree
 from rigidcli.errors import ExpressionError
 from rigidcli.language import tree
-from rigidcli.language.expression import SIGNS, Expression, numbers
+from rigidcli.language.expression import SIGNS, array, numbers, real
 from rigidcli.language.text import latex, text
 
 ExactNumber: TypeAlias = "Expr | int | Fraction"
@@ -110,8 +110,10 @@ class Expr(Terms):
         """
         import numpy as np
 
-        arrays = {name: np.asarray(value) if np.ndim(value) else value for name, value in values.items()}
-        return Expression("", to_tree(self), self.names).evaluate(arrays)
+        if missing := sorted(self.names - values.keys()):
+            raise ExpressionError(f"no value for {', '.join(f'`{name}`' for name in missing[:5])}")
+        is_float = not any(np.ndim(values[name]) for name in self.names)
+        return real(to_tree(self), values) if is_float else array(to_tree(self), values)
 
     def to_sympy(self) -> Any:
         """The same as an expression of sympy, which must be installed. Its symbols are real or positive."""
