@@ -112,7 +112,7 @@ def read_answers(text: str, known: Collection[str] = ()) -> tuple[Answers, list[
             lines = [re.sub(r"[,{]\s*$|^\s*[{}][{}\s,]*", "", line) for line in lines]
     entries, stray = _entries(lines[begin + 1 :], begin + 2, names)
     heads = {folded(entry.name) for entry in entries}
-    if refused and (heads.isdisjoint(names) if names else section is not None):
+    if refused and (heads.isdisjoint(names) if names else section is None):
         raise refused
     is_other = not heads or (names and heads.isdisjoint(names) and heads.isdisjoint(ABOUT))
     if section is None and text.strip() and is_other:
